@@ -1,0 +1,31 @@
+"""Every folder of sources has a README.md; every pure source has its test beside it."""
+
+import os
+
+from layers import PUBLIC, Layers
+from tree import Finding
+
+KNOWN = "tests_elsewhere.txt"
+
+
+def check_readmes(tree):
+    for folder in tree.folders_of(tree.sources(".h", ".cpp", ".c", ".py")):
+        if (folder + "/").startswith(PUBLIC):
+            continue  # public headers are their own manual
+        if not tree.has(os.path.join(folder, "README.md")):
+            yield Finding(folder, 0, "has no README.md: say what lies here, and why")
+
+
+def check_tests(tree):
+    """Pure: ★ in ARCHITECTURE.md, and router/config, which is pure but for one file."""
+    pure = Layers(tree).pure | {"router/config"}
+    known = tree.table(KNOWN)  # "path test: reason"
+    elsewhere = dict(key.split() for key in known)
+    for path in tree.sources(".cpp"):
+        if path.endswith("_test.cpp") or not any(path.startswith(p + "/") for p in pure):
+            continue
+        test = elsewhere.pop(path, path.removesuffix(".cpp") + "_test.cpp")
+        if not tree.has(test):
+            yield Finding(path, 0, f"is pure but has no {os.path.basename(test)} beside it")
+    for path in elsewhere:
+        yield Finding(f"tools/check.d/{KNOWN}", 0, f"{path} is gone: strike it off")

@@ -1,0 +1,74 @@
+"""Includes only go down. The table in ARCHITECTURE.md is the truth: it is read, not repeated."""
+
+import os
+import re
+
+from tree import Finding, line_of
+
+ROW = re.compile(r"^\| `([^`]+)`( ★)? \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+SEARCH = ("", "libtims/", "libtims/include/")
+# Public headers are values that everybody may use, except those that speak to the system.
+PUBLIC = "libtims/include/"
+PUBLIC_OF_CLIENT = ("libtims/include/tims.h", "libtims/include/tims/session.h",
+                    "libtims/include/tims/mailbox.h")
+
+
+class Layers:
+    def __init__(self, tree):
+        self.pure, self.may_use = set(), {}
+        text = tree.text("ARCHITECTURE.md") if tree.has("ARCHITECTURE.md") else ""
+        rows = ROW.findall(text[text.find("## Layers"):])
+        short = {os.path.basename(folder): folder for folder, _, _ in rows}
+        for folder, star, uses in rows:
+            if star:
+                self.pure.add(folder)
+            names = [n.strip() for n in uses.split(",") if n.strip() not in ("–", "-")]
+            self.may_use[folder] = None if names == ["all"] else {short.get(n, n) for n in names}
+
+    def layer_of(self, path):
+        """The row a file belongs to: the longest that is its beginning."""
+        if path in PUBLIC_OF_CLIENT:
+            return "libtims/client"
+        if path.startswith(PUBLIC):
+            return PUBLIC
+        rows = [r for r in self.may_use if path == r or path.startswith(r + "/")]
+        return max(rows, key=len, default=None)
+
+    def allows(self, user, used):
+        if user == used or used == PUBLIC:
+            return True
+        allowed = self.may_use.get(user, set())
+        return allowed is None or used in allowed
+
+
+def resolve(tree, path, included):
+    """The project file behind an include, or None."""
+    for prefix in (os.path.dirname(path) + "/", *SEARCH):
+        candidate = os.path.normpath(prefix + included) if prefix else included
+        if tree.has(candidate):
+            return candidate
+    return None
+
+
+def check(tree):
+    layers = Layers(tree)
+    for path in tree.sources():
+        user = layers.layer_of(path)
+        if user is None:
+            yield Finding(path, 0, "lies in no layer: add its folder to the table of ARCHITECTURE.md")
+            continue
+        text = tree.text(path)
+        for match in INCLUDE.finditer(text):
+            line = line_of(text, match.start(1))
+            target = resolve(tree, path, match.group(1))
+            if target is None:
+                yield Finding(path, line, f'includes "{match.group(1)}", which is no file of the '
+                                          "project: use <...> for others")
+                continue
+            used = layers.layer_of(target)
+            if path.endswith("_test.cpp") and target.startswith("tests/support/"):
+                continue  # a test beside its file may use what all tests are made of
+            if not layers.allows(user, used):
+                yield Finding(path, line, f"{user} may not use {used or target} "
+                                          "(layers in ARCHITECTURE.md)")

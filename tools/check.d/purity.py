@@ -1,0 +1,90 @@
+"""Pure libraries (★ in ARCHITECTURE.md) call nothing of the system and keep no state of their own.
+
+Proved on the object files: every undefined symbol must be in the list below or in another pure
+library, and no variable may lie in writable memory.
+"""
+
+import re
+import subprocess
+
+from layers import Layers
+from tree import Finding
+
+# What values, containers and exceptions of the standard library need. All of it computes.
+ALLOWED = [re.compile(p) for p in (
+    r"operator (new|delete)(\[\])?\(.*",
+    r"mem(cpy|move|set|cmp|chr)|strlen|strcmp|bcmp|abort",
+    r"std::nothrow|__stack_chk_fail|__cxa_.*|__gxx_personality_v0|__dso_handle|_Unwind_.*",
+    r"_GLOBAL_OFFSET_TABLE_|__assert_fail|__errno_location",
+    r"(vtable|typeinfo|typeinfo name|VTT) for (std|__cxxabiv1)::.*",
+    r"std::__throw_.*|std::(__cxx11::)?basic_string.*|std::from_chars.*|std::to_chars.*",
+    r"std::(logic|runtime)_error::.*|std::.*(exception|bad_\w+|out_of_range|length_error)::.*",
+    r"std::(terminate|__glibcxx_assert_fail|get_unexpected).*",
+    r"std::(_Hash_bytes|_Fnv_hash_bytes)\(.*|std::__detail::_Prime_rehash_policy::.*",
+    r"std::_Rb_tree_\w+\(.*|std::_Sp_\w+.*|std::__detail::_List_node_base::.*",
+    r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|log|log2|log10|fmod|hypot)f?",
+    r"(sin|cos|tan|asin|acos|atan|atan2|sincos)f?",
+)]
+# Sanitizer builds call their own runtime.
+INSTRUMENTED = re.compile(r"__(asan|ubsan|tsan|sanitizer)_.*")
+# Written by the loader only.
+RELOCATED = re.compile(r"DW\.ref\..*")
+
+
+def library_name(folder):
+    return folder.replace("libtims/", "tims_").replace("router/", "router_").replace("/", "_")
+
+
+def _lines(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+def undefined_symbols(archive):
+    return {line.split()[-1] for line in _lines("nm", "--undefined-only", str(archive))
+            if line.startswith(" ") and len(line.split()) == 2}
+
+
+def defined_symbols(archive):
+    return {line.split()[-1] for line in _lines("nm", "--defined-only", str(archive))
+            if len(line.split()) == 3}
+
+
+def variables(archive):
+    """Names of objects in writable sections; constants with relocations are not among them."""
+    for line in _lines("objdump", "-t", str(archive)):
+        fields = line.split()
+        if len(fields) < 5 or "O" not in line[17:24]:
+            continue
+        section = line[25:].split()[0]
+        if re.match(r"\.(t?bss|t?data)(\.|$)", section) and not section.startswith(".data.rel.ro"):
+            yield fields[-1]
+
+
+def demangle(symbols):
+    names = sorted(symbols)
+    output = subprocess.run(["c++filt"], input="\n".join(names), capture_output=True, text=True,
+                            check=True).stdout.splitlines()
+    return dict(zip(names, output))
+
+
+def check(tree):
+    archives = {}
+    for folder in sorted(Layers(tree).pure):
+        if not any(f.startswith(folder + "/") and f.endswith(".cpp") for f in tree.files):
+            continue
+        found = sorted(tree.build.rglob(f"lib{library_name(folder)}.a"))
+        if found:
+            archives[folder] = found[0]
+        else:
+            yield Finding(folder, 0, f"lib{library_name(folder)}.a is not in {tree.build}: "
+                                     "tools/dev build")
+    inside = set().union(*(defined_symbols(a) for a in archives.values()))
+    for folder, archive in archives.items():
+        for symbol, name in demangle(undefined_symbols(archive) - inside).items():
+            if not any(p.fullmatch(name) for p in (*ALLOWED, INSTRUMENTED)):
+                yield Finding(folder, 0, f"is pure but calls {name}: hand time, bytes and results "
+                                         "in and out as arguments")
+        for name in demangle(set(variables(archive))).values():
+            if not INSTRUMENTED.fullmatch(name) and not RELOCATED.fullmatch(name):
+                yield Finding(folder, 0, f"is pure but keeps the variable {name}: state belongs to "
+                                         "an object that a test can make twice")

@@ -1,0 +1,74 @@
+# What an installation consists of: libtims for other people's programs (static and shared, headers,
+# find_package and pkg-config), the programs, and the files of the host.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(TIMS_UNIT_DIR ${CMAKE_INSTALL_PREFIX}/lib/systemd/system CACHE PATH "for systemd units")
+set(TIMS_SYSUSERS_DIR ${CMAKE_INSTALL_PREFIX}/lib/sysusers.d CACHE PATH "for sysusers.d files")
+
+# tims_install_library(targets...): one libtims out of the objects of these static libraries.
+# tims::tims is the shared, tims::tims_static the static one.
+function(tims_install_library)
+  if(TIMS_SANITIZE)
+    return()  # nobody installs these builds
+  endif()
+  set(objects ${ARGN})
+  list(TRANSFORM objects PREPEND "$<TARGET_OBJECTS:")
+  list(TRANSFORM objects APPEND ">")
+  set(exports ${CMAKE_SOURCE_DIR}/tools/cmake/libtims.map)
+
+  add_library(tims_shared SHARED ${objects})
+  set_target_properties(tims_shared PROPERTIES VERSION ${PROJECT_VERSION} EXPORT_NAME tims
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} LINK_DEPENDS ${exports})
+  target_link_options(tims_shared PRIVATE LINKER:--version-script=${exports} LINKER:-z,defs)
+  add_library(tims_static STATIC ${objects})
+  foreach(library tims_shared tims_static)
+    set_target_properties(${library} PROPERTIES OUTPUT_NAME tims LINKER_LANGUAGE CXX
+      LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+    target_include_directories(${library} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    target_compile_features(${library} INTERFACE cxx_std_20)
+    target_link_libraries(${library} PUBLIC Threads::Threads)
+  endforeach()
+
+  install(TARGETS tims_shared tims_static EXPORT tims)
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/libtims/include/ TYPE INCLUDE)
+  install_cmake_package()
+  install_pkg_config()
+endfunction()
+
+# tims_install_host(programs...): what runs on a robot besides the library. Called when all targets
+# are known: cmake_language(DEFER ...).
+function(tims_install_host)
+  foreach(program ${ARGN})
+    if(TARGET ${program})  # not with TIMS_LIBRARY_ONLY
+      install(TARGETS ${program})
+    endif()
+  endforeach()
+  if(NOT TARGET tims-router)
+    return()
+  endif()
+  set(deploy ${CMAKE_SOURCE_DIR}/deploy)
+  configure_file(${deploy}/systemd/tims-router.service.in tims-router.service @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tims-router.service DESTINATION ${TIMS_UNIT_DIR})
+  install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
+  install(FILES ${deploy}/router.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/tims)
+endfunction()
+
+# find_package(tims): a version of the same minor number, as long as the major is 0.
+function(install_cmake_package)
+  set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/tims)
+  install(EXPORT tims NAMESPACE tims:: FILE timsTargets.cmake DESTINATION ${folder})
+  configure_package_config_file(${CMAKE_SOURCE_DIR}/tools/cmake/timsConfig.cmake.in
+    timsConfig.cmake INSTALL_DESTINATION ${folder})
+  write_basic_package_version_file(timsConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/timsConfig.cmake
+                ${CMAKE_CURRENT_BINARY_DIR}/timsConfigVersion.cmake DESTINATION ${folder})
+endfunction()
+
+# The prefix is found from the file's own place: an installation may be moved, and DESTDIR works.
+function(install_pkg_config)
+  file(RELATIVE_PATH TIMS_PREFIX_FROM_PC ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig
+       ${CMAKE_INSTALL_PREFIX})
+  configure_file(${CMAKE_SOURCE_DIR}/tools/cmake/tims.pc.in tims.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tims.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()

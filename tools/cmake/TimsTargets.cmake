@@ -1,0 +1,43 @@
+# The project's ways to make a target. Every target gets the same warnings and sanitizers.
+include(GNUInstallDirs)
+find_package(Threads REQUIRED)
+
+add_library(tims_options INTERFACE)
+target_compile_options(tims_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+                       -Wnon-virtual-dtor -Wold-style-cast -Werror)
+target_include_directories(tims_options INTERFACE ${CMAKE_SOURCE_DIR})
+if(TIMS_SANITIZE)
+  target_compile_options(tims_options INTERFACE -fsanitize=${TIMS_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(tims_options INTERFACE -fsanitize=${TIMS_SANITIZE})
+  # g++ 12 sees what is not there in instrumented code; the release build keeps these warnings.
+  target_compile_options(tims_options INTERFACE -Wno-maybe-uninitialized
+                         $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete>)
+endif()
+
+# tims_library(name SOURCES... [LINK targets...]): a static library of this project.
+function(tims_library name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE $<BUILD_INTERFACE:tims_options>)
+endfunction()
+
+# tims_program(name SOURCES... [LINK targets...]): a program in bin/.
+function(tims_program name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
+endfunction()
+
+# tims_test(name SOURCES... [LINK targets...]): a GoogleTest binary; each TEST becomes a ctest test.
+function(tims_test name)
+  if(NOT TIMS_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
+                        GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
