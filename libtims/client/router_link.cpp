@@ -1,0 +1,224 @@
+#include "client/router_link.h"
+
+#include <algorithm>
+#include <array>
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include "os/clock.h"
+#include "os/event_fd.h"
+#include "os/unix_socket.h"
+
+namespace tims::client {
+
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kAnswerTimeout = 5s;  // a router that says nothing for so long is not there
+constexpr Duration kRetryFirst = 10ms;
+constexpr Duration kRetryLast = 500ms;
+
+Result<void> send_packet(int socket, std::uint32_t request, const wire::Record& record,
+                         std::span<const int> files, bool wait) {
+  std::vector<std::byte> bytes;
+  wire::encode({request, record}, bytes);
+  return os::send_record(socket, bytes, files, wait);
+}
+
+void set_timeout(int socket, Duration timeout) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
+  const timeval value{us / 1'000'000, us % 1'000'000};
+  ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &value, sizeof value);
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &value, sizeof value);
+}
+
+}  // namespace
+
+Result<void> Greeting::tell(const wire::Record& record, std::span<const int> files) {
+  return send_packet(socket_, 0, record, files, true);
+}
+
+Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> files) {
+  if (auto sent = tell(record, files); !sent) return sent.error();
+  std::vector<std::byte> buffer(wire::kRecordBytesMax);
+  auto received = os::receive_record(socket_, buffer, true);
+  if (!received) return Error(Errc::kNoRouter, "the router did not answer");
+  if (received->size == 0) return Error(Errc::kNoRouter, "the router closed the connection");
+  auto decoded = wire::decode(std::span(buffer).first(received->size));
+  if (!decoded.packet) return Error(Errc::kVersion, std::string(decoded.problem));
+  return Answer{std::move(decoded.packet->record), std::move(received->files)};
+}
+
+RouterLink::RouterLink(std::string socket_path, std::string name, Listener& listener)
+    : path_(std::move(socket_path)),
+      name_(std::move(name)),
+      listener_(listener),
+      buffer_(wire::kRecordBytesMax) {}
+
+RouterLink::~RouterLink() {
+  if (!thread_.joinable()) return;
+  os::signal_event_fd(stop_.get());
+  thread_.join();
+}
+
+void RouterLink::start() {
+  if (auto stop = os::make_event_fd()) stop_ = std::move(*stop);
+  thread_ = std::thread([this] { run(); });
+}
+
+Result<void> RouterLink::wait_connected(Time deadline) {
+  std::unique_lock lock(mutex_);
+  const auto settled = [this] { return connected_ || refused_; };
+  if (deadline == kNever) {
+    changed_.wait(lock, settled);
+  } else if (!changed_.wait_for(lock, deadline - os::now(), settled)) {
+    return Error(Errc::kTimeout, "no router at " + path_);
+  }
+  if (refused_) return *refused_;
+  return {};
+}
+
+Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
+                                                 std::span<const int> files, std::size_t answers) {
+  Pending pending{.expected = answers, .answers = {}, .failed = false};
+  std::unique_lock lock(mutex_);
+  if (!connected_) return Error(Errc::kNoRouter, "no router at " + path_);
+  const std::uint32_t request = ++last_request_;
+  // Sent under the lock: the socket cannot be replaced meanwhile.
+  if (auto sent = send_packet(socket_.get(), request, record, files, true); !sent)
+    return Error(Errc::kNoRouter, sent.error().message());
+  pending_[request] = &pending;
+  const bool done = changed_.wait_for(lock, kAnswerTimeout, [&] {
+    return pending.failed || pending.answers.size() >= pending.expected;
+  });
+  pending_.erase(request);
+  if (!done || pending.failed)
+    return Error(Errc::kNoRouter, "the router at " + path_ + " did not answer");
+  return std::move(pending.answers);
+}
+
+void RouterLink::post(const wire::Record& record) {
+  const std::lock_guard lock(mutex_);
+  if (connected_) (void)send_packet(socket_.get(), 0, record, {}, false);
+}
+
+Time RouterLink::connected_at() const {
+  const std::lock_guard lock(mutex_);
+  return connected_at_;
+}
+
+wire::Welcome RouterLink::welcome() const {
+  const std::lock_guard lock(mutex_);
+  return welcome_;
+}
+
+void RouterLink::run() {
+  Duration wait = kRetryFirst;
+  bool said = false;
+  for (;;) {
+    if (connect()) {
+      serve();
+      disconnect();
+      wait = kRetryFirst;
+      said = true;  // "lost" was the message
+    } else if (!said) {
+      listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + path_);
+      said = true;
+    }
+    if (stopping_within(wait)) return;
+    wait = std::min(2 * wait, kRetryLast);
+  }
+}
+
+bool RouterLink::connect() {
+  auto socket = os::connect_unix(path_);
+  if (!socket) return false;
+  set_timeout(socket->get(), kAnswerTimeout);
+  if (auto greeted = hello(socket->get()); !greeted) {
+    if (greeted.error() == Errc::kNoRouter) return false;
+    const std::lock_guard lock(mutex_);
+    refused_ = greeted.error();
+    changed_.notify_all();
+    return false;
+  }
+  Greeting greeting(socket->get());
+  listener_.greet(greeting);
+  set_timeout(socket->get(), Duration::zero());
+  {
+    const std::lock_guard lock(mutex_);
+    socket_ = std::move(*socket);
+    connected_at_ = os::now();
+    refused_.reset();
+    connection_.fetch_add(1, std::memory_order_release);
+    connected_ = true;
+    changed_.notify_all();
+  }
+  listener_.event(SessionEvent::Kind::kConnected, "connected to the router at " + path_);
+  return true;
+}
+
+Result<void> RouterLink::hello(int socket) {
+  Greeting greeting(socket);
+  auto answer = greeting.ask(wire::Hello{.writer = welcome().writer, .name = name_});
+  if (!answer) return answer.error();
+  if (const auto* no = std::get_if<wire::Refused>(&answer->record))
+    return Error(Errc::kRefused, no->text);
+  const auto* yes = std::get_if<wire::Welcome>(&answer->record);
+  if (yes == nullptr || yes->version != wire::kLocalVersion)
+    return Error(Errc::kVersion, "the router at " + path_ + " speaks another protocol");
+  const std::lock_guard lock(mutex_);
+  welcome_ = *yes;
+  return {};
+}
+
+void RouterLink::serve() {
+  std::array<pollfd, 2> waits{{{socket_.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}}};
+  for (;;) {
+    if (::poll(waits.data(), waits.size(), -1) < 0) continue;
+    if (waits[1].revents != 0) return;
+    if (waits[0].revents != 0 && !receive()) return;
+  }
+}
+
+bool RouterLink::receive() {
+  auto received = os::receive_record(socket_.get(), buffer_, false);
+  if (!received) return received.error() == Errc::kEmpty;
+  if (received->size == 0) return false;
+  auto decoded = wire::decode(std::span(buffer_).first(received->size));
+  if (!decoded.packet) return false;
+  dispatch(std::move(*decoded.packet), std::move(received->files));
+  return true;
+}
+
+void RouterLink::dispatch(wire::Packet packet, std::vector<os::File> files) {
+  if (const auto* moved = std::get_if<wire::Moved>(&packet.record)) {
+    listener_.moved(moved->address);
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  const auto pending = pending_.find(packet.request);
+  if (pending == pending_.end()) return;  // its asker has given up
+  pending->second->answers.push_back({std::move(packet.record), std::move(files)});
+  changed_.notify_all();
+}
+
+void RouterLink::disconnect() {
+  {
+    const std::lock_guard lock(mutex_);
+    connected_ = false;
+    socket_.reset();
+    for (auto& [request, pending] : pending_) pending->failed = true;
+    changed_.notify_all();
+  }
+  listener_.lost();
+  listener_.event(SessionEvent::Kind::kLost, "lost the router at " + path_ + ", trying again");
+}
+
+bool RouterLink::stopping_within(Duration wait) {
+  pollfd stop{stop_.get(), POLLIN, 0};
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(wait).count();
+  return ::poll(&stop, 1, static_cast<int>(ms)) > 0;
+}
+
+}  // namespace tims::client

@@ -1,0 +1,108 @@
+// The connection to the router: one thread that connects, greets, receives answers, and connects
+// again when the router went away. Requests may come from any thread.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "os/file.h"
+#include "tims/result.h"
+#include "tims/session.h"
+#include "tims/time.h"
+#include "wire/local_protocol.h"
+
+namespace tims::client {
+
+struct Answer {
+  wire::Record record;
+  std::vector<os::File> files;
+};
+
+// Asks and waits, on a connection that is not shared yet.
+class Greeting {
+ public:
+  explicit Greeting(int socket) : socket_(socket) {}
+  Result<void> tell(const wire::Record& record, std::span<const int> files = {});
+  Result<Answer> ask(const wire::Record& record, std::span<const int> files = {});
+
+ private:
+  int socket_;
+};
+
+class RouterLink {
+ public:
+  // What the session does on the link's own thread.
+  class Listener {
+   public:
+    virtual ~Listener() = default;
+    virtual void greet(Greeting& greeting) = 0;  // connected (again): register everything
+    virtual void lost() = 0;
+    virtual void moved(Address address) = 0;
+    virtual void event(SessionEvent::Kind kind, const std::string& text) = 0;
+  };
+
+  RouterLink(std::string socket_path, std::string name, Listener& listener);
+  ~RouterLink();
+
+  void start();
+  // Until connected, or refused for good, or the deadline.
+  Result<void> wait_connected(Time deadline);
+
+  // Sends a request and waits for `answers` records. kNoRouter: not connected, or lost meanwhile.
+  Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
+                                       std::size_t answers);
+  // Never waits; what the socket cannot take is dropped.
+  void post(const wire::Record& record);
+
+  // Counts the routers met so far; 0: none yet. Cheap.
+  [[nodiscard]] std::uint64_t connection() const {
+    return connection_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] bool connected() const { return connected_.load(std::memory_order_acquire); }
+  [[nodiscard]] Time connected_at() const;
+  [[nodiscard]] wire::Welcome welcome() const;
+
+ private:
+  struct Pending {
+    std::size_t expected = 0;
+    std::vector<Answer> answers;
+    bool failed = false;
+  };
+
+  void run();
+  bool connect();
+  Result<void> hello(int socket);
+  void serve();
+  bool receive();
+  void dispatch(wire::Packet packet, std::vector<os::File> files);
+  void disconnect();
+  bool stopping_within(Duration wait);
+
+  const std::string path_;
+  const std::string name_;
+  Listener& listener_;
+  os::File stop_;  // eventfd
+  std::vector<std::byte> buffer_;
+
+  mutable std::mutex mutex_;  // what follows
+  std::condition_variable changed_;
+  os::File socket_;
+  wire::Welcome welcome_;
+  Time connected_at_{};
+  std::map<std::uint32_t, Pending*> pending_;
+  std::uint32_t last_request_ = 0;
+  std::optional<Error> refused_;
+
+  std::atomic<bool> connected_ = false;
+  std::atomic<std::uint64_t> connection_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace tims::client

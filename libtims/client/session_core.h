@@ -1,0 +1,87 @@
+// What a session is behind its handle: the router link, the shared memory of its own mailboxes,
+// and the routes to everybody else's.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/route.h"
+#include "client/router_link.h"
+#include "os/mapping.h"
+#include "tims/session.h"
+
+namespace tims {
+
+// Shared memory of mailboxes that were opened together.
+struct OwnSegment {
+  struct Mailbox {
+    Address address;
+    std::uint64_t offset = 0;
+    os::File event_fd;
+    bool open = true;
+  };
+  std::uint64_t id = 0;
+  os::File memfd;
+  os::Mapping mapping;
+  std::vector<Mailbox> mailboxes;
+};
+
+class SessionCore final : public std::enable_shared_from_this<SessionCore>,
+                          private client::RouterLink::Listener {
+ public:
+  explicit SessionCore(SessionOptions options);
+
+  Result<void> connect();
+  Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options);
+  void close(OwnSegment& segment, Address address);
+
+  // The way to an address, asking the router for one that is new, closed, or not confirmed since
+  // the router was restarted.
+  Result<client::Target*> target_for(Address dest);
+  // After a message was put into the target.
+  void wake(client::Target& target);
+
+  [[nodiscard]] bool connected() const { return link_.connected(); }
+  [[nodiscard]] wire::Welcome welcome() const { return link_.welcome(); }
+
+ private:
+  // RouterLink::Listener
+  void greet(client::Greeting& greeting) override;
+  void lost() override;
+  void moved(Address address) override;
+  void event(SessionEvent::Kind kind, const std::string& text) override;
+
+  Result<void> register_segment(OwnSegment& segment);
+  void register_again(client::Greeting& greeting, OwnSegment& segment);
+  void withdraw(std::span<const Address> addresses);
+
+  Result<client::Target*> resolve(client::Route& route);
+  Result<client::Target*> confirm(client::Route& route, client::Target& target);
+  Result<client::Answer> look_up(Address address);
+  Result<client::Target*> install(client::Route& route, client::Answer& answer);
+  Result<client::Target*> local_target(const wire::Found& found, client::Answer& answer);
+  Result<client::Target*> uplink();
+  Result<client::PeerSegment*> peer_segment(const os::File& memfd);
+  void retire(client::Target& target);
+
+  const SessionOptions options_;
+
+  std::mutex own_mutex_;
+  std::vector<std::weak_ptr<OwnSegment>> own_;
+  std::uint64_t last_segment_ = 0;
+
+  client::RouteTable routes_;
+  std::mutex resolve_mutex_;                             // what follows
+  std::map<std::uint64_t, client::PeerSegment*> peers_;  // by inode
+  std::vector<std::unique_ptr<client::PeerSegment>> segments_;
+  std::vector<std::unique_ptr<client::Target>> targets_;
+  std::atomic<client::Target*> uplink_ = nullptr;
+
+  client::RouterLink link_;  // last: its thread uses all of the above
+};
+
+}  // namespace tims

@@ -1,0 +1,107 @@
+// Mailbox addresses: a 32-bit number of four fields, most significant first:
+// system, class, instance, local. Text forms: "Ladar(3/0)", "Ladar(3/0):2" and "0x03140002".
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tims {
+
+// Bits of each field; they add up to 32. One fleet uses one set of widths.
+struct AddressWidths {
+  std::uint8_t system = 8;
+  std::uint8_t class_id = 8;
+  std::uint8_t instance = 8;
+  std::uint8_t local = 8;
+
+  [[nodiscard]] constexpr bool valid() const {
+    return system + class_id + instance + local == 32 && system > 0 && class_id > 0 &&
+           instance > 0 && local > 0;
+  }
+  bool operator==(const AddressWidths&) const = default;
+};
+
+// Class ids of the original (specification, section 2.2) and ours.
+namespace class_id {
+inline constexpr std::uint32_t kTims = 0x00;  // routers: instance = router id
+inline constexpr std::uint32_t kGdos = 0x01;  // text sink
+inline constexpr std::uint32_t kGui = 0x02;
+inline constexpr std::uint32_t kTool = 0x0F;  // mailboxes of command-line tools
+inline constexpr std::uint32_t kTest = 0x10;
+inline constexpr std::uint32_t kChassis = 0x11;
+inline constexpr std::uint32_t kOdometry = 0x12;
+inline constexpr std::uint32_t kLadar = 0x14;
+inline constexpr std::uint32_t kJoystick = 0x17;
+inline constexpr std::uint32_t kPilot = 0x18;
+}  // namespace class_id
+
+class Address {
+ public:
+  struct Fields {
+    std::uint32_t system = 0;
+    std::uint32_t class_id = 0;
+    std::uint32_t instance = 0;
+    std::uint32_t local = 0;
+  };
+
+  constexpr Address() = default;
+  constexpr explicit Address(std::uint32_t raw) : raw_(raw) {}
+  // Each field is cut to its width.
+  static constexpr Address of(const Fields& f, const AddressWidths& w = {}) {
+    std::uint32_t raw = f.system & mask(w.system);
+    raw = raw << w.class_id | (f.class_id & mask(w.class_id));
+    raw = raw << w.instance | (f.instance & mask(w.instance));
+    raw = raw << w.local | (f.local & mask(w.local));
+    return Address(raw);
+  }
+
+  [[nodiscard]] constexpr std::uint32_t raw() const { return raw_; }
+  [[nodiscard]] constexpr Fields fields(const AddressWidths& w = {}) const {
+    return {raw_ >> (32 - w.system) & mask(w.system),
+            raw_ >> (w.instance + w.local) & mask(w.class_id), raw_ >> w.local & mask(w.instance),
+            raw_ & mask(w.local)};
+  }
+
+  // "Ladar(3/0)", with ":2" behind it when the local id is not 0; an unknown class is
+  // "unknown[ff](3/0)", as the original GUI prints it.
+  [[nodiscard]] std::string to_string(const AddressWidths& w = {}) const;
+  // "0x03140002"
+  [[nodiscard]] std::string to_hex() const;
+  // Accepts both text forms, and decimal numbers. Class names without regard to case.
+  static std::optional<Address> parse(std::string_view text, const AddressWidths& w = {});
+
+  auto operator<=>(const Address&) const = default;
+
+ private:
+  static constexpr std::uint32_t mask(std::uint8_t bits) { return (1U << bits) - 1; }
+  std::uint32_t raw_ = 0;
+};
+
+// "*", "Ladar(*/*)", "*(3/0)", "Ladar(3/0):*", "0x03140002". A form with parentheses and without
+// ":local" matches every local id: it names the component.
+class AddressPattern {
+ public:
+  AddressPattern() = default;  // matches everything
+  static std::optional<AddressPattern> parse(std::string_view text, const AddressWidths& w = {});
+  [[nodiscard]] bool matches(Address a) const { return (a.raw() & mask_) == value_; }
+
+ private:
+  std::uint32_t mask_ = 0;
+  std::uint32_t value_ = 0;
+};
+
+// Printed name of a class id ("Ladar"), empty when it has none.
+std::string_view class_name(std::uint32_t class_id);
+// Class id of a printed name, without regard to case.
+std::optional<std::uint32_t> class_id_of(std::string_view name);
+
+}  // namespace tims
+
+template <>
+struct std::hash<tims::Address> {
+  std::size_t operator()(tims::Address a) const noexcept { return a.raw() * 0x9E3779B97F4A7C15ULL; }
+};

@@ -1,0 +1,92 @@
+// Errors are values: a code from one closed list, what failed, and what to do about it.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace tims {
+
+enum class Errc : std::uint8_t {
+  kEmpty,            // no message waiting
+  kTimeout,          // the time given has passed
+  kClosed,           // this mailbox or session was closed
+  kNoRouter,         // no router at the socket
+  kRefused,          // the router said no; the detail says why
+  kAddressInUse,     // somebody else owns the address; the detail says who
+  kNoMailbox,        // no such mailbox here
+  kFull,             // receiver full of messages more important than this one
+  kTooBig,           // larger than the receiver's slot or the configured maximum
+  kBufferTooSmall,   // the caller's buffer; the message stays in the mailbox
+  kReclaimed,        // the slot was taken back: the router had given this writer up
+  kBadLayout,        // shared memory that does not look like a mailbox
+  kVersion,          // client and router share no protocol version
+  kInvalidArgument,  // the call itself is wrong
+  kSystem,           // the operating system refused; the detail has its words
+};
+
+// One word for scripts and JSON ("address_in_use") and one sentence for people.
+std::string_view name(Errc code);
+std::string_view sentence(Errc code);
+
+class Error {
+ public:
+  Error(Errc code) : code_(code) {}  // NOLINT(google-explicit-constructor): `return Errc::kFull;`
+  Error(Errc code, std::string detail) : code_(code), detail_(std::move(detail)) {}
+
+  [[nodiscard]] Errc code() const { return code_; }
+  [[nodiscard]] const std::string& detail() const { return detail_; }
+  // "address in use: Ladar(0/0) belongs to pid 4711 (laser)"
+  [[nodiscard]] std::string message() const;
+  bool operator==(Errc code) const { return code_ == code; }
+
+ private:
+  Errc code_;
+  std::string detail_;
+};
+
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T&& value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT
+  Result(const T& value)
+    requires std::copy_constructible<T>
+      : state_(std::in_place_index<0>, value) {}                             // NOLINT
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT
+  Result(Errc code) : state_(std::in_place_index<1>, code) {}                // NOLINT
+
+  [[nodiscard]] bool ok() const { return state_.index() == 0; }
+  explicit operator bool() const { return ok(); }
+  [[nodiscard]] T& value() & { return *std::get_if<0>(&state_); }
+  [[nodiscard]] const T& value() const& { return *std::get_if<0>(&state_); }
+  [[nodiscard]] T&& value() && { return std::move(*std::get_if<0>(&state_)); }
+  [[nodiscard]] const Error& error() const { return *std::get_if<1>(&state_); }
+  T& operator*() & { return value(); }
+  const T& operator*() const& { return value(); }
+  T&& operator*() && { return std::move(*this).value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+template <>
+class [[nodiscard]] Result<void> {
+ public:
+  Result() = default;
+  Result(Error error) : failed_(true), error_(std::move(error)) {}  // NOLINT
+  Result(Errc code) : failed_(true), error_(code) {}                // NOLINT
+  [[nodiscard]] bool ok() const { return !failed_; }
+  explicit operator bool() const { return ok(); }
+  [[nodiscard]] const Error& error() const { return error_; }
+
+ private:
+  bool failed_ = false;
+  Error error_{Errc::kClosed};
+};
+
+}  // namespace tims

@@ -1,0 +1,67 @@
+// A program's connection to the router of its host. It waits for a router that is not there yet,
+// and registers its mailboxes again when the router was restarted; meanwhile mailboxes of this
+// host that know each other go on talking.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tims/mailbox.h"
+#include "tims/result.h"
+#include "tims/time.h"
+
+namespace tims {
+
+struct SessionEvent {
+  enum class Kind {
+    kWaiting,      // no router at the socket; trying again
+    kConnected,    // to a router, for the first time or again
+    kLost,         // the router went away; trying again
+    kMailboxLost,  // after a reconnect somebody else owns the address
+  };
+  Kind kind;
+  std::string text;  // one line for people
+};
+
+struct SessionOptions {
+  std::string name = {};  // of this program, as `timsctl` shows it; default: the process name
+  std::string socket_path = {};  // default: default_socket_path()
+  Duration timeout = kForever;   // for connect(): how long to wait for a router
+  // Called from the session's own thread. Default: kWaiting, kLost and kMailboxLost go to stderr.
+  std::function<void(const SessionEvent&)> on_event = {};
+
+  static constexpr Duration kForever = Duration::max();
+};
+
+class SessionCore;
+
+class Session {
+ public:
+  // Waits until the router answers (kTimeout, kVersion, kRefused).
+  static Result<Session> connect(SessionOptions options = {});
+
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+  ~Session();  // mailboxes that are still open keep the session
+
+  // kAddressInUse names the owner. Without a router at the moment: waits for it.
+  Result<Mailbox> open(const MailboxOptions& options);
+  // All or none, in one exchange with the router.
+  Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options);
+
+  [[nodiscard]] bool connected() const;
+  [[nodiscard]] Address router() const;  // the router's own address
+
+ private:
+  explicit Session(std::shared_ptr<SessionCore> core);
+  std::shared_ptr<SessionCore> core_;
+};
+
+// $TIMS_ROUTER; else $XDG_RUNTIME_DIR/tims/router.sock when it exists; else
+// /run/tims/router.sock.
+std::string default_socket_path();
+
+}  // namespace tims

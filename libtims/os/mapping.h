@@ -1,0 +1,50 @@
+// Shared memory: a sealed memfd and its mapping.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "os/file.h"
+#include "tims/result.h"
+
+namespace tims::os {
+
+class Mapping {
+ public:
+  Mapping() = default;
+  Mapping(Mapping&& other) noexcept;
+  Mapping& operator=(Mapping&& other) noexcept;
+  ~Mapping();
+
+  // Whole, readable and writable. Refuses a file that could shrink under the mapping (kBadLayout).
+  static Result<Mapping> of(const File& memfd);
+
+  [[nodiscard]] std::span<std::byte> bytes() const { return {data_, size_}; }
+
+  // Puts private memory that `prepare` has filled in the place of the shared pages, at once and at
+  // the same addresses: threads that are still writing there do no harm, and the pages are free.
+  template <typename Prepare>
+  void replace(Prepare prepare) {
+    std::byte* fresh = reserve(size_);
+    if (fresh == nullptr) return;  // the old pages stay: memory, not safety
+    prepare(std::span(fresh, size_));
+    move_over(fresh);
+  }
+
+  // Gives the pages from `offset` on back to the system; they read as zeros afterwards.
+  void discard(std::size_t offset, std::size_t size) const;
+
+ private:
+  Mapping(std::byte* data, std::size_t size) : data_(data), size_(size) {}
+  static std::byte* reserve(std::size_t size);
+  void move_over(std::byte* fresh);
+
+  std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+// A new memfd of `size` bytes, zeroed, that can no longer change its size.
+Result<File> make_memfd(const std::string& name, std::size_t size);
+
+}  // namespace tims::os

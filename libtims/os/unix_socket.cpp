@@ -1,0 +1,141 @@
+#include "os/unix_socket.h"
+
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+namespace tims::os {
+
+namespace {
+
+std::optional<sockaddr_un> socket_address(const std::string& path) {
+  sockaddr_un address{};
+  if (path.empty() || path.size() >= sizeof address.sun_path) return std::nullopt;
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  return address;
+}
+
+Error bad_path(const std::string& path) {
+  return {Errc::kInvalidArgument, "'" + path + "' is no socket path of 1 to 107 bytes"};
+}
+
+File make_socket(int flags) {
+  return File(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | flags, 0));
+}
+
+// Control data for at most kRecordFilesMax descriptors.
+struct alignas(cmsghdr) Control {
+  std::array<char, CMSG_SPACE(kRecordFilesMax * sizeof(int))> bytes;
+};
+
+std::vector<File> take_files(msghdr& message) {
+  std::vector<File> files;
+  for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
+    if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_RIGHTS) continue;
+    const std::size_t count = (c->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+    for (std::size_t i = 0; i < count; ++i) {
+      int fd = -1;
+      std::memcpy(&fd, CMSG_DATA(c) + i * sizeof(int), sizeof fd);
+      files.emplace_back(fd);
+    }
+  }
+  return files;
+}
+
+}  // namespace
+
+Result<File> connect_unix(const std::string& path) {
+  const auto address = socket_address(path);
+  if (!address) return bad_path(path);
+  File socket = make_socket(0);
+  if (!socket) return system_error("socket");
+  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+    return system_error("connect " + path);
+  return socket;
+}
+
+Result<File> listen_unix(const std::string& path) {
+  const auto address = socket_address(path);
+  if (!address) return bad_path(path);
+  if (connect_unix(path).ok())
+    return Error(Errc::kAddressInUse, "another router listens at " + path);
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
+  ::unlink(path.c_str());
+  File socket = make_socket(SOCK_NONBLOCK);
+  if (!socket) return system_error("socket");
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+    return system_error("bind " + path);
+  if (::listen(socket.get(), SOMAXCONN) != 0) return system_error("listen " + path);
+  return socket;
+}
+
+Result<File> accept_unix(const File& listener) {
+  File socket(::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (socket) return socket;
+  if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return Errc::kEmpty;
+  return system_error("accept");
+}
+
+Result<void> send_record(int socket, std::span<const std::byte> record, std::span<const int> files,
+                         bool wait) {
+  iovec part{const_cast<std::byte*>(record.data()), record.size()};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  Control control{};
+  if (files.size() > kRecordFilesMax) return Errc::kInvalidArgument;
+  if (!files.empty()) {
+    message.msg_control = control.bytes.data();
+    message.msg_controllen = CMSG_SPACE(files.size_bytes());
+    cmsghdr* c = CMSG_FIRSTHDR(&message);
+    c->cmsg_level = SOL_SOCKET;
+    c->cmsg_type = SCM_RIGHTS;
+    c->cmsg_len = CMSG_LEN(files.size_bytes());
+    std::memcpy(CMSG_DATA(c), files.data(), files.size_bytes());
+  }
+  for (;;) {
+    if (::sendmsg(socket, &message, MSG_NOSIGNAL | (wait ? 0 : MSG_DONTWAIT)) >= 0) return {};
+    if (errno == EINTR) continue;
+    if (errno == EAGAIN) return Errc::kEmpty;
+    if (errno == EPIPE || errno == ECONNRESET || errno == ENOTCONN) return Errc::kClosed;
+    return system_error("sendmsg");
+  }
+}
+
+Result<Received> receive_record(int socket, std::span<std::byte> buffer, bool wait) {
+  iovec part{buffer.data(), buffer.size()};
+  Control control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.bytes.data();
+  message.msg_controllen = control.bytes.size();
+  for (;;) {
+    const ssize_t n = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC | (wait ? 0 : MSG_DONTWAIT));
+    if (n >= 0) {
+      Received received{static_cast<std::size_t>(n), false, take_files(message)};
+      received.truncated = (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0;
+      return received;
+    }
+    if (errno == EINTR) continue;
+    if (errno == EAGAIN) return Errc::kEmpty;
+    if (errno == ECONNRESET || errno == ENOTCONN) return Received{};
+    return system_error("recvmsg");
+  }
+}
+
+PeerCredentials peer_credentials(int socket) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
+  return {credentials.pid, credentials.uid};
+}
+
+}  // namespace tims::os

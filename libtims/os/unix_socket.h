@@ -1,0 +1,44 @@
+// SEQPACKET Unix sockets: whole records, with file descriptors beside them.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+#include "os/file.h"
+#include "tims/result.h"
+
+namespace tims::os {
+
+inline constexpr std::size_t kRecordFilesMax = 64;  // beside one record
+
+// Connected to a listener at `path`. Paths are limited by the system to 107 bytes.
+Result<File> connect_unix(const std::string& path);
+// Listening. Takes the place of a socket nobody listens at any more; refuses a living one
+// (kAddressInUse). Makes the parent folder when it is missing.
+Result<File> listen_unix(const std::string& path);
+// The next connection, non-blocking; nothing when none waits (kEmpty).
+Result<File> accept_unix(const File& listener);
+
+// kEmpty: the socket takes nothing at the moment. kClosed: the other side is gone.
+Result<void> send_record(int socket, std::span<const std::byte> record,
+                         std::span<const int> files = {}, bool wait = true);
+
+struct Received {
+  std::size_t size = 0;  // 0: the other side has closed
+  bool truncated = false;
+  std::vector<File> files;
+};
+// kEmpty: nothing there (never when `wait`).
+Result<Received> receive_record(int socket, std::span<std::byte> buffer, bool wait);
+
+struct PeerCredentials {
+  pid_t pid = 0;
+  uid_t uid = 0;
+};
+PeerCredentials peer_credentials(int socket);
+
+}  // namespace tims::os

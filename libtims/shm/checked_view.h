@@ -1,0 +1,69 @@
+// A mailbox in shared memory as this process may touch it. What the other side wrote is read once,
+// checked, and kept here; afterwards every index goes through a function that cannot leave the
+// mapping, whatever anybody writes into it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "shm/layout.h"
+#include "tims/result.h"
+
+namespace tims::shm {
+
+class MailboxView {
+ public:
+  MailboxView() = default;
+
+  // A mailbox that somebody else laid out at `offset` of `mapping`. kBadLayout says what is wrong.
+  static Result<MailboxView> open(std::span<std::byte> mapping, std::uint64_t offset);
+
+  struct Options {
+    Address address;
+    std::uint32_t slots = 1;
+    std::uint32_t message_max = kHeaderSize;
+    WakeKind wake = WakeKind::kFutex;
+    std::uint32_t owner_pid = 0;
+  };
+  // Lays out a new mailbox in zeroed memory; the caller has checked sizes and alignment.
+  static MailboxView create(std::span<std::byte> mapping, std::uint64_t offset,
+                            const Options& options);
+
+  [[nodiscard]] MailboxHeader& header() const { return *header_; }
+  [[nodiscard]] const Geometry& geometry() const { return geometry_; }
+  [[nodiscard]] WakeKind wake() const { return wake_; }
+  [[nodiscard]] Address address() const { return address_; }
+
+  [[nodiscard]] Word64& arrival(std::uint64_t position) const {
+    return arrival_[position & (geometry_.ring - 1)];
+  }
+  [[nodiscard]] Word64& free(std::uint64_t position) const {
+    return free_[position & (geometry_.ring - 1)];
+  }
+  // Precondition: index < geometry().slots.
+  [[nodiscard]] SlotHeader& slot(std::uint32_t index) const {
+    return *reinterpret_cast<SlotHeader*>(slots_ + index * geometry_.stride);
+  }
+  // The bytes of a slot's message: geometry().message_max of them.
+  [[nodiscard]] std::byte* message(std::uint32_t index) const {
+    return slots_ + index * geometry_.stride + sizeof(SlotHeader);
+  }
+  void prefetch(std::uint32_t index) const {
+    const std::byte* at = slots_ + index * geometry_.stride;
+    __builtin_prefetch(at, 1);
+    __builtin_prefetch(at + kLine, 1);
+  }
+
+ private:
+  MailboxView(std::byte* base, const Geometry& geometry);
+
+  MailboxHeader* header_ = nullptr;
+  Word64* arrival_ = nullptr;
+  Word64* free_ = nullptr;
+  std::byte* slots_ = nullptr;
+  Geometry geometry_;
+  WakeKind wake_ = WakeKind::kFutex;
+  Address address_;
+};
+
+}  // namespace tims::shm

@@ -1,0 +1,124 @@
+// What lies where in shared memory. The drawing and the crash rules: LAYOUT.md.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "shm/atomic.h"
+#include "tims/message.h"
+
+namespace tims::shm {
+
+inline constexpr std::uint32_t kLayoutVersion = 1;
+inline constexpr std::uint32_t kReady = 0x4D584254;  // "TBXM"; written last
+inline constexpr std::uint32_t kSlotsMax = 65535;
+inline constexpr std::uint32_t kMessageMax = 1U << 30;  // bytes, header included
+inline constexpr std::size_t kLine = 64;
+
+// Entries of a ring beyond two for each slot. Tests make it small, so that a ring's end is near.
+#ifndef TIMS_RING_SPARE
+#define TIMS_RING_SPARE 64
+#endif
+inline constexpr std::uint32_t kRingSpare = TIMS_RING_SPARE;
+
+// How a sender wakes the owner.
+enum class WakeKind : std::uint32_t {
+  kFutex,     // on MailboxHeader::sleep
+  kEventFd,   // the owner's eventfd
+  kDoorbell,  // a record on the client's socket: the mailbox is its uplink to the router
+};
+
+struct MailboxHeader {
+  // Written once, before `ready`.
+  alignas(kLine) Word32 ready;
+  std::uint32_t version;
+  std::uint32_t address;
+  std::uint32_t slots;
+  std::uint32_t message_max;  // bytes, header included
+  WakeKind wake;
+  std::uint32_t owner_pid;
+
+  // Read by every sender, written when the owner falls asleep, or for ever when it closes.
+  alignas(kLine) Word32 sleep;  // odd: the owner sleeps
+  Word32 closed;                // not 0: senders must look the address up again
+
+  // Moved by senders.
+  alignas(kLine) Word64 arrival_tail;
+  Word64 free_head;
+
+  // Moved by the owner.
+  alignas(kLine) Word64 arrival_head;
+  Word64 received;
+
+  // Seldom written, by anybody.
+  alignas(kLine) Word64 rescans;  // raised: hints are missing, the owner must look at every slot
+  Word64 replaced;
+  Word64 refused;
+  Word64 too_big;
+  Word64 reclaimed;
+};
+
+struct SlotHeader {
+  Word64 word;   // SlotWord
+  Word64 stamp;  // Stamp
+  // the message follows: 16 header bytes in native order, then the body
+};
+
+static_assert(offsetof(MailboxHeader, ready) == 0);
+static_assert(offsetof(MailboxHeader, version) == 4);
+static_assert(offsetof(MailboxHeader, address) == 8);
+static_assert(offsetof(MailboxHeader, slots) == 12);
+static_assert(offsetof(MailboxHeader, message_max) == 16);
+static_assert(offsetof(MailboxHeader, wake) == 20);
+static_assert(offsetof(MailboxHeader, owner_pid) == 24);
+static_assert(offsetof(MailboxHeader, sleep) == 64);
+static_assert(offsetof(MailboxHeader, closed) == 68);
+static_assert(offsetof(MailboxHeader, arrival_tail) == 128);
+static_assert(offsetof(MailboxHeader, free_head) == 136);
+static_assert(offsetof(MailboxHeader, arrival_head) == 192);
+static_assert(offsetof(MailboxHeader, received) == 200);
+static_assert(offsetof(MailboxHeader, rescans) == 256);
+static_assert(offsetof(MailboxHeader, reclaimed) == 288);
+static_assert(sizeof(MailboxHeader) == 320);
+static_assert(sizeof(SlotHeader) == 16);
+
+// Where the parts of a mailbox lie, computed from the two numbers that are its size.
+struct Geometry {
+  std::uint32_t slots = 0;
+  std::uint32_t message_max = 0;
+  std::uint32_t ring = 0;  // entries of the arrival ring and of the free ring each, power of two
+  std::size_t stride = 0;  // of slots, bytes
+  std::size_t arrival_at = 0;
+  std::size_t free_at = 0;
+  std::size_t slots_at = 0;
+  std::size_t bytes = 0;  // all of it
+
+  static constexpr bool valid(std::uint32_t slots, std::uint32_t message_max) {
+    return slots >= 1 && slots <= kSlotsMax && message_max >= kHeaderSize &&
+           message_max <= kMessageMax;
+  }
+
+  static constexpr Geometry of(std::uint32_t slots, std::uint32_t message_max) {
+    Geometry g{.slots = slots, .message_max = message_max};
+    // Room for stale hints beside one for each slot.
+    g.ring = std::bit_ceil(2 * slots + kRingSpare);
+    const std::size_t slot = sizeof(SlotHeader) + message_max;
+    // From two lines on in pairs, as the processor fetches them.
+    const std::size_t unit = slot > kLine ? 2 * kLine : kLine;
+    g.stride = (slot + unit - 1) / unit * unit;
+    g.arrival_at = sizeof(MailboxHeader);
+    g.free_at = g.arrival_at + g.ring * sizeof(std::uint64_t);
+    g.slots_at = (g.free_at + g.ring * sizeof(std::uint64_t) + 127) / 128 * 128;
+    g.bytes = g.slots_at + g.slots * g.stride;
+    return g;
+  }
+
+  [[nodiscard]] constexpr std::uint16_t lap_of(std::uint64_t position) const {
+    return static_cast<std::uint16_t>(position / ring + 1);
+  }
+};
+
+inline constexpr std::size_t kMailboxAlign = 128;  // of a mailbox inside a segment
+
+}  // namespace tims::shm

@@ -1,0 +1,207 @@
+#include <cstring>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shm/receiver.h"
+#include "shm/reclaim.h"
+#include "shm/sender.h"
+#include "wire/header.h"
+
+namespace tims::shm {
+namespace {
+
+// A mailbox in private memory, with the vocabulary of the tests below.
+class MailboxTest : public testing::Test {
+ protected:
+  void make(std::uint32_t slots, std::uint32_t body_max = 64) {
+    const std::uint32_t message_max = body_max + kHeaderSize;
+    bytes_ = Geometry::of(slots, message_max).bytes;
+    memory_ = static_cast<std::byte*>(::operator new(bytes_, std::align_val_t{128}));
+    std::memset(memory_, 0, bytes_);
+    view_ = MailboxView::create(
+        memory(), 0, {.address = Address(7), .slots = slots, .message_max = message_max});
+    receiver_.emplace(view_);
+  }
+  void TearDown() override { ::operator delete(memory_, std::align_val_t{128}); }
+
+  std::span<std::byte> memory() { return {memory_, bytes_}; }
+
+  SendOutcome send(Sender& sender, const std::string& body, std::uint8_t priority = 0) {
+    Claim claim;
+    const auto length = static_cast<std::uint32_t>(kHeaderSize + body.size());
+    const SendOutcome outcome = sender.claim(length, priority, claim);
+    if (!taken(outcome)) return outcome;
+    write(claim, body, priority);
+    const SendOutcome committed = sender.commit(claim);
+    return committed == SendOutcome::kOk ? outcome : committed;
+  }
+  static void write(const Claim& claim, const std::string& body, std::uint8_t priority) {
+    const Header header{.priority = priority,
+                        .length = static_cast<std::uint32_t>(kHeaderSize + body.size())};
+    wire::encode_header(header, wire::HeaderBytes(claim.message, kHeaderSize));
+    std::memcpy(claim.message + kHeaderSize, body.data(), body.size());
+  }
+  std::string receive() {
+    const auto taken = receiver_->take();
+    if (!taken) return "(empty)";
+    std::string body(reinterpret_cast<const char*>(taken->body.data()), taken->body.size());
+    receiver_->release(taken->hint);
+    return body;
+  }
+
+  MailboxView view_;
+  std::optional<Receiver> receiver_;
+
+ private:
+  std::byte* memory_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+TEST_F(MailboxTest, HigherPriorityFirstThenArrival) {
+  make(8);
+  Sender sender(view_, 1);
+  for (const auto& [body, priority] : std::vector<std::pair<std::string, int>>{
+           {"low 1", 1}, {"high 1", 200}, {"low 2", 1}, {"high 2", 200}, {"mid", 100}})
+    ASSERT_EQ(send(sender, body, static_cast<std::uint8_t>(priority)), SendOutcome::kOk);
+  for (const char* expected : {"high 1", "high 2", "mid", "low 1", "low 2", "(empty)"})
+    EXPECT_EQ(receive(), expected);
+}
+
+TEST_F(MailboxTest, FullReplacesTheOldestOfTheLowestPriority) {
+  make(3);
+  Sender sender(view_, 1);
+  send(sender, "a5", 5);
+  send(sender, "b3", 3);
+  send(sender, "c3", 3);
+  EXPECT_EQ(send(sender, "d3", 3), SendOutcome::kReplaced);  // b3 goes
+  EXPECT_EQ(send(sender, "e2", 2), SendOutcome::kFull);      // all more important
+  EXPECT_EQ(send(sender, "f255", 255), SendOutcome::kReplaced);
+  for (const char* expected : {"f255", "a5", "d3", "(empty)"}) EXPECT_EQ(receive(), expected);
+  EXPECT_EQ(view_.header().replaced.load(std::memory_order_relaxed), 2U);
+  EXPECT_EQ(view_.header().refused.load(std::memory_order_relaxed), 1U);
+}
+
+TEST_F(MailboxTest, OwnerThatSleepsThroughManyLapsGetsTheNewestInOrder) {
+  make(4);
+  Sender sender(view_, 1);
+  for (int i = 0; i < 5000; ++i) send(sender, std::to_string(i));
+  for (const char* expected : {"4996", "4997", "4998", "4999", "(empty)"})
+    EXPECT_EQ(receive(), expected);
+  send(sender, "next");
+  EXPECT_EQ(receive(), "next");
+}
+
+TEST_F(MailboxTest, BusyWithImportantMessagesTheOwnerKeepsTheRestBounded) {
+  make(4);
+  Sender sender(view_, 1);
+  send(sender, "low", 1);
+  for (int i = 0; i < 5000; ++i) {
+    send(sender, "x", 0);
+    send(sender, "important", 9);
+    EXPECT_EQ(receive(), "important");
+  }
+  EXPECT_EQ(receive(), "low");
+}
+
+TEST_F(MailboxTest, SizesAtTheLimit) {
+  make(2, 10);
+  Sender sender(view_, 1);
+  EXPECT_EQ(send(sender, std::string(9, 'x')), SendOutcome::kOk);
+  EXPECT_EQ(send(sender, std::string(10, 'x')), SendOutcome::kOk);
+  EXPECT_EQ(send(sender, std::string(11, 'x')), SendOutcome::kTooBig);
+  EXPECT_EQ(view_.header().too_big.load(std::memory_order_relaxed), 1U);
+  EXPECT_EQ(receive().size(), 9U);
+  EXPECT_EQ(receive().size(), 10U);
+}
+
+TEST_F(MailboxTest, PeekedSlotsAreNeverReplaced) {
+  make(1);
+  Sender sender(view_, 1);
+  send(sender, "held");
+  const auto held = receiver_->take();
+  ASSERT_TRUE(held);
+  EXPECT_EQ(send(sender, "other", 255), SendOutcome::kFull);
+  receiver_->release(held->hint);
+  EXPECT_EQ(send(sender, "other"), SendOutcome::kOk);
+  EXPECT_EQ(receive(), "other");
+}
+
+TEST_F(MailboxTest, PutBackIsFirstAgain) {
+  make(4);
+  Sender sender(view_, 1);
+  send(sender, "one");
+  send(sender, "two");
+  const auto taken = receiver_->take();
+  receiver_->put_back(*taken);
+  EXPECT_EQ(receive(), "one");
+  EXPECT_EQ(receive(), "two");
+}
+
+TEST_F(MailboxTest, DeadWritersSlotsComeBack) {
+  make(2);
+  Sender dead(view_, 5);
+  Sender alive(view_, 6);
+  Claim lost;
+  ASSERT_EQ(dead.claim(20, 0, lost), SendOutcome::kOk);
+  ASSERT_EQ(dead.claim(20, 0, lost), SendOutcome::kOk);
+  EXPECT_EQ(send(alive, "no room"), SendOutcome::kFull);
+  EXPECT_EQ(reclaim(view_, [](std::uint32_t writer) { return writer == 5; }), 2U);
+  EXPECT_EQ(send(alive, "room"), SendOutcome::kOk);
+  EXPECT_EQ(dead.commit(lost), SendOutcome::kReclaimed);
+  EXPECT_EQ(receive(), "room");
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(send(alive, "a"), SendOutcome::kOk);
+    EXPECT_EQ(send(alive, "b"), SendOutcome::kOk);
+    EXPECT_EQ(receive(), "a");
+    EXPECT_EQ(receive(), "b");
+  }
+}
+
+TEST_F(MailboxTest, GivenUpLoansComeBack) {
+  make(1);
+  Sender sender(view_, 1);
+  for (int i = 0; i < 100; ++i) {
+    Claim claim;
+    ASSERT_EQ(sender.claim(20, 0, claim), SendOutcome::kOk);
+    sender.give_up(claim);
+    EXPECT_EQ(receive(), "(empty)");
+  }
+}
+
+TEST_F(MailboxTest, ClosedMailboxSaysSo) {
+  make(1);
+  Sender sender(view_, 1);
+  receiver_->close();
+  EXPECT_EQ(send(sender, "x"), SendOutcome::kClosed);
+}
+
+TEST_F(MailboxTest, CleanThrowsAwayWhatWaits) {
+  make(4);
+  Sender sender(view_, 1);
+  send(sender, "held");
+  const auto held = receiver_->take();
+  send(sender, "a");
+  send(sender, "b");
+  EXPECT_EQ(receiver_->clean(), 2U);
+  EXPECT_EQ(receive(), "(empty)");
+  receiver_->release(held->hint);
+}
+
+TEST_F(MailboxTest, ArmedOwnerHearsOfTheNextMessage) {
+  make(4);
+  Sender sender(view_, 1);
+  EXPECT_EQ(sender.sleeper(), 0U);
+  const std::uint32_t armed = receiver_->arm();
+  EXPECT_TRUE(receiver_->nothing_came());
+  send(sender, "x");
+  EXPECT_FALSE(receiver_->nothing_came());
+  EXPECT_EQ(sender.sleeper(), armed);
+  receiver_->disarm();
+  EXPECT_EQ(sender.sleeper(), 0U);
+}
+
+}  // namespace
+}  // namespace tims::shm

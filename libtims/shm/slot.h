@@ -1,0 +1,108 @@
+// The life of a slot, and the hints that point at it: two 64-bit words.
+//
+//             claim (sender)              commit (sender)            take (owner)
+//   kFree ───────────────────▶ kWriting ─────────────────▶ kReadable ───────────▶ kLocked
+//     ▲                           │  ▲                         │                     │
+//     │        reclaim (router),  │  │  replace (sender: the   │     release (owner) │
+//     │         give up (sender)  ▼  │  mailbox is full)       │                     │
+//     └────── kAbandoned ◀────────┘  └─────────────────────────┘                     │
+//     └──────────────────────────────────────────────────────────────────────────────┘
+//
+// Every arrow is one compare-and-swap on the slot's word (release is a store: only the owner may
+// leave kLocked). The word is the truth; rings only hint at slots, so whoever dies between two
+// steps leaves at worst a missing or a stale hint. Each claim raises the generation, by which a
+// stale hint or a slow sender is recognised.
+#pragma once
+
+#include <cstdint>
+
+namespace tims::shm {
+
+enum class SlotState : std::uint8_t { kFree, kWriting, kReadable, kLocked, kAbandoned };
+
+//  63        40 39      16 15      8 7     0
+//  generation   writer     priority  state
+struct SlotWord {
+  SlotState state = SlotState::kFree;
+  std::uint8_t priority = 0;     // while kWriting and kReadable
+  std::uint32_t writer = 0;      // 24 bits; only while kWriting
+  std::uint32_t generation = 0;  // 24 bits
+
+  static constexpr std::uint32_t kMask24 = 0xFFFFFF;
+
+  [[nodiscard]] constexpr std::uint64_t pack() const {
+    return std::uint64_t{generation & kMask24} << 40 | std::uint64_t{writer & kMask24} << 16 |
+           std::uint64_t{priority} << 8 | static_cast<std::uint8_t>(state);
+  }
+  static constexpr SlotWord unpack(std::uint64_t w) {
+    return {static_cast<SlotState>(w & 0xFF), static_cast<std::uint8_t>(w >> 8),
+            static_cast<std::uint32_t>(w >> 16) & kMask24, static_cast<std::uint32_t>(w >> 40)};
+  }
+
+  [[nodiscard]] constexpr SlotWord claimed_by(std::uint32_t who, std::uint8_t prio) const {
+    return {SlotState::kWriting, prio, who & kMask24, (generation + 1) & kMask24};
+  }
+  [[nodiscard]] constexpr SlotWord committed() const {
+    return {SlotState::kReadable, priority, 0, generation};
+  }
+  [[nodiscard]] constexpr SlotWord locked() const { return {SlotState::kLocked, 0, 0, generation}; }
+  [[nodiscard]] constexpr SlotWord abandoned() const {
+    return {SlotState::kAbandoned, 0, 0, generation};
+  }
+  [[nodiscard]] constexpr SlotWord freed() const { return {SlotState::kFree, 0, 0, generation}; }
+
+  constexpr bool operator==(const SlotWord&) const = default;
+};
+
+//  63  48 47        24 23      16 15   0
+//  lap    generation   priority   index
+//
+// An entry of a ring at position p is valid when its lap is lap_of(p): zeroed memory is empty, and
+// nobody needs to clear what was read.
+struct Hint {
+  std::uint16_t lap = 0;
+  std::uint32_t generation = 0;
+  std::uint8_t priority = 0;
+  std::uint16_t index = 0;
+
+  [[nodiscard]] constexpr std::uint64_t pack() const {
+    return std::uint64_t{lap} << 48 | std::uint64_t{generation & SlotWord::kMask24} << 24 |
+           std::uint64_t{priority} << 16 | index;
+  }
+  static constexpr Hint unpack(std::uint64_t e) {
+    return {static_cast<std::uint16_t>(e >> 48),
+            static_cast<std::uint32_t>(e >> 24) & SlotWord::kMask24,
+            static_cast<std::uint8_t>(e >> 16), static_cast<std::uint16_t>(e)};
+  }
+};
+
+// When a message was committed, as the sender saw it just before: how many hints had been put into
+// the arrival ring, and how often the owner had been asked to look at every slot instead. If A was
+// sent before B, neither part of A's stamp is larger and one is smaller.
+struct Stamp {
+  std::uint32_t arrivals = 0;
+  std::uint32_t rescans = 0;
+
+  [[nodiscard]] constexpr std::uint64_t pack() const {
+    return std::uint64_t{arrivals} << 32 | rescans;
+  }
+  static constexpr Stamp unpack(std::uint64_t s) {
+    return {static_cast<std::uint32_t>(s >> 32), static_cast<std::uint32_t>(s)};
+  }
+  // How long ago, seen from `now`: none for what came after it. Both counters may wrap.
+  [[nodiscard]] constexpr std::uint64_t age(Stamp now) const {
+    return since(arrivals, now.arrivals) + since(rescans, now.rescans);
+  }
+  [[nodiscard]] constexpr bool not_after(Stamp now) const {
+    return static_cast<std::int32_t>(now.arrivals - arrivals) >= 0 &&
+           static_cast<std::int32_t>(now.rescans - rescans) >= 0;
+  }
+
+ private:
+  static constexpr std::uint64_t since(std::uint32_t then, std::uint32_t now) {
+    const auto passed = static_cast<std::int32_t>(now - then);
+    return passed > 0 ? static_cast<std::uint64_t>(passed) : 0;
+  }
+};
+
+}  // namespace tims::shm

@@ -1,0 +1,182 @@
+#include "tims/address.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace tims {
+namespace {
+
+struct ClassName {
+  std::uint32_t id;
+  std::string_view name;
+};
+
+// Printed names of the original (specification, section 2.2) and our own "Tool".
+constexpr ClassName kClassNames[] = {
+    {0x00, "Tims"},       {0x01, "GDOS"},    {0x02, "GUI"},      {0x0F, "Tool"},
+    {0x10, "Test"},       {0x11, "Chassis"}, {0x12, "Odometry"}, {0x13, "Position"},
+    {0x14, "Ladar"},      {0x15, "Camera"},  {0x16, "Gps"},      {0x17, "Joystick"},
+    {0x18, "Pilot"},      {0x19, "Scan2d"},  {0x1A, "Datalog"},  {0x1B, "ObjRecog"},
+    {0x1C, "Clock"},      {0x1D, "Vehicle"}, {0x1E, "Gyro"},     {0x1F, "Io"},
+    {0x20, "ServoDrive"}, {0x21, "Scan3d"},  {0x22, "Planner"},  {0x23, "FeatureMap"},
+    {0x24, "GridMap"},    {0x25, "Path"},    {0x26, "Mcl"},      {0x27, "PtzDrive"},
+    {0x28, "Compass"},
+};
+
+// One place of a text form: a number or "*".
+struct Field {
+  bool any = false;
+  std::uint32_t value = 0;
+};
+
+// "Ladar(3/0):2" taken apart.
+struct Form {
+  Field system;
+  Field class_id;
+  Field instance;
+  std::optional<Field> local;
+};
+
+std::optional<Form> parse_form(std::string_view text, const AddressWidths& w);
+std::optional<std::uint32_t> parse_raw(std::string_view text);
+
+}  // namespace
+
+std::string_view class_name(std::uint32_t class_id) {
+  for (const ClassName& c : kClassNames) {
+    if (c.id == class_id) return c.name;
+  }
+  return {};
+}
+
+std::optional<std::uint32_t> class_id_of(std::string_view name) {
+  // Not std::tolower: it depends on the locale.
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c | 0x20) : c; };
+  const auto same = [&](char a, char b) { return lower(a) == lower(b); };
+  for (const ClassName& c : kClassNames) {
+    if (std::ranges::equal(c.name, name, same)) return c.id;
+  }
+  return std::nullopt;
+}
+
+std::string Address::to_string(const AddressWidths& w) const {
+  const Fields f = fields(w);
+  std::string text(class_name(f.class_id));
+  if (text.empty()) {
+    std::array<char, 8> digits{};
+    const auto end = std::to_chars(digits.begin(), digits.end(), f.class_id, 16).ptr;
+    text.append("unknown[").append(digits.begin(), end).append("]");
+  }
+  text.append("(").append(std::to_string(f.system));
+  text.append("/").append(std::to_string(f.instance)).append(")");
+  if (f.local != 0) text.append(":").append(std::to_string(f.local));
+  return text;
+}
+
+std::string Address::to_hex() const {
+  std::string text = "0x";
+  for (int shift = 28; shift >= 0; shift -= 4) {
+    text += "0123456789abcdef"[raw_ >> shift & 0xF];
+  }
+  return text;
+}
+
+std::optional<Address> Address::parse(std::string_view text, const AddressWidths& w) {
+  if (const auto raw = parse_raw(text)) return Address(*raw);
+  const auto form = parse_form(text, w);
+  if (!form) return std::nullopt;
+  const Field local = form->local.value_or(Field{});
+  if (form->system.any || form->class_id.any || form->instance.any || local.any) {
+    return std::nullopt;
+  }
+  return of({form->system.value, form->class_id.value, form->instance.value, local.value}, w);
+}
+
+std::optional<AddressPattern> AddressPattern::parse(std::string_view text, const AddressWidths& w) {
+  AddressPattern pattern;
+  if (text == "*") return pattern;
+  if (const auto raw = parse_raw(text)) {
+    pattern.mask_ = ~std::uint32_t{0};
+    pattern.value_ = *raw;
+    return pattern;
+  }
+  const auto form = parse_form(text, w);
+  if (!form) return std::nullopt;
+  const Field local = form->local.value_or(Field{.any = true});
+  const auto bits = [](const Field& f) { return f.any ? 0 : ~std::uint32_t{0}; };
+  pattern.mask_ =
+      Address::of({bits(form->system), bits(form->class_id), bits(form->instance), bits(local)}, w)
+          .raw();
+  pattern.value_ =
+      Address::of({form->system.value, form->class_id.value, form->instance.value, local.value}, w)
+          .raw();
+  return pattern;
+}
+
+namespace {
+
+std::optional<std::uint32_t> parse_number(std::string_view text, int base = 10) {
+  std::uint32_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value, base);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
+
+std::optional<std::uint32_t> parse_raw(std::string_view text) {
+  if (text.starts_with("0x") || text.starts_with("0X")) return parse_number(text.substr(2), 16);
+  return parse_number(text);
+}
+
+bool fits(std::uint32_t value, std::uint8_t bits) { return value >> bits == 0; }
+
+std::optional<Field> parse_field(std::string_view text, std::uint8_t bits) {
+  if (text == "*") return Field{.any = true};
+  const auto value = parse_number(text);
+  if (!value || !fits(*value, bits)) return std::nullopt;
+  return Field{.value = *value};
+}
+
+// "Ladar", "unknown[ff]" or "*".
+std::optional<Field> parse_class(std::string_view text, std::uint8_t bits) {
+  constexpr std::string_view kUnknown = "unknown[";
+  if (text == "*") return Field{.any = true};
+  std::optional<std::uint32_t> id;
+  if (text.starts_with(kUnknown) && text.ends_with(']')) {
+    id = parse_number(text.substr(kUnknown.size(), text.size() - kUnknown.size() - 1), 16);
+  } else {
+    id = class_id_of(text);
+  }
+  if (!id || !fits(*id, bits)) return std::nullopt;
+  return Field{.value = *id};
+}
+
+// Cuts `text` behind the first `mark` and returns what was before it.
+std::optional<std::string_view> cut(std::string_view& text, char mark) {
+  const std::size_t at = text.find(mark);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view before = text.substr(0, at);
+  text.remove_prefix(at + 1);
+  return before;
+}
+
+std::optional<Form> parse_form(std::string_view text, const AddressWidths& w) {
+  const auto class_text = cut(text, '(');
+  const auto system_text = cut(text, '/');
+  const auto instance_text = cut(text, ')');
+  if (!class_text || !system_text || !instance_text) return std::nullopt;
+  const auto class_id = parse_class(*class_text, w.class_id);
+  const auto system = parse_field(*system_text, w.system);
+  const auto instance = parse_field(*instance_text, w.instance);
+  if (!class_id || !system || !instance) return std::nullopt;
+  Form form{*system, *class_id, *instance, std::nullopt};
+  if (text.empty()) return form;
+  if (!text.starts_with(':')) return std::nullopt;
+  form.local = parse_field(text.substr(1), w.local);
+  if (!form.local) return std::nullopt;
+  return form;
+}
+
+}  // namespace
+}  // namespace tims

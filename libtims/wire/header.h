@@ -1,0 +1,45 @@
+// The 16 header bytes in all four byte-order combinations: the only place that knows them.
+//
+//   0 flags u8 | 1 type i8 | 2 priority u8 | 3 seq_nr u8 | 4 dest u32 | 8 src u32 | 12 length u32
+//
+// Bit 0 of flags gives the order of dest, src and length; bit 1 that of the body, which is
+// carried untouched (specification, section 1).
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <span>
+
+#include "tims/message.h"
+
+namespace tims::wire {
+
+using HeaderBytes = std::span<std::byte, kHeaderSize>;
+using ConstHeaderBytes = std::span<const std::byte, kHeaderSize>;
+
+// Every 16 bytes are a header; the length may still be anything (check_length).
+// The header words come back in native order and flag bit 0 as it was on the wire.
+Header decode_header(ConstHeaderBytes bytes);
+
+// Writes dest, src and length in `order` and sets flag bit 0 to match; all other flags as given.
+void encode_header(const Header& header, HeaderBytes bytes,
+                   std::endian order = std::endian::native);
+
+enum class LengthVerdict { kOk, kTooShort, kTooLong };
+constexpr LengthVerdict check_length(std::uint32_t length, std::uint32_t length_max) {
+  if (length < kHeaderSize) return LengthVerdict::kTooShort;
+  return length > length_max ? LengthVerdict::kTooLong : LengthVerdict::kOk;
+}
+
+// The reply convention (section 1.5): addresses swapped, priority and seq_nr kept.
+constexpr Header reply_to(const Header& request, std::int8_t type, std::uint32_t body_size = 0) {
+  return {.flags = flag::kNativeOrder,
+          .type = type,
+          .priority = request.priority,
+          .seq_nr = request.seq_nr,
+          .dest = request.src,
+          .src = request.dest,
+          .length = static_cast<std::uint32_t>(kHeaderSize) + body_size};
+}
+
+}  // namespace tims::wire

@@ -1,0 +1,209 @@
+#include "wire/local_protocol.h"
+
+#include <algorithm>
+#include <concepts>
+#include <cstring>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+// A record: u16 kind, u16 zero, u32 request, then its fields without gaps. Numbers in the machine's
+// order, a bool is a byte 0 or 1, a text and a list are a u16 count and their elements. There is
+// exactly one way to write a record, so what was decoded encodes to the same bytes again.
+namespace tims::wire {
+namespace {
+
+// The fields of every record, in the order they are written.
+template <typename Owner>
+struct Text {
+  std::string Owner::*member;
+  std::size_t max;
+};
+template <typename T>
+constexpr std::tuple<> none() {
+  static_assert(std::is_empty_v<T>, "a record whose fields are not listed below");
+  return {};
+}
+template <typename T>
+inline constexpr auto kFields = none<T>();
+template <>
+inline constexpr auto kFields<Place> = std::tuple(&Place::segment, &Place::offset);
+template <>
+inline constexpr auto kFields<Hello> = std::tuple(&Hello::version_min, &Hello::version_max,
+                                                  &Hello::writer, Text{&Hello::name, kNameMax});
+template <>
+inline constexpr auto kFields<Welcome> = std::tuple(
+    &Welcome::version, &Welcome::writer, &Welcome::router, &Welcome::epoch, &Welcome::message_max);
+template <>
+inline constexpr auto kFields<Refused> = std::tuple(Text{&Refused::text, kTextMax});
+template <>
+inline constexpr auto kFields<OfferSegment> = std::tuple(&OfferSegment::segment);
+template <>
+inline constexpr auto kFields<OpenEntry> =
+    std::tuple(&OpenEntry::address, &OpenEntry::place, &OpenEntry::has_event_fd);
+template <>
+inline constexpr auto kFields<Open> = std::tuple(&Open::entries);
+template <>
+inline constexpr auto kFields<OpenedEntry> =
+    std::tuple(&OpenedEntry::address, &OpenedEntry::status);
+template <>
+inline constexpr auto kFields<Opened> = std::tuple(&Opened::entries, Text{&Opened::text, kTextMax});
+template <>
+inline constexpr auto kFields<Close> = std::tuple(&Close::addresses);
+template <>
+inline constexpr auto kFields<Lookup> = std::tuple(&Lookup::addresses);
+template <>
+inline constexpr auto kFields<Found> =
+    std::tuple(&Found::address, &Found::local, &Found::place, &Found::has_event_fd);
+template <>
+inline constexpr auto kFields<Uplink> = std::tuple(&Uplink::place);
+template <>
+inline constexpr auto kFields<Moved> = std::tuple(&Moved::address);
+
+class Writer {
+ public:
+  explicit Writer(std::vector<std::byte>& out) : out_(out) {}
+
+  template <std::unsigned_integral T>
+  void put(T number) {
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof number);
+    std::memcpy(out_.data() + at, &number, sizeof number);
+  }
+  void put(bool yes) { put(static_cast<std::uint8_t>(yes ? 1 : 0)); }
+  void put(Address address) { put(address.raw()); }
+  void put(OpenStatus status) { put(static_cast<std::uint32_t>(status)); }
+  template <typename T>
+  void put(const std::vector<T>& list) {
+    const std::size_t count = std::min(list.size(), kBatchMax);
+    put(static_cast<std::uint16_t>(count));
+    for (std::size_t i = 0; i < count; ++i) put(list[i]);
+  }
+  template <typename T>
+    requires std::is_class_v<T>
+  void put(const T& fields) {
+    std::apply([&](auto... field) { (put_field(fields, field), ...); }, kFields<T>);
+  }
+
+ private:
+  template <typename T, typename Field>
+  void put_field(const T& owner, Field T::*field) {
+    put(owner.*field);
+  }
+  template <typename T>
+  void put_field(const T& owner, Text<T> text) {
+    const std::string_view whole = owner.*text.member;
+    const std::string_view kept = whole.substr(0, text.max);
+    put(static_cast<std::uint16_t>(kept.size()));
+    const auto bytes = std::as_bytes(std::span(kept));
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
+  }
+
+  std::vector<std::byte>& out_;
+};
+
+// After the first problem nothing more is read; values are what they were.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  template <std::unsigned_integral T>
+  void get(T& number) {
+    if (bytes_.size() < sizeof number) return fail("a record that ends too early");
+    std::memcpy(&number, bytes_.data(), sizeof number);
+    bytes_ = bytes_.subspan(sizeof number);
+  }
+  void get(bool& yes) {
+    std::uint8_t byte = 0;
+    get(byte);
+    if (byte > 1) return fail("a yes or no that is neither");
+    yes = byte == 1;
+  }
+  void get(Address& address) {
+    std::uint32_t raw = 0;
+    get(raw);
+    address = Address(raw);
+  }
+  void get(OpenStatus& status) {
+    std::uint32_t number = 0;
+    get(number);
+    if (number > static_cast<std::uint32_t>(OpenStatus::kNotTried)) return fail("unknown status");
+    status = static_cast<OpenStatus>(number);
+  }
+  // Memory only for elements that have come: the count alone is somebody's claim.
+  template <typename T>
+  void get(std::vector<T>& list) {
+    std::uint16_t count = 0;
+    get(count);
+    if (count > kBatchMax) return fail("a list that is too long");
+    for (std::size_t i = 0; i < count && problem_.empty(); ++i) get(list.emplace_back());
+  }
+  template <typename T>
+    requires std::is_class_v<T>
+  void get(T& fields) {
+    std::apply([&](auto... field) { (get_field(fields, field), ...); }, kFields<T>);
+  }
+
+  void expect_end() {
+    if (!bytes_.empty()) fail("bytes behind the record");
+  }
+  void fail(std::string_view problem) {
+    bytes_ = {};
+    if (problem_.empty()) problem_ = problem;
+  }
+  [[nodiscard]] std::string_view problem() const { return problem_; }
+
+ private:
+  template <typename T, typename Field>
+  void get_field(T& owner, Field T::*field) {
+    get(owner.*field);
+  }
+  template <typename T>
+  void get_field(T& owner, Text<T> text) {
+    std::uint16_t size = 0;
+    get(size);
+    if (size > text.max) return fail("a text that is too long");
+    if (size > bytes_.size()) return fail("a record that ends too early");
+    (owner.*text.member).assign(reinterpret_cast<const char*>(bytes_.data()), size);
+    bytes_ = bytes_.subspan(size);
+  }
+
+  std::span<const std::byte> bytes_;
+  std::string_view problem_;
+};
+
+// The kind is the place in Record, from 1: a new record goes to the end of the list.
+template <std::size_t... kIndex>
+bool get_record(Reader& reader, std::size_t index, Record& record,
+                std::index_sequence<kIndex...> /*all*/) {
+  return ((index == kIndex && (reader.get(record.emplace<kIndex>()), true)) || ...);
+}
+
+}  // namespace
+
+void encode(const Packet& packet, std::vector<std::byte>& out) {
+  Writer writer(out);
+  writer.put(static_cast<std::uint16_t>(packet.record.index() + 1));
+  writer.put(std::uint16_t{0});
+  writer.put(packet.request);
+  std::visit([&writer](const auto& record) { writer.put(record); }, packet.record);
+}
+
+Decoded decode(std::span<const std::byte> bytes) {
+  Reader reader(bytes);
+  std::uint16_t kind = 0;
+  std::uint16_t zero = 0;
+  Packet packet;
+  reader.get(kind);
+  reader.get(zero);
+  reader.get(packet.request);
+  if (zero != 0) reader.fail("a record from another version");
+  constexpr auto kAll = std::make_index_sequence<std::variant_size_v<Record>>();
+  const std::size_t index = std::size_t{kind} - 1;
+  if (!get_record(reader, index, packet.record, kAll)) reader.fail("unknown kind of record");
+  reader.expect_end();
+  if (!reader.problem().empty()) return {std::nullopt, reader.problem()};
+  return {std::move(packet), {}};
+}
+
+}  // namespace tims::wire

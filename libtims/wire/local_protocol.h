@@ -1,0 +1,126 @@
+// The words between a client and its router on one host: one SEQPACKET record each, over the Unix
+// socket, numbers in the machine's own order. File descriptors travel beside a record.
+//
+//   client                                   router
+//     Hello                            ->
+//                                      <-    Welcome | Refused
+//     OfferSegment  + memfd            ->                        (no answer)
+//     Open[...] (+ eventfd)            ->
+//                                      <-    Opened[...]
+//     Close[...]                       ->
+//                                      <-    Closed
+//     Lookup[...]                      ->
+//                                      <-    Found (+ memfd, eventfd)     one for each address
+//     UplinkRequest                    ->
+//                                      <-    Uplink + memfd
+//     Doorbell                         ->                        (the uplink has messages)
+//                                      <-    Moved                (look this address up again)
+//
+// Every decoder takes whatever came and says what is wrong with it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "tims/address.h"
+
+namespace tims::wire {
+
+inline constexpr std::uint32_t kLocalMagic = 0x534D4954;  // "TIMS"
+inline constexpr std::uint16_t kLocalVersion = 1;
+inline constexpr std::size_t kRecordBytesMax = 64 << 10;
+inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close or Lookup
+inline constexpr std::size_t kNameMax = 31;
+inline constexpr std::size_t kTextMax = 512;
+
+// Where a mailbox lies: in which client's shared memory, at which byte.
+struct Place {
+  std::uint64_t segment = 0;
+  std::uint64_t offset = 0;
+  bool operator==(const Place&) const = default;
+};
+
+struct Hello {
+  std::uint16_t version_min = kLocalVersion;
+  std::uint16_t version_max = kLocalVersion;
+  std::uint32_t writer = 0;  // the identity it had with the last router, 0: none
+  std::string name;
+};
+struct Welcome {
+  std::uint16_t version = kLocalVersion;
+  std::uint32_t writer = 0;  // marks the slots this client is writing; never 0
+  Address router;
+  std::uint64_t epoch = 0;
+  std::uint32_t message_max = 0;  // bytes, header included
+};
+struct Refused {
+  std::string text;  // what, why, and what to do
+};
+struct OfferSegment {
+  std::uint64_t segment = 0;  // chosen by the client, unique for it
+};
+struct OpenEntry {
+  Address address = {};
+  Place place = {};
+  bool has_event_fd = false;  // then the eventfds come beside the record, in order
+};
+struct Open {
+  std::vector<OpenEntry> entries;
+};
+enum class OpenStatus : std::uint32_t { kOk, kAddressInUse, kBadPlace, kTooMany, kNotTried };
+struct OpenedEntry {
+  Address address = {};
+  OpenStatus status = OpenStatus::kOk;
+};
+struct Opened {
+  std::vector<OpenedEntry> entries;
+  std::string text;  // names the owner when an address is in use
+};
+struct Close {
+  std::vector<Address> addresses;
+};
+struct Closed {};
+struct Lookup {
+  std::vector<Address> addresses;
+};
+struct Found {
+  Address address = {};
+  bool local = false;  // false: send through the uplink
+  Place place = {};    // segment ids here are the router's, unique on this host
+  bool has_event_fd = false;
+};
+struct UplinkRequest {};
+struct Uplink {
+  Place place = {};
+};
+struct Doorbell {};
+// A message came through the uplink although its receiver is on this host by now.
+struct Moved {
+  Address address = {};
+};
+
+using Record = std::variant<Hello, Welcome, Refused, OfferSegment, Open, Opened, Close, Closed,
+                            Lookup, Found, UplinkRequest, Uplink, Doorbell, Moved>;
+
+struct Packet {
+  std::uint32_t request = 0;  // a client's number for a request, repeated in the answer
+  Record record;
+};
+
+// Appends the record's bytes. Lists beyond kBatchMax and texts beyond their limits are cut.
+void encode(const Packet& packet, std::vector<std::byte>& out);
+
+// Nullopt and a reason for whatever is not exactly one record.
+struct Decoded {
+  std::optional<Packet> packet;
+  std::string_view problem;
+};
+Decoded decode(std::span<const std::byte> bytes);
+
+}  // namespace tims::wire

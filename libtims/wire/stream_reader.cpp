@@ -1,0 +1,101 @@
+#include "wire/stream_reader.h"
+
+#include <algorithm>
+
+namespace tims::wire {
+namespace {
+
+// A buffer up to this size is kept for the next message that spans chunks: a stream of small
+// messages causes one allocation, not one for every chunk.
+constexpr std::size_t kKeptBytesMax = 64 << 10;
+constexpr std::size_t kBufferBytesMin = 4 << 10;
+
+// Less than this is cheaper to copy than to fetch with a read of its own, which would bring
+// nothing of the messages behind it.
+constexpr std::size_t kRoomBytesMin = 16 << 10;
+
+}  // namespace
+
+StreamReader::Item StreamReader::next(std::span<std::byte>& chunk) {
+  if (broken_) return *broken_;
+  if (handed_out_) release();
+  if (filled_ > 0 || chunk.size() < kHeaderSize) return gather(chunk);
+
+  const Header header = decode_header(chunk.first<kHeaderSize>());
+  if (const auto refused = check(header)) return *refused;
+  if (header.length > chunk.size()) return gather(chunk);
+  const std::span<std::byte> message = chunk.first(header.length);
+  chunk = chunk.subspan(header.length);
+  return {Status::kMessage, message, header};
+}
+
+std::span<std::byte> StreamReader::room() {
+  if (handed_out_) release();
+  if (broken_ || filled_ < kHeaderSize) return {};
+  const std::size_t missing = header_.length - filled_;
+  if (missing < kRoomBytesMin) return {};
+  return {buffer_.get() + filled_, missing};
+}
+
+void StreamReader::advance(std::size_t n) { filled_ += n; }
+
+StreamReader::Item StreamReader::gather(std::span<std::byte>& chunk) {
+  if (filled_ < kHeaderSize) {
+    if (chunk.empty()) return {Status::kNeedMore, {}, {}};
+    reserve(kHeaderSize);
+    take(chunk, kHeaderSize);
+    if (filled_ < kHeaderSize) return {Status::kNeedMore, {}, {}};
+    header_ = decode_header(ConstHeaderBytes(buffer_.get(), kHeaderSize));
+    if (const auto refused = check(header_)) return *refused;
+    reserve(header_.length);
+  }
+  take(chunk, header_.length);
+  if (filled_ < header_.length) return {Status::kNeedMore, {}, {}};
+  handed_out_ = true;
+  return {Status::kMessage, {buffer_.get(), header_.length}, header_};
+}
+
+std::optional<StreamReader::Item> StreamReader::check(const Header& header) {
+  switch (check_length(header.length, length_max_)) {
+    case LengthVerdict::kOk:
+      return std::nullopt;
+    case LengthVerdict::kTooShort:
+      broken_ = {Status::kTooShort, {}, header};
+      break;
+    case LengthVerdict::kTooLong:
+      broken_ = {Status::kTooLong, {}, header};
+      break;
+  }
+  filled_ = 0;
+  buffer_.reset();
+  capacity_ = 0;
+  return broken_;
+}
+
+// Moves bytes from the chunk until `filled_end` bytes of the message are here.
+void StreamReader::take(std::span<std::byte>& chunk, std::size_t filled_end) {
+  const std::size_t n = std::min(chunk.size(), filled_end - filled_);
+  std::copy_n(chunk.begin(), n, buffer_.get() + filled_);
+  filled_ += n;
+  chunk = chunk.subspan(n);
+}
+
+// Not set to zero: pages of a large buffer cost nothing until the sender's bytes are there.
+void StreamReader::reserve(std::size_t bytes) {
+  if (bytes <= capacity_) return;
+  const std::size_t capacity = std::max(bytes, kBufferBytesMin);
+  auto larger = std::make_unique_for_overwrite<std::byte[]>(capacity);
+  std::copy_n(buffer_.get(), filled_, larger.get());
+  buffer_ = std::move(larger);
+  capacity_ = capacity;
+}
+
+void StreamReader::release() {
+  handed_out_ = false;
+  filled_ = 0;
+  if (capacity_ <= kKeptBytesMax) return;
+  buffer_.reset();
+  capacity_ = 0;
+}
+
+}  // namespace tims::wire
