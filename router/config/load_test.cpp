@@ -1,0 +1,233 @@
+#include "router/config/load.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tims::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+const Host kHost{.name = "robot1", .uid = 0, .environment = {{"ID", "7"}, {"ON", "true"}}};
+
+Loaded load_text(std::string text, std::vector<std::string> settings = {}) {
+  return load({{{"r.toml", std::move(text)}}, std::move(settings), kHost});
+}
+
+std::vector<std::string> problems_of(const Loaded& loaded) {
+  std::vector<std::string> texts;
+  for (const Problem& problem : loaded.problems) texts.push_back(problem.to_string());
+  return texts;
+}
+
+Config good(std::string text, std::vector<std::string> settings = {}) {
+  const Loaded loaded = load_text(std::move(text), std::move(settings));
+  EXPECT_THAT(problems_of(loaded), testing::IsEmpty());
+  return loaded.config;
+}
+
+TEST(Load, NothingWrittenGivesTheDefaults) {
+  EXPECT_EQ(good(""), defaults(kHost));
+  EXPECT_EQ(good("# only a comment\n[tcp]\n"), defaults(kHost));
+}
+
+TEST(Load, ReadsEveryKindOfValue) {
+  const Config config = good(R"(
+[router]
+name = "${HOSTNAME}-front"
+system = 3
+id = 255
+[unix]
+path = "/tmp/x.sock"
+[tcp]
+listen = "localhost:2001"
+compat_delete = true
+queue = 65536
+[http]
+listen = "off"
+[message]
+max = "262144B"
+[lifesign]
+interval = "250ms"
+[limits]
+clients = 3
+mailboxes_per_client = 4
+[log]
+level = "debug"
+)");
+  EXPECT_EQ(config.router.name, "robot1-front");
+  EXPECT_EQ(config.router.system, 3);
+  EXPECT_EQ(config.router.id, 255);
+  EXPECT_EQ(config.unix.path, "/tmp/x.sock");
+  EXPECT_EQ(config.tcp.listen, (Endpoint{"127.0.0.1", 2001}));
+  EXPECT_TRUE(config.tcp.compat_delete);
+  EXPECT_EQ(config.tcp.queue_bytes, 65536U);
+  EXPECT_EQ(config.http.listen, std::nullopt);
+  EXPECT_EQ(config.message.bytes_max, 262144U);
+  EXPECT_EQ(config.lifesign.interval, 250ms);
+  EXPECT_EQ(config.limits.clients, 3U);
+  EXPECT_EQ(config.limits.mailboxes_per_client, 4U);
+  EXPECT_EQ(config.log.level, LogLevel::kDebug);
+}
+
+TEST(Load, DottedKeysAndInlineTablesAreTheSame) {
+  EXPECT_EQ(good("tcp.listen = \"off\"\n"), good("tcp = { listen = \"off\" }\n"));
+}
+
+TEST(Load, LaterFilesAndSettingsWinKeyByKey) {
+  const Loaded loaded =
+      load({{{"a.toml", "[router]\nsystem = 1\nid = 1\n[log]\nlevel = \"error\"\n"},
+             {"b.toml", "[router]\nid = 2\n[log]\nlevel = \"info\"\n"}},
+            {"log.level=debug", "router.name=\"x\"", "log.level=warning"},
+            kHost});
+  EXPECT_THAT(problems_of(loaded), testing::IsEmpty());
+  EXPECT_EQ(loaded.config.router.system, 1);
+  EXPECT_EQ(loaded.config.router.id, 2);
+  EXPECT_EQ(loaded.config.router.name, "x");
+  EXPECT_EQ(loaded.config.log.level, LogLevel::kWarning);
+  EXPECT_EQ(loaded.origins.at("router.system").to_string(), "a.toml:2");
+  EXPECT_EQ(loaded.origins.at("router.id").to_string(), "b.toml:2");
+  EXPECT_EQ(loaded.origins.at("log.level").to_string(), "--set 3");
+  EXPECT_FALSE(loaded.origins.contains("tcp.listen"));
+}
+
+TEST(Load, NumbersAndFlagsMayComeFromTheEnvironment) {
+  const Config config = good("[router]\nid = \"${ID}\"\n[tcp]\ncompat_delete = \"${ON}\"\n");
+  EXPECT_EQ(config.router.id, 7);
+  EXPECT_TRUE(config.tcp.compat_delete);
+}
+
+TEST(Load, TheSocketLiesWhereThisUserMayPutIt) {
+  EXPECT_EQ(defaults({.name = "h", .uid = 0, .environment = {{"XDG_RUNTIME_DIR", "/x"}}}).unix.path,
+            "/run/tims/router.sock");
+  EXPECT_EQ(defaults({.name = "h", .uid = 5, .environment = {{"XDG_RUNTIME_DIR", "/x"}}}).unix.path,
+            "/x/tims/router.sock");
+  EXPECT_EQ(defaults({.name = "h", .uid = 5, .environment = {{"XDG_RUNTIME_DIR", ""}}}).unix.path,
+            "/tmp/tims-5/router.sock");
+  EXPECT_EQ(defaults({.name = "h", .uid = 5, .environment = {}}).unix.path,
+            "/tmp/tims-5/router.sock");
+}
+
+TEST(Load, ADefaultThatDoesNotFitIsAnError) {
+  const Host host{
+      .name = "h", .uid = 5, .environment = {{"XDG_RUNTIME_DIR", "/" + std::string(100, 'x')}}};
+  const Loaded loaded = load({{}, {}, host});
+  EXPECT_THAT(problems_of(loaded),
+              testing::ElementsAre(testing::StartsWith("default: unix.path \"/xxx")));
+  EXPECT_TRUE(load({{}, {"unix.path=/tmp/short"}, host}).ok());
+}
+
+// One line of the table: what somebody wrote, and all that is said about it.
+struct Bad {
+  std::string_view text;
+  std::vector<std::string> problems;
+};
+
+const std::vector<Bad> kBad{
+    // Names.
+    {"[tcp]\nlistn = \"off\"\n", {"r.toml:2:1: unknown key tcp.listn; did you mean tcp.listen?"}},
+    {"[tcp]\n  level = \"info\"\n", {"r.toml:2:3: unknown key tcp.level; did you mean log.level?"}},
+    {"listen = \"off\"\n",
+     {"r.toml:1:1: unknown key listen; did you mean tcp.listen or http.listen?"}},
+    {"[tcp]\nflux = 1\n", {"r.toml:2:1: unknown key tcp.flux"}},
+    {"[tpc]\nlisten = 5\nqueue = 6\n", {"r.toml:1:2: unknown table [tpc]; did you mean [tcp]?"}},
+    {"[flux]\n",
+     {"r.toml:1:2: unknown table [flux]; known are router, unix, tcp, http, message, lifesign, "
+      "limits, log, security"}},
+    {"[tcp.listen]\nport = 3\n",
+     {"r.toml:1:1: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
+      "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
+    {"tcp = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
+    {"[[tcp]]\nqueue = 5\n", {"r.toml:1:3: tcp is a table: write [tcp] once, above its keys"}},
+    // Types.
+    {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
+    {"[router]\nid = 3.0\n",
+     {"r.toml:2:6: router.id wants a whole number, not a number with a fraction"}},
+    {"[router]\nid = true\n", {"r.toml:2:6: router.id wants a whole number, not true"}},
+    {"[router]\nid = [1]\n", {"r.toml:2:6: router.id wants a whole number, not an array"}},
+    {"[router]\nid = 1979-05-27\n",
+     {"r.toml:2:6: router.id wants a whole number, not a date or time"}},
+    {"[router]\nname = 3\n", {"r.toml:2:8: router.name wants a text such as \"robot1\", not 3"}},
+    {"[tcp]\ncompat_delete = 1\n", {"r.toml:2:17: tcp.compat_delete wants true or false, not 1"}},
+    {"[tcp]\ncompat_delete = \"true\"\n",
+     {"r.toml:2:17: tcp.compat_delete wants true or false, not the text \"true\""}},
+    {"[lifesign]\ninterval = 5\n",
+     {"r.toml:2:12: lifesign.interval wants a duration with its unit such as \"250ms\" or "
+      "\"5s\", "
+      "not 5"}},
+    {"[log]\nlevel = \"loud\"\n",
+     {"r.toml:2:9: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\""}},
+    // Units and ranges.
+    {"[lifesign]\ninterval = \"5 s\"\n",
+     {"r.toml:2:12: lifesign.interval has the unknown unit \" s\" in \"5 s\"; known are ns, us, "
+      "ms, s, min, h"}},
+    {"[lifesign]\ninterval = \"99ms\"\n",
+     {"r.toml:2:12: lifesign.interval 99ms is out of range (100ms to 1h)"}},
+    {"[router]\nsystem = 256\nid = -1\n",
+     {"r.toml:2:10: router.system 256 is out of range (0 to 255)",
+      "r.toml:3:6: router.id -1 is out of range (0 to 255)"}},
+    {"[message]\nmax = 65535\n",
+     {"r.toml:2:7: message.max 65535B is out of range (64KiB to 1GiB)"}},
+    {"[message]\nmax = \"2GiB\"\n",
+     {"r.toml:2:7: message.max 2GiB is out of range (64KiB to 1GiB)"}},
+    {"[unix]\npath = \"\"\n", {"r.toml:2:8: unix.path \"\" is out of range (1 to 107 bytes long)"}},
+    // Variables.
+    {"[router]\nname = \"${NOBODY}\"\n",
+     {"r.toml:2:8: router.name names the environment variable NOBODY, which is not set"}},
+    {"[router]\nid = \"${HOSTNAME}\"\n",
+     {"r.toml:2:6: router.id wants a whole number, not \"robot1\""}},
+};
+
+TEST(Load, BadConfigurationsAreToldWithLineAndColumn) {
+  for (const Bad& bad : kBad)
+    EXPECT_EQ(problems_of(load_text(std::string(bad.text))), bad.problems) << bad.text;
+}
+
+TEST(Load, WhatIsNotTomlIsToldWithLineAndColumn) {
+  const auto first = [](std::string text) {
+    const auto problems = problems_of(load_text(std::move(text)));
+    return problems.empty() ? "none" : problems.front();
+  };
+  EXPECT_THAT(first("[tcp]\nqueue = 5\nqueue = 6\n"), testing::StartsWith("r.toml:3:"));
+  EXPECT_THAT(first("[tcp]\n[http]\n[tcp]\n"), testing::StartsWith("r.toml:3:"));
+  EXPECT_THAT(first("[tcp\nqueue = 5\n"), testing::StartsWith("r.toml:1:"));
+  EXPECT_THAT(first("[tcp]\nlisten = off\n"), testing::StartsWith("r.toml:2:"));
+  EXPECT_THAT(first("[tcp]\nqueue = 4MiB\n"), testing::EndsWith("durations stand in quotes"));
+  EXPECT_THAT(first("\n[\n"), testing::StartsWith("r.toml:2:"));
+  EXPECT_THAT(first(std::string("a = \"\0\"", 7)), testing::StartsWith("r.toml:1:"));
+}
+
+TEST(Load, AllProblemsOfAllSourcesAreReported) {
+  const Loaded loaded = load({{{"a.toml", "[router]\nid = 300\nsytem = 1\n"}, {"b.toml", "[x\n"}},
+                              {"log.level=loud", "tcp.queu=5", "nonsense"},
+                              kHost});
+  EXPECT_THAT(
+      problems_of(loaded),
+      testing::ElementsAre(
+          "a.toml:2:6: router.id 300 is out of range (0 to 255)",
+          "a.toml:3:1: unknown key router.sytem; did you mean router.system?",
+          testing::StartsWith("b.toml:1:"),
+          "--set 1: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\"",
+          "--set 2: unknown key tcp.queu; did you mean tcp.queue?",
+          "--set 3: wants key=value, not \"nonsense\""));
+}
+
+TEST(Load, ListeningBeyondLoopbackMustBeWanted) {
+  const std::string open = "[tcp]\nlisten = \"0.0.0.0:2000\"\n";
+  EXPECT_EQ(
+      problems_of(load_text(open)),
+      std::vector<std::string>{
+          "r.toml:2:10: tcp.listen \"0.0.0.0:2000\" is not a loopback address, and this "
+          "version has no keys to protect it: everybody who reaches the port could command "
+          "the robot. Listen on \"127.0.0.1:2000\"; or, where every machine of the network is "
+          "trusted, write \"insecure = true\" under [security] (or --set "
+          "security.insecure=true)"});
+  EXPECT_THAT(problems_of(load_text("", {"http.listen=[::]:8080"})),
+              testing::ElementsAre(testing::StartsWith("--set 1: http.listen \"[::]:8080\"")));
+  EXPECT_TRUE(load_text(open + "[security]\ninsecure = true\n").ok());
+  EXPECT_TRUE(load_text(open, {"security.insecure=true"}).ok());
+  EXPECT_TRUE(load_text("[tcp]\nlisten = \"[::1]:2000\"\n").ok());
+}
+
+}  // namespace
+}  // namespace tims::config

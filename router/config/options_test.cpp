@@ -1,0 +1,97 @@
+#include "router/config/options.h"
+
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "router/config/load.h"
+
+namespace tims::config {
+namespace {
+
+const Host kRoot{.name = "robot1", .uid = 0, .environment = {}};
+
+TEST(Options, KeysAreUniqueAndTablesStandTogether) {
+  std::set<std::string_view> keys;
+  std::set<std::string_view> closed;
+  std::string_view table;
+  for (const Option& option : options()) {
+    EXPECT_TRUE(keys.insert(option.key).second) << option.key;
+    const bool opened = option.table() != table;
+    EXPECT_TRUE(!opened || closed.insert(option.table()).second) << option.key;
+    table = option.table();
+  }
+}
+
+TEST(Options, EveryDefaultIsInItsRange) {
+  const Config config = defaults(kRoot);
+  for (const Option& option : options())
+    EXPECT_TRUE(check_range(option.kind, option.range, option.get(config)).ok()) << option.key;
+}
+
+TEST(Options, SetGivesBackWhatGetGave) {
+  const Loaded other =
+      load({{},
+            {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x", "tcp.listen=off",
+             "tcp.compat_delete=true", "tcp.queue=1MiB", "http.listen=[::1]:1", "message.max=1MiB",
+             "lifesign.interval=1s", "limits.clients=5", "limits.mailboxes_per_client=6",
+             "log.level=error", "security.insecure=true"},
+            kRoot});
+  ASSERT_TRUE(other.ok());
+  Config copy = defaults(kRoot);
+  for (const Option& option : options()) {
+    EXPECT_NE(option.get(copy), option.get(other.config)) << option.key << " is not set above";
+    option.set(copy, option.get(other.config));
+  }
+  EXPECT_EQ(copy, other.config);
+}
+
+TEST(Options, AreFoundByKey) {
+  ASSERT_NE(find_option("tcp.queue"), nullptr);
+  EXPECT_EQ(find_option("tcp.queue")->table(), "tcp");
+  EXPECT_EQ(find_option("tcp.queue")->name(), "queue");
+  EXPECT_EQ(find_option("tcp"), nullptr);
+}
+
+TEST(Options, HelpNamesEveryKeyWithLimitsAndDefault) {
+  const std::string help = options_help();
+  for (const Option& option : options())
+    EXPECT_THAT(help, testing::HasSubstr("  " + std::string(option.key) + "  ("));
+  EXPECT_THAT(help, testing::HasSubstr("tcp.queue  (size, 64KiB to 1GiB; default \"4MiB\")"));
+  EXPECT_THAT(help, testing::HasSubstr("unix.path  (text, 1 to 107 bytes long; default /run/"));
+}
+
+TEST(Options, HelpLinesFitOnAScreen) {
+  std::istringstream lines(options_help() + sample_file());
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_TRUE(line.size() <= 100U || line.ends_with(')')) << line;
+}
+
+TEST(SampleFile, UncommentedItGivesTheDefaults) {
+  std::istringstream lines(sample_file());
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    const bool switched_off = line.starts_with('#') && !line.starts_with("# ");
+    text += line.substr(switched_off ? 1 : 0) + '\n';
+  }
+  const Loaded loaded = load({{{"router.toml", text}}, {}, kRoot});
+  EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.problems.front().to_string());
+  EXPECT_EQ(loaded.config, defaults(kRoot));
+  EXPECT_EQ(loaded.origins.size(), options().size());
+}
+
+TEST(SampleFile, InDeployIsTheGeneratedOne) {
+  std::ifstream stream(TIMS_SAMPLE_FILE);
+  const std::string deployed{std::istreambuf_iterator<char>(stream), {}};
+  if (deployed == sample_file()) return;
+  const std::string generated = testing::TempDir() + "tims-router.toml";
+  std::ofstream(generated) << sample_file();
+  FAIL() << "the option table has changed: cp " << generated << " " << TIMS_SAMPLE_FILE;
+}
+
+}  // namespace
+}  // namespace tims::config

@@ -1,0 +1,33 @@
+// One TOML text, flattened to the assignments it makes. The only file that knows the TOML library.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "router/config/load.h"
+
+namespace tims::config {
+
+// What TOML has and no option takes: "a table", "an array of tables", "a date".
+struct Foreign {
+  std::string_view what;
+};
+using Raw = std::variant<std::string, bool, std::int64_t, Foreign>;
+
+struct Assignment {
+  std::string key;  // "tcp.listen"; for a table its name
+  Origin at_key;
+  Origin at_value;
+  Raw value;
+  bool table = false;  // `[name]`, not a value; its assignments follow
+};
+
+struct TomlText {
+  std::vector<Assignment> assignments;  // in the order of the text
+  std::vector<Problem> problems;        // of the text as TOML; then there are no assignments
+};
+
+TomlText parse_toml(const File& file);
+
+}  // namespace tims::config

@@ -1,0 +1,60 @@
+#include "router/config/toml_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tims::config {
+namespace {
+
+std::string place(const Origin& at) {
+  return std::to_string(at.line) + ":" + std::to_string(at.column);
+}
+
+std::vector<std::string> keys(const TomlText& text) {
+  std::vector<std::string> list;
+  for (const Assignment& a : text.assignments) list.push_back(a.key);
+  return list;
+}
+
+TEST(TomlSource, AssignmentsComeInTheOrderOfTheText) {
+  const TomlText text = parse_toml({"f", "z = 1\n[tcp]\nqueue = 2\nlisten = \"x\"\n[log]\n"});
+  EXPECT_THAT(keys(text), testing::ElementsAre("z", "tcp", "tcp.queue", "tcp.listen", "log"));
+  EXPECT_TRUE(text.assignments[1].table);
+  EXPECT_FALSE(text.assignments[2].table);
+}
+
+TEST(TomlSource, KnowsWhereKeysAndValuesStand) {
+  const TomlText text = parse_toml({"f", "[tcp]\n  queue =  \"4MiB\"\n"});
+  ASSERT_EQ(text.assignments.size(), 2U);
+  EXPECT_EQ(place(text.assignments[1].at_key), "2:3");
+  EXPECT_EQ(place(text.assignments[1].at_value), "2:12");
+  EXPECT_EQ(text.assignments[1].at_key.file, "f");
+}
+
+TEST(TomlSource, WhatLiesDeeperIsOneForeignValue) {
+  const TomlText text = parse_toml({"f", "[tcp.listen]\na = 1\nb = 2\n"});
+  EXPECT_THAT(keys(text), testing::ElementsAre("tcp", "tcp.listen"));
+  EXPECT_EQ(std::get<Foreign>(text.assignments[1].value).what, "a table");
+}
+
+TEST(TomlSource, NamesTheTypesNoOptionTakes) {
+  const auto what = [](const std::string& value) {
+    const TomlText text = parse_toml({"f", "x = " + value + "\n"});
+    return std::string(std::get<Foreign>(text.assignments.at(0).value).what);
+  };
+  EXPECT_EQ(what("1.5"), "a number with a fraction");
+  EXPECT_EQ(what("nan"), "a number with a fraction");
+  EXPECT_EQ(what("[1, 2]"), "an array");
+  EXPECT_EQ(what("[{a = 1}]"), "an array of tables");
+  EXPECT_EQ(what("07:32:00"), "a date or time");
+}
+
+TEST(TomlSource, ATextThatIsNotTomlGivesNothingButItsProblem) {
+  const TomlText text = parse_toml({"f", "a = 1\nb = \n"});
+  EXPECT_TRUE(text.assignments.empty());
+  ASSERT_EQ(text.problems.size(), 1U);
+  EXPECT_EQ(text.problems[0].at.line, 2U);
+}
+
+}  // namespace
+}  // namespace tims::config

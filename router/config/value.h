@@ -1,0 +1,56 @@
+// One option's value: its kinds, how people write each, and the limits. Knows no keys and no files.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "router/config/config.h"
+#include "tims/result.h"
+
+namespace tims::config {
+
+enum class Kind : std::uint8_t {
+  kText,      // "laptop"
+  kFlag,      // true, false
+  kNumber,    // 3
+  kDuration,  // "250ms", "5s": ns, us, ms, s, min, h
+  kSize,      // "4MiB", "262144B", 262144: B, kB, MB, GB, KiB, MiB, GiB
+  kEndpoint,  // "127.0.0.1:2000", "[::1]:2000", "localhost:2000", "off"
+  kLogLevel,  // "error", "warning", "info", "debug"
+};
+
+struct Bytes {
+  std::int64_t count = 0;
+  auto operator<=>(const Bytes&) const = default;
+};
+
+using Value = std::variant<std::string, bool, std::int64_t, Duration, Bytes,
+                           std::optional<Endpoint>, LogLevel>;  // in the order of Kind
+
+// Both ends are allowed. Number; nanoseconds of a duration; bytes of a size; length of a text.
+struct Range {
+  std::int64_t min = 0;
+  std::int64_t max = 0;
+};
+
+// What a person wrote, without quotes. The error's detail is half a sentence that follows the key:
+// "wants a size such as \"4MiB\", not \"4 apples\"".
+Result<Value> parse_value(Kind kind, Range range, std::string_view text);
+
+// The second half of parse_value, for values that came typed.
+Result<void> check_range(Kind kind, Range range, const Value& value);
+
+// As TOML, in the largest unit that says it exactly: 4MiB, not 4096KiB.
+std::string to_toml(const Value& value);
+// A string of TOML, quoted and escaped.
+std::string in_quotes(std::string_view text);
+
+// "size", "duration"; "64KiB to 1GiB", empty where a kind has no range; "a size such as \"4MiB\"".
+std::string_view kind_name(Kind kind);
+std::string range_text(Kind kind, Range range);
+std::string_view kind_example(Kind kind);
+
+}  // namespace tims::config

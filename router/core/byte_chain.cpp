@@ -1,0 +1,106 @@
+#include "router/core/byte_chain.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tims::core {
+namespace {
+
+constexpr BlockPool::Index kNone = BlockPool::kNone;
+
+std::size_t room_behind(const ChainBlock& block) { return ByteChain::kBlockBytes - block.end; }
+
+// Copies as much as fits; returns what is left.
+std::span<const std::byte> fill(ChainBlock& block, std::span<const std::byte> bytes) {
+  const std::size_t n = std::min(bytes.size(), room_behind(block));
+  std::copy_n(bytes.begin(), n, block.data + block.end);
+  block.end = static_cast<std::uint16_t>(block.end + n);
+  return bytes.subspan(n);
+}
+
+}  // namespace
+
+std::size_t ByteChain::blocks_needed(BlockPool& pool, std::size_t size) const {
+  const std::size_t room = empty() ? 0 : room_behind(block(pool, tail));
+  return size <= room ? 0 : (size - room + kBlockBytes - 1) / kBlockBytes;
+}
+
+void ByteChain::append(BlockPool& pool, std::span<const std::byte> bytes) {
+  if (!empty()) bytes = fill(block(pool, tail), bytes);
+  while (!bytes.empty()) {
+    const BlockPool::Index index = pool.allocate();
+    ChainBlock& fresh = block(pool, index);
+    fresh.begin = fresh.end = 0;
+    link(pool, index);
+    bytes = fill(fresh, bytes);
+  }
+}
+
+void ByteChain::peek(BlockPool& pool, std::span<std::byte> to) const {
+  for (BlockPool::Index i = head; !to.empty(); i = block(pool, i).next) {
+    const auto bytes = block(pool, i).bytes();
+    const std::size_t n = std::min(bytes.size(), to.size());
+    std::copy_n(bytes.begin(), n, to.begin());
+    to = to.subspan(n);
+  }
+}
+
+void ByteChain::drop(BlockPool& pool, std::size_t size) {
+  while (size > 0) {
+    ChainBlock& first = block(pool, head);
+    const std::size_t n = std::min(size, first.bytes().size());
+    first.begin = static_cast<std::uint16_t>(first.begin + n);
+    size -= n;
+    if (first.bytes().empty()) pool.release(unlink_head(pool));
+  }
+}
+
+void ByteChain::clear(BlockPool& pool) {
+  while (!empty()) pool.release(unlink_head(pool));
+}
+
+void ByteChain::move_front(BlockPool& pool, std::size_t size, ByteChain& to,
+                           BlockPool::Index& spare) {
+  while (size > 0 && block(pool, head).bytes().size() <= size) {
+    size -= block(pool, head).bytes().size();
+    to.link(pool, unlink_head(pool));
+  }
+  if (size == 0) return;
+  const BlockPool::Index rest = std::exchange(spare, kNone);
+  ChainBlock& own = block(pool, rest);
+  own.begin = own.end = 0;
+  fill(own, block(pool, head).bytes().first(size));
+  to.link(pool, rest);
+  drop(pool, size);
+}
+
+std::size_t ByteChain::gather(BlockPool& pool, std::span<std::span<const std::byte>> pieces,
+                              std::size_t count) const {
+  for (BlockPool::Index i = head; i != kNone && count < pieces.size(); i = block(pool, i).next) {
+    pieces[count++] = block(pool, i).bytes();
+  }
+  return count;
+}
+
+ChainBlock& ByteChain::block(BlockPool& pool, BlockPool::Index index) {
+  return *reinterpret_cast<ChainBlock*>(pool.at(index));
+}
+
+void ByteChain::link(BlockPool& pool, BlockPool::Index index) {
+  block(pool, index).next = kNone;
+  if (empty()) {
+    head = index;
+  } else {
+    block(pool, tail).next = index;
+  }
+  tail = index;
+}
+
+BlockPool::Index ByteChain::unlink_head(BlockPool& pool) {
+  const BlockPool::Index index = head;
+  head = block(pool, index).next;
+  if (head == kNone) tail = kNone;
+  return index;
+}
+
+}  // namespace tims::core

@@ -1,0 +1,40 @@
+#include "router/core/counters.h"
+
+namespace tims::core {
+namespace {
+
+std::int64_t second_of(Time t) {
+  return std::chrono::floor<std::chrono::seconds>(t.time_since_epoch()).count();
+}
+
+}  // namespace
+
+Count MessageCounters::total(Outcome outcome) const {
+  Count sum;
+  for (const auto& port : counts_) {
+    for (const auto& message_class : port) {
+      const Count& count = message_class[static_cast<std::size_t>(outcome)];
+      sum.messages += count.messages;
+      sum.bytes += count.bytes;
+    }
+  }
+  return sum;
+}
+
+void DropHistory::add(Time now, std::uint64_t messages) {
+  const std::int64_t number = second_of(now);
+  Second& second = seconds_[static_cast<std::size_t>(number) % seconds_.size()];
+  if (second.number != number) second = {number, 0};
+  second.drops += messages;
+}
+
+std::uint64_t DropHistory::last_minute(Time now) const {
+  const std::int64_t oldest = second_of(now) - std::ssize(seconds_) + 1;
+  std::uint64_t sum = 0;
+  for (const Second& second : seconds_) {
+    if (second.number >= oldest) sum += second.drops;
+  }
+  return sum;
+}
+
+}  // namespace tims::core

@@ -1,0 +1,61 @@
+#include "router/core/legacy.h"
+
+#include <bit>
+#include <span>
+
+#include "wire/router_commands.h"
+
+namespace tims::core {
+namespace {
+
+using Verb = LegacyCommand::Verb;
+
+constexpr std::size_t kMailboxBodySize = 4;
+
+std::uint32_t read_u32(std::span<const std::byte> bytes, std::endian order) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < kMailboxBodySize; ++i) {
+    const std::size_t at = order == std::endian::big ? i : kMailboxBodySize - 1 - i;
+    value = value << 8 | std::to_integer<std::uint32_t>(bytes[at]);
+  }
+  return value;
+}
+
+// Bytes behind the address are ignored, as the original does.
+LegacyCommand with_mailbox(Verb verb, bool wants_reply, const Message& message) {
+  const auto body = message.body();
+  if (body.size() < kMailboxBodySize) return {.verb = Verb::kMalformed};
+  return {verb, wants_reply, Address(read_u32(body, message.header.body_order()))};
+}
+
+}  // namespace
+
+LegacyCommand parse_command(const Message& message) {
+  namespace command = wire::router_command;
+  switch (message.header.type) {
+    case command::kMailboxInit:
+      return with_mailbox(Verb::kRegister, false, message);
+    case command::kMailboxInitWithReply:
+      return with_mailbox(Verb::kRegister, true, message);
+    case command::kMailboxDelete:
+      return with_mailbox(Verb::kDelete, false, message);
+    case command::kMailboxDeleteWithReply:
+      return with_mailbox(Verb::kDelete, true, message);
+    case command::kMailboxPurge:
+      return {.verb = Verb::kPurge};
+    case command::kEnableWatchdog:
+      return {.verb = Verb::kEnableWatchdog};
+    case command::kDisableWatchdog:
+      return {.verb = Verb::kDisableWatchdog};
+    case command::kLogin:
+      return {.verb = Verb::kLogin};
+    case type::kOk:
+      return {.verb = Verb::kAlive};
+    case type::kAdminRequest:
+      return {.verb = Verb::kAdmin};
+    default:
+      return {.verb = Verb::kUnknown};
+  }
+}
+
+}  // namespace tims::core

@@ -1,0 +1,67 @@
+#include "router/core/legacy.h"
+
+#include <array>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "wire/router_commands.h"
+
+namespace tims::core {
+namespace {
+
+using Verb = LegacyCommand::Verb;
+namespace command = wire::router_command;
+
+LegacyCommand parse(std::int8_t type, std::uint8_t flags, std::vector<std::uint8_t> body) {
+  std::vector<std::byte> bytes(kHeaderSize);
+  for (const std::uint8_t b : body) bytes.push_back(std::byte{b});
+  return parse_command({{.flags = flags, .type = type}, bytes});
+}
+
+TEST(Legacy, OnlyMessagesWithoutAnyAddressAreForTheRouter) {
+  EXPECT_TRUE(is_for_router({}));
+  EXPECT_FALSE(is_for_router({.dest = Address(1)}));
+  EXPECT_FALSE(is_for_router({.src = Address(1)}));
+  EXPECT_FALSE(is_for_router({.dest = Address(0x80000000), .src = Address(0x80000000)}));
+}
+
+TEST(Legacy, KnowsEveryCommand) {
+  const std::array<std::pair<std::int8_t, Verb>, 8> commands{{{10, Verb::kLogin},
+                                                              {15, Verb::kPurge},
+                                                              {18, Verb::kEnableWatchdog},
+                                                              {19, Verb::kDisableWatchdog},
+                                                              {0, Verb::kAlive},
+                                                              {64, Verb::kAdmin},
+                                                              {16, Verb::kUnknown},
+                                                              {-1, Verb::kUnknown}}};
+  for (const auto& [type, verb] : commands) EXPECT_EQ(parse(type, 0, {}).verb, verb) << int{type};
+}
+
+TEST(Legacy, ReadsTheMailboxInBothOrders) {
+  const LegacyCommand big = parse(command::kMailboxInitWithReply, 0x01, {3, 0x14, 0, 2});
+  EXPECT_EQ(big.verb, Verb::kRegister);
+  EXPECT_TRUE(big.wants_reply);
+  EXPECT_EQ(big.mailbox, Address(0x03140002));
+  const LegacyCommand little = parse(command::kMailboxDelete, 0x02, {2, 0, 0x14, 3, 99});
+  EXPECT_EQ(little.verb, Verb::kDelete);
+  EXPECT_FALSE(little.wants_reply);
+  EXPECT_EQ(little.mailbox, Address(0x03140002));
+}
+
+TEST(Legacy, AMailboxOfLessThanFourBytesIsNone) {
+  for (const std::int8_t type :
+       {command::kMailboxInit, command::kMailboxDelete, command::kMailboxInitWithReply,
+        command::kMailboxDeleteWithReply}) {
+    EXPECT_EQ(parse(type, 0, {}).verb, Verb::kMalformed);
+    EXPECT_EQ(parse(type, 0, {1, 2, 3}).verb, Verb::kMalformed);
+  }
+}
+
+// The original's C library answers any message of type 17 with OK to the router.
+TEST(Legacy, ALifesignFromAClientIsNoCommand) {
+  EXPECT_EQ(parse(command::kLifesign, 0, {1, 2, 3, 4}).verb, Verb::kUnknown);
+}
+
+}  // namespace
+}  // namespace tims::core

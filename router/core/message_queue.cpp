@@ -1,0 +1,189 @@
+#include "router/core/message_queue.h"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "tims/message.h"
+#include "wire/header.h"
+
+namespace tims::core {
+namespace {
+
+constexpr BlockPool::Index kNone = BlockPool::kNone;
+
+}  // namespace
+
+MessageQueue::~MessageQueue() {
+  Losses ignored{};
+  clear(ignored);
+}
+
+bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priority,
+                        Losses& replaced) {
+  if (!open()) return false;
+  if (!make_room(message.size(), priority, replaced)) {
+    if (empty()) close();
+    return false;
+  }
+  Level& level = levels()[priority];
+  level.messages.append(pool_, message);
+  level.bytes += static_cast<std::uint32_t>(message.size());
+  ++level.count;
+  bytes_ += message.size();
+  used_[priority / 64] |= std::uint64_t{1} << priority % 64;
+  return true;
+}
+
+bool MessageQueue::push_rest(std::span<const std::byte> rest, std::uint8_t priority) {
+  if (begun_.blocks_needed(pool_, rest.size()) > pool_.available()) return false;
+  begun_.append(pool_, rest);
+  begun_bytes_ = rest.size();
+  begun_priority_ = priority;
+  bytes_ += rest.size();
+  return true;
+}
+
+std::size_t MessageQueue::gather(std::span<std::span<const std::byte>> pieces) const {
+  std::size_t count = begun_.gather(pool_, pieces, 0);
+  for (std::size_t word = used_.size(); word-- > 0;) {
+    for (std::uint64_t bits = used_[word]; bits != 0 && count < pieces.size();) {
+      const auto bit = static_cast<std::size_t>(std::bit_width(bits)) - 1;
+      count = levels()[word * 64 + bit].messages.gather(pool_, pieces, count);
+      bits &= ~(std::uint64_t{1} << bit);
+    }
+  }
+  return count;
+}
+
+void MessageQueue::consume(std::uint64_t size) {
+  size -= consume_begun(size);
+  while (size > 0) size -= consume_first(size);
+  if (empty()) close();
+}
+
+void MessageQueue::clear(Losses& lost) {
+  if (begun_bytes_ > 0) lost[class_of(begun_priority_)].add(begun_bytes_);
+  begun_.clear(pool_);
+  begun_bytes_ = 0;
+  for (std::size_t i = lowest(); i != kNoLevel; i = lowest()) {
+    Level& level = levels()[i];
+    lost[class_of(static_cast<std::uint8_t>(i))].messages += level.count;
+    lost[class_of(static_cast<std::uint8_t>(i))].bytes += level.bytes;
+    level.messages.clear(pool_);
+    used_[i / 64] &= ~(std::uint64_t{1} << i % 64);
+  }
+  bytes_ = 0;
+  close();
+}
+
+// Takes the blocks for the levels' index and the spare one.
+bool MessageQueue::open() {
+  if (index_ != kNone) return true;
+  if (pool_.available() < 2) return false;
+  index_ = pool_.allocate();
+  spare_ = pool_.allocate();
+  std::uninitialized_fill_n(levels(), kLevels, Level{});
+  return true;
+}
+
+void MessageQueue::close() {
+  if (index_ != kNone) pool_.release(index_);
+  if (spare_ != kNone) pool_.release(spare_);
+  index_ = spare_ = kNone;
+}
+
+// Nothing is dropped for a message that would then be refused all the same, unless what is short
+// is the pool itself.
+bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, Losses& replaced) {
+  if (bytes_ + size > bytes_max_) {
+    const std::uint64_t stays = bytes_ - bytes_up_to(priority);
+    if (stays + size > bytes_max_) return false;
+  }
+  while (!fits(size, priority)) {
+    const std::size_t victim = lowest();
+    if (victim > priority) return false;
+    drop_oldest(victim, replaced);
+  }
+  return true;
+}
+
+bool MessageQueue::fits(std::size_t size, std::uint8_t priority) const {
+  return bytes_ + size <= bytes_max_ &&
+         levels()[priority].messages.blocks_needed(pool_, size) <= pool_.available();
+}
+
+std::uint64_t MessageQueue::bytes_up_to(std::uint8_t priority) const {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i <= priority; ++i) sum += levels()[i].bytes;
+  return sum;
+}
+
+void MessageQueue::drop_oldest(std::size_t level, Losses& replaced) {
+  const std::uint32_t length = length_of_first(levels()[level]);
+  levels()[level].messages.drop(pool_, length);
+  replaced[class_of(static_cast<std::uint8_t>(level))].add(length);
+  bytes_ -= length;
+  took(level, length);
+}
+
+// Returns how many bytes that were.
+std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
+  const std::uint64_t n = std::min(size, begun_bytes_);
+  begun_.drop(pool_, n);
+  begun_bytes_ -= n;
+  bytes_ -= n;
+  // The blocks just given back are enough for a new spare.
+  if (begun_bytes_ == 0 && index_ != kNone && spare_ == kNone) spare_ = pool_.allocate();
+  return n;
+}
+
+// Consumes from the first message of the highest level; what is left of it becomes begun_.
+std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
+  const std::size_t i = highest();
+  Level& level = levels()[i];
+  const std::uint32_t length = length_of_first(level);
+  const std::uint64_t n = std::min<std::uint64_t>(size, length);
+  level.messages.drop(pool_, n);
+  bytes_ -= n;
+  if (n < length) {
+    level.messages.move_front(pool_, length - n, begun_, spare_);
+    begun_bytes_ = length - n;
+    begun_priority_ = static_cast<std::uint8_t>(i);
+  }
+  took(i, length);
+  return n;
+}
+
+std::uint32_t MessageQueue::length_of_first(const Level& level) const {
+  std::array<std::byte, kHeaderSize> header{};
+  level.messages.peek(pool_, header);
+  return wire::decode_header(header).length;
+}
+
+// A message has left the level.
+void MessageQueue::took(std::size_t i, std::uint32_t length) {
+  Level& level = levels()[i];
+  level.bytes -= length;
+  if (--level.count == 0) used_[i / 64] &= ~(std::uint64_t{1} << i % 64);
+}
+
+std::size_t MessageQueue::lowest() const {
+  for (std::size_t word = 0; word < used_.size(); ++word) {
+    if (used_[word] != 0) {
+      return word * 64 + static_cast<std::size_t>(std::countr_zero(used_[word]));
+    }
+  }
+  return kNoLevel;
+}
+
+std::size_t MessageQueue::highest() const {
+  for (std::size_t word = used_.size(); word-- > 0;) {
+    if (used_[word] != 0) {
+      return word * 64 + static_cast<std::size_t>(std::bit_width(used_[word])) - 1;
+    }
+  }
+  return kNoLevel;
+}
+
+}  // namespace tims::core

@@ -1,0 +1,258 @@
+#include "router/core/message_queue.h"
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "wire/header.h"
+
+namespace tims::core {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+// `mark` makes it different from others of the same size.
+Bytes message(std::uint32_t length, std::uint8_t priority, std::uint32_t mark = 0) {
+  Bytes bytes(length);
+  for (std::size_t i = kHeaderSize; i < length; ++i) {
+    bytes[i] = static_cast<std::byte>((mark + i) % 251);
+  }
+  wire::encode_header({.priority = priority, .src = Address(mark), .length = length},
+                      std::span(bytes).first<kHeaderSize>());
+  return bytes;
+}
+
+Bytes operator+(Bytes a, const Bytes& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+class MessageQueueTest : public testing::Test {
+ protected:
+  bool push(const Bytes& bytes) {
+    return queue_.push(bytes, wire::decode_header(std::span(bytes).first<kHeaderSize>()).priority,
+                       replaced_);
+  }
+  Bytes waiting() {
+    std::vector<std::span<const std::byte>> pieces(4096);
+    pieces.resize(queue_.gather(pieces));
+    Bytes bytes;
+    for (const auto& piece : pieces) bytes.insert(bytes.end(), piece.begin(), piece.end());
+    return bytes;
+  }
+
+  std::vector<std::byte> memory_ = std::vector<std::byte>(64 * BlockPool::kBlockSize);
+  BlockPool pool_{memory_};
+  MessageQueue queue_{pool_, 1000};
+  Losses replaced_{};
+};
+
+TEST_F(MessageQueueTest, MoreImportantOnesComeFirstThenByArrival) {
+  push(message(20, 1, 1));
+  push(message(30, 200, 2));
+  push(message(40, 1, 3));
+  push(message(50, 200, 4));
+  EXPECT_EQ(waiting(),
+            message(30, 200, 2) + message(50, 200, 4) + message(20, 1, 1) + message(40, 1, 3));
+  EXPECT_EQ(queue_.bytes(), 140U);
+}
+
+TEST_F(MessageQueueTest, TakesNoMemoryWhileItIsEmpty) {
+  EXPECT_EQ(pool_.used(), 0U);
+  push(message(20, 1));
+  EXPECT_GT(pool_.used(), 0U);
+  queue_.consume(20);
+  EXPECT_TRUE(queue_.empty());
+  EXPECT_EQ(pool_.used(), 0U);
+}
+
+TEST_F(MessageQueueTest, TheOldestOfTheLowestPriorityMakesRoom) {
+  push(message(400, 5, 1));
+  push(message(400, 5, 2));
+  push(message(200, 9, 3));
+  EXPECT_TRUE(push(message(300, 5, 4)));
+  EXPECT_EQ(waiting(), message(200, 9, 3) + message(400, 5, 2) + message(300, 5, 4));
+  EXPECT_EQ(replaced_[class_of(5)], (Count{1, 400}));
+}
+
+TEST_F(MessageQueueTest, SeveralMakeRoomForALargeOne) {
+  for (std::uint32_t i = 0; i < 10; ++i) push(message(100, static_cast<std::uint8_t>(i * 10), i));
+  EXPECT_TRUE(push(message(250, 100, 77)));
+  EXPECT_EQ(queue_.bytes(), 950U);
+  EXPECT_EQ(replaced_[0], (Count{3, 300}));  // priorities 0, 10, 20
+}
+
+TEST_F(MessageQueueTest, ALessImportantOneIsRefusedAndNothingGoesForIt) {
+  push(message(100, 1, 1));
+  push(message(900, 7, 2));
+  EXPECT_FALSE(push(message(200, 6, 3)));
+  EXPECT_EQ(waiting(), message(900, 7, 2) + message(100, 1, 1));
+  EXPECT_EQ(replaced_[0], Count{});
+}
+
+TEST_F(MessageQueueTest, OneThatNeverFitsIsRefused) {
+  EXPECT_FALSE(push(message(1001, 255)));
+  EXPECT_TRUE(queue_.empty());
+  EXPECT_EQ(pool_.used(), 0U);
+  EXPECT_TRUE(push(message(1000, 0)));
+}
+
+TEST_F(MessageQueueTest, PrioritiesAreUnsigned) {
+  push(message(1000, 127, 1));
+  EXPECT_TRUE(push(message(1000, 128, 2)));
+  EXPECT_FALSE(push(message(1000, 127, 3)));
+  EXPECT_EQ(waiting(), message(1000, 128, 2));
+}
+
+TEST_F(MessageQueueTest, OneThatIsPartlyWrittenIsNeitherOvertakenNorReplaced) {
+  push(message(600, 1, 1));
+  queue_.consume(10);
+  push(message(300, 200, 2));
+  const Bytes begun = message(600, 1, 1);
+  EXPECT_EQ(waiting(), Bytes(begun.begin() + 10, begun.end()) + message(300, 200, 2));
+  // The 590 bytes that remain stay whatever comes.
+  EXPECT_TRUE(push(message(400, 255, 3)));
+  EXPECT_FALSE(push(message(500, 255, 4)));
+  EXPECT_EQ(waiting(), Bytes(begun.begin() + 10, begun.end()) + message(400, 255, 3));
+  queue_.consume(590);
+  EXPECT_EQ(waiting(), message(400, 255, 3));
+}
+
+TEST_F(MessageQueueTest, TheRestOfAMessageComesFirst) {
+  const Bytes whole = message(500, 3, 1);
+  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(123), 3));
+  push(message(100, 255, 2));
+  EXPECT_EQ(waiting(), Bytes(whole.begin() + 123, whole.end()) + message(100, 255, 2));
+  queue_.consume(377 + 100);
+  EXPECT_TRUE(queue_.empty());
+  EXPECT_EQ(pool_.used(), 0U);
+}
+
+TEST_F(MessageQueueTest, RefusesWhenThePoolIsExhausted) {
+  std::vector<BlockPool::Index> others;
+  while (pool_.available() > 2) others.push_back(pool_.allocate());
+  EXPECT_FALSE(push(message(100, 1)));  // the index and the spare block leave nothing
+  const Bytes whole = message(900, 3);
+  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(1), 3));
+  EXPECT_FALSE(push(message(100, 1)));
+  queue_.consume(899);
+  pool_.release(others.back());
+  EXPECT_TRUE(push(message(100, 1)));
+  EXPECT_FALSE(push(message(100, 0)));
+  EXPECT_TRUE(push(message(100, 2)));  // the other one makes room
+  EXPECT_EQ(replaced_[0], (Count{1, 100}));
+}
+
+TEST_F(MessageQueueTest, CountsWhatIsThrownAway) {
+  push(message(100, 1));
+  push(message(200, 40));
+  push(message(200, 40));
+  queue_.consume(50);
+  Losses lost{};
+  queue_.clear(lost);
+  EXPECT_EQ(lost[0], (Count{1, 100}));
+  EXPECT_EQ(lost[1], (Count{2, 350}));
+  EXPECT_TRUE(queue_.empty());
+  EXPECT_EQ(pool_.used(), 0U);
+}
+
+// The rules of the header, in the simplest words.
+class Model {
+ public:
+  explicit Model(std::size_t bytes_max) : bytes_max_(bytes_max) {}
+
+  bool push(const Bytes& bytes, std::uint8_t priority, Losses& replaced) {
+    std::vector<Item> kept = items_;
+    Losses losses{};
+    while (size(kept) + begun_.size() + bytes.size() > bytes_max_) {
+      const auto victim = std::ranges::min_element(kept, {}, &Item::priority);
+      if (victim == kept.end() || victim->priority > priority) return false;
+      losses[class_of(victim->priority)].add(victim->bytes.size());
+      kept.erase(victim);
+    }
+    items_ = kept;
+    items_.push_back({priority, bytes});
+    for (std::size_t i = 0; i < kClasses; ++i) {
+      replaced[i].messages += losses[i].messages;
+      replaced[i].bytes += losses[i].bytes;
+    }
+    return true;
+  }
+
+  void consume(std::size_t n) {
+    const std::size_t of_begun = std::min(n, begun_.size());
+    begun_.erase(begun_.begin(), begun_.begin() + static_cast<std::ptrdiff_t>(of_begun));
+    n -= of_begun;
+    while (n > 0) {
+      const auto first = std::ranges::max_element(items_, {}, &Item::priority);
+      const std::size_t taken = std::min(n, first->bytes.size());
+      begun_.assign(first->bytes.begin() + static_cast<std::ptrdiff_t>(taken), first->bytes.end());
+      items_.erase(first);
+      n -= taken;
+    }
+  }
+
+  [[nodiscard]] Bytes waiting() const {
+    std::vector<Item> sorted = items_;
+    std::ranges::stable_sort(sorted, std::greater<>{}, &Item::priority);
+    Bytes bytes = begun_;
+    for (const Item& item : sorted) bytes = std::move(bytes) + item.bytes;
+    return bytes;
+  }
+
+ private:
+  struct Item {
+    std::uint8_t priority;
+    Bytes bytes;
+  };
+  static std::size_t size(const std::vector<Item>& items) {
+    std::size_t sum = 0;
+    for (const Item& item : items) sum += item.bytes.size();
+    return sum;
+  }
+
+  std::size_t bytes_max_;
+  std::vector<Item> items_;
+  Bytes begun_;
+};
+
+TEST(MessageQueueModel, BehavesAsItsRulesSay) {
+  for (std::uint32_t seed = 1; seed <= 30; ++seed) {
+    std::mt19937 generator(seed);
+    const auto random = [&] { return static_cast<std::uint32_t>(generator()); };
+    std::vector<std::byte> memory(300 * BlockPool::kBlockSize);
+    BlockPool pool(memory);
+    const std::size_t bytes_max = 1000 + random() % 40'000;
+    const std::uint32_t longest = 17 + random() % 12'000;
+    const std::uint32_t priorities = 1 + random() % 256;
+    MessageQueue queue(pool, bytes_max);
+    Model model(bytes_max);
+    Losses replaced{};
+    Losses expected{};
+    std::vector<std::span<const std::byte>> pieces(4096);
+    for (std::uint32_t step = 0; step < 1500; ++step) {
+      const auto priority = static_cast<std::uint8_t>(random() % priorities);
+      const Bytes bytes = message(16 + random() % (longest - 16), priority, step);
+      ASSERT_EQ(queue.push(bytes, priority, replaced), model.push(bytes, priority, expected))
+          << "seed " << seed << " step " << step;
+      if (random() % 3 == 0) {
+        const std::size_t n = random() % (queue.bytes() + 1);
+        queue.consume(n);
+        model.consume(n);
+      }
+      const auto shown = std::span(pieces).first(queue.gather(pieces));
+      Bytes waiting;
+      for (const auto& piece : shown) waiting.insert(waiting.end(), piece.begin(), piece.end());
+      ASSERT_EQ(waiting, model.waiting()) << "seed " << seed << " step " << step;
+      ASSERT_EQ(queue.bytes(), waiting.size());
+    }
+    EXPECT_EQ(replaced, expected);
+    queue.consume(queue.bytes());
+    EXPECT_EQ(pool.used(), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace tims::core

@@ -1,0 +1,78 @@
+// Nothing is allocated on a message's way. A program of its own: it counts every `new`.
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "router/core/router.h"
+#include "wire/header.h"
+#include "wire/router_commands.h"
+
+namespace {
+std::size_t allocations = 0;
+}  // namespace
+
+// NOLINTBEGIN(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+// NOLINTEND(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
+
+namespace tims::core {
+namespace {
+
+class CountingSink final : public Sink {
+ public:
+  Outcome deliver(const Receiver&, const Message&) override {
+    ++delivered;
+    return outcome;
+  }
+  void reply(const Receiver&, const Header&) override { ++replies; }
+  void close(const Receiver&, CloseReason) override {}
+  void admin(ClientId, const Message&) override {}
+  void event(const Event&) override {}
+
+  Outcome outcome = Outcome::kDelivered;
+  int delivered = 0;
+  int replies = 0;
+};
+
+TEST(NoAllocation, OnAMessagesWay) {
+  CountingSink sink;
+  Router router({.address = Address(0x100)}, {1, 2}, sink);
+  const Time now{std::chrono::seconds(5)};
+  const ClientId tcp = router.connect(now, {.port = PortKind::kTcp, .lifesign = true});
+  const ClientId local = router.connect(now, {.port = PortKind::kLocal});
+  router.register_mailbox(now, tcp, Address(1));
+  router.register_mailbox(now, local, Address(2));
+
+  std::array<std::byte, kHeaderSize> bytes{};
+  const auto send = [&](ClientId from, const Header& header) {
+    Message message{header, bytes};
+    return router.on_message(now, from, message);
+  };
+  const std::size_t before = allocations;
+  for (const Outcome outcome :
+       {Outcome::kDelivered, Outcome::kMailboxReplaced, Outcome::kQueueFull}) {
+    sink.outcome = outcome;
+    send(tcp, {.type = 1, .dest = Address(2), .src = Address(1)});
+    send(tcp, {.type = 1, .dest = Address(2), .src = Address(77)});
+    send(local, {.type = 1, .dest = Address(1), .src = Address(2)});
+  }
+  send(tcp, {.type = 1, .dest = Address(99), .src = Address(1)});
+  send(local, {.type = 1, .dest = Address(1), .src = Address(99)});
+  send(tcp, {.type = type::kOk});
+  send(tcp, {.type = wire::router_command::kMailboxInit});
+  router.on_timeout(router.next_timeout());
+  router.on_lost(now, PortKind::kTcp, tcp, Outcome::kQueueReplaced, 3, 100);
+  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(sink.delivered, 9);
+  EXPECT_EQ(sink.replies, 2);
+}
+
+}  // namespace
+}  // namespace tims::core

@@ -1,0 +1,71 @@
+// Everything that can happen to a message. Each message that enters the router gets exactly one of
+// these when it comes; one that was taken and is lost later (queue_replaced, mailbox_replaced,
+// client_gone) is counted once more under that reason.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "router/core/labels.h"
+
+namespace tims::core {
+
+enum class Outcome : std::uint8_t {
+  kDelivered,
+  kHandled,
+  kNoRoute,
+  kMailboxFull,
+  kMailboxReplaced,
+  kTooBig,
+  kQueueFull,
+  kQueueReplaced,
+  kClientGone,
+  kOwnerGone,
+  kForgedSource,
+  kBadLength,
+  kIncomplete,
+  kMalformedCommand,
+  kUnknownCommand,
+};
+
+inline constexpr std::size_t kOutcomeCount = 15;
+constexpr std::array kOutcomes{
+    Label<Outcome>{Outcome::kDelivered, "delivered",
+                   "handed to its receiver's mailbox, connection or queue"},
+    Label<Outcome>{Outcome::kHandled, "handled", "meant for the router itself, and carried out"},
+    Label<Outcome>{Outcome::kNoRoute, "no_route", "nobody has registered the destination"},
+    Label<Outcome>{Outcome::kMailboxFull, "mailbox_full",
+                   "the receiver's mailbox holds only more important messages"},
+    Label<Outcome>{Outcome::kMailboxReplaced, "mailbox_replaced",
+                   "the receiver did not take it in time, and a newer message took its place"},
+    Label<Outcome>{Outcome::kTooBig, "too_big", "larger than a slot of the receiver's mailbox"},
+    Label<Outcome>{Outcome::kQueueFull, "queue_full",
+                   "the receiver reads too slowly, and what waits for it is more important"},
+    Label<Outcome>{Outcome::kQueueReplaced, "queue_replaced",
+                   "the receiver reads too slowly, and a newer message took its place"},
+    Label<Outcome>{Outcome::kClientGone, "client_gone",
+                   "the receiver went away before it had read it"},
+    Label<Outcome>{Outcome::kOwnerGone, "owner_gone",
+                   "the receiver has closed its mailbox, or has died"},
+    Label<Outcome>{Outcome::kForgedSource, "forged_source",
+                   "the sender does not own the address the message says it comes from"},
+    Label<Outcome>{Outcome::kBadLength, "bad_length",
+                   "its header says less than 16 bytes, or more than message.max"},
+    Label<Outcome>{Outcome::kIncomplete, "incomplete", "the sender went away in the middle of it"},
+    Label<Outcome>{Outcome::kMalformedCommand, "malformed_command",
+                   "a command to the router that is too short"},
+    Label<Outcome>{Outcome::kUnknownCommand, "unknown_command",
+                   "a command to the router that it does not know"},
+};
+static_assert(complete(kOutcomes, Outcome::kUnknownCommand) && kOutcomes.size() == kOutcomeCount);
+std::string_view name(Outcome outcome);
+std::string_view sentence(Outcome outcome);
+
+// kMailboxReplaced as the answer of a port: this message was taken, an older one had to go for it.
+constexpr bool taken(Outcome o) {
+  return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced;
+}
+
+}  // namespace tims::core

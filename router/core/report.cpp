@@ -1,0 +1,128 @@
+#include "router/core/report.h"
+
+#include <algorithm>
+
+namespace tims::core {
+namespace {
+
+Duration age_of(Time now, std::uint32_t registered_s) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(now.time_since_epoch());
+  return seconds - std::chrono::seconds(registered_s);
+}
+
+MailboxReport describe(const Router& router, Time now, const Table::Entry& entry) {
+  const Client& owner = *router.client(entry.owner);
+  return {.address = entry.address,
+          .owner = owner.party(),
+          .handle = entry.handle,
+          .age = age_of(now, owner.mailboxes[entry.position].registered_s)};
+}
+
+bool is_drop(Outcome outcome) { return !taken(outcome) || outcome == Outcome::kMailboxReplaced; }
+
+}  // namespace
+
+StatusReport report_status(const Router& router, Time now) {
+  StatusReport report{.address = router.settings().address,
+                      .clients = router.clients().size(),
+                      .mailboxes = router.table().size(),
+                      .forwarded = router.messages().total(Outcome::kDelivered),
+                      .drops_last_minute = router.drops().last_minute(now),
+                      .table_bytes = router.table().memory_bytes(),
+                      .last_event = router.events().last()};
+  for (const Outcome outcome : values<Outcome, kOutcomeCount>()) {
+    if (is_drop(outcome)) report.drops += router.messages().total(outcome).messages;
+  }
+  return report;
+}
+
+std::vector<ClientReport> report_clients(const Router& router, Time now) {
+  std::vector<ClientReport> reports;
+  reports.reserve(router.clients().size());
+  router.clients().for_each([&](const Client& client) {
+    reports.push_back({.client = client.party(),
+                       .uid = client.info.uid,
+                       .token = client.info.token,
+                       .connected = now - client.connected_at,
+                       .mailboxes = client.mailboxes.size(),
+                       .watched = client.watched,
+                       .in = client.in,
+                       .out = client.out,
+                       .dropped = client.dropped});
+  });
+  std::ranges::sort(reports, {}, [](const ClientReport& r) { return r.client.id; });
+  return reports;
+}
+
+// The smallest `limit` addresses are kept in a heap, largest on top, while the table goes by.
+MailboxPage report_mailboxes(const Router& router, Time now, const AddressPattern& match,
+                             std::optional<Address> after, std::size_t limit) {
+  MailboxPage page;
+  std::vector<Address> heap;
+  router.table().for_each([&](const Table::Entry& entry) {
+    if ((after && entry.address <= *after) || !match.matches(entry.address)) return;
+    heap.push_back(entry.address);
+    std::ranges::push_heap(heap);
+    if (heap.size() <= limit) return;
+    page.more = true;
+    std::ranges::pop_heap(heap);
+    heap.pop_back();
+  });
+  std::ranges::sort_heap(heap);
+  for (const Address address : heap) {
+    page.items.push_back(describe(router, now, *router.find(address)));
+  }
+  return page;
+}
+
+std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Address address) {
+  const Table::Entry* entry = router.find(address);
+  if (entry == nullptr) return std::nullopt;
+  return describe(router, now, *entry);
+}
+
+RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type) {
+  using Verdict = RouteReport::Verdict;
+  if (to == router.settings().address) return {.verdict = Verdict::kSelf};
+  if (auto mailbox = report_mailbox(router, now, to)) {
+    return {.verdict = Verdict::kDeliver, .mailbox = mailbox};
+  }
+  return {.verdict = Verdict::kNoRoute, .not_available = type > 0};
+}
+
+std::vector<CountReport> report_counts(const Router& router) {
+  std::vector<CountReport> reports;
+  for (const PortKind port : values<PortKind, kPortKindCount>()) {
+    for (std::size_t message_class = 0; message_class < kClasses; ++message_class) {
+      for (const Outcome outcome : values<Outcome, kOutcomeCount>()) {
+        const Count& count = router.messages().of(port, message_class, outcome);
+        if (count.messages == 0) continue;
+        reports.push_back({port, message_class, outcome, count});
+      }
+    }
+  }
+  return reports;
+}
+
+std::vector<EventCountReport> report_event_counts(const Router& router) {
+  std::vector<EventCountReport> reports;
+  for (const EventKind kind : values<EventKind, kEventKindCount>()) {
+    reports.push_back({kind, router.event_counts().of(kind)});
+  }
+  return reports;
+}
+
+EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit) {
+  const EventLog& log = router.events();
+  EventPage page{.items = {}, .last = log.last()};
+  // A number from before a restart of the router means: from the beginning.
+  if (since > log.last()) since = 0;
+  const std::uint64_t first = std::max(since + 1, log.oldest());
+  page.lost = first - (since + 1);
+  for (std::uint64_t i = first; i <= log.last() && page.items.size() < limit; ++i) {
+    page.items.push_back(log.at(i));
+  }
+  return page;
+}
+
+}  // namespace tims::core

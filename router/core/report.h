@@ -1,0 +1,85 @@
+// Everything that can be asked about a router, as plain structs: the single source of the admin
+// protocol's JSON and of /metrics. Making a report allocates and may take its time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "router/core/router.h"
+#include "tims/address.h"
+
+namespace tims::core {
+
+struct StatusReport {
+  Address address{};
+  std::size_t clients = 0;
+  std::size_t mailboxes = 0;
+  Count forwarded{};        // delivered
+  std::uint64_t drops = 0;  // all that was neither delivered nor handled, or was lost later
+  std::uint64_t drops_last_minute = 0;
+  std::size_t table_bytes = 0;
+  std::uint64_t last_event = 0;
+};
+StatusReport report_status(const Router& router, Time now);
+
+struct ClientReport {
+  Party client{};
+  std::uint32_t uid = 0;
+  std::uint32_t token = 0;  // to ask its port for what waits in its queue
+  Duration connected{};
+  std::size_t mailboxes = 0;
+  bool watched = false;
+  Count in{};
+  Count out{};
+  Count dropped{};
+};
+std::vector<ClientReport> report_clients(const Router& router, Time now);
+
+struct MailboxReport {
+  Address address{};
+  Party owner{};
+  std::uint32_t handle = 0;  // to ask its port about slots and fill
+  Duration age{};            // whole seconds
+};
+struct MailboxPage {
+  std::vector<MailboxReport> items{};  // by address
+  bool more = false;                   // there are others behind the last one
+};
+// At most `limit` mailboxes that match, behind `after`.
+MailboxPage report_mailboxes(const Router& router, Time now, const AddressPattern& match,
+                             std::optional<Address> after, std::size_t limit);
+std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Address address);
+
+struct RouteReport {
+  enum class Verdict : std::uint8_t { kDeliver, kNoRoute, kSelf };
+  Verdict verdict = Verdict::kNoRoute;
+  std::optional<MailboxReport> mailbox{};  // kDeliver
+  bool not_available = false;              // kNoRoute: a message of this type would be answered
+};
+RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type);
+
+struct CountReport {
+  PortKind port = PortKind::kTcp;
+  std::size_t message_class = 0;
+  Outcome outcome = Outcome::kDelivered;
+  Count count{};
+};
+std::vector<CountReport> report_counts(const Router& router);  // those that are not 0
+
+struct EventCountReport {
+  EventKind kind = EventKind::kClientCame;
+  std::uint64_t count = 0;
+};
+std::vector<EventCountReport> report_event_counts(const Router& router);
+
+struct EventPage {
+  std::vector<Event> items{};  // oldest first
+  std::uint64_t last = 0;      // newest there is
+  std::uint64_t lost = 0;      // behind `since`, and overwritten before they could be told
+};
+// At most `limit` events behind number `since`.
+EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit);
+
+}  // namespace tims::core

@@ -1,0 +1,102 @@
+#include "router/core/report.h"
+
+#include "router/core/router_fixture.h"
+
+namespace tims::core::test {
+namespace {
+
+class ReportTest : public RouterTest {
+ protected:
+  MailboxPage page(std::string_view match, std::optional<Address> after, std::size_t limit) {
+    return report_mailboxes(router_, at(160), *AddressPattern::parse(match), after, limit);
+  }
+};
+
+TEST_F(ReportTest, MailboxesComeInPagesByAddress) {
+  const ClientId a = connect(PortKind::kLocal, "laser");
+  const ClientId b = connect();
+  for (const std::uint32_t address : {7U, 3U, 0xFFFFFFFFU, 0U, 5U}) {
+    router_.register_mailbox(now_, address % 2 == 0 ? a : b, Address(address), address);
+  }
+  MailboxPage first = page("*", std::nullopt, 3);
+  ASSERT_EQ(first.items.size(), 3U);
+  EXPECT_EQ(first.items[0].address, Address(0));
+  EXPECT_EQ(first.items[0].owner.name.view(), "laser");
+  EXPECT_EQ(first.items[0].age, std::chrono::seconds(60));
+  EXPECT_EQ(first.items[2].address, Address(5));
+  EXPECT_TRUE(first.more);
+  const MailboxPage second = page("*", first.items.back().address, 3);
+  ASSERT_EQ(second.items.size(), 2U);
+  EXPECT_EQ(second.items[1].address, Address(0xFFFFFFFF));
+  EXPECT_FALSE(second.more);
+}
+
+TEST_F(ReportTest, MailboxesAreFoundByPattern) {
+  const ClientId a = connect();
+  for (const std::uint32_t raw : {0x03140000U, 0x03140001U, 0x03180000U}) {
+    router_.register_mailbox(now_, a, Address(raw));
+  }
+  EXPECT_EQ(page("Ladar(*/*)", std::nullopt, 10).items.size(), 2U);
+  EXPECT_EQ(page("Pilot(4/0)", std::nullopt, 10).items.size(), 0U);
+}
+
+TEST_F(ReportTest, ARouteSaysWhatWouldHappen) {
+  using Verdict = RouteReport::Verdict;
+  const ClientId a = connect();
+  router_.register_mailbox(now_, a, Address(5));
+  EXPECT_EQ(report_route(router_, now_, kOwn, 1).verdict, Verdict::kSelf);
+  EXPECT_EQ(report_route(router_, now_, Address(5), 1).mailbox->owner.id, a);
+  EXPECT_TRUE(report_route(router_, now_, Address(6), 1).not_available);
+  EXPECT_FALSE(report_route(router_, now_, Address(6), -1).not_available);
+}
+
+TEST_F(ReportTest, StatusAddsUp) {
+  const ClientId a = connect();
+  router_.register_mailbox(now_, a, Address(5));
+  send(a, {.type = 1, .dest = Address(5), .src = Address(5)});
+  send(a, {.type = 1, .dest = Address(6), .src = Address(5)});
+  send(a, {.type = command::kLogin});
+  const StatusReport status = report_status(router_, now_);
+  EXPECT_EQ(status.address, kOwn);
+  EXPECT_EQ(status.clients, 1U);
+  EXPECT_EQ(status.mailboxes, 1U);
+  EXPECT_EQ(status.forwarded, (Count{1, 16}));
+  EXPECT_EQ(status.drops, 1U);
+  EXPECT_EQ(status.drops_last_minute, 1U);
+  const auto counts = report_counts(router_);
+  ASSERT_EQ(counts.size(), 3U);
+  EXPECT_EQ(counts[0].outcome, Outcome::kDelivered);
+  EXPECT_EQ(report_event_counts(router_).size(), kEventKinds.size());
+}
+
+TEST_F(ReportTest, ClientsComeInOrderOfTheirNumbers) {
+  std::vector<ClientId> ids;
+  for (int i = 0; i < 80; ++i) ids.push_back(connect());
+  router_.disconnect(now_, ids[3], CloseReason::kPeerClosed);
+  const auto clients = report_clients(router_, at(107));
+  ASSERT_EQ(clients.size(), 79U);
+  EXPECT_TRUE(std::ranges::is_sorted(clients, {}, [](const auto& c) { return c.client.id; }));
+  EXPECT_EQ(clients[0].connected, std::chrono::seconds(7));
+}
+
+TEST_F(ReportTest, EventsComeBehindANumberAndTellWhatIsLost) {
+  for (int i = 0; i < 5; ++i) router_.disconnect(now_, connect(), CloseReason::kPeerClosed);
+  EventPage page = report_events(router_, 7, 100);
+  ASSERT_EQ(page.items.size(), 3U);
+  EXPECT_EQ(page.items[0].sequence, 8U);
+  EXPECT_EQ(page.last, 10U);
+  EXPECT_EQ(page.lost, 0U);
+  EXPECT_EQ(report_events(router_, 0, 4).items.size(), 4U);
+  EXPECT_TRUE(report_events(router_, 10, 4).items.empty());
+  // A number from before a restart.
+  EXPECT_EQ(report_events(router_, 999, 100).items.size(), 10U);
+
+  for (int i = 0; i < 3000; ++i) router_.disconnect(now_, connect(), CloseReason::kPeerClosed);
+  page = report_events(router_, 10, 10'000);
+  EXPECT_EQ(page.items.size(), EventLog::kCapacity);
+  EXPECT_EQ(page.lost, 6000 - EventLog::kCapacity);
+  EXPECT_EQ(page.items.back().sequence, page.last);
+}
+
+}  // namespace
+}  // namespace tims::core::test

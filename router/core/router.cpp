@@ -1,0 +1,274 @@
+#include "router/core/router.h"
+
+#include "wire/header.h"
+
+namespace tims::core {
+namespace {
+
+constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace;
+
+Receiver connection_of(const Client& client, std::uint32_t handle = 0) {
+  return {
+      .client = client.id, .port = client.info.port, .token = client.info.token, .handle = handle};
+}
+
+EventKind kind_of(Registration::Status status) {
+  switch (status) {
+    case Registration::Status::kOk:
+      return EventKind::kRegistered;
+    case Registration::Status::kTooMany:
+      return EventKind::kMailboxLimit;
+    default:
+      return EventKind::kAddressRefused;
+  }
+}
+
+}  // namespace
+
+Router::Router(const RouterSettings& settings, HashSeed seed, Sink& sink)
+    : settings_(settings),
+      sink_(sink),
+      registrations_(seed),
+      lifesigns_(settings.lifesign_interval) {}
+
+void Router::configure(Time now, const RouterSettings& settings) {
+  const Address address = settings_.address;
+  settings_ = settings;
+  settings_.address = address;
+  lifesigns_.set_interval(now, settings.lifesign_interval);
+}
+
+// --- Clients and mailboxes
+
+ClientId Router::connect(Time now, const ClientInfo& info) {
+  if (clients_.size() >= settings_.clients_max) {
+    refuse(now, info, CloseReason::kTooManyClients);
+    return kNoClient;
+  }
+  Client& client = clients_.add(info, now);
+  if (info.lifesign) lifesigns_.watch(now, client);
+  happened({.at = now, .kind = EventKind::kClientCame, .client = client.party()});
+  return client.id;
+}
+
+void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
+  happened({.at = now,
+            .kind = EventKind::kClientRefused,
+            .reason = reason,
+            .client = {.port = info.port, .pid = info.pid, .name = info.name, .peer = info.peer}});
+}
+
+void Router::disconnect(Time now, ClientId id, CloseReason reason) {
+  Client* client = clients_.find(id);
+  if (client == nullptr) return;
+  withdraw_all(now, *client);
+  lifesigns_.unwatch(*client);
+  record_end(now, *client, reason);
+  clients_.remove(id);
+}
+
+Registration Router::register_mailbox(Time now, ClientId id, Address address,
+                                      std::uint32_t handle) {
+  using Status = Registration::Status;
+  Client* client = clients_.find(id);
+  if (client == nullptr) return {Status::kNoSuchClient, kNoClient};
+  Registration result;
+  if (const Table::Entry* entry = find(address)) {
+    result = {Status::kAddressInUse, entry->owner};
+  } else if (address == settings_.address) {
+    result = {Status::kAddressInUse, kNoClient};
+  } else if (client->mailboxes.size() >= settings_.mailboxes_per_client_max) {
+    result = {Status::kTooMany, kNoClient};
+  }
+  if (result.status == Status::kOk) registrations_.add(now, *client, address, handle);
+  happened({.at = now,
+            .kind = kind_of(result.status),
+            .address = address,
+            .client = client->party(),
+            .owner = party(result.owner)});
+  return result;
+}
+
+Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
+  const Client* client = clients_.find(by);
+  const Table::Entry* entry = find(address);
+  if (client == nullptr || entry == nullptr) return Removal::kUnknown;
+  Client& owner = *clients_.find(entry->owner);
+  const bool allowed = may_delete(*client, owner);
+  happened({.at = now,
+            .kind = allowed ? EventKind::kWithdrawn : EventKind::kDeleteRefused,
+            .address = address,
+            .client = client->party(),
+            .owner = owner.party()});
+  if (!allowed) return Removal::kNotOwner;
+  registrations_.remove(owner, address);
+  return Removal::kOk;
+}
+
+void Router::purge(Time now, ClientId id) {
+  if (Client* client = clients_.find(id)) withdraw_all(now, *client);
+}
+
+// --- Messages
+
+Outcome Router::on_message(Time now, ClientId from, Message& message) {
+  Client* sender = clients_.find(from);
+  if (sender == nullptr) return Outcome::kClientGone;
+  sender->in.add(message.bytes.size());
+  // The sender may be gone after this.
+  const PortKind port = sender->info.port;
+  const Outcome outcome = dispatch(now, *sender, message);
+  if (!taken(outcome)) drops_.add(now);
+  messages_.add(port, message.header.priority,
+                outcome == Outcome::kMailboxReplaced ? Outcome::kDelivered : outcome,
+                message.bytes.size());
+  return outcome;
+}
+
+Outcome Router::answer(Time now, ClientId asker, Message& message) {
+  Outcome outcome = Outcome::kClientGone;
+  if (!is_for_router(message.header)) {
+    outcome = forward(now, PortKind::kRouter, message);
+  } else if (Client* client = clients_.find(asker)) {
+    outcome = hand_over(now, connection_of(*client), *client, message);
+  }
+  if (!taken(outcome)) drops_.add(now);
+  messages_.add(PortKind::kRouter, message.header.priority,
+                outcome == Outcome::kMailboxReplaced ? Outcome::kDelivered : outcome,
+                message.bytes.size());
+  return outcome;
+}
+
+Outcome Router::dispatch(Time now, Client& sender, Message& message) {
+  const Header& header = message.header;
+  const bool local = sender.info.port == PortKind::kLocal;
+  if (is_for_router(header) && !local) return carry_out(now, sender, message);
+
+  const Table::Entry* source = find(header.src);
+  const bool forged = source == nullptr || source->owner != sender.id;
+  if (forged && local) return Outcome::kForgedSource;
+  if (forged) count(EventKind::kForgedSourceTolerated);
+  const std::uint32_t handle = forged ? 0 : source->handle;
+
+  if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
+  const Outcome outcome = forward(now, sender.info.port, message);
+  if (outcome == Outcome::kNoRoute) answer_not_available(connection_of(sender, handle), header);
+  return outcome;
+}
+
+Outcome Router::forward(Time now, PortKind from, Message& message) {
+  const Table::Entry* entry = find(message.header.dest);
+  if (entry == nullptr) return Outcome::kNoRoute;
+  Client& receiver = *clients_.find(entry->owner);
+  if (from == PortKind::kLocal && receiver.info.port == PortKind::kTcp) {
+    message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
+  }
+  return hand_over(now, connection_of(receiver, entry->handle), receiver, message);
+}
+
+Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Message& message) {
+  Header& header = message.header;
+  header.flags = static_cast<std::uint8_t>((header.flags & ~flag::kHeaderLittleEndian) |
+                                           (flag::kNativeOrder & flag::kHeaderLittleEndian));
+  wire::encode_header(header, message.bytes.first<kHeaderSize>());
+  const Outcome outcome = sink_.deliver(to, message);
+  const Count one{1, message.bytes.size()};
+  if (!taken(outcome)) {
+    count_dropped(&receiver, one);
+    return outcome;
+  }
+  receiver.out.add(one.bytes);
+  if (outcome == Outcome::kMailboxReplaced) {
+    // How long the older message was is not known, and its priority was not higher.
+    const Count older{1, 0};
+    messages_.add(to.port, class_of(header.priority), outcome, older);
+    count_dropped(&receiver, older);
+    drops_.add(now);
+  }
+  return outcome;
+}
+
+Outcome Router::for_router_itself(Client& sender, std::uint32_t handle, const Message& message) {
+  if (message.header.type == type::kAdminRequest) {
+    sink_.admin(sender.id, message);
+    return Outcome::kHandled;
+  }
+  if (message.header.type > 0) {
+    sink_.reply(connection_of(sender, handle), wire::reply_to(message.header, type::kError));
+  }
+  return Outcome::kUnknownCommand;
+}
+
+void Router::answer_not_available(const Receiver& to, const Header& request) {
+  if (request.type <= 0) return;
+  count(EventKind::kNotAvailable);
+  sink_.reply(to, wire::reply_to(request, type::kNotAvailable));
+}
+
+void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
+                     const Losses& losses) {
+  Client* receiver = clients_.find(client);
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    if (losses[i].messages == 0) continue;
+    messages_.add(port, i, outcome, losses[i]);
+    drops_.add(now, losses[i].messages);
+    count_dropped(receiver, losses[i]);
+  }
+}
+
+void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
+                     std::uint8_t priority, std::uint64_t size) {
+  Losses losses{};
+  losses[class_of(priority)] = {1, size};
+  on_lost(now, port, client, outcome, losses);
+}
+
+void Router::count_dropped(Client* receiver, const Count& count) {
+  if (receiver == nullptr) return;
+  receiver->dropped.messages += count.messages;
+  receiver->dropped.bytes += count.bytes;
+}
+
+// --- What happened
+
+void Router::withdraw_all(Time now, Client& client) {
+  const Party owner = client.party();
+  while (!client.mailboxes.empty()) {
+    const Address address = registrations_.remove_last(client);
+    happened({.at = now,
+              .kind = EventKind::kWithdrawn,
+              .address = address,
+              .client = owner,
+              .owner = owner});
+  }
+}
+
+void Router::record_end(Time now, const Client& client, CloseReason reason) {
+  Event event{.at = now, .reason = reason, .client = client.party()};
+  switch (reason) {
+    case CloseReason::kWatchdog:
+      event.kind = EventKind::kWatchdogClosed;
+      break;
+    case CloseReason::kTooShort:
+    case CloseReason::kTooLong:
+    case CloseReason::kBadRecord:
+      event.kind = EventKind::kProtocolError;
+      break;
+    default:
+      event.kind = EventKind::kClientWent;
+      break;
+  }
+  happened(event);
+}
+
+void Router::happened(const Event& event) {
+  count(event.kind);
+  sink_.event(events_.add(event));
+}
+
+Party Router::party(ClientId id) const {
+  const Client* client = clients_.find(id);
+  return client == nullptr ? Party{} : client->party();
+}
+
+}  // namespace tims::core

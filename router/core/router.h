@@ -1,0 +1,123 @@
+// The router's decisions: who is connected, who owns which mailbox, where does this message go.
+//
+// Pure: time and bytes come in as arguments, actions go out through a Sink. Nothing is allocated
+// on a message's way; connecting and registering allocate.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "router/core/clients.h"
+#include "router/core/counters.h"
+#include "router/core/event.h"
+#include "router/core/ids.h"
+#include "router/core/legacy.h"
+#include "router/core/lifesign.h"
+#include "router/core/message.h"
+#include "router/core/outcome.h"
+#include "router/core/registrations.h"
+#include "router/core/sink.h"
+#include "tims/address.h"
+#include "tims/time.h"
+
+namespace tims::core {
+
+struct RouterSettings {
+  Address address{};           // the router's own: Tims(system/id)
+  bool compat_delete = false;  // any TCP client may delete any TCP client's mailbox
+  Duration lifesign_interval = std::chrono::seconds(5);
+  std::uint32_t clients_max = 1024;
+  std::uint32_t mailboxes_per_client_max = 4096;
+};
+
+struct Registration {
+  enum class Status : std::uint8_t { kOk, kAddressInUse, kTooMany, kNoSuchClient };
+  Status status = Status::kOk;
+  ClientId owner{};  // kAddressInUse: who has it; kNoClient means the router itself
+};
+
+// kUnknown: nobody has registered the address.
+enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
+
+class Router {
+ public:
+  Router(const RouterSettings& settings, HashSeed seed, Sink& sink);
+
+  // Settings of a running router. The address stays.
+  void configure(Time now, const RouterSettings& settings);
+
+  // kNoClient when there are clients_max already: the port closes the connection.
+  ClientId connect(Time now, const ClientInfo& info);
+  // A client that a port had to turn away itself.
+  void refuse(Time now, const ClientInfo& info, CloseReason reason);
+  // Withdraws its mailboxes. Nothing happens when the router has given the client up itself.
+  void disconnect(Time now, ClientId id, CloseReason reason);
+
+  Registration register_mailbox(Time now, ClientId id, Address address, std::uint32_t handle = 0);
+  Removal remove_mailbox(Time now, ClientId by, Address address);
+  void purge(Time now, ClientId id);  // all mailboxes of the client
+
+  // A client sent something. The header may be rewritten; the bytes are used until the flush.
+  Outcome on_message(Time now, ClientId from, Message& message);
+  // The router's answer to an admin request: to the address in it, or, with dest = src = 0, to
+  // the connection of the one who asked.
+  Outcome answer(Time now, ClientId asker, Message& message);
+  // Messages for (or, with bad_length and incomplete, from) a client that a port has lost.
+  void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, const Losses& losses);
+  void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, std::uint8_t priority,
+               std::uint64_t size);
+
+  // A client that had fallen behind has read something of what waits for it. It lives, although the
+  // lifesign may not have reached it yet.
+  void on_progress(ClientId id);
+
+  // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
+  [[nodiscard]] Time next_timeout() const { return lifesigns_.next_beat(); }
+  void on_timeout(Time now);
+
+  // To look at. An entry is valid until mailboxes come or go.
+  [[nodiscard]] const Table::Entry* find(Address address) const {
+    return registrations_.find(address);
+  }
+  [[nodiscard]] const Client* client(ClientId id) const { return clients_.find(id); }
+  [[nodiscard]] const Clients& clients() const { return clients_; }
+  [[nodiscard]] const Table& table() const { return registrations_.table(); }
+  [[nodiscard]] const EventLog& events() const { return events_; }
+  [[nodiscard]] const MessageCounters& messages() const { return messages_; }
+  [[nodiscard]] const EventCounters& event_counts() const { return event_counts_; }
+  [[nodiscard]] const DropHistory& drops() const { return drops_; }
+  [[nodiscard]] const RouterSettings& settings() const { return settings_; }
+
+ private:
+  Outcome dispatch(Time now, Client& sender, Message& message);
+  Outcome forward(Time now, PortKind from, Message& message);
+  Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
+  Outcome for_router_itself(Client& sender, std::uint32_t handle, const Message& message);
+  void answer_not_available(const Receiver& to, const Header& request);
+  static void count_dropped(Client* receiver, const Count& count);
+
+  // router_commands.cpp
+  Outcome carry_out(Time now, Client& sender, const Message& message);
+  [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
+  void answer_command(const Client& client, const Header& request, bool success);
+  void ask_for_lifesign(const Client& client);
+  void give_up(Time now, Client& client, CloseReason reason);
+
+  void withdraw_all(Time now, Client& client);
+  void record_end(Time now, const Client& client, CloseReason reason);
+  void happened(const Event& event);
+  void count(EventKind kind) { event_counts_.add(kind); }
+  [[nodiscard]] Party party(ClientId id) const;
+
+  RouterSettings settings_;
+  Sink& sink_;
+  Clients clients_;
+  Registrations registrations_;
+  Lifesigns lifesigns_;
+  MessageCounters messages_;
+  EventCounters event_counts_;
+  DropHistory drops_;
+  EventLog events_;
+};
+
+}  // namespace tims::core

@@ -1,0 +1,72 @@
+// Who owns which address: a flat hash map that is asked once or twice for every message.
+//
+// Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
+// full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
+// slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
+// 21 of the 64 we allow for the owner's list (clients.h).
+//
+// The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
+// All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.
+//
+// Growing moves everything: one registration in a million costs some ten milliseconds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "router/core/ids.h"
+#include "tims/address.h"
+
+namespace tims::core {
+
+struct HashSeed {  // random, drawn at start
+  std::uint64_t first = 0;
+  std::uint64_t second = 0;
+};
+
+class Table {
+ public:
+  struct Entry {
+    Address address;
+    ClientId owner;              // kNoClient: this entry is empty
+    std::uint32_t handle = 0;    // the port's number for the mailbox
+    std::uint32_t position = 0;  // in the owner's list
+  };
+  static_assert(sizeof(Entry) == 16);
+
+  explicit Table(HashSeed seed);
+
+  // Null when nobody owns the address. Valid until the next insert() or erase().
+  [[nodiscard]] const Entry* find(Address address) const;
+  [[nodiscard]] Entry* find(Address address) {
+    return const_cast<Entry*>(static_cast<const Table*>(this)->find(address));
+  }
+
+  // The address is in nobody's hands, and the entry has an owner.
+  void insert(const Entry& entry);
+  // `entry` came from find().
+  void erase(const Entry* entry);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t memory_bytes() const { return (mask_ + 1) * sizeof(Entry); }
+
+  template <typename Visit>
+  void for_each(Visit visit) const {
+    for (std::size_t i = 0; i <= mask_; ++i) {
+      if (entries_[i].owner) visit(entries_[i]);
+    }
+  }
+
+ private:
+  [[nodiscard]] std::size_t home(Address address) const;
+  void place(const Entry& entry);
+  void grow();
+
+  HashSeed seed_;
+  std::size_t mask_;  // capacity - 1
+  std::size_t size_ = 0;
+  std::unique_ptr<Entry[]> entries_;
+};
+
+}  // namespace tims::core

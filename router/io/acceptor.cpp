@@ -1,0 +1,157 @@
+#include "router/io/acceptor.h"
+
+#include <cerrno>
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+namespace tims::io {
+namespace {
+
+using boost::system::error_code;
+
+constexpr int kBacklog = 4096;
+constexpr int kConnectionsPerTurn = 64;
+constexpr auto kPause = std::chrono::milliseconds(100);
+
+struct SocketAddress {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof storage;
+  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
+};
+
+os::File open_spare() { return os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+SocketAddress to_address(const config::Endpoint& endpoint) {
+  SocketAddress address;
+  auto* v4 = reinterpret_cast<sockaddr_in*>(&address.storage);
+  if (::inet_pton(AF_INET, endpoint.host.c_str(), &v4->sin_addr) == 1) {
+    v4->sin_family = AF_INET;
+    v4->sin_port = htons(endpoint.port);
+    address.size = sizeof *v4;
+    return address;
+  }
+  auto* v6 = reinterpret_cast<sockaddr_in6*>(&address.storage);
+  ::inet_pton(AF_INET6, endpoint.host.c_str(), &v6->sin6_addr);
+  v6->sin6_family = AF_INET6;
+  v6->sin6_port = htons(endpoint.port);
+  address.size = sizeof *v6;
+  return address;
+}
+
+config::Endpoint to_endpoint(const SocketAddress& address) {
+  char text[INET6_ADDRSTRLEN] = "";
+  if (address.storage.ss_family == AF_INET6) {
+    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address.storage);
+    ::inet_ntop(AF_INET6, &v6->sin6_addr, text, sizeof text);
+    return {text, ntohs(v6->sin6_port)};
+  }
+  const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address.storage);
+  ::inet_ntop(AF_INET, &v4->sin_addr, text, sizeof text);
+  return {text, ntohs(v4->sin_port)};
+}
+
+Error cannot_listen(const config::Endpoint& where) {
+  const Errc code = errno == EADDRINUSE ? Errc::kAddressInUse : Errc::kSystem;
+  return {code, os::system_error(where.to_string()).detail()};
+}
+
+}  // namespace
+
+Acceptor::Acceptor(boost::asio::io_context& loop, Log& log, OnConnection on_connection,
+                   std::function<void()> on_turned_away)
+    : log_(log),
+      on_connection_(std::move(on_connection)),
+      on_turned_away_(std::move(on_turned_away)),
+      socket_(loop),
+      pause_(loop),
+      spare_(open_spare()) {}
+
+Acceptor::~Acceptor() { stop(); }
+
+Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
+  SocketAddress address = to_address(where);
+  os::File file(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (!file) return cannot_listen(where);
+  const int yes = 1;
+  ::setsockopt(file.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (::bind(file.get(), address.get(), address.size) != 0) return cannot_listen(where);
+  if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
+  ::getsockname(file.get(), address.get(), &address.size);
+  file_ = std::move(file);
+  socket_.assign(file_.get());
+  wait();
+  return to_endpoint(address);
+}
+
+void Acceptor::stop() {
+  socket_.release();
+  file_.reset();
+  pause_.cancel();
+}
+
+void Acceptor::wait() {
+  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                     [this](const error_code& error) {
+                       if (error) return;
+                       const Next next = accept_some();
+                       if (!file_) return;
+                       next == Next::kPause ? pause() : wait();
+                     });
+}
+
+void Acceptor::pause() {
+  pause_.expires_after(kPause);
+  pause_.async_wait([this](const error_code& error) {
+    if (!error) wait();
+  });
+}
+
+Acceptor::Next Acceptor::accept_some() {
+  for (int i = 0; i < kConnectionsPerTurn && file_; ++i) {
+    SocketAddress peer;
+    os::File file(::accept4(file_.get(), peer.get(), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (file) {
+      on_connection_(std::move(file), to_endpoint(peer).to_string());
+    } else if (const Next next = accept_failed(errno); next != Next::kMore) {
+      return next;
+    }
+  }
+  return Next::kWait;
+}
+
+Acceptor::Next Acceptor::accept_failed(int error) {
+  switch (error) {
+    case EAGAIN:
+      return Next::kWait;
+    case EMFILE:
+    case ENFILE:
+      return turn_one_away();
+    case ENOBUFS:
+    case ENOMEM:
+      log_.warning("no memory for new connections: they wait");
+      return Next::kPause;
+    default:
+      return Next::kMore;  // that one connection broke before it was accepted
+  }
+}
+
+// The system says that there is no descriptor also when nobody is there to be accepted.
+Acceptor::Next Acceptor::turn_one_away() {
+  spare_.reset();
+  os::File newcomer(::accept4(file_.get(), nullptr, nullptr, SOCK_CLOEXEC));
+  const bool nobody = !newcomer && errno == EAGAIN;
+  if (newcomer) {
+    log_.warning("no free file descriptor: new connections are turned away");
+    on_turned_away_();
+  }
+  newcomer.reset();  // first: its number is the only one left for the spare
+  spare_ = open_spare();
+  if (!spare_) return Next::kPause;
+  return nobody ? Next::kWait : Next::kMore;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,58 @@
+// A listening TCP socket. Survives a process without free descriptors: newcomers are then turned
+// away at once instead of waking the loop again and again.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "os/file.h"
+#include "router/config/config.h"
+#include "router/io/log.h"
+#include "tims/result.h"
+
+namespace tims::io {
+
+class Acceptor {
+ public:
+  // A connected, non-blocking socket and where it comes from: "127.0.0.1:54321".
+  using OnConnection = std::function<void(os::File socket, std::string peer)>;
+
+  Acceptor(
+      boost::asio::io_context& loop, Log& log, OnConnection on_connection,
+      std::function<void()> on_turned_away = [] {});
+  Acceptor(const Acceptor&) = delete;
+  Acceptor& operator=(const Acceptor&) = delete;
+  ~Acceptor();
+
+  // Where it listens: the port that the system chose when 0 was asked for.
+  Result<config::Endpoint> listen(const config::Endpoint& where);
+  void stop();
+
+ private:
+  enum class Next {
+    kMore,   // there may be another one
+    kWait,   // until one comes
+    kPause,  // nothing can be accepted at the moment
+  };
+
+  void wait();
+  void pause();
+  Next accept_some();
+  Next accept_failed(int error);
+  Next turn_one_away();
+
+  Log& log_;
+  OnConnection on_connection_;
+  std::function<void()> on_turned_away_;
+  os::File file_;
+  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
+  boost::asio::steady_timer pause_;
+  os::File spare_;  // given up for a moment to accept, and close, what there is no descriptor for
+};
+
+}  // namespace tims::io

@@ -1,0 +1,289 @@
+#include "router/io/admin.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+#include <boost/json/serialize.hpp>
+
+#include "router/config/options.h"
+#include "wire/header.h"
+
+namespace tims::io {
+
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
+constexpr std::size_t kStatusEvents = 5;
+
+// Items until the answer is full.
+class Page {
+ public:
+  // False: no room; the item was not taken.
+  bool add(json::object item) {
+    bytes_ += json::serialize(item).size() + 1;
+    if (bytes_ > kAnswerBytesMax - kEnvelopeBytes) return false;
+    items_.push_back(std::move(item));
+    return true;
+  }
+  [[nodiscard]] std::size_t size() const { return items_.size(); }
+  json::array take() { return std::move(items_); }
+
+ private:
+  json::array items_;
+  std::size_t bytes_ = 0;
+};
+
+class Answerer {
+ public:
+  Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
+      : question_(question), source_(source), clocks_(clocks), router_(source.router()) {}
+
+  json::object answer();
+
+ private:
+  json::object frame(std::string_view schema) const;
+  json::object status() const;
+  json::object clients() const;
+  json::object mailboxes(std::string_view schema, bool with_fill) const;
+  json::object route() const;
+  json::object stats() const;
+  json::object events() const;
+  json::object config() const;
+  json::object ping() const;
+
+  const Question& question_;
+  const AdminSource& source_;
+  const Clocks& clocks_;
+  const core::Router& router_;
+};
+
+json::object error_json(const QuestionError& error) {
+  json::object out{{"code", error.code}, {"message", as_utf8(error.message)}};
+  if (!error.hint.empty()) out["hint"] = error.hint;
+  return {{"error", std::move(out)}};
+}
+
+std::string answer_text(const std::variant<Question, QuestionError>& question,
+                        const AdminSource& source, const Clocks& clocks) {
+  if (const auto* error = std::get_if<QuestionError>(&question))
+    return json::serialize(error_json(*error));
+  return json::serialize(Answerer(std::get<Question>(question), source, clocks).answer());
+}
+
+}  // namespace
+
+std::string answer_admin(std::string_view question, const AdminSource& source,
+                         const Clocks& clocks) {
+  return answer_text(parse_question(question), source, clocks);
+}
+
+// --- questions that wait
+
+void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request) {
+  const auto body = request.body();
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
+  const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
+  Waiting waiting{.asker = from, .request = request.header, .question = parse_question(text)};
+  if (const auto* question = std::get_if<Question>(&waiting.question))
+    waiting.deadline = now + question->wait;
+  waiting_.push_back(std::move(waiting));
+  news_ = true;
+}
+
+bool AdminDesk::is_due(const Waiting& waiting, Time now) const {
+  const auto* question = std::get_if<Question>(&waiting.question);
+  if (question == nullptr || question->ask != Ask::kEvents || !question->since) return true;
+  const std::uint64_t last = source_.router().events().last();
+  // Beyond the last: the number is from before a restart, and there is much to tell.
+  return last != *question->since || now >= waiting.deadline;
+}
+
+void AdminDesk::answer(const Clocks& clocks, const Send& send) {
+  if (!news_ && clocks.now < next_timeout()) return;
+  news_ = false;
+  const std::size_t too_many = waiting_.size() - std::min(waiting_.size(), kWaitingMax);
+  std::vector<Waiting> still;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    const bool gone = source_.router().client(waiting_[i].asker) == nullptr;
+    if (gone) continue;
+    if (i < too_many || is_due(waiting_[i], clocks.now))
+      send_answer(waiting_[i], clocks, send);
+    else
+      still.push_back(std::move(waiting_[i]));
+  }
+  waiting_ = std::move(still);
+}
+
+void AdminDesk::send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send) {
+  const std::string text = answer_text(waiting.question, source_, clocks);
+  auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+  std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
+  core::Message message{.header = wire::reply_to(waiting.request, type::kAdminReply,
+                                                 static_cast<std::uint32_t>(text.size())),
+                        .bytes = bytes};
+  wire::encode_header(message.header, message.bytes.first<kHeaderSize>());
+  send(waiting.asker, message);
+}
+
+Time AdminDesk::next_timeout() const {
+  Time next = kNever;
+  for (const Waiting& waiting : waiting_) next = std::min(next, waiting.deadline);
+  return next;
+}
+
+// --- answers
+
+namespace {
+
+json::object Answerer::answer() {
+  switch (question_.ask) {
+    case Ask::kStatus:
+      return status();
+    case Ask::kClients:
+      return clients();
+    case Ask::kRoutes:
+      return mailboxes("tims/route/1", false);
+    case Ask::kRoute:
+      return route();
+    case Ask::kMailboxes:
+      return mailboxes("tims/mailbox/1", true);
+    case Ask::kStats:
+      return stats();
+    case Ask::kEvents:
+      return events();
+    case Ask::kConfig:
+      return config();
+    case Ask::kPing:
+      return ping();
+  }
+  return {};
+}
+
+json::object Answerer::frame(std::string_view schema) const {
+  return {{"schema", schema},
+          {"router", as_utf8(source_.config().router.name)},
+          {"time", rfc3339(clocks_.wall)},
+          {"partial", false}};
+}
+
+void merge(json::object& into, json::object fields) {
+  for (auto& [key, value] : fields) into[key] = std::move(value);
+}
+
+json::object Answerer::status() const {
+  json::object out = frame("tims/status/1");
+  const auto report = core::report_status(router_, clocks_.now);
+  merge(out, to_json(report, source_.process(clocks_.now)));
+  json::array recent;
+  const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
+  for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
+    recent.push_back(to_json(event, clocks_));
+  out["events"] = std::move(recent);
+  return out;
+}
+
+json::object Answerer::clients() const {
+  json::object out = frame("tims/client/1");
+  std::uint32_t after = 0;
+  std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
+  Page page;
+  for (const core::ClientReport& report : core::report_clients(router_, clocks_.now)) {
+    if (report.client.id.value <= after) continue;
+    json::object item = to_json(report);
+    item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
+    if (page.size() == question_.limit || !page.add(std::move(item))) {
+      out["next"] = std::to_string(after);
+      break;
+    }
+    after = report.client.id.value;
+  }
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::mailboxes(std::string_view schema, bool with_fill) const {
+  json::object out = frame(schema);
+  std::optional<Address> after = Address::parse(question_.after);
+  const auto found =
+      core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
+  Page page;
+  bool cut = found.more;
+  for (const core::MailboxReport& report : found.items) {
+    json::object item = to_json(report);
+    if (with_fill && report.owner.port == core::PortKind::kLocal)
+      if (const auto fill = source_.fill(report.handle)) add_fill(item, *fill);
+    if (!page.add(std::move(item))) {
+      cut = true;
+      break;
+    }
+    after = report.address;
+  }
+  if (cut && after) out["next"] = after->to_hex();
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::route() const {
+  json::object out = frame("tims/route_get/1");
+  merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type),
+                     *question_.to));
+  if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
+  return out;
+}
+
+json::object Answerer::stats() const {
+  json::object out = frame("tims/stats/1");
+  Page page;
+  for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
+  out["items"] = page.take();
+  json::object events;
+  for (const auto& report : core::report_event_counts(router_))
+    events[core::name(report.kind)] = report.count;
+  out["events"] = std::move(events);
+  return out;
+}
+
+json::object Answerer::events() const {
+  json::object out = frame("tims/event/1");
+  Page page;
+  core::EventPage found{.items = {}, .last = router_.events().last()};
+  if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
+  std::uint64_t last = found.items.empty() ? found.last : 0;
+  for (const core::Event& event : found.items) {
+    if (!page.add(to_json(event, clocks_))) break;
+    last = event.sequence;
+  }
+  out["last"] = last;
+  out["lost"] = found.lost;
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::config() const {
+  json::object out = frame("tims/config/1");
+  Page page;
+  for (const config::Option& option : config::options()) {
+    const auto origin = source_.origins().find(option.key);
+    const bool is_default = origin == source_.origins().end();
+    page.add({{"key", option.key},
+              {"value", as_utf8(config::to_toml(option.get(source_.config())))},
+              {"origin", is_default ? "default" : as_utf8(origin->second.to_string())},
+              {"reloadable", option.reload == config::Reload::kYes}});
+  }
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::ping() const {
+  json::object out = frame("tims/ping/1");
+  out["address"] = to_json(router_.settings().address);
+  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
+  if (!question_.pad.empty()) out["pad"] = question_.pad;
+  return out;
+}
+
+}  // namespace
+}  // namespace tims::io

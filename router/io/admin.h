@@ -1,0 +1,65 @@
+// Answers admin questions (ADMIN.md): JSON in, JSON out, over the core's reports.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "router/core/message.h"
+#include "router/io/admin_question.h"
+#include "router/io/admin_source.h"
+#include "router/io/report_json.h"
+
+namespace tims::io {
+
+inline constexpr std::size_t kAnswerBytesMax = 256 << 10;
+
+// The answer to any bytes, at once: a question that would wait is answered with what there is.
+std::string answer_admin(std::string_view question, const AdminSource& source,
+                         const Clocks& clocks);
+
+// The questions that have come and are not answered yet. The router may not be called while it
+// hands over a question (core::Sink::admin), so answers are made at the end of a turn; and a
+// question for events may wait for one.
+class AdminDesk {
+ public:
+  // Beyond this many, the one that waits longest is answered with what there is.
+  static constexpr std::size_t kWaitingMax = 256;
+
+  using Send = std::function<void(core::ClientId asker, core::Message& answer)>;
+
+  explicit AdminDesk(const AdminSource& source) : source_(source) {}
+
+  // From core::Sink::admin: copies what it needs.
+  void ask(Time now, core::ClientId from, const core::Message& request);
+  // From core::Sink::event.
+  void event_happened() { news_ = true; }
+
+  // Answers what can be answered: `send` is Router::answer. Call it at the end of each turn and
+  // when next_timeout() is reached. The bytes given to `send` stay valid until release().
+  void answer(const Clocks& clocks, const Send& send);
+  // After the ports were flushed.
+  void release() { sent_.clear(); }
+
+  [[nodiscard]] Time next_timeout() const;
+
+ private:
+  struct Waiting {
+    core::ClientId asker{};
+    Header request{};
+    std::variant<Question, QuestionError> question{};
+    Time deadline{};
+  };
+  [[nodiscard]] bool is_due(const Waiting& waiting, Time now) const;
+  void send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send);
+
+  const AdminSource& source_;
+  std::vector<Waiting> waiting_;  // oldest first
+  std::vector<std::vector<std::byte>> sent_;
+  bool news_ = false;  // a question came, or something one may wait for
+};
+
+}  // namespace tims::io

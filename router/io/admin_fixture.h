@@ -1,0 +1,80 @@
+// A router with a few clients, and what surrounds it, for tests and fuzzers of the admin protocol.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "router/core/router.h"
+#include "router/io/admin.h"
+
+namespace tims::io::test {
+
+// Takes everything, keeps the questions.
+class QuietSink final : public core::Sink {
+ public:
+  core::Outcome deliver(const core::Receiver&, const core::Message&) override {
+    return core::Outcome::kDelivered;
+  }
+  void reply(const core::Receiver&, const Header&) override {}
+  void close(const core::Receiver&, core::CloseReason) override {}
+  void admin(core::ClientId, const core::Message&) override {}
+  void event(const core::Event&) override {}
+};
+
+// The router Tims(3/1) at second 100; clients "laser" (local, Ladar(3/0)) and 127.0.0.1:50000
+// (TCP, Pilot(3/0)).
+class AdminFixture final : public AdminSource {
+ public:
+  AdminFixture() {
+    config_.router.name = "lab";
+    laser_ = router_.connect(at(10), {.port = core::PortKind::kLocal,
+                                      .token = 1,
+                                      .pid = 811,
+                                      .name = std::string_view("laser")});
+    pilot_ = router_.connect(
+        at(20),
+        {.port = core::PortKind::kTcp, .token = 2, .peer = std::string_view("127.0.0.1:50000")});
+    router_.register_mailbox(at(30), laser_, Address(0x03140000), 7);
+    router_.register_mailbox(at(40), pilot_, Address(0x03180000));
+  }
+
+  static Time at(int second) { return Time(std::chrono::seconds(second)); }
+  static Clocks clocks(int second = 100) {
+    return {at(second), WallTime(std::chrono::seconds(1'800'000'000 + second))};
+  }
+
+  [[nodiscard]] const core::Router& router() const override { return router_; }
+  [[nodiscard]] core::Router& router() { return router_; }
+  [[nodiscard]] core::ClientId laser() const { return laser_; }
+  [[nodiscard]] core::ClientId pilot() const { return pilot_; }
+
+  [[nodiscard]] ProcessReport process(Time now) const override {
+    return {.name = "lab",
+            .version = "0.1.0",
+            .pid = 42,
+            .epoch = 0xabc,
+            .uptime = now.time_since_epoch(),
+            .rss_bytes = 1 << 20,
+            .longest_turn = std::chrono::milliseconds(2),
+            .unix_path = "/run/tims/router.sock"};
+  }
+  [[nodiscard]] const config::Config& config() const override { return config_; }
+  [[nodiscard]] const config::Origins& origins() const override { return origins_; }
+  [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
+    if (handle != 7) return std::nullopt;
+    return MailboxFill{.slots = 16, .message_max = 1476, .waiting = 3, .received = 900};
+  }
+  [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port, std::uint32_t) const override {
+    return port == core::PortKind::kTcp ? 512 : 0;
+  }
+
+ private:
+  QuietSink sink_;
+  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, sink_};
+  config::Config config_;
+  config::Origins origins_{{"router.name", {.kind = config::Origin::Kind::kSet, .number = 1}}};
+  core::ClientId laser_{};
+  core::ClientId pilot_{};
+};
+
+}  // namespace tims::io::test

@@ -1,0 +1,166 @@
+#include "router/io/admin_question.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+#include <fmt/format.h>
+
+namespace tims::io {
+
+namespace {
+
+namespace json = boost::json;
+using Problem = std::optional<QuestionError>;
+
+constexpr std::int64_t kWaitMaxMs = 30'000;
+
+QuestionError bad_argument(std::string_view name, std::string_view wanted) {
+  return {"bad_argument", fmt::format("\"{}\" must be {}", name, wanted)};
+}
+
+std::optional<std::int64_t> integer(const json::value& value, std::int64_t min, std::int64_t max) {
+  if (!value.is_int64()) return std::nullopt;  // larger ones are uint64, others doubles
+  const std::int64_t number = value.get_int64();
+  if (number < min || number > max) return std::nullopt;
+  return number;
+}
+
+std::optional<Address> address(const json::value& value) {
+  const json::string* text = value.if_string();
+  return text == nullptr ? std::nullopt : Address::parse(*text);
+}
+
+Problem set_match(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  const auto pattern = text == nullptr ? std::nullopt : AddressPattern::parse(*text);
+  if (!pattern) return bad_argument("match", "a pattern such as \"Ladar(*/0)\"");
+  question.match = *pattern;
+  return {};
+}
+Problem set_to(Question& question, const json::value& value) {
+  question.to = address(value);
+  return question.to ? Problem() : bad_argument("to", "an address such as \"Ladar(3/0)\"");
+}
+Problem set_from(Question& question, const json::value& value) {
+  question.from = address(value);
+  return question.from ? Problem() : bad_argument("from", "an address such as \"Ladar(3/0)\"");
+}
+Problem set_type(Question& question, const json::value& value) {
+  const auto number = integer(value, -128, 127);
+  if (!number) return bad_argument("type", "a number from -128 to 127");
+  question.type = static_cast<std::int8_t>(*number);
+  return {};
+}
+Problem set_limit(Question& question, const json::value& value) {
+  const auto number = integer(value, 1, kPageItemsMax);
+  if (!number) return bad_argument("limit", "a number from 1 to 1000");
+  question.limit = static_cast<std::size_t>(*number);
+  return {};
+}
+Problem set_since(Question& question, const json::value& value) {
+  const auto number = integer(value, 0, INT64_MAX);
+  if (!number) return bad_argument("since", "the number of an event");
+  question.since = static_cast<std::uint64_t>(*number);
+  return {};
+}
+Problem set_wait(Question& question, const json::value& value) {
+  const auto number = integer(value, 0, kWaitMaxMs);
+  if (!number) return bad_argument("wait_ms", "a number from 0 to 30000");
+  question.wait = std::chrono::milliseconds(*number);
+  return {};
+}
+Problem set_after(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return bad_argument("after", "what \"next\" of the last answer said");
+  question.after = std::string(*text);
+  return {};
+}
+Problem set_pad(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return bad_argument("pad", "a text");
+  question.pad = std::string(*text);
+  return {};
+}
+
+struct Argument {
+  std::string_view name;
+  Problem (*set)(Question&, const json::value&);
+};
+constexpr Argument kMatch{"match", set_match};
+constexpr Argument kTo{"to", set_to};
+constexpr Argument kFrom{"from", set_from};
+constexpr Argument kType{"type", set_type};
+constexpr Argument kLimit{"limit", set_limit};
+constexpr Argument kAfter{"after", set_after};
+constexpr Argument kSince{"since", set_since};
+constexpr Argument kWait{"wait_ms", set_wait};
+constexpr Argument kPad{"pad", set_pad};
+
+struct Form {
+  std::string_view name;
+  Ask ask;
+  std::array<Argument, 3> arguments;  // those without a name are not there
+};
+constexpr std::array kForms{
+    Form{"status", Ask::kStatus, {}},
+    Form{"clients", Ask::kClients, {kLimit, kAfter}},
+    Form{"routes", Ask::kRoutes, {kMatch, kLimit, kAfter}},
+    Form{"route", Ask::kRoute, {kTo, kFrom, kType}},
+    Form{"mailboxes", Ask::kMailboxes, {kMatch, kLimit, kAfter}},
+    Form{"stats", Ask::kStats, {}},
+    Form{"events", Ask::kEvents, {kSince, kWait, kLimit}},
+    Form{"config", Ask::kConfig, {}},
+    Form{"ping", Ask::kPing, {kPad}},
+};
+
+std::string known_names() {
+  std::string names;
+  for (const Form& form : kForms) names.append(names.empty() ? "" : ", ").append(form.name);
+  return names;
+}
+
+// The text is the asker's: a piece of it is enough to recognise it by.
+std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
+
+std::variant<Question, QuestionError> read_arguments(const Form& form, const json::object& body) {
+  Question question{.ask = form.ask};
+  for (const auto& [key, value] : body) {
+    if (key == "ask") continue;
+    const auto argument = std::ranges::find(form.arguments, std::string_view(key), &Argument::name);
+    if (argument == form.arguments.end())
+      return QuestionError{"bad_argument", quoted(form.name) + " has no argument " + quoted(key),
+                           "router/io/ADMIN.md lists them"};
+    if (auto problem = argument->set(question, value)) return *problem;
+  }
+  if (question.ask == Ask::kRoute && !question.to)
+    return bad_argument("to", "given: the address to look up");
+  return question;
+}
+
+}  // namespace
+
+std::variant<Question, QuestionError> parse_question(std::string_view body) {
+  if (body.size() > kQuestionBytesMax)
+    return QuestionError{"bad_json", "a question has at most 64 KiB"};
+  json::parse_options options;
+  options.max_depth = 4;
+  boost::system::error_code error;
+  const json::value value = json::parse(body, error, {}, options);
+  if (error) return QuestionError{"bad_json", "not JSON: " + error.message()};
+  const json::object* object = value.if_object();
+  const json::value* ask = object == nullptr ? nullptr : object->if_contains("ask");
+  const json::string* name = ask == nullptr ? nullptr : ask->if_string();
+  if (name == nullptr)
+    return QuestionError{"bad_question", "no \"ask\" in the question",
+                         R"({"ask": "status"}, for example)"};
+  const auto form = std::ranges::find(kForms, std::string_view(*name), &Form::name);
+  if (form == kForms.end())
+    return QuestionError{"unknown_question", "this router does not know " + quoted(*name),
+                         "it knows " + known_names()};
+  return read_arguments(*form, *object);
+}
+
+}  // namespace tims::io

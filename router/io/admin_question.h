@@ -1,0 +1,52 @@
+// An admin question, checked. The body is anybody's bytes: whatever is wrong with it becomes an
+// error answer. What may be asked: ADMIN.md.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "tims/address.h"
+
+namespace tims::io {
+
+inline constexpr std::size_t kQuestionBytesMax = 64 << 10;
+inline constexpr std::size_t kPageItemsMax = 1000;
+
+enum class Ask : std::uint8_t {
+  kStatus,
+  kClients,
+  kRoutes,
+  kRoute,
+  kMailboxes,
+  kStats,
+  kEvents,
+  kConfig,
+  kPing,
+};
+
+struct Question {
+  Ask ask = Ask::kStatus;
+  AddressPattern match{};
+  std::optional<Address> to{};
+  std::optional<Address> from{};
+  std::int8_t type = 0;
+  std::size_t limit = kPageItemsMax;
+  std::string after{};
+  std::optional<std::uint64_t> since{};
+  std::chrono::milliseconds wait{};
+  std::string pad{};
+};
+
+struct QuestionError {
+  std::string code;
+  std::string message;
+  std::string hint{};
+};
+
+std::variant<Question, QuestionError> parse_question(std::string_view body);
+
+}  // namespace tims::io

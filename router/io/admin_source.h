@@ -1,0 +1,61 @@
+// What answers are made of: the core's reports, and what only the process and its ports know.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "router/config/config.h"
+#include "router/config/load.h"
+#include "router/core/router.h"
+#include "tims/time.h"
+
+namespace tims::io {
+
+struct ProcessReport {
+  std::string name;     // router.name
+  std::string version;  // of the program
+  std::uint32_t pid = 0;
+  std::uint64_t epoch = 0;  // drawn at start
+  Duration uptime{};
+  std::uint64_t rss_bytes = 0;
+  Duration longest_turn{};  // of the event loop
+  // Where it listens; empty: it does not.
+  std::string unix_path{};
+  std::string tcp{};
+  std::string http{};
+};
+
+// What is to be seen of a mailbox in shared memory.
+struct MailboxFill {
+  std::uint32_t slots = 0;
+  std::uint32_t message_max = 0;  // bytes, header included
+  std::uint64_t waiting = 0;
+  std::uint64_t received = 0;
+  std::uint64_t replaced = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t too_big = 0;
+  std::uint64_t reclaimed = 0;
+  bool asleep = false;
+};
+
+class AdminSource {
+ public:
+  virtual ~AdminSource() = default;
+
+  [[nodiscard]] virtual const core::Router& router() const = 0;
+  [[nodiscard]] virtual ProcessReport process(Time now) const = 0;
+  [[nodiscard]] virtual const config::Config& config() const = 0;
+  [[nodiscard]] virtual const config::Origins& origins() const = 0;
+  // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
+  [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
+  [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,
+                                                   std::uint32_t token) const = 0;
+
+ protected:
+  AdminSource() = default;
+  AdminSource(const AdminSource&) = default;
+  AdminSource& operator=(const AdminSource&) = default;
+};
+
+}  // namespace tims::io

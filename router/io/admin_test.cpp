@@ -1,0 +1,314 @@
+#include "router/io/admin.h"
+
+#include <cstring>
+
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+#include <gtest/gtest.h>
+
+#include "router/io/admin_fixture.h"
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+namespace json = boost::json;
+using test::AdminFixture;
+
+json::object ask(const AdminFixture& lab, std::string_view question) {
+  return json::parse(answer_admin(question, lab, AdminFixture::clocks())).as_object();
+}
+std::string_view error_code(const json::object& answer) {
+  return answer.at("error").at("code").as_string();
+}
+std::string_view text(const json::value& value) { return value.as_string(); }
+
+TEST(Admin, EveryAnswerSaysWhatItIs) {
+  const AdminFixture lab;
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"ask":"status"})", "tims/status/1"},
+      {R"({"ask":"clients"})", "tims/client/1"},
+      {R"({"ask":"routes"})", "tims/route/1"},
+      {R"x({"ask":"route","to":"Ladar(3/0)"})x", "tims/route_get/1"},
+      {R"({"ask":"mailboxes"})", "tims/mailbox/1"},
+      {R"({"ask":"stats"})", "tims/stats/1"},
+      {R"({"ask":"events"})", "tims/event/1"},
+      {R"({"ask":"config"})", "tims/config/1"},
+      {R"({"ask":"ping"})", "tims/ping/1"},
+  };
+  for (const auto& [question, schema] : cases) {
+    const auto answer = ask(lab, question);
+    EXPECT_EQ(text(answer.at("schema")), schema) << question;
+    EXPECT_EQ(text(answer.at("router")), "lab");
+    EXPECT_EQ(text(answer.at("time")), "2027-01-15T08:01:40.000000Z");
+    EXPECT_FALSE(answer.at("partial").as_bool());
+  }
+}
+
+TEST(Admin, StatusCountsAndTellsTheLastEvents) {
+  const AdminFixture lab;
+  const auto status = ask(lab, R"({"ask":"status"})");
+  EXPECT_EQ(text(status.at("address").at("name")), "Tims(3/1)");
+  EXPECT_EQ(text(status.at("epoch")), "0000000000000abc");
+  EXPECT_EQ(status.at("clients"), 2);
+  EXPECT_EQ(status.at("mailboxes"), 2);
+  EXPECT_TRUE(status.at("listen").at("tcp").is_null());
+  ASSERT_EQ(status.at("events").as_array().size(), 4U);
+  const auto& last = status.at("events").at(3);
+  EXPECT_EQ(text(last.at("text")), "Pilot(3/0) registered by 127.0.0.1:50000");
+  EXPECT_EQ(text(last.at("time")), "2027-01-15T08:00:40.000000Z") << "60 seconds before the answer";
+}
+
+TEST(Admin, MailboxesHaveOwnersAndLocalOnesTheirFill) {
+  const AdminFixture lab;
+  const auto answer = ask(lab, R"({"ask":"mailboxes"})");
+  const auto& items = answer.at("items").as_array();
+  ASSERT_EQ(items.size(), 2U);
+  EXPECT_EQ(text(items[0].at("address").at("raw")), "0x03140000");
+  EXPECT_EQ(text(items[0].at("owner").at("name")), "laser");
+  EXPECT_EQ(items[0].at("owner").at("pid"), 811);
+  EXPECT_EQ(items[0].at("waiting"), 3);
+  EXPECT_EQ(items[0].at("age_s").to_number<double>(), 70);
+  EXPECT_TRUE(items[1].at("owner").at("name").is_null());
+  EXPECT_FALSE(items[1].as_object().contains("waiting")) << "nobody sees into a TCP client";
+}
+
+TEST(Admin, MatchSelects) {
+  const AdminFixture lab;
+  EXPECT_EQ(ask(lab, R"x({"ask":"routes","match":"Pilot(*/*)"})x").at("items").as_array().size(),
+            1U);
+  EXPECT_TRUE(
+      ask(lab, R"x({"ask":"routes","match":"Camera(*/*)"})x").at("items").as_array().empty());
+}
+
+TEST(Admin, RouteAsksTheCodeThatForwards) {
+  const AdminFixture lab;
+  const auto yes = ask(lab, R"x({"ask":"route","to":"Ladar(3/0)","from":"Pilot(3/0)"})x");
+  EXPECT_EQ(text(yes.at("verdict")), "deliver");
+  EXPECT_EQ(text(yes.at("via")), "local");
+  EXPECT_TRUE(yes.at("from_registered").as_bool());
+  const auto no = ask(lab, R"({"ask":"route","to":"0x03150000","type":3})");
+  EXPECT_EQ(text(no.at("verdict")), "no_route");
+  EXPECT_TRUE(no.at("not_available").as_bool());
+  const auto data = ask(lab, R"({"ask":"route","to":"0x03150000","type":-6})");
+  EXPECT_FALSE(data.at("not_available").as_bool()) << "data to nobody is dropped";
+  EXPECT_EQ(text(ask(lab, R"x({"ask":"route","to":"Tims(3/1)"})x").at("verdict")), "self");
+}
+
+TEST(Admin, PagesJoinToTheWhole) {
+  AdminFixture lab;
+  for (std::uint32_t i = 0; i < 50; ++i)
+    lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i));
+  std::string after;
+  std::vector<std::string> seen;
+  for (int page = 0; page < 20; ++page) {
+    const auto answer = ask(lab, R"({"ask":"routes","limit":7,"after":")" + after + "\"}");
+    for (const auto& item : answer.at("items").as_array())
+      seen.emplace_back(text(item.at("address").at("raw")));
+    if (!answer.contains("next")) break;
+    after = text(answer.at("next"));
+  }
+  EXPECT_EQ(seen.size(), 52U);
+  EXPECT_TRUE(std::ranges::is_sorted(seen));
+}
+
+TEST(Admin, ClientsComeInPagesToo) {
+  const AdminFixture lab;
+  const auto first = ask(lab, R"({"ask":"clients","limit":1})");
+  ASSERT_EQ(first.at("items").as_array().size(), 1U);
+  const std::string next(text(first.at("next")));
+  const auto second = ask(lab, R"({"ask":"clients","limit":1,"after":")" + next + "\"}");
+  EXPECT_EQ(text(second.at("items").at(0).at("peer")), "127.0.0.1:50000");
+  EXPECT_EQ(second.at("items").at(0).at("queue_bytes"), 512);
+  EXPECT_FALSE(second.contains("next"));
+}
+
+TEST(Admin, AnswersAreBounded) {
+  AdminFixture lab;
+  for (std::uint32_t i = 0; i < 3000; ++i)
+    lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i), 7);
+  const std::string answer = answer_admin(R"({"ask":"mailboxes"})", lab, AdminFixture::clocks());
+  EXPECT_LE(answer.size(), kAnswerBytesMax);
+  const auto parsed = json::parse(answer).as_object();
+  EXPECT_GT(parsed.at("items").as_array().size(), 100U);
+  EXPECT_TRUE(parsed.contains("next"));
+}
+
+TEST(Admin, ConfigTellsOrigins) {
+  const AdminFixture lab;
+  bool found = false;
+  const auto answer = ask(lab, R"({"ask":"config"})");
+  for (const auto& item : answer.at("items").as_array()) {
+    if (text(item.at("key")) != "router.name") continue;
+    found = true;
+    EXPECT_EQ(text(item.at("value")), "\"lab\"");
+    EXPECT_EQ(text(item.at("origin")), "--set 1");
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST(Admin, PingGivesThePadBack) {
+  const AdminFixture lab;
+  EXPECT_EQ(text(ask(lab, R"({"ask":"ping","pad":"xyz"})").at("pad")), "xyz");
+}
+
+TEST(Admin, WrongQuestionsAreAnsweredWithTheReason) {
+  const AdminFixture lab;
+  const std::pair<std::string, const char*> cases[] = {
+      {"", "bad_json"},
+      {"{", "bad_json"},
+      {std::string("\0\xff\xfe", 3), "bad_json"},
+      {std::string(100'000, '['), "bad_json"},
+      {std::string(70'000, ' '), "bad_json"},
+      {R"({"ask":[[[[[1]]]]]})", "bad_json"},
+      {"{\"ask\":\"\xc3\x28\"}", "bad_json"},
+      {"[]", "bad_question"},
+      {"null", "bad_question"},
+      {"{}", "bad_question"},
+      {R"({"ask":7})", "bad_question"},
+      {R"({"ask":"everything"})", "unknown_question"},
+      {R"({"ask":"status","limit":5})", "bad_argument"},
+      {R"({"ask":"routes","limit":0})", "bad_argument"},
+      {R"({"ask":"routes","limit":1e300})", "bad_argument"},
+      {R"({"ask":"routes","limit":18446744073709551615})", "bad_argument"},
+      {R"({"ask":"routes","limit":-1})", "bad_argument"},
+      {R"({"ask":"routes","match":"Ladar("})", "bad_argument"},
+      {R"({"ask":"routes","match":3})", "bad_argument"},
+      {R"({"ask":"route"})", "bad_argument"},
+      {R"x({"ask":"route","to":"Ladar(3/0)","type":128})x", "bad_argument"},
+      {R"({"ask":"events","wait_ms":30001})", "bad_argument"},
+      {R"({"ask":"events","since":-1})", "bad_argument"},
+  };
+  for (const auto& [question, code] : cases)
+    EXPECT_EQ(error_code(ask(lab, question)), code) << question.substr(0, 80);
+}
+
+TEST(Admin, NamesThatAreNoTextStillMakeJson) {
+  AdminFixture lab;
+  lab.router().connect(
+      AdminFixture::at(50),
+      {.port = core::PortKind::kLocal, .name = std::string_view("\xff\x1b[2J\"\\\xed\xa0\x80")});
+  const auto answer = ask(lab, R"({"ask":"clients"})");
+  EXPECT_EQ(text(answer.at("items").at(2).at("name")), "?\x1b[2J\"\\???");
+}
+
+TEST(Admin, EventsSinceANumber) {
+  const AdminFixture lab;
+  const auto none = ask(lab, R"({"ask":"events"})");
+  EXPECT_TRUE(none.at("items").as_array().empty());
+  EXPECT_EQ(none.at("last"), 4);
+  const auto some = ask(lab, R"({"ask":"events","since":1,"limit":2})");
+  ASSERT_EQ(some.at("items").as_array().size(), 2U);
+  EXPECT_EQ(some.at("items").at(0).at("seq"), 2);
+  EXPECT_EQ(some.at("last"), 3) << "the number to go on with, not the newest there is";
+}
+
+// --- questions that wait
+
+struct Answers {
+  std::vector<std::pair<core::ClientId, json::object>> all;
+  AdminDesk::Send keep() {
+    return [this](core::ClientId asker, core::Message& message) {
+      const auto body = message.body();
+      const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
+      all.emplace_back(asker, json::parse(words).as_object());
+      headers.push_back(
+          wire::decode_header(wire::ConstHeaderBytes(message.bytes.first<kHeaderSize>())));
+    };
+  }
+  std::vector<Header> headers;
+};
+
+void put_question(AdminDesk& desk, core::ClientId from, std::string_view question) {
+  std::vector<std::byte> bytes(kHeaderSize + question.size());
+  std::memcpy(bytes.data() + kHeaderSize, question.data(), question.size());
+  const core::Message message{.header = {.type = type::kAdminRequest,
+                                         .priority = 9,
+                                         .seq_nr = 5,
+                                         .dest = Address(0x03000100),
+                                         .src = Address(0x030F0102),
+                                         .length = static_cast<std::uint32_t>(bytes.size())},
+                              .bytes = bytes};
+  desk.ask(AdminFixture::at(100), from, message);
+}
+
+TEST(AdminDesk, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(), R"({"ask":"ping"})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_EQ(answers.all[0].first, lab.laser());
+  const Header& header = answers.headers[0];
+  EXPECT_EQ(header.type, type::kAdminReply);
+  EXPECT_EQ(header.dest, Address(0x030F0102));
+  EXPECT_EQ(header.src, Address(0x03000100));
+  EXPECT_EQ(header.priority, 9);
+  EXPECT_EQ(header.seq_nr, 5);
+  EXPECT_EQ(desk.next_timeout(), kNever);
+}
+
+TEST(AdminDesk, AQuestionForEventsWaitsForOne) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  EXPECT_TRUE(answers.all.empty());
+  EXPECT_EQ(desk.next_timeout(), AdminFixture::at(110));
+  lab.router().register_mailbox(AdminFixture::at(103), lab.pilot(), Address(0x03180001));
+  desk.event_happened();
+  desk.answer(AdminFixture::clocks(103), answers.keep());
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_EQ(text(answers.all[0].second.at("items").at(0).at("kind")), "registered");
+  EXPECT_EQ(answers.all[0].second.at("last"), 5);
+}
+
+TEST(AdminDesk, TheWaitEnds) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(109), answers.keep());
+  EXPECT_TRUE(answers.all.empty());
+  desk.answer(AdminFixture::clocks(110), answers.keep());
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_TRUE(answers.all[0].second.at("items").as_array().empty());
+  EXPECT_EQ(answers.all[0].second.at("last"), 4);
+}
+
+TEST(AdminDesk, ANumberFromBeforeARestartIsAnsweredAtOnce) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(), R"({"ask":"events","since":99,"wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_EQ(answers.all[0].second.at("items").as_array().size(), 4U);
+}
+
+TEST(AdminDesk, WhoHasGoneGetsNoAnswer) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  lab.router().disconnect(AdminFixture::at(101), lab.laser(), core::CloseReason::kPeerClosed);
+  desk.event_happened();
+  desk.answer(AdminFixture::clocks(101), answers.keep());
+  EXPECT_TRUE(answers.all.empty());
+  EXPECT_EQ(desk.next_timeout(), kNever);
+}
+
+TEST(AdminDesk, WaitingQuestionsAreBounded) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  for (std::size_t i = 0; i < AdminDesk::kWaitingMax + 3; ++i)
+    put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  EXPECT_EQ(answers.all.size(), 3U);
+}
+
+}  // namespace
+}  // namespace tims::io

@@ -1,0 +1,48 @@
+#include "router/io/arguments.h"
+
+#include <vector>
+
+#include <fmt/core.h>
+#include <gtest/gtest.h>
+
+namespace tims::io {
+namespace {
+
+Result<Arguments> parse(std::vector<const char*> words) { return parse_arguments(words); }
+
+TEST(Arguments, NoneMeanRun) {
+  const auto arguments = parse({});
+  ASSERT_TRUE(arguments.ok());
+  EXPECT_EQ(arguments->action, Arguments::Action::kRun);
+  EXPECT_TRUE(arguments->config_path.empty());
+}
+
+TEST(Arguments, ValuesStandBehindASpaceOrAnEqualsSign) {
+  const auto arguments =
+      parse({"--set", "a.b=1", "--config=/etc/r.toml", "--set=c.d=x=y", "check"});
+  ASSERT_TRUE(arguments.ok());
+  EXPECT_EQ(arguments->action, Arguments::Action::kCheck);
+  EXPECT_EQ(arguments->config_path, "/etc/r.toml");
+  EXPECT_EQ(arguments->settings, (std::vector<std::string>{"a.b=1", "c.d=x=y"}));
+}
+
+TEST(Arguments, KnowsItsActions) {
+  using Action = Arguments::Action;
+  EXPECT_EQ(parse({"--print-config"})->action, Action::kPrintConfig);
+  EXPECT_EQ(parse({"--version"})->action, Action::kVersion);
+  EXPECT_EQ(parse({"--help"})->action, Action::kHelp);
+  EXPECT_EQ(parse({"-h"})->action, Action::kHelp);
+}
+
+TEST(Arguments, NamesWhatItDoesNotUnderstand) {
+  for (const char* word : {"--configuration", "start", "--sets", "-x", ""}) {
+    const auto arguments = parse({word});
+    ASSERT_FALSE(arguments.ok()) << word;
+    EXPECT_EQ(arguments.error().detail(), fmt::format("\"{}\" is not known here", word));
+  }
+  EXPECT_EQ(parse({"--set"}).error().detail(), "--set wants something behind it");
+  EXPECT_EQ(parse({"--config"}).error().detail(), "--config wants something behind it");
+}
+
+}  // namespace
+}  // namespace tims::io

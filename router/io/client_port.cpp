@@ -1,0 +1,216 @@
+#include "router/io/client_port.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+
+#include "os/clock.h"
+#include "wire/header.h"
+
+namespace tims::io {
+
+namespace {
+
+using namespace std::chrono_literals;
+constexpr std::size_t kCopiesBytes = 256 << 10;
+constexpr int kRecordsPerTurn = 64;  // of one client, before others have theirs
+// After the start: time for the clients of a former router to come back, before slots that
+// writers unknown here left half-written are taken back.
+constexpr Duration kReturnGrace = 10s;
+
+}  // namespace
+
+ClientPort::ClientPort(boost::asio::io_context& loop, core::Router& router,
+                       std::function<void(Time)> end_turn, ClientPortSettings settings)
+    : loop_(loop),
+      router_(router),
+      end_turn_(std::move(end_turn)),
+      settings_(std::move(settings)),
+      listener_(loop),
+      spare_(::open("/dev/null", O_RDONLY | O_CLOEXEC)),
+      sweep_(loop),
+      // Another start, another range: a client of the former router keeps its number.
+      last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),
+      record_(wire::kRecordBytesMax),
+      copies_(kCopiesBytes) {}
+
+ClientPort::~ClientPort() {
+  if (!listener_file_) return;
+  listener_.release();
+  ::unlink(settings_.path.c_str());
+}
+
+Result<void> ClientPort::listen() {
+  auto listener = os::listen_unix(settings_.path);
+  if (!listener) return listener.error();
+  listener_file_ = std::move(*listener);
+  listener_.assign(listener_file_.get());
+  accept();
+  sweep_.expires_after(kReturnGrace);
+  sweep_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) sweep_orphans();
+  });
+  return {};
+}
+
+void ClientPort::stop_accepting() {
+  boost::system::error_code ignored;
+  listener_.cancel(ignored);
+}
+
+void ClientPort::accept() {
+  listener_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                       [this](const boost::system::error_code& error) {
+                         if (error) return;
+                         take_connections();
+                         accept();
+                       });
+}
+
+void ClientPort::take_connections() {
+  for (;;) {
+    auto socket = os::accept_unix(listener_file_);
+    if (!socket) {
+      if (socket.error() == Errc::kSystem) refuse_for_lack_of_descriptors();
+      return;
+    }
+    std::uint32_t token = static_cast<std::uint32_t>(clients_.size());
+    if (free_tokens_.empty()) {
+      clients_.emplace_back();
+    } else {
+      token = free_tokens_.back();
+      free_tokens_.pop_back();
+    }
+    clients_[token] = std::make_unique<LocalClient>(loop_, std::move(*socket));
+    clients_[token]->token = token;
+    receive(*clients_[token]);
+  }
+}
+
+// Without this the connection would wait in the backlog and wake the loop again and again.
+void ClientPort::refuse_for_lack_of_descriptors() {
+  spare_.reset();
+  (void)os::accept_unix(listener_file_);
+  spare_ = os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+}
+
+void ClientPort::receive(LocalClient& client) {
+  client.socket.async_wait(
+      boost::asio::posix::stream_descriptor::wait_read,
+      [this, token = client.token, self = &client](const boost::system::error_code& error) {
+        if (error || clients_[token].get() != self) return;
+        begin_turn();
+        const bool stays = receive_some(*self);
+        if (stays) receive(*self);
+        end_turn();
+      });
+}
+
+void ClientPort::begin_turn() { now_ = os::now(); }
+
+void ClientPort::end_turn() {
+  end_turn_(now_);
+  copied_ = 0;
+}
+
+// False: the client is gone.
+bool ClientPort::receive_some(LocalClient& client) {
+  const std::uint32_t token = client.token;
+  for (int n = 0; n < kRecordsPerTurn; ++n) {
+    auto received = os::receive_record(client.socket_file.get(), record_, false);
+    if (!received && received.error() == Errc::kEmpty) return true;
+    if (!received || received->size == 0) {
+      drop(token, core::CloseReason::kPeerClosed);
+      return false;
+    }
+    auto decoded = wire::decode(std::span(record_).first(received->size));
+    if (received->truncated || !decoded.packet ||
+        !handle(client, *decoded.packet, received->files)) {
+      drop(token, core::CloseReason::kBadRecord);
+      return false;
+    }
+    if (clients_[token].get() != &client) return false;
+  }
+  return true;
+}
+
+void ClientPort::drop(std::uint32_t token, core::CloseReason reason) {
+  LocalClient& client = *clients_[token];
+  router_.disconnect(now_, client.id, reason);
+  forget(client);
+}
+
+// Everything the client had and may have left behind in others' mailboxes.
+void ClientPort::forget(LocalClient& client) {
+  for (const auto& [address, handle] : client.mailboxes) segments_.remove_mailbox(handle);
+  for (const auto& [number, segment] : client.offered) segments_.drop_if_empty(segment);
+  for (const LocalSegments::SegmentId segment : client.known)
+    segments_.reclaim(segment, [&](std::uint32_t writer) { return writer == client.writer; });
+  writers_.erase(client.writer);
+  free_tokens_.push_back(client.token);
+  clients_[client.token].reset();
+}
+
+// --- Port
+
+core::Outcome ClientPort::deliver(const core::Receiver& to, const core::Message& message) {
+  LocalSegments::Mailbox& mailbox = segments_.mailbox(to.handle);
+  if (!mailbox.sender) return core::Outcome::kOwnerGone;
+  shm::Claim claim;
+  const auto outcome = mailbox.sender->claim(static_cast<std::uint32_t>(message.bytes.size()),
+                                             message.header.priority, claim);
+  switch (outcome) {
+    case shm::SendOutcome::kOk:
+    case shm::SendOutcome::kReplaced:
+      break;
+    case shm::SendOutcome::kFull:
+      return core::Outcome::kMailboxFull;
+    case shm::SendOutcome::kTooBig:
+      return core::Outcome::kTooBig;
+    default:
+      return core::Outcome::kOwnerGone;
+  }
+  std::memcpy(claim.message, message.bytes.data(), message.bytes.size());
+  if (mailbox.sender->commit(claim) != shm::SendOutcome::kOk) return core::Outcome::kOwnerGone;
+  LocalSegments::wake(mailbox);
+  return outcome == shm::SendOutcome::kReplaced ? core::Outcome::kMailboxReplaced
+                                                : core::Outcome::kDelivered;
+}
+
+void ClientPort::reply(const core::Receiver& to, const Header& header) {
+  if (to.handle == 0) return;  // a local client hears of the router only in its mailboxes
+  std::array<std::byte, kHeaderSize> bytes;
+  wire::encode_header(header, bytes);
+  (void)deliver(to, {header, bytes});
+}
+
+void ClientPort::close(const core::Receiver& client, core::CloseReason) {
+  if (clients_[client.token]) forget(*clients_[client.token]);
+}
+
+std::optional<MailboxFill> ClientPort::fill(std::uint32_t handle) const {
+  const LocalSegments::Mailbox* mailbox = segments_.find(handle);
+  if (mailbox == nullptr) return std::nullopt;
+  const shm::MailboxView& view = mailbox->sender->view();
+  const shm::MailboxHeader& header = view.header();
+  const auto read = [](const shm::Word64& word) { return word.load(std::memory_order_relaxed); };
+  return MailboxFill{.slots = view.geometry().slots,
+                     .message_max = view.geometry().message_max,
+                     .waiting = shm::waiting(view),
+                     .received = read(header.received),
+                     .replaced = read(header.replaced),
+                     .refused = read(header.refused),
+                     .too_big = read(header.too_big),
+                     .reclaimed = read(header.reclaimed),
+                     .asleep = mailbox->sender->sleeper() != 0};
+}
+
+void ClientPort::sweep_orphans() {
+  segments_.reclaim_everywhere([this](std::uint32_t writer) {
+    return writer != kRouterWriter && !writers_.contains(writer);
+  });
+}
+
+}  // namespace tims::io

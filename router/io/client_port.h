@@ -1,0 +1,113 @@
+// Where programs of this host attach: a Unix socket for words and file descriptors, shared memory
+// for messages. The words: libtims/wire/local_protocol.h.
+//
+// Messages between two local programs do not come here. What does: messages to receivers that are
+// not on this host or attached by TCP (each client's uplink), and messages from those to local
+// mailboxes, which the router writes into the receiver's slots as any other sender would.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "router/core/router.h"
+#include "router/io/admin_source.h"
+#include "router/io/local_client.h"
+#include "router/io/local_segments.h"
+#include "router/io/port.h"
+#include "wire/local_protocol.h"
+
+namespace tims::io {
+
+struct ClientPortSettings {
+  std::string path;
+  Address router;
+  std::uint64_t epoch = 0;
+  std::uint32_t message_max = kMessageMaxDefault;
+};
+
+class ClientPort final : public Port {
+ public:
+  // `end_turn` flushes all ports: called after every batch.
+  ClientPort(boost::asio::io_context& loop, core::Router& router,
+             std::function<void(Time)> end_turn, ClientPortSettings settings);
+  ~ClientPort() override;
+
+  Result<void> listen();
+
+  // Port
+  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
+  void reply(const core::Receiver& to, const Header& header) override;
+  void close(const core::Receiver& client, core::CloseReason reason) override;
+  void flush(Time) override {}  // what is delivered is in the receiver's memory already
+  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t) const override { return 0; }
+  void stop_accepting() override;
+  [[nodiscard]] bool drained() const override { return true; }
+
+  // What is to be seen of a mailbox, by its handle.
+  [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
+
+ private:
+  void accept();
+  void take_connections();
+  void refuse_for_lack_of_descriptors();
+  void receive(LocalClient& client);
+  bool receive_some(LocalClient& client);
+  void drop(std::uint32_t token, core::CloseReason reason);
+  void forget(LocalClient& client);
+
+  // client_records.cpp: what the records ask for. False: the client broke the rules.
+  bool handle(LocalClient& client, wire::Packet& packet, std::vector<os::File>& files);
+  bool hello(LocalClient& client, std::uint32_t request, const wire::Hello& hello);
+  bool offer(LocalClient& client, const wire::OfferSegment& offer, std::vector<os::File>& files);
+  bool open(LocalClient& client, std::uint32_t request, const wire::Open& open,
+            std::vector<os::File>& files);
+  wire::OpenStatus open_one(LocalClient& client, const wire::OpenEntry& entry, os::File event_fd,
+                            std::string& text);
+  void close_mailbox(LocalClient& client, Address address);
+  bool close_mailboxes(LocalClient& client, std::uint32_t request, const wire::Close& close);
+  bool look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup);
+  bool found(LocalClient& client, std::uint32_t request, Address address);
+  bool grant_uplink(LocalClient& client, std::uint32_t request);
+  bool send(LocalClient& client, std::uint32_t request, const wire::Record& record,
+            std::span<const int> files = {});
+  std::uint32_t writer_for(std::uint32_t wish);
+
+  // client_uplink.cpp
+  void drain(LocalClient& client);
+  void forward(LocalClient& client, const shm::Taken& taken);
+  void continue_later(LocalClient& client);
+  std::span<std::byte> room(std::size_t size);
+  void begin_turn();
+  void end_turn();
+
+  void sweep_orphans();
+
+  boost::asio::io_context& loop_;
+  core::Router& router_;
+  const std::function<void(Time)> end_turn_;
+  const ClientPortSettings settings_;
+  os::File listener_file_;
+  boost::asio::posix::stream_descriptor listener_;
+  os::File spare_;  // a descriptor for the moment when there are none left
+  boost::asio::steady_timer sweep_;
+  std::vector<std::unique_ptr<LocalClient>> clients_;  // by token
+  std::vector<std::uint32_t> free_tokens_;
+  std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token
+  std::uint32_t last_writer_;
+  LocalSegments segments_;
+  std::vector<std::byte> record_;
+  // What came through uplinks this turn, copied out of shared memory.
+  std::vector<std::byte> copies_;
+  std::size_t copied_ = 0;
+  Time now_{};  // of this turn
+};
+
+}  // namespace tims::io

@@ -1,0 +1,193 @@
+// What a local client may ask for.
+#include <algorithm>
+
+#include "os/clock.h"
+#include "router/io/client_port.h"
+#include "router/io/describe.h"
+
+namespace tims::io {
+
+bool ClientPort::handle(LocalClient& client, wire::Packet& packet, std::vector<os::File>& files) {
+  const std::uint32_t request = packet.request;
+  const wire::Record& record = packet.record;
+  if (const auto* r = std::get_if<wire::Hello>(&record)) return hello(client, request, *r);
+  if (!client.id) return false;  // not a word before hello
+  // Whatever it says: what it sent before that goes first.
+  drain(client);
+  if (std::holds_alternative<wire::Doorbell>(record)) return true;
+  if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, files);
+  if (const auto* r = std::get_if<wire::Open>(&record)) return open(client, request, *r, files);
+  if (const auto* r = std::get_if<wire::Close>(&record))
+    return close_mailboxes(client, request, *r);
+  if (const auto* r = std::get_if<wire::Lookup>(&record)) return look_up(client, request, *r);
+  if (std::holds_alternative<wire::UplinkRequest>(record)) return grant_uplink(client, request);
+  return false;  // a router's own word
+}
+
+bool ClientPort::hello(LocalClient& client, std::uint32_t request, const wire::Hello& hello) {
+  if (client.id) return false;
+  if (hello.version_min > wire::kLocalVersion || hello.version_max < wire::kLocalVersion) {
+    const std::string text = "this router speaks version " + std::to_string(wire::kLocalVersion) +
+                             " of the local protocol, the client " +
+                             std::to_string(hello.version_min) + " to " +
+                             std::to_string(hello.version_max) + ": update the older one";
+    (void)send(client, request, wire::Refused{text});
+    return false;
+  }
+  const os::PeerCredentials who = os::peer_credentials(client.socket_file.get());
+  client.id = router_.connect(now_, {.port = core::PortKind::kLocal,
+                                     .token = client.token,
+                                     .pid = static_cast<std::uint32_t>(who.pid),
+                                     .uid = who.uid,
+                                     .name = std::string_view(hello.name)});
+  if (!client.id) {
+    (void)send(client, request,
+               wire::Refused{"as many clients as limits.clients allows: raise it"});
+    return false;
+  }
+  client.writer = writer_for(hello.writer);
+  writers_[client.writer] = client.token;
+  return send(client, request,
+              wire::Welcome{.version = wire::kLocalVersion,
+                            .writer = client.writer,
+                            .router = settings_.router,
+                            .epoch = settings_.epoch,
+                            .message_max = settings_.message_max});
+}
+
+// The number it had with the former router, when nobody has it now: slots it is writing at this
+// moment stay its own.
+std::uint32_t ClientPort::writer_for(std::uint32_t wish) {
+  const auto free = [this](std::uint32_t w) {
+    return w != 0 && w < kRouterWriter && !writers_.contains(w);
+  };
+  if (free(wish)) return wish;
+  do last_writer_ = (last_writer_ + 1) & shm::SlotWord::kMask24;
+  while (!free(last_writer_));
+  return last_writer_;
+}
+
+bool ClientPort::offer(LocalClient& client, const wire::OfferSegment& offer,
+                       std::vector<os::File>& files) {
+  if (files.size() != 1 || client.offered.contains(offer.segment)) return false;
+  client.offered[offer.segment] = segments_.offer(std::move(files.front()));
+  return true;
+}
+
+// All of them or none.
+bool ClientPort::open(LocalClient& client, std::uint32_t request, const wire::Open& open,
+                      std::vector<os::File>& files) {
+  wire::Opened opened;
+  for (const wire::OpenEntry& entry : open.entries)
+    opened.entries.push_back({entry.address, wire::OpenStatus::kNotTried});
+  auto file = files.begin();
+  bool ok = true;
+  std::size_t done = 0;
+  for (; ok && done < open.entries.size(); ++done) {
+    const wire::OpenEntry& entry = open.entries[done];
+    os::File event_fd;
+    if (entry.has_event_fd && file == files.end()) return false;
+    if (entry.has_event_fd) event_fd = std::move(*file++);
+    opened.entries[done].status = open_one(client, entry, std::move(event_fd), opened.text);
+    ok = opened.entries[done].status == wire::OpenStatus::kOk;
+  }
+  if (!ok) {
+    for (std::size_t i = 0; i + 1 < done; ++i) {
+      close_mailbox(client, open.entries[i].address);
+      opened.entries[i].status = wire::OpenStatus::kNotTried;
+    }
+  }
+  return send(client, request, opened);
+}
+
+wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry& entry,
+                                      os::File event_fd, std::string& text) {
+  const auto offered = client.offered.find(entry.place.segment);
+  if (offered == client.offered.end()) {
+    text = "no such segment was offered";
+    return wire::OpenStatus::kBadPlace;
+  }
+  auto handle = segments_.add_mailbox(offered->second, entry.place.offset, entry.address,
+                                      std::move(event_fd));
+  if (!handle) {
+    text = entry.address.to_string() + ": " + handle.error().message();
+    return wire::OpenStatus::kBadPlace;
+  }
+  using Status = core::Registration::Status;
+  const core::Registration result =
+      router_.register_mailbox(now_, client.id, entry.address, *handle);
+  if (result.status == Status::kOk) {
+    client.mailboxes[entry.address.raw()] = *handle;
+    return wire::OpenStatus::kOk;
+  }
+  segments_.withdraw_mailbox(*handle);
+  if (result.status == Status::kAddressInUse) {
+    const core::Client* owner = router_.client(result.owner);
+    text = entry.address.to_string() + " belongs to " +
+           describe(owner == nullptr ? core::Party{} : owner->party());
+    return wire::OpenStatus::kAddressInUse;
+  }
+  text = "more mailboxes than limits.mailboxes_per_client allows: raise it";
+  return wire::OpenStatus::kTooMany;
+}
+
+bool ClientPort::close_mailboxes(LocalClient& client, std::uint32_t request,
+                                 const wire::Close& close) {
+  for (const Address address : close.addresses) close_mailbox(client, address);
+  std::erase_if(client.offered, [this](const auto& entry) {
+    segments_.drop_if_empty(entry.second);
+    return !segments_.knows(entry.second);
+  });
+  return send(client, request, wire::Closed{});
+}
+
+void ClientPort::close_mailbox(LocalClient& client, Address address) {
+  const auto own = client.mailboxes.find(address.raw());
+  if (own == client.mailboxes.end()) return;
+  router_.remove_mailbox(now_, client.id, address);
+  segments_.remove_mailbox(own->second);
+  client.mailboxes.erase(own);
+}
+
+bool ClientPort::look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup) {
+  return std::ranges::all_of(lookup.addresses,
+                             [&](Address address) { return found(client, request, address); });
+}
+
+bool ClientPort::found(LocalClient& client, std::uint32_t request, Address address) {
+  const auto* entry = router_.find(address);
+  const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
+  if (owner == nullptr || owner->info.port != core::PortKind::kLocal)
+    return send(client, request, wire::Found{address, false, {}, false});
+  const LocalSegments::Mailbox& mailbox = segments_.mailbox(entry->handle);
+  std::vector<int> files{segments_.memfd(mailbox.segment).get()};
+  if (mailbox.event_fd) files.push_back(mailbox.event_fd.get());
+  client.known.insert(mailbox.segment);
+  return send(client, request,
+              wire::Found{.address = address,
+                          .local = true,
+                          .place = {mailbox.segment, mailbox.offset},
+                          .has_event_fd = static_cast<bool>(mailbox.event_fd)},
+              files);
+}
+
+bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
+  if (!client.uplink) {
+    auto uplink = Uplink::make(settings_.message_max);
+    if (!uplink) return false;
+    client.uplink = std::move(*uplink);
+  }
+  const int memfd = client.uplink->memfd().get();
+  return send(client, request, wire::Uplink{}, {&memfd, 1});
+}
+
+// A client whose socket takes no more answers does not read them: it asks without end, or stands
+// still. Without its answers it is lost anyway.
+bool ClientPort::send(LocalClient& client, std::uint32_t request, const wire::Record& record,
+                      std::span<const int> files) {
+  std::vector<std::byte> bytes;
+  wire::encode({request, record}, bytes);
+  return os::send_record(client.socket_file.get(), bytes, files, false).ok();
+}
+
+}  // namespace tims::io

@@ -1,0 +1,69 @@
+// Messages that local clients cannot deliver themselves.
+#include <cstring>
+
+#include <boost/asio/post.hpp>
+
+#include "router/io/client_port.h"
+
+namespace tims::io {
+
+namespace {
+
+// Of one client, before others have theirs; more than its uplink holds.
+constexpr int kMessagesPerTurn = 128;
+
+}  // namespace
+
+// Until the uplink is empty and its doorbell armed, or others should have their turn.
+void ClientPort::drain(LocalClient& client) {
+  if (!client.uplink) return;
+  shm::Receiver& receiver = client.uplink->receiver();
+  for (int n = 0; n < kMessagesPerTurn; ++n) {
+    const auto taken = receiver.take();
+    if (taken) {
+      forward(client, *taken);
+      client.uplink->release(*taken);
+      continue;
+    }
+    receiver.arm();
+    if (receiver.nothing_came()) return;
+    receiver.disarm();
+  }
+  continue_later(client);
+}
+
+void ClientPort::continue_later(LocalClient& client) {
+  boost::asio::post(loop_, [this, token = client.token, id = client.id] {
+    if (!clients_[token] || clients_[token]->id != id) return;
+    begin_turn();
+    drain(*clients_[token]);
+    end_turn();
+  });
+}
+
+// The sender can still write to its slot: what is forwarded is a copy that nobody can change.
+void ClientPort::forward(LocalClient& client, const shm::Taken& taken) {
+  std::span<std::byte> copy = room(taken.header.length);
+  if (!taken.body.empty())
+    std::memcpy(copy.data() + kHeaderSize, taken.body.data(), taken.body.size());
+  core::Message message{taken.header, copy};
+  router_.on_message(now_, client.id, message);
+  // It could have come by itself: the receiver is on this host by now.
+  const auto* entry = router_.find(taken.header.dest);
+  const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
+  if (owner != nullptr && owner->info.port == core::PortKind::kLocal)
+    (void)send(client, 0, wire::Moved{taken.header.dest});
+}
+
+// Memory that stays as it is until the ports are flushed.
+std::span<std::byte> ClientPort::room(std::size_t size) {
+  if (copied_ + size > copies_.size()) {
+    end_turn();
+    if (size > copies_.size()) copies_.resize(size);
+  }
+  const std::span room = std::span(copies_).subspan(copied_, size);
+  copied_ += size;
+  return room;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,51 @@
+// What this process knows about itself, for those who ask (ADMIN.md).
+#pragma once
+
+#include <optional>
+
+#include "router/core/router.h"
+#include "router/io/admin_source.h"
+#include "router/io/client_port.h"
+#include "router/io/loop.h"
+#include "router/io/switchboard.h"
+
+namespace tims::io {
+
+// Where it listens, and what was drawn and read at start.
+struct StartFacts {
+  Time started{};
+  std::uint64_t epoch = 0;
+  std::string unix_path{};
+  std::string tcp{};
+  std::string http{};
+};
+
+class Facts final : public AdminSource {
+ public:
+  Facts(const core::Router& router, const Loop& loop, const Switchboard& ports,
+        const ClientPort& local, const config::Loaded& configuration)
+      : router_(router), loop_(loop), ports_(ports), local_(local), configuration_(configuration) {}
+
+  StartFacts start{};
+
+  [[nodiscard]] const core::Router& router() const override { return router_; }
+  [[nodiscard]] ProcessReport process(Time now) const override;
+  [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
+  [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
+  [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
+    return local_.fill(handle);
+  }
+  [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port,
+                                           std::uint32_t token) const override {
+    return ports_.queued_bytes(port, token);
+  }
+
+ private:
+  const core::Router& router_;
+  const Loop& loop_;
+  const Switchboard& ports_;
+  const ClientPort& local_;
+  const config::Loaded& configuration_;
+};
+
+}  // namespace tims::io

@@ -1,0 +1,283 @@
+#include "router/io/http/http_port.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "os/clock.h"
+#include "router/io/admin.h"
+#include "router/io/http/metrics_text.h"
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+using core::CloseReason;
+using core::Outcome;
+using core::PortKind;
+
+// What the router itself says to a slow reader does not wait behind what others send to it: a
+// lifesign must be answered, and a registration may be waited for.
+constexpr std::uint8_t kReplyPriority = 255;
+
+Clocks read_clocks() {
+  return {os::now(), std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
+}
+
+}  // namespace
+
+HttpPort::HttpPort(boost::asio::io_context& loop, core::Router& router, Log& log,
+                   core::BlockPool& pool, std::function<void(Time)> end_turn,
+                   const AdminSource& source, const HttpPortSettings& settings)
+    : loop_(loop),
+      router_(router),
+      pool_(pool),
+      end_turn_(std::move(end_turn)),
+      settings_(settings),
+      server_(loop, log, pages(source),
+              {.upgrade =
+                   [this](os::File socket, const HttpRequest& request, const std::string& peer) {
+                     upgrade(std::move(socket), request, peer);
+                   },
+               .end_turn = end_turn_},
+              settings.timeouts) {
+  set_queue_bytes_max(settings.queue_bytes_max);
+}
+
+HttpPort::~HttpPort() {
+  for (const auto& client : clients_) {
+    if (client) client->session->drop();
+  }
+}
+
+HttpPages HttpPort::pages(const AdminSource& source) const {
+  return {.metrics = [&source] { return metrics_text(source, os::now()); },
+          .not_ready = [this] { return std::string(stopping_ ? "the router ends" : ""); },
+          .ask =
+              [&source](const std::string& question) {
+                return answer_admin(question, source, read_clocks());
+              }};
+}
+
+void HttpPort::set_queue_bytes_max(std::uint64_t bytes) {
+  settings_.queue_bytes_max = std::max<std::uint64_t>(bytes, settings_.message_max);
+  for (const auto& client : clients_) {
+    if (client) client->output.set_queue_bytes_max(settings_.queue_bytes_max);
+  }
+}
+
+void HttpPort::set_ping_interval(Duration interval) {
+  settings_.ping_interval = interval;
+  for (const auto& client : clients_) {
+    if (client) client->session->set_ping_interval(interval);
+  }
+}
+
+// --- Port
+
+Outcome HttpPort::deliver(const core::Receiver& to, const core::Message& message) {
+  Client* client = find(to.token, to.client);
+  if (client == nullptr || client->closing) return Outcome::kClientGone;
+  touch(*client);
+  return client->output.add(message.bytes, message.header.priority);
+}
+
+void HttpPort::reply(const core::Receiver& to, const Header& header) {
+  Client* client = find(to.token, to.client);
+  if (client == nullptr || client->closing) return;
+  std::array<std::byte, kHeaderSize> bytes;
+  wire::encode_header(header, bytes);
+  touch(*client);
+  client->output.add(bytes, kReplyPriority);
+}
+
+void HttpPort::close(const core::Receiver& receiver, CloseReason reason) {
+  Client* client = find(receiver.token, receiver.client);
+  if (client == nullptr || client->closing) return;
+  client->closing = true;
+  say_goodbye(*client, WebSocketClose::kPolicy, std::string(core::sentence(reason)));
+}
+
+void HttpPort::flush(Time now) {
+  for (Client* client : touched_) {
+    client->touched = false;
+    report_replaced(now, *client);
+    write_next(now, *client);
+  }
+  touched_.clear();
+}
+
+std::uint64_t HttpPort::queued_bytes(std::uint32_t token) const {
+  const bool known = token < clients_.size() && clients_[token];
+  return known ? clients_[token]->output.queued_bytes() : 0;
+}
+
+// Browsers are told, once they have got what waits for them: their pages may try again.
+void HttpPort::stop_accepting() {
+  stopping_ = true;
+  server_.stop_accepting();
+  for (const auto& client : clients_) {
+    if (client && client->id) touch(*client);
+  }
+}
+
+bool HttpPort::drained() const {
+  return server_.drained() &&
+         std::ranges::none_of(clients_, [](const auto& c) { return c && c->id; });
+}
+
+// --- Clients come
+
+HttpPort::Client::Client(HttpPort& its_port, std::string from)
+    : port(its_port),
+      peer(std::move(from)),
+      output(its_port.pool_, its_port.settings_.queue_bytes_max) {}
+
+void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
+  auto client = std::make_unique<Client>(*this, peer);
+  client->session = WebSocketSession::start(
+      loop_, std::move(socket), request,
+      {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
+  if (!client->session) return;
+  client->token = free_token();
+  clients_[client->token] = std::move(client);
+}
+
+void HttpPort::welcome(Client& client) {
+  const Time now = os::now();
+  client.id = router_.connect(
+      now,
+      {.port = PortKind::kWebSocket, .token = client.token, .peer = std::string_view(client.peer)});
+  if (!client.id) {
+    client.closing = true;
+    say_goodbye(client, WebSocketClose::kTryAgainLater,
+                std::string(core::sentence(CloseReason::kTooManyClients)));
+  }
+  // Somebody who came while the router ends is told so.
+  touch(client);
+  end_turn_(now);
+}
+
+// --- Messages
+
+void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
+  const Time now = os::now();
+  core::Message message{.bytes = bytes};
+  if (bytes.size() >= kHeaderSize) message.header = wire::decode_header(bytes.first<kHeaderSize>());
+  if (client.closing) {
+    // It is told why; what still comes is too late.
+  } else if (bytes.size() < kHeaderSize || message.header.length != bytes.size()) {
+    refuse_length(now, client, message.header, bytes.size());
+  } else {
+    router_.on_message(now, client.id, message);
+  }
+  end_turn_(now);
+}
+
+void HttpPort::refuse_length(Time now, Client& client, const Header& header, std::size_t size) {
+  const bool has_header = size >= kHeaderSize;
+  router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kBadLength, header.priority, size);
+  forget(now, client, has_header ? CloseReason::kBadRecord : CloseReason::kTooShort);
+  say_goodbye(client, WebSocketClose::kBadData,
+              has_header ? fmt::format("the header says {} bytes, the WebSocket message has {}",
+                                       header.length, size)
+                         : fmt::format("{} bytes are no TiMS message: its header has 16", size));
+}
+
+void HttpPort::refuse_text(Client& client) {
+  const Time now = os::now();
+  if (!client.closing) {
+    forget(now, client, CloseReason::kBadRecord);
+    say_goodbye(client, WebSocketClose::kUnsupportedData,
+                "one binary message is one TiMS message; text means nothing here");
+  }
+  end_turn_(now);
+}
+
+// --- Output
+
+void HttpPort::on_written(Client& client) {
+  client.writing = false;
+  client.output.end_frame();
+  if (!client.output.empty()) router_.on_progress(client.id);
+  touch(client);
+  end_turn_(os::now());
+}
+
+void HttpPort::write_next(Time now, Client& client) {
+  if (client.writing || client.closing) return;
+  if (const auto frame = client.output.begin_frame()) {
+    client.writing = true;
+    client.session->write(frame->pieces, frame->last);
+  } else if (stopping_) {
+    forget(now, client, CloseReason::kShutdown);
+    say_goodbye(client, WebSocketClose::kGoingAway, "the router ends");
+  }
+}
+
+void HttpPort::report_replaced(Time now, Client& client) {
+  const core::Losses* replaced = client.output.replaced();
+  if (replaced == nullptr) return;
+  router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kQueueReplaced, *replaced);
+  client.output.forget_replaced();
+}
+
+// --- Clients go
+
+void HttpPort::say_goodbye(Client& client, WebSocketClose code, std::string text) {
+  client.session->close(code, std::move(text));
+}
+
+// The router knows it no more from here on; the client itself goes with its session.
+void HttpPort::forget(Time now, Client& client, CloseReason reason) {
+  if (client.closing) return;
+  client.closing = true;
+  router_.disconnect(now, client.id, reason);
+}
+
+void HttpPort::on_end(Client& client, CloseReason reason, std::size_t unfinished) {
+  const Time now = os::now();
+  if (reason == CloseReason::kTooLong)
+    router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kBadLength, 0, kHeaderSize);
+  else if (unfinished > 0 && !client.closing)
+    router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kIncomplete, 0, unfinished);
+  forget(now, client, reason);
+  erase(now, client);
+  end_turn_(now);
+}
+
+void HttpPort::erase(Time now, Client& client) {
+  core::Losses lost{};
+  client.output.clear(lost);
+  router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kClientGone, lost);
+  free_tokens_.push_back(client.token);
+  clients_[client.token].reset();
+}
+
+// --- Small things
+
+HttpPort::Client* HttpPort::find(std::uint32_t token, core::ClientId id) {
+  Client* client = clients_[token].get();
+  return client != nullptr && client->id == id ? client : nullptr;
+}
+
+void HttpPort::touch(Client& client) {
+  if (client.touched) return;
+  client.touched = true;
+  touched_.push_back(&client);
+}
+
+std::uint32_t HttpPort::free_token() {
+  if (free_tokens_.empty()) {
+    clients_.emplace_back();
+    return static_cast<std::uint32_t>(clients_.size() - 1);
+  }
+  const std::uint32_t token = free_tokens_.back();
+  free_tokens_.pop_back();
+  return token;
+}
+
+}  // namespace tims::io

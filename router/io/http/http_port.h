@@ -1,0 +1,117 @@
+// HTTP port: pages about the router (http_pages.h), and WebSocket clients: browsers, for which one
+// binary message is one TiMS message.
+//
+// A WebSocket client does what a TCP client does: dest = src = 0 is the router, mailboxes are
+// registered with the same commands, a slow reader blocks nobody. Whether it lives is asked with
+// WebSocket pings, which a browser answers by itself, also for a page that sleeps or is busy. The
+// original's lifesign comes only to who asks for it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+
+#include "router/core/block_pool.h"
+#include "router/core/router.h"
+#include "router/io/admin_source.h"
+#include "router/io/http/http_server.h"
+#include "router/io/http/websocket_output.h"
+#include "router/io/http/websocket_session.h"
+#include "router/io/port.h"
+
+namespace tims::io {
+
+struct HttpPortSettings {
+  std::uint32_t message_max = kMessageMaxDefault;
+  std::uint64_t queue_bytes_max = 4U << 20;  // for one WebSocket; at least one message
+  Duration ping_interval = std::chrono::seconds(5);
+  HttpTimeouts timeouts{};
+};
+
+class HttpPort final : public Port {
+ public:
+  // `end_turn` flushes all ports: called when a turn is over. `source`: what the pages tell.
+  HttpPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+           std::function<void(Time)> end_turn, const AdminSource& source,
+           const HttpPortSettings& settings);
+  ~HttpPort() override;
+
+  // Where it listens.
+  Result<config::Endpoint> listen(const config::Endpoint& where) { return server_.listen(where); }
+  void set_queue_bytes_max(std::uint64_t bytes);
+  void set_ping_interval(Duration interval);
+
+  // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
+  [[nodiscard]] Time next_timeout() const { return server_.next_timeout(); }
+  void on_timeout(Time now) { server_.on_timeout(now); }
+
+  // Port
+  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
+  void reply(const core::Receiver& to, const Header& header) override;
+  void close(const core::Receiver& client, core::CloseReason reason) override;
+  void flush(Time now) override;
+  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
+  void stop_accepting() override;
+  [[nodiscard]] bool drained() const override;
+
+ private:
+  struct Client final : WebSocketSession::Listener {
+    Client(HttpPort& port, std::string from);
+
+    void on_open() override { port.welcome(*this); }
+    void on_message(std::span<std::byte> message) override { port.take_message(*this, message); }
+    void on_text() override { port.refuse_text(*this); }
+    void on_written() override { port.on_written(*this); }
+    void on_end(core::CloseReason reason, std::size_t unfinished) override {
+      port.on_end(*this, reason, unfinished);
+    }
+
+    HttpPort& port;
+    std::string peer;
+    WebSocketOutput output;
+    std::shared_ptr<WebSocketSession> session{};
+    core::ClientId id{};  // kNoClient until the handshake is done
+    std::uint32_t token = 0;
+    bool touched = false;  // the port must look at it when it flushes
+    bool writing = false;  // a frame
+    bool closing = false;  // the router knows it no more; the other side is told why
+  };
+
+  [[nodiscard]] HttpPages pages(const AdminSource& source) const;
+
+  void upgrade(os::File socket, const HttpRequest& request, const std::string& peer);
+  void welcome(Client& client);
+  void take_message(Client& client, std::span<std::byte> bytes);
+  void refuse_text(Client& client);
+  void refuse_length(Time now, Client& client, const Header& header, std::size_t size);
+  void on_written(Client& client);
+  void on_end(Client& client, core::CloseReason reason, std::size_t unfinished);
+
+  void report_replaced(Time now, Client& client);
+  void write_next(Time now, Client& client);
+  void say_goodbye(Client& client, WebSocketClose code, std::string text);
+  void forget(Time now, Client& client, core::CloseReason reason);
+  void erase(Time now, Client& client);
+
+  Client* find(std::uint32_t token, core::ClientId id);
+  void touch(Client& client);
+  std::uint32_t free_token();
+
+  boost::asio::io_context& loop_;
+  core::Router& router_;
+  core::BlockPool& pool_;
+  const std::function<void(Time)> end_turn_;
+  HttpPortSettings settings_;
+  bool stopping_ = false;
+  std::vector<std::unique_ptr<Client>> clients_;  // by token
+  std::vector<std::uint32_t> free_tokens_;
+  std::vector<Client*> touched_;
+  HttpServer server_;
+};
+
+}  // namespace tims::io

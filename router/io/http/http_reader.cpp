@@ -1,0 +1,109 @@
+#include "router/io/http/http_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+
+namespace tims::io {
+
+namespace {
+
+namespace http = boost::beast::http;
+using Parser = http::request_parser<http::string_body>;
+
+std::string text(boost::beast::string_view view) { return {view.data(), view.size()}; }
+
+HttpRequest plain(const http::request<http::string_body>& message) {
+  HttpRequest request{.method = text(message.method_string()),
+                      .target = text(message.target()),
+                      .version = static_cast<int>(message.version()),
+                      .fields = {},
+                      .keep_alive = message.keep_alive(),
+                      .wants_websocket = boost::beast::websocket::is_upgrade(message)};
+  for (const auto& field : message)
+    request.fields.push_back({text(field.name_string()), text(field.value())});
+  return request;
+}
+
+HttpResponse refusal_for(boost::beast::error_code error) {
+  if (error == http::error::header_limit)
+    return http_error(431, "the head of a request has at most 8192 bytes here");
+  if (error == http::error::body_limit)
+    return http_error(413, "nothing here takes a body of more than 4096 bytes");
+  if (error == http::error::bad_version) return http_error(505, "this is not HTTP/1.0 or HTTP/1.1");
+  return http_error(400, "this is no HTTP request: " + error.message());
+}
+
+}  // namespace
+
+struct HttpReader::Impl {
+  Impl() { begin(); }
+
+  void begin() {
+    parser.emplace();
+    parser->header_limit(kHttpHeadBytesMax);
+    parser->body_limit(kHttpBodyBytesMax);
+    head_size = 0;
+  }
+  void drop(std::size_t n) {
+    std::copy(buffer.begin() + static_cast<std::ptrdiff_t>(n),
+              buffer.begin() + static_cast<std::ptrdiff_t>(filled), buffer.begin());
+    filled -= n;
+  }
+  Status refuse(boost::beast::error_code error) {
+    refusal = refusal_for(error);
+    return Status::kRefused;
+  }
+
+  std::optional<Parser> parser;
+  std::array<char, kHttpHeadBytesMax> buffer;
+  std::size_t filled = 0;
+  std::size_t head_size = 0;
+  HttpRequest request;
+  std::optional<HttpResponse> refusal;
+};
+
+HttpReader::HttpReader() : impl_(std::make_unique<Impl>()) {}
+HttpReader::~HttpReader() = default;
+
+std::span<char> HttpReader::room() { return std::span(impl_->buffer).subspan(impl_->filled); }
+void HttpReader::advance(std::size_t n) { impl_->filled += n; }
+
+HttpReader::Status HttpReader::next() {
+  Impl& in = *impl_;
+  if (in.refusal) return Status::kRefused;
+  while (in.filled > 0) {
+    boost::beast::error_code error;
+    const bool in_head = !in.parser->is_header_done();
+    const std::size_t used =
+        in.parser->put(boost::asio::buffer(in.buffer.data(), in.filled), error);
+    in.drop(used);
+    // The parser's own limit is one for each field.
+    if (in_head) in.head_size += used;
+    if (in.head_size > kHttpHeadBytesMax) return in.refuse(http::error::header_limit);
+    if (in.parser->is_done()) {
+      in.request = plain(in.parser->get());
+      in.begin();
+      return Status::kRequest;
+    }
+    if (error == http::error::need_more) {
+      // The parser wants the whole head, or the whole line of a chunk, in one piece.
+      if (in.filled == in.buffer.size()) return in.refuse(http::error::header_limit);
+      if (used == 0) break;
+      continue;
+    }
+    if (error) return in.refuse(error);
+  }
+  return Status::kNeedMore;
+}
+
+const HttpRequest& HttpReader::request() const { return impl_->request; }
+const HttpResponse& HttpReader::refusal() const { return *impl_->refusal; }
+std::size_t HttpReader::pending() const { return impl_->filled; }
+bool HttpReader::is_inside() const { return impl_->filled > 0 || impl_->parser->got_some(); }
+
+}  // namespace tims::io

@@ -1,0 +1,274 @@
+#include "router/io/http/websocket_session.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include "router/io/http/tcp_progress.h"
+#include "router/io/http/websocket_output.h"
+
+namespace tims::io {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using beast::error_code;
+using core::CloseReason;
+
+using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
+using Stream = websocket::stream<Socket, false>;  // without compression: it is not for binary data
+
+// A reader's buffer larger than this goes back after its message.
+constexpr std::size_t kKeptBufferBytes = 64 << 10;
+// What the system holds beyond what is on its way. More would only be overtaken by nobody: urgent
+// messages and pings wait behind it.
+constexpr int kUnsentBytes = 128 << 10;
+
+Socket to_asio(asio::io_context& loop, int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+  const int yes = 1;
+  ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  ::setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
+  const auto protocol = address.ss_family == AF_INET6 ? asio::ip::tcp::v6() : asio::ip::tcp::v4();
+  return Socket(loop.get_executor(), protocol, fd);
+}
+
+http::request<http::empty_body> to_beast(const HttpRequest& request) {
+  http::request<http::empty_body> message;
+  message.method_string(request.method);
+  message.target(request.target);
+  message.version(static_cast<unsigned>(request.version));
+  for (const HttpRequest::Field& field : request.fields) message.insert(field.name, field.value);
+  return message;
+}
+
+CloseReason reason_for(const error_code& error) {
+  if (error == beast::error::timeout) return CloseReason::kWatchdog;  // in a handshake
+  if (error == websocket::error::message_too_big) return CloseReason::kTooLong;
+  if (error == websocket::error::closed || error == asio::error::eof)
+    return CloseReason::kPeerClosed;
+  if (error == websocket::condition::protocol_violation) return CloseReason::kBadRecord;
+  return CloseReason::kConnectionLost;
+}
+
+class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
+ public:
+  Session(asio::io_context& loop, int fd, const Settings& settings, Listener& listener)
+      : stream_(to_asio(loop, fd)),
+        listener_(&listener),
+        settings_(settings),
+        ping_timer_(loop),
+        close_timer_(loop),
+        input_(settings.message_max + kKeptBufferBytes) {
+    stream_.read_message_max(settings.message_max);
+    stream_.auto_fragment(false);
+    stream_.binary(true);
+    stream_.set_option(websocket::stream_base::decorator(
+        [](websocket::response_type& answer) { answer.set(http::field::server, "tims-router"); }));
+    stream_.set_option(
+        websocket::stream_base::timeout{.handshake_timeout = settings.handshake_timeout,
+                                        .idle_timeout = websocket::stream_base::none(),
+                                        .keep_alive_pings = false});
+    stream_.control_callback([this](websocket::frame_type, beast::string_view) { heard_ = true; });
+  }
+
+  void accept(const HttpRequest& request);
+
+  void set_ping_interval(Duration interval) override;
+  void write(std::span<const std::span<const std::byte>> pieces, bool last) override;
+  void close(WebSocketClose code, std::string reason) override;
+  void drop() override;
+
+ private:
+  void read();
+  void on_read();
+  void ask_later();
+  void ask_whether_it_lives();
+  void fail(CloseReason reason);
+  void end_when_quiet();
+  void cut();
+  // Wraps what is to be done when an operation succeeds.
+  template <typename Action>
+  auto finish(Action action);
+
+  Stream stream_;
+  Listener* listener_;  // null: nobody listens any more
+  Settings settings_;
+  asio::steady_timer ping_timer_;
+  asio::steady_timer close_timer_;
+  beast::flat_buffer input_;
+  std::array<asio::const_buffer, kFramePiecesMax> output_;
+  int pending_ = 0;  // operations that will call back
+  bool open_ = false;
+  bool heard_ = true;               // from the other side, since it was asked whether it lives
+  bool asking_ = false;             // a ping is on its way
+  bool writing_ = false;            // a frame
+  std::uint64_t acknowledged_ = 0;  // bytes by the other side, when it was asked
+  bool closing_ = false;
+  std::optional<CloseReason> end_;  // it is over, and why; first word counts
+};
+
+// Each operation holds the session until it has called back.
+template <typename Action>
+auto Session::finish(Action action) {
+  ++pending_;
+  return [self = shared_from_this(), action](const error_code& error, std::size_t = 0) {
+    --self->pending_;
+    if (error)
+      self->fail(reason_for(error));
+    else if (!self->end_ && self->listener_ != nullptr)
+      action(*self);
+    self->end_when_quiet();
+  };
+}
+
+void Session::accept(const HttpRequest& request) {
+  stream_.async_accept(to_beast(request), finish([](Session& self) {
+                         self.open_ = true;
+                         self.ask_later();
+                         self.listener_->on_open();
+                         self.read();
+                       }));
+}
+
+// --- Reading
+
+void Session::read() {
+  if (closing_ || listener_ == nullptr) return;
+  stream_.async_read_some(input_, 0, finish([](Session& self) { self.on_read(); }));
+}
+
+void Session::on_read() {
+  heard_ = true;
+  if (stream_.is_message_done()) {
+    const auto bytes = input_.data();
+    if (closing_) {
+      // Thrown away.
+    } else if (stream_.got_text()) {
+      listener_->on_text();
+    } else {
+      listener_->on_message({static_cast<std::byte*>(bytes.data()), bytes.size()});
+    }
+    input_.clear();
+    if (input_.capacity() > kKeptBufferBytes) input_.shrink_to_fit();
+  }
+  read();
+}
+
+// --- Does it live?
+//
+// Beast's own way of asking does not see that a slow reader, whom the ping has not reached yet,
+// goes on reading what waits for it.
+
+void Session::set_ping_interval(Duration interval) {
+  settings_.ping_interval = interval;
+  if (open_) ask_later();
+}
+
+void Session::ask_later() {
+  ping_timer_.expires_after(settings_.ping_interval);
+  ping_timer_.async_wait([self = shared_from_this()](const error_code& error) {
+    if (!error) self->ask_whether_it_lives();
+  });
+}
+
+void Session::ask_whether_it_lives() {
+  if (closing_ || end_ || listener_ == nullptr) return;
+  const std::uint64_t acknowledged =
+      bytes_acknowledged(beast::get_lowest_layer(stream_).native_handle());
+  const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
+  if (!std::exchange(heard_, false) && !(writing_ && reads)) {
+    fail(CloseReason::kWatchdog);
+    return end_when_quiet();
+  }
+  if (!std::exchange(asking_, true))
+    stream_.async_ping({}, finish([](Session& self) { self.asking_ = false; }));
+  ask_later();
+}
+
+// --- Writing
+
+void Session::write(std::span<const std::span<const std::byte>> pieces, bool last) {
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    output_[i] = asio::const_buffer(pieces[i].data(), pieces[i].size());
+  writing_ = true;
+  stream_.async_write_some(last, std::span<const asio::const_buffer>(output_).first(pieces.size()),
+                           finish([](Session& self) {
+                             self.writing_ = false;
+                             self.listener_->on_written();
+                           }));
+}
+
+// --- The end
+
+void Session::close(WebSocketClose code, std::string reason) {
+  if (closing_ || end_) return;
+  closing_ = true;
+  reason.resize(std::min(reason.size(), websocket::reason_string::static_capacity));
+  // Beast's own time-out begins when the frame before is written, which may be never.
+  close_timer_.expires_after(settings_.close_timeout);
+  close_timer_.async_wait([self = shared_from_this()](const error_code& error) {
+    if (!error) self->cut();
+  });
+  stream_.async_close({static_cast<websocket::close_code>(code), beast::string_view(reason)},
+                      finish([](Session& self) { self.fail(CloseReason::kNone); }));
+}
+
+void Session::drop() {
+  listener_ = nullptr;
+  cut();
+}
+
+void Session::fail(CloseReason reason) {
+  if (!end_) end_ = reason;
+  // While closing, the closing handshake decides when it is over.
+  if (!closing_) cut();
+}
+
+void Session::end_when_quiet() {
+  if (!end_ || pending_ > 0) return;
+  cut();
+  if (Listener* listener = std::exchange(listener_, nullptr)) {
+    listener->on_end(*end_, input_.size());
+  }
+}
+
+void Session::cut() {
+  error_code ignored;
+  ping_timer_.cancel();
+  close_timer_.cancel();
+  beast::get_lowest_layer(stream_).close(ignored);
+}
+
+}  // namespace
+
+std::shared_ptr<WebSocketSession> WebSocketSession::start(asio::io_context& loop, os::File socket,
+                                                          const HttpRequest& request,
+                                                          const Settings& settings,
+                                                          Listener& listener) {
+  const int fd = ::fcntl(socket.get(), F_DUPFD_CLOEXEC, 0);  // Asio wants one of its own
+  if (fd < 0) return nullptr;
+  auto session = std::make_shared<Session>(loop, fd, settings, listener);
+  session->accept(request);
+  return session;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,91 @@
+#include "router/io/local_segments.h"
+
+#include <algorithm>
+
+#include "os/event_fd.h"
+#include "os/futex.h"
+#include "shm/reclaim.h"
+
+namespace tims::io {
+
+LocalSegments::SegmentId LocalSegments::offer(os::File memfd) {
+  segments_[++last_].memfd = std::move(memfd);
+  return last_;
+}
+
+void LocalSegments::drop_if_empty(SegmentId id) {
+  const auto found = segments_.find(id);
+  if (found != segments_.end() && found->second.mailboxes.empty()) segments_.erase(found);
+}
+
+Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint64_t offset,
+                                                         Address address, os::File event_fd) {
+  const auto found = segments_.find(id);
+  if (found == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
+  Segment& segment = found->second;
+  if (segment.mapping.bytes().empty()) {
+    auto mapping = os::Mapping::of(segment.memfd);
+    if (!mapping) return mapping.error();
+    segment.mapping = std::move(*mapping);
+  }
+  auto view = shm::MailboxView::open(segment.mapping.bytes(), offset);
+  if (!view) return view.error();
+  if (view->address() != address) return Error(Errc::kBadLayout, "another address in the layout");
+  if ((view->wake() == shm::WakeKind::kEventFd) != static_cast<bool>(event_fd) ||
+      view->wake() == shm::WakeKind::kDoorbell)
+    return Error(Errc::kBadLayout, "the kind of waking does not fit");
+  Handle handle = static_cast<Handle>(mailboxes_.size());
+  if (free_.empty()) {
+    mailboxes_.emplace_back();
+  } else {
+    handle = free_.back();
+    free_.pop_back();
+  }
+  mailboxes_[handle] = {id, offset, address, std::make_unique<shm::Sender>(*view, kRouterWriter),
+                        std::move(event_fd)};
+  segment.mailboxes.push_back(handle);
+  return handle;
+}
+
+void LocalSegments::remove_mailbox(Handle handle) {
+  shm::condemn(mailboxes_[handle].sender->view());
+  const SegmentId id = mailboxes_[handle].segment;
+  withdraw_mailbox(handle);
+  drop_if_empty(id);
+}
+
+void LocalSegments::withdraw_mailbox(Handle handle) {
+  Mailbox& mailbox = mailboxes_[handle];
+  std::erase(segments_.at(mailbox.segment).mailboxes, handle);
+  mailbox = {};
+  free_.push_back(handle);
+}
+
+void LocalSegments::wake(Mailbox& mailbox) {
+  const std::uint32_t sleep = mailbox.sender->sleeper();
+  if (sleep == 0) return;
+  shm::Word32& word = mailbox.sender->view().header().sleep;
+  if (mailbox.event_fd) {
+    os::signal_event_fd(mailbox.event_fd.get());
+    word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
+  } else {
+    os::futex_clear_and_wake(*word.raw());
+  }
+}
+
+void LocalSegments::reclaim(SegmentId id,
+                            const std::function<bool(std::uint32_t writer)>& is_dead) {
+  const auto found = segments_.find(id);
+  if (found == segments_.end()) return;
+  for (const Handle handle : found->second.mailboxes) {
+    Mailbox& mailbox = mailboxes_[handle];
+    shm::reclaim(mailbox.sender->view(), is_dead);
+    wake(mailbox);
+  }
+}
+
+void LocalSegments::reclaim_everywhere(const std::function<bool(std::uint32_t writer)>& is_dead) {
+  for (const auto& [id, segment] : segments_) reclaim(id, is_dead);
+}
+
+}  // namespace tims::io

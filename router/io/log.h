@@ -1,0 +1,48 @@
+// Lines for people on stderr. In the journal each carries its priority, elsewhere the time. A line
+// that comes again and again is written once and then summarised. Never called for a message.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "router/config/config.h"
+#include "tims/time.h"
+
+namespace tims::io {
+
+class Log {
+ public:
+  explicit Log(config::LogLevel level);
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log();  // writes what is still to be summarised
+
+  void set_level(config::LogLevel level) { level_ = level; }
+
+  void error(std::string_view text) { write(config::LogLevel::kError, text); }
+  void warning(std::string_view text) { write(config::LogLevel::kWarning, text); }
+  void info(std::string_view text) { write(config::LogLevel::kInfo, text); }
+  void debug(std::string_view text) { write(config::LogLevel::kDebug, text); }
+
+ private:
+  struct Recent {
+    std::string text{};
+    config::LogLevel level{};
+    Time written{};
+    std::uint32_t held_back = 0;  // times it came since
+  };
+
+  void write(config::LogLevel level, std::string_view text);
+  Recent& slot_for(std::string_view text, bool& known);
+  void summarise(Recent& line);
+  void put(config::LogLevel level, std::string_view text) const;
+
+  config::LogLevel level_;
+  bool journal_;
+  std::array<Recent, 8> recent_;
+  std::size_t oldest_ = 0;
+};
+
+}  // namespace tims::io

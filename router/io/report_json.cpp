@@ -1,0 +1,241 @@
+#include "router/io/report_json.h"
+
+#include <ctime>
+
+#include <fmt/format.h>
+
+namespace tims::io {
+
+namespace {
+
+namespace json = boost::json;
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+json::value known(std::uint32_t number) {
+  return number == 0 ? json::value() : json::value(number);
+}
+json::value known(std::string_view text) {
+  return text.empty() ? json::value() : json::value(as_utf8(text));
+}
+
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  std::size_t length = 0;
+  if (byte(0) < 0x80)
+    length = 1;
+  else if (byte(0) >> 5 == 0x06 && byte(0) >= 0xC2)
+    length = 2;
+  else if (byte(0) >> 4 == 0x0E)
+    length = 3;
+  else if (byte(0) >> 3 == 0x1E && byte(0) <= 0xF4)
+    length = 4;
+  if (length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if (byte(i) >> 6 != 0x02) return 0;
+  // Surrogates, forms that are too long, and what lies beyond Unicode.
+  if (length == 3 && ((byte(0) == 0xE0 && byte(1) < 0xA0) || (byte(0) == 0xED && byte(1) > 0x9F)))
+    return 0;
+  if (length == 4 && ((byte(0) == 0xF0 && byte(1) < 0x90) || (byte(0) == 0xF4 && byte(1) > 0x8F)))
+    return 0;
+  return length;
+}
+
+std::string party_text(const core::Party& party) {
+  std::string text(party.name.view());
+  if (text.empty())
+    text = party.peer.empty() ? "client " + std::to_string(party.id.value)
+                              : std::string(party.peer.view());
+  if (party.pid != 0) text += " (pid " + std::to_string(party.pid) + ")";
+  return as_utf8(text);
+}
+
+std::string refused_text(const core::Event& event) {
+  std::string text = event.address.to_string() + " refused to " + party_text(event.client) + ": ";
+  if (event.owner.id) return text + "it belongs to " + party_text(event.owner);
+  return text + "it is the router's own";
+}
+
+}  // namespace
+
+std::string rfc3339(WallTime time) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time - whole).count();
+  const std::time_t seconds_since = whole.time_since_epoch().count();
+  std::tm fields{};
+  ::gmtime_r(&seconds_since, &fields);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:06}Z", fields.tm_year + 1900,
+                     fields.tm_mon + 1, fields.tm_mday, fields.tm_hour, fields.tm_min,
+                     fields.tm_sec, us);
+}
+
+std::string as_utf8(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0)
+      out += '?';
+    else
+      out += text.substr(0, length);
+    text.remove_prefix(length == 0 ? 1 : length);
+  }
+  return out;
+}
+
+std::string epoch_text(std::uint64_t epoch) { return fmt::format("{:016x}", epoch); }
+
+json::object to_json(Address address) {
+  return {{"name", address.to_string()}, {"raw", address.to_hex()}};
+}
+
+json::object to_json(const core::Party& party) {
+  return {{"client", party.id.value},
+          {"port", core::name(party.port)},
+          {"name", known(party.name.view())},
+          {"pid", known(party.pid)},
+          {"peer", known(party.peer.view())}};
+}
+
+json::object to_json(const core::ClientReport& report) {
+  const bool local = report.client.port == core::PortKind::kLocal;
+  return {{"id", report.client.id.value},
+          {"port", core::name(report.client.port)},
+          {"name", known(report.client.name.view())},
+          {"pid", known(report.client.pid)},
+          {"uid", local ? json::value(report.uid) : json::value()},
+          {"peer", known(report.client.peer.view())},
+          {"connected_s", seconds(report.connected)},
+          {"mailboxes", report.mailboxes},
+          {"watched", report.watched},
+          {"in_messages", report.in.messages},
+          {"in_bytes", report.in.bytes},
+          {"out_messages", report.out.messages},
+          {"out_bytes", report.out.bytes},
+          {"drops", report.dropped.messages},
+          {"drop_bytes", report.dropped.bytes}};
+}
+
+json::object to_json(const core::MailboxReport& report) {
+  return {{"address", to_json(report.address)},
+          {"via", core::name(report.owner.port)},
+          {"owner", to_json(report.owner)},
+          {"age_s", seconds(report.age)}};
+}
+
+void add_fill(json::object& mailbox, const MailboxFill& fill) {
+  mailbox["slots"] = fill.slots;
+  mailbox["message_max_bytes"] = fill.message_max;
+  mailbox["waiting"] = fill.waiting;
+  mailbox["received"] = fill.received;
+  mailbox["replaced"] = fill.replaced;
+  mailbox["refused"] = fill.refused;
+  mailbox["too_big"] = fill.too_big;
+  mailbox["reclaimed"] = fill.reclaimed;
+  mailbox["asleep"] = fill.asleep;
+}
+
+json::object to_json(const core::RouteReport& report, Address to) {
+  using Verdict = core::RouteReport::Verdict;
+  json::object out{{"address", to_json(to)}, {"not_available", report.not_available}};
+  switch (report.verdict) {
+    case Verdict::kDeliver:
+      out["verdict"] = "deliver";
+      out["reason"] = "registered by " + party_text(report.mailbox->owner);
+      out["via"] = core::name(report.mailbox->owner.port);
+      out["owner"] = to_json(report.mailbox->owner);
+      out["age_s"] = seconds(report.mailbox->age);
+      break;
+    case Verdict::kNoRoute:
+      out["verdict"] = "no_route";
+      out["reason"] = core::sentence(core::Outcome::kNoRoute);
+      break;
+    case Verdict::kSelf:
+      out["verdict"] = "self";
+      out["reason"] = "it is the router's own address";
+      break;
+  }
+  return out;
+}
+
+json::object to_json(const core::CountReport& report) {
+  using core::Outcome;
+  const bool dropped = !core::taken(report.outcome) || report.outcome == Outcome::kMailboxReplaced;
+  return {{"port", core::name(report.port)},
+          {"class", report.message_class},
+          {"outcome", core::name(report.outcome)},
+          {"meaning", core::sentence(report.outcome)},
+          {"dropped", dropped},
+          {"messages", report.count.messages},
+          {"bytes", report.count.bytes}};
+}
+
+std::string event_text(const core::Event& event) {
+  using core::EventKind;
+  const std::string address = event.address.to_string();
+  const std::string client = party_text(event.client);
+  const std::string reason(core::sentence(event.reason));
+  switch (event.kind) {
+    case EventKind::kClientCame:
+      return client + " connected";
+    case EventKind::kRegistered:
+      return address + " registered by " + client;
+    case EventKind::kWithdrawn:
+      return address + " withdrawn by " + client;
+    case EventKind::kAddressRefused:
+      return refused_text(event);
+    case EventKind::kMailboxLimit:
+      return address + " refused to " + client + ": limits.mailboxes_per_client";
+    case EventKind::kDeleteRefused:
+      return client + " may not delete " + address + ": it belongs to " + party_text(event.owner);
+    case EventKind::kClientRefused:
+      return client + " was turned away: " + reason;
+    case EventKind::kClientWent:
+      return client + " went away" + (reason.empty() ? "" : ": ") + reason;
+    case EventKind::kWatchdogClosed:
+    case EventKind::kProtocolError:
+      return client + " was disconnected: " + reason;
+    default:
+      return std::string(core::sentence(event.kind));
+  }
+}
+
+json::object to_json(const core::Event& event, const Clocks& clocks) {
+  json::object out{{"seq", event.sequence},
+                   {"time", rfc3339(clocks.wall_time(event.at))},
+                   {"kind", core::name(event.kind)},
+                   {"address", nullptr},
+                   {"client", to_json(event.client)},
+                   {"owner", nullptr},
+                   {"reason", nullptr},
+                   {"text", event_text(event)}};
+  if (event.address.raw() != 0) out["address"] = to_json(event.address);
+  if (event.owner.id) out["owner"] = to_json(event.owner);
+  if (event.reason != core::CloseReason::kNone) out["reason"] = core::name(event.reason);
+  return out;
+}
+
+json::object to_json(const core::StatusReport& report, const ProcessReport& process) {
+  return {{"name", as_utf8(process.name)},
+          {"address", to_json(report.address)},
+          {"version", process.version},
+          {"pid", process.pid},
+          {"epoch", epoch_text(process.epoch)},
+          {"uptime_s", seconds(process.uptime)},
+          {"clients", report.clients},
+          {"mailboxes", report.mailboxes},
+          {"messages", report.forwarded.messages},
+          {"bytes", report.forwarded.bytes},
+          {"drops", report.drops},
+          {"drops_last_minute", report.drops_last_minute},
+          {"rss_bytes", process.rss_bytes},
+          {"table_bytes", report.table_bytes},
+          {"longest_turn_s", seconds(process.longest_turn)},
+          {"listen",
+           {{"unix", known(process.unix_path)},
+            {"tcp", known(process.tcp)},
+            {"http", known(process.http)}}},
+          {"last_event", report.last_event}};
+}
+
+}  // namespace tims::io

@@ -1,0 +1,60 @@
+// The process as a service: signals, the service manager, limits.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "os/file.h"
+#include "tims/result.h"
+
+namespace tims::io {
+
+// SIGTERM, SIGINT and SIGHUP come as calls from the loop.
+class Signals {
+ public:
+  struct Actions {
+    std::function<void()> stop;
+    std::function<void()> reload;
+  };
+  Signals(boost::asio::io_context& loop, Actions actions);
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
+  ~Signals();
+
+ private:
+  void wait();
+  void take();
+
+  Actions actions_;
+  os::File file_;
+  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
+};
+
+// What systemd wants to hear, as datagrams to $NOTIFY_SOCKET (sd_notify(3)); nothing without it.
+class ServiceManager {
+ public:
+  explicit ServiceManager(boost::asio::io_context& loop);
+
+  // The watchdog, when the unit has one, is fed from here on.
+  void ready();
+  void reloading();
+  void stopping();
+
+ private:
+  void notify(std::string_view text) const;
+  void feed();
+
+  std::string path_;
+  std::chrono::microseconds interval_{};  // 0: no watchdog
+  boost::asio::steady_timer timer_;
+};
+
+// As many file descriptors as the system lets this process have.
+void raise_descriptor_limit();
+
+}  // namespace tims::io

@@ -1,0 +1,92 @@
+// TcpPort, the part that reads.
+#include "os/clock.h"
+#include "router/io/tcp_port.h"
+
+namespace tims::io {
+namespace {
+
+using core::CloseReason;
+using core::Outcome;
+using Status = wire::StreamReader::Status;
+
+// Up to here, copying a message is cheaper than flushing all ports for it.
+constexpr std::size_t kCopiedBytesMax = 4 << 10;
+
+CloseReason reason_for(Status status) {
+  return status == Status::kTooShort ? CloseReason::kTooShort : CloseReason::kTooLong;
+}
+
+}  // namespace
+
+void TcpPort::wait_for_input(TcpConnection& connection) {
+  connection.socket.async_wait(
+      boost::asio::posix::stream_descriptor::wait_read,
+      [this, token = connection.token, id = connection.id](const boost::system::error_code& error) {
+        if (!error) on_input(token, id);
+      });
+}
+
+void TcpPort::on_input(std::uint32_t token, core::ClientId id) {
+  TcpConnection* connection = find(token, id);
+  if (connection == nullptr) return;
+  const Time now = os::now();
+  touch(*connection);
+  const TcpConnection::Read read = connection->read(scratch_->bytes);
+  switch (read.status) {
+    case TcpConnection::ReadStatus::kSome:
+      take_messages(now, *connection, read.chunk);
+      break;
+    case TcpConnection::ReadStatus::kNothing:
+      break;
+    case TcpConnection::ReadStatus::kClosed:
+      on_end_of_input(now, *connection, CloseReason::kPeerClosed);
+      break;
+    case TcpConnection::ReadStatus::kLost:
+      on_end_of_input(now, *connection, CloseReason::kConnectionLost);
+      break;
+  }
+  end_turn_(now);
+  connection = find(token, id);
+  if (connection != nullptr && !connection->closing) wait_for_input(*connection);
+}
+
+void TcpPort::take_messages(Time now, TcpConnection& connection, std::span<std::byte> chunk) {
+  const std::uint32_t token = connection.token;
+  const core::ClientId id = connection.id;
+  for (;;) {
+    const wire::StreamReader::Item item = connection.reader.next(chunk);
+    if (item.status == Status::kNeedMore) return;
+    if (item.status != Status::kMessage) return refuse_length(now, connection, item);
+    take_message(now, connection, item);
+    if (find(token, id) == nullptr || connection.closing) return;
+  }
+}
+
+// A message in the scratch buffer stays where it is until the flush; one that the reader has
+// gathered does not outlive its next call.
+void TcpPort::take_message(Time now, TcpConnection& connection,
+                           const wire::StreamReader::Item& item) {
+  const std::byte* begin = item.message.data();
+  const bool in_scratch = begin >= scratch_->bytes && begin < scratch_->bytes + kScratchBytes;
+  const bool copied = !in_scratch && item.message.size() <= kCopiedBytesMax;
+  core::Message message{item.header, copied ? keep(item.message) : item.message};
+  router_.on_message(now, connection.id, message);
+  if (!in_scratch && !copied) end_turn_(now);
+}
+
+void TcpPort::refuse_length(Time now, TcpConnection& connection,
+                            const wire::StreamReader::Item& item) {
+  router_.on_lost(now, core::PortKind::kTcp, connection.id, Outcome::kBadLength,
+                  item.header.priority, kHeaderSize);
+  forget(now, connection, reason_for(item.status));
+}
+
+void TcpPort::on_end_of_input(Time now, TcpConnection& connection, CloseReason reason) {
+  const std::size_t pending = connection.reader.pending();
+  if (pending > 0) {
+    router_.on_lost(now, core::PortKind::kTcp, connection.id, Outcome::kIncomplete, 0, pending);
+  }
+  forget(now, connection, reason);
+}
+
+}  // namespace tims::io

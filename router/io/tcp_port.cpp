@@ -1,0 +1,213 @@
+#include "router/io/tcp_port.h"
+
+#include <algorithm>
+
+#include "os/clock.h"
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+using boost::system::error_code;
+using core::CloseReason;
+using core::Outcome;
+using Descriptor = boost::asio::posix::stream_descriptor;
+
+constexpr std::size_t kKeptBytes = 64 << 10;
+// What the router itself says to a slow reader does not wait behind what others send to it: a
+// lifesign must be answered, and a registration may be waited for.
+constexpr std::uint8_t kReplyPriority = 255;
+
+}  // namespace
+
+TcpPort::TcpPort(boost::asio::io_context& loop, core::Router& router, Log& log,
+                 core::BlockPool& pool, std::function<void(Time)> end_turn,
+                 const TcpPortSettings& settings)
+    : loop_(loop),
+      router_(router),
+      pool_(pool),
+      end_turn_(std::move(end_turn)),
+      settings_(settings),
+      acceptor_(
+          loop, log,
+          [this](os::File socket, const std::string& peer) { welcome(std::move(socket), peer); }),
+      scratch_(std::make_unique_for_overwrite<Scratch>()),
+      kept_(std::make_unique_for_overwrite<std::byte[]>(kKeptBytes)) {
+  set_queue_bytes_max(settings.queue_bytes_max);
+}
+
+void TcpPort::set_queue_bytes_max(std::uint64_t bytes) {
+  settings_.queue_bytes_max = std::max<std::uint64_t>(bytes, settings_.message_max);
+  for (const auto& connection : connections_) {
+    if (connection) connection->output.set_queue_bytes_max(settings_.queue_bytes_max);
+  }
+}
+
+void TcpPort::welcome(os::File socket, const std::string& peer) {
+  const Time now = os::now();
+  const std::uint32_t token = free_token();
+  const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
+                                                  .token = token,
+                                                  .peer = std::string_view(peer),
+                                                  .lifesign = true});
+  if (!id) {
+    free_tokens_.push_back(token);
+  } else {
+    connections_[token] = std::make_unique<TcpConnection>(
+        loop_, std::move(socket), settings_.message_max, pool_, settings_.queue_bytes_max);
+    TcpConnection& connection = *connections_[token];
+    connection.id = id;
+    connection.token = token;
+    wait_for_input(connection);
+  }
+  end_turn_(now);
+}
+
+std::uint32_t TcpPort::free_token() {
+  if (free_tokens_.empty()) {
+    connections_.emplace_back();
+    return static_cast<std::uint32_t>(connections_.size() - 1);
+  }
+  const std::uint32_t token = free_tokens_.back();
+  free_tokens_.pop_back();
+  return token;
+}
+
+// --- Port
+
+Outcome TcpPort::deliver(const core::Receiver& to, const core::Message& message) {
+  TcpConnection* connection = find(to.token, to.client);
+  if (connection == nullptr || connection->closing) return Outcome::kClientGone;
+  touch(*connection);
+  return connection->output.add(message.bytes, message.header.priority);
+}
+
+void TcpPort::reply(const core::Receiver& to, const Header& header) {
+  TcpConnection* connection = find(to.token, to.client);
+  if (connection == nullptr || connection->closing) return;
+  std::array<std::byte, kHeaderSize> bytes;
+  wire::encode_header(header, bytes);
+  touch(*connection);
+  connection->output.add(keep(bytes), kReplyPriority);
+}
+
+void TcpPort::close(const core::Receiver& client, CloseReason /*reason*/) {
+  TcpConnection* connection = find(client.token, client.client);
+  if (connection == nullptr) return;
+  connection->closing = true;
+  touch(*connection);
+}
+
+void TcpPort::flush(Time now) {
+  for (TcpConnection* connection : touched_) {
+    connection->touched = false;
+    connection->output.write_batch();
+    settle(now, *connection);
+  }
+  touched_.clear();
+  kept_size_ = 0;
+}
+
+std::uint64_t TcpPort::queued_bytes(std::uint32_t token) const {
+  const bool known = token < connections_.size() && connections_[token];
+  return known ? connections_[token]->output.queued_bytes() : 0;
+}
+
+bool TcpPort::drained() const {
+  return std::ranges::all_of(connections_, [](const auto& connection) {
+    return !connection || connection->output.state() != TcpOutput::State::kWaiting;
+  });
+}
+
+// --- Output
+
+// After bytes were written: what follows from how far that went.
+void TcpPort::settle(Time now, TcpConnection& connection) {
+  report_losses(now, connection);
+  switch (connection.output.state()) {
+    case TcpOutput::State::kIdle:
+      break;
+    case TcpOutput::State::kWaiting:
+      if (!connection.closing) wait_for_writable(connection);
+      break;
+    case TcpOutput::State::kBroken:
+      forget(now, connection, CloseReason::kConnectionLost);
+      break;
+    case TcpOutput::State::kOutOfMemory:
+      forget(now, connection, CloseReason::kOutOfMemory);
+      break;
+  }
+  if (connection.closing) erase(now, connection);
+}
+
+void TcpPort::wait_for_writable(TcpConnection& connection) {
+  if (connection.waits_for_writable) return;
+  connection.waits_for_writable = true;
+  connection.socket.async_wait(
+      Descriptor::wait_write,
+      [this, token = connection.token, id = connection.id](const error_code& error) {
+        if (!error) on_writable(token, id);
+      });
+}
+
+void TcpPort::on_writable(std::uint32_t token, core::ClientId id) {
+  TcpConnection* connection = find(token, id);
+  if (connection == nullptr) return;
+  connection->waits_for_writable = false;
+  if (connection->output.write_queue() > 0) router_.on_progress(id);
+  touch(*connection);
+  end_turn_(os::now());
+}
+
+void TcpPort::report_losses(Time now, TcpConnection& connection) {
+  const TcpOutput::Lost* lost = connection.output.lost();
+  if (lost == nullptr) return;
+  const auto report = [&](Outcome outcome, const core::Losses& losses) {
+    router_.on_lost(now, core::PortKind::kTcp, connection.id, outcome, losses);
+  };
+  report(Outcome::kQueueReplaced, lost->replaced);
+  report(Outcome::kQueueFull, lost->refused);
+  report(Outcome::kClientGone, lost->gone);
+  connection.output.forget_lost();
+}
+
+// The router knows it no more from here on; the connection itself goes when it is settled.
+void TcpPort::forget(Time now, TcpConnection& connection, CloseReason reason) {
+  if (connection.closing) return;
+  connection.closing = true;
+  router_.disconnect(now, connection.id, reason);
+}
+
+void TcpPort::erase(Time now, TcpConnection& connection) {
+  connection.output.abandon();
+  report_losses(now, connection);
+  free_tokens_.push_back(connection.token);
+  connections_[connection.token].reset();
+}
+
+// --- Small things
+
+TcpConnection* TcpPort::find(std::uint32_t token, core::ClientId id) {
+  TcpConnection* connection = connections_[token].get();
+  return connection != nullptr && connection->id == id ? connection : nullptr;
+}
+
+void TcpPort::touch(TcpConnection& connection) {
+  if (connection.touched) return;
+  connection.touched = true;
+  touched_.push_back(&connection);
+}
+
+// A copy that stays until the flush. When there is no more room, what was collected is written now.
+std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
+  if (kept_size_ + bytes.size() > kKeptBytes) {
+    for (TcpConnection* connection : touched_) connection->output.write_batch();
+    kept_size_ = 0;
+  }
+  const std::span copy(kept_.get() + kept_size_, bytes.size());
+  std::ranges::copy(bytes, copy.begin());
+  kept_size_ += bytes.size();
+  return copy;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,94 @@
+// TCP port: original RACK programs and remote clients.
+//
+// A turn reads once from one connection, at most 256 KiB, hands every whole message to the router,
+// and then writes once to each connection that got something. A slow reader blocks nobody and never
+// sees a torn message (tcp_output.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+
+#include "router/config/config.h"
+#include "router/core/block_pool.h"
+#include "router/core/router.h"
+#include "router/io/acceptor.h"
+#include "router/io/log.h"
+#include "router/io/port.h"
+#include "router/io/tcp_connection.h"
+
+namespace tims::io {
+
+struct TcpPortSettings {
+  std::uint32_t message_max = kMessageMaxDefault;
+  std::uint64_t queue_bytes_max = 4U << 20;  // for one connection; at least one message
+};
+
+class TcpPort final : public Port {
+ public:
+  // `end_turn` flushes all ports: called when a turn is over.
+  TcpPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+          std::function<void(Time)> end_turn, const TcpPortSettings& settings);
+
+  // Where it listens.
+  Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
+  void set_queue_bytes_max(std::uint64_t bytes);
+
+  // Port
+  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
+  void reply(const core::Receiver& to, const Header& header) override;
+  void close(const core::Receiver& client, core::CloseReason reason) override;
+  void flush(Time now) override;
+  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
+  void stop_accepting() override { acceptor_.stop(); }
+  [[nodiscard]] bool drained() const override;
+
+ private:
+  static constexpr std::size_t kScratchBytes = 256 << 10;
+  // The kernel copies into the start of a page several times as fast as to 16 bytes behind it.
+  struct alignas(4096) Scratch {
+    std::byte bytes[kScratchBytes];
+  };
+
+  void welcome(os::File socket, const std::string& peer);
+  std::uint32_t free_token();
+
+  void wait_for_input(TcpConnection& connection);
+  void on_input(std::uint32_t token, core::ClientId id);
+  void take_messages(Time now, TcpConnection& connection, std::span<std::byte> chunk);
+  void take_message(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
+  void refuse_length(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
+  void on_end_of_input(Time now, TcpConnection& connection, core::CloseReason reason);
+
+  void wait_for_writable(TcpConnection& connection);
+  void on_writable(std::uint32_t token, core::ClientId id);
+  void settle(Time now, TcpConnection& connection);
+  void report_losses(Time now, TcpConnection& connection);
+  void forget(Time now, TcpConnection& connection, core::CloseReason reason);
+  void erase(Time now, TcpConnection& connection);
+
+  TcpConnection* find(std::uint32_t token, core::ClientId id);
+  void touch(TcpConnection& connection);
+  std::span<std::byte> keep(std::span<const std::byte> bytes);
+
+  boost::asio::io_context& loop_;
+  core::Router& router_;
+  core::BlockPool& pool_;
+  const std::function<void(Time)> end_turn_;
+  TcpPortSettings settings_;
+  Acceptor acceptor_;
+  std::vector<std::unique_ptr<TcpConnection>> connections_;  // by token
+  std::vector<std::uint32_t> free_tokens_;
+  std::vector<TcpConnection*> touched_;
+  std::unique_ptr<Scratch> scratch_;  // what was read this turn
+  // Replies of the router, and small messages whose bytes do not stay, until the flush.
+  std::unique_ptr<std::byte[]> kept_;
+  std::size_t kept_size_ = 0;
+};
+
+}  // namespace tims::io

@@ -1,0 +1,42 @@
+#include "router/io/uplink.h"
+
+namespace tims::io {
+
+namespace {
+
+constexpr std::uint32_t kSlots = 64;
+constexpr std::size_t kPage = 4096;
+constexpr std::size_t kKeepBytes = 64 << 10;  // of a slot: stays in memory for the next message
+
+}  // namespace
+
+Result<std::unique_ptr<Uplink>> Uplink::make(std::uint32_t message_max) {
+  auto memfd = os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max).bytes);
+  if (!memfd) return memfd.error();
+  auto mapping = os::Mapping::of(*memfd);
+  if (!mapping) return mapping.error();
+  return std::unique_ptr<Uplink>(new Uplink(std::move(*memfd), std::move(*mapping), message_max));
+}
+
+Uplink::Uplink(os::File memfd, os::Mapping mapping, std::uint32_t message_max)
+    : memfd_(std::move(memfd)),
+      mapping_(std::move(mapping)),
+      receiver_(shm::MailboxView::create(mapping_.bytes(), 0,
+                                         {.address = Address(),
+                                          .slots = kSlots,
+                                          .message_max = message_max,
+                                          .wake = shm::WakeKind::kDoorbell})) {
+  receiver_.arm();
+}
+
+void Uplink::release(const shm::Taken& taken) {
+  if (taken.body.size() > kKeepBytes) {
+    const std::size_t begin = static_cast<std::size_t>(taken.body.data() - mapping_.bytes().data());
+    const std::size_t first = (begin + kPage - 1) / kPage * kPage;
+    const std::size_t last = (begin + taken.body.size()) / kPage * kPage;
+    mapping_.discard(first, last - first);
+  }
+  receiver_.release(taken.hint);
+}
+
+}  // namespace tims::io

@@ -1,0 +1,34 @@
+// The mailbox in which the router takes what a local client cannot deliver itself: one for each
+// client that needs it, in memory of the router, so that a client can spoil only its own.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "os/file.h"
+#include "os/mapping.h"
+#include "shm/receiver.h"
+#include "tims/result.h"
+
+namespace tims::io {
+
+class Uplink {
+ public:
+  // Slots are as large as the largest message, in sparse memory: only what is written to takes
+  // pages, and a large message's pages go back after it.
+  static Result<std::unique_ptr<Uplink>> make(std::uint32_t message_max);
+
+  [[nodiscard]] const os::File& memfd() const { return memfd_; }
+  [[nodiscard]] shm::Receiver& receiver() { return receiver_; }
+  void release(const shm::Taken& taken);
+
+ private:
+  Uplink(os::File memfd, os::Mapping mapping, std::uint32_t message_max);
+
+  os::File memfd_;
+  os::Mapping mapping_;
+  shm::Receiver receiver_;
+};
+
+}  // namespace tims::io

@@ -1,0 +1,34 @@
+#include "router/io/waiting_memory.h"
+
+#include <sys/mman.h>
+
+namespace tims::io {
+namespace {
+
+// Less than this is kept: it will be needed again.
+constexpr std::size_t kKeptBytes = 8 << 20;
+
+std::span<std::byte> reserve(std::size_t bytes) {
+  for (; bytes >= core::BlockPool::kBlockSize; bytes /= 2) {
+    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
+                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (memory != MAP_FAILED) return {static_cast<std::byte*>(memory), bytes};
+  }
+  return {};
+}
+
+}  // namespace
+
+WaitingMemory::WaitingMemory(std::size_t bytes) : memory_(reserve(bytes)), pool_(memory_) {}
+
+WaitingMemory::~WaitingMemory() {
+  if (!memory_.empty()) ::munmap(memory_.data(), memory_.size());
+}
+
+void WaitingMemory::give_back() {
+  if (pool_.used() != 0 || pool_.touched_bytes() <= kKeptBytes) return;
+  pool_.forget();
+  ::madvise(memory_.data(), memory_.size(), MADV_DONTNEED);
+}
+
+}  // namespace tims::io

@@ -1,0 +1,316 @@
+// tims-router: puts the parts together, from top to bottom, and runs them.
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <span>
+#include <string>
+
+#include <fmt/core.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "router/config/files.h"
+#include "router/config/load.h"
+#include "router/config/options.h"
+#include "router/config/reload.h"
+#include "router/core/router.h"
+#include "router/io/admin.h"
+#include "router/io/arguments.h"
+#include "router/io/client_port.h"
+#include "router/io/facts.h"
+#include "router/io/http/http_port.h"
+#include "router/io/log.h"
+#include "router/io/loop.h"
+#include "router/io/report_json.h"
+#include "router/io/service.h"
+#include "router/io/switchboard.h"
+#include "router/io/tcp_port.h"
+#include "router/io/waiting_memory.h"
+
+extern char** environ;
+
+namespace tims {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kCannotStart = 1;
+constexpr int kWrongUsage = 2;
+constexpr Duration kDrainTime = 2s;
+constexpr std::size_t kWaitingBytesMin = 256 << 20;  // address space, not memory
+constexpr std::size_t kFullQueues = 16;              // that fit into it
+
+config::Host this_host() {
+  config::Host host;
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  host.name = name.data();
+  host.uid = ::getuid();
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view text = *entry;
+    const std::size_t equals = text.find('=');
+    if (equals != std::string_view::npos) {
+      host.environment.emplace(text.substr(0, equals), text.substr(equals + 1));
+    }
+  }
+  return host;
+}
+
+Result<config::Loaded> load_configuration(const io::Arguments& arguments) {
+  config::Sources sources{.files = {}, .settings = arguments.settings, .host = this_host()};
+  if (!arguments.config_path.empty()) {
+    auto files = config::read_files(arguments.config_path);
+    if (!files) return files.error();
+    sources.files = std::move(*files);
+  }
+  return config::load(sources);
+}
+
+core::RouterSettings router_settings(const config::Config& c) {
+  return {.address = Address::of({.system = c.router.system, .instance = c.router.id}),
+          .compat_delete = c.tcp.compat_delete,
+          .lifesign_interval = c.lifesign.interval,
+          .clients_max = c.limits.clients,
+          .mailboxes_per_client_max = c.limits.mailboxes_per_client};
+}
+
+std::size_t waiting_bytes(const config::Config& c) {
+  const std::size_t queue = std::max(c.tcp.queue_bytes, c.message.bytes_max);
+  return std::max(kWaitingBytesMin, kFullQueues * queue);
+}
+
+std::uint64_t random_number() {
+  std::uint64_t number = 0;
+  while (::getrandom(&number, sizeof number, 0) != sizeof number) {
+  }
+  return number;
+}
+
+io::Clocks read_clocks(Time now) {
+  return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
+}
+
+void log_event(io::Log& log, const core::Event& event) {
+  using Kind = core::EventKind;
+  switch (event.kind) {
+    case Kind::kClientRefused:
+    case Kind::kAddressRefused:
+    case Kind::kMailboxLimit:
+    case Kind::kDeleteRefused:
+    case Kind::kWatchdogClosed:
+    case Kind::kProtocolError:
+      return log.warning(io::event_text(event));
+    default:
+      return log.debug(io::event_text(event));
+  }
+}
+
+std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
+  if (error == Errc::kAddressInUse) {
+    return fmt::format("cannot listen on {}: address in use; another router? `--set {}=...`", where,
+                       key);
+  }
+  return fmt::format("cannot listen: {}; `--set {}=...`", error.detail(), key);
+}
+
+// The running router, part by part.
+class Program {
+ public:
+  Program(config::Loaded configuration, const io::Arguments& arguments)
+      : configuration_(std::move(configuration)), arguments_(arguments) {
+    switchboard_.attach(core::PortKind::kLocal, local_);
+    switchboard_.attach(core::PortKind::kTcp, tcp_);
+    switchboard_.attach(core::PortKind::kWebSocket, http_);
+    switchboard_.on_event([this](const core::Event& event) {
+      desk_.event_happened();
+      log_event(log_, event);
+    });
+    switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
+      desk_.ask(os::now(), from, request);
+    });
+    loop_.at_turn_end([this](Time now) { finish_turn(now); });
+    loop_.watch({.next = [this] { return router_.next_timeout(); },
+                 .on_timeout = [this](Time now) { router_.on_timeout(now); }});
+    loop_.watch({.next = [this] { return desk_.next_timeout(); }, .on_timeout = [](Time) {}});
+    loop_.watch({.next = [this] { return http_.next_timeout(); },
+                 .on_timeout = [this](Time now) { http_.on_timeout(now); }});
+    loop_.watch(
+        {.next = [this] { return drain_deadline_; }, .on_timeout = [this](Time) { loop_.stop(); }});
+  }
+
+  int run() {
+    if (const Result<void> result = listen(); !result) {
+      log_.error(result.error().detail());
+      return kCannotStart;
+    }
+    manager_.ready();
+    loop_.run();
+    log_.info("stopped");
+    return 0;
+  }
+
+ private:
+  void finish_turn(Time now) {
+    switchboard_.flush(now);
+    desk_.answer(read_clocks(now), [&](core::ClientId asker, core::Message& answer) {
+      router_.answer(now, asker, answer);
+    });
+    switchboard_.flush(now);
+    desk_.release();
+    memory_.give_back();
+    if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
+  }
+
+  Result<void> listen() {
+    facts_.start.started = os::now();
+    facts_.start.epoch = epoch_;
+    const config::Config& c = configuration_.config;
+    if (auto result = local_.listen(); !result) {
+      return Error(result.error().code(), cannot_listen("unix.path", c.unix.path, result.error()));
+    }
+    facts_.start.unix_path = c.unix.path;
+    log_.info("listening unix " + c.unix.path);
+    if (auto result = listen(tcp_, "tcp", c.tcp.listen, facts_.start.tcp); !result) return result;
+    return listen(http_, "http", c.http.listen, facts_.start.http);
+  }
+
+  // `endpoint`: nothing when the port is switched off. `where` becomes what is told about it.
+  template <typename TcpOrHttpPort>
+  Result<void> listen(TcpOrHttpPort& port, std::string_view name,
+                      const std::optional<config::Endpoint>& endpoint, std::string& where) {
+    if (!endpoint) return {};
+    const auto listening = port.listen(*endpoint);
+    if (!listening) {
+      return Error(
+          listening.error().code(),
+          cannot_listen(fmt::format("{}.listen", name), endpoint->to_string(), listening.error()));
+    }
+    where = listening->to_string();
+    log_.info(fmt::format("listening {} {}", name, where));
+    return {};
+  }
+
+  // What waits for slow readers is still written, for a while.
+  void stop() {
+    if (drain_deadline_ != kNever) return;
+    const Time now = os::now();
+    manager_.stopping();
+    log_.info("stopping");
+    switchboard_.stop_accepting();
+    drain_deadline_ = now + kDrainTime;
+    loop_.end_turn(now);
+  }
+
+  void reload() {
+    manager_.reloading();
+    const auto loaded = load_configuration(arguments_);
+    if (!loaded) {
+      log_.error("not reloaded: " + loaded.error().message());
+    } else if (!loaded->ok()) {
+      for (const auto& problem : loaded->problems) {
+        log_.error("not reloaded: " + problem.to_string());
+      }
+    } else {
+      apply(*loaded);
+    }
+    manager_.ready();
+  }
+
+  void apply(const config::Loaded& loaded) {
+    const Time now = os::now();
+    for (const auto& change : config::changes(configuration_.config, loaded.config)) {
+      log_.info("reloaded: " + change.to_string());
+    }
+    configuration_.config = config::reloaded(configuration_.config, loaded.config);
+    configuration_.origins = loaded.origins;
+    const config::Config& c = configuration_.config;
+    log_.set_level(c.log.level);
+    router_.configure(now, router_settings(c));
+    tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
+    http_.set_queue_bytes_max(c.tcp.queue_bytes);
+    http_.set_ping_interval(c.lifesign.interval);
+    loop_.end_turn(now);
+  }
+
+  config::Loaded configuration_;
+  const io::Arguments& arguments_;
+  const std::uint64_t epoch_ = random_number();
+  io::Log log_{configuration_.config.log.level};
+  io::Loop loop_;
+  const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
+  io::Switchboard switchboard_;
+  core::Router router_{
+      router_settings(configuration_.config), {random_number(), random_number()}, switchboard_};
+  io::WaitingMemory memory_{waiting_bytes(configuration_.config)};
+  io::ClientPort local_{loop_.context(),
+                        router_,
+                        end_turn_,
+                        {.path = configuration_.config.unix.path,
+                         .router = router_settings(configuration_.config).address,
+                         .epoch = epoch_,
+                         .message_max = configuration_.config.message.bytes_max}};
+  io::TcpPort tcp_{loop_.context(),
+                   router_,
+                   log_,
+                   memory_.pool(),
+                   end_turn_,
+                   {.message_max = configuration_.config.message.bytes_max,
+                    .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
+  io::Facts facts_{router_, loop_, switchboard_, local_, configuration_};
+  io::HttpPort http_{loop_.context(),
+                     router_,
+                     log_,
+                     memory_.pool(),
+                     end_turn_,
+                     facts_,
+                     {.message_max = configuration_.config.message.bytes_max,
+                      .queue_bytes_max = configuration_.config.tcp.queue_bytes,
+                      .ping_interval = configuration_.config.lifesign.interval}};
+  io::AdminDesk desk_{facts_};
+  io::ServiceManager manager_{loop_.context()};
+  io::Signals signals_{loop_.context(),
+                       {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
+  Time drain_deadline_ = kNever;  // set when the router is to end
+};
+
+int print(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  return std::fflush(stdout) == 0 ? 0 : kCannotStart;
+}
+
+int complain(std::string_view text, int status) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fputc('\n', stderr);
+  return status;
+}
+
+int main(std::span<const char* const> words) {
+  using Action = io::Arguments::Action;
+  const auto arguments = io::parse_arguments(words);
+  if (!arguments) {
+    return complain(arguments.error().detail() + "; see tims-router --help", kWrongUsage);
+  }
+  if (arguments->action == Action::kVersion) return print("tims-router " TIMS_VERSION "\n");
+  if (arguments->action == Action::kHelp) {
+    return print(std::string(io::usage()) + "\nKeys and values:\n" + config::options_help());
+  }
+  auto loaded = load_configuration(*arguments);
+  if (!loaded) return complain(loaded.error().message(), kCannotStart);
+  for (const auto& problem : loaded->problems) complain(problem.to_string(), kCannotStart);
+  if (!loaded->ok()) return kCannotStart;
+  if (arguments->action == Action::kCheck) return print("the configuration is good\n");
+  if (arguments->action == Action::kPrintConfig) {
+    return print(config::print_config(loaded->config, loaded->origins));
+  }
+  io::raise_descriptor_limit();
+  return Program(std::move(*loaded), *arguments).run();
+}
+
+}  // namespace
+}  // namespace tims
+
+int main(int count, char** words) {
+  return tims::main(
+      {const_cast<const char* const*>(words) + 1, static_cast<std::size_t>(count) - 1});
+}
