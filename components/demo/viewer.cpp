@@ -1,0 +1,46 @@
+#include <array>
+
+#include "components/demo/program.h"
+#include "components/demo/scan.h"
+
+namespace tims::demo {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+Result<void> subscribe(Mailbox& mailbox) {
+  const std::array<std::uint32_t, 2> body{0, mailbox.address().raw()};
+  return mailbox.send({.dest = kLadar, .type = type::kGetContData}, std::as_bytes(std::span(body)));
+}
+
+}  // namespace
+
+int run_viewer(Session& session, const StopSignals& signals) {
+  const Address address = Address::of({.class_id = class_id::kTest, .instance = 1, .local = 1});
+  auto mailbox = session.open({.address = address, .slots = 8, .body_max = kScanBytes});
+  if (!mailbox) return failed("viewer", mailbox.error());
+  std::uint64_t all = 0;
+  std::uint64_t second = 0;
+  ScanSummary summary;
+  Time report = now() + 1s;
+  bool subscribed = false;
+  while (!signals.stop_within(Duration{})) {
+    if (!subscribed) subscribed = subscribe(*mailbox).ok();
+    const auto scan = mailbox->peek_for(200ms);
+    if (scan && scan->header().type == type::kData && read_scan(scan->body(), summary)) {
+      ++all;
+      ++second;
+    }
+    if (scan && scan->header().type == type::kNotAvailable) subscribed = false;
+    if (now() < report) continue;
+    report += 1s;
+    std::printf("viewer: %llu scans/s, nearest %d mm\n", static_cast<unsigned long long>(second),
+                summary.nearest_mm);
+    subscribed = second > 0;  // a ladar that was restarted has forgotten us
+    second = 0;
+  }
+  return all > 0 ? 0 : 1;
+}
+
+}  // namespace tims::demo

@@ -1,0 +1,79 @@
+#include "tools/timsctl/admin_client.h"
+
+#include <boost/json/parse.hpp>
+
+#include "os/clock.h"
+#include "tools/timsctl/failure.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr std::uint8_t kPriority = 128;  // before the data that may fill the mailbox
+
+json::object parse_answer(const Message& message, const std::string& where) {
+  const std::string_view text(reinterpret_cast<const char*>(message.body.data()),
+                              message.body.size());
+  boost::system::error_code error;
+  json::value value = json::parse(text, error);
+  if (error || !value.is_object())
+    throw Failure(Exit::kVersion, "version", where + ": the router's answer is not JSON",
+                  "install timsctl and tims-router of the same version");
+  return std::move(value.get_object());
+}
+
+Exit exit_of(std::string_view code) {
+  if (code.starts_with("no_such")) return Exit::kNoSuch;
+  if (code == "denied") return Exit::kDenied;
+  if (code == "unknown_question") return Exit::kVersion;
+  return Exit::kNo;
+}
+
+void throw_error(const json::object& answer) {
+  if (at_path(answer, "error") == nullptr) return;
+  std::string code = text_at(answer, "error.code");
+  const Exit exit = exit_of(code);
+  throw Failure(exit, std::move(code), text_at(answer, "error.message"),
+                text_at(answer, "error.hint"));
+}
+
+}  // namespace
+
+json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
+  json::object answer = ask_once(question, patience);
+  json::object next = question;
+  while (const json::value* after = at_path(answer, "next")) {
+    next["after"] = *after;
+    json::object page = ask_once(next, patience);
+    json::array& items = items_of(answer);
+    for (json::value& item : items_of(page)) items.push_back(std::move(item));
+    answer.erase("next");
+    if (const json::value* more = at_path(page, "next")) answer["next"] = *more;
+  }
+  return answer;
+}
+
+json::object AdminClient::ask_once(const json::object& question, tims::Duration patience) {
+  const std::string text = to_text(question);
+  const auto bytes = std::as_bytes(std::span(text));
+  const std::uint8_t seq_nr = ++seq_nr_;
+  const tims::Time asked = tims::os::now();
+  auto sent = connection_.send_to_router(
+      {.dest = {}, .type = tims::type::kAdminRequest, .priority = kPriority, .seq_nr = seq_nr},
+      bytes);
+  if (!sent) throw failure_of(sent.error(), connection_.where());
+  while (auto message = receive(connection_, signals_, asked + timeout_ + patience)) {
+    if (message->header.type != tims::type::kAdminReply || message->header.seq_nr != seq_nr)
+      continue;  // what a question that was given up is answered late
+    json::object answer = parse_answer(*message, connection_.where());
+    throw_error(answer);
+    const auto age = tims::os::now() - asked;
+    answer["age_ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(age).count();
+    return answer;
+  }
+  throw Failure(Exit::kTimeout, "timeout",
+                connection_.where() + " did not answer the admin question in time",
+                "a longer --timeout; an original RACK router knows no admin questions");
+}
+
+}  // namespace timsctl

@@ -1,0 +1,109 @@
+#include "tools/timsctl/catalogue.h"
+
+#include <algorithm>
+
+namespace timsctl {
+
+namespace {
+
+constexpr CatalogueEntry kEntries[] = {
+    // Why a message was not delivered (timsctl stats).
+    {"no_route", "reason", "nobody has registered the destination",
+     "is the component running? `timsctl route show`, `timsctl route watch`"},
+    {"mailbox_full", "reason", "the receiver's mailbox held only more important messages",
+     "the receiver does not keep up: `timsctl mbx list --sort refused`"},
+    {"mailbox_replaced", "reason", "a newer message took the place of one that was waiting",
+     "normal for a reader that wants the newest only; else `timsctl mbx list --sort replaced`"},
+    {"too_big", "reason", "the message was larger than a slot of the receiver's mailbox",
+     "`timsctl mbx list --sort too_big` names it; open it with a larger body_max"},
+    {"queue_full", "reason", "a TCP or WebSocket client read too slowly",
+     "`timsctl router clients --sort queue`; a faster network or less data for it, or tcp.queue"},
+    {"queue_replaced", "reason",
+     "a TCP or WebSocket client read too slowly, and a newer message took the place",
+     "`timsctl router clients --sort queue`; a faster network or less data for it, or tcp.queue"},
+    {"client_gone", "reason", "the receiver went away before it had read the message",
+     "`timsctl status` shows who left, and why"},
+    {"owner_gone", "reason", "the receiver had closed its mailbox, or had died",
+     "`timsctl route watch` shows who comes and goes"},
+    {"forged_source", "reason", "the sender does not own the address it sent from",
+     "a program sends with somebody else's address: correct it; over TCP it is only counted"},
+    {"bad_length", "reason", "a header said less than 16 bytes or more than message.max",
+     "a program that is no TiMS client, or message.max is too small"},
+    {"incomplete", "reason", "the sender went away in the middle of a message",
+     "`timsctl status` shows who left"},
+    {"malformed_command", "reason", "a command to the router was too short",
+     "a client program with a mistake"},
+    {"unknown_command", "reason", "a command to the router that it does not know",
+     "a client of another version?"},
+
+    // Errors of calls and questions.
+    {"no_router", "error", "no router answers at the socket or address",
+     "start `tims-router`; -H or $TIMS_ROUTER for another one"},
+    {"timeout", "error", "no answer within --timeout", "`timsctl ping ADDR`; a longer --timeout"},
+    {"address_in_use", "error", "somebody else owns the address",
+     "`timsctl mbx show ADDR` names the owner; give one of the two another instance"},
+    {"no_such_mailbox", "error", "nobody has registered the address", "`timsctl mbx list`"},
+    {"denied", "error", "the system does not let you use the router's socket",
+     "join the socket's group, or use sudo"},
+    {"version", "error", "the two sides speak different versions of the protocol",
+     "install the same version on both"},
+    {"component_off", "error", "the component answers ERROR: it is not switched on",
+     "`timsctl msg pub ADDR on`"},
+    {"bad_argument", "error", "the router understood the question but not an argument of it",
+     "install timsctl and tims-router of the same version"},
+    {"unknown_question", "error", "the router does not know this question",
+     "install timsctl and tims-router of the same version"},
+
+    // Findings of the doctor.
+    {"router.reachable", "doctor", "whether a router answers", "start `tims-router`"},
+    {"router.version", "doctor", "whether timsctl and the router are of one version",
+     "install the same version of both"},
+    {"router.turn", "doctor", "the longest time the router took for one turn of its loop",
+     "the machine is overloaded, or the router was stopped; give it a priority (Nice= or RT)"},
+    {"socket.permissions", "doctor", "who may connect to the local socket",
+     "socket's folder: owner, group and mode"},
+    {"port.tcp", "doctor", "where the router listens for TCP clients, or who has its port",
+     "stop the other program, or another tcp.listen"},
+    {"port.http", "doctor", "where the router listens for HTTP, or who has its port",
+     "stop the other program, or another http.listen"},
+    {"limits.files", "doctor", "how many files the router may open, and has opened",
+     "LimitNOFILE= in the unit, or `ulimit -n` before the start"},
+    {"memory.shared", "doctor", "whether shared memory can be made, and how much is left",
+     "free memory, or a larger /dev/shm"},
+    {"clock.synchronised", "doctor", "whether this host's clock follows a reference",
+     "chrony or systemd-timesyncd: times of several hosts are compared"},
+    {"clock.difference", "doctor", "the router's clock against this one",
+     "synchronise the clocks of both hosts"},
+    {"sockets.buffers", "doctor", "how much the system lets a socket buffer",
+     "sysctl net.core.rmem_max and wmem_max, 4194304 or more"},
+    {"mailboxes.dead", "doctor", "mailboxes whose owner is no longer running",
+     "restart the router; if it comes again, report it"},
+    {"mailboxes.duplicate", "doctor", "programs that wanted an address somebody else has",
+     "`timsctl route watch` names both; give one of them another instance"},
+    {"mailboxes.full", "doctor", "mailboxes without a free slot: the owner does not take",
+     "is the owner stuck? `timsctl mbx show ADDR`"},
+    {"drops", "doctor", "messages that were not delivered", "`timsctl stats --by reason`"},
+
+    // Exit status.
+    {"0", "exit status", "done, the answer is yes; a verb without end was ended by Ctrl-C", ""},
+    {"1", "exit status", "the answer is no, a check failed, a component said ERROR", ""},
+    {"2", "exit status", "the command line is wrong", "--help of the command"},
+    {"3", "exit status", "no router, or it cannot be reached", "`timsctl doctor`"},
+    {"4", "exit status", "no such address, file or code", "`timsctl mbx list`"},
+    {"5", "exit status", "the system or the router refused, or you did not confirm", ""},
+    {"6", "exit status", "no answer in time, or only a part of it", "a longer --timeout"},
+    {"7", "exit status", "the two sides do not speak the same protocol",
+     "the same version on both"},
+    {"130", "exit status", "Ctrl-C before it was done", ""},
+};
+
+}  // namespace
+
+std::span<const CatalogueEntry> catalogue() { return kEntries; }
+
+const CatalogueEntry* find_in_catalogue(std::string_view code) {
+  const auto* const entry = std::ranges::find(kEntries, code, &CatalogueEntry::code);
+  return entry == std::end(kEntries) ? nullptr : entry;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,125 @@
+#include "tools/timsctl/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/option_table.h"
+#include "tools/timsctl/words.h"
+
+namespace timsctl {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Line = std::vector<std::string>;
+
+Command command(const Line& line) { return std::get<Command>(parse_command_line(line)); }
+std::string text(const Line& line) { return std::get<Text>(parse_command_line(line)).text; }
+std::string refusal(const Line& line) {
+  try {
+    (void)parse_command_line(line);
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.exit, Exit::kUsage);
+    return failure.message + "; " + failure.hint;
+  }
+  return "accepted";
+}
+
+TEST(Words, OptionsInOneForm) {
+  const Words words = split_words(Line{"-jn5", "route", "--count", "3", "show", "-n", "4", "-w",
+                                       "-w0.5", "--watch=3", "-H", "robot"});
+  EXPECT_THAT(words.words, ElementsAre("route", "show"));
+  EXPECT_THAT(words.options, ElementsAre("--json", "--count=5", "--count=3", "--count=4",
+                                         "--watch=2", "--watch=0.5", "--watch=3", "--host=robot"));
+}
+
+TEST(Words, NegativeNumbersAndDashesAreWords) {
+  const Words words = split_words(Line{"-6", "-", "--", "-x", "--count"});
+  EXPECT_THAT(words.words, ElementsAre("-6", "-", "-x", "--count"));
+  EXPECT_THAT(split_words(Line{"--type", "-6"}).options, ElementsAre("--type=-6"));
+}
+
+TEST(Verbs, PrefixesThatAreUniqueAreEnough) {
+  EXPECT_EQ(command({"mb", "li"}).verb->name(), "mbx list");
+  EXPECT_EQ(command({"route", "g", "Ladar/0/0"}).verb->name(), "route get");
+}
+
+TEST(Verbs, AreShownWhenNothingElseIsSaid) {
+  EXPECT_EQ(command({}).verb->name(), "status");
+  EXPECT_EQ(command({"route"}).verb->name(), "route show");
+  EXPECT_EQ(command({"mbx"}).verb->name(), "mbx list");
+  const Command glob = command({"mbx", "Ladar(*/*)"});
+  EXPECT_EQ(glob.verb->name(), "mbx list");
+  EXPECT_THAT(glob.options.arguments, ElementsAre("Ladar(*/*)"));
+}
+
+TEST(CommandLine, OptionsMayStandAnywhere) {
+  const Command c = command({"-H", "robot:2001", "msg", "--period", "100ms", "echo", "Ladar/0/0",
+                             "-n", "3", "--json", "--priority", "7"});
+  EXPECT_EQ(c.verb->name(), "msg echo");
+  EXPECT_EQ(c.options.host, "robot:2001");
+  EXPECT_EQ(c.options.period, 100ms);
+  EXPECT_EQ(c.options.count, 3U);
+  EXPECT_EQ(c.options.priority, 7);
+  EXPECT_TRUE(c.options.json());
+  EXPECT_EQ(command({"ping", "Test/0/0", "--once"}).options.count, 1U);
+  EXPECT_THAT(command({"msg", "pub", "Test/0/0", "-6"}).options.arguments,
+              ElementsAre("Test/0/0", "-6"));
+}
+
+TEST(CommandLine, RefusalsSayWhatAndWhatToDo) {
+  EXPECT_THAT(refusal({"statsu"}), HasSubstr("did you mean status"));
+  EXPECT_THAT(refusal({"rou"}), HasSubstr("router, route"));
+  EXPECT_THAT(refusal({"route", "shwo"}), HasSubstr("did you mean show"));
+  EXPECT_THAT(refusal({"msg"}), HasSubstr("which verb"));
+  EXPECT_THAT(refusal({"mbx", "show"}), HasSubstr("ADDR is missing"));
+  EXPECT_THAT(refusal({"status", "x"}), HasSubstr("one word too many"));
+  EXPECT_THAT(refusal({"status", "--cuont", "3"}), HasSubstr("did you mean --count"));
+  EXPECT_THAT(refusal({"status", "--rate", "3"}), HasSubstr("status has no option --rate"));
+  EXPECT_THAT(refusal({"status", "--count"}), HasSubstr("--count needs a value"));
+  EXPECT_THAT(refusal({"status", "--json=yes"}), HasSubstr("takes no value"));
+  EXPECT_THAT(refusal({"status", "-Z"}), HasSubstr("no option -Z"));
+}
+
+TEST(CommandLine, ValuesAreChecked) {
+  EXPECT_THAT(refusal({"status", "--timeout", "fast"}), HasSubstr("--timeout: \"fast\" is not"));
+  EXPECT_THAT(refusal({"status", "-w0"}), HasSubstr("at least 10ms"));
+  EXPECT_THAT(refusal({"status", "-n", "0"}), HasSubstr("at least 1"));
+  EXPECT_THAT(refusal({"status", "-o", "yaml"}), HasSubstr("one of table"));
+  EXPECT_THAT(refusal({"msg", "pub", "Test/0/0", "3", "--priority", "256"}), HasSubstr("0 to 255"));
+  EXPECT_THAT(refusal({"msg", "pub", "Test/0/0", "3", "--rate", "0"}), HasSubstr("a rate in Hz"));
+  EXPECT_THAT(refusal({"stats", "--by", "moon"}), HasSubstr("reason, port, class"));
+}
+
+TEST(Help, EveryVerbHasOneWithAnExample) {
+  for (const Verb& verb : verbs()) {
+    if (verb.example.empty()) continue;
+    Line line{std::string(verb.noun)};
+    if (!verb.verb.empty()) line.emplace_back(verb.verb);
+    line.emplace_back("--help");
+    const std::string help = text(line);
+    EXPECT_THAT(help, HasSubstr("timsctl " + verb.name()));
+    EXPECT_THAT(help, HasSubstr(std::string(verb.example)));
+    EXPECT_THAT(text({"--help"}), HasSubstr("  " + verb.name()));
+  }
+  EXPECT_THAT(text({"route", "--help"}), HasSubstr("route watch"));
+  EXPECT_THAT(text({"--version"}), HasSubstr("timsctl "));
+}
+
+// The table of verbs names options by their long names: each must be one.
+TEST(Verbs, NameOnlyOptionsThatExist) {
+  const auto check = [](std::string_view names) {
+    while (!names.empty()) {
+      const std::size_t end = std::min(names.find(' '), names.size());
+      EXPECT_NE(find_option(names.substr(0, end)), nullptr) << names.substr(0, end);
+      names.remove_prefix(std::min(end + 1, names.size()));
+    }
+  };
+  check(kGeneralOptions);
+  for (const Verb& verb : verbs()) check(verb.options);
+}
+
+}  // namespace
+}  // namespace timsctl

@@ -1,0 +1,40 @@
+// What the table of verbs runs. One file a noun.
+#pragma once
+
+#include "tools/timsctl/exit_code.h"
+
+namespace timsctl {
+
+class Context;
+
+Exit status(Context& context);
+
+Exit router_show(Context& context);
+Exit router_clients(Context& context);
+
+Exit route_show(Context& context);
+Exit route_get(Context& context);
+Exit route_watch(Context& context);
+
+Exit mbx_list(Context& context);
+Exit mbx_show(Context& context);
+
+Exit ping(Context& context);
+
+Exit msg_pub(Context& context);
+Exit msg_echo(Context& context);
+Exit msg_hz(Context& context);
+Exit msg_bw(Context& context);
+
+Exit top(Context& context);
+Exit stats(Context& context);
+
+Exit config_check(Context& context);
+Exit config_show(Context& context);
+
+Exit doctor(Context& context);
+Exit completion(Context& context);
+Exit complete(Context& context);
+Exit errors(Context& context);
+
+}  // namespace timsctl

@@ -1,0 +1,65 @@
+// One mailbox at one router, over the local socket or over TCP alike.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tims/mailbox.h"
+#include "tims/result.h"
+#include "tims/time.h"
+#include "tools/timsctl/host.h"
+#include "tools/timsctl/signals.h"
+
+namespace timsctl {
+
+struct Message {
+  tims::Header header;
+  std::vector<std::byte> body;
+};
+
+class Connection {
+ public:
+  virtual ~Connection() = default;
+
+  [[nodiscard]] virtual tims::Address address() const = 0;  // of its mailbox
+  [[nodiscard]] virtual std::string where() const = 0;      // the router, for people
+  virtual tims::Result<void> send(const tims::Envelope& envelope,
+                                  std::span<const std::byte> body) = 0;
+  // To the router itself; `envelope.dest` is filled in.
+  virtual tims::Result<void> send_to_router(tims::Envelope envelope,
+                                            std::span<const std::byte> body) = 0;
+  // What has come; kEmpty when nothing has, kClosed when the router has gone for good.
+  virtual tims::Result<Message> take() = 0;
+  // Messages that came faster than they were taken, and are lost.
+  [[nodiscard]] virtual std::uint64_t missed() const = 0;
+  // Readable when take() may have something, after it said kEmpty.
+  [[nodiscard]] virtual int descriptor() const = 0;
+};
+
+struct MailboxWish {
+  std::optional<tims::Address> address;  // default: a free one of class Tool
+  std::uint32_t slots = 64;
+  std::uint32_t body_max = 256U << 10;
+};
+
+using Log = std::function<void(const std::string&)>;
+
+// Throw Failure: no router there, not allowed, another version.
+std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWish& wish,
+                                          tims::Duration timeout, Log log);
+std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
+                                        tims::Duration timeout);
+
+// A mailbox address of a tool, drawn at random in this system: most are free.
+tims::Address tool_address(std::uint32_t system);
+inline constexpr int kAddressTries = 16;
+
+// The next message; nothing at the deadline. Throws Interrupted on Ctrl-C, Failure when the
+// connection is lost.
+std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline);
+
+}  // namespace timsctl

@@ -1,0 +1,34 @@
+#include "tools/timsctl/context.h"
+
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+
+std::unique_ptr<Connection> Context::connect(const MailboxWish& wish) const {
+  if (const auto* tcp = std::get_if<TcpHost>(&host))
+    return connect_tcp(*tcp, wish, options.timeout);
+  // Called from the session's own thread; it writes one line to stderr.
+  const Log log = [this](const std::string& text) { out.detail(text); };
+  return connect_local(std::get<UnixHost>(host), wish, options.timeout, log);
+}
+
+tims::Address need_address(std::string_view text) {
+  if (const auto address = parse_address(text)) return *address;
+  throw usage_error("\"" + std::string(text) + "\" is no address",
+                    "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002");
+}
+
+tims::AddressPattern need_pattern(std::string_view text) {
+  if (const auto pattern = parse_pattern(text)) return *pattern;
+  throw usage_error("\"" + std::string(text) + "\" is no pattern of addresses",
+                    "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000");
+}
+
+std::int8_t need_type(std::string_view text) {
+  if (const auto type = parse_type(text)) return *type;
+  throw usage_error("\"" + std::string(text) + "\" is no message type",
+                    "a number from -128 to 127, or a name such as get_status");
+}
+
+}  // namespace timsctl

@@ -1,0 +1,36 @@
+// What a command has at hand.
+#pragma once
+
+#include <memory>
+
+#include "tools/timsctl/admin_client.h"
+#include "tools/timsctl/connection.h"
+#include "tools/timsctl/options.h"
+#include "tools/timsctl/output.h"
+#include "tools/timsctl/signals.h"
+
+namespace timsctl {
+
+class Context {
+ public:
+  Context(const Options& command_line, Output& output, const Signals& interrupts, Host router)
+      : options(command_line), out(output), signals(interrupts), host(std::move(router)) {}
+
+  const Options& options;
+  Output& out;
+  const Signals& signals;
+  const Host host;
+
+  // A mailbox at the router. Throws Failure.
+  [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxWish& wish = {}) const;
+  [[nodiscard]] AdminClient admin(Connection& connection) const {
+    return {connection, signals, options.timeout};
+  }
+};
+
+// Throw Failure when the argument is none.
+tims::Address need_address(std::string_view text);
+tims::AddressPattern need_pattern(std::string_view text);
+std::int8_t need_type(std::string_view text);
+
+}  // namespace timsctl

@@ -1,0 +1,138 @@
+// timsctl doctor: looks for what usually goes wrong.
+#include <algorithm>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/findings.h"
+#include "tools/timsctl/help.h"
+#include "tools/timsctl/humanize.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr std::uint16_t kTcpPort = 2000;
+
+void ask_router(Context& context, Facts& facts) {
+  const auto connection = context.connect();
+  AdminClient admin = context.admin(*connection);
+  facts.status = admin.ask({{"ask", "status"}});
+  const auto there = parse_rfc3339(text_at(facts.status, "time"));
+  if (there) facts.clock_difference_s = std::chrono::duration<double>(*there - wall_now()).count();
+  json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
+  facts.mailboxes = std::move(items_of(mailboxes));
+  facts.stats = admin.ask({{"ask", "stats"}});
+}
+
+void find_dead_owners(Facts& facts) {
+  for (const json::value& value : facts.mailboxes) {
+    const json::object& mailbox = value.as_object();
+    const auto pid = static_cast<std::uint32_t>(number_or_zero(mailbox, "owner.pid"));
+    if (pid == 0 || is_running(pid)) continue;
+    facts.dead_owners.push_back(fmt::format("{} of {} (pid {})", text_at(mailbox, "address.name"),
+                                            printable(text_at(mailbox, "owner.name")), pid));
+  }
+}
+
+void look_at_host(const std::string& path, Facts& facts) {
+  facts.socket = socket_file(path);
+  if (facts.unreachable)
+    facts.tcp_port_owner = port_owner(kTcpPort);
+  else
+    facts.files = open_files(static_cast<std::uint32_t>(number_or_zero(facts.status, "pid")));
+  facts.memory = shared_memory();
+  facts.clock_synchronised = clock_is_synchronised();
+  facts.receive_buffer_max = number_in("/proc/sys/net/core/rmem_max");
+  find_dead_owners(facts);
+}
+
+Facts gather(Context& context) {
+  Facts facts{.where = to_string(context.host),
+              .local = std::holds_alternative<UnixHost>(context.host),
+              .version = std::string(own_version())};
+  try {
+    ask_router(context, facts);
+  } catch (const Failure& failure) {
+    facts.unreachable = failure;
+  }
+  if (facts.local) look_at_host(std::get<UnixHost>(context.host).path, facts);
+  return facts;
+}
+
+struct Counts {
+  std::size_t warnings = 0;
+  std::size_t failures = 0;
+};
+Counts count(const std::vector<Finding>& findings) {
+  const auto of = [&](Level level) {
+    return static_cast<std::size_t>(std::ranges::count(findings, level, &Finding::level));
+  };
+  return {of(Level::kWarning), of(Level::kFailure)};
+}
+
+std::string draw(const std::vector<Finding>& findings, const Look& look, bool quiet) {
+  std::string text;
+  for (const Finding& f : findings) {
+    if (quiet && f.level < Level::kWarning) continue;
+    const Tone tone = f.level == Level::kOk        ? Tone::kGood
+                      : f.level == Level::kInfo    ? Tone::kPlain
+                      : f.level == Level::kWarning ? Tone::kWarning
+                                                   : Tone::kBad;
+    text += fmt::format("{}  {:<20} {}\n",
+                        paint(fmt::format("{:<7}", name(f.level)), tone, look.colour), f.id,
+                        printable(f.text));
+    if (!f.hint.empty()) text += fmt::format("{:30}-> {}\n", "", f.hint);
+  }
+  const Counts n = count(findings);
+  return text + fmt::format("{} failure{}, {} warning{}\n", n.failures, n.failures == 1 ? "" : "s",
+                            n.warnings, n.warnings == 1 ? "" : "s");
+}
+
+json::object to_json(const Facts& facts, const std::vector<Finding>& findings) {
+  json::array items;
+  for (const Finding& f : findings)
+    items.push_back(json::object{{"id", f.id},
+                                 {"level", name(f.level)},
+                                 {"text", f.text},
+                                 {"hint", f.hint.empty() ? json::value() : json::value(f.hint)}});
+  const Counts n = count(findings);
+  return {{"schema", "tims/doctor/1"}, {"host", facts.where},    {"time", rfc3339(wall_now())},
+          {"failures", n.failures},    {"warnings", n.warnings}, {"items", std::move(items)}};
+}
+
+// One line and the exit status that monitoring programs read.
+Exit nagios(Context& context, const Facts& facts, const std::vector<Finding>& findings) {
+  const Counts n = count(findings);
+  const int level = n.failures > 0 ? 2 : n.warnings > 0 ? 1 : 0;
+  const char* word = level == 2 ? "CRITICAL" : level == 1 ? "WARNING" : "OK";
+  std::string text = fmt::format("TIMS {}", word);
+  const char* separator = " - ";
+  for (const Finding& f : findings) {
+    if (f.level < Level::kWarning) continue;
+    text += fmt::format("{}{}", separator, printable(f.text));
+    separator = "; ";
+  }
+  context.out.write(fmt::format(
+      "{} | clients={} mailboxes={} drops={}c\n", text, number_or_zero(facts.status, "clients"),
+      number_or_zero(facts.status, "mailboxes"), number_or_zero(facts.status, "drops")));
+  return static_cast<Exit>(level);
+}
+
+}  // namespace
+
+Exit doctor(Context& context) {
+  const Facts facts = gather(context);
+  const std::vector<Finding> findings = judge(facts);
+  if (context.options.style == "nagios") return nagios(context, facts, findings);
+  if (context.out.json())
+    context.out.write(to_json(facts, findings));
+  else
+    context.out.write(draw(findings, context.out.look(), context.options.quiet));
+  if (facts.unreachable) return facts.unreachable->exit;
+  return count(findings).failures > 0 ? Exit::kNo : Exit::kDone;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,101 @@
+// Through libtims: a session at the router of this host.
+#include <cerrno>
+#include <cstring>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "os/file.h"
+#include "tims/session.h"
+#include "tools/timsctl/connection.h"
+#include "tools/timsctl/failure.h"
+
+namespace timsctl {
+
+namespace {
+
+class LocalConnection final : public Connection {
+ public:
+  LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path)
+      : session_(std::move(session)), mailbox_(std::move(mailbox)), path_(std::move(path)) {}
+
+  [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
+  [[nodiscard]] std::string where() const override { return path_; }
+  [[nodiscard]] int descriptor() const override { return mailbox_.event_fd(); }
+
+  [[nodiscard]] std::uint64_t missed() const override {
+    const tims::MailboxCounters counters = mailbox_.counters();
+    return counters.replaced + counters.refused + counters.too_big;
+  }
+
+  tims::Result<void> send(const tims::Envelope& envelope,
+                          std::span<const std::byte> body) override {
+    return mailbox_.send(envelope, body);
+  }
+  tims::Result<void> send_to_router(tims::Envelope envelope,
+                                    std::span<const std::byte> body) override {
+    envelope.dest = session_.router();
+    return mailbox_.send(envelope, body);
+  }
+  tims::Result<Message> take() override {
+    auto guard = mailbox_.try_peek();
+    if (!guard) return guard.error();
+    return Message{guard->header(), {guard->body().begin(), guard->body().end()}};
+  }
+
+ private:
+  tims::Session session_;
+  tims::Mailbox mailbox_;
+  std::string path_;
+};
+
+// A session would wait for a router to appear; a person wants to know at once that there is none.
+void check_socket(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    throw usage_error(path + ": longer than a socket's path can be");
+  path.copy(address.sun_path, path.size());
+  const tims::os::File socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the system's own signature
+  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
+    return;
+  const std::string reason = std::strerror(errno);
+  if (errno == EACCES || errno == EPERM)
+    throw Failure(Exit::kDenied, "denied", path + ": " + reason,
+                  "join the group that owns the socket (`ls -l " + path + "`), or use sudo");
+  if (errno == EPROTOTYPE)
+    throw Failure(Exit::kNoRouter, "no_router", path + ": this socket is not a router's");
+  throw Failure(Exit::kNoRouter, "no_router", "no router at " + path + ": " + reason,
+                "start one with `tims-router`, or name another with -H or $TIMS_ROUTER");
+}
+
+tims::Mailbox open(tims::Session& session, const MailboxWish& wish, const std::string& path) {
+  tims::MailboxOptions options{
+      .address = {}, .slots = wish.slots, .body_max = wish.body_max, .event_fd = true};
+  for (int attempt = 1;; ++attempt) {
+    options.address = wish.address.value_or(tool_address(session.router().fields().system));
+    auto mailbox = session.open(options);
+    if (mailbox) return std::move(*mailbox);
+    const bool taken = mailbox.error().code() == tims::Errc::kAddressInUse;
+    if (!taken || wish.address || attempt == kAddressTries) throw failure_of(mailbox.error(), path);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWish& wish,
+                                          tims::Duration timeout, Log log) {
+  check_socket(host.path);
+  tims::SessionOptions options;
+  options.name = "timsctl";
+  options.socket_path = host.path;
+  options.timeout = timeout;
+  options.on_event = [log = std::move(log)](const tims::SessionEvent& event) { log(event.text); };
+  auto session = tims::Session::connect(std::move(options));
+  if (!session) throw failure_of(session.error(), host.path);
+  auto mailbox = open(*session, wish, host.path);
+  return std::make_unique<LocalConnection>(std::move(*session), std::move(mailbox), host.path);
+}
+
+}  // namespace timsctl

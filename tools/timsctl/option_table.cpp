@@ -1,0 +1,149 @@
+#include "tools/timsctl/option_table.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+
+namespace {
+
+using std::string_view;
+
+[[noreturn]] void refuse(string_view what, string_view text) {
+  throw usage_error("\"" + std::string(text) + "\" is not " + std::string(what));
+}
+
+template <typename T>
+T need(std::optional<T> value, string_view what, string_view text) {
+  if (!value) refuse(what, text);
+  return *value;
+}
+
+tims::Duration duration(string_view text) {
+  return need(parse_duration(text), "a duration such as 250ms, 2s or 1min", text);
+}
+// Zero would be a loop without a pause.
+tims::Duration pause(string_view text) {
+  const auto value = duration(text);
+  if (value < std::chrono::milliseconds(10)) refuse("a pause of at least 10ms", text);
+  return value;
+}
+std::uint32_t size(string_view text) {
+  return need(parse_size(text), "a size such as 64, 4KiB or 1MiB", text);
+}
+std::uint64_t count(string_view text) { return need(parse_count(text), "a count", text); }
+std::uint8_t priority(string_view text) {
+  const auto value = count(text);
+  if (value > 255) refuse("a priority from 0 to 255", text);
+  return static_cast<std::uint8_t>(value);
+}
+double rate(string_view text) {
+  double value = 0;
+  try {
+    value = std::stod(std::string(text));
+  } catch (const std::exception&) {
+  }
+  if (!(value > 0 && value <= 100'000)) refuse("a rate in Hz, above 0 and up to 100000", text);
+  return value;
+}
+
+Format format(string_view text) {
+  constexpr std::array<string_view, 6> kNames = {"table", "wide", "plain", "json", "csv", "name"};
+  const auto at = std::ranges::find(kNames, text);
+  if (at == kNames.end()) refuse("one of table, wide, plain, json, csv, name", text);
+  return static_cast<Format>(at - kNames.begin());
+}
+
+std::string one_of(string_view text, std::initializer_list<string_view> known) {
+  if (std::ranges::find(known, text) != known.end()) return std::string(text);
+  std::string names;
+  for (const string_view name : known) names.append(names.empty() ? "" : ", ").append(name);
+  refuse("one of " + names, text);
+}
+
+constexpr OptionRow kRows[] = {
+    {"host", 'H', "HOST", "router to ask: HOST[:PORT] or unix:PATH (else $TIMS_HOST, this host)",
+     [](Options& o, string_view v) { o.host = v; }},
+    {"json", 'j', "", "JSON on stdout; one object a line where something is repeated",
+     [](Options& o, string_view) { o.format = Format::kJson; }},
+    {"json-lines", 0, "", "the same as --json",
+     [](Options& o, string_view) { o.format = Format::kJson; }},
+    {"output", 'o', "FORM", "table, wide, plain, json, csv or name",
+     [](Options& o, string_view v) { o.format = format(v); }},
+    {"watch", 'w', "[2]", "show it again every 2 seconds, or as often as said",
+     [](Options& o, string_view v) { o.watch = pause(v); }},
+    {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
+    {"count", 'n', "N", "stop after N",
+     [](Options& o, string_view v) {
+       o.count = count(v);
+       if (o.count == 0) refuse("a count of at least 1", v);
+     }},
+    {"for", 0, "DUR", "stop after this time",
+     [](Options& o, string_view v) { o.run_for = duration(v); }},
+    {"timeout", 0, "DUR", "how long to wait for an answer (default 2s)",
+     [](Options& o, string_view v) { o.timeout = pause(v); }},
+    {"sort", 0, "COL", "order the rows by this column, largest first for numbers",
+     [](Options& o, string_view v) { o.sort = v; }},
+    {"quiet", 'q', "", "only the result, no remarks",
+     [](Options& o, string_view) { o.quiet = true; }},
+    {"verbose", 'v', "", "more remarks", [](Options& o, string_view) { o.verbose = true; }},
+    {"no-color", 0, "", "no colours (also $NO_COLOR)",
+     [](Options& o, string_view) { o.no_color = true; }},
+    {"utc", 0, "", "times in UTC", [](Options& o, string_view) { o.utc = true; }},
+    {"yes", 'y', "", "do not ask before something moves",
+     [](Options& o, string_view) { o.yes = true; }},
+    {"interval", 'i', "DUR", "time between two (default 1s)",
+     [](Options& o, string_view v) { o.interval = pause(v); }},
+    {"from", 0, "ADDR", "the sender to assume", [](Options& o, string_view v) { o.from = v; }},
+    {"type", 0, "T", "message type: a number or a name such as get_status",
+     [](Options& o, string_view v) { o.type = v; }},
+    {"listen", 0, "ADDR", "register ADDR and show what arrives there",
+     [](Options& o, string_view v) { o.listen = v; }},
+    {"hex", 0, "DIGITS", "the body, as hex digits", [](Options& o, string_view v) { o.hex = v; }},
+    {"file", 'f', "FILE", "messages as `msg echo` wrote them, or else a body; - is stdin",
+     [](Options& o, string_view v) { o.file = v; }},
+    {"raw", 0, "", "the file is a body, whatever it looks like",
+     [](Options& o, string_view) { o.raw = true; }},
+    {"no-wait", 0, "", "do not wait for the answer to a command",
+     [](Options& o, string_view) { o.no_wait = true; }},
+    {"rate", 0, "HZ", "send again and again",
+     [](Options& o, string_view v) { o.rate_hz = rate(v); }},
+    {"priority", 0, "P", "0 to 255; higher is more urgent",
+     [](Options& o, string_view v) { o.priority = priority(v); }},
+    {"size", 's', "BYTES", "bytes to add to each question to the router",
+     [](Options& o, string_view v) { o.size_bytes = size(v); }},
+    {"body-max", 0, "SIZE", "largest body to receive (default 4MiB)",
+     [](Options& o, string_view v) { o.body_max_bytes = size(v); }},
+    {"period", 0, "DUR", "ask for one message each DUR (default: every one)",
+     [](Options& o, string_view v) { o.period = duration(v); }},
+    {"by", 0, "WHAT", "one row each: reason, port or class",
+     [](Options& o, string_view v) {
+       o.by = one_of(v, {"reason", "port", "class"});
+     }},
+    {"origin", 0, "", "also where each value comes from",
+     [](Options& o, string_view) { o.origin = true; }},
+    {"format", 0, "FORM", "text or nagios",
+     [](Options& o, string_view v) {
+       o.style = one_of(v, {"text", "nagios"});
+     }},
+};
+
+}  // namespace
+
+std::span<const OptionRow> option_table() { return kRows; }
+
+const OptionRow* find_option(string_view name) {
+  const auto* const row = std::ranges::find(kRows, name, &OptionRow::name);
+  return row == std::end(kRows) ? nullptr : row;
+}
+
+const OptionRow* find_option(char letter) {
+  const auto* const row = std::ranges::find(kRows, letter, &OptionRow::letter);
+  return row == std::end(kRows) || letter == 0 ? nullptr : row;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,51 @@
+// From JSON items to text: aligned tables, plain rows, CSV, names. Pure.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/timsctl/json.h"
+#include "tools/timsctl/options.h"
+
+namespace timsctl {
+
+// How output is to look.
+struct Look {
+  Format format = Format::kTable;
+  bool colour = false;
+  bool utc = false;
+  std::string sort{};  // a column's title or path, without regard to case
+};
+
+enum class As : std::uint8_t { kText, kCount, kBytes, kDuration, kRate, kPercent };
+
+// One column of a table, or one line of a page.
+struct Column {
+  std::string_view title;  // "AGE"
+  std::string_view path;   // "age_s"
+  As as = As::kText;
+  bool wide = false;   // only with -o wide (and in CSV)
+  bool alarm = false;  // red when it is not 0
+};
+
+enum class Tone : std::uint8_t { kPlain, kBold, kDim, kGood, kWarning, kBad };
+// With escape codes if colours are wanted; widths must be counted before.
+std::string paint(std::string_view text, Tone tone, bool colour);
+
+// One value as a person reads it; "-" when it is not there.
+std::string cell_text(const json::object& item, const Column& column);
+
+// The items in the look's format (anything but JSON). Every row ends with a newline.
+std::string render_items(std::span<const json::value> items, std::span<const Column> columns,
+                         const Look& look);
+// One object, a line a column: "Uptime:  3d 4h".
+std::string render_page(const json::object& object, std::span<const Column> lines,
+                        const Look& look);
+
+// Orders by a column: numbers from large to small, texts from A to Z. Throws Failure for a column
+// that is not there.
+void sort_items(json::array& items, std::span<const Column> columns, std::string_view by);
+
+}  // namespace timsctl

@@ -1,0 +1,94 @@
+// timsctl stats: what became of messages.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/show.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr Column kAll[] = {
+    {"PORT", "port"},
+    {"CLASS", "class"},
+    {"OUTCOME", "outcome"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"MEANING", "meaning"},
+};
+constexpr Column kByReason[] = {
+    {"OUTCOME", "outcome"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"MEANING", "meaning"},
+};
+constexpr Column kByPort[] = {
+    {"PORT", "port"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"DROPPED", "dropped_messages", As::kCount, false, true},
+};
+constexpr Column kByClass[] = {
+    {"CLASS", "class"},
+    {"PRIORITIES", "priorities"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"DROPPED", "dropped_messages", As::kCount, false, true},
+};
+
+void add(json::object& item, std::string_view key, double more) {
+  item[key] = static_cast<std::uint64_t>(number_or_zero(item, key) + more);
+}
+
+std::string priorities_of(double message_class) {
+  return fmt::format("{:.0f}-{:.0f}", message_class * 32, message_class * 32 + 31);
+}
+
+// One item for each value of `key`, the numbers added up.
+json::array grouped(std::span<const json::value> items, std::string_view key) {
+  json::array groups;
+  for (const json::value& value : items) {
+    const json::object& item = value.as_object();
+    auto group = std::ranges::find_if(groups, [&](const json::value& g) {
+      return text_at(g.as_object(), key) == text_at(item, key);
+    });
+    if (group == groups.end()) {
+      json::object fresh{{key, item.at(key)}};
+      if (key == "outcome") fresh["meaning"] = item.at("meaning");
+      if (key == "class") fresh["priorities"] = priorities_of(number_or_zero(item, "class"));
+      groups.push_back(std::move(fresh));
+      group = groups.end() - 1;
+    }
+    const bool dropped = text_at(item, "dropped") == "true";
+    json::object& sum = group->as_object();
+    add(sum, "messages", number_or_zero(item, "messages"));
+    add(sum, "bytes", number_or_zero(item, "bytes"));
+    add(sum, "dropped_messages", dropped ? number_or_zero(item, "messages") : 0);
+  }
+  return groups;
+}
+
+}  // namespace
+
+Exit stats(Context& context) {
+  const std::string& by = context.options.by;
+  std::span<const Column> columns = kAll;
+  if (by == "reason") columns = kByReason;
+  if (by == "port") columns = kByPort;
+  if (by == "class") columns = kByClass;
+  const auto ask = [&](AdminClient& admin) {
+    json::object answer = admin.ask({{"ask", "stats"}});
+    if (!by.empty())
+      answer["items"] = grouped(items_of(std::as_const(answer)), by == "reason" ? "outcome" : by);
+    if (!context.options.sort.empty()) sort_items(items_of(answer), columns, context.options.sort);
+    return answer;
+  };
+  const auto draw = [&](const json::object& answer, const Look& look) {
+    return render_items(items_of(answer), columns, look);
+  };
+  return show(context, ask, draw);
+}
+
+}  // namespace timsctl

@@ -1,0 +1,159 @@
+#include "tools/timsctl/verbs.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "router/config/nearest.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/failure.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr Verb kVerbs[] = {
+    {"status", "", "", 0, 0, kShowOptions, false,
+     "One screen: who the router is, what it carries, what it dropped.", "timsctl status -w",
+     status},
+
+    {"router", "show", "", 0, 0, kShowOptions, false,
+     "Who the router is: name, address, version, where it listens.", "timsctl router -j",
+     router_show},
+    {"router", "clients", "", 0, 0, kShowOptions, false,
+     "Everybody attached to the router, with the bytes in and out.",
+     "timsctl router clients --sort drops", router_clients},
+
+    {"route", "show", "[GLOB]", 0, 1, kShowOptions, false,
+     "Every registered address: through which port, to whom.", "timsctl route show 'Ladar(*/0)'",
+     route_show},
+    {"route", "get", "ADDR", 1, 1, "from type", false,
+     "Asks the code that forwards where a message would go. Exit status 0: delivered, 1: not.",
+     "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get},
+    {"route", "watch", "[GLOB]", 0, 1, "count once for", true, "Registrations as they come and go.",
+     "timsctl route watch 'Camera(*/*)'", route_watch},
+
+    {"mbx", "list", "[GLOB]", 0, 1, kShowOptions, false,
+     "Mailboxes: owner, what waits, what was replaced or refused.",
+     "timsctl mbx list Ladar --sort replaced", mbx_list},
+    {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
+     "timsctl mbx show Ladar/3/0", mbx_show},
+
+    {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority", false,
+     "Round trips to a component or a router. A component is asked GET_STATUS, a router the "
+     "admin ping; 4 times unless -n or --for says otherwise.",
+     "timsctl ping Ladar/3/0 -n 10 -i 100ms", ping},
+
+    {"msg", "pub", "ADDR [TYPE] [-]", 1, 3, "hex file raw rate count once for priority yes no-wait",
+     false,
+     "Sends a message. A command (TYPE > 0) that is sent once waits for its answer. TYPE may be "
+     "missing when --file has what `msg echo` wrote. Asks first when ADDR moves something.",
+     "timsctl msg echo Ladar/3/0 -n 1 | timsctl msg pub Test/0/1 -f -", msg_pub},
+    {"msg", "echo", "[ADDR...]", 0, 64, "listen count once for period body-max priority", true,
+     "Prints the data of a component as it comes. Subscribes with GET_CONT_DATA and ends that when "
+     "it ends; with --listen, registers an address and prints what comes there. The output is "
+     "valid input of `msg pub`.",
+     "timsctl msg echo Ladar/3/0 -n 3", msg_echo},
+    {"msg", "hz", "ADDR...", 1, 64, "count once for interval period body-max", true,
+     "How often messages come, side by side. -n counts reports.",
+     "timsctl msg hz Ladar/3/0 Odometry/3/0 --for 10s", msg_hz},
+    {"msg", "bw", "ADDR...", 1, 64, "count once for interval period body-max", true,
+     "How many bytes come, side by side. -n counts reports.", "timsctl msg bw Camera/3/0 --once",
+     msg_bw},
+
+    {"top", "", "", 0, 0, "count once for interval sort", true,
+     "Clients and their rates, live. Keys: q quits, left and right choose the column.",
+     "timsctl top --sort in/s", top},
+    {"stats", "", "", 0, 0, "watch count once sort by", false,
+     "What became of messages, by port, class and outcome.", "timsctl stats --by reason", stats},
+
+    {"config", "show", "", 0, 0, "watch count once sort origin", false,
+     "The values the router runs with.", "timsctl config show --origin", config_show},
+    {"config", "check", "FILE", 1, 1, "", false,
+     "Reads a configuration as the router would. Exit status 1: it has errors.",
+     "timsctl config check /etc/tims/router.toml", config_check},
+
+    {"doctor", "", "", 0, 0, "format", false,
+     "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
+     "nagios exits with 0 to 3, as monitoring expects.",
+     "timsctl doctor", doctor},
+    {"errors", "", "[CODE]", 0, 1, "", false,
+     "What an error code, reason or finding means, and what to do.", "timsctl errors no_route",
+     errors},
+    {"completion", "", "bash|zsh|fish", 1, 1, "", false,
+     "A script for the shell: completes verbs and living addresses.",
+     "source <(timsctl completion bash)", completion},
+    {"__complete", "", "WORD...", 0, 1000, "", false, "", "", complete},
+};
+
+std::vector<std::string_view> nouns() {
+  std::vector<std::string_view> names;
+  for (const Verb& verb : kVerbs)
+    if (!verb.example.empty() && (names.empty() || names.back() != verb.noun))
+      names.push_back(verb.noun);
+  return names;
+}
+
+std::vector<std::string_view> verbs_of(std::string_view noun) {
+  std::vector<std::string_view> names;
+  for (const Verb& verb : kVerbs)
+    if (verb.noun == noun) names.push_back(verb.verb);
+  return names;
+}
+
+const Verb* find(std::string_view noun, std::string_view verb) {
+  for (const Verb& row : kVerbs)
+    if (row.noun == noun && row.verb == verb) return &row;
+  return nullptr;
+}
+
+std::string joined(std::span<const std::string_view> names) {
+  std::string text;
+  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+// The one name that begins with `word`.
+std::string_view expand(std::string_view word, std::span<const std::string_view> names,
+                        const std::string& what) {
+  std::vector<std::string_view> fits;
+  for (const std::string_view name : names) {
+    if (name == word) return name;
+    if (name.starts_with(word)) fits.push_back(name);
+  }
+  if (fits.size() == 1) return fits.front();
+  if (fits.size() > 1)
+    throw usage_error("\"" + std::string(word) + "\" may be " + joined(fits),
+                      "write one more letter");
+  const auto near = tims::config::nearest(word, names);
+  throw usage_error(
+      "no " + what + " \"" + std::string(word) + "\"",
+      near ? "did you mean " + std::string(*near) + "?" : "there are " + joined(names));
+}
+
+// "Ladar(3/0)" and "0x03140000" are arguments, whatever verbs there are.
+bool looks_like_verb(std::string_view word) {
+  return std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+}  // namespace
+
+std::string Verb::name() const {
+  return verb.empty() ? std::string(noun) : std::string(noun) + " " + std::string(verb);
+}
+
+std::span<const Verb> verbs() { return kVerbs; }
+
+Resolved resolve(std::span<const std::string> words) {
+  if (words.empty()) return {};
+  if (words[0] == "__complete") return {find(words[0], ""), words[0], 1};
+  const std::string_view noun = expand(words[0], nouns(), "command");
+  if (const Verb* only = find(noun, "")) return {only, noun, 1};
+  const Verb* usual = find(noun, "show");
+  if (usual == nullptr || usual->arguments_min > 0) usual = find(noun, "list");
+  if (words.size() == 1) return {usual, noun, 1};
+  if (!looks_like_verb(words[1]) && usual != nullptr) return {usual, noun, 1};
+  const auto names = verbs_of(noun);
+  return {find(noun, expand(words[1], names, std::string(noun) + " verb")), noun, 2};
+}
+
+}  // namespace timsctl
