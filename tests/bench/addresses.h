@@ -1,0 +1,17 @@
+// Who is who in a measurement: an instance a pair, local id 0 its sender, above that receivers.
+#pragma once
+
+#include <cstdint>
+
+#include "tims/address.h"
+
+namespace tims::bench {
+
+inline Address sender_address(std::uint32_t pair) {
+  return Address::of({.class_id = class_id::kTest, .instance = pair});
+}
+inline Address receiver_address(std::uint32_t pair, std::uint32_t index) {
+  return Address::of({.class_id = class_id::kTest, .instance = pair, .local = index + 1});
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,44 @@
+// One measurement: which processes run, with what between them, and what comes out.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "tests/bench/metrics.h"
+#include "tims/result.h"
+#include "tims/time.h"
+
+namespace tims::bench {
+
+enum class Shape {
+  kRoundTrip,  // ping and echo
+  kStream,     // a source and its sinks
+  kAlone,      // one process with a role of its own
+  kIdle,       // nothing but the router
+};
+enum class Between { kNothing, kRouter, kRelay };
+
+struct Experiment {
+  Shape shape = Shape::kRoundTrip;
+  std::string link{};  // what ping and echo, source and sinks use; or the role that works alone
+  Between between = Between::kNothing;
+  std::size_t payload = 64;
+  std::uint32_t subscribers = 1;
+  std::uint32_t pairs = 1;  // of source and sink, side by side
+  std::uint64_t count = 0;
+  bool one_cpu = false;  // all processes share the last CPU
+  bool traced = false;   // under strace: how many system calls
+};
+
+// What every measurement of a run shares.
+struct Setting {
+  std::string program;  // this one
+  std::string router;
+  std::string folder;  // scratch, in memory
+  Duration round_trip{};
+  Duration stream{};
+};
+
+Result<Metrics> measure(const Experiment& experiment, const Setting& setting);
+
+}  // namespace tims::bench

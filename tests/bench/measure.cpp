@@ -1,0 +1,77 @@
+#include <thread>
+
+#include "libtims/os/clock.h"
+#include "tests/bench/crew.h"
+#include "tests/bench/experiment.h"
+
+namespace tims::bench {
+namespace {
+
+// Beside the time that is measured: for start, meeting and end.
+constexpr Duration kPatience = std::chrono::seconds(30);
+
+Duration length_of(const Experiment& experiment, const Setting& setting) {
+  return experiment.shape == Shape::kRoundTrip ? setting.round_trip : setting.stream;
+}
+
+Plan plan_of(const Experiment& experiment, const Setting& setting) {
+  Plan plan;
+  plan.link = experiment.link;
+  plan.payload = experiment.payload;
+  plan.window = window_of(experiment.payload);
+  plan.subscribers = experiment.subscribers;
+  plan.count = experiment.count;
+  plan.seconds = length_of(experiment, setting);
+  return plan;
+}
+
+// Receivers first: a sender that starts finds them.
+std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting) {
+  Plan plan = plan_of(experiment, setting);
+  if (experiment.shape == Shape::kAlone) {
+    plan.role = experiment.link;
+    return {plan};
+  }
+  const bool stream = experiment.shape == Shape::kStream;
+  std::vector<Plan> receivers;
+  std::vector<Plan> senders;
+  for (plan.pair = 0; plan.pair < experiment.pairs; ++plan.pair) {
+    plan.role = stream ? "sink" : "echo";
+    for (plan.index = 0; plan.index < experiment.subscribers; ++plan.index)
+      receivers.push_back(plan);
+    plan.index = 0;
+    plan.role = stream ? "source" : "ping";
+    senders.push_back(plan);
+  }
+  receivers.insert(receivers.end(), senders.begin(), senders.end());
+  return receivers;
+}
+
+// Five seconds in which nobody asks the router for anything.
+Result<Metrics> measure_idle(const Crew& crew) {
+  constexpr Duration kSettle = std::chrono::milliseconds(300);
+  constexpr Duration kIdle = std::chrono::seconds(5);
+  std::this_thread::sleep_for(kSettle);
+  const Usage before = usage_of(crew.between());
+  std::this_thread::sleep_for(kIdle);
+  const Usage spent = usage_of(crew.between()) - before;
+  return Metrics{{"cpu_ms_in_5s", spent.cpu_s * 1e3},
+                 {"wakeups_in_5s", spent.sleeps},
+                 {"rss_mb", resident_mb(crew.between())}};
+}
+
+}  // namespace
+
+Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
+  Crew crew(setting, experiment);
+  if (auto started = crew.start_between(); !started) return started.error();
+  if (experiment.shape == Shape::kIdle) return measure_idle(crew);
+  for (const Plan& plan : roles_of(experiment, setting)) {
+    if (auto started = crew.start(plan); !started) return started.error();
+  }
+  auto results = crew.wait(length_of(experiment, setting) + kPatience);
+  if (!results) return results.error();
+  return join(*results, experiment.subscribers, experiment.pairs);
+}
+
+}  // namespace tims::bench

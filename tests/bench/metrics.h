@@ -1,0 +1,39 @@
+// Figures of one measurement by name, how processes hand them over (a line each on stdout), and
+// how those of several processes become one.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tims/time.h"
+
+namespace tims::bench {
+
+using Metrics = std::map<std::string, double>;
+
+// Names that are only joined, not shown.
+namespace raw {
+inline constexpr const char* kCpu = "raw_cpu_s";
+inline constexpr const char* kSleeps = "raw_sleeps";
+inline constexpr const char* kSystemCalls = "raw_system_calls";
+inline constexpr const char* kCount = "raw_count";
+}  // namespace raw
+
+// "metric NAME VALUE"
+void print_metric(std::string_view name, double value);
+Metrics parse_metrics(std::string_view output);
+
+// Sums what is lost and spent; of rates the slowest subscriber's, summed over `pairs`. CPU seconds
+// (cpu_s), sleeps and system calls become "per million messages".
+Metrics join(const std::vector<Metrics>& processes, std::uint32_t subscribers, std::uint32_t pairs);
+
+double median(std::vector<double> values);
+Metrics medians(const std::vector<Metrics>& repetitions);
+
+// Prints p50_us, p99_us and, from 1000 samples on, p999_us.
+void print_latencies(std::vector<Duration>& samples);
+
+}  // namespace tims::bench

@@ -1,0 +1,111 @@
+#include "tests/bench/register_bench.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+#include <vector>
+
+#include "os/clock.h"
+#include "tests/bench/metrics.h"
+#include "tests/bench/tcp_bytes.h"
+#include "tests/support/tcp_socket.h"
+#include "tims/session.h"
+
+namespace tims::bench {
+namespace {
+
+constexpr Duration kPatience = std::chrono::seconds(10);
+
+Address address_of(std::uint32_t client, std::uint32_t mailbox) {
+  constexpr std::uint32_t kSystem = 16;  // not the router's own
+  return Address(kSystem << 24 | client << 8 | mailbox);
+}
+
+bool complain(const Error& error) {
+  std::fprintf(stderr, "register: %s\n", error.message().c_str());
+  return false;
+}
+
+void print_seconds(Time start) {
+  print_metric("register_s", std::chrono::duration<double>(os::now() - start).count());
+}
+
+// Everything a client has to say, without waiting for answers in between.
+std::vector<std::byte> registrations_of(std::uint32_t client) {
+  std::vector<std::byte> bytes;
+  for (std::uint32_t mailbox = 0; mailbox < kMailboxesEach; ++mailbox) {
+    const auto init = init_of(address_of(client, mailbox));
+    bytes.insert(bytes.end(), init.begin(), init.end());
+  }
+  return bytes;
+}
+
+bool all_confirmed(const os::File& socket) {
+  std::vector<Header> answers(kMailboxesEach);
+  if (!read_exactly(socket, std::as_writable_bytes(std::span(answers)))) return false;
+  for (const Header& answer : answers)
+    if (answer.type != type::kOk) return false;
+  return true;
+}
+
+// Clients of this host, as far as one thread brings them.
+struct Comers {
+  bool come(const std::string& socket, std::uint32_t client) {
+    SessionOptions options;
+    options.name = "bench-" + std::to_string(client);
+    options.socket_path = socket;
+    options.timeout = kPatience;
+    options.on_event = [](const SessionEvent&) {};
+    auto session = Session::connect(std::move(options));
+    if (!session) return complain(session.error());
+    std::vector<MailboxOptions> wanted(kMailboxesEach);
+    for (std::uint32_t i = 0; i < kMailboxesEach; ++i)
+      wanted[i] = {.address = address_of(client, i), .slots = 4, .body_max = 256};
+    auto opened = session->open(wanted);
+    if (!opened) return complain(opened.error());
+    sessions.push_back(std::move(*session));
+    mailboxes.push_back(std::move(*opened));
+    return true;
+  }
+
+  std::vector<Session> sessions{};
+  std::vector<std::vector<Mailbox>> mailboxes{};
+  bool all_well = true;
+};
+
+}  // namespace
+
+bool register_over_tcp(const Plan& plan) {
+  std::vector<os::File> sockets;
+  const Time start = os::now();
+  for (std::uint32_t client = 0; client < kComers; ++client) {
+    auto socket = test::connect_tcp(plan.endpoint, kPatience);
+    if (!socket) return complain(socket.error());
+    make_blocking(*socket);
+    set_read_timeout(*socket, kPatience);
+    if (!write_all(*socket, registrations_of(client))) return complain(Errc::kClosed);
+    sockets.push_back(std::move(*socket));
+  }
+  for (const os::File& socket : sockets)
+    if (!all_confirmed(socket)) return complain({Errc::kRefused, "a mailbox was not confirmed"});
+  print_seconds(start);
+  return true;
+}
+
+bool register_over_unix(const Plan& plan) {
+  constexpr std::uint32_t kThreads = 8;
+  std::vector<Comers> comers(kThreads);
+  std::vector<std::thread> threads;
+  const Time start = os::now();
+  for (std::uint32_t i = 0; i < kThreads; ++i) {
+    threads.emplace_back([&, i] {
+      for (std::uint32_t client = i; client < kComers && comers[i].all_well; client += kThreads)
+        comers[i].all_well = comers[i].come(plan.socket, client);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  print_seconds(start);
+  return std::all_of(comers.begin(), comers.end(), [](const Comers& c) { return c.all_well; });
+}
+
+}  // namespace tims::bench

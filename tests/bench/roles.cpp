@@ -1,0 +1,84 @@
+#include "tests/bench/roles.h"
+
+#include <csignal>
+#include <cstdio>
+
+#include <sys/prctl.h>
+
+#include "tests/bench/limits.h"
+#include "tests/bench/register_bench.h"
+#include "tests/bench/relay.h"
+#include "tests/bench/ring_link.h"
+#include "tests/bench/round_trip.h"
+#include "tests/bench/self.h"
+#include "tests/bench/stream.h"
+#include "tests/bench/table_bench.h"
+#include "tests/bench/tcp_link.h"
+#include "tests/bench/tims_link.h"
+
+namespace tims::bench {
+namespace {
+
+void say_ready() {
+  std::puts("ready");
+  std::fflush(stdout);
+}
+
+template <typename L>
+bool play(const Plan& plan, Result<L> link) {
+  if (!link) {
+    std::fprintf(stderr, "%s: %s\n", plan.link.c_str(), link.error().message().c_str());
+    return false;
+  }
+  say_ready();
+  if (plan.role == "ping") return Ping<L>(plan, *link).run();
+  if (plan.role == "echo") return Echo<L>(plan, *link).run();
+  if (plan.role == "source") return Source<L>(plan, *link).run();
+  if (plan.role == "sink") return Sink<L>(plan, *link).run();
+  std::fprintf(stderr, "no role \"%s\"\n", plan.role.c_str());
+  return false;
+}
+
+struct Alone {
+  const char* role;
+  const char* link;
+  bool (*run)(const Plan&);
+};
+constexpr Alone kAlone[] = {
+    {"ping", "futex", futex_ping},
+    {"echo", "futex", futex_echo},
+    {"memcpy", "memcpy", copy_through_memory},
+    {"memcpy-slots", "memcpy-slots", copy_into_slots},
+    {"self", "self", send_to_myself},
+    {"self-loan", "self-loan", loan_to_myself},
+    {"register-tcp", "register-tcp", register_over_tcp},
+    {"register-unix", "register-unix", register_over_unix},
+    {"lookup", "lookup", measure_lookup},
+    {"bare-reads", "bare-reads", measure_bare_reads},
+    {"table-memory", "table-memory", measure_table_memory},
+};
+
+}  // namespace
+
+bool run_role(const Plan& plan) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also below strace, which would leave it behind
+  if (plan.role == "relay") return run_relay();
+  for (const Alone& alone : kAlone) {
+    if (plan.role != alone.role || plan.link != alone.link) continue;
+    say_ready();
+    return alone.run(plan);
+  }
+  using enum RingLink::Copy;
+  using enum TimsLink::Way;
+  using enum TcpLink::Between;
+  if (plan.link == "ring") return play(plan, RingLink::open(plan, kWhole));
+  if (plan.link == "ring-head") return play(plan, RingLink::open(plan, kHeadOnly));
+  if (plan.link == "tims") return play(plan, TimsLink::open(plan, kCopy));
+  if (plan.link == "tims-loan") return play(plan, TimsLink::open(plan, kLoan));
+  if (plan.link == "tcp-router") return play(plan, TcpLink::open(plan, kRouter));
+  if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
+  std::fprintf(stderr, "no link \"%s\"\n", plan.link.c_str());
+  return false;
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,228 @@
+#include "tests/bench/scenarios.h"
+
+#include "tests/bench/trace.h"
+
+namespace tims::bench {
+namespace {
+
+constexpr std::size_t kKi = 1 << 10;
+constexpr std::size_t kMi = 1 << 20;
+constexpr double kMillion = 1e6;
+
+// What must be reached on a machine like the one the project was planned on.
+constexpr double kRoundTripRatio = 1.25;
+constexpr double kLocalRate = 8 * kMillion;
+constexpr double kCopyRatio = 1.1;
+constexpr double kRelayRatio = 1.1;
+constexpr double kFanoutRatio = 2;  // half the rate
+// Twice the original router's, middle of what it was measured at.
+constexpr double kRouterRate64 = 2 * 0.4 * kMillion;
+constexpr double kRouterPairsRate64 = 2 * 1.0 * kMillion;
+constexpr double kRouterMb64Ki = 2 * 17.5e3 * 64 * kKi * 1e-6;
+constexpr double kRegisterSeconds = 2;
+constexpr double kLookupRatio = 2;  // flat: no more than memory itself gets slower
+constexpr double kTableBytes = 64;
+constexpr std::uint64_t kManyMailboxes = 1'000'000;
+constexpr double kIdleMb = 20 * 1.048576;
+constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
+
+struct Sizes {
+  std::vector<std::size_t> round_trip{64, kKi, 64 * kKi, kMi};
+  std::vector<std::size_t> stream{64, kKi, 64 * kKi, kMi};
+};
+Sizes sizes(bool quick) {
+  if (!quick) return {};
+  return {.round_trip = {64, kMi}, .stream = {64, 64 * kKi, kMi}};
+}
+
+const char* rate_metric(std::size_t payload) {
+  return payload >= 64 * kKi ? "mb_per_s" : "msgs_per_s";
+}
+
+Experiment round_trip(const char* link, Between between, std::size_t payload, bool one_cpu) {
+  return {.link = link, .between = between, .payload = payload, .one_cpu = one_cpu};
+}
+Experiment stream(const char* link, Between between, std::size_t payload) {
+  return {.shape = Shape::kStream, .link = link, .between = between, .payload = payload};
+}
+Experiment alone(const char* role, Between between = Between::kNothing) {
+  return {.shape = Shape::kAlone, .link = role, .between = between};
+}
+
+Case local_rtt(std::size_t payload, bool one_cpu) {
+  using enum Between;
+  Case c{.scenario = one_cpu ? "local_rtt@1cpu" : "local_rtt", .payload = payload};
+  c.contenders = {{"tims", round_trip("tims", kRouter, payload, one_cpu)},
+                  {"limit", round_trip("ring", kNothing, payload, one_cpu)},
+                  {"limit-futex", round_trip("futex", kNothing, payload, one_cpu)},
+                  {"tims-loan", round_trip("tims-loan", kRouter, payload, one_cpu)},
+                  {"limit-nocopy", round_trip("ring-head", kNothing, payload, one_cpu)}};
+  c.rows = {{"tims", "p50_us", "limit", {}},
+            {"tims-loan", "p50_us", "limit-futex", {.ratio_max = kRoundTripRatio}}};
+  if (payload == 64)
+    c.rows.push_back({"tims", "p50_us", "limit-futex", {.ratio_max = kRoundTripRatio}});
+  return c;
+}
+
+Case local_throughput(std::size_t payload) {
+  using enum Between;
+  const char* metric = rate_metric(payload);
+  Case c{.scenario = "local_throughput", .payload = payload};
+  Experiment memory = alone("memcpy");
+  memory.payload = payload;
+  c.contenders = {{"tims", stream("tims", kRouter, payload)},
+                  {"limit", stream("ring", kNothing, payload)},
+                  {"tims-loan", stream("tims-loan", kRouter, payload)},
+                  {"limit-nocopy", stream("ring-head", kNothing, payload)},
+                  {"limit-memcpy", memory}};
+  c.rows = {{"tims", metric, "limit", {}}, {"tims-loan", metric, "limit-nocopy", {}}};
+  if (payload == 64) c.rows[0].target = {.ratio_max = 1, .at_least = kLocalRate};
+  if (payload == kMi) c.rows.push_back({"tims", metric, "limit-memcpy", {.ratio_max = kCopyRatio}});
+  return c;
+}
+
+// What send and peek add to the copy they cannot do without: nobody to wake, nothing to wait for.
+Case local_one_thread(std::size_t payload) {
+  Case c{.scenario = "local_throughput@1thread", .payload = payload};
+  Experiment ours = alone("self", Between::kRouter);
+  Experiment loan = alone("self-loan", Between::kRouter);
+  Experiment slots = alone("memcpy-slots");
+  ours.payload = loan.payload = slots.payload = payload;
+  c.contenders = {{"tims", ours}, {"tims-loan", loan}, {"limit", slots}};
+  // Beside a small message everything else is large, and says nothing of the copy.
+  const char* limit = payload < 64 * kKi ? "" : "limit";
+  c.rows = {{"tims", rate_metric(payload), limit, {}},
+            {"tims-loan", rate_metric(payload), limit, {}}};
+  if (payload == kMi) c.rows[0].target = {.ratio_max = kCopyRatio};
+  return c;
+}
+
+// How often a stream of small messages meets the kernel.
+Case local_syscalls() {
+  Case c{.scenario = "local_syscalls", .payload = 64};
+  Experiment experiment = stream("tims", Between::kRouter, 64);
+  experiment.traced = true;
+  c.contenders = {{"tims", experiment}};
+  c.rows = {{"tims", "syscalls_per_million", "", {.at_most = kRareCalls}}};
+  return c;
+}
+
+Case fanout(std::size_t payload) {
+  using enum Between;
+  Case c{.scenario = "fanout_throughput", .payload = payload};
+  Experiment ours = stream("tims", kRouter, payload);
+  Experiment bare = stream("ring", kNothing, payload);
+  ours.subscribers = bare.subscribers = 8;
+  c.contenders = {
+      {"tims", ours}, {"limit", bare}, {"tims-one", stream("tims", kRouter, payload), false}};
+  c.rows = {{"tims", rate_metric(payload), "limit", {}},
+            {"tims", rate_metric(payload), "tims-one", {}}};
+  if (payload == 64) c.rows[0].target = c.rows[1].target = {.ratio_max = kFanoutRatio};
+  return c;
+}
+
+Case router_rtt(std::size_t payload, bool one_cpu) {
+  Case c{.scenario = one_cpu ? "router_rtt@1cpu" : "router_rtt", .payload = payload};
+  c.contenders = {{"tims", round_trip("tcp-router", Between::kRouter, payload, one_cpu)},
+                  {"limit", round_trip("tcp-relay", Between::kRelay, payload, one_cpu)}};
+  c.rows = {{"tims", "p50_us", "limit", {.ratio_max = kRelayRatio}}};
+  return c;
+}
+
+Case router_throughput(std::size_t payload, std::uint32_t pairs) {
+  Case c{.scenario = "router_throughput", .payload = payload};
+  if (pairs > 1) c.scenario.append("@").append(std::to_string(pairs)).append("pairs");
+  Experiment ours = stream("tcp-router", Between::kRouter, payload);
+  Experiment bare = stream("tcp-relay", Between::kRelay, payload);
+  ours.pairs = bare.pairs = pairs;
+  c.contenders = {{"tims", ours}, {"limit", bare}};
+  c.rows = {{"tims", rate_metric(payload), "limit", {}}};
+  Target& target = c.rows[0].target;
+  if (payload == 64) target.at_least = pairs > 1 ? kRouterPairsRate64 : kRouterRate64;
+  if (payload == 64 * kKi) target.at_least = kRouterMb64Ki;
+  return c;
+}
+
+Case registration(const char* scenario, const char* role) {
+  return {.scenario = scenario,
+          .payload = 0,
+          .contenders = {{"tims", alone(role, Between::kRouter)}},
+          .rows = {{"tims", "register_s", "", {.at_most = kRegisterSeconds}}}};
+}
+
+Case lookup(std::uint64_t mailboxes) {
+  Experiment table = alone("lookup");
+  Experiment bare = alone("bare-reads");
+  table.count = bare.count = mailboxes;
+  Case c{.scenario = "lookup@" + std::to_string(mailboxes), .payload = 0};
+  c.contenders = {{"tims", table}, {"limit", bare}};
+  c.rows = {{"tims", "lookup_ns", "limit", {}}};
+  if (mailboxes == kManyMailboxes) c.rows[0].target = {.ratio_max = kLookupRatio};
+  return c;
+}
+
+Case table_memory() {
+  Experiment filled = alone("table-memory");
+  filled.count = kManyMailboxes;
+  return {.scenario = "table_memory",
+          .payload = 0,
+          .contenders = {{"tims", filled}},
+          .rows = {{"tims", "bytes_per_mailbox", "", {.at_most = kTableBytes}}}};
+}
+
+Case idle() {
+  Experiment nothing{.shape = Shape::kIdle, .between = Between::kRouter};
+  return {.scenario = "idle",
+          .payload = 0,
+          .contenders = {{"tims", nothing}},
+          .rows = {{"tims", "cpu_ms_in_5s", "", {.at_most = 1}},
+                   {"tims", "wakeups_in_5s", "", {}},
+                   {"tims", "rss_mb", "", {.at_most = kIdleMb}}}};
+}
+
+}  // namespace
+
+std::vector<ScenarioText> scenario_texts() {
+  return {
+      {"local_rtt", "round trip between two processes, both sleep while they wait"},
+      {"local_rtt@1cpu", "the same, both on one CPU"},
+      {"local_throughput", "one producer to one owner, send and loan"},
+      {"local_throughput@1thread", "from a thread to itself; limit: memcpy into as many slots"},
+      {"local_syscalls", "system calls a million messages of that, counted by strace"},
+      {"fanout_throughput", "one publisher, eight subscribers"},
+      {"router_rtt", "round trip through the TCP port; limit: a bare epoll relay"},
+      {"router_rtt@1cpu", "the same, all three processes on one CPU"},
+      {"router_throughput", "one pair through the TCP port"},
+      {"router_throughput@8pairs", "eight pairs at once, the sum"},
+      {"register_tcp",
+       "1000 clients with 100 mailboxes each, TCP: seconds until all are confirmed"},
+      {"register_unix", "the same through libtims"},
+      {"lookup", "ns a look-up in a table of 10 to 1 000 000 mailboxes; limit: one read of memory"},
+      {"table_memory", "bytes a mailbox in the router's table, at the worst moment"},
+      {"idle", "CPU, wake-ups and memory of a router nobody uses"},
+  };
+}
+
+std::vector<Case> all_cases(bool quick) {
+  const Sizes with = sizes(quick);
+  std::vector<Case> cases;
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : with.round_trip) cases.push_back(local_rtt(payload, one_cpu));
+  for (const std::size_t payload : with.stream) cases.push_back(local_throughput(payload));
+  for (const std::size_t payload : with.stream) cases.push_back(local_one_thread(payload));
+  if (can_trace()) cases.push_back(local_syscalls());
+  for (const std::size_t payload : {std::size_t{64}, 64 * kKi}) cases.push_back(fanout(payload));
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : with.round_trip) cases.push_back(router_rtt(payload, one_cpu));
+  for (const std::size_t payload : with.stream) cases.push_back(router_throughput(payload, 1));
+  cases.push_back(router_throughput(64, 8));
+  cases.push_back(registration("register_tcp", "register-tcp"));
+  cases.push_back(registration("register_unix", "register-unix"));
+  for (const std::uint64_t mailboxes : {std::uint64_t{10}, std::uint64_t{1000}, kManyMailboxes})
+    cases.push_back(lookup(mailboxes));
+  cases.push_back(table_memory());
+  cases.push_back(idle());
+  return cases;
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,49 @@
+// What is measured: for each scenario and payload who runs, which figures are shown beside which
+// limit, and what they must reach.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/bench/experiment.h"
+
+namespace tims::bench {
+
+struct Target {
+  std::optional<double> ratio_max{};  // times worse than the limit
+  std::optional<double> at_least{};
+  std::optional<double> at_most{};
+};
+
+// A line of the table.
+struct Row {
+  std::string peer;
+  std::string metric;
+  std::string limit;  // the peer it is held against; empty: none
+  Target target{};
+};
+
+struct Contender {
+  std::string peer;
+  Experiment experiment;
+  bool in_csv = true;
+};
+
+struct Case {
+  std::string scenario;
+  std::size_t payload = 0;
+  std::vector<Contender> contenders{};
+  std::vector<Row> rows{};
+};
+
+struct ScenarioText {
+  const char* name;
+  const char* text;
+};
+
+std::vector<ScenarioText> scenario_texts();
+// Of all scenarios, in the order in which they run.
+std::vector<Case> all_cases(bool quick);
+
+}  // namespace tims::bench

@@ -1,0 +1,54 @@
+#include "tests/bench/scratch.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+
+#include <unistd.h>
+
+namespace tims::bench {
+namespace {
+
+void remove(const std::string& path) {
+  std::error_code ignored;
+  std::filesystem::remove_all(path, ignored);
+}
+
+sigset_t ending_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) sigaddset(&set, number);
+  return set;
+}
+
+}  // namespace
+
+Scratch::Scratch() {
+  std::string name = "/dev/shm/tims-bench-XXXXXX";
+  if (::mkdtemp(name.data()) == nullptr) {
+    name = "/tmp/tims-bench-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) std::perror("mkdtemp");
+  }
+  path_ = name;
+  const sigset_t signals = ending_signals();
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  watcher_ = std::thread([this] { wait_for_signal(); });
+}
+
+Scratch::~Scratch() {
+  ::pthread_kill(watcher_.native_handle(), SIGUSR1);  // the run is over
+  watcher_.join();
+  remove(path_);
+}
+
+// The processes of the measurement end with this one.
+void Scratch::wait_for_signal() const {
+  const sigset_t signals = ending_signals();
+  int number = 0;
+  ::sigwait(&signals, &number);
+  if (number == SIGUSR1) return;
+  remove(path_);
+  ::_exit(128 + number);
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,40 @@
+#include "tests/bench/self.h"
+
+#include <cstdio>
+
+#include "tests/bench/limits.h"
+#include "tests/bench/tims_link.h"
+
+namespace tims::bench {
+namespace {
+
+// Two mailboxes of one process, as a role would open them: a source's and a sink's.
+bool pass_messages(Plan plan, TimsLink::Way way) {
+  plan.role = "sink";
+  auto sink = TimsLink::open(plan, TimsLink::Way::kCopy);
+  plan.role = "source";
+  auto source = TimsLink::open(plan, way);
+  if (!sink || !source) {
+    const Error& error = sink ? source.error() : sink.error();
+    std::fprintf(stderr, "self: %s\n", error.message().c_str());
+    return false;
+  }
+  Payload payload(plan.payload);
+  std::uint64_t seq = 0;
+  measure_passes(plan, [&] {
+    std::uint64_t received = 0;
+    for (std::uint64_t i = 0; i < plan.window; ++i) {
+      source->send(payload.with({.kind = Kind::kData, .seq = ++seq}));
+      sink->receive(Duration::zero(), [&](std::span<const std::byte>) { ++received; });
+    }
+    return received;
+  });
+  return true;
+}
+
+}  // namespace
+
+bool send_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Way::kCopy); }
+bool loan_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Way::kLoan); }
+
+}  // namespace tims::bench

@@ -1,0 +1,27 @@
+// What a process costs: CPU time, sleeps, memory.
+#pragma once
+
+#include <cstdint>
+
+#include <sys/types.h>
+
+namespace tims::bench {
+
+struct Usage {
+  double cpu_s = 0;
+  double sleeps = 0;  // times a thread gave its CPU away by itself: waits that really waited
+
+  Usage operator-(const Usage& before) const {
+    return {cpu_s - before.cpu_s, sleeps - before.sleeps};
+  }
+};
+
+Usage own_usage();
+Usage usage_of(pid_t process);  // all its threads
+
+double resident_mb(pid_t process);  // 10^6 bytes
+
+// Prints what was spent since `before` and the number of messages it was spent on.
+void print_usage(const Usage& before, std::uint64_t messages);
+
+}  // namespace tims::bench

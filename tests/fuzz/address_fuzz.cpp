@@ -1,0 +1,27 @@
+// An address that was read is printed in a form that reads back, in every width; a pattern that
+// was read answers for every address.
+#include "tests/fuzz/fuzz_input.h"
+#include "tims/address.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace tims;
+  fuzz::Input input(data, size);
+  AddressWidths widths{.system = input.number<std::uint8_t>(),
+                       .class_id = input.number<std::uint8_t>(),
+                       .instance = input.number<std::uint8_t>(),
+                       .local = input.number<std::uint8_t>()};
+  if (!widths.valid()) widths = {};
+  const Address raw(input.number<std::uint32_t>());
+  fuzz::require(Address::parse(raw.to_string(widths), widths) == raw);
+  fuzz::require(Address::parse(raw.to_hex(), widths) == raw);
+  fuzz::require(Address::of(raw.fields(widths), widths) == raw);
+
+  const std::string_view text = input.text();
+  const auto address = Address::parse(text, widths);
+  if (address) fuzz::require(Address::parse(address->to_string(widths), widths) == address);
+  const auto pattern = AddressPattern::parse(text, widths);
+  fuzz::use(pattern && pattern->matches(raw));
+  // What names one address exactly is a pattern that matches it.
+  if (address) fuzz::require(pattern && pattern->matches(*address));
+  return 0;
+}

@@ -1,0 +1,60 @@
+// However the bytes of a connection are cut, the same requests come out of them; and each request's
+// target is taken apart without surprise.
+#include <string>
+#include <vector>
+
+#include "router/io/http/api_question.h"
+#include "router/io/http/http_reader.h"
+#include "router/io/http/origin.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+using tims::io::HttpReader;
+using tims::io::HttpRequest;
+
+// Everything of a request in one text.
+std::string told(const HttpRequest& request) {
+  std::string text = request.method + ' ' + request.target + ' ' + std::to_string(request.version);
+  text += request.keep_alive ? " keep" : " close";
+  text += request.wants_websocket ? " websocket" : "";
+  for (const HttpRequest::Field& field : request.fields) {
+    text += '\n' + field.name + ": " + field.value;
+    tims::fuzz::use(tims::io::is_safe_host(field.value));
+    tims::fuzz::use(tims::io::is_loopback_origin(field.value));
+  }
+  tims::fuzz::use(tims::io::api_question(request.path(), request.query()));
+  return text;
+}
+
+std::vector<std::string> read(std::string_view stream, std::size_t chunk_max) {
+  HttpReader reader;
+  std::vector<std::string> requests;
+  for (;;) {
+    const HttpReader::Status status = reader.next();
+    if (status == HttpReader::Status::kRequest) {
+      requests.push_back(told(reader.request()));
+      continue;
+    }
+    // The parser may notice sooner or later that a request will never be one.
+    if (status == HttpReader::Status::kRefused || stream.empty()) return requests;
+    const auto room = reader.room();
+    tims::fuzz::require(!room.empty());
+    const std::size_t n = std::min({stream.size(), room.size(), chunk_max});
+    stream.copy(room.data(), n);
+    stream.remove_prefix(n);
+    reader.advance(n);
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  tims::fuzz::Input input(data, size);
+  const std::size_t cut = input.number<std::uint8_t>() + std::size_t{1};
+  const std::string_view stream = input.text();
+  const auto whole = read(stream, stream.size() + 1);
+  tims::fuzz::require(read(stream, cut) == whole);
+  tims::fuzz::require(read(stream, 1) == whole);
+  return 0;
+}

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# install_test.sh BUILD: installs into a folder, moves it elsewhere, and builds a small project
+# against it: with find_package and with pkg-config, shared and static, in C++ and in C.
+set -euo pipefail
+build=$1
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+expect() { [[ -e $1 ]] || { echo "not installed: $1" >&2; exit 1; }; }
+
+# Says what was wrong with the missing router, and names nothing it would need of the build tree.
+run() {
+  local output
+  output=$("$@")
+  [[ $output == *router* ]] || { echo "$*: unexpected: $output" >&2; exit 1; }
+  echo "$(basename "$1"): $output"
+}
+
+DESTDIR=$work/staged cmake --install "$build" --prefix /usr >"$work/install.log"
+prefix=$work/moved
+mv "$work/staged/usr" "$prefix"
+grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \
+  --include='*.h' && { echo "names the build tree" >&2; exit 1; }
+for header in tims.h tims/session.h tims/mailbox.h; do expect "$prefix/include/$header"; done
+
+libdir=$(dirname "$(find "$prefix" -name libtims.so)")
+export LD_LIBRARY_PATH=$libdir
+
+cmake -S "$here/outside" -B "$work/with-cmake" -DCMAKE_PREFIX_PATH="$prefix" >"$work/cmake.log"
+cmake --build "$work/with-cmake" >>"$work/cmake.log" 2>&1 || { cat "$work/cmake.log"; exit 1; }
+for program in component component_c; do run "$work/with-cmake/$program"; done
+LD_LIBRARY_PATH='' run "$work/with-cmake/component_static"
+
+export PKG_CONFIG_PATH=$libdir/pkgconfig
+read -ra flags <<<"$(pkg-config --cflags --libs tims)"
+read -ra static_flags <<<"$(pkg-config --cflags --libs --static tims | sed 's/-L[^ ]*//')"
+g++ -std=c++20 -Wall -Wextra -Werror "$here/outside/component.cpp" "${flags[@]}" -o "$work/cpp"
+gcc -std=c99 -Wall -Wextra -Werror "$here/outside/component.c" "${flags[@]}" -o "$work/c"
+run "$work/cpp"
+run "$work/c"
+# Static, and without the shared library in sight.
+mkdir "$work/static"
+cp "$libdir/libtims.a" "$work/static"
+gcc -std=c99 "$here/outside/component.c" -L"$work/static" "${static_flags[@]}" -o "$work/c_static"
+LD_LIBRARY_PATH='' run "$work/c_static"

@@ -1,0 +1,18 @@
+// Uses something of every public header. There is no router: that must be said, not crash.
+#include <chrono>
+#include <iostream>
+
+#include <tims/address.h>
+#include <tims/mailbox.h>
+#include <tims/session.h>
+
+int main() {
+  const auto address = tims::Address::parse("Ladar(3/0)");
+  if (!address || address->to_string() != "Ladar(3/0)") return 1;
+  const auto session = tims::Session::connect({.name = "outside",
+                                               .socket_path = "/nonexistent/router.sock",
+                                               .timeout = std::chrono::milliseconds(1),
+                                               .on_event = [](const tims::SessionEvent&) {}});
+  if (session.ok()) return 1;
+  std::cout << session.error().message() << '\n';
+}

@@ -1,0 +1,70 @@
+// A producer, the first actor, dies at every one of its steps, wherever the others are. The router
+// then gives back what it held and wakes the owner.
+#include <gtest/gtest.h>
+
+#include "tests/sched/actors.h"
+
+namespace tims::sched {
+namespace {
+
+TEST(DeathSched, WhileTheOwnerSleeps) {
+  explore_deaths({.actors = {producer(2), sleepy_owner(1), router(2)}}, all_traces());
+  explore_deaths({.actors = {producer(2, 2), sleepy_owner(3), router(2)}}, all_traces());
+  explore_deaths({.actors = {producer(2), producer(3), sleepy_owner(1), router(2)}},
+                 few_preemptions(1));
+}
+
+TEST(DeathSched, BesideAnotherProducer) {
+  explore_deaths({.actors = {producer(2), producer(3), owner(1), router(2)}}, all_traces());
+}
+
+TEST(DeathSched, AtTheEndsOfTheRings) {
+  explore_deaths(
+      {.set_stage = near_the_end(1), .actors = {producer(2), producer(3), owner(2), router(2)}},
+      all_traces());
+}
+
+TEST(DeathSched, FullMailbox) {
+  explore_deaths({.set_stage = waiting({0, 0}), .actors = {producer(2), owner(2), router(2)}},
+                 all_traces());
+  explore_deaths(
+      {.set_stage = waiting({0, 0}), .actors = {producer(2), producer(3), owner(1), router(2)}},
+      few_preemptions(1));
+}
+
+TEST(DeathSched, FullMailboxOfOneSlot) {
+  explore_deaths({.slots = 1,
+                  .set_stage = waiting({0}),
+                  .actors = {producer(2), producer(3), owner(1), router(2)}},
+                 few_preemptions(1));
+}
+
+TEST(DeathSched, OverrunArrivalRing) {
+  explore_deaths({.set_stage = overrun_but_for(1), .actors = {producer(2, 2), owner(2), router(2)}},
+                 all_traces());
+  explore_deaths({.slots = 1,
+                  .set_stage = overrun_but_for(1),
+                  .actors = {producer(2, 2), producer(3), owner(2), router(2)}},
+                 few_preemptions(1));
+}
+
+TEST(DeathSched, WhileGivingUpALoan) {
+  explore_deaths({.actors = {borrower(2), producer(3), owner(2), router(2)}}, all_traces());
+}
+
+// The router may be wrong. Then the writer learns it; what commit() says is still true.
+TEST(DeathSched, OnlyThoughtToBeDead) {
+  const Actor mistaken{"router", [](World& world) { world.reclaim_slots_of(2); }};
+  explore({.actors = {producer(2, 2), owner(2), mistaken}}, all_traces());
+}
+
+TEST(DeathSched, AmongManyAtRandom) {
+  const Scenario scenario{
+      .slots = 3,
+      .set_stage = overrun_but_for(2),
+      .actors = {producer(2, 3), producer(3, 3, 1), producer(4, 3), owner(6), router(2)}};
+  explore_deaths(scenario, random_schedules(300));
+}
+
+}  // namespace
+}  // namespace tims::sched

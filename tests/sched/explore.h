@@ -1,0 +1,41 @@
+// Scenarios, and running all their schedules.
+//
+// A failure names the schedule that led to it. TIMS_SCHEDULE="0*12 1*3" (and TIMS_DEATH="1@5" and
+// TIMS_MEMORY=7 when it says so) in the environment, with --gtest_filter for the test, runs that
+// one and prints every step.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/sched/world.h"
+
+namespace tims::sched {
+
+struct Actor {
+  std::string name;
+  std::function<void(World&)> act;
+};
+struct Scenario {
+  std::uint32_t slots = 2;
+  std::function<void(World&)> set_stage = [](World&) {};
+  std::vector<Actor> actors;
+};
+
+using MakeStrategy = std::function<std::unique_ptr<Strategy>()>;
+MakeStrategy few_preemptions(int preemptions_max);
+MakeStrategy all_traces();
+MakeStrategy random_schedules(std::uint64_t runs, std::uint32_t seed = 1);
+
+// Fails the test with the first schedule that leads to something that must not be. Prints how many
+// there were.
+void explore(const Scenario& scenario, const MakeStrategy& strategy);
+// The same for every step at which the first actor may die.
+void explore_deaths(const Scenario& scenario, const MakeStrategy& strategy);
+// Over weak memory, at random.
+void explore_weak(const Scenario& scenario, std::uint64_t runs);
+void explore_weak_deaths(const Scenario& scenario, std::uint64_t runs);
+
+}  // namespace tims::sched

@@ -1,0 +1,69 @@
+// A program started by a test: its output is collected as it comes, and it never outlives the test.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <sys/types.h>
+
+#include "tims/result.h"
+#include "tims/time.h"
+
+namespace tims::test {
+
+struct ExitStatus {
+  int code = 0;    // valid when signal is 0
+  int signal = 0;  // that ended it
+
+  [[nodiscard]] bool success() const { return code == 0 && signal == 0; }
+  [[nodiscard]] std::string to_string() const;  // "exit status 1", "killed by signal 9"
+  bool operator==(const ExitStatus&) const = default;
+};
+
+struct ChildOptions {
+  std::vector<std::string> environment;  // "NAME=value", added to the test's own
+  std::string folder;                    // to run in; default: the test's
+};
+
+// The system kills the child when the *thread* that started it ends (PR_SET_PDEATHSIG): start
+// children from a thread that lives as long as they should.
+class ChildProcess {
+ public:
+  static constexpr Duration kLimit = std::chrono::seconds(20);
+
+  // `command[0]` is looked up in PATH. Fails when the program cannot be executed.
+  static Result<ChildProcess> start(std::vector<std::string> command,
+                                    const ChildOptions& options = {});
+
+  ChildProcess(ChildProcess&&) noexcept;
+  ChildProcess& operator=(ChildProcess&&) noexcept;
+  ~ChildProcess();  // kills it
+
+  [[nodiscard]] pid_t pid() const;
+
+  // The next line of stdout or stderr that contains `part`, behind the one found last. Fails at
+  // the deadline (kTimeout), or as soon as the output has ended (kClosed), with all output so far
+  // in the error.
+  Result<std::string> wait_for_line(std::string_view part, Duration limit = kLimit);
+
+  void signal(int number);
+  // Its exit status, once its output has been read to the end. kTimeout: it still runs.
+  Result<ExitStatus> wait(Duration limit = kLimit);
+  // signal() and wait().
+  Result<ExitStatus> stop(int number, Duration limit = kLimit);
+
+  // Everything written so far.
+  [[nodiscard]] std::string output() const;  // both, line by line as they came
+  [[nodiscard]] std::string standard_output() const;
+  [[nodiscard]] std::string standard_error() const;
+
+ private:
+  struct State;
+  explicit ChildProcess(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tims::test

@@ -1,0 +1,112 @@
+#include "tests/support/child_process.h"
+
+#include <array>
+#include <csignal>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "tests/support/tcp_socket.h"
+
+namespace tims::test {
+namespace {
+
+Result<ChildProcess> shell(const char* script, ChildOptions options = {}) {
+  return ChildProcess::start({"sh", "-c", script}, std::move(options));
+}
+
+TEST(ChildProcess, CollectsBothOutputsAndTheExitStatus) {
+  auto child = shell("echo one; echo two >&2; printf three; exit 7");
+  ASSERT_TRUE(child) << child.error().message();
+  const auto status = child->wait();
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_EQ(*status, ExitStatus{.code = 7});
+  EXPECT_EQ(status->to_string(), "exit status 7");
+  EXPECT_FALSE(status->success());
+  EXPECT_EQ(child->standard_output(), "one\nthree\n");
+  EXPECT_EQ(child->standard_error(), "two\n");
+}
+
+TEST(ChildProcess, WaitsForLinesOneBehindTheOther) {
+  auto child = shell("echo listening 1; echo other; echo listening 2 >&2; exec cat /dev/zero");
+  ASSERT_TRUE(child);
+  std::set<std::string> lines;
+  for (int i = 0; i < 2; ++i) {
+    const auto line = child->wait_for_line("listening");
+    ASSERT_TRUE(line) << line.error().message();
+    lines.insert(*line);
+  }
+  EXPECT_EQ(lines, (std::set<std::string>{"listening 1", "listening 2"}));
+}
+
+TEST(ChildProcess, EndOfOutputEndsTheWait) {
+  auto child = shell("echo cannot open socket >&2; exit 1");
+  ASSERT_TRUE(child);
+  const auto line = child->wait_for_line("listening");
+  ASSERT_FALSE(line);
+  EXPECT_TRUE(line.error() == Errc::kClosed);
+  EXPECT_NE(line.error().message().find("cannot open socket"), std::string::npos)
+      << "the error shows what the program said instead";
+}
+
+TEST(ChildProcess, DeadlinesPass) {
+  auto child = shell("echo ready; exec sleep 1000");
+  ASSERT_TRUE(child);
+  ASSERT_TRUE(child->wait_for_line("ready"));
+  EXPECT_TRUE(child->wait_for_line("more", std::chrono::milliseconds(1)).error() == Errc::kTimeout);
+  EXPECT_TRUE(child->wait(std::chrono::milliseconds(1)).error() == Errc::kTimeout);
+  const auto status = child->stop(SIGTERM);
+  ASSERT_TRUE(status);
+  EXPECT_EQ(*status, ExitStatus{.signal = SIGTERM});
+}
+
+TEST(ChildProcess, GetsEnvironmentAndFolder) {
+  auto child = shell("echo $COLOUR; pwd", {.environment = {"COLOUR=green"}, .folder = "/usr"});
+  ASSERT_TRUE(child);
+  ASSERT_TRUE(child->wait());
+  EXPECT_EQ(child->output(), "green\n/usr\n");
+}
+
+TEST(ChildProcess, ProgramThatDoesNotExist) {
+  const auto child = ChildProcess::start({"/no/such/program"});
+  ASSERT_FALSE(child);
+  EXPECT_NE(child.error().message().find("/no/such/program"), std::string::npos);
+}
+
+TEST(ChildProcess, IsKilledWithItsObject) {
+  pid_t pid = 0;
+  {
+    auto child = shell("exec sleep 1000");
+    ASSERT_TRUE(child);
+    pid = child->pid();
+    EXPECT_EQ(::kill(pid, 0), 0);
+  }
+  EXPECT_EQ(::kill(pid, 0), -1);
+}
+
+// A test that dies must not leave a router behind that keeps its ports. The pipe is held by the
+// dying test and by its child: it ends when both are gone.
+TEST(ChildProcess, IsKilledWhenTheTestDies) {
+  std::array<int, 2> fds{};
+  ASSERT_EQ(::pipe(fds.data()), 0);
+  os::File read_end(fds[0]);
+  os::File write_end(fds[1]);
+  const pid_t dying_test = ::fork();
+  if (dying_test == 0) {
+    auto child = shell("echo up; exec sleep 1000");
+    const bool up = child && child->wait_for_line("up");
+    ::_exit(up ? 0 : 1);  // no destructor
+  }
+  write_end.reset();
+  int status = -1;
+  ASSERT_EQ(::waitpid(dying_test, &status, 0), dying_test);
+  ASSERT_EQ(status, 0) << "the child did not start";
+  EXPECT_TRUE(wait_for(read_end, POLLIN, os::deadline_after(ChildProcess::kLimit)));
+}
+
+}  // namespace
+}  // namespace tims::test

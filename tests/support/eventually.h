@@ -1,0 +1,51 @@
+// Waiting for a condition in a test: with a deadline, and with words for what was missing.
+//
+//   EXPECT_TRUE(eventually([&] { return table.size() == 3; }, "three mailboxes in the table"));
+//   EXPECT_TRUE(eventually([&] -> std::string {
+//     return size() == 3 ? "" : "3 mailboxes expected, found " + std::to_string(size());
+//   }));
+#pragma once
+
+#include <chrono>
+#include <concepts>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tims/time.h"
+
+namespace tims::test {
+
+// Long enough for a loaded machine: it is used up only by a test that fails.
+inline constexpr Duration kPatience = std::chrono::seconds(20);
+
+// `missing` returns an empty text once all is well, and until then what is still missing.
+template <typename Missing>
+  requires std::convertible_to<std::invoke_result_t<Missing>, std::string>
+testing::AssertionResult eventually(Missing missing, Duration limit = kPatience) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + limit;
+  for (;;) {
+    const bool last_try = Clock::now() >= deadline;
+    const std::string text = missing();
+    if (text.empty()) return testing::AssertionSuccess();
+    if (last_try) {
+      const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
+      return testing::AssertionFailure() << "after " << ms << " ms: " << text;
+    }
+    // Conditions that nobody announces are looked at again and again. Where something can be
+    // waited for (a line, a message, an exit status), wait for that instead.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+template <std::predicate Condition>
+testing::AssertionResult eventually(Condition condition, std::string_view what,
+                                    Duration limit = kPatience) {
+  return eventually([&] { return condition() ? std::string() : "still not: " + std::string(what); },
+                    limit);
+}
+
+}  // namespace tims::test

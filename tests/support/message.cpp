@@ -1,0 +1,31 @@
+#include "tests/support/message.h"
+
+#include <algorithm>
+
+#include "tests/support/hex.h"
+#include "wire/router_commands.h"
+
+namespace tims::test {
+
+OwnedMessage copy_of(const MessageView& message) {
+  return {message.header, {message.body.begin(), message.body.end()}};
+}
+
+std::string describe(const MessageView& message) {
+  constexpr std::size_t kShownMax = 24;
+  const Header& h = message.header;
+  const std::byte flags{h.flags};
+  std::string text = "type " + std::to_string(h.type) + " prio " + std::to_string(h.priority) +
+                     " seq " + std::to_string(h.seq_nr) + " flags " + to_hex({&flags, 1}) + " " +
+                     h.src.to_string() + " -> " + h.dest.to_string() + ", " +
+                     std::to_string(h.length) + " bytes";
+  if (message.body.empty()) return text;
+  text += ", body " + to_hex(message.body.first(std::min(message.body.size(), kShownMax)));
+  return message.body.size() > kShownMax ? text + "..." : text;
+}
+
+bool is_lifesign(const Header& header) {
+  return is_router_message(header) && header.type == wire::router_command::kLifesign;
+}
+
+}  // namespace tims::test

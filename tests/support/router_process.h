@@ -1,0 +1,40 @@
+// A real tims-router in a folder of its own, for one test.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/support/child_process.h"
+
+namespace tims::test {
+
+class RouterProcess {
+ public:
+  // `settings`: "key=value" beside the test's own; a later one wins.
+  explicit RouterProcess(std::vector<std::string> settings = {});
+  RouterProcess(const RouterProcess&) = delete;
+  RouterProcess& operator=(const RouterProcess&) = delete;
+  ~RouterProcess();
+
+  // Listening on all ports; the error has everything the router said.
+  Result<void> start();
+  void kill();                // -9, and waited for
+  Result<ExitStatus> stop();  // SIGTERM
+
+  [[nodiscard]] const std::string& folder() const { return folder_; }
+  [[nodiscard]] std::string socket_path() const { return folder_ + "/router.sock"; }
+  [[nodiscard]] const std::string& tcp() const { return tcp_; }    // "127.0.0.1:40312"
+  [[nodiscard]] const std::string& http() const { return http_; }  // empty when it is off
+  [[nodiscard]] ChildProcess& process() { return *process_; }
+
+ private:
+  std::string folder_;
+  std::vector<std::string> settings_;
+  std::string tcp_;
+  std::string http_;
+  std::optional<ChildProcess> process_;
+};
+
+}  // namespace tims::test

@@ -1,0 +1,32 @@
+// Opening and closing TCP connections in tests. All sockets are non-blocking: whoever waits does
+// so with a deadline.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "os/file.h"
+#include "tims/result.h"
+#include "tims/time.h"
+
+namespace tims::test {
+
+// `endpoint` is "host:port". TCP_NODELAY is set.
+Result<os::File> connect_tcp(std::string_view endpoint, Duration limit);
+
+// A listening socket on a free port of the loopback, and that port.
+struct Listener {
+  os::File socket;
+  std::uint16_t port = 0;
+  [[nodiscard]] std::string endpoint() const { return "127.0.0.1:" + std::to_string(port); }
+};
+Result<Listener> listen_tcp();
+
+// Closes with a reset instead of an orderly end: what the other side has not read is lost to it.
+void close_with_reset(os::File& socket);
+
+// Waits until poll() reports one of `events`; false at the deadline.
+bool wait_for(const os::File& socket, short events, Time deadline);
+
+}  // namespace tims::test

@@ -1,0 +1,75 @@
+// A component that a test kills: does one thing, says so in a line, and goes on until it dies.
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include "tims/session.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using tims::Address;
+using tims::Mailbox;
+
+void say(const char* text) {
+  std::puts(text);
+  std::fflush(stdout);
+}
+
+[[noreturn]] void wait_for_death() {
+  for (;;) ::pause();
+}
+
+// Builds messages in every slot it can get of mailbox 2, and never sends them.
+void hold_loans(Mailbox& own) {
+  std::vector<tims::Loan> loans;
+  for (;;) {
+    auto loan = own.loan({.dest = Address(2)}, 8);
+    if (!loan) break;
+    loans.push_back(std::move(*loan));
+  }
+  say("holding");
+  wait_for_death();
+}
+
+// Peeks the first message and keeps it.
+void hold_peek(Mailbox& own) {
+  say("ready");
+  const auto held = own.peek();
+  say("peeking");
+  wait_for_death();
+}
+
+// Sends numbers to mailbox 2 as fast as they are taken.
+void flood(Mailbox& own) {
+  say("sending");
+  for (std::uint64_t number = 0;; ++number)
+    (void)own.send({.dest = Address(2), .type = -6}, std::as_bytes(std::span(&number, 1)));
+}
+
+// Echoes until it dies.
+void echo(Mailbox& own) {
+  say("ready");
+  for (;;)
+    if (const auto request = own.peek(); request && request->header().type > 0)
+      (void)own.reply(request->header(), tims::type::kOk, request->body());
+}
+
+}  // namespace
+
+// actor ROLE SOCKET ADDRESS
+int main(int argc, char** argv) {
+  const std::map<std::string, std::function<void(Mailbox&)>> roles{
+      {"hold-loans", hold_loans}, {"hold-peek", hold_peek}, {"flood", flood}, {"echo", echo}};
+  if (argc != 4 || !roles.contains(argv[1])) return 2;
+  auto session = tims::Session::connect({.name = argv[1], .socket_path = argv[2], .timeout = 10s});
+  if (!session) return 3;
+  auto mailbox = session->open({.address = *Address::parse(argv[3]), .slots = 8, .body_max = 64});
+  if (!mailbox) return 4;
+  roles.at(argv[1])(*mailbox);
+}

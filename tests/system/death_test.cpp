@@ -1,0 +1,151 @@
+// Programs die at any moment, by SIGKILL, and nobody else suffers.
+#include <csignal>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
+#include "tests/support/router_process.h"
+#include "tims/session.h"
+
+namespace tims::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class DeathTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto started = router_.start();
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    auto session = Session::connect({.socket_path = router_.socket_path(),
+                                     .timeout = 10s,
+                                     .on_event = [](const SessionEvent&) {}});
+    ASSERT_TRUE(session.ok());
+    session_.emplace(std::move(*session));
+  }
+  ChildProcess actor(const std::string& role, const std::string& address) {
+    auto child = ChildProcess::start({TIMS_ACTOR_PROGRAM, role, router_.socket_path(), address});
+    EXPECT_TRUE(child.ok());
+    return std::move(*child);
+  }
+  Mailbox open(std::uint32_t address, std::uint32_t slots = 8) {
+    auto mailbox = session_->open({.address = Address(address), .slots = slots, .body_max = 64});
+    EXPECT_TRUE(mailbox.ok()) << mailbox.error().message();
+    return std::move(*mailbox);
+  }
+  static void expect_line(ChildProcess& child, const char* line) {
+    const auto found = child.wait_for_line(line);
+    ASSERT_TRUE(found.ok()) << found.error().message();
+  }
+
+  RouterProcess router_;
+  std::optional<Session> session_;
+};
+
+TEST_F(DeathTest, SlotsOfAProducerThatDiedComeBack) {
+  Mailbox sender = open(1);
+  Mailbox owner = open(2, 3);
+  ChildProcess child = actor("hold-loans", "3");
+  expect_line(child, "holding");
+  EXPECT_EQ(sender.send({.dest = Address(2), .priority = 255}).error().code(), Errc::kFull);
+  (void)child.stop(SIGKILL);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_TRUE(eventually([&] { return sender.send({.dest = Address(2)}).ok(); }, "a free slot"));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(owner.peek_for(10s).ok());
+  EXPECT_EQ(owner.counters().reclaimed, 3U);
+}
+
+TEST_F(DeathTest, SendersLearnThatAnOwnerDiedWhilePeeking) {
+  Mailbox sender = open(1);
+  ChildProcess child = actor("hold-peek", "2");
+  expect_line(child, "ready");
+  ASSERT_TRUE(sender.send({.dest = Address(2), .type = 21}).ok());
+  expect_line(child, "peeking");
+  (void)child.stop(SIGKILL);
+  EXPECT_TRUE(eventually(
+      [&] {
+        (void)sender.send({.dest = Address(2), .type = 21});
+        const auto answer = sender.try_peek();
+        return answer && answer->header().type == type::kNotAvailable;
+      },
+      "NOT_AVAILABLE"));
+  ChildProcess successor = actor("hold-peek", "2");
+  expect_line(successor, "ready");
+  ASSERT_TRUE(sender.send({.dest = Address(2), .type = 21}).ok());
+  expect_line(successor, "peeking");
+}
+
+TEST_F(DeathTest, ProducersThatDieInAFloodLeaveAWorkingMailbox) {
+  Mailbox sender = open(1);
+  Mailbox owner = open(2);
+  for (int round = 0; round < 20; ++round) {
+    ChildProcess child = actor("flood", "3");
+    for (int i = 0; i < 200; ++i) ASSERT_TRUE(owner.peek_for(10s).ok());
+    (void)child.stop(SIGKILL);
+    owner.clean();
+  }
+  // The router takes back what the last one was writing: then every slot can be filled.
+  EXPECT_TRUE(eventually(
+      [&] {
+        owner.clean();
+        for (int i = 0; i < 8; ++i)
+          if (!sender.send({.dest = Address(2)}).ok()) return false;
+        std::size_t received = 0;
+        while (owner.try_peek().ok()) ++received;
+        return received == 8;
+      },
+      "eight slots"));
+}
+
+TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
+  Mailbox client = open(1);
+  ChildProcess server = actor("echo", "2");
+  expect_line(server, "ready");
+  const auto round_trip = [&] {
+    if (!client.send({.dest = Address(2), .type = 21}).ok()) return false;
+    const auto reply = client.peek_for(10s);
+    return reply && reply->header().type == type::kOk;
+  };
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(round_trip());
+  for (int round = 0; round < 3; ++round) {
+    router_.kill();
+    for (int i = 0; i < 1000; ++i) ASSERT_TRUE(round_trip()) << i;
+    ASSERT_TRUE(router_.start().ok());
+    EXPECT_TRUE(eventually([&] { return session_->connected(); }, "connected again"));
+    for (int i = 0; i < 1000; ++i) ASSERT_TRUE(round_trip()) << i;
+  }
+  // A newcomer finds the server: it registered again by itself.
+  Mailbox late = open(9);
+  EXPECT_TRUE(eventually(
+      [&] {
+        (void)late.send({.dest = Address(2), .type = 21});
+        const auto reply = late.peek_for(10s);
+        return reply && reply->header().type == type::kOk;
+      },
+      "an answer to the newcomer"));
+}
+
+TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
+  Mailbox client = open(1);
+  ChildProcess server = actor("echo", "2");
+  expect_line(server, "ready");
+  ASSERT_TRUE(client.send({.dest = Address(2), .type = 21}).ok());
+  ASSERT_TRUE(client.peek_for(10s).ok());
+  router_.kill();
+  (void)server.stop(SIGKILL);
+  ASSERT_TRUE(router_.start().ok());
+  // Nobody could mark its mailbox: after the time for a return, the router's word counts.
+  EXPECT_TRUE(eventually(
+      [&] {
+        (void)client.send({.dest = Address(2), .type = 21});
+        const auto answer = client.try_peek();
+        return answer && answer->header().type == type::kNotAvailable;
+      },
+      "NOT_AVAILABLE"));
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,247 @@
+// A program of this host that does not keep to the local protocol: it is thrown out, and nobody
+// else notices.
+#include <cstring>
+#include <functional>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "os/mapping.h"
+#include "os/unix_socket.h"
+#include "shm/checked_view.h"
+#include "shm/sender.h"
+#include "tests/support/eventually.h"
+#include "tests/support/router_process.h"
+#include "tests/support/tcp_client.h"
+#include "tims/session.h"
+#include "wire/header.h"
+#include "wire/local_protocol.h"
+
+namespace tims::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// The local protocol by hand.
+class RawClient {
+ public:
+  explicit RawClient(const std::string& path) : socket_(std::move(*os::connect_unix(path))) {
+    const timeval limit{10, 0};
+    ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  }
+  bool send(const wire::Record& record, const std::vector<int>& files = {}) {
+    std::vector<std::byte> bytes;
+    wire::encode({1, record}, bytes);
+    return send_bytes(bytes, files);
+  }
+  bool send_bytes(std::span<const std::byte> bytes, const std::vector<int>& files = {}) {
+    return os::send_record(socket_.get(), bytes, files).ok();
+  }
+  std::optional<wire::Record> receive() {
+    std::vector<std::byte> buffer(wire::kRecordBytesMax);
+    auto received = os::receive_record(socket_.get(), buffer, true);
+    if (!received || received->size == 0) return std::nullopt;
+    files_ = std::move(received->files);
+    auto decoded = wire::decode(std::span(buffer).first(received->size));
+    if (!decoded.packet) return std::nullopt;
+    return decoded.packet->record;
+  }
+  bool hello() {
+    send(wire::Hello{.name = "hostile"});
+    const auto answer = receive();
+    return answer && std::holds_alternative<wire::Welcome>(*answer);
+  }
+  // The router has closed the connection.
+  bool thrown_out() {
+    for (;;) {
+      std::vector<std::byte> buffer(wire::kRecordBytesMax);
+      const auto received = os::receive_record(socket_.get(), buffer, true);
+      if (!received) return false;
+      if (received->size == 0) return true;
+    }
+  }
+  std::vector<os::File>& files() { return files_; }
+
+ private:
+  os::File socket_;
+  std::vector<os::File> files_;
+};
+
+class HostileClientTest : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(router_.start().ok()); }
+  void TearDown() override {
+    // Whatever happened: the router serves others as before.
+    auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = 10s});
+    ASSERT_TRUE(session.ok());
+    auto mailbox = session->open({.address = Address(0x7F000001)});
+    ASSERT_TRUE(mailbox.ok());
+    auto tcp = TcpClient::connect(router_.tcp());
+    ASSERT_TRUE(tcp.ok());
+    ASSERT_TRUE(tcp->send({.type = 21, .dest = mailbox->address(), .src = Address(3)}).ok());
+    EXPECT_TRUE(mailbox->peek_for(10s).ok());
+  }
+
+  RouterProcess router_;
+};
+
+TEST_F(HostileClientTest, WordsBeforeHello) {
+  RawClient client(router_.socket_path());
+  client.send(wire::Lookup{{Address(1)}});
+  EXPECT_TRUE(client.thrown_out());
+}
+
+TEST_F(HostileClientTest, OtherVersionsAreToldWhatToDo) {
+  RawClient client(router_.socket_path());
+  client.send(wire::Hello{.version_min = 2, .version_max = 9, .name = "future"});
+  const auto answer = client.receive();
+  ASSERT_TRUE(answer && std::holds_alternative<wire::Refused>(*answer));
+  EXPECT_NE(std::get<wire::Refused>(*answer).text.find("version 1"), std::string::npos);
+  EXPECT_TRUE(client.thrown_out());
+}
+
+TEST_F(HostileClientTest, Garbage) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    RawClient client(router_.socket_path());
+    if (round % 2 == 0) {
+      ASSERT_TRUE(client.hello());
+    }
+    std::vector<std::byte> bytes(1 + random() % 300);
+    for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+    client.send_bytes(bytes);
+  }
+}
+
+TEST_F(HostileClientTest, ARoutersOwnWords) {
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  client.send(wire::Welcome{});
+  EXPECT_TRUE(client.thrown_out());
+}
+
+// Offers `memfd` and asks for a mailbox at `offset` of it; what the router says.
+std::optional<wire::OpenStatus> try_open(RawClient& client, const os::File& memfd,
+                                         std::uint64_t offset, Address address = Address(5)) {
+  client.send(wire::OfferSegment{1}, {memfd.get()});
+  client.send(wire::Open{{{address, {1, offset}, false}}});
+  const auto answer = client.receive();
+  if (!answer || !std::holds_alternative<wire::Opened>(*answer)) return std::nullopt;
+  return std::get<wire::Opened>(*answer).entries.front().status;
+}
+
+TEST_F(HostileClientTest, MemoryThatCouldShrinkIsRefused) {
+  const os::File memfd(::memfd_create("unsealed", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  ASSERT_EQ(::ftruncate(memfd.get(), 65536), 0);
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  EXPECT_EQ(try_open(client, memfd, 0), wire::OpenStatus::kBadPlace);
+}
+
+TEST_F(HostileClientTest, MemoryThatIsNoMailboxIsRefused) {
+  for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{4096},
+                                     std::uint64_t{1} << 40, ~std::uint64_t{127}}) {
+    const os::File memfd = std::move(*os::make_memfd("zeros", 4096));
+    RawClient client(router_.socket_path());
+    ASSERT_TRUE(client.hello());
+    EXPECT_EQ(try_open(client, memfd, offset), wire::OpenStatus::kBadPlace) << offset;
+  }
+  const os::File not_memory(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  EXPECT_EQ(try_open(client, not_memory, 0), wire::OpenStatus::kBadPlace);
+}
+
+TEST_F(HostileClientTest, AnOwnerThatScribblesOverItsMailboxHurtsOnlyItself) {
+  const std::size_t bytes = shm::Geometry::of(4, 80).bytes;
+  const os::File memfd = std::move(*os::make_memfd("scribble", bytes));
+  const os::Mapping mapping = std::move(*os::Mapping::of(memfd));
+  shm::MailboxView::create(mapping.bytes(), 0,
+                           {.address = Address(5), .slots = 4, .message_max = 80});
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  ASSERT_EQ(try_open(client, memfd, 0), wire::OpenStatus::kOk);
+  auto tcp = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(tcp.ok());
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    for (std::byte& b : mapping.bytes())
+      if (random() % 4 == 0) b = static_cast<std::byte>(random());
+    if (round % 3 == 0) std::memset(mapping.bytes().data(), round, mapping.bytes().size());
+    ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
+  }
+  ::fallocate(memfd.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0,
+              static_cast<off_t>(bytes));
+  ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
+}
+
+TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  client.send(wire::UplinkRequest{});
+  ASSERT_TRUE(client.receive().has_value());
+  ASSERT_EQ(client.files().size(), 1U);
+  const os::Mapping mapping = std::move(*os::Mapping::of(client.files().front()));
+  std::mt19937 random(5);
+  for (int round = 0; round < 300; ++round) {
+    const std::span<std::byte> head = mapping.bytes().first(16384);
+    for (std::byte& b : head)
+      if (random() % 8 == 0) b = static_cast<std::byte>(random());
+    if (!client.send(wire::Doorbell{})) break;
+  }
+}
+
+TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
+  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = 10s});
+  ASSERT_TRUE(session.ok());
+  auto tcp = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(tcp.ok());
+  ASSERT_TRUE(tcp->register_mailbox(Address(9)).ok());
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  client.send(wire::UplinkRequest{});
+  ASSERT_TRUE(client.receive().has_value());
+  const os::Mapping mapping = std::move(*os::Mapping::of(client.files().front()));
+  shm::Sender sender(*shm::MailboxView::open(mapping.bytes(), 0), 77);
+  shm::Claim claim;
+  ASSERT_TRUE(shm::taken(sender.claim(16, 0, claim)));
+  const Header forged{.type = -6, .dest = Address(9), .src = Address(1234)};
+  wire::encode_header(forged, wire::HeaderBytes(claim.message, kHeaderSize));
+  ASSERT_EQ(sender.commit(claim), shm::SendOutcome::kOk);
+  client.send(wire::Doorbell{});
+  // Then something honest, behind it.
+  auto mailbox = session->open({.address = Address(8)});
+  ASSERT_TRUE(mailbox.ok());
+  ASSERT_TRUE(mailbox->send({.dest = Address(9), .type = -7}).ok());
+  const auto got = tcp->receive();
+  ASSERT_TRUE(got.ok());
+  EXPECT_EQ(got->header.type, -7);
+}
+
+TEST_F(HostileClientTest, AClientThatAsksAndNeverReads) {
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  const std::vector<Address> many(wire::kBatchMax, Address(1));
+  for (int i = 0; i < 1000; ++i)
+    if (!client.send(wire::Lookup{many})) return;  // thrown out
+  FAIL() << "still connected after a million questions";
+}
+
+TEST_F(HostileClientTest, TenThousandConnections) {
+  for (int i = 0; i < 10000; ++i) {
+    RawClient client(router_.socket_path());
+    if (i % 3 == 0) {
+      ASSERT_TRUE(client.hello());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,201 @@
+// The HTTP port of a real router, asked with raw bytes.
+#include <charconv>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/router_process.h"
+#include "tests/support/tcp_client.h"
+#include "tests/system/byte_socket.h"
+
+namespace tims::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct Reply {
+  int status = 0;
+  std::string head{};
+  std::string body{};
+};
+
+int number_behind(const std::string& text, std::string_view name) {
+  int number = -1;
+  const std::size_t at = text.find(name);
+  if (at != std::string::npos)
+    std::from_chars(text.data() + at + name.size(), text.data() + text.size(), number);
+  return number;
+}
+
+Reply read_reply(ByteSocket& socket, bool with_body = true) {
+  Reply reply{.head = socket.take_until("\r\n\r\n")};
+  reply.status = number_behind(reply.head, "HTTP/1.1 ");
+  const int size = number_behind(reply.head, "Content-Length: ");
+  if (with_body && size > 0) reply.body = socket.take(static_cast<std::size_t>(size));
+  return reply;
+}
+
+std::string request(const std::string& target, const std::string& host = "127.0.0.1") {
+  return "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n";
+}
+
+class HttpTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto started = router_.start();
+    ASSERT_TRUE(started.ok()) << started.error().message();
+  }
+  Reply get(const std::string& target, const std::string& host = "127.0.0.1") {
+    ByteSocket socket(router_.http());
+    EXPECT_TRUE(socket.send(request(target, host)));
+    return read_reply(socket);
+  }
+  // What comes back for these bytes until the router closes.
+  std::string say(const std::string& bytes) {
+    ByteSocket socket(router_.http());
+    socket.send(bytes);
+    socket.shut_down_sending();
+    return socket.take_rest();
+  }
+
+  RouterProcess router_{{"http.listen=127.0.0.1:0", "router.name=robot7"}};
+};
+
+TEST_F(HttpTest, HealthAndReadiness) {
+  EXPECT_EQ(get("/healthz").status, 200);
+  EXPECT_EQ(get("/healthz").body, "ok\n");
+  EXPECT_EQ(get("/readyz").status, 200);
+}
+
+TEST_F(HttpTest, MetricsFollowWhatHappens) {
+  const std::string before = get("/metrics").body;
+  EXPECT_THAT(before, HasSubstr("tims_router_clients{port=\"tcp\"} 0\n"));
+  EXPECT_THAT(before, HasSubstr("tims_router_mailboxes 0\n"));
+  EXPECT_THAT(before, HasSubstr("tims_router_info{name=\"robot7\",address=\"Tims(0/1)\""));
+  EXPECT_GT(number_behind(before, "\nprocess_resident_memory_bytes "), 1'000'000);
+
+  auto client = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(client.ok());
+  ASSERT_TRUE(client->register_mailbox(Address(5)).ok());
+  // To nobody; the answer says that the router has seen it.
+  ASSERT_TRUE(
+      client->send({.type = 3, .priority = 99, .dest = Address(6), .src = Address(5)}).ok());
+  ASSERT_TRUE(client->receive().ok());
+  const Reply after = get("/metrics");
+  EXPECT_THAT(after.head, HasSubstr("Content-Type: text/plain; version=0.0.4"));
+  for (const auto* line :
+       {"tims_router_clients{port=\"tcp\"} 1\n", "tims_router_mailboxes 1\n",
+        "tims_router_messages_total{port=\"tcp\",class=\"3\",outcome=\"no_route\"} 1\n",
+        "tims_router_drops_total{reason=\"no_route\"} 1\n",
+        "tims_router_events_total{event=\"registered\"} 1\n",
+        "tims_router_events_total{event=\"not_available\"} 1\n"})
+    EXPECT_THAT(after.body, HasSubstr(line));
+}
+
+TEST_F(HttpTest, QuestionsOfTheAdminProtocol) {
+  auto client = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(client.ok());
+  ASSERT_TRUE(client->register_mailbox(Address(0x03140000)).ok());
+  const Reply status = get("/api/status");
+  EXPECT_EQ(status.status, 200);
+  EXPECT_THAT(status.head, HasSubstr("Content-Type: application/json\r\n"));
+  EXPECT_THAT(status.body, AllOf(StartsWith(R"({"schema":"tims/status/1","router":"robot7")"),
+                                 HasSubstr("\"http\":\"" + router_.http() + "\"")));
+  EXPECT_THAT(get("/api/routes?match=Ladar(*%2F*)&limit=5").body, HasSubstr("0x03140000"));
+  EXPECT_THAT(get("/api/routes?match=Pilot(*/*)").body, HasSubstr(R"("items":[])"));
+  const Reply nonsense = get("/api/nonsense");
+  EXPECT_EQ(nonsense.status, 400);
+  EXPECT_THAT(nonsense.body, HasSubstr("unknown_question"));
+}
+
+TEST_F(HttpTest, RefusalsInWords) {
+  EXPECT_EQ(get("/nowhere").status, 404);
+  EXPECT_THAT(get("/nowhere").body, HasSubstr("/metrics, /healthz, /readyz"));
+  EXPECT_EQ(get("/tims").status, 426);
+  EXPECT_EQ(get("/api/config", "evil.example").status, 403);
+  EXPECT_THAT(say("DELETE /metrics HTTP/1.1\r\n\r\n"),
+              AllOf(StartsWith("HTTP/1.1 405 "), HasSubstr("Allow: GET, HEAD\r\n")));
+}
+
+TEST_F(HttpTest, PipelinedAndSplitAnywhere) {
+  const std::string bytes = request("/healthz") + request("/nowhere") +
+                            "POST /healthz HTTP/1.1\r\nContent-Length: 4\r\n\r\nbody" +
+                            "HEAD /metrics HTTP/1.1\r\n\r\n" + request("/readyz");
+  for (const std::size_t cut : {1UL, 7UL, bytes.size()}) {
+    ByteSocket socket(router_.http());
+    for (std::size_t i = 0; i < bytes.size(); i += cut)
+      ASSERT_TRUE(socket.send(std::string_view(bytes).substr(i, cut)));
+    EXPECT_EQ(read_reply(socket).body, "ok\n") << cut;
+    EXPECT_EQ(read_reply(socket).status, 404);
+    EXPECT_EQ(read_reply(socket).status, 405);
+    const Reply head = read_reply(socket, false);
+    EXPECT_EQ(head.status, 200);
+    EXPECT_GT(number_behind(head.head, "Content-Length: "), 1000);
+    EXPECT_EQ(read_reply(socket).body, "ready\n");
+  }
+}
+
+TEST_F(HttpTest, TheConnectionStaysOrClosesAsAsked) {
+  ByteSocket stays(router_.http());
+  for (int i = 0; i < 20; ++i) {
+    stays.send(request("/healthz"));
+    EXPECT_EQ(read_reply(stays).body, "ok\n");
+  }
+  ByteSocket closes(router_.http());
+  closes.send("GET /healthz HTTP/1.1\r\nConnection: close\r\n\r\n");
+  EXPECT_THAT(closes.take_rest(), AllOf(HasSubstr("Connection: close\r\n"), HasSubstr("ok\n")));
+  ByteSocket old(router_.http());
+  old.send("GET /healthz HTTP/1.0\r\n\r\n");
+  EXPECT_THAT(old.take_rest(), HasSubstr("ok\n"));
+}
+
+TEST_F(HttpTest, GarbageAndTooMuch) {
+  const std::string zeros(5000, '\0');
+  EXPECT_THAT(say(zeros + "\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(say("\x16\x03\x01\x02\x01\x01\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(say("GET / HTTP/3.7\r\n\r\n"), StartsWith("HTTP/1.1 505 "));
+  EXPECT_THAT(say("GET /" + std::string(100'000, 'a') + " HTTP/1.1\r\n\r\n"),
+              StartsWith("HTTP/1.1 431 "));
+  std::string many = "GET / HTTP/1.1\r\n";
+  for (int i = 0; i < 1000; ++i) many += "Field" + std::to_string(i) + ": value\r\n";
+  EXPECT_THAT(say(many + "\r\n"), StartsWith("HTTP/1.1 431 "));
+  EXPECT_THAT(say("POST /healthz HTTP/1.1\r\nContent-Length: 1000000\r\n\r\n" +
+                  std::string(1'000'000, 'b')),
+              StartsWith("HTTP/1.1 413 "));
+  EXPECT_EQ(say("GET /healthz HTT"), "");
+  // And it is still there.
+  EXPECT_EQ(get("/healthz").status, 200);
+}
+
+TEST_F(HttpTest, ManyAtOnce) {
+  std::vector<ByteSocket> sockets;
+  for (int i = 0; i < 50; ++i) {
+    sockets.emplace_back(router_.http());
+    ASSERT_TRUE(sockets.back().send(request("/metrics")));
+  }
+  for (ByteSocket& socket : sockets) EXPECT_EQ(read_reply(socket).status, 200);
+}
+
+TEST_F(HttpTest, WhereItListensIsTakenOnlyOnce) {
+  RouterProcess second({"http.listen=" + router_.http()});
+  const auto started = second.start();
+  ASSERT_FALSE(started.ok());
+  EXPECT_THAT(started.error().message(), HasSubstr("cannot listen on " + router_.http()));
+}
+
+TEST_F(HttpTest, AnEndingRouterFinishesAndCloses) {
+  ByteSocket idle(router_.http());
+  idle.send(request("/healthz"));
+  EXPECT_EQ(read_reply(idle).status, 200);
+  const auto stopped = router_.stop();
+  ASSERT_TRUE(stopped.ok());
+  EXPECT_TRUE(stopped->success()) << stopped->to_string();
+  EXPECT_EQ(idle.take_rest(), "");
+}
+
+}  // namespace
+}  // namespace tims::test

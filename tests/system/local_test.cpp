@@ -1,0 +1,293 @@
+// Components of one host with a real router: what libtims promises.
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include "tests/support/eventually.h"
+#include "tests/system/local_fixture.h"
+
+namespace tims::test {
+namespace {
+
+TEST_F(LocalTest, MessagesWithinAProcessAndBetweenSessions) {
+  Session one = session();
+  Session two = session();
+  Mailbox a = open(one, 1);
+  Mailbox b = open(one, 2);
+  Mailbox c = open(two, 3);
+  for (const std::uint32_t to : {2U, 3U}) {
+    ASSERT_TRUE(send(a, to, "hello").ok());
+    EXPECT_EQ(receive(to == 2 ? b : c), "hello");
+  }
+  ASSERT_TRUE(send(a, 1, "to myself").ok());
+  EXPECT_EQ(receive(a), "to myself");
+}
+
+TEST_F(LocalTest, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
+  Session s = session();
+  Mailbox client = open(s, 0x00180101);
+  Mailbox server = open(s, 0x00140000);
+  ASSERT_TRUE(
+      client.send({.dest = server.address(), .type = 4, .priority = 30, .seq_nr = 200}).ok());
+  const auto request = server.peek_for(10s);
+  ASSERT_TRUE(request.ok());
+  const Header expected{.flags = flag::kNativeOrder,
+                        .type = 4,
+                        .priority = 30,
+                        .seq_nr = 200,
+                        .dest = server.address(),
+                        .src = client.address()};
+  EXPECT_EQ(request->header(), expected);
+  ASSERT_TRUE(server.reply(request->header(), type::kData, bytes_of("data")).ok());
+  const auto reply = client.peek_for(10s);
+  ASSERT_TRUE(reply.ok());
+  EXPECT_EQ(reply->header().type, type::kData);
+  EXPECT_EQ(reply->header().priority, 30);
+  EXPECT_EQ(reply->header().seq_nr, 200);
+  EXPECT_EQ(reply->header().src, server.address());
+  EXPECT_EQ(text_of(reply->body()), "data");
+}
+
+TEST_F(LocalTest, MorePriorityFirst) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2);
+  ASSERT_TRUE(send(a, 2, "low", 1).ok());
+  ASSERT_TRUE(send(a, 2, "high", 200).ok());
+  EXPECT_EQ(receive(b), "high");
+  EXPECT_EQ(receive(b), "low");
+}
+
+TEST_F(LocalTest, WaitingEndsAtItsTimeAndNotBefore) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  std::vector<std::byte> buffer(64);
+  EXPECT_EQ(a.try_receive(buffer).error().code(), Errc::kEmpty);
+  const auto before = std::chrono::steady_clock::now();
+  EXPECT_EQ(a.receive_for(buffer, 30ms).error().code(), Errc::kTimeout);
+  EXPECT_GE(std::chrono::steady_clock::now() - before, 30ms);
+  EXPECT_EQ(a.receive_for(buffer, Duration::zero()).error().code(), Errc::kTimeout);
+}
+
+TEST_F(LocalTest, AMessageLargerThanTheBufferStays) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  ASSERT_TRUE(send(a, 1, "0123456789").ok());
+  std::vector<std::byte> small(9);
+  std::vector<std::byte> enough(10);
+  EXPECT_EQ(a.try_receive(small).error().code(), Errc::kBufferTooSmall);
+  const auto got = a.try_receive(enough);
+  ASSERT_TRUE(got.ok());
+  EXPECT_EQ(text_of(got->body), "0123456789");
+}
+
+TEST_F(LocalTest, BodiesAtTheLimitOfTheMailbox) {
+  Session s = session();
+  Mailbox a = open(s, 1, {.body_max = 100});
+  EXPECT_TRUE(send(a, 1, std::string(99, 'x')).ok());
+  EXPECT_TRUE(send(a, 1, std::string(100, 'x')).ok());
+  EXPECT_EQ(send(a, 1, std::string(101, 'x')).error().code(), Errc::kTooBig);
+  EXPECT_EQ(a.counters().too_big, 1U);
+}
+
+TEST_F(LocalTest, LoansAreBuiltInPlaceAndDroppedLoansLeaveNoTrace) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.slots = 1});
+  for (int i = 0; i < 10; ++i) {
+    auto dropped = a.loan({.dest = Address(2)}, 4);
+    ASSERT_TRUE(dropped.ok()) << dropped.error().message();
+  }
+  auto loan = a.loan({.dest = Address(2), .type = 5}, 4);
+  ASSERT_TRUE(loan.ok());
+  EXPECT_EQ(a.loan({.dest = Address(2)}, 4).error().code(), Errc::kFull);
+  std::memcpy(loan->body().data(), "abcd", 4);
+  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);
+  ASSERT_TRUE(loan->send().ok());
+  EXPECT_EQ(receive(b), "abcd");
+}
+
+TEST_F(LocalTest, TwoOwnersForAnAddressAreRefusedAndNamed) {
+  Session first = session("laser");
+  Session second = session("impostor");
+  Mailbox owner = open(first, 0x00140000);
+  const auto refused = second.open({.address = Address(0x00140000)});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code(), Errc::kAddressInUse);
+  const std::string text = refused.error().message();
+  EXPECT_NE(text.find("Ladar(0/0)"), std::string::npos) << text;
+  EXPECT_NE(text.find("laser"), std::string::npos) << text;
+  EXPECT_NE(text.find(std::to_string(::getpid())), std::string::npos) << text;
+}
+
+TEST_F(LocalTest, OpeningManyIsAllOrNone) {
+  Session first = session();
+  Session second = session();
+  Mailbox taken = open(first, 5);
+  std::vector<MailboxOptions> options(10);
+  for (std::uint32_t i = 0; i < 10; ++i) options[i].address = Address(i);
+  EXPECT_EQ(second.open(options).error().code(), Errc::kAddressInUse);
+  Mailbox free = open(first, 4);  // not left behind
+  options.erase(options.begin() + 4, options.begin() + 6);
+  EXPECT_TRUE(second.open(options).ok());
+}
+
+TEST_F(LocalTest, AClosedMailboxIsLookedUpAgain) {
+  Session s = session();
+  Session t = session();
+  Mailbox a = open(s, 1);
+  {
+    Mailbox b = open(t, 2);
+    ASSERT_TRUE(send(a, 2, "first").ok());
+    EXPECT_EQ(receive(b), "first");
+  }
+  ASSERT_TRUE(send(a, 2, "nobody").ok());
+  const auto answer = a.peek_for(10s);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_EQ(answer->header().type, type::kNotAvailable);
+  EXPECT_EQ(answer->header().src, Address(2));
+  Mailbox again = open(t, 2);
+  ASSERT_TRUE(send(a, 2, "second").ok());
+  EXPECT_EQ(receive(again), "second");
+}
+
+TEST_F(LocalTest, ManyThreadsReceiveEachMessageOnce) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.slots = 1000});
+  constexpr int kMessages = 1000;
+  std::vector<std::atomic<int>> seen(kMessages);
+  std::atomic<int> total = 0;
+  std::vector<std::thread> readers;
+  for (int i = 0; i < 4; ++i)
+    readers.emplace_back([&] {
+      for (;;) {
+        const std::string text = receive(b);
+        if (text == "end") return;
+        ++seen[static_cast<std::size_t>(std::stoi(text))];
+        ++total;
+      }
+    });
+  for (int i = 0; i < kMessages; ++i) ASSERT_TRUE(send(a, 2, std::to_string(i)).ok());
+  EXPECT_TRUE(eventually([&] { return total == kMessages; }, "every message received"));
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(send(a, 2, "end").ok());
+  for (std::thread& reader : readers) reader.join();
+  for (const auto& count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.event_fd = true});
+  ASSERT_GE(b.event_fd(), 0);
+  EXPECT_EQ(a.event_fd(), -1);
+  const auto readable = [&](int ms) {
+    pollfd p{b.event_fd(), POLLIN, 0};
+    return ::poll(&p, 1, ms) == 1;
+  };
+  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);  // arms
+  EXPECT_FALSE(readable(0));
+  for (int round = 0; round < 100; ++round) {
+    ASSERT_TRUE(send(a, 2, "x").ok());
+    ASSERT_TRUE(send(a, 2, "y").ok());
+    ASSERT_TRUE(readable(10000)) << round;
+    EXPECT_EQ(receive(b, 0ns), "x");
+    EXPECT_EQ(receive(b, 0ns), "y");
+    EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);
+    ASSERT_FALSE(readable(0)) << round;
+  }
+  std::thread sender([&] { EXPECT_TRUE(send(a, 2, "blocking works too").ok()); });
+  EXPECT_EQ(receive(b), "blocking works too");
+  sender.join();
+}
+
+TEST_F(LocalTest, CleanThrowsAwayWhatWaits) {
+  Session s = session();
+  Mailbox a = open(s, 1);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(send(a, 1, "x").ok());
+  EXPECT_EQ(a.clean(), 3U);
+  EXPECT_EQ(receive(a, 0ns), "timeout");
+}
+
+// --- beside TCP clients ---
+
+TEST_F(LocalTest, OriginalProgramsAndNativeOnesTalk) {
+  Session s = session();
+  Mailbox native = open(s, 0x00140000);
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok()) << old.error().message();
+  ASSERT_TRUE(old->register_mailbox(Address(0x00020101)).ok());
+
+  ASSERT_TRUE(
+      old->send({.type = 4, .seq_nr = 9, .dest = native.address(), .src = Address(0x00020101)},
+                bytes_of("ask"))
+          .ok());
+  const auto request = native.peek_for(10s);
+  ASSERT_TRUE(request.ok());
+  EXPECT_EQ(text_of(request->body()), "ask");
+  ASSERT_TRUE(native.reply(request->header(), type::kData, bytes_of("answer")).ok());
+  const auto reply = old->receive();
+  ASSERT_TRUE(reply.ok()) << reply.error().message();
+  EXPECT_EQ(reply->header.type, type::kData);
+  EXPECT_EQ(reply->header.seq_nr, 9);
+  EXPECT_EQ(text_of(reply->body), "answer");
+}
+
+TEST_F(LocalTest, MarksOfNativeStreamsAreNotSeenByOriginalPrograms) {
+  Session s = session();
+  Mailbox native = open(s, 0x00140000);
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok());
+  ASSERT_TRUE(old->register_mailbox(Address(1)).ok());
+  ASSERT_TRUE(native.send({.dest = Address(1), .type = -6, .stream = true}).ok());
+  const auto got = old->receive();
+  ASSERT_TRUE(got.ok());
+  EXPECT_EQ(got->header.flags, flag::kNativeOrder);
+}
+
+TEST_F(LocalTest, LargeMessagesGoThroughTheRouterBothWays) {
+  Session s = session();
+  Mailbox native = open(s, 1, {.slots = 4, .body_max = (16U << 20) - 16});
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok());
+  ASSERT_TRUE(old->register_mailbox(Address(2)).ok());
+  std::vector<std::byte> body((16U << 20) - 16);
+  for (std::size_t i = 0; i < body.size(); ++i) body[i] = static_cast<std::byte>(i * 7 + i / 4096);
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(native.send({.dest = Address(2), .type = -6}, body).ok());
+    const auto got = old->receive();
+    ASSERT_TRUE(got.ok()) << got.error().message();
+    EXPECT_TRUE(std::ranges::equal(got->body, body));
+    ASSERT_TRUE(old->send({.type = -6, .dest = Address(1), .src = Address(2)}, body).ok());
+    const auto back = native.peek_for(10s);
+    ASSERT_TRUE(back.ok());
+    EXPECT_TRUE(std::ranges::equal(back->body(), body));
+  }
+  EXPECT_EQ(native.send({.dest = Address(2)}, std::vector<std::byte>(16U << 20)).error().code(),
+            Errc::kTooBig);
+}
+
+TEST_F(LocalTest, OrderHoldsWhenAReceiverMovesFromTcpToThisHost) {
+  Session s = session();
+  Session t = session();
+  Mailbox sender = open(s, 1);
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok());
+  ASSERT_TRUE(old->register_mailbox(Address(2)).ok());
+  ASSERT_TRUE(send(sender, 2, "to tcp").ok());
+  const auto first = old->receive();
+  ASSERT_TRUE(first.ok());
+  ASSERT_TRUE(old->delete_mailbox(Address(2)).ok());
+  Mailbox native = open(t, 2, {.slots = 1000});
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(send(sender, 2, std::to_string(i)).ok());
+  for (int i = 0; i < 500; ++i) ASSERT_EQ(receive(native), std::to_string(i));
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,94 @@
+// The router may go and come back, or come late: components stay.
+#include <atomic>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/eventually.h"
+#include "tests/system/local_fixture.h"
+
+namespace tims::test {
+namespace {
+
+class RestartTest : public LocalTest {};
+
+TEST_F(RestartTest, TheRouterMayDieAndComeBack) {
+  Session s = session();
+  Session t = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(t, 2);
+  ASSERT_TRUE(send(a, 2, "before").ok());
+  EXPECT_EQ(receive(b), "before");
+
+  router_.kill();
+  EXPECT_TRUE(eventually([&] { return !s.connected() && !t.connected(); }, "router missed"));
+  ASSERT_TRUE(send(a, 2, "without a router").ok());  // they know each other
+  EXPECT_EQ(receive(b), "without a router");
+  EXPECT_EQ(send(a, 99, "x").error().code(), Errc::kNoRouter);
+
+  ASSERT_TRUE(router_.start().ok());
+  EXPECT_TRUE(eventually([&] { return s.connected() && t.connected(); }, "both back"));
+  ASSERT_TRUE(send(a, 2, "after").ok());
+  EXPECT_EQ(receive(b), "after");
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok());
+  ASSERT_TRUE(old->send({.type = 21, .dest = Address(2), .src = Address(7)}, bytes_of("tcp")).ok());
+  EXPECT_EQ(receive(b), "tcp");  // registered again
+}
+
+TEST_F(RestartTest, AnOwnerThatDiedWhileTheRouterWasAwayIsNoticed) {
+  Session s = session();
+  std::optional<Session> t = session();
+  Mailbox a = open(s, 1);
+  std::optional<Mailbox> b = open(*t, 2);
+  ASSERT_TRUE(send(a, 2, "x").ok());
+  router_.kill();
+  EXPECT_TRUE(eventually([&] { return !t->connected(); }, "router missed"));
+  b.reset();
+  t.reset();
+  ASSERT_TRUE(router_.start().ok());
+  EXPECT_TRUE(eventually(
+      [&] {
+        (void)send(a, 2, "anybody there?");
+        const auto answer = a.try_peek();
+        return answer && answer->header().type == type::kNotAvailable;
+      },
+      "NOT_AVAILABLE"));
+}
+
+TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
+  router_.kill();
+  std::atomic<bool> waiting = false;
+  std::thread later([&] {
+    EXPECT_TRUE(eventually([&] { return waiting.load(); }, "the program says it waits"));
+  });
+  std::optional<Result<Session>> connected;
+  std::thread program([&] {
+    connected.emplace(Session::connect({.name = "early",
+                                        .socket_path = router_.socket_path(),
+                                        .timeout = 20s,
+                                        .on_event = [&](const SessionEvent& e) {
+                                          if (e.kind == SessionEvent::Kind::kWaiting)
+                                            waiting = true;
+                                        }}));
+  });
+  later.join();
+  ASSERT_TRUE(router_.start().ok());
+  program.join();
+  EXPECT_TRUE(connected->ok());
+}
+
+TEST_F(RestartTest, WithoutARouterConnectEndsAtItsTime) {
+  router_.kill();
+  const auto refused = Session::connect({.socket_path = router_.socket_path(),
+                                         .timeout = 50ms,
+                                         .on_event = [](const SessionEvent&) {}});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code(), Errc::kTimeout);
+  EXPECT_NE(refused.error().message().find(router_.socket_path()), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,204 @@
+// tims-router as a program: command line, signals, service manager, limits of the system.
+#include <csignal>
+#include <cstring>
+#include <fstream>
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "os/clock.h"
+#include "os/file.h"
+#include "tests/support/eventually.h"
+#include "tests/support/tcp_socket.h"
+#include "tests/system/tcp_fixture.h"
+
+namespace tims::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Ran {
+  ExitStatus status;
+  std::string output;
+};
+
+Ran run(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), TIMS_ROUTER_PROGRAM);
+  auto child = ChildProcess::start(std::move(arguments));
+  EXPECT_TRUE(child.ok());
+  const auto status = child->wait();
+  EXPECT_TRUE(status.ok()) << status.error().message();
+  return {*status, child->output()};
+}
+
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(RouterProgram, SaysHowItIsCalled) {
+  const Ran help = run({"--help"});
+  EXPECT_EQ(help.status.code, 0);
+  EXPECT_TRUE(contains(help.output, "--set KEY=VALUE")) << help.output;
+  EXPECT_TRUE(contains(help.output, "tcp.compat_delete")) << help.output;
+  const Ran version = run({"--version"});
+  EXPECT_EQ(version.status.code, 0);
+  EXPECT_TRUE(version.output.starts_with("tims-router ")) << version.output;
+}
+
+TEST(RouterProgram, WrongUsageIs2AndABadConfigurationIs1) {
+  EXPECT_EQ(run({"--nonsense"}).status.code, 2);
+  EXPECT_EQ(run({"--set"}).status.code, 2);
+  const Ran check = run({"check", "--set", "tcp.lisen=127.0.0.1:2000"});
+  EXPECT_EQ(check.status.code, 1);
+  EXPECT_TRUE(contains(check.output, "tcp.listen")) << check.output;
+  EXPECT_EQ(run({"--config", "/does/not/exist.toml"}).status.code, 1);
+  EXPECT_EQ(run({"check"}).status.code, 0);
+}
+
+TEST(RouterProgram, PrintsTheConfigurationItWouldUse) {
+  const Ran printed = run({"--set=router.id=7", "--print-config"});
+  EXPECT_EQ(printed.status.code, 0);
+  EXPECT_TRUE(contains(printed.output, "id = 7")) << printed.output;
+}
+
+class RouterProgramTest : public TcpTest {};
+
+TEST_F(RouterProgramTest, ASecondOneSaysWhereTheFirstListens) {
+  start();
+  const Ran second = run({"--set", "unix.path=" + router_->folder() + "/other.sock", "--set",
+                          "tcp.listen=" + router_->tcp(), "--set", "http.listen=off"});
+  EXPECT_EQ(second.status.code, 1);
+  EXPECT_TRUE(contains(second.output, "cannot listen on " + router_->tcp() +
+                                          ": address in use; another router? "
+                                          "`--set tcp.listen=...`"))
+      << second.output;
+  const Ran third = run({"--set", "unix.path=" + router_->socket_path(), "--set", "tcp.listen=off",
+                         "--set", "http.listen=off"});
+  EXPECT_EQ(third.status.code, 1);
+  EXPECT_TRUE(contains(third.output, "--set unix.path=...")) << third.output;
+}
+
+TEST_F(RouterProgramTest, EndsWhenAsked) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    start();
+    TcpClient client = connect_with(Address(1));
+    const auto status = router_->process().stop(signal);
+    ASSERT_TRUE(status.ok()) << status.error().message();
+    EXPECT_TRUE(status->success()) << status->to_string();
+    EXPECT_TRUE(client.wait_for_close().ok());
+  }
+}
+
+TEST_F(RouterProgramTest, ReadsItsConfigurationAgain) {
+  RouterProcess folder_only;
+  const std::string path = folder_only.folder() + "/router.toml";
+  std::ofstream(path) << "[tcp]\ncompat_delete = false\nlisten = \"127.0.0.1:0\"\n"
+                         "[http]\nlisten = \"off\"\n"
+                         "[unix]\npath = \"" +
+                             folder_only.socket_path() + "\"\n";
+  auto router = ChildProcess::start({TIMS_ROUTER_PROGRAM, "--config", path});
+  ASSERT_TRUE(router.ok());
+  const auto line = router->wait_for_line("listening tcp ");
+  ASSERT_TRUE(line.ok()) << line.error().message();
+  const std::string tcp = line->substr(line->rfind(' ') + 1);
+  auto a = TcpClient::connect(tcp);
+  auto b = TcpClient::connect(tcp);
+  ASSERT_TRUE(a.ok() && b.ok() && a->register_mailbox(Address(1)).ok());
+  EXPECT_FALSE(b->delete_mailbox(Address(1)).ok());
+
+  std::ofstream(path) << "[tcp]\ncompat_delete = true\nlisten = \"127.0.0.1:1\"\n";
+  router->signal(SIGHUP);
+  EXPECT_TRUE(router->wait_for_line("compat_delete").ok());
+  EXPECT_TRUE(b->delete_mailbox(Address(1)).ok());
+
+  std::ofstream(path) << "[tcp]\nnonsense = true\n";
+  router->signal(SIGHUP);
+  EXPECT_TRUE(router->wait_for_line("not reloaded").ok());
+  EXPECT_TRUE(a->register_mailbox(Address(1)).ok());
+}
+
+// --- Service manager
+
+class NotifySocket {
+ public:
+  explicit NotifySocket(std::string path) : path_(std::move(path)) {
+    file_ = os::File(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(file_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+  std::string receive() {
+    if (!wait_for(file_, POLLIN, os::now() + 20s)) return "nothing came";
+    std::string text(1000, '\0');
+    const ssize_t n = ::recv(file_.get(), text.data(), text.size(), 0);
+    text.resize(n < 0 ? 0 : static_cast<std::size_t>(n));
+    return text;
+  }
+
+ private:
+  std::string path_;
+  os::File file_;
+};
+
+TEST_F(RouterProgramTest, TellsTheServiceManager) {
+  RouterProcess folder_only;
+  NotifySocket manager(folder_only.folder() + "/notify");
+  auto router = ChildProcess::start(
+      {TIMS_ROUTER_PROGRAM, "--set", "unix.path=" + folder_only.socket_path(), "--set",
+       "tcp.listen=off", "--set", "http.listen=off"},
+      {.environment = {"NOTIFY_SOCKET=" + manager.path(), "WATCHDOG_USEC=20000"}, .folder = {}});
+  ASSERT_TRUE(router.ok());
+  EXPECT_EQ(manager.receive(), "READY=1");
+  EXPECT_EQ(manager.receive(), "WATCHDOG=1");
+  EXPECT_EQ(manager.receive(), "WATCHDOG=1");
+  router->signal(SIGHUP);
+  std::string text = manager.receive();
+  while (text == "WATCHDOG=1") text = manager.receive();
+  EXPECT_TRUE(text.starts_with("RELOADING=1\nMONOTONIC_USEC=")) << text;
+  while (text != "READY=1") text = manager.receive();
+  router->signal(SIGTERM);
+  while (text != "STOPPING=1") text = manager.receive();
+  const auto status = router->wait();
+  EXPECT_TRUE(status.ok() && status->success());
+}
+
+// --- Out of descriptors
+
+TEST_F(RouterProgramTest, WithoutDescriptorsNewcomersAreTurnedAwayAndTheOthersServed) {
+  RouterProcess folder_only;
+  auto router = ChildProcess::start(
+      {"sh", "-c",
+       "ulimit -n 40; exec " TIMS_ROUTER_PROGRAM " --set unix.path=" + folder_only.socket_path() +
+           " --set tcp.listen=127.0.0.1:0 --set http.listen=off"});
+  ASSERT_TRUE(router.ok());
+  const auto line = router->wait_for_line("listening tcp ");
+  ASSERT_TRUE(line.ok()) << line.error().message();
+  const std::string tcp = line->substr(line->rfind(' ') + 1);
+
+  std::vector<TcpClient> clients;
+  std::uint32_t refused = 0;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    auto client = TcpClient::connect(tcp);
+    ASSERT_TRUE(client.ok());
+    if (client->register_mailbox(Address(i)).ok()) {
+      clients.push_back(std::move(*client));
+    } else {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20U);
+  EXPECT_GT(clients.size(), 20U);
+  EXPECT_TRUE(router->wait_for_line("no free file descriptor").ok());
+  for (TcpClient& client : clients) EXPECT_TRUE(is_served(client));
+  clients.pop_back();
+  EXPECT_TRUE(
+      eventually([&] { return TcpClient::connect(tcp)->register_mailbox(Address(1000)).ok(); },
+                 "there is room again"));
+}
+
+}  // namespace
+}  // namespace tims::test

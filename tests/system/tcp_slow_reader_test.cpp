@@ -1,0 +1,146 @@
+// A client that stops reading: it blocks nobody, and never sees a torn message.
+#include <algorithm>
+#include <csignal>
+
+#include "tests/support/eventually.h"
+#include "tests/system/tcp_fixture.h"
+
+namespace tims::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Address kSlow{0x00140000};
+constexpr Address kSource{0x00150000};
+constexpr Address kPing{0x00160000};
+constexpr Address kPong{0x00170000};
+constexpr std::uint32_t kEnd = 0xFFFFFFFF;
+
+// A body that shows whether it is whole, and which one it is.
+std::vector<std::byte> numbered(std::uint32_t number, std::size_t size) {
+  std::vector<std::byte> body(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    body[i] = static_cast<std::byte>(number >> 8 * (i % 4));
+  }
+  return body;
+}
+
+// The number, or kEnd for a body that is not whole.
+std::uint32_t number_of(const std::vector<std::byte>& body) {
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < 4; ++i) number |= std::to_integer<std::uint32_t>(body[i]) << 8 * i;
+  return body == numbered(number, body.size()) ? number : kEnd;
+}
+
+class SlowReaderTest : public TcpTest {
+ protected:
+  static constexpr std::size_t kBody = 10'000;
+  static constexpr std::uint32_t kCount = 2000;  // far more than sockets and queue hold
+
+  void SetUp() override {
+    start({"tcp.queue=1MiB", "message.max=64KiB"});
+    slow_.emplace(connect_with(kSlow));
+    source_.emplace(connect());
+  }
+  void flood(std::uint8_t priority) {
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      ASSERT_TRUE(source_
+                      ->send({.type = -6, .priority = priority, .dest = kSlow, .src = kSource},
+                             numbered(i, kBody))
+                      .ok());
+    }
+    ASSERT_TRUE(is_served(*source_));
+  }
+
+  std::optional<TcpClient> slow_;
+  std::optional<TcpClient> source_;
+};
+
+TEST_F(SlowReaderTest, BlocksNobody) {
+  TcpClient ping = connect_with(kPing);
+  TcpClient pong = connect_with(kPong);
+  flood(1);
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(reaches(ping, kPing, pong, kPong));
+    ASSERT_TRUE(reaches(pong, kPong, ping, kPing));
+  }
+  const std::string stats = ask(*source_, R"({"ask":"stats"})");
+  EXPECT_NE(stats.find("queue_replaced"), std::string::npos) << stats;
+}
+
+TEST_F(SlowReaderTest, GetsWholeMessagesInOrderAndTheNewest) {
+  flood(1);
+  std::uint32_t last = kEnd;
+  std::uint32_t received = 0;
+  while (last != kCount - 1) {
+    const auto message = slow_->receive();
+    ASSERT_TRUE(message.ok()) << message.error().message();
+    ASSERT_EQ(message->body.size(), kBody);
+    const std::uint32_t number = number_of(message->body);
+    ASSERT_NE(number, kEnd) << "torn";
+    if (received++ > 0) {
+      ASSERT_GT(number, last);
+    }
+    last = number;
+  }
+  EXPECT_LT(received, kCount);
+  EXPECT_GT(received, 100U);  // what the queue holds
+}
+
+TEST_F(SlowReaderTest, AnUrgentMessageOvertakesWhatWaits) {
+  flood(1);
+  ASSERT_TRUE(source_->send({.type = 21, .priority = 255, .dest = kSlow, .src = kSource}).ok());
+  ASSERT_TRUE(is_served(*source_));
+  std::uint32_t before = 0;
+  for (auto message = slow_->receive(); message->header.type != 21; message = slow_->receive()) {
+    ++before;
+    ASSERT_NE(number_of(message->body), kEnd) << "torn";
+    ASSERT_LT(number_of(message->body), kCount - 1) << "the newest came before the urgent one";
+  }
+  // The messages that waited in the queue come behind it.
+  const auto next = slow_->receive();
+  ASSERT_TRUE(next.ok());
+  EXPECT_EQ(next->header.priority, 1);
+}
+
+TEST_F(SlowReaderTest, LessImportantMessagesAreRefusedWhileImportantOnesWait) {
+  flood(200);
+  ASSERT_TRUE(
+      source_->send({.type = 21, .priority = 3, .dest = kSlow, .src = kSource}, numbered(7, kBody))
+          .ok());
+  ASSERT_TRUE(is_served(*source_));
+  const std::string stats = ask(*source_, R"({"ask":"stats"})");
+  EXPECT_NE(stats.find("queue_full"), std::string::npos) << stats;
+}
+
+TEST_F(SlowReaderTest, WhatItDidNotReadIsCountedWhenItGoes) {
+  flood(1);
+  slow_->close();
+  EXPECT_TRUE(eventually(
+      [&] { return ask(*source_, R"({"ask":"stats"})").find("client_gone") != std::string::npos; },
+      "the loss is counted"));
+}
+
+TEST_F(SlowReaderTest, WhatWaitsIsWrittenWhenTheRouterIsToEnd) {
+  flood(1);
+  router_->process().signal(SIGTERM);
+  std::uint32_t last = kEnd;
+  while (const auto message = slow_->receive()) {
+    last = number_of(message->body);
+    ASSERT_NE(last, kEnd) << "torn";
+  }
+  EXPECT_EQ(last, kCount - 1);
+  const auto status = router_->process().wait();
+  ASSERT_TRUE(status.ok()) << status.error().message();
+  EXPECT_TRUE(status->success()) << status->to_string();
+}
+
+TEST_F(SlowReaderTest, DoesNotKeepTheRouterFromEnding) {
+  flood(1);
+  const auto status = router_->stop();
+  ASSERT_TRUE(status.ok()) << status.error().message();
+  EXPECT_TRUE(status->success()) << status->to_string();
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,191 @@
+// timsctl with a component that talks back: ping, messages, what Ctrl-C leaves behind.
+#include <csignal>
+#include <fstream>
+
+#include "tests/system/timsctl_fixture.h"
+
+namespace tims::test {
+namespace {
+
+TEST_F(TimsctlTest, PingMeasuresAComponentThatAnswers) {
+  auto child = start({"ping", "Ladar/0/0", "-n", "2", "-i", "10ms"});
+  ASSERT_TRUE(child);
+  for (int i = 0; i < 2; ++i) answer(type::kGetStatus, type::kEnabled);
+  const Run run = finish(*child);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, HasSubstr("enabled"));
+  EXPECT_THAT(run.out, HasSubstr("2 sent, 2 answered, 0% lost"));
+}
+
+TEST_F(TimsctlTest, PubShowsTheAnswerOfACommand) {
+  auto child = start({"msg", "pub", "Ladar/0/0", "off"});
+  ASSERT_TRUE(child);
+  answer(type::kOff, type::kError);
+  const Run run = finish(*child);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.out, HasSubstr("type=-1 (error)"));
+}
+
+TEST_F(TimsctlTest, PubSendsBodiesPrioritiesAndSeveralTimes) {
+  EXPECT_EQ(timsctl({"msg", "pub", "Ladar/0/0", "-6", "--hex", "01 02ff", "--priority", "200",
+                     "--rate", "1000", "-n", "3"})
+                .code,
+            0);
+  for (int i = 0; i < 3; ++i) {
+    std::vector<std::byte> body;
+    const auto header = expect_request(type::kData, &body);
+    ASSERT_TRUE(header);
+    EXPECT_EQ(header->priority, 200);
+    EXPECT_EQ(body, (std::vector{std::byte{1}, std::byte{2}, std::byte{255}}));
+  }
+}
+
+TEST_F(TimsctlTest, EchoIsInputForPub) {
+  const auto target = [&] {
+    auto mailbox = session_->open({.address = kTest});
+    EXPECT_TRUE(mailbox);
+    return std::move(*mailbox);
+  };
+  Mailbox other = target();
+  std::vector<std::byte> body(1000);
+  for (std::size_t i = 0; i < body.size(); ++i) body[i] = static_cast<std::byte>(i * 11);
+  for (const char* form : {"-otable", "-ojson"}) {
+    auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", form});
+    ASSERT_TRUE(echo);
+    const Address data = grant_subscription();
+    // Big endian, as from a machine that is.
+    ASSERT_TRUE(ladar_->send(
+        {.dest = data, .type = type::kData, .priority = 77, .seq_nr = 9, .body_order = 0}, body));
+    end_subscription();
+    const Run run = finish(*echo);
+    ASSERT_EQ(run.code, 0) << run.err;
+
+    const std::string file = router_.folder() + "/echo";
+    std::ofstream(file) << run.out;
+    EXPECT_EQ(timsctl({"msg", "pub", kTest.to_hex(), "-f", file}).code, 0);
+    auto got = other.peek_for(20s);
+    ASSERT_TRUE(got) << got.error().message();
+    EXPECT_EQ(got->header().type, type::kData);
+    EXPECT_EQ(got->header().priority, 77);
+    EXPECT_EQ(got->header().seq_nr, 9);
+    EXPECT_EQ(got->header().body_order(), std::endian::big);
+    EXPECT_TRUE(std::ranges::equal(got->body(), body));
+  }
+}
+
+TEST_F(TimsctlTest, CtrlCEndsTheSubscriptionAndIsTheEndOfAVerbWithout) {
+  auto echo = start({"msg", "echo", "Ladar/0/0", "--json"});
+  ASSERT_TRUE(echo);
+  const Address data = grant_subscription();
+  ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}));
+  ASSERT_TRUE(echo->wait_for_line("tims/message/1"));
+  echo->signal(SIGINT);
+  end_subscription();
+  EXPECT_EQ(finish(*echo).code, 0);
+  // Its mailbox has gone with it.
+  EXPECT_EQ(timsctl({"mbx", "show", data.to_hex()}).code, 4);
+}
+
+TEST_F(TimsctlTest, CtrlCBeforeTheEndIs130) {
+  auto ping = start({"ping", "Ladar/0/0", "-n", "1000", "-i", "1h"});
+  ASSERT_TRUE(ping);
+  answer(type::kGetStatus, type::kEnabled);
+  ASSERT_TRUE(ping->wait_for_line("enabled"));
+  ping->signal(SIGINT);
+  const Run run = finish(*ping);
+  EXPECT_EQ(run.code, 130);
+  EXPECT_THAT(run.out, HasSubstr("1 sent, 1 answered"));
+}
+
+TEST_F(TimsctlTest, AReaderThatGoesAwayEndsTheSubscriptionToo) {
+  auto echo = ChildProcess::start(
+      {"sh", "-c", std::string(TIMSCTL_PROGRAM) + " msg echo Ladar/0/0 | head -n 1"}, options());
+  ASSERT_TRUE(echo);
+  const Address data = grant_subscription();
+  std::vector<std::byte> body(64);
+  // More than one message: the pipe is found closed at the second write, or the third.
+  for (int sent = 0; sent < 1000; ++sent) {
+    ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}, body));
+    auto answer = ladar_->peek_for(10ms);
+    if (!answer) continue;
+    EXPECT_EQ(answer->header().type, type::kStopContData);
+    EXPECT_TRUE(ladar_->reply(answer->header(), type::kOk));
+    return;
+  }
+  ADD_FAILURE() << "the subscription was never ended";
+}
+
+TEST_F(TimsctlTest, HzMeasures) {
+  auto hz = start({"msg", "hz", "Ladar/0/0", "-n", "1", "-i", "1s", "-j"});
+  ASSERT_TRUE(hz);
+  const Address data = grant_subscription();
+  for (int i = 0; i < 5; ++i)
+    ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData, .seq_nr = 3},
+                             std::vector<std::byte>(100)));
+  end_subscription();
+  const Run run = finish(*hz);
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 1U);
+  const json::object& item = lines[0].at("items").at(0).as_object();
+  EXPECT_EQ(item.at("messages").to_number<int>(), 5);
+  EXPECT_EQ(item.at("state").as_string(), "on");
+  EXPECT_EQ(item.at("body_max_bytes").to_number<int>(), 100);
+  EXPECT_GT(item.at("rate_hz").to_number<double>(), 0);
+}
+
+TEST_F(TimsctlTest, ListenRegistersAndAnswersCommandsWithError) {
+  auto listener = start({"msg", "echo", "--listen", "Test/0/1", "-n", "2"});
+  ASSERT_TRUE(listener);
+  ASSERT_TRUE(listener->wait_for_line("is registered"));
+  ASSERT_TRUE(ladar_->send({.dest = kTest, .type = -42}));
+  ASSERT_TRUE(ladar_->send({.dest = kTest, .type = 42, .seq_nr = 5}));
+  const auto answer = expect_request(type::kError);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->seq_nr, 5);
+  const Run run = finish(*listener);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, HasSubstr("Ladar(0/0) -> Test(0/1) type=-42 "));
+}
+
+TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
+  auto watch = start({"route", "watch", "-j", "-n", "2"});
+  ASSERT_TRUE(watch);
+  ASSERT_TRUE(watch->wait_for_line("watching"));
+  ASSERT_TRUE(session_->open({.address = kTest}));
+  const Run run = finish(*watch);
+  EXPECT_EQ(run.code, 0);
+  const auto lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].at("schema").as_string(), "tims/event/1");
+  EXPECT_EQ(lines[0].at("kind").as_string(), "registered");
+  EXPECT_EQ(lines[1].at("kind").as_string(), "withdrawn");
+  EXPECT_EQ(lines[1].at("address").at("raw").as_string(), kTest.to_hex());
+}
+
+TEST_F(TimsctlTest, RouteWatchTellsWhoComesAndGoesAlsoAfterARestart) {
+  auto watch = start({"route", "watch", "Test"});
+  ASSERT_TRUE(watch);
+  ASSERT_TRUE(watch->wait_for_line("watching"));
+  {
+    auto mailbox = session_->open({.address = kTest});
+    ASSERT_TRUE(mailbox);
+    EXPECT_TRUE(watch->wait_for_line("Test(0/1) registered by laser"));
+    EXPECT_FALSE(session_->open({.address = kTest}));
+    EXPECT_TRUE(watch->wait_for_line("Test(0/1) refused to laser"));
+  }
+  EXPECT_TRUE(watch->wait_for_line("Test(0/1) withdrawn by laser"));
+  router_.kill();
+  ASSERT_TRUE(router_.start());
+  EXPECT_TRUE(watch->wait_for_line("connected again"));
+  auto again = session_->open({.address = kTest});
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(watch->wait_for_line("Test(0/1) registered by laser"));
+  watch->signal(SIGINT);
+  const Run run = finish(*watch);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, Not(HasSubstr("Ladar"))) << "the pattern selects";
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,166 @@
+// timsctl as people and scripts use it: every verb, every form of output, every exit status.
+#include <fstream>
+
+#include "router/core/outcome.h"
+#include "tests/support/eventually.h"
+#include "tests/system/timsctl_fixture.h"
+
+namespace tims::test {
+namespace {
+
+TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
+  struct Case {
+    std::vector<std::string> words;
+    const char* shows;   // a person
+    const char* schema;  // a program
+  };
+  const std::string good_config = router_.folder() + "/good.toml";
+  std::ofstream(good_config) << "[tcp]\nlisten = \"off\"\n";
+  const Case cases[] = {
+      {{"status"}, "Address", "tims/status/1"},
+      {{"router"}, "Epoch", "tims/status/1"},
+      {{"router", "clients"}, "laser", "tims/client/1"},
+      {{"route", "show"}, "Ladar(0/0)", "tims/route/1"},
+      {{"route", "get", "Ladar/0/0"}, "deliver", "tims/route_get/1"},
+      {{"mbx", "list", "Ladar"}, "laser", "tims/mailbox/1"},
+      {{"mbx", "show", "0x00140000"}, "Ladar(0/0)", "tims/mailbox/1"},
+      {{"ping", "router", "-n", "2", "-i", "10ms"}, "2 answered", "tims/ping_summary/1"},
+      {{"top", "--once", "-i", "50ms"}, "laser", "tims/top/1"},
+      {{"stats"}, "handled", "tims/stats/1"},
+      {{"stats", "--by", "class"}, "128-159", "tims/stats/1"},
+      {{"config", "show", "--origin"}, "--set", "tims/config/1"},
+      {{"doctor"}, "router.reachable", "tims/doctor/1"},
+      {{"config", "check", good_config}, "no errors", "tims/config_check/1"},
+      {{"errors", "no_route"}, "nobody", "tims/code/1"},
+      {{"completion", "bash"}, "complete -F", "tims/completion/1"},
+      {{"msg", "pub", "Ladar/0/0", "-6", "--hex", "01"}, "", "tims/pub/1"},
+  };
+  for (const Case& c : cases) {
+    const Run person = timsctl(c.words);
+    EXPECT_EQ(person.code, 0) << c.words[0] << person.err;
+    EXPECT_THAT(person.out, HasSubstr(c.shows));
+    auto words = c.words;
+    words.emplace_back("--json");
+    const Run program = timsctl(words);
+    EXPECT_EQ(program.code, 0) << c.words[0] << program.err;
+    const auto lines = json_lines(program.out);
+    ASSERT_EQ(lines.size(), 1U) << program.out;
+    ASSERT_TRUE(lines[0].contains("schema"));
+    EXPECT_EQ(lines[0].at("schema").as_string(), c.schema);
+  }
+}
+
+TEST_F(TimsctlTest, WatchingInJsonIsOneObjectALine) {
+  const Run run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_EQ(json_lines(run.out).size(), 3U);
+}
+
+TEST_F(TimsctlTest, OtherFormats) {
+  EXPECT_EQ(timsctl({"mbx", "list", "-o", "name"}).out, "Ladar(0/0)\n");
+  EXPECT_THAT(timsctl({"mbx", "list", "-o", "csv"}).out, HasSubstr("address.name,address.raw,"));
+  EXPECT_THAT(timsctl({"mbx", "list", "-o", "plain"}).out, Not(HasSubstr("ADDRESS")));
+  EXPECT_THAT(timsctl({"doctor", "--format", "nagios"}).out, HasSubstr("TIMS OK"));
+}
+
+TEST_F(TimsctlTest, TheWholeTableComesInPages) {
+  std::vector<MailboxOptions> options;
+  for (std::uint32_t i = 0; i < 2500; ++i)
+    options.push_back({.address = Address(kTest.raw() + i), .slots = 1, .body_max = 16});
+  const auto mailboxes = session_->open(std::span<const MailboxOptions>(options));
+  ASSERT_TRUE(mailboxes) << mailboxes.error().message();
+  const auto lines = json_lines(timsctl({"mbx", "list", "-j"}).out);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].at("items").as_array().size(), 2501U);
+  EXPECT_FALSE(lines[0].contains("next"));
+}
+
+TEST_F(TimsctlTest, ExitStatusSaysWhatHappened) {
+  const std::string bad_config = router_.folder() + "/bad.toml";
+  std::ofstream(bad_config) << "[tcp]\nlisten = 7\n";
+  struct Case {
+    std::vector<std::string> words;
+    int code;
+    const char* error;  // code in JSON, nothing for verbs that answer "no"
+  };
+  const std::string nowhere = "unix:" + router_.folder() + "/none.sock";
+  const Case cases[] = {
+      {{"route", "get", "Camera/0/0"}, 1, nullptr},
+      {{"config", "check", bad_config}, 1, nullptr},
+      {{"route", "show", "--rate", "3"}, 2, "usage"},
+      {{"mbx", "show"}, 2, "usage"},
+      {{"ping", "nonsense"}, 2, "usage"},
+      {{"status", "-H", nowhere}, 3, "no_router"},
+      {{"mbx", "show", "Camera/0/0"}, 4, "no_such_mailbox"},
+      {{"msg", "pub", "Camera/0/0", "-6"}, 4, "no_such_mailbox"},
+      {{"msg", "echo", "Camera/0/0"}, 4, "no_such_mailbox"},
+      {{"msg", "hz", "Camera/0/0", "-i", "50ms"}, 4, "no_such_mailbox"},
+      {{"ping", "Camera/0/0"}, 4, nullptr},
+      {{"errors", "nonsense"}, 4, "no_such_code"},
+      {{"config", "check", router_.folder() + "/none.toml"}, 4, "no_such_file"},
+      {{"msg", "echo", "--listen", "Ladar/0/0"}, 5, "address_in_use"},
+      {{"ping", "Ladar/0/0", "-n", "1", "--timeout", "30ms"}, 6, nullptr},
+      {{"msg", "pub", "Ladar/0/0", "on", "--timeout", "30ms"}, 6, "timeout"},
+      {{"msg", "echo", "Ladar/0/0", "--timeout", "30ms"}, 6, "timeout"},
+  };
+  for (const Case& c : cases) {
+    const std::string all = testing::PrintToString(c.words);
+    const Run person = timsctl(c.words);
+    EXPECT_EQ(person.code, c.code) << all << person.err;
+    EXPECT_THAT(person.err, HasSubstr(c.error == nullptr ? "" : "timsctl: ")) << all;
+    auto words = c.words;
+    words.emplace_back("-j");
+    const Run program = timsctl(words);
+    EXPECT_EQ(program.code, c.code) << all << program.err;
+    const auto lines = json_lines(program.out);
+    ASSERT_EQ(lines.size(), 1U) << all << program.out;
+    if (c.error == nullptr) continue;
+    ASSERT_TRUE(lines[0].contains("error")) << all << program.out;
+    EXPECT_EQ(lines[0].at("error").at("code").as_string(), c.error) << all;
+    EXPECT_FALSE(lines[0].at("error").at("message").as_string().empty());
+  }
+}
+
+TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"status"}, {"mbx", "list"}, {"doctor"}, {"ping", "router"}}) {
+    auto all = words;
+    all.insert(all.end(), {"-H", router_.tcp(), "--json", "-i10ms"});
+    if (words[0] != "ping") all.pop_back();
+    const Run run = timsctl(all);
+    EXPECT_EQ(run.code, 0) << words[0] << run.out << run.err;
+    EXPECT_EQ(json_lines(run.out).size(), 1U);
+  }
+  auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", "-H", router_.tcp()});
+  ASSERT_TRUE(echo);
+  const Address data = grant_subscription();
+  ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}, std::vector<std::byte>(3)));
+  end_subscription();
+  EXPECT_THAT(finish(*echo).out, HasSubstr("bytes=3"));
+}
+
+TEST_F(TimsctlTest, CompletionKnowsVerbsAndLivingAddresses) {
+  for (const char* shell : {"bash", "zsh", "fish"})
+    EXPECT_THAT(timsctl({"completion", shell}).out, HasSubstr("timsctl __complete"));
+  EXPECT_EQ(timsctl({"completion", "tcsh"}).code, 2);
+  EXPECT_EQ(timsctl({"__complete", "rou"}).out, "route\nrouter\n");
+  EXPECT_EQ(timsctl({"__complete", "msg", ""}).out, "bw\necho\nhz\npub\n");
+  // It asks the router for half a second only: a shell is waiting.
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"__complete", "ping", "La"}).out == "Ladar/0/0\n";
+      },
+      "the living address"));
+  EXPECT_EQ(timsctl({"__complete", "completion", "f"}).out, "fish\n");
+  EXPECT_THAT(timsctl({"__complete", "msg", "pub", "--pr"}).out, HasSubstr("--priority\n"));
+}
+
+TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
+  for (const auto& outcome : core::kOutcomes) {
+    if (core::taken(outcome.value) && outcome.value != core::Outcome::kMailboxReplaced) continue;
+    EXPECT_EQ(timsctl({"errors", std::string(outcome.name)}).code, 0) << outcome.name;
+  }
+}
+
+}  // namespace
+}  // namespace tims::test

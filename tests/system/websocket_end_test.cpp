@@ -1,0 +1,223 @@
+// How WebSocket clients of a real router leave, and what becomes of those that do not read.
+#include <algorithm>
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/system/websocket_fixture.h"
+#include "wire/router_commands.h"
+
+namespace tims::test {
+namespace {
+
+using Closed = WebSocketClient::Closed;
+
+// --- Coming and going
+
+TEST_F(WebSocketTest, APageThatLeavesIsAnsweredAndForgotten) {
+  start();
+  WebSocketClient browser = page(kPage);
+  browser.send({WebSocketClient::kClose, true, std::string("\x03\xe9") + "bye"});
+  EXPECT_EQ(browser.wait_for_close().code, 1001);
+  EXPECT_TRUE(eventually_free(kPage));
+}
+
+TEST_F(WebSocketTest, APageThatVanishesIsForgotten) {
+  start();
+  {
+    WebSocketClient browser = page(kPage);
+    browser.socket().send(WebSocketClient::to_bytes({WebSocketClient::kBinary, false, "half a"}));
+  }
+  EXPECT_TRUE(eventually_free(kPage));
+  EXPECT_EQ(metric("tims_router_drops_total{reason=\"incomplete\"}"), 1U);
+}
+
+TEST_F(WebSocketTest, ManyPagesComeAndGo) {
+  start();
+  TcpClient robot = tcp(kLadar);
+  for (int i = 0; i < 200; ++i) {
+    WebSocketClient browser = page(Address(1000 + static_cast<std::uint32_t>(i)));
+    ASSERT_TRUE(browser.send_message({.dest = kLadar, .src = Address(1)}, std::to_string(i)));
+    ASSERT_EQ(text_of(robot.receive()->body), std::to_string(i));
+  }
+  EXPECT_TRUE(eventually([&] { return metric("tims_router_clients{port=\"websocket\"}") == 0; },
+                         "no page left"));
+}
+
+TEST_F(WebSocketTest, AnEndingRouterSaysSo) {
+  start();
+  WebSocketClient browser = page(kPage);
+  router_->process().signal(SIGTERM);
+  EXPECT_EQ(browser.wait_for_close(), (Closed{1001, "the router ends"}));
+  const auto status = router_->process().wait();
+  ASSERT_TRUE(status.ok());
+  EXPECT_TRUE(status->success());
+}
+
+// --- Does it live?
+
+TEST_F(WebSocketTest, WhoAnswersPingsStays) {
+  start({"lifesign.interval=300ms"});
+  WebSocketClient browser = page(kPage);
+  for (int i = 0; i < 4; ++i) {
+    const auto ping = browser.take_frame();
+    ASSERT_TRUE(ping);
+    ASSERT_EQ(ping->opcode, WebSocketClient::kPing);
+    browser.send({WebSocketClient::kPong, true, ping->payload});
+  }
+  TcpClient robot = tcp(kLadar);
+  ASSERT_TRUE(robot.send({.dest = kPage, .src = kLadar}, bytes_of("still there")).ok());
+  const auto message = browser.receive();
+  ASSERT_TRUE(message.ok()) << message.error().message();
+  EXPECT_EQ(text_of(message->body), "still there");
+}
+
+TEST_F(WebSocketTest, WhoDoesNotIsGivenUp) {
+  start({"lifesign.interval=100ms"});
+  WebSocketClient browser = page(kPage);
+  EXPECT_EQ(browser.wait_for_close(), Closed{});
+  EXPECT_TRUE(eventually_free(kPage));
+  EXPECT_EQ(metric("tims_router_events_total{event=\"watchdog_closed\"}"), 1U);
+}
+
+TEST_F(WebSocketTest, WhoAsksForTheOriginalsLifesignGetsIt) {
+  start({"lifesign.interval=100ms"});
+  WebSocketClient browser = page();
+  browser.send_message({.type = wire::router_command::kEnableWatchdog});
+  const auto lifesign = browser.receive();
+  ASSERT_TRUE(lifesign.ok());
+  EXPECT_TRUE(is_lifesign(lifesign->header));
+  // It answers pings, but not this.
+  auto end = browser.receive();
+  while (end.ok()) end = browser.receive();
+  EXPECT_EQ(end.error().detail(), "opcode 8");
+}
+
+// --- Slow readers
+
+class SlowPageTest : public WebSocketTest {
+ protected:
+  static constexpr std::size_t kBodySize = 10'000;
+
+  void SetUp() override { begin("1h"); }
+
+  void begin(const std::string& lifesign_interval) {
+    robot_.reset();
+    start({"lifesign.interval=" + lifesign_interval, "message.max=64KiB", "tcp.queue=256KiB"});
+    browser_.emplace(router_->http());
+    browser_->socket().set_receive_buffer(32 << 10);
+    ASSERT_TRUE(browser_->register_mailbox(kPage).ok());
+    robot_.emplace(tcp(kLadar));
+  }
+  // Its number, over and over.
+  static std::string body(int number) {
+    std::string text;
+    while (text.size() < kBodySize) text += std::to_string(number) + ' ';
+    text.resize(kBodySize);
+    return text;
+  }
+  void send(int number, std::uint8_t priority) {
+    const Header header{.priority = priority, .dest = kPage, .src = kLadar};
+    ASSERT_TRUE(robot_->send(header, bytes_of(body(number))).ok());
+  }
+  std::uint64_t drops(const std::string& reason) {
+    return metric("tims_router_drops_total{reason=\"" + reason + "\"}");
+  }
+  // Sends until the router has lost some for this reason; how many it has sent.
+  int send_until_lost(const std::string& reason, int first, std::uint8_t priority) {
+    int number = first;
+    while (drops(reason) == 0 && number - first < 5000) {
+      for (int i = 0; i < 20; ++i) send(number++, priority);
+    }
+    EXPECT_GT(drops(reason), 0U);
+    return number - first;
+  }
+
+  std::optional<WebSocketClient> browser_;
+  std::optional<TcpClient> robot_;
+};
+
+TEST_F(SlowPageTest, OlderMessagesGoWholeOnesArriveUrgentOnesOvertake) {
+  const int sent = send_until_lost("queue_replaced", 0, 1);
+  send(-1, 200);
+  const auto lost_before = drops("queue_replaced");
+  EXPECT_LE(metric("tims_router_queued_bytes{port=\"websocket\"}"), 256U << 10);
+  std::vector<int> numbers;
+  int urgent_at = -1;
+  const int arriving = sent - static_cast<int>(lost_before);
+  for (int i = 0; i < arriving + 1; ++i) {
+    const auto message = browser_->receive();
+    ASSERT_TRUE(message.ok()) << message.error().message();
+    const int number = std::stoi(text_of(message->body));
+    ASSERT_EQ(text_of(message->body), body(number));
+    if (number < 0)
+      urgent_at = i;
+    else
+      numbers.push_back(number);
+  }
+  // In order, the newest among them; what is missing are older ones that waited.
+  EXPECT_TRUE(std::ranges::is_sorted(numbers));
+  EXPECT_EQ(numbers.back(), sent - 1);
+  EXPECT_EQ(static_cast<int>(numbers.size()), arriving);
+  // Before what waited in the queue: at least twenty messages.
+  EXPECT_GT(urgent_at, 0);
+  EXPECT_LT(urgent_at, arriving - 20);
+}
+
+TEST_F(SlowPageTest, LessImportantOnesAreRefused) {
+  send_until_lost("queue_replaced", 0, 9);
+  send_until_lost("queue_full", 10'000, 5);
+  EXPECT_EQ(drops("client_gone"), 0U);
+}
+
+TEST_F(SlowPageTest, NobodyElseWaitsForIt) {
+  send_until_lost("queue_replaced", 0, 1);
+  WebSocketClient other = page(Address(77));
+  const Header header{.dest = Address(77), .src = kLadar};
+  ASSERT_TRUE(robot_->send(header, bytes_of("quick")).ok());
+  EXPECT_EQ(text_of(other.receive()->body), "quick");
+}
+
+TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
+  const int sent = send_until_lost("queue_replaced", 0, 1);
+  const std::uint64_t replaced = drops("queue_replaced");
+  browser_.reset();
+  EXPECT_TRUE(eventually([&] { return drops("client_gone") > 0; }, "messages of a client gone"));
+  EXPECT_LE(drops("client_gone") + replaced, static_cast<std::uint64_t>(sent));
+  EXPECT_EQ(metric("tims_router_queued_bytes{port=\"websocket\"}"), 0U);
+}
+
+// Pings reach it late, and are not answered at all here; but it reads.
+TEST_F(SlowPageTest, WhoReadsLives) {
+  begin("400ms");
+  const int sent = send_until_lost("queue_replaced", 0, 1);
+  for (int beat = 0; beat < 6; ++beat) {
+    const auto lifesigns = robot_->lifesigns();
+    for (int i = 0; i < 10; ++i) send(sent + i, 1);
+    EXPECT_EQ(browser_->socket().take(64 << 10).size(), 64U << 10);
+    while (robot_->lifesigns() == lifesigns) (void)robot_->receive(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(metric("tims_router_clients{port=\"websocket\"}"), 1U);
+}
+
+TEST_F(SlowPageTest, WhoDoesNotReadDoesNot) {
+  begin("100ms");
+  send_until_lost("queue_replaced", 0, 1);
+  EXPECT_TRUE(eventually([&] { return drops("client_gone") > 0; }, "messages of a client gone"));
+  EXPECT_GE(metric("tims_router_events_total{event=\"watchdog_closed\"}"), 1U);
+}
+
+// The frame on its way never ends: the router does not wait for that.
+TEST_F(SlowPageTest, ARouterThatEndsDoesNotWaitForIt) {
+  send_until_lost("queue_replaced", 0, 1);
+  const auto status = router_->stop();
+  ASSERT_TRUE(status.ok());
+  EXPECT_TRUE(status->success());
+}
+
+}  // namespace
+}  // namespace tims::test
