@@ -70,10 +70,12 @@ struct tims_mailbox_options {
   uint8_t event_fd;  /* not 0: tims_event_fd() works */
 };
 
+/* NOLINTBEGIN(modernize-use-using): C */
 typedef struct tims_session tims_session;
 typedef struct tims_mailbox tims_mailbox;
 typedef struct tims_guard tims_guard;
 typedef struct tims_loaned tims_loaned;
+/* NOLINTEND(modernize-use-using) */
 
 /* The sentence for the calling thread's last failure; valid until its next failure. */
 const char* tims_error_text(void);

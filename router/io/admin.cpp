@@ -73,11 +73,22 @@ std::string answer_text(const std::variant<Question, QuestionError>& question,
   return json::serialize(Answerer(std::get<Question>(question), source, clocks).answer());
 }
 
+// A router counts its events anew when it starts: another epoch's number says nothing here.
+std::variant<Question, QuestionError> read_question(std::string_view text,
+                                                    const AdminSource& source, Time now) {
+  auto read = parse_question(text);
+  auto* question = std::get_if<Question>(&read);
+  if (question != nullptr && question->since && !question->epoch.empty() &&
+      question->epoch != epoch_text(source.process(now).epoch))
+    question->since = 0;
+  return read;
+}
+
 }  // namespace
 
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
-  return answer_text(parse_question(question), source, clocks);
+  return answer_text(read_question(question, source, clocks.now), source, clocks);
 }
 
 // --- questions that wait
@@ -86,7 +97,8 @@ void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request)
   const auto body = request.body();
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
   const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
-  Waiting waiting{.asker = from, .request = request.header, .question = parse_question(text)};
+  Waiting waiting{
+      .asker = from, .request = request.header, .question = read_question(text, source_, now)};
   if (const auto* question = std::get_if<Question>(&waiting.question))
     waiting.deadline = now + question->wait;
   waiting_.push_back(std::move(waiting));
@@ -169,8 +181,8 @@ json::object Answerer::frame(std::string_view schema) const {
           {"partial", false}};
 }
 
-void merge(json::object& into, json::object fields) {
-  for (auto& [key, value] : fields) into[key] = std::move(value);
+void merge(json::object& into, const json::object& fields) {
+  for (const auto& [key, value] : fields) into[key] = value;
 }
 
 json::object Answerer::status() const {
@@ -256,6 +268,7 @@ json::object Answerer::events() const {
     if (!page.add(to_json(event, clocks_))) break;
     last = event.sequence;
   }
+  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
   out["last"] = last;
   out["lost"] = found.lost;
   out["items"] = page.take();

@@ -66,6 +66,12 @@ Problem set_since(Question& question, const json::value& value) {
   question.since = static_cast<std::uint64_t>(*number);
   return {};
 }
+Problem set_epoch(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return bad_argument("epoch", "what \"epoch\" of the last answer said");
+  question.epoch = std::string(*text);
+  return {};
+}
 Problem set_wait(Question& question, const json::value& value) {
   const auto number = integer(value, 0, kWaitMaxMs);
   if (!number) return bad_argument("wait_ms", "a number from 0 to 30000");
@@ -96,13 +102,14 @@ constexpr Argument kType{"type", set_type};
 constexpr Argument kLimit{"limit", set_limit};
 constexpr Argument kAfter{"after", set_after};
 constexpr Argument kSince{"since", set_since};
+constexpr Argument kEpoch{"epoch", set_epoch};
 constexpr Argument kWait{"wait_ms", set_wait};
 constexpr Argument kPad{"pad", set_pad};
 
 struct Form {
   std::string_view name;
   Ask ask;
-  std::array<Argument, 3> arguments;  // those without a name are not there
+  std::array<Argument, 4> arguments;  // those without a name are not there
 };
 constexpr std::array kForms{
     Form{"status", Ask::kStatus, {}},
@@ -111,7 +118,7 @@ constexpr std::array kForms{
     Form{"route", Ask::kRoute, {kTo, kFrom, kType}},
     Form{"mailboxes", Ask::kMailboxes, {kMatch, kLimit, kAfter}},
     Form{"stats", Ask::kStats, {}},
-    Form{"events", Ask::kEvents, {kSince, kWait, kLimit}},
+    Form{"events", Ask::kEvents, {kSince, kEpoch, kWait, kLimit}},
     Form{"config", Ask::kConfig, {}},
     Form{"ping", Ask::kPing, {kPad}},
 };

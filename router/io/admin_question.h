@@ -37,6 +37,7 @@ struct Question {
   std::size_t limit = kPageItemsMax;
   std::string after{};
   std::optional<std::uint64_t> since{};
+  std::string epoch{};  // of the router that counted up to `since`; empty: of this one
   std::chrono::milliseconds wait{};
   std::string pad{};
 };

@@ -288,6 +288,28 @@ TEST(AdminDesk, ANumberFromBeforeARestartIsAnsweredAtOnce) {
   EXPECT_EQ(answers.all[0].second.at("items").as_array().size(), 4U);
 }
 
+TEST(AdminDesk, ANumberOfAnotherEpochIsAnsweredAtOnceWithEverything) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(),
+               R"({"ask":"events","since":4,"epoch":"0000000000000abd","wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_EQ(answers.all[0].second.at("items").as_array().size(), 4U);
+  EXPECT_EQ(text(answers.all[0].second.at("epoch")), "0000000000000abc");
+}
+
+TEST(AdminDesk, ANumberOfThisEpochWaits) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  put_question(desk, lab.laser(),
+               R"({"ask":"events","since":4,"epoch":"0000000000000abc","wait_ms":10000})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  EXPECT_TRUE(answers.all.empty());
+}
+
 TEST(AdminDesk, WhoHasGoneGetsNoAnswer) {
   AdminFixture lab;
   AdminDesk desk(lab);

@@ -41,7 +41,7 @@ struct Request {
 // What the environment asks for.
 std::optional<Request> requested() {
   const auto text_of = [](const char* name) {
-    const char* text = std::getenv(name);
+    const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it
     return std::string(text == nullptr ? "" : text);
   };
   Request request;
@@ -108,7 +108,7 @@ class Exploration {
     return scheduler_.run(bodies_, strategy, death, [this] { world_.observe(); });
   }
   void tell(const std::string& problem, const Outcome& outcome, std::optional<Death> death,
-            std::uint32_t seed) {
+            std::uint32_t seed) const {
     std::ostringstream text;
     text << problem << "\nafter " << runs_ << " schedules; this one again: ";
     if (weak_) text << "TIMS_MEMORY=" << seed << ' ';

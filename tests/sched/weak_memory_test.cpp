@@ -12,7 +12,6 @@
 namespace tims::sched {
 namespace {
 
-using std::memory_order_acq_rel;
 using std::memory_order_acquire;
 using std::memory_order_relaxed;
 using std::memory_order_release;

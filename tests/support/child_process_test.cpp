@@ -15,8 +15,8 @@
 namespace tims::test {
 namespace {
 
-Result<ChildProcess> shell(const char* script, ChildOptions options = {}) {
-  return ChildProcess::start({"sh", "-c", script}, std::move(options));
+Result<ChildProcess> shell(const char* script, const ChildOptions& options = {}) {
+  return ChildProcess::start({"sh", "-c", script}, options);
 }
 
 TEST(ChildProcess, CollectsBothOutputsAndTheExitStatus) {

@@ -57,7 +57,7 @@ void MessageSocket::take(std::span<std::byte> chunk, std::vector<OwnedMessage>& 
   }
 }
 
-void MessageSocket::shut_down_sending() { ::shutdown(fd(), SHUT_WR); }
+void MessageSocket::shut_down_sending() const { ::shutdown(fd(), SHUT_WR); }
 
 void MessageSocket::close_with_reset() {
   test::close_with_reset(file_);

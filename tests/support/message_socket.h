@@ -37,7 +37,7 @@ class MessageSocket {
   // Reads what is there.
   void on_readable(std::vector<OwnedMessage>& messages);
 
-  void shut_down_sending();  // the other side reads an end, and can still send
+  void shut_down_sending() const;  // the other side reads an end, and can still send
   void close_with_reset();
 
  private:

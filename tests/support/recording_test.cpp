@@ -9,9 +9,10 @@ namespace tims::test {
 namespace {
 
 class RecordingTest : public testing::Test {
- protected:
+ public:
   ~RecordingTest() override { std::filesystem::remove(path_); }
 
+ protected:
   Result<Recording> read(const std::string& text) const {
     gzFile file = ::gzopen(path_.c_str(), "wb");
     ::gzwrite(file, text.data(), static_cast<unsigned>(text.size()));

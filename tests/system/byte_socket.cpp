@@ -46,7 +46,7 @@ void ByteSocket::set_receive_buffer(int bytes) {
 std::string ByteSocket::take(std::size_t size) {
   while (received_.size() < size && receive()) {
   }
-  const std::string taken = received_.substr(0, size);
+  std::string taken = received_.substr(0, size);
   received_.erase(0, size);
   return taken;
 }

@@ -165,6 +165,7 @@ TEST_F(LocalTest, ManyThreadsReceiveEachMessageOnce) {
   std::vector<std::atomic<int>> seen(kMessages);
   std::atomic<int> total = 0;
   std::vector<std::thread> readers;
+  readers.reserve(4);
   for (int i = 0; i < 4; ++i)
     readers.emplace_back([&] {
       for (;;) {

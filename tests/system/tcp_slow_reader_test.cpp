@@ -91,9 +91,7 @@ TEST_F(SlowReaderTest, AnUrgentMessageOvertakesWhatWaits) {
   flood(1);
   ASSERT_TRUE(source_->send({.type = 21, .priority = 255, .dest = kSlow, .src = kSource}).ok());
   ASSERT_TRUE(is_served(*source_));
-  std::uint32_t before = 0;
   for (auto message = slow_->receive(); message->header.type != 21; message = slow_->receive()) {
-    ++before;
     ASSERT_NE(number_of(message->body), kEnd) << "torn";
     ASSERT_LT(number_of(message->body), kCount - 1) << "the newest came before the urgent one";
   }

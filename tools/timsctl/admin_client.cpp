@@ -58,11 +58,12 @@ json::object AdminClient::ask_once(const json::object& question, tims::Duration 
   const auto bytes = std::as_bytes(std::span(text));
   const std::uint8_t seq_nr = ++seq_nr_;
   const tims::Time asked = tims::os::now();
+  const std::uint64_t losses = connection_.losses();
   auto sent = connection_.send_to_router(
       {.dest = {}, .type = tims::type::kAdminRequest, .priority = kPriority, .seq_nr = seq_nr},
       bytes);
   if (!sent) throw failure_of(sent.error(), connection_.where());
-  while (auto message = receive(connection_, signals_, asked + timeout_ + patience)) {
+  while (auto message = receive(connection_, signals_, asked + timeout_ + patience, losses)) {
     if (message->header.type != tims::type::kAdminReply || message->header.seq_nr != seq_nr)
       continue;  // what a question that was given up is answered late
     json::object answer = parse_answer(*message, connection_.where());

@@ -36,7 +36,10 @@ class Connection {
   virtual tims::Result<Message> take() = 0;
   // Messages that came faster than they were taken, and are lost.
   [[nodiscard]] virtual std::uint64_t missed() const = 0;
-  // Readable when take() may have something, after it said kEmpty.
+  // How often the router went away and the connection was made anew: what was asked before will
+  // never be answered.
+  [[nodiscard]] virtual std::uint64_t losses() const { return 0; }
+  // Readable when take() may have something or losses() has grown, after take() said kEmpty.
   [[nodiscard]] virtual int descriptor() const = 0;
 };
 
@@ -59,7 +62,9 @@ tims::Address tool_address(std::uint32_t system);
 inline constexpr int kAddressTries = 16;
 
 // The next message; nothing at the deadline. Throws Interrupted on Ctrl-C, Failure when the
-// connection is lost.
-std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline);
+// connection is lost. With `losses`, that of the connection when a question was sent, also when it
+// was made anew since.
+std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline,
+                               std::optional<std::uint64_t> losses = {});
 
 }  // namespace timsctl

@@ -1,10 +1,13 @@
 // Through libtims: a session at the router of this host.
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include "os/event_fd.h"
 #include "os/file.h"
 #include "tims/session.h"
 #include "tools/timsctl/connection.h"
@@ -14,13 +17,40 @@ namespace timsctl {
 
 namespace {
 
+// Counted by the session's own thread, which may outlive the connection by a moment.
+class Losses {
+ public:
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  // From now on each loss makes `event_fd` readable.
+  void wake(int event_fd) {
+    file_ = tims::os::File(::fcntl(event_fd, F_DUPFD_CLOEXEC, 0));
+    wake_ = file_.get();
+  }
+  void happened() {
+    ++count_;
+    if (const int fd = wake_; fd >= 0) tims::os::signal_event_fd(fd);
+  }
+
+ private:
+  std::atomic<std::uint64_t> count_ = 0;
+  std::atomic<int> wake_ = -1;
+  tims::os::File file_;
+};
+
 class LocalConnection final : public Connection {
  public:
-  LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path)
-      : session_(std::move(session)), mailbox_(std::move(mailbox)), path_(std::move(path)) {}
+  LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path,
+                  std::shared_ptr<Losses> losses)
+      : session_(std::move(session)),
+        mailbox_(std::move(mailbox)),
+        path_(std::move(path)),
+        losses_(std::move(losses)) {
+    losses_->wake(mailbox_.event_fd());
+  }
 
   [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
   [[nodiscard]] std::string where() const override { return path_; }
+  [[nodiscard]] std::uint64_t losses() const override { return losses_->count(); }
   [[nodiscard]] int descriptor() const override { return mailbox_.event_fd(); }
 
   [[nodiscard]] std::uint64_t missed() const override {
@@ -47,6 +77,7 @@ class LocalConnection final : public Connection {
   tims::Session session_;
   tims::Mailbox mailbox_;
   std::string path_;
+  std::shared_ptr<Losses> losses_;
 };
 
 // A session would wait for a router to appear; a person wants to know at once that there is none.
@@ -91,11 +122,16 @@ std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWis
   options.name = "timsctl";
   options.socket_path = host.path;
   options.timeout = timeout;
-  options.on_event = [log = std::move(log)](const tims::SessionEvent& event) { log(event.text); };
+  auto losses = std::make_shared<Losses>();
+  options.on_event = [log = std::move(log), losses](const tims::SessionEvent& event) {
+    log(event.text);
+    if (event.kind == tims::SessionEvent::Kind::kLost) losses->happened();
+  };
   auto session = tims::Session::connect(std::move(options));
   if (!session) throw failure_of(session.error(), host.path);
   auto mailbox = open(*session, wish, host.path);
-  return std::make_unique<LocalConnection>(std::move(*session), std::move(mailbox), host.path);
+  return std::make_unique<LocalConnection>(std::move(*session), std::move(mailbox), host.path,
+                                           std::move(losses));
 }
 
 }  // namespace timsctl

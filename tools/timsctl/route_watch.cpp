@@ -43,21 +43,24 @@ class RouteWatch {
  private:
   void open() {
     connection_ = context_.connect();
+    if (since_) return;
     AdminClient admin = context_.admin(*connection_);
     const json::object answer = admin.ask({{"ask", "events"}});
-    if (!since_) since_ = static_cast<std::int64_t>(number_or_zero(answer, "last"));
+    remember(answer);
   }
 
-  // A new router begins to count anew: all it has seen is new to us.
+  void remember(const json::object& answer) {
+    since_ = static_cast<std::int64_t>(number_or_zero(answer, "last"));
+    epoch_ = text_at(answer, "epoch");
+  }
+
   void reopen(const Failure& failure) {
     context_.out.note(failure.message + ", trying again");
     connection_.reset();
-    since_ = 0;
     while (!connection_ && tims::os::now() < end_) {
       context_.signals.sleep_until(std::min(tims::os::deadline_after(500ms), end_));
       try {
         open();
-        context_.out.note("connected again");
       } catch (const Failure& again) {
         if (again.exit != Exit::kNoRouter && again.exit != Exit::kTimeout) throw;
         connection_.reset();
@@ -70,12 +73,13 @@ class RouteWatch {
     const auto wait_ms = std::max<std::int64_t>(
         0, std::chrono::duration_cast<std::chrono::milliseconds>(wait).count());
     AdminClient admin = context_.admin(*connection_);
-    const json::object answer =
-        admin.ask({{"ask", "events"}, {"since", *since_}, {"wait_ms", wait_ms}}, wait);
+    const json::object answer = admin.ask(
+        {{"ask", "events"}, {"since", *since_}, {"epoch", epoch_}, {"wait_ms", wait_ms}}, wait);
+    if (text_at(answer, "epoch") != epoch_) context_.out.note("the router was started anew");
     if (const double lost = number_or_zero(answer, "lost"); lost > 0)
       context_.out.note(fmt::format("{:.0f} events came faster than they could be told", lost));
     for (const json::value& item : items_of(answer)) tell(item.as_object(), answer);
-    since_ = static_cast<std::int64_t>(number_or_zero(answer, "last"));
+    remember(answer);
   }
 
   [[nodiscard]] bool wanted(const json::object& event) const {
@@ -111,6 +115,7 @@ class RouteWatch {
   tims::AddressPattern pattern_;
   std::unique_ptr<Connection> connection_;
   std::optional<std::int64_t> since_;
+  std::string epoch_;  // of the router that counted up to since_
 };
 
 }  // namespace
