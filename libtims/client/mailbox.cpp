@@ -82,14 +82,14 @@ Result<void> Mailbox::send(const Envelope& envelope,
                            std::span<const std::span<const std::byte>> pieces) {
   std::size_t size = 0;
   for (const auto& piece : pieces) size += piece.size();
-  auto draft = core_->claim(envelope, size);
-  if (!draft) return draft.error();
-  std::byte* to = draft->claim.message + kHeaderSize;
+  MailboxCore::Draft draft;
+  if (auto claimed = core_->claim(envelope, size, draft); !claimed) return claimed;
+  std::byte* to = draft.claim.message + kHeaderSize;
   for (const auto& piece : pieces) {
     if (!piece.empty()) std::memcpy(to, piece.data(), piece.size());
     to += piece.size();
   }
-  return core_->commit(*draft);
+  return core_->commit(draft);
 }
 
 Result<void> Mailbox::reply(const Header& request, std::int8_t type,
@@ -100,15 +100,15 @@ Result<void> Mailbox::reply(const Header& request, std::int8_t type,
 }
 
 Result<Loan> Mailbox::loan(const Envelope& envelope, std::uint32_t body_size) {
-  auto draft = core_->claim(envelope, body_size);
-  if (!draft) return draft.error();
+  MailboxCore::Draft draft;
+  if (auto claimed = core_->claim(envelope, body_size, draft); !claimed) return claimed.error();
   Loan loan;
   loan.core_ = core_.get();
-  loan.target_ = draft->target;
-  loan.word_ = draft->claim.word.pack();
-  loan.index_ = draft->claim.index;
-  loan.header_ = draft->header;
-  loan.body_ = {draft->claim.message + kHeaderSize, body_size};
+  loan.target_ = draft.target;
+  loan.word_ = draft.claim.word.pack();
+  loan.index_ = draft.claim.index;
+  loan.header_ = draft.header;
+  loan.body_ = {draft.claim.message + kHeaderSize, body_size};
   return loan;
 }
 

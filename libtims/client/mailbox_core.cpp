@@ -7,7 +7,6 @@
 #include "os/clock.h"
 #include "os/event_fd.h"
 #include "os/futex.h"
-#include "wire/header.h"
 
 namespace tims {
 
@@ -16,19 +15,6 @@ namespace {
 shm::MailboxView view_of(const OwnSegment& segment, std::size_t index) {
   // Our own memory, laid out a moment ago: it opens.
   return *shm::MailboxView::open(segment.mapping.bytes(), segment.mailboxes[index].offset);
-}
-
-Error sending_failed(shm::SendOutcome outcome, Address dest) {
-  switch (outcome) {
-    case shm::SendOutcome::kFull:
-      return Errc::kFull;
-    case shm::SendOutcome::kTooBig:
-      return Errc::kTooBig;
-    case shm::SendOutcome::kReclaimed:
-      return Errc::kReclaimed;
-    default:
-      return {Errc::kNoMailbox, dest.to_string()};
-  }
 }
 
 }  // namespace
@@ -55,11 +41,9 @@ void MailboxCore::wake_own_readers() {
 }
 
 Result<shm::Taken> MailboxCore::take_before(Time deadline) {
-  std::unique_lock seat(seat_, std::defer_lock);
-  if (deadline == kNever)
-    seat.lock();
-  else if (!seat.try_lock_for(deadline - os::now()))
-    return Errc::kTimeout;
+  std::unique_lock seat(seat_, std::try_to_lock);
+  if (!seat.owns_lock() && deadline == kNever) seat.lock();
+  if (!seat.owns_lock() && !seat.try_lock_for(deadline - os::now())) return Errc::kTimeout;
   for (;;) {
     if (auto taken = receiver_.take()) return *taken;
     if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;
@@ -83,13 +67,8 @@ void MailboxCore::sleep(Time deadline) {
   receiver_.disarm();
 }
 
-Result<shm::Taken> MailboxCore::try_take() {
-  const std::unique_lock seat(seat_, std::try_to_lock);
-  if (!seat.owns_lock()) return Errc::kEmpty;  // another thread takes what comes
-  if (auto taken = receiver_.take()) return *taken;
-  if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;
-  if (event_fd_ < 0) return Errc::kEmpty;
-  // The caller goes back to its event loop: the next message must make the eventfd readable.
+// The caller goes back to its event loop: the next message must make the eventfd readable.
+Result<shm::Taken> MailboxCore::arm_event_fd() {
   os::drain_event_fd(event_fd_);
   receiver_.arm();
   if (receiver_.nothing_came()) return Errc::kEmpty;
@@ -109,52 +88,30 @@ std::size_t MailboxCore::clean() {
   return receiver_.clean();
 }
 
-Result<MailboxCore::Draft> MailboxCore::claim(const Envelope& envelope, std::size_t body_size) {
-  if (body_size > shm::kMessageMax - kHeaderSize) return Errc::kTooBig;
-  const auto length = static_cast<std::uint32_t>(kHeaderSize + body_size);
-  const std::uint8_t order = envelope.body_order & flag::kBodyLittleEndian;
-  const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
-  Draft draft;
-  draft.header = {.flags = static_cast<std::uint8_t>(order | stream),
-                  .type = envelope.type,
-                  .priority = envelope.priority.value_or(priority_),
-                  .seq_nr = envelope.seq_nr,
-                  .dest = envelope.dest,
-                  .src = address_,
-                  .length = length};
-  // A mailbox that was closed since the last message: the router knows where its successor is.
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    auto target = session_->target_for(envelope.dest);
-    if (!target) return target.error();
-    draft.target = *target;
-    const auto outcome = claim_slot(draft, length);
-    if (shm::taken(outcome)) return draft;
-    if (outcome != shm::SendOutcome::kClosed) return sending_failed(outcome, envelope.dest);
-  }
-  return Error(Errc::kNoMailbox, envelope.dest.to_string());
-}
-
 // An uplink has no room only for as long as the router needs for a turn.
-shm::SendOutcome MailboxCore::claim_slot(Draft& draft, std::uint32_t length) {
+shm::SendOutcome MailboxCore::wait_for_room(Draft& draft) {
   constexpr Duration kPatience = std::chrono::milliseconds(200);
   constexpr timespec kMoment{0, 20'000};
-  shm::Sender& sender = draft.target->sender;
-  auto outcome = sender.claim(length, draft.header.priority, draft.claim);
-  if (outcome != shm::SendOutcome::kFull || !draft.target->uplink) return outcome;
+  auto outcome = shm::SendOutcome::kFull;
   for (const Time end = os::deadline_after(kPatience); os::now() < end;) {
     ::nanosleep(&kMoment, nullptr);
-    outcome = sender.claim(length, draft.header.priority, draft.claim);
+    outcome = draft.target->sender.claim(draft.header.length, draft.header.priority, draft.claim);
     if (outcome != shm::SendOutcome::kFull) break;
   }
   return outcome;
 }
 
-Result<void> MailboxCore::commit(const Draft& draft) {
-  wire::encode_header(draft.header, wire::HeaderBytes(draft.claim.message, kHeaderSize));
-  const auto outcome = draft.target->sender.commit(draft.claim);
-  if (outcome != shm::SendOutcome::kOk) return sending_failed(outcome, draft.header.dest);
-  session_->wake(*draft.target);
-  return {};
+Error MailboxCore::not_sent(shm::SendOutcome outcome, Address dest) {
+  switch (outcome) {
+    case shm::SendOutcome::kFull:
+      return Errc::kFull;
+    case shm::SendOutcome::kTooBig:
+      return Errc::kTooBig;
+    case shm::SendOutcome::kReclaimed:
+      return Errc::kReclaimed;
+    default:
+      return {Errc::kNoMailbox, dest.to_string()};
+  }
 }
 
 MailboxCounters MailboxCore::counters() const {

@@ -9,6 +9,7 @@
 #include "client/session_core.h"
 #include "shm/receiver.h"
 #include "tims/mailbox.h"
+#include "wire/header.h"
 
 namespace tims {
 
@@ -30,7 +31,7 @@ class MailboxCore {
     shm::Claim claim;
     Header header;
   };
-  Result<Draft> claim(const Envelope& envelope, std::size_t body_size);
+  Result<void> claim(const Envelope& envelope, std::size_t body_size, Draft& draft);
   Result<void> commit(const Draft& draft);
 
   [[nodiscard]] Address address() const { return address_; }
@@ -38,7 +39,10 @@ class MailboxCore {
   [[nodiscard]] MailboxCounters counters() const;
 
  private:
-  shm::SendOutcome claim_slot(Draft& draft, std::uint32_t length);
+  Result<void> claim_slot(Draft& draft);
+  shm::SendOutcome wait_for_room(Draft& draft);
+  static Error not_sent(shm::SendOutcome outcome, Address dest);
+  Result<shm::Taken> arm_event_fd();
   void sleep(Time deadline);
   void wake_own_readers();
 
@@ -52,5 +56,54 @@ class MailboxCore {
   std::timed_mutex seat_;  // held by the one thread that takes or sleeps
   shm::Receiver receiver_;
 };
+
+// --- a message's way ---
+
+inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t body_size,
+                                       Draft& draft) {
+  if (body_size > shm::kMessageMax - kHeaderSize) return Errc::kTooBig;
+  const std::uint8_t order = envelope.body_order & flag::kBodyLittleEndian;
+  const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
+  draft.header = {.flags = static_cast<std::uint8_t>(order | stream),
+                  .type = envelope.type,
+                  .priority = envelope.priority.value_or(priority_),
+                  .seq_nr = envelope.seq_nr,
+                  .dest = envelope.dest,
+                  .src = address_,
+                  .length = static_cast<std::uint32_t>(kHeaderSize + body_size)};
+  return claim_slot(draft);
+}
+
+inline Result<void> MailboxCore::claim_slot(Draft& draft) {
+  const Header& header = draft.header;
+  // A mailbox that was closed since the last message: the router knows where its successor is.
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    auto target = session_->target_for(header.dest);
+    if (!target) return target.error();
+    draft.target = *target;
+    auto outcome = draft.target->sender.claim(header.length, header.priority, draft.claim);
+    if (outcome == shm::SendOutcome::kFull && draft.target->uplink) outcome = wait_for_room(draft);
+    if (shm::taken(outcome)) return {};
+    if (outcome != shm::SendOutcome::kClosed) return not_sent(outcome, header.dest);
+  }
+  return Error(Errc::kNoMailbox, header.dest.to_string());
+}
+
+inline Result<void> MailboxCore::commit(const Draft& draft) {
+  wire::encode_header(draft.header, wire::HeaderBytes(draft.claim.message, kHeaderSize));
+  const auto outcome = draft.target->sender.commit(draft.claim);
+  if (outcome != shm::SendOutcome::kOk) return not_sent(outcome, draft.header.dest);
+  session_->wake(*draft.target);
+  return {};
+}
+
+inline Result<shm::Taken> MailboxCore::try_take() {
+  const std::unique_lock seat(seat_, std::try_to_lock);
+  if (!seat.owns_lock()) return Errc::kEmpty;  // another thread takes what comes
+  if (auto taken = receiver_.take()) return *taken;
+  if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;
+  if (event_fd_ < 0) return Errc::kEmpty;
+  return arm_event_fd();
+}
 
 }  // namespace tims

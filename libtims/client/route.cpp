@@ -13,8 +13,7 @@ void PeerSegment::retire() {
   });
 }
 
-Route& RouteTable::get(Address address) {
-  if (Route* known = find(*table_.load(std::memory_order_acquire), address)) return *known;
+Route& RouteTable::add(Address address) {
   const std::lock_guard lock(mutex_);
   if (Route* known = find(*table_.load(std::memory_order_relaxed), address)) return *known;
   if (2 * (routes_.size() + 1) > tables_.back()->cells.size())
@@ -27,14 +26,6 @@ Route& RouteTable::get(Address address) {
 void RouteTable::forget(Address address) {
   if (Route* known = find(*table_.load(std::memory_order_acquire), address))
     known->target.store(nullptr, std::memory_order_release);
-}
-
-Route* RouteTable::find(const Table& table, Address address) {
-  const std::size_t mask = table.cells.size() - 1;
-  for (std::size_t i = std::hash<Address>{}(address) >> 32;; ++i) {
-    Route* route = table.cells[i & mask].load(std::memory_order_acquire);
-    if (route == nullptr || route->address == address) return route;
-  }
 }
 
 void RouteTable::put(Table& table, Route* route) {

@@ -65,7 +65,10 @@ class RouteTable {
   RouteTable& operator=(const RouteTable&) = delete;
 
   // Lock-free for an address that was asked for before.
-  Route& get(Address address);
+  Route& get(Address address) {
+    if (Route* known = find(*table_.load(std::memory_order_acquire), address)) return *known;
+    return add(address);
+  }
 
   // Forgets the target of one address, if it was asked for before.
   void forget(Address address);
@@ -75,7 +78,14 @@ class RouteTable {
     explicit Table(std::size_t size) : cells(size) {}
     std::vector<std::atomic<Route*>> cells;  // power of two
   };
-  static Route* find(const Table& table, Address address);
+  static Route* find(const Table& table, Address address) {
+    const std::size_t mask = table.cells.size() - 1;
+    for (std::size_t i = std::hash<Address>{}(address) >> 32;; ++i) {
+      Route* route = table.cells[i & mask].load(std::memory_order_acquire);
+      if (route == nullptr || route->address == address) return route;
+    }
+  }
+  Route& add(Address address);
   static void put(Table& table, Route* route);
   void grow(std::size_t size);
 

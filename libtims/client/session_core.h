@@ -41,9 +41,18 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
   // The way to an address, asking the router for one that is new, closed, or not confirmed since
   // the router was restarted.
-  Result<client::Target*> target_for(Address dest);
+  Result<client::Target*> target_for(Address dest) {
+    client::Route& route = routes_.get(dest);
+    client::Target* target = route.target.load(std::memory_order_acquire);
+    if (target == nullptr || target->sender.closed()) return resolve(route);
+    if (target->confirmed.load(std::memory_order_relaxed) != link_.connection())
+      return confirm(route, *target);
+    return target;
+  }
   // After a message was put into the target.
-  void wake(client::Target& target);
+  void wake(client::Target& target) {
+    if (const std::uint32_t sleep = target.sender.sleeper()) wake_sleeper(target, sleep);
+  }
 
   [[nodiscard]] bool connected() const { return link_.connected(); }
   [[nodiscard]] wire::Welcome welcome() const { return link_.welcome(); }
@@ -61,6 +70,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
   Result<client::Target*> resolve(client::Route& route);
   Result<client::Target*> confirm(client::Route& route, client::Target& target);
+  void wake_sleeper(client::Target& target, std::uint32_t sleep);
   Result<client::Answer> look_up(Address address);
   Result<client::Target*> install(client::Route& route, client::Answer& answer);
   Result<client::Target*> local_target(const wire::Found& found, client::Answer& answer);

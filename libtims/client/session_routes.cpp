@@ -29,15 +29,6 @@ std::uint64_t inode_of(const os::File& file) {
 
 }  // namespace
 
-Result<Target*> SessionCore::target_for(Address dest) {
-  Route& route = routes_.get(dest);
-  Target* target = route.target.load(std::memory_order_acquire);
-  if (target == nullptr || target->sender.closed()) return resolve(route);
-  if (target->confirmed.load(std::memory_order_relaxed) != link_.connection())
-    return confirm(route, *target);
-  return target;
-}
-
 Result<Target*> SessionCore::resolve(Route& route) {
   const std::lock_guard lock(resolve_mutex_);
   Target* old = route.target.load(std::memory_order_acquire);
@@ -137,9 +128,7 @@ void SessionCore::retire(Target& target) {
 
 // Every kind wakes first and clears the sign after it, or both at once: a sender that dies in
 // between leaves the owner woken, or the sign standing for the next sender.
-void SessionCore::wake(Target& target) {
-  const std::uint32_t sleep = target.sender.sleeper();
-  if (sleep == 0) return;
+void SessionCore::wake_sleeper(Target& target, std::uint32_t sleep) {
   shm::Word32& word = target.sender.view().header().sleep;
   switch (target.sender.view().wake()) {
     case shm::WakeKind::kFutex:

@@ -39,9 +39,13 @@ struct MailboxHeader {
   WakeKind wake;
   std::uint32_t owner_pid;
 
-  // Read by every sender, written when the owner falls asleep, or for ever when it closes.
+  // Read by everybody for each message, seldom written: when the owner falls asleep, when the
+  // priority of what is sent changes, when the mailbox closes.
   alignas(kLine) Word32 sleep;  // odd: the owner sleeps
   Word32 closed;                // not 0: senders must look the address up again
+  // At least the highest priority announced since the owner last lowered it: as long as it is not
+  // above what the owner has in hand, the owner leaves the arrival ring to the senders.
+  Word32 highest;
 
   // Moved by senders.
   alignas(kLine) Word64 arrival_tail;
@@ -74,6 +78,7 @@ static_assert(offsetof(MailboxHeader, wake) == 20);
 static_assert(offsetof(MailboxHeader, owner_pid) == 24);
 static_assert(offsetof(MailboxHeader, sleep) == 64);
 static_assert(offsetof(MailboxHeader, closed) == 68);
+static_assert(offsetof(MailboxHeader, highest) == 72);
 static_assert(offsetof(MailboxHeader, arrival_tail) == 128);
 static_assert(offsetof(MailboxHeader, free_head) == 136);
 static_assert(offsetof(MailboxHeader, arrival_head) == 192);

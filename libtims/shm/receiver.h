@@ -1,5 +1,8 @@
 // The owner's side of a mailbox. One thread at a time may take; release() may be called by any
 // thread of the owner at any time.
+//
+// The owner keeps its order in private memory (PriorityIndex) and checks every hint against the
+// slot's word when it takes the message: a message that was replaced meanwhile is passed over.
 #pragma once
 
 #include <atomic>
@@ -10,6 +13,7 @@
 #include "shm/checked_view.h"
 #include "shm/priority_index.h"
 #include "tims/message.h"
+#include "wire/header.h"
 
 namespace tims::shm {
 
@@ -45,9 +49,11 @@ class Receiver {
   [[nodiscard]] const MailboxView& view() const { return view_; }
 
  private:
+  [[nodiscard]] bool first_is_in_hand() const;
+  std::optional<Taken> take_front();
   void ingest();
+  void fetch_hints();
   void drain_ring();
-  std::optional<Taken> next();
   void rescan();
   [[nodiscard]] Stamp stamp_at(std::uint64_t tail) const;
   [[nodiscard]] bool is_possible(Stamp stamp) const;
@@ -64,6 +70,121 @@ class Receiver {
   Word64 free_tail_;
   Word64 free_head_seen_{0};
 };
+
+// --- a message's way; what is seldom needed is in receiver.cpp ---
+
+// The arrival ring is looked at only when something more important may be in it: a look takes the
+// cache line away from the senders.
+inline std::optional<Taken> Receiver::take() {
+  bool looked = false;
+  for (;;) {
+    if (!looked && !first_is_in_hand()) {
+      ingest();
+      looked = true;
+    }
+    if (index_.empty()) return std::nullopt;
+    if (auto taken = take_front()) return taken;
+  }
+}
+
+// What is in the ring is neither more important than the first here, nor older than its equals.
+inline bool Receiver::first_is_in_hand() const {
+  return !index_.empty() && view_.header().highest.load(std::memory_order_acquire) <=
+                                std::uint32_t{index_.front().priority};
+}
+
+// Nothing: the message was replaced meanwhile, or its sender wrote nonsense.
+inline std::optional<Taken> Receiver::take_front() {
+  const Hint hint = index_.front();
+  index_.pop();
+  if (!index_.empty()) view_.prefetch(index_.front().index);
+  const SlotWord word = hint.readable();
+  if (!view_.slot(hint.index)
+           .word.compare_exchange(word.pack(), word.locked().pack(), std::memory_order_acq_rel))
+    return std::nullopt;
+  const std::byte* message = view_.message(hint.index);
+  const Header header = wire::decode_header(wire::ConstHeaderBytes(message, kHeaderSize));
+  // The sender wrote the length: it is checked before anybody follows it.
+  if (header.length < kHeaderSize || header.length > view_.geometry().message_max) {
+    view_.header().reclaimed.fetch_add(1, std::memory_order_relaxed);
+    release(hint);
+    return std::nullopt;
+  }
+  Word64& received = view_.header().received;
+  received.store(received.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  return Taken{hint, header, {message + kHeaderSize, header.body_size()}};
+}
+
+inline void Receiver::release(Hint hint) {
+  const SlotWord word{.generation = hint.generation};
+  view_.slot(hint.index).word.store(word.pack(), std::memory_order_release);
+  push_free(hint);
+}
+
+// The free ring only hints: when it has no room, the slot is found by looking at every slot.
+inline void Receiver::push_free(Hint hint) {
+  constexpr std::uint32_t kMargin = kRingSpare / 2;  // threads that may be past the check at once
+  const Geometry& geometry = view_.geometry();
+  const std::uint64_t limit = geometry.ring - kMargin;
+  if (free_tail_.load(std::memory_order_relaxed) -
+          free_head_seen_.load(std::memory_order_relaxed) >=
+      limit) {
+    const std::uint64_t head = view_.header().free_head.load(std::memory_order_acquire);
+    free_head_seen_.store(head, std::memory_order_relaxed);
+    if (free_tail_.load(std::memory_order_relaxed) - head >= limit) return;
+  }
+  const std::uint64_t position = free_tail_.fetch_add(1, std::memory_order_relaxed);
+  hint.lap = geometry.lap_of(position);
+  hint.priority = 0;
+  view_.free(position).store(hint.pack(), std::memory_order_release);
+}
+
+inline void Receiver::ingest() {
+  fetch_hints();
+  if (index_.empty() || first_is_in_hand()) return;
+  // It was raised for what is gone by now. Lowered first, looked again after: see raise_highest().
+  view_.header().highest.store(0, std::memory_order_seq_cst);
+  fetch_hints();
+}
+
+// Moves hints from the shared ring into the private order. Whether hints are missing is asked once
+// more afterwards: one that is here may have come after one that is not.
+inline void Receiver::fetch_hints() {
+  const Word64& rescans = view_.header().rescans;
+  if (rescans.load(std::memory_order_acquire) == rescans_seen_) drain_ring();
+  if (rescans.load(std::memory_order_acquire) != rescans_seen_) rescan();
+}
+
+// At most one lap.
+inline void Receiver::drain_ring() {
+  const Geometry& geometry = view_.geometry();
+  const std::uint64_t before = arrival_head_;
+  for (std::uint32_t n = 0; n < geometry.ring; ++n) {
+    const Hint hint = Hint::unpack(view_.arrival(arrival_head_).load(std::memory_order_seq_cst));
+    if (hint.lap != geometry.lap_of(arrival_head_)) break;
+    ++arrival_head_;
+    if (hint.index >= geometry.slots) continue;
+    make_room();
+    index_.put(hint);
+  }
+  if (arrival_head_ != before)
+    view_.header().arrival_head.store(arrival_head_, std::memory_order_release);
+}
+
+inline std::uint32_t Receiver::arm() {
+  sleeps_ += 2;
+  const std::uint32_t armed = sleeps_ | 1;
+  view_.header().sleep.store(armed, std::memory_order_seq_cst);
+  return armed;
+}
+
+inline void Receiver::disarm() { view_.header().sleep.store(sleeps_, std::memory_order_relaxed); }
+
+inline bool Receiver::nothing_came() const {
+  const Hint next = Hint::unpack(view_.arrival(arrival_head_).load(std::memory_order_seq_cst));
+  return next.lap != view_.geometry().lap_of(arrival_head_) &&
+         view_.header().rescans.load(std::memory_order_seq_cst) == rescans_seen_ && !closed();
+}
 
 // Readable messages at this moment, by looking at every slot.
 std::uint64_t waiting(const MailboxView& view);

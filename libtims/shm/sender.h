@@ -1,5 +1,11 @@
 // The sending side of a mailbox: claim a slot, write the message into it, commit. Lock-free, any
 // number of threads and processes; never waits. Waking a sleeping owner is the caller's business.
+//
+// Rules that keep this safe against death at any step and against other senders:
+//  - A slot changes hands only by compare-and-swap on its word, which names the writer.
+//  - Rings are moved by helping: whoever finds an entry that was already used moves the position
+//    on, so nobody waits for a sender that was stopped in between.
+//  - Every loop is bounded by the size of the mailbox, whatever the memory says.
 #pragma once
 
 #include <atomic>
@@ -62,6 +68,7 @@ class Sender {
   [[nodiscard]] Room find_room(std::uint8_t priority) const;
   [[nodiscard]] Stamp now() const;
   void announce(const Claim& claim);
+  void raise_highest(std::uint8_t priority);
   bool ring_full(std::uint64_t position);
 
   MailboxView view_;
@@ -69,5 +76,119 @@ class Sender {
   // The owner's head as last seen: spares the sender the owner's cache line.
   Word64 arrival_head_seen_{0};
 };
+
+// --- a message's way; what is seldom needed is in sender.cpp ---
+
+inline SendOutcome Sender::claim(std::uint32_t length, std::uint8_t priority, Claim& claim) {
+  if (closed()) return SendOutcome::kClosed;
+  if (length > view_.geometry().message_max) {
+    view_.header().too_big.fetch_add(1, std::memory_order_relaxed);
+    return SendOutcome::kTooBig;
+  }
+  if (claim_free(priority, claim)) return SendOutcome::kOk;
+  return claim_by_scan(priority, claim);
+}
+
+inline bool Sender::claim_free(std::uint8_t priority, Claim& claim) {
+  const Geometry& geometry = view_.geometry();
+  Word64& head = view_.header().free_head;
+  for (std::uint32_t tries = 0; tries < 2 * geometry.ring; ++tries) {
+    const std::uint64_t position = head.load(std::memory_order_acquire);
+    const Hint hint = Hint::unpack(view_.free(position).load(std::memory_order_acquire));
+    if (hint.lap != geometry.lap_of(position)) {
+      if (head.load(std::memory_order_acquire) == position) return false;  // nothing free
+      continue;                                                            // a late look
+    }
+    const bool mine = hint.index < geometry.slots &&
+                      claim_slot(hint.index, {.generation = hint.generation}, priority, claim);
+    head.compare_exchange(position, position + 1, std::memory_order_acq_rel);
+    if (!mine) continue;
+    // A slot of one of the next messages is on its way into this processor's cache meanwhile.
+    constexpr std::uint64_t kPrefetchAhead = 6;
+    const Hint next =
+        Hint::unpack(view_.free(position + kPrefetchAhead).load(std::memory_order_relaxed));
+    if (next.index < geometry.slots) view_.prefetch(next.index);
+    return true;
+  }
+  return false;
+}
+
+inline bool Sender::claim_slot(std::uint32_t index, SlotWord from, std::uint8_t priority,
+                               Claim& claim) {
+  const SlotWord to = from.claimed_by(writer_, priority);
+  if (!view_.slot(index).word.compare_exchange(from.pack(), to.pack(), std::memory_order_acq_rel))
+    return false;
+  claim = {index, to, view_.message(index)};
+  return true;
+}
+
+inline Stamp Sender::now() const {
+  const MailboxHeader& header = view_.header();
+  return {static_cast<std::uint32_t>(header.arrival_tail.load(std::memory_order_acquire)),
+          static_cast<std::uint32_t>(header.rescans.load(std::memory_order_acquire))};
+}
+
+inline SendOutcome Sender::commit(const Claim& claim) {
+  SlotHeader& slot = view_.slot(claim.index);
+  slot.stamp.store(now().pack(), std::memory_order_relaxed);
+  if (!slot.word.compare_exchange(claim.word.pack(), claim.word.committed().pack(),
+                                  std::memory_order_release))
+    return SendOutcome::kReclaimed;
+  announce(claim);
+  raise_highest(claim.word.priority);
+  return SendOutcome::kOk;
+}
+
+// Puts a hint into the arrival ring; when there is no room, asks the owner to look at every slot.
+// Sequentially consistent: either the owner sees it before it sleeps, or sleeper() sees it asleep.
+inline void Sender::announce(const Claim& claim) {
+  const Geometry& geometry = view_.geometry();
+  Word64& tail = view_.header().arrival_tail;
+  for (std::uint32_t tries = 0; tries < 2 * geometry.ring; ++tries) {
+    const std::uint64_t position = tail.load(std::memory_order_acquire);
+    if (ring_full(position)) break;
+    const std::uint16_t lap = geometry.lap_of(position);
+    Word64& cell = view_.arrival(position);
+    const std::uint64_t before = cell.load(std::memory_order_acquire);
+    const std::uint16_t lap_before = Hint::unpack(before).lap;
+    if (lap_before == lap) {  // its sender has not moved the tail yet, or never will
+      tail.compare_exchange(position, position + 1, std::memory_order_acq_rel);
+      continue;
+    }
+    if (lap_before != static_cast<std::uint16_t>(lap - 1)) {
+      if (tail.load(std::memory_order_acquire) == position) break;  // nonsense: do without the ring
+      continue;                                                     // a late look at the tail
+    }
+    const Hint hint{lap, claim.word.generation, claim.word.priority,
+                    static_cast<std::uint16_t>(claim.index)};
+    if (!cell.compare_exchange(before, hint.pack(), std::memory_order_seq_cst)) continue;
+    tail.compare_exchange(position, position + 1, std::memory_order_acq_rel);
+    return;
+  }
+  view_.header().rescans.fetch_add(1, std::memory_order_seq_cst);
+}
+
+// After announcing: either the owner, having lowered it, sees the hint, or this sees it lowered.
+inline void Sender::raise_highest(std::uint8_t priority) {
+  constexpr int kTriesMax = 512;  // of honest senders each raises it, and the owner lowers it once
+  Word32& highest = view_.header().highest;
+  for (int tries = 0; tries < kTriesMax; ++tries) {
+    const std::uint32_t seen = highest.load(std::memory_order_seq_cst);
+    if (seen >= priority) return;
+    if (highest.compare_exchange(seen, priority, std::memory_order_seq_cst)) return;
+  }
+}
+
+// The head may be in front of the tail: the owner takes a hint before its sender has moved the
+// tail.
+inline bool Sender::ring_full(std::uint64_t position) {
+  const auto full_at = [this, position](std::uint64_t head) {
+    return static_cast<std::int64_t>(position - head) >= view_.geometry().ring;
+  };
+  if (!full_at(arrival_head_seen_.load(std::memory_order_acquire))) return false;
+  const std::uint64_t head = view_.header().arrival_head.load(std::memory_order_acquire);
+  arrival_head_seen_.store(head, std::memory_order_release);
+  return full_at(head);
+}
 
 }  // namespace tims::shm

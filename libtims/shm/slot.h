@@ -74,6 +74,11 @@ struct Hint {
             static_cast<std::uint32_t>(e >> 24) & SlotWord::kMask24,
             static_cast<std::uint8_t>(e >> 16), static_cast<std::uint16_t>(e)};
   }
+
+  // The word of the slot while the message waits.
+  [[nodiscard]] constexpr SlotWord readable() const {
+    return {SlotState::kReadable, priority, 0, generation};
+  }
 };
 
 // When a message was committed, as the sender saw it just before: how many hints had been put into

@@ -17,13 +17,10 @@ namespace tims::bench {
 inline void futex_wake(std::atomic<std::uint32_t>& word) {
   ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
-inline void futex_wait(std::atomic<std::uint32_t>& word, std::uint32_t seen, Duration timeout) {
+inline void futex_wait(std::atomic<std::uint32_t>& word, std::uint32_t seen,
+                       Duration timeout = kForever) {
   const timespec limit{timeout.count() / 1'000'000'000, timeout.count() % 1'000'000'000};
-  ::syscall(SYS_futex, &word, FUTEX_WAIT, seen, &limit, nullptr, 0);
-}
-// Without a limit: no timer is set up.
-inline void futex_wait(std::atomic<std::uint32_t>& word, std::uint32_t seen) {
-  ::syscall(SYS_futex, &word, FUTEX_WAIT, seen, nullptr, nullptr, 0);
+  ::syscall(SYS_futex, &word, FUTEX_WAIT, seen, timeout == kForever ? nullptr : &limit, nullptr, 0);
 }
 
 }  // namespace tims::bench

@@ -18,7 +18,7 @@ concept Link = requires(L& link, std::span<const std::byte> payload, Duration ti
   { link.send(payload) } -> std::same_as<bool>;
   // What send() has gathered goes out now.
   link.flush();
-  // Waits up to the timeout, then hands over all that is there.
+  // Waits up to the timeout (kForever: sets up no timer), then hands over all that is there.
   link.receive(timeout, [](std::span<const std::byte>) {});
   // Without back-pressure of its own: the source may only send what the sinks have asked for.
   { link.needs_credit() } -> std::same_as<bool>;
@@ -33,6 +33,7 @@ inline constexpr Duration kLookEvery = std::chrono::microseconds(1);
 // Until look() is true or the time is over.
 template <typename Look>
 bool look_for(Duration patience, Look look) {
+  if (patience == Duration::zero()) return false;
   const Time give_up = os::now() + patience;
   for (Time now{}; now < give_up;) {
     if (look()) return true;

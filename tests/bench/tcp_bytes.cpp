@@ -17,7 +17,8 @@ void make_blocking(const os::File& socket) {
 }
 
 void set_read_timeout(const os::File& socket, Duration timeout) {
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
+  const Duration finite = timeout == kForever ? Duration::zero() : timeout;  // zero: no limit
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(finite).count();
   const timeval limit{us / 1'000'000, us % 1'000'000};
   ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
 }

@@ -45,7 +45,8 @@ class TimsLink {
 
   template <typename Deliver>
   void receive(Duration timeout, Deliver deliver) {
-    if (take_all(deliver) || look_for(spin_, [&] { return take_all(deliver); })) return;
+    if (streaming_ && (take_all(deliver) || look_for(spin_, [&] { return take_all(deliver); })))
+      return;
     if (auto message = mailbox_.peek_for(timeout)) deliver(message->body());
   }
   [[nodiscard]] bool needs_credit() const { return true; }
@@ -64,8 +65,11 @@ class TimsLink {
   }
 
   TimsLink(const Plan& plan, Way way, Session session, Mailbox mailbox)
-      : way_(way), session_(std::move(session)), mailbox_(std::move(mailbox)) {
-    if (plan.streaming() && plan.subscribers == 1) spin_ = kStreamSpin;
+      : way_(way),
+        streaming_(plan.streaming()),
+        session_(std::move(session)),
+        mailbox_(std::move(mailbox)) {
+    if (streaming_ && plan.subscribers == 1) spin_ = kStreamSpin;
     if (!plan.sender()) {
       others_.push_back(sender_address(plan.pair));
     } else {
@@ -92,6 +96,7 @@ class TimsLink {
   }
 
   Way way_;
+  bool streaming_;
   Duration spin_{};
   Session session_;
   Mailbox mailbox_;

@@ -1,7 +1,7 @@
 // Through libtims: a session at the router of this host.
 #include <atomic>
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -91,7 +91,7 @@ void check_socket(const std::string& path) {
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the system's own signature
   if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
     return;
-  const std::string reason = std::strerror(errno);
+  const std::string reason = std::system_category().message(errno);
   if (errno == EACCES || errno == EPERM)
     throw Failure(Exit::kDenied, "denied", path + ": " + reason,
                   "join the group that owns the socket (`ls -l " + path + "`), or use sudo");

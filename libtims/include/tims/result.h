@@ -3,6 +3,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -78,15 +79,14 @@ template <>
 class [[nodiscard]] Result<void> {
  public:
   Result() = default;
-  Result(Error error) : failed_(true), error_(std::move(error)) {}  // NOLINT
-  Result(Errc code) : failed_(true), error_(code) {}                // NOLINT
-  [[nodiscard]] bool ok() const { return !failed_; }
+  Result(Error error) : error_(std::move(error)) {}  // NOLINT
+  Result(Errc code) : error_(code) {}                // NOLINT
+  [[nodiscard]] bool ok() const { return !error_; }
   explicit operator bool() const { return ok(); }
-  [[nodiscard]] const Error& error() const { return error_; }
+  [[nodiscard]] const Error& error() const { return *error_; }
 
  private:
-  bool failed_ = false;
-  Error error_{Errc::kClosed};
+  std::optional<Error> error_;
 };
 
 }  // namespace tims

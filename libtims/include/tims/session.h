@@ -32,8 +32,6 @@ struct SessionOptions {
   Duration timeout = kForever;   // for connect(): how long to wait for a router
   // Called from the session's own thread. Default: kWaiting, kLost and kMailboxLost go to stderr.
   std::function<void(const SessionEvent&)> on_event = {};
-
-  static constexpr Duration kForever = Duration::max();
 };
 
 class SessionCore;

@@ -18,5 +18,6 @@ struct MonotonicClock {  // CLOCK_MONOTONIC; read only in os/ and io/, passed on
 using Time = MonotonicClock::time_point;
 
 inline constexpr Time kNever = Time::max();
+inline constexpr Duration kForever = Duration::max();  // as a timeout: none
 
 }  // namespace tims
