@@ -1,8 +1,9 @@
 #include "client/mailbox_core.h"
 
-#include <cstring>
+#include <algorithm>
 
 #include <poll.h>
+#include <sched.h>
 
 #include "os/clock.h"
 #include "os/event_fd.h"
@@ -20,11 +21,12 @@ shm::MailboxView view_of(const OwnSegment& segment, std::size_t index) {
 }  // namespace
 
 MailboxCore::MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<OwnSegment> segment,
-                         std::size_t index, std::uint8_t priority)
+                         std::size_t index, const MailboxOptions& options)
     : session_(std::move(session)),
       segment_(std::move(segment)),
       address_(segment_->mailboxes[index].address),
-      priority_(priority),
+      priority_(options.priority),
+      linger_(options.linger),
       event_fd_(segment_->mailboxes[index].event_fd.get()),
       receiver_(view_of(*segment_, index)) {}
 
@@ -48,8 +50,19 @@ Result<shm::Taken> MailboxCore::take_before(Time deadline) {
     if (auto taken = receiver_.take()) return *taken;
     if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;
     if (deadline != kNever && os::now() >= deadline) return Errc::kTimeout;
+    if (auto taken = linger(deadline)) return *taken;
     sleep(deadline);
   }
+}
+
+std::optional<shm::Taken> MailboxCore::linger(Time deadline) {
+  if (linger_ <= Duration::zero()) return std::nullopt;
+  const Time end = std::min(deadline, os::deadline_after(linger_));
+  do {
+    ::sched_yield();
+    if (auto taken = receiver_.take()) return taken;
+  } while (os::now() < end && !closed_.load(std::memory_order_acquire));
+  return std::nullopt;
 }
 
 void MailboxCore::sleep(Time deadline) {

@@ -16,7 +16,7 @@ namespace tims {
 class MailboxCore {
  public:
   MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<OwnSegment> segment,
-              std::size_t index, std::uint8_t priority);
+              std::size_t index, const MailboxOptions& options);
 
   void close();
   Result<shm::Taken> take_before(Time deadline);
@@ -43,6 +43,7 @@ class MailboxCore {
   shm::SendOutcome wait_for_room(Draft& draft);
   static Error not_sent(shm::SendOutcome outcome, Address dest);
   Result<shm::Taken> arm_event_fd();
+  std::optional<shm::Taken> linger(Time deadline);
   void sleep(Time deadline);
   void wake_own_readers();
 
@@ -50,6 +51,7 @@ class MailboxCore {
   std::shared_ptr<OwnSegment> segment_;
   const Address address_;
   const std::uint8_t priority_;
+  const Duration linger_;
   const int event_fd_;
   std::atomic<bool> closed_ = false;
 

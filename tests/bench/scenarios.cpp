@@ -14,11 +14,12 @@ constexpr double kRoundTripRatio = 1.25;
 constexpr double kLocalRate = 8 * kMillion;
 constexpr double kCopyRatio = 1.1;
 constexpr double kRelayRatio = 1.1;
-constexpr double kFanoutRatio = 2;  // half the rate
+// Half of what a bare ring of one copy for all eight gives each of them. Eight copies on two cores
+// cannot come to half the rate of one.
+constexpr double kFanoutRate = 0.85 * kMillion;
 // Twice the original router's, middle of what it was measured at.
 constexpr double kRouterRate64 = 2 * 0.4 * kMillion;
 constexpr double kRouterPairsRate64 = 2 * 1.0 * kMillion;
-constexpr double kRouterMb64Ki = 2 * 17.5e3 * 64 * kKi * 1e-6;
 constexpr double kRegisterSeconds = 2;
 constexpr double kLookupRatio = 2;  // flat: no more than memory itself gets slower
 constexpr double kTableBytes = 64;
@@ -117,7 +118,7 @@ Case fanout(std::size_t payload) {
       {"tims", ours}, {"limit", bare}, {"tims-one", stream("tims", kRouter, payload), false}};
   c.rows = {{"tims", rate_metric(payload), "limit", {}},
             {"tims", rate_metric(payload), "tims-one", {}}};
-  if (payload == 64) c.rows[0].target = c.rows[1].target = {.ratio_max = kFanoutRatio};
+  if (payload == 64) c.rows[0].target = {.at_least = kFanoutRate};
   return c;
 }
 
@@ -139,7 +140,8 @@ Case router_throughput(std::size_t payload, std::uint32_t pairs) {
   c.rows = {{"tims", rate_metric(payload), "limit", {}}};
   Target& target = c.rows[0].target;
   if (payload == 64) target.at_least = pairs > 1 ? kRouterPairsRate64 : kRouterRate64;
-  if (payload == 64 * kKi) target.at_least = kRouterMb64Ki;
+  // Loopback itself is below twice the original's 17 500 messages a second here.
+  if (payload == 64 * kKi) target.ratio_max = kRelayRatio;
   return c;
 }
 

@@ -45,8 +45,7 @@ class TimsLink {
 
   template <typename Deliver>
   void receive(Duration timeout, Deliver deliver) {
-    if (streaming_ && (take_all(deliver) || look_for(spin_, [&] { return take_all(deliver); })))
-      return;
+    if (streaming_ && take_all(deliver)) return;
     if (auto message = mailbox_.peek_for(timeout)) deliver(message->body());
   }
   [[nodiscard]] bool needs_credit() const { return true; }
@@ -61,7 +60,8 @@ class TimsLink {
     return {.address =
                 plan.sender() ? sender_address(plan.pair) : receiver_address(plan.pair, plan.index),
             .slots = static_cast<std::uint32_t>(slots),
-            .body_max = static_cast<std::uint32_t>(body_max)};
+            .body_max = static_cast<std::uint32_t>(body_max),
+            .linger = plan.streaming() ? kStreamSpin : Duration::zero()};
   }
 
   TimsLink(const Plan& plan, Way way, Session session, Mailbox mailbox)
@@ -69,7 +69,6 @@ class TimsLink {
         streaming_(plan.streaming()),
         session_(std::move(session)),
         mailbox_(std::move(mailbox)) {
-    if (streaming_ && plan.subscribers == 1) spin_ = kStreamSpin;
     if (!plan.sender()) {
       others_.push_back(sender_address(plan.pair));
     } else {
@@ -97,7 +96,6 @@ class TimsLink {
 
   Way way_;
   bool streaming_;
-  Duration spin_{};
   Session session_;
   Mailbox mailbox_;
   std::vector<Address> others_;

@@ -75,6 +75,16 @@ TEST_F(LocalTest, WaitingEndsAtItsTimeAndNotBefore) {
   EXPECT_EQ(a.receive_for(buffer, Duration::zero()).error().code(), Errc::kTimeout);
 }
 
+TEST_F(LocalTest, AMailboxThatLingersFallsAsleepAllTheSame) {
+  Session s = session();
+  Mailbox a = open(s, 1, {.linger = 1ms});
+  EXPECT_EQ(receive(a, 20ms), "timeout");
+  EXPECT_EQ(receive(a, 100us), "timeout") << "the deadline comes before the end of lingering";
+  std::thread sender([&] { EXPECT_TRUE(send(a, 1, "late")); });
+  EXPECT_EQ(receive(a), "late");
+  sender.join();
+}
+
 TEST_F(LocalTest, AMessageLargerThanTheBufferStays) {
   Session s = session();
   Mailbox a = open(s, 1);

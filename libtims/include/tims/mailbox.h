@@ -26,6 +26,9 @@ struct MailboxOptions {
   std::uint32_t body_max = 4096;  // largest body it takes, bytes
   std::uint8_t priority = 0;      // of what is sent from here, unless the envelope says otherwise
   bool event_fd = false;          // for an event loop of your own: see Mailbox::event_fd
+  // How long a receive looks for the next message, and yields the processor between two looks,
+  // before it sleeps: for streams, where waking costs more than the message. Zero suits real time.
+  Duration linger = {};
 };
 
 // What the sender decides of a header.
