@@ -247,6 +247,7 @@ class Program {
                         router_,
                         end_turn_,
                         {.path = configuration_.config.unix.path,
+                         .everybody = configuration_.config.unix.everybody,
                          .router = router_settings(configuration_.config).address,
                          .epoch = epoch_,
                          .message_max = configuration_.config.message.bytes_max}};

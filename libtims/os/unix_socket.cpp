@@ -60,7 +60,7 @@ Result<File> connect_unix(const std::string& path) {
   return socket;
 }
 
-Result<File> listen_unix(const std::string& path) {
+Result<File> listen_unix(const std::string& path, mode_t mode) {
   const auto address = socket_address(path);
   if (!address) return bad_path(path);
   if (connect_unix(path).ok())
@@ -72,6 +72,7 @@ Result<File> listen_unix(const std::string& path) {
   if (!socket) return system_error("socket");
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
     return system_error("bind " + path);
+  if (::chmod(path.c_str(), mode) != 0) return system_error("chmod " + path);
   if (::listen(socket.get(), SOMAXCONN) != 0) return system_error("listen " + path);
   return socket;
 }

@@ -18,8 +18,8 @@ inline constexpr std::size_t kRecordFilesMax = 64;  // beside one record
 // Connected to a listener at `path`. Paths are limited by the system to 107 bytes.
 Result<File> connect_unix(const std::string& path);
 // Listening. Takes the place of a socket nobody listens at any more; refuses a living one
-// (kAddressInUse). Makes the parent folder when it is missing.
-Result<File> listen_unix(const std::string& path);
+// (kAddressInUse). `mode`: who may connect. Makes the parent folder when it is missing.
+Result<File> listen_unix(const std::string& path, mode_t mode);
 // The next connection, non-blocking; nothing when none waits (kEmpty).
 Result<File> accept_unix(const File& listener);
 

@@ -34,6 +34,7 @@ struct Config {
 
   struct Unix {
     std::string path;
+    bool everybody = false;
     bool operator==(const Unix&) const = default;
   } unix;
 

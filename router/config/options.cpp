@@ -69,6 +69,11 @@ constexpr std::array kOptions{
          .default_note = "/run/tims/router.sock for root, else "
                          "$XDG_RUNTIME_DIR/tims/router.sock, else /tmp/tims-UID/router.sock",
          .sample = R"("/run/tims/router.sock")"}),
+    row<Kind::kFlag, &Config::unix, &Config::Unix::everybody>(
+        {.key = "unix.everybody",
+         .reload = Reload::kRestart,
+         .help = "Lets every user of this host connect components; otherwise the user the router "
+                 "runs as, and the members of its group."}),
 
     row<Kind::kEndpoint, &Config::tcp, &Config::Tcp::listen>(
         {.key = "tcp.listen",

@@ -43,7 +43,7 @@ ClientPort::~ClientPort() {
 }
 
 Result<void> ClientPort::listen() {
-  auto listener = os::listen_unix(settings_.path);
+  auto listener = os::listen_unix(settings_.path, settings_.everybody ? 0666 : 0660);
   if (!listener) return listener.error();
   listener_file_ = std::move(*listener);
   listener_.assign(listener_file_.get());

@@ -28,6 +28,7 @@ namespace tims::io {
 
 struct ClientPortSettings {
   std::string path;
+  bool everybody = false;  // of this host may connect; else owner and group
   Address router;
   std::uint64_t epoch = 0;
   std::uint32_t message_max = kMessageMaxDefault;

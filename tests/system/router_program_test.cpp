@@ -1,6 +1,7 @@
 // tims-router as a program: command line, signals, service manager, limits of the system.
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include <poll.h>
@@ -77,6 +78,18 @@ TEST_F(RouterProgramTest, ASecondOneSaysWhereTheFirstListens) {
                          "--set", "http.listen=off"});
   EXPECT_EQ(third.status.code, 1);
   EXPECT_TRUE(contains(third.output, "--set unix.path=...")) << third.output;
+}
+
+TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
+  using std::filesystem::perms;
+  constexpr perms kGroup =
+      perms::owner_read | perms::owner_write | perms::group_read | perms::group_write;
+  for (const bool everybody : {false, true}) {
+    RouterProcess router({everybody ? "unix.everybody=true" : "unix.everybody=false"});
+    ASSERT_TRUE(router.start().ok());
+    const perms wanted = everybody ? kGroup | perms::others_read | perms::others_write : kGroup;
+    EXPECT_EQ(std::filesystem::status(router.socket_path()).permissions(), wanted);
+  }
 }
 
 TEST_F(RouterProgramTest, EndsWhenAsked) {

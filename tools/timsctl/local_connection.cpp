@@ -93,8 +93,9 @@ void check_socket(const std::string& path) {
     return;
   const std::string reason = std::system_category().message(errno);
   if (errno == EACCES || errno == EPERM)
-    throw Failure(Exit::kDenied, "denied", path + ": " + reason,
-                  "join the group that owns the socket (`ls -l " + path + "`), or use sudo");
+    throw Failure(
+        Exit::kDenied, "denied", path + ": " + reason,
+        "join the group that owns the socket (`ls -l " + path + "`), or set unix.everybody");
   if (errno == EPROTOTYPE)
     throw Failure(Exit::kNoRouter, "no_router", path + ": this socket is not a router's");
   throw Failure(Exit::kNoRouter, "no_router", "no router at " + path + ": " + reason,
