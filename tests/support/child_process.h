@@ -1,7 +1,6 @@
 // A program started by a test: its output is collected as it comes, and it never outlives the test.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -9,6 +8,7 @@
 
 #include <sys/types.h>
 
+#include "tests/support/patience.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
@@ -32,8 +32,6 @@ struct ChildOptions {
 // children from a thread that lives as long as they should.
 class ChildProcess {
  public:
-  static constexpr Duration kLimit = std::chrono::seconds(20);
-
   // `command[0]` is looked up in PATH. Fails when the program cannot be executed.
   static Result<ChildProcess> start(std::vector<std::string> command,
                                     const ChildOptions& options = {});
@@ -47,13 +45,13 @@ class ChildProcess {
   // The next line of stdout or stderr that contains `part`, behind the one found last. Fails at
   // the deadline (kTimeout), or as soon as the output has ended (kClosed), with all output so far
   // in the error.
-  Result<std::string> wait_for_line(std::string_view part, Duration limit = kLimit);
+  Result<std::string> wait_for_line(std::string_view part, Duration limit = kPatience);
 
   void signal(int number);
   // Its exit status, once its output has been read to the end. kTimeout: it still runs.
-  Result<ExitStatus> wait(Duration limit = kLimit);
+  Result<ExitStatus> wait(Duration limit = kPatience);
   // signal() and wait().
-  Result<ExitStatus> stop(int number, Duration limit = kLimit);
+  Result<ExitStatus> stop(int number, Duration limit = kPatience);
 
   // Everything written so far.
   [[nodiscard]] std::string output() const;  // both, line by line as they came

@@ -14,12 +14,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/patience.h"
 #include "tims/time.h"
 
 namespace tims::test {
-
-// Long enough for a loaded machine: it is used up only by a test that fails.
-inline constexpr Duration kPatience = std::chrono::seconds(20);
 
 // `missing` returns an empty text once all is well, and until then what is still missing.
 template <typename Missing>

@@ -1,5 +1,6 @@
 #include "tests/support/message_socket.h"
 
+#include <array>
 #include <cerrno>
 
 #include <sys/socket.h>
@@ -29,7 +30,7 @@ void MessageSocket::on_writable() {
 }
 
 void MessageSocket::on_readable(std::vector<OwnedMessage>& messages) {
-  std::vector<std::byte> buffer(256 << 10);
+  std::array<std::byte, 64 << 10> buffer;
   while (is_there()) {
     const ssize_t n = ::recv(fd(), buffer.data(), buffer.size(), 0);
     if (n > 0) {

@@ -9,12 +9,12 @@
 // message from there to itself comes back when the router has taken everything before it.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "tests/support/patience.h"
 #include "tests/support/recording.h"
 #include "tims/result.h"
 #include "tims/time.h"
@@ -36,9 +36,9 @@ struct ReplayOptions {
   // as fast.
   double pace = 0;
 
-  Duration answer_limit = std::chrono::seconds(10);   // for everything that should happen at once
-  Duration silence_limit = std::chrono::seconds(20);  // for the router to close silent clients
-  std::size_t differences_max = 25;                   // then it gives up
+  Duration answer_limit = kPatience / 2;  // for everything that should happen at once
+  Duration silence_limit = kPatience;     // for the router to close silent clients
+  std::size_t differences_max = 25;       // then it gives up
 
   int stop_fd = -1;  // the replay ends when this becomes readable
   std::function<void(const recorded::Line&)> on_mark{};

@@ -1,14 +1,21 @@
 // A real tims-router in a folder of its own, for one test.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/support/child_process.h"
+#include "tests/support/patience.h"
 
 namespace tims::test {
+
+// A setting. Who does not answer within this time is closed.
+inline std::string lifesign_interval(std::chrono::milliseconds interval) {
+  return "lifesign.interval=" + std::to_string(kSlowdown * interval.count()) + "ms";
+}
 
 class RouterProcess {
  public:

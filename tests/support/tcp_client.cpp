@@ -110,7 +110,7 @@ void TcpClient::set_receive_buffer(int bytes) {
 void TcpClient::reset() { close_with_reset(socket_); }
 
 Result<void> TcpClient::read_some(Time deadline) {
-  std::vector<std::byte> buffer(64 << 10);
+  std::array<std::byte, 64 << 10> buffer;
   for (;;) {
     const ssize_t n = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
     if (n > 0) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bit>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -13,6 +12,7 @@
 
 #include "os/file.h"
 #include "tests/support/message.h"
+#include "tests/support/patience.h"
 #include "tims/result.h"
 #include "tims/time.h"
 #include "wire/stream_reader.h"
@@ -21,10 +21,8 @@ namespace tims::test {
 
 class TcpClient {
  public:
-  static constexpr Duration kLimit = std::chrono::seconds(20);
-
   // `endpoint` is "host:port".
-  static Result<TcpClient> connect(std::string_view endpoint, Duration limit = kLimit);
+  static Result<TcpClient> connect(std::string_view endpoint, Duration limit = kPatience);
 
   // Of headers, and of the bodies that are made here. Default: the machine's.
   void set_byte_order(std::endian order) { order_ = order; }
@@ -33,18 +31,19 @@ class TcpClient {
   [[nodiscard]] std::uint64_t lifesigns() const { return lifesigns_; }
 
   // Registers and waits for the answer: kAddressInUse when the router says ERROR.
-  Result<void> register_mailbox(Address address, Duration limit = kLimit);
-  Result<void> delete_mailbox(Address address, Duration limit = kLimit);
+  Result<void> register_mailbox(Address address, Duration limit = kPatience);
+  Result<void> delete_mailbox(Address address, Duration limit = kPatience);
 
   // The header's length is set here.
-  Result<void> send(Header header, std::span<const std::byte> body = {}, Duration limit = kLimit);
+  Result<void> send(Header header, std::span<const std::byte> body = {},
+                    Duration limit = kPatience);
   // Any bytes, whether they are a message or not.
-  Result<void> send_bytes(std::span<const std::byte> bytes, Duration limit = kLimit);
+  Result<void> send_bytes(std::span<const std::byte> bytes, Duration limit = kPatience);
 
   // The next message that is not a lifesign. kTimeout, or kClosed once the router has closed.
-  Result<OwnedMessage> receive(Duration limit = kLimit);
+  Result<OwnedMessage> receive(Duration limit = kPatience);
   // Waits until the router closes. What it sent before can still be received.
-  Result<void> wait_for_close(Duration limit = kLimit);
+  Result<void> wait_for_close(Duration limit = kPatience);
 
   // Bytes nobody can be blocked by: how much the system buffers for this client (SO_RCVBUF).
   void set_receive_buffer(int bytes);

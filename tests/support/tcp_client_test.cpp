@@ -24,7 +24,7 @@ class TcpClientTest : public testing::Test {
     auto connected = TcpClient::connect(listener->endpoint());
     ASSERT_TRUE(connected) << connected.error().message();
     client_.emplace(*std::move(connected));
-    ASSERT_TRUE(wait_for(listener->socket, POLLIN, os::deadline_after(TcpClient::kLimit)));
+    ASSERT_TRUE(wait_for(listener->socket, POLLIN, os::deadline_after(kPatience)));
     router_ = os::File(::accept(listener->socket.get(), nullptr, nullptr));
     ASSERT_TRUE(router_);
   }

@@ -8,11 +8,11 @@
 
 #include <unistd.h>
 
+#include "tests/support/patience.h"
 #include "tims/session.h"
 
 namespace {
 
-using namespace std::chrono_literals;
 using tims::Address;
 using tims::Mailbox;
 
@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
   const std::map<std::string, std::function<void(Mailbox&)>> roles{
       {"hold-loans", hold_loans}, {"hold-peek", hold_peek}, {"flood", flood}, {"echo", echo}};
   if (argc != 4 || !roles.contains(argv[1])) return 2;
-  auto session = tims::Session::connect({.name = argv[1], .socket_path = argv[2], .timeout = 10s});
+  auto session = tims::Session::connect(
+      {.name = argv[1], .socket_path = argv[2], .timeout = tims::test::kPatience});
   if (!session) return 3;
   auto mailbox = session->open({.address = *Address::parse(argv[3]), .slots = 8, .body_max = 64});
   if (!mailbox) return 4;

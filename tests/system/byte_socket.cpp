@@ -7,18 +7,19 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "tests/support/patience.h"
 #include "tests/support/tcp_socket.h"
 
 namespace tims::test {
 
 ByteSocket::ByteSocket(std::string_view endpoint) {
-  auto connected = connect_tcp(endpoint, kLimit);
+  auto connected = connect_tcp(endpoint, kPatience);
   closed_ = !connected.ok();
   if (connected) socket_ = std::move(*connected);
 }
 
 bool ByteSocket::send(std::string_view bytes) {
-  const Time deadline = os::deadline_after(kLimit);
+  const Time deadline = os::deadline_after(kPatience);
   while (!bytes.empty() && !closed_) {
     bytes.remove_prefix(send_some(bytes));
     if (!bytes.empty() && !wait_for(socket_, POLLOUT, deadline)) return false;
@@ -68,7 +69,7 @@ bool ByteSocket::has_input() { return !received_.empty() || wait_for(socket_, PO
 
 // False at the deadline, and when the other side has closed.
 bool ByteSocket::receive() {
-  if (closed_ || !wait_for(socket_, POLLIN, os::deadline_after(kLimit))) return false;
+  if (closed_ || !wait_for(socket_, POLLIN, os::deadline_after(kPatience))) return false;
   std::array<char, 65536> bytes;
   const ssize_t n = ::recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (n > 0) received_.append(bytes.data(), static_cast<std::size_t>(n));

@@ -6,14 +6,11 @@
 #include <string_view>
 
 #include "os/file.h"
-#include "tims/time.h"
 
 namespace tims::test {
 
 class ByteSocket {
  public:
-  static constexpr Duration kLimit = std::chrono::seconds(20);
-
   explicit ByteSocket(std::string_view endpoint);  // not connected: closed() says so
 
   // All of it; false when the other side has closed.

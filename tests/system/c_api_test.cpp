@@ -15,7 +15,7 @@ class CApiTest : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(router_.start().ok());
-    session_ = tims_connect(router_.socket_path().c_str(), "c-test", 10'000'000'000);
+    session_ = tims_connect(router_.socket_path().c_str(), "c-test", kPatience.count());
     ASSERT_NE(session_, nullptr) << tims_error_text();
   }
   void TearDown() override { tims_disconnect(session_); }
@@ -50,7 +50,7 @@ TEST_F(CApiTest, RequestAndReply) {
 
   ASSERT_EQ(tims_reply(server, &header, 0, "answer", 6), 0);
   const void* body = nullptr;
-  tims_guard* guard = tims_peek(client, &header, &body, 10'000'000'000);
+  tims_guard* guard = tims_peek(client, &header, &body, kPatience.count());
   ASSERT_NE(guard, nullptr) << tims_error_text();
   EXPECT_EQ(std::string(static_cast<const char*>(body), 6), "answer");
   EXPECT_EQ(header.seq_nr, 42);
@@ -106,7 +106,7 @@ TEST_F(CApiTest, EventFd) {
   EXPECT_EQ(::poll(&wait, 1, 0), 0);
   const tims_header to_self{1, 0, 0, 0, -6, 0, 0};
   ASSERT_EQ(tims_send(mailbox, &to_self, "x", 1), 0);
-  EXPECT_EQ(::poll(&wait, 1, 10'000), 1);
+  EXPECT_EQ(::poll(&wait, 1, kPatienceMs), 1);
   EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), 1);
   tims_close(mailbox);
 }

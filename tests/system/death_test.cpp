@@ -13,15 +13,13 @@
 namespace tims::test {
 namespace {
 
-using namespace std::chrono_literals;
-
 class DeathTest : public testing::Test {
  protected:
   void SetUp() override {
     const auto started = router_.start();
     ASSERT_TRUE(started.ok()) << started.error().message();
     auto session = Session::connect({.socket_path = router_.socket_path(),
-                                     .timeout = 10s,
+                                     .timeout = kPatience,
                                      .on_event = [](const SessionEvent&) {}});
     ASSERT_TRUE(session.ok());
     session_.emplace(std::move(*session));
@@ -54,7 +52,7 @@ TEST_F(DeathTest, SlotsOfAProducerThatDiedComeBack) {
   (void)child.stop(SIGKILL);
   for (int i = 0; i < 3; ++i)
     EXPECT_TRUE(eventually([&] { return sender.send({.dest = Address(2)}).ok(); }, "a free slot"));
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(owner.peek_for(10s).ok());
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(owner.peek_for(kPatience).ok());
   EXPECT_EQ(owner.counters().reclaimed, 3U);
 }
 
@@ -83,7 +81,7 @@ TEST_F(DeathTest, ProducersThatDieInAFloodLeaveAWorkingMailbox) {
   Mailbox owner = open(2);
   for (int round = 0; round < 20; ++round) {
     ChildProcess child = actor("flood", "3");
-    for (int i = 0; i < 200; ++i) ASSERT_TRUE(owner.peek_for(10s).ok());
+    for (int i = 0; i < 200; ++i) ASSERT_TRUE(owner.peek_for(kPatience).ok());
     (void)child.stop(SIGKILL);
     owner.clean();
   }
@@ -106,7 +104,7 @@ TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
   expect_line(server, "ready");
   const auto round_trip = [&] {
     if (!client.send({.dest = Address(2), .type = 21}).ok()) return false;
-    const auto reply = client.peek_for(10s);
+    const auto reply = client.peek_for(kPatience);
     return reply && reply->header().type == type::kOk;
   };
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(round_trip());
@@ -121,8 +119,8 @@ TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
   Mailbox late = open(9);
   EXPECT_TRUE(eventually(
       [&] {
-        (void)late.send({.dest = Address(2), .type = 21});
-        const auto reply = late.peek_for(10s);
+        if (!late.send({.dest = Address(2), .type = 21}).ok()) return false;
+        const auto reply = late.peek_for(kPatience);
         return reply && reply->header().type == type::kOk;
       },
       "an answer to the newcomer"));
@@ -133,7 +131,7 @@ TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
   ChildProcess server = actor("echo", "2");
   expect_line(server, "ready");
   ASSERT_TRUE(client.send({.dest = Address(2), .type = 21}).ok());
-  ASSERT_TRUE(client.peek_for(10s).ok());
+  ASSERT_TRUE(client.peek_for(kPatience).ok());
   router_.kill();
   (void)server.stop(SIGKILL);
   ASSERT_TRUE(router_.start().ok());

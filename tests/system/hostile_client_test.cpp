@@ -33,7 +33,7 @@ using namespace std::chrono_literals;
 class RawClient {
  public:
   explicit RawClient(const std::string& path) : socket_(std::move(*os::connect_unix(path))) {
-    const timeval limit{10, 0};
+    const timeval limit{kPatience / 1s, 0};
     ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
   }
   bool send(const wire::Record& record, const std::vector<int>& files = {}) {
@@ -79,14 +79,14 @@ class HostileClientTest : public testing::Test {
   void SetUp() override { ASSERT_TRUE(router_.start().ok()); }
   void TearDown() override {
     // Whatever happened: the router serves others as before.
-    auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = 10s});
+    auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
     ASSERT_TRUE(session.ok());
     auto mailbox = session->open({.address = Address(0x7F000001)});
     ASSERT_TRUE(mailbox.ok());
     auto tcp = TcpClient::connect(router_.tcp());
     ASSERT_TRUE(tcp.ok());
     ASSERT_TRUE(tcp->send({.type = 21, .dest = mailbox->address(), .src = Address(3)}).ok());
-    EXPECT_TRUE(mailbox->peek_for(10s).ok());
+    EXPECT_TRUE(mailbox->peek_for(kPatience).ok());
   }
 
   RouterProcess router_;
@@ -199,7 +199,7 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
 }
 
 TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
-  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = 10s});
+  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok());
   auto tcp = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(tcp.ok());

@@ -27,7 +27,7 @@ class LocalTest : public testing::Test {
   Session session(const std::string& name = "test") {
     auto connected = Session::connect({.name = name,
                                        .socket_path = router_.socket_path(),
-                                       .timeout = 10s,
+                                       .timeout = kPatience,
                                        .on_event = [](const SessionEvent&) {}});
     EXPECT_TRUE(connected.ok()) << connected.error().message();
     return std::move(*connected);
@@ -38,7 +38,7 @@ class LocalTest : public testing::Test {
     EXPECT_TRUE(opened.ok()) << opened.error().message();
     return std::move(*opened);
   }
-  static std::string receive(Mailbox& mailbox, Duration timeout = 10s) {
+  static std::string receive(Mailbox& mailbox, Duration timeout = kPatience) {
     auto message = mailbox.peek_for(timeout);
     return message ? text_of(message->body()) : std::string(name(message.error().code()));
   }

@@ -35,7 +35,7 @@ TEST_F(LocalTest, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
   Mailbox server = open(s, 0x00140000);
   ASSERT_TRUE(
       client.send({.dest = server.address(), .type = 4, .priority = 30, .seq_nr = 200}).ok());
-  const auto request = server.peek_for(10s);
+  const auto request = server.peek_for(kPatience);
   ASSERT_TRUE(request.ok());
   const Header expected{.flags = flag::kNativeOrder,
                         .type = 4,
@@ -45,7 +45,7 @@ TEST_F(LocalTest, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
                         .src = client.address()};
   EXPECT_EQ(request->header(), expected);
   ASSERT_TRUE(server.reply(request->header(), type::kData, bytes_of("data")).ok());
-  const auto reply = client.peek_for(10s);
+  const auto reply = client.peek_for(kPatience);
   ASSERT_TRUE(reply.ok());
   EXPECT_EQ(reply->header().type, type::kData);
   EXPECT_EQ(reply->header().priority, 30);
@@ -158,7 +158,7 @@ TEST_F(LocalTest, AClosedMailboxIsLookedUpAgain) {
     EXPECT_EQ(receive(b), "first");
   }
   ASSERT_TRUE(send(a, 2, "nobody").ok());
-  const auto answer = a.peek_for(10s);
+  const auto answer = a.peek_for(kPatience);
   ASSERT_TRUE(answer.ok());
   EXPECT_EQ(answer->header().type, type::kNotAvailable);
   EXPECT_EQ(answer->header().src, Address(2));
@@ -207,7 +207,7 @@ TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
   for (int round = 0; round < 100; ++round) {
     ASSERT_TRUE(send(a, 2, "x").ok());
     ASSERT_TRUE(send(a, 2, "y").ok());
-    ASSERT_TRUE(readable(10000)) << round;
+    ASSERT_TRUE(readable(kPatienceMs)) << round;
     EXPECT_EQ(receive(b, 0ns), "x");
     EXPECT_EQ(receive(b, 0ns), "y");
     EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);
@@ -239,7 +239,7 @@ TEST_F(LocalTest, OriginalProgramsAndNativeOnesTalk) {
       old->send({.type = 4, .seq_nr = 9, .dest = native.address(), .src = Address(0x00020101)},
                 bytes_of("ask"))
           .ok());
-  const auto request = native.peek_for(10s);
+  const auto request = native.peek_for(kPatience);
   ASSERT_TRUE(request.ok());
   EXPECT_EQ(text_of(request->body()), "ask");
   ASSERT_TRUE(native.reply(request->header(), type::kData, bytes_of("answer")).ok());
@@ -276,7 +276,7 @@ TEST_F(LocalTest, LargeMessagesGoThroughTheRouterBothWays) {
     ASSERT_TRUE(got.ok()) << got.error().message();
     EXPECT_TRUE(std::ranges::equal(got->body, body));
     ASSERT_TRUE(old->send({.type = -6, .dest = Address(1), .src = Address(2)}, body).ok());
-    const auto back = native.peek_for(10s);
+    const auto back = native.peek_for(kPatience);
     ASSERT_TRUE(back.ok());
     EXPECT_TRUE(std::ranges::equal(back->body(), body));
   }

@@ -68,7 +68,7 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
   std::thread program([&] {
     connected.emplace(Session::connect({.name = "early",
                                         .socket_path = router_.socket_path(),
-                                        .timeout = 20s,
+                                        .timeout = kPatience,
                                         .on_event = [&](const SessionEvent& e) {
                                           if (e.kind == SessionEvent::Kind::kWaiting)
                                             waiting = true;

@@ -17,8 +17,6 @@
 namespace tims::test {
 namespace {
 
-using namespace std::chrono_literals;
-
 struct Ran {
   ExitStatus status;
   std::string output;
@@ -145,7 +143,7 @@ class NotifySocket {
   [[nodiscard]] const std::string& path() const { return path_; }
 
   std::string receive() {
-    if (!wait_for(file_, POLLIN, os::now() + 20s)) return "nothing came";
+    if (!wait_for(file_, POLLIN, os::deadline_after(kPatience))) return "nothing came";
     std::string text(1000, '\0');
     const ssize_t n = ::recv(file_.get(), text.data(), text.size(), 0);
     text.resize(n < 0 ? 0 : static_cast<std::size_t>(n));
@@ -208,9 +206,12 @@ TEST_F(RouterProgramTest, WithoutDescriptorsNewcomersAreTurnedAwayAndTheOthersSe
   EXPECT_TRUE(router->wait_for_line("no free file descriptor").ok());
   for (TcpClient& client : clients) EXPECT_TRUE(is_served(client));
   clients.pop_back();
-  EXPECT_TRUE(
-      eventually([&] { return TcpClient::connect(tcp)->register_mailbox(Address(1000)).ok(); },
-                 "there is room again"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        auto client = TcpClient::connect(tcp);
+        return client && client->register_mailbox(Address(1000)).ok();
+      },
+      "there is room again"));
 }
 
 }  // namespace

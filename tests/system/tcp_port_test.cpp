@@ -206,7 +206,7 @@ TEST_F(TcpTest, CompatDeleteIsForEverybody) {
 }
 
 TEST_F(TcpTest, TheWatchdogClosesWhoDoesNotAnswer) {
-  start({"lifesign.interval=200ms"});
+  start({lifesign_interval(200ms)});
   TcpClient living = connect_with(kA);
   TcpClient unwatched = connect();
   ASSERT_TRUE(unwatched.send({.type = command::kDisableWatchdog}).ok());

@@ -8,8 +8,6 @@
 namespace tims::test {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr Address kSlow{0x00140000};
 constexpr Address kSource{0x00150000};
 constexpr Address kPing{0x00160000};

@@ -65,7 +65,7 @@ class TimsctlTest : public testing::Test {
     // Its own two seconds are for people; a loaded test machine may need more.
     const bool patient = arguments[0] != "__complete" &&
                          std::ranges::find(arguments, "--timeout") == arguments.end();
-    if (patient) arguments.emplace_back("--timeout=20s");
+    if (patient) arguments.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
     arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
     return ChildProcess::start(std::move(arguments), options());
   }
@@ -93,7 +93,7 @@ class TimsctlTest : public testing::Test {
 
   // The ladar's next request, which must be of this type.
   std::optional<Header> expect_request(std::int8_t type, std::vector<std::byte>* body = nullptr) {
-    auto request = ladar_->peek_for(20s);
+    auto request = ladar_->peek_for(kPatience);
     EXPECT_TRUE(request) << request.error().message();
     if (!request) return std::nullopt;
     EXPECT_EQ(request->header().type, type);

@@ -63,7 +63,7 @@ TEST_F(TimsctlTest, EchoIsInputForPub) {
     const std::string file = router_.folder() + "/echo";
     std::ofstream(file) << run.out;
     EXPECT_EQ(timsctl({"msg", "pub", kTest.to_hex(), "-f", file}).code, 0);
-    auto got = other.peek_for(20s);
+    auto got = other.peek_for(kPatience);
     ASSERT_TRUE(got) << got.error().message();
     EXPECT_EQ(got->header().type, type::kData);
     EXPECT_EQ(got->header().priority, 77);

@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "os/clock.h"
+#include "tests/support/patience.h"
 #include "wire/header.h"
 #include "wire/router_commands.h"
 
@@ -116,7 +117,7 @@ bool WebSocketClient::send_message(const Header& header, std::string_view body) 
 Result<OwnedMessage> WebSocketClient::receive() {
   std::string bytes;
   frames_ = 0;
-  const Time deadline = os::deadline_after(ByteSocket::kLimit);
+  const Time deadline = os::deadline_after(kPatience);
   while (const auto frame = take_frame()) {
     if (os::now() > deadline) return Error(Errc::kTimeout, "no message came");
     if (frame->opcode == kPing) {

@@ -1,5 +1,6 @@
 // How WebSocket clients of a real router leave, and what becomes of those that do not read.
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 namespace tims::test {
 namespace {
 
+using namespace std::chrono_literals;
 using Closed = WebSocketClient::Closed;
 
 // --- Coming and going
@@ -61,7 +63,7 @@ TEST_F(WebSocketTest, AnEndingRouterSaysSo) {
 // --- Does it live?
 
 TEST_F(WebSocketTest, WhoAnswersPingsStays) {
-  start({"lifesign.interval=300ms"});
+  start({lifesign_interval(300ms)});
   WebSocketClient browser = page(kPage);
   for (int i = 0; i < 4; ++i) {
     const auto ping = browser.take_frame();
@@ -77,7 +79,7 @@ TEST_F(WebSocketTest, WhoAnswersPingsStays) {
 }
 
 TEST_F(WebSocketTest, WhoDoesNotIsGivenUp) {
-  start({"lifesign.interval=100ms"});
+  start({lifesign_interval(100ms)});
   WebSocketClient browser = page(kPage);
   EXPECT_EQ(browser.wait_for_close(), Closed{});
   EXPECT_TRUE(eventually_free(kPage));
@@ -85,7 +87,7 @@ TEST_F(WebSocketTest, WhoDoesNotIsGivenUp) {
 }
 
 TEST_F(WebSocketTest, WhoAsksForTheOriginalsLifesignGetsIt) {
-  start({"lifesign.interval=100ms"});
+  start({lifesign_interval(100ms)});
   WebSocketClient browser = page();
   browser.send_message({.type = wire::router_command::kEnableWatchdog});
   const auto lifesign = browser.receive();
@@ -103,11 +105,11 @@ class SlowPageTest : public WebSocketTest {
  protected:
   static constexpr std::size_t kBodySize = 10'000;
 
-  void SetUp() override { begin("1h"); }
+  void SetUp() override { begin("lifesign.interval=1h"); }
 
-  void begin(const std::string& lifesign_interval) {
+  void begin(const std::string& lifesign) {
     robot_.reset();
-    start({"lifesign.interval=" + lifesign_interval, "message.max=64KiB", "tcp.queue=256KiB"});
+    start({lifesign, "message.max=64KiB", "tcp.queue=256KiB"});
     browser_.emplace(router_->http());
     browser_->socket().set_receive_buffer(32 << 10);
     ASSERT_TRUE(browser_->register_mailbox(kPage).ok());
@@ -193,19 +195,19 @@ TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
 
 // Pings reach it late, and are not answered at all here; but it reads.
 TEST_F(SlowPageTest, WhoReadsLives) {
-  begin("400ms");
+  begin(lifesign_interval(400ms));
   const int sent = send_until_lost("queue_replaced", 0, 1);
   for (int beat = 0; beat < 6; ++beat) {
     const auto lifesigns = robot_->lifesigns();
     for (int i = 0; i < 10; ++i) send(sent + i, 1);
     EXPECT_EQ(browser_->socket().take(64 << 10).size(), 64U << 10);
-    while (robot_->lifesigns() == lifesigns) (void)robot_->receive(std::chrono::milliseconds(20));
+    while (robot_->lifesigns() == lifesigns) (void)robot_->receive(20ms);
   }
   EXPECT_EQ(metric("tims_router_clients{port=\"websocket\"}"), 1U);
 }
 
 TEST_F(SlowPageTest, WhoDoesNotReadDoesNot) {
-  begin("100ms");
+  begin(lifesign_interval(100ms));
   send_until_lost("queue_replaced", 0, 1);
   EXPECT_TRUE(eventually([&] { return drops("client_gone") > 0; }, "messages of a client gone"));
   EXPECT_GE(metric("tims_router_events_total{event=\"watchdog_closed\"}"), 1U);

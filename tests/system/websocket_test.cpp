@@ -11,7 +11,6 @@
 namespace tims::test {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::StartsWith;
 using Closed = WebSocketClient::Closed;
@@ -69,14 +68,14 @@ TEST_F(WebSocketTest, APageAndATcpClient) {
 
 TEST_F(WebSocketTest, APageAndANativeProgram) {
   start();
-  auto session = Session::connect({.socket_path = router_->socket_path(), .timeout = 10s});
+  auto session = Session::connect({.socket_path = router_->socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok());
   auto mailbox = session->open({.address = kLadar});
   ASSERT_TRUE(mailbox.ok());
   WebSocketClient browser = page(kPage);
   ASSERT_TRUE(
       browser.send_message({.type = 4, .seq_nr = 1, .dest = kLadar, .src = kPage}, "data?"));
-  const auto request = mailbox->peek_for(10s);
+  const auto request = mailbox->peek_for(kPatience);
   ASSERT_TRUE(request.ok());
   EXPECT_EQ(text_of(request->body()), "data?");
   ASSERT_TRUE(mailbox->reply(request->header(), type::kData, bytes_of("data")).ok());

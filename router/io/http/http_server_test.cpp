@@ -13,16 +13,17 @@
 
 #include "os/clock.h"
 #include "router/io/loop.h"
+#include "tests/support/patience.h"
 #include "tests/support/tcp_socket.h"
 
 namespace tims::io {
 namespace {
 
 using namespace std::chrono_literals;
+using test::kPatience;
 using testing::EndsWith;
 using testing::StartsWith;
 
-constexpr Duration kPatience = 20s;
 const std::string kUpgrade =
     "GET /tims HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\r\n";
 const std::string kGet = "GET /healthz HTTP/1.1\r\n\r\n";
