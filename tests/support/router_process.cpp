@@ -31,7 +31,8 @@ Result<void> RouterProcess::start() {
   const std::string tcp = tcp_.empty() ? "127.0.0.1:0" : tcp_;
   std::vector<std::string> command{TIMS_ROUTER_PROGRAM};
   for (const std::string& setting :
-       {"unix.path=" + socket_path(), "tcp.listen=" + tcp, std::string("http.listen=off")})
+       {"unix.path=" + socket_path(), "tcp.listen=" + tcp, std::string("http.listen=off"),
+        lifesign_interval(std::chrono::seconds(5))})
     command.insert(command.end(), {"--set", setting});
   bool with_http = false;
   for (const std::string& setting : settings_) {
