@@ -28,8 +28,7 @@ Result<std::vector<Mailbox>> Session::open(std::span<const MailboxOptions> optio
   std::vector<Mailbox> mailboxes;
   mailboxes.reserve(options.size());
   for (std::size_t i = 0; i < options.size(); ++i)
-    mailboxes.push_back(
-        Mailbox(std::make_shared<MailboxCore>(core_, *segment, i, options[i])));
+    mailboxes.push_back(Mailbox(std::make_shared<MailboxCore>(core_, *segment, i, options[i])));
   return mailboxes;
 }
 

@@ -36,10 +36,10 @@ TEST(Options, EveryDefaultIsInItsRange) {
 TEST(Options, SetGivesBackWhatGetGave) {
   const Loaded other =
       load({{},
-            {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x", "unix.everybody=true", "tcp.listen=off",
-             "tcp.compat_delete=true", "tcp.queue=1MiB", "http.listen=[::1]:1", "message.max=1MiB",
-             "lifesign.interval=1s", "limits.clients=5", "limits.mailboxes_per_client=6",
-             "log.level=error", "security.insecure=true"},
+            {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x",
+             "unix.everybody=true", "tcp.listen=off", "tcp.compat_delete=true", "tcp.queue=1MiB",
+             "http.listen=[::1]:1", "message.max=1MiB", "lifesign.interval=1s", "limits.clients=5",
+             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true"},
             kRoot});
   ASSERT_TRUE(other.ok());
   Config copy = defaults(kRoot);

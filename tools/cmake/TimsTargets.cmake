@@ -16,8 +16,8 @@ if(TIMS_SANITIZE)
   target_compile_options(tims_sanitizers INTERFACE -Wno-maybe-uninitialized
                          $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete;-Wno-tsan>)
 endif()
+add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp)
 if(TIMS_SANITIZE MATCHES "thread")
-  add_library(tims_tsan STATIC ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp)
   target_link_libraries(tims_sanitizers INTERFACE tims_tsan)
 endif()
 
