@@ -1,0 +1,34 @@
+#include "router/link/net_address.h"
+
+#include <gtest/gtest.h>
+
+namespace tims::link {
+namespace {
+
+TEST(NetAddress, IPv4IsPrintedAsPeopleWriteIt) {
+  EXPECT_EQ(NetAddress::v4(10, 9, 1, 1, 2010).to_string(), "10.9.1.1:2010");
+  EXPECT_TRUE(NetAddress::v4(10, 9, 1, 1, 2010).is_v4());
+}
+
+TEST(NetAddress, IPv6IsShortened) {
+  NetAddress a{.port = 2010, .scope = 3};
+  a.ip[0] = 0xFE;
+  a.ip[1] = 0x80;
+  a.ip[15] = 1;
+  EXPECT_EQ(a.to_string(), "[fe80::1%3]:2010");
+  EXPECT_FALSE(a.is_v4());
+  NetAddress loopback{.port = 1};
+  loopback.ip[15] = 1;
+  EXPECT_EQ(loopback.to_string(), "[::1]:1");
+  NetAddress full{.port = 5};
+  for (std::size_t i = 0; i < 16; ++i) full.ip[i] = static_cast<std::uint8_t>(i + 1);
+  EXPECT_EQ(full.to_string(), "[102:304:506:708:90a:b0c:d0e:f10]:5");
+}
+
+TEST(NetAddress, WithoutAPortItIsNone) {
+  EXPECT_FALSE(NetAddress());
+  EXPECT_TRUE(NetAddress::v4(127, 0, 0, 1, 1));
+}
+
+}  // namespace
+}  // namespace tims::link
