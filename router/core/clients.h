@@ -8,6 +8,7 @@
 
 #include "router/core/counters.h"
 #include "router/core/event.h"
+#include "router/core/neighbour.h"
 #include "router/core/ids.h"
 #include "tims/address.h"
 #include "tims/time.h"
@@ -22,6 +23,12 @@ struct ClientInfo {
   std::uint32_t uid = 0;
   Text<31> name{};
   Text<55> peer{};        // "127.0.0.1:54321"
+  struct Link {           // of another router
+    LinkKind kind = LinkKind::kSub;
+    Role role = Role::kSubsystem;
+    std::uint8_t system = 0;
+    Address router{};
+  } link{};
   bool lifesign = false;  // is asked whether it lives from the start, as original clients are
 };
 

@@ -27,11 +27,18 @@ enum class EventKind : std::uint8_t {
   kDeleteRefused,
   kWatchdogClosed,
   kProtocolError,
+  kLinkUp,
+  kLinkDown,
+  kLinkRefused,
+  kUplinkChanged,
+  kDuplicateAddress,
+  kDuplicateRouter,
+  kLoop,
   kForgedSourceTolerated,
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 13;
+inline constexpr std::size_t kEventKindCount = 20;
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
     Label<EventKind>{EventKind::kClientWent, "client_went", "a client went away"},
@@ -49,6 +56,17 @@ constexpr std::array kEventKinds{
                      "a client was disconnected: it did not answer the lifesign"},
     Label<EventKind>{EventKind::kProtocolError, "protocol_error",
                      "a client was disconnected: what it sent is no message"},
+    Label<EventKind>{EventKind::kLinkUp, "link_up", "a link to another router came up"},
+    Label<EventKind>{EventKind::kLinkDown, "link_down",
+                     "a link to another router went down; its mailboxes were withdrawn"},
+    Label<EventKind>{EventKind::kLinkRefused, "link_refused", "a link was refused"},
+    Label<EventKind>{EventKind::kUplinkChanged, "uplink_changed",
+                     "another super router is used from now on"},
+    Label<EventKind>{EventKind::kDuplicateAddress, "duplicate_address",
+                     "two routers have a mailbox with the same address; the first keeps it"},
+    Label<EventKind>{EventKind::kDuplicateRouter, "duplicate_router",
+                     "two living routers have the same system and id; the first keeps them"},
+    Label<EventKind>{EventKind::kLoop, "loop", "messages or registrations go round in a loop"},
     Label<EventKind>{EventKind::kForgedSourceTolerated, "forged_source_tolerated",
                      "a message was forwarded although its sender does not own its source address"},
     Label<EventKind>{EventKind::kNotAvailable, "not_available",
@@ -73,6 +91,10 @@ enum class CloseReason : std::uint8_t {
   kNoDescriptor,
   kOutOfMemory,
   kShutdown,
+  kSilent,
+  kReplaced,
+  kForgotten,
+  kAdministrative,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -93,8 +115,14 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kOutOfMemory, "out_of_memory",
                        "no memory was left for what it had not read yet"},
     Label<CloseReason>{CloseReason::kShutdown, "shutdown", "the router ends"},
+    Label<CloseReason>{CloseReason::kSilent, "silent",
+                       "nothing was heard of it for three keep-alive intervals"},
+    Label<CloseReason>{CloseReason::kReplaced, "replaced", "it was started anew"},
+    Label<CloseReason>{CloseReason::kForgotten, "forgotten", "it does not know this session"},
+    Label<CloseReason>{CloseReason::kAdministrative, "administrative",
+                       "somebody took the link down"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kShutdown));
+static_assert(complete(kCloseReasons, CloseReason::kAdministrative));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 
@@ -114,6 +142,7 @@ struct Event {
   CloseReason reason = CloseReason::kNone;
   Address address{};  // of the mailbox, where there is one
   Party client{};     // whose doing it was
+  Text<191> text{};   // kLinkRefused: what the other router said
   Party owner{};      // kAddressRefused, kDeleteRefused: to whom the address belongs
 };
 

@@ -26,16 +26,18 @@ enum class PortKind : std::uint8_t {
   kTcp,        // original RACK programs and remote clients
   kWebSocket,  // browsers
   kRouter,     // the router itself: its admin answers
+  kLink,       // another router
 };
-inline constexpr std::size_t kPortKindCount = 4;
+inline constexpr std::size_t kPortKindCount = 5;
 // Not inline: lists with texts are read-only only as constants of each file that uses them.
 constexpr std::array kPortKinds{
     Label<PortKind>{PortKind::kLocal, "local", "a program on this host"},
     Label<PortKind>{PortKind::kTcp, "tcp", "a program connected over TCP"},
     Label<PortKind>{PortKind::kWebSocket, "websocket", "a browser"},
     Label<PortKind>{PortKind::kRouter, "router", "the router itself"},
+    Label<PortKind>{PortKind::kLink, "link", "another router"},
 };
-static_assert(complete(kPortKinds, PortKind::kRouter) && kPortKinds.size() == kPortKindCount);
+static_assert(complete(kPortKinds, PortKind::kLink) && kPortKinds.size() == kPortKindCount);
 std::string_view name(PortKind port);
 
 // Messages are counted, and later scheduled, in eight classes of 32 priorities each.

@@ -2,6 +2,7 @@
 
 #include "router/core/event.h"
 #include "router/core/ids.h"
+#include "router/core/neighbour.h"
 #include "router/core/outcome.h"
 
 namespace tims::core {
@@ -13,6 +14,9 @@ const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, Enum value
 }
 
 }  // namespace
+
+std::string_view name(Role role) { return label(kRoles, role).name; }
+std::string_view name(LinkKind kind) { return label(kLinkKinds, kind).name; }
 
 std::string_view name(PortKind port) { return label(kPortKinds, port).name; }
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "tims/message.h"
+#include "tims/time.h"
 
 namespace tims::core {
 
@@ -14,6 +15,8 @@ struct Message {
   // All of it, header included. The router writes the header here again when it forwards, so this
   // is memory that nobody else writes to: what lies in shared memory is copied out first.
   std::span<std::byte> bytes{};
+  std::uint8_t hops = 0;  // links it has passed
+  Duration waited{};      // in the queue of the last one, when it is traced
 
   [[nodiscard]] std::span<const std::byte> body() const { return bytes.subspan(kHeaderSize); }
 };

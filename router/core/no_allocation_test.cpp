@@ -34,6 +34,7 @@ class CountingSink final : public Sink {
   void reply(const Receiver&, const Header&) override { ++replies; }
   void close(const Receiver&, CloseReason) override {}
   void admin(ClientId, const Message&) override {}
+  void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event&) override {}
 
   Outcome outcome = Outcome::kDelivered;

@@ -1,6 +1,6 @@
 // Everything that can happen to a message. Each message that enters the router gets exactly one of
 // these when it comes; one that was taken and is lost later (queue_replaced, mailbox_replaced,
-// client_gone) is counted once more under that reason.
+// client_gone, link_reset, expired) is counted once more under that reason.
 #pragma once
 
 #include <array>
@@ -28,9 +28,13 @@ enum class Outcome : std::uint8_t {
   kIncomplete,
   kMalformedCommand,
   kUnknownCommand,
+  kHopLimit,
+  kWouldReturn,
+  kLinkReset,
+  kExpired,
 };
 
-inline constexpr std::size_t kOutcomeCount = 15;
+inline constexpr std::size_t kOutcomeCount = 19;
 constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kDelivered, "delivered",
                    "handed to its receiver's mailbox, connection or queue"},
@@ -58,8 +62,16 @@ constexpr std::array kOutcomes{
                    "a command to the router that is too short"},
     Label<Outcome>{Outcome::kUnknownCommand, "unknown_command",
                    "a command to the router that it does not know"},
+    Label<Outcome>{Outcome::kHopLimit, "hop_limit",
+                   "it went through too many routers: they send it round in a loop"},
+    Label<Outcome>{Outcome::kWouldReturn, "would_return",
+                   "the only way on is the link it came from"},
+    Label<Outcome>{Outcome::kLinkReset, "link_reset",
+                   "it was on its way over a link whose other router was started anew or is gone"},
+    Label<Outcome>{Outcome::kExpired, "expired",
+                   "it could not be sent over the link within the link's lifetime for messages"},
 };
-static_assert(complete(kOutcomes, Outcome::kUnknownCommand) && kOutcomes.size() == kOutcomeCount);
+static_assert(complete(kOutcomes, Outcome::kExpired) && kOutcomes.size() == kOutcomeCount);
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 

@@ -1,6 +1,29 @@
 #include "router/core/registrations.h"
 
+#include <algorithm>
+
 namespace tims::core {
+namespace {
+
+// Mailboxes above and beside us are not ours to tell of.
+bool is_below(const Client& owner) {
+  return owner.info.port != PortKind::kLink || owner.info.link.kind == LinkKind::kSub;
+}
+
+}  // namespace
+
+Origin Registrations::origin(const Client& owner, const Table::Entry& entry) const {
+  return owner.info.port == PortKind::kLink ? origins_.at(entry.handle) : here_;
+}
+
+void Registrations::told(const Client& owner, Address address, std::uint32_t handle, bool added) {
+  const bool link = owner.info.port == PortKind::kLink;
+  if (is_below(owner)) {
+    const Origin& origin = link ? origins_.at(handle) : here_;
+    added ? below_.added(address, origin) : below_.removed(address, origin);
+  }
+  if (link && !added) origins_.release(handle);
+}
 
 void Registrations::add(Time now, Client& owner, Address address, std::uint32_t handle) {
   const auto since = std::chrono::floor<std::chrono::seconds>(now.time_since_epoch());
@@ -10,10 +33,12 @@ void Registrations::add(Time now, Client& owner, Address address, std::uint32_t 
                  .position = static_cast<std::uint32_t>(owner.mailboxes.size())});
   owner.mailboxes.push_back(
       {.address = address, .registered_s = static_cast<std::uint32_t>(since.count())});
+  told(owner, address, handle, true);
 }
 
 void Registrations::remove(Client& owner, Address address) {
   const Table::Entry* entry = table_.find(address);
+  told(owner, address, entry->handle, false);
   // The last of the list takes the place of the one that goes.
   const std::uint32_t position = entry->position;
   table_.erase(entry);
@@ -27,8 +52,43 @@ void Registrations::remove(Client& owner, Address address) {
 Address Registrations::remove_last(Client& owner) {
   const Address address = owner.mailboxes.back().address;
   owner.mailboxes.pop_back();
-  table_.erase(table_.find(address));
+  const Table::Entry* entry = table_.find(address);
+  told(owner, address, entry->handle, false);
+  table_.erase(entry);
   return address;
+}
+
+std::optional<Origin> Registrations::waiting_origin(Address address, ClientId link) const {
+  const auto [first, last] = waiting_.equal_range(address.raw());
+  for (auto entry = first; entry != last; ++entry) {
+    if (entry->second.link == link) return entry->second.origin;
+  }
+  return std::nullopt;
+}
+
+bool Registrations::stop_waiting(Address address, ClientId link) {
+  const auto [first, last] = waiting_.equal_range(address.raw());
+  for (auto entry = first; entry != last; ++entry) {
+    if (entry->second.link != link) continue;
+    waiting_.erase(entry);
+    return true;
+  }
+  return false;
+}
+
+void Registrations::stop_waiting(ClientId link) {
+  std::erase_if(waiting_, [&](const auto& entry) { return entry.second.link == link; });
+}
+
+std::optional<Registrations::Waiting> Registrations::take_waiting(Address address) {
+  const auto [first, last] = waiting_.equal_range(address.raw());
+  if (first == last) return std::nullopt;
+  const auto best = std::min_element(first, last, [](const auto& a, const auto& b) {
+    return a.second.origin.hops < b.second.origin.hops;
+  });
+  const Waiting taken = best->second;
+  waiting_.erase(best);
+  return taken;
 }
 
 }  // namespace tims::core

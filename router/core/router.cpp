@@ -1,5 +1,7 @@
 #include "router/core/router.h"
 
+#include <utility>
+
 #include "wire/header.h"
 
 namespace tims::core {
@@ -10,6 +12,12 @@ constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace;
 Receiver connection_of(const Client& client, std::uint32_t handle = 0) {
   return {
       .client = client.id, .port = client.info.port, .token = client.info.token, .handle = handle};
+}
+
+// Nobody on the way knows where it should go: the sender of a command is told.
+bool is_no_way(Outcome outcome) {
+  return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
+         outcome == Outcome::kHopLimit;
 }
 
 EventKind kind_of(Registration::Status status) {
@@ -29,12 +37,18 @@ Router::Router(const RouterSettings& settings, HashSeed seed, Sink& sink)
     : settings_(settings),
       sink_(sink),
       registrations_(seed),
-      lifesigns_(settings.lifesign_interval) {}
+      lifesigns_(settings.lifesign_interval) {
+  const Origin here{settings.address, settings.epoch, 0};
+  registrations_.set_here(here);
+  registrations_.below().added(settings.address, here);
+}
 
 void Router::configure(Time now, const RouterSettings& settings) {
-  const Address address = settings_.address;
-  settings_ = settings;
-  settings_.address = address;
+  const RouterSettings old = std::exchange(settings_, settings);
+  settings_.address = old.address;
+  settings_.widths = old.widths;
+  settings_.role = old.role;
+  settings_.epoch = old.epoch;
   lifesigns_.set_interval(now, settings.lifesign_interval);
 }
 
@@ -47,7 +61,11 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
   }
   Client& client = clients_.add(info, now);
   if (info.lifesign) lifesigns_.watch(now, client);
-  happened({.at = now, .kind = EventKind::kClientCame, .client = client.party()});
+  const bool link = info.port == PortKind::kLink;
+  if (link) links_.push_back(client.id);
+  happened({.at = now,
+            .kind = link ? EventKind::kLinkUp : EventKind::kClientCame,
+            .client = client.party()});
   return client.id;
 }
 
@@ -61,8 +79,11 @@ void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
 void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   Client* client = clients_.find(id);
   if (client == nullptr) return;
+  registrations_.stop_waiting(id);
   withdraw_all(now, *client);
   lifesigns_.unwatch(*client);
+  std::erase(links_, id);
+  if (uplink_ == id) uplink_ = kNoClient;
   record_end(now, *client, reason);
   clients_.remove(id);
 }
@@ -102,6 +123,7 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
             .owner = owner.party()});
   if (!allowed) return Removal::kNotOwner;
   registrations_.remove(owner, address);
+  learn_again(now, address);
   return Removal::kOk;
 }
 
@@ -128,7 +150,7 @@ Outcome Router::on_message(Time now, ClientId from, Message& message) {
 Outcome Router::answer(Time now, ClientId asker, Message& message) {
   Outcome outcome = Outcome::kClientGone;
   if (!is_for_router(message.header)) {
-    outcome = forward(now, PortKind::kRouter, message);
+    outcome = forward(now, nullptr, message);
   } else if (Client* client = clients_.find(asker)) {
     outcome = hand_over(now, connection_of(*client), *client, message);
   }
@@ -142,28 +164,35 @@ Outcome Router::answer(Time now, ClientId asker, Message& message) {
 Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const Header& header = message.header;
   const bool local = sender.info.port == PortKind::kLocal;
+  const bool link = sender.info.port == PortKind::kLink;
+  if (is_for_router(header) && link) return Outcome::kMalformedCommand;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const Table::Entry* source = find(header.src);
   const bool forged = source == nullptr || source->owner != sender.id;
   if (forged && local) return Outcome::kForgedSource;
-  if (forged) count(EventKind::kForgedSourceTolerated);
-  const std::uint32_t handle = forged ? 0 : source->handle;
+  if (forged && !link) count(EventKind::kForgedSourceTolerated);
+  const std::uint32_t handle = forged || link ? 0 : source->handle;
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
-  const Outcome outcome = forward(now, sender.info.port, message);
-  if (outcome == Outcome::kNoRoute) answer_not_available(connection_of(sender, handle), header);
+  const Outcome outcome = forward(now, &sender, message);
+  if (is_no_way(outcome)) answer_not_available(connection_of(sender, handle), header);
   return outcome;
 }
 
-Outcome Router::forward(Time now, PortKind from, Message& message) {
-  const Table::Entry* entry = find(message.header.dest);
-  if (entry == nullptr) return Outcome::kNoRoute;
-  Client& receiver = *clients_.find(entry->owner);
-  if (from == PortKind::kLocal && receiver.info.port == PortKind::kTcp) {
+Outcome Router::forward(Time now, Client* from, Message& message) {
+  const Way on = way(from, message.header.dest);
+  if (on.to == nullptr) return on.why_not;
+  const bool ours = from == nullptr || from->info.port == PortKind::kLocal ||
+                    from->info.port == PortKind::kLink;
+  if ((message.header.flags & flag::kTrace) != 0 && from != nullptr)
+    sink_.traced(from->id, on.to->id, message);
+  if (on.to->info.port == PortKind::kLink) {
+    if (message.hops >= kHopsMax) return stop_loop(now, from, *on.to, message);
+  } else if (ours && on.to->info.port == PortKind::kTcp) {
     message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   }
-  return hand_over(now, connection_of(receiver, entry->handle), receiver, message);
+  return hand_over(now, connection_of(*on.to, on.handle), *on.to, message);
 }
 
 Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Message& message) {
@@ -240,11 +269,16 @@ void Router::withdraw_all(Time now, Client& client) {
               .address = address,
               .client = owner,
               .owner = owner});
+    learn_again(now, address);
   }
 }
 
 void Router::record_end(Time now, const Client& client, CloseReason reason) {
   Event event{.at = now, .reason = reason, .client = client.party()};
+  if (client.info.port == PortKind::kLink) {
+    event.kind = EventKind::kLinkDown;
+    return happened(event);
+  }
   switch (reason) {
     case CloseReason::kWatchdog:
       event.kind = EventKind::kWatchdogClosed;

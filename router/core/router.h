@@ -6,6 +6,9 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "router/core/clients.h"
 #include "router/core/counters.h"
@@ -14,6 +17,7 @@
 #include "router/core/legacy.h"
 #include "router/core/lifesign.h"
 #include "router/core/message.h"
+#include "router/core/neighbour.h"
 #include "router/core/outcome.h"
 #include "router/core/registrations.h"
 #include "router/core/sink.h"
@@ -24,10 +28,20 @@ namespace tims::core {
 
 struct RouterSettings {
   Address address{};           // the router's own: Tims(system/id)
+  AddressWidths widths{};
+  Role role = Role::kSystem;
+  std::uint32_t epoch = 0;     // lower half of what was drawn at start
   bool compat_delete = false;  // any TCP client may delete any TCP client's mailbox
   Duration lifesign_interval = std::chrono::seconds(5);
   std::uint32_t clients_max = 1024;
   std::uint32_t mailboxes_per_client_max = 4096;
+};
+
+// Where messages go whose destination nobody has registered.
+struct StaticRoute {
+  AddressPattern match{};
+  Text<63> text{};  // the pattern as it was written
+  Text<63> via{};   // name of a router at the other end of a link
 };
 
 struct Registration {
@@ -71,6 +85,49 @@ class Router {
   // lifesign may not have reached it yet.
   void on_progress(ClientId id);
 
+  // --- Links: clients with PortKind::kLink, whose mailboxes live behind another router.
+
+  // Where unknown destinations go; kNoClient: nowhere.
+  void set_uplink(Time now, ClientId link);
+  [[nodiscard]] ClientId uplink() const { return uplink_; }
+  // The link announces a mailbox. `origin`: with the hops from here.
+  // False: not taken, it goes round in a loop.
+  bool learn(Time now, ClientId link, Address address, const Origin& origin);
+  void forget(Time now, ClientId link, Address address);
+  void forget_all(Time now, ClientId link);
+  // What the link has announced of it, whether it owns it or waits for it.
+  [[nodiscard]] std::optional<Origin> announced(ClientId link, Address address) const;
+  // A message that was handed to a link, and that the link has lost or given up.
+  void on_undelivered(Time now, ClientId link, const Header& header, Outcome outcome);
+  // Links have things to tell that are no message's: counted and kept.
+  void note(const Event& event) { happened(event); }
+  void set_static_routes(std::vector<StaticRoute> routes) { static_routes_ = std::move(routes); }
+  [[nodiscard]] const std::vector<StaticRoute>& static_routes() const { return static_routes_; }
+
+  // What is told to routers above and beside: all that is below this one, itself included.
+  [[nodiscard]] const Below& below() const { return registrations_.below(); }
+  // Nothing: the address is not below.
+  [[nodiscard]] std::optional<Origin> told(Address address) const;
+  template <typename Visit>  // (Address, const Origin&)
+  void for_each_below(Visit visit) const {
+    visit(settings_.address, registrations_.here());
+    table().for_each([&](const Table::Entry& entry) {
+      if (const auto origin = told(entry.address)) visit(entry.address, *origin);
+    });
+  }
+  [[nodiscard]] Origin origin(const Table::Entry& entry) const {
+    return registrations_.origin(*clients_.find(entry.owner), entry);
+  }
+
+  // The client a message to this address is handed to; `from` is null for the router itself.
+  struct Way {
+    Client* to = nullptr;
+    std::uint32_t handle = 0;
+    enum class By : std::uint8_t { kTable, kStatic, kSystem, kUp, kNone } by = By::kNone;
+    Outcome why_not = Outcome::kNoRoute;  // without `to`
+  };
+  [[nodiscard]] Way way(const Client* from, Address dest) const;
+
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const { return lifesigns_.next_beat(); }
   void on_timeout(Time now);
@@ -90,11 +147,19 @@ class Router {
 
  private:
   Outcome dispatch(Time now, Client& sender, Message& message);
-  Outcome forward(Time now, PortKind from, Message& message);
+  Outcome forward(Time now, Client* from, Message& message);
   Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
   Outcome for_router_itself(Client& sender, std::uint32_t handle, const Message& message);
   void answer_not_available(const Receiver& to, const Header& request);
   static void count_dropped(Client* receiver, const Count& count);
+
+  // router_links.cpp
+  [[nodiscard]] ClientId link_named(std::string_view name) const;
+  [[nodiscard]] ClientId peer_of(std::uint32_t system) const;
+  void learn_again(Time now, Address address);
+  void duplicate(Time now, const Client& link, Address address, const Origin& origin);
+  [[nodiscard]] Party party_of(const Client& link, const Origin& origin) const;
+  Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
   // router_commands.cpp
   Outcome carry_out(Time now, Client& sender, const Message& message);
@@ -111,6 +176,10 @@ class Router {
 
   RouterSettings settings_;
   Sink& sink_;
+  ClientId uplink_{};
+  std::vector<ClientId> links_;
+  std::vector<StaticRoute> static_routes_;
+  Time next_loop_event_{};
   Clients clients_;
   Registrations registrations_;
   Lifesigns lifesigns_;

@@ -60,6 +60,7 @@ class RecordingSink final : public Sink {
   void admin(ClientId from, const Message& request) override {
     questions.push_back({from, request.header.src});
   }
+  void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
   void event(const Event& event) override { events.push_back(event); }
 
   Outcome outcome = Outcome::kDelivered;  // of every delivery
@@ -67,6 +68,7 @@ class RecordingSink final : public Sink {
   std::vector<Reply> replies;
   std::vector<Close> closed;
   std::vector<std::pair<ClientId, Address>> questions;
+  std::vector<std::pair<ClientId, ClientId>> traces;
   std::vector<Event> events;
 };
 

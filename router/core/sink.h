@@ -36,6 +36,9 @@ class Sink {
   // A question to the router. Answered with Router::answer(), now or later.
   virtual void admin(ClientId from, const Message& request) = 0;
 
+  // A message with flag TRACE is about to go from one client to another.
+  virtual void traced(ClientId from, ClientId to, const Message& message) = 0;
+
   // Something happened that is kept in the event log.
   virtual void event(const Event& event) = 0;
 

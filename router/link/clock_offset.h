@@ -1,0 +1,44 @@
+// How far the other host's clock is ahead of ours, from the four times of the keep-alives (RFC 5905,
+// section 8): of the samples of the last ones, that with the shortest round trip counts.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "tims/time.h"
+
+namespace tims::link {
+
+class ClockOffset {
+ public:
+  // Nanoseconds, each on the clock of the host it says: ours sent, theirs received and sent, ours
+  // received.
+  void add(std::int64_t sent, std::int64_t their_received, std::int64_t their_sent,
+           std::int64_t received) {
+    Sample& sample = samples_[count_++ % samples_.size()];
+    sample.round_trip = (received - sent) - (their_sent - their_received);
+    sample.offset = ((their_received - sent) + (their_sent - received)) / 2;
+  }
+  void reset() { count_ = 0; }
+
+  struct Sample {
+    std::int64_t offset = 0;      // theirs less ours
+    std::int64_t round_trip = 0;  // the offset is right within half of it
+  };
+  [[nodiscard]] std::optional<Sample> best() const {
+    if (count_ == 0) return std::nullopt;
+    Sample best = samples_[0];
+    for (std::size_t i = 1; i < std::min<std::size_t>(count_, samples_.size()); ++i) {
+      if (samples_[i].round_trip < best.round_trip) best = samples_[i];
+    }
+    return best;
+  }
+
+ private:
+  std::array<Sample, 8> samples_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace tims::link

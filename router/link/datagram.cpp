@@ -1,0 +1,185 @@
+#include "router/link/datagram.h"
+
+#include <algorithm>
+
+#include "router/link/bytes.h"
+
+namespace tims::link {
+namespace {
+
+constexpr std::string_view kMagic = "TIMS";
+
+template <typename Enum, std::size_t size>
+const core::Label<Enum>& label(const std::array<core::Label<Enum>, size>& labels, Enum value) {
+  return labels[static_cast<std::size_t>(value)];
+}
+
+template <typename Enum>
+bool get_enum(ByteReader& in, Enum last, Enum& value) {
+  const auto number = in.get<std::uint8_t>();
+  value = static_cast<Enum>(number);
+  return number <= static_cast<std::uint8_t>(last);
+}
+
+void put_ms(ByteWriter& out, Duration duration) {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
+  out.put(static_cast<std::uint16_t>(std::clamp<std::int64_t>(ms, 1, 0xFFFF)));
+}
+Duration get_ms(ByteReader& in) { return std::chrono::milliseconds(in.get<std::uint16_t>()); }
+
+void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second) {
+  out.put(static_cast<std::uint8_t>(kind));
+  out.put(first);
+  out.put(second);
+  out.put(std::uint8_t{0});
+  out.put_text(kMagic);
+}
+
+void put(ByteWriter& out, const Identity& who) {
+  out.put(who.epoch);
+  out.put(static_cast<std::uint8_t>(who.role));
+  out.put(who.system);
+  out.put(who.id);
+  out.put(static_cast<std::uint8_t>(who.name.view().size()));
+  out.put(who.widths.system);
+  out.put(who.widths.class_id);
+  out.put(who.widths.instance);
+  out.put(who.widths.local);
+  out.put(who.message_max);
+  out.put_text(who.name.view());
+}
+
+bool get(ByteReader& in, Identity& who) {
+  who.epoch = in.get<std::uint64_t>();
+  const bool role_known = get_enum(in, Role::kTop, who.role);
+  who.system = in.get<std::uint8_t>();
+  who.id = in.get<std::uint8_t>();
+  const auto name_size = in.get<std::uint8_t>();
+  who.widths = {in.get<std::uint8_t>(), in.get<std::uint8_t>(), in.get<std::uint8_t>(),
+                in.get<std::uint8_t>()};
+  who.message_max = in.get<std::uint32_t>();
+  who.name = in.text(name_size);
+  return in.ok() && role_known && who.widths.valid();
+}
+
+std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8_t high) {
+  Hello hello{.version_min = low, .version_max = high};
+  hello.token = in.get<std::uint64_t>();
+  if (!in.ok() || hello.token == 0 || low > high) return std::nullopt;
+  // What stands behind the token may be different in another version.
+  if (low > kVersionMax || high < kVersionMin) return hello;
+  hello.resume = in.get<std::uint64_t>();
+  hello.keep_alive = get_ms(in);
+  const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
+  if (!kind_known || !get(in, hello.who)) return std::nullopt;
+  return hello;
+}
+
+std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std::uint8_t flags) {
+  Welcome welcome{.version = version, .resumed = (flags & 1) != 0};
+  welcome.echo = in.get<std::uint64_t>();
+  welcome.token = in.get<std::uint64_t>();
+  welcome.keep_alive = get_ms(in);
+  if (!get(in, welcome.who) || welcome.token == 0) return std::nullopt;
+  return welcome;
+}
+
+std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint8_t high) {
+  Refuse refuse{.version_min = low, .version_max = high};
+  refuse.echo = in.get<std::uint64_t>();
+  const bool known = get_enum(in, RefuseCode::kTooMany, refuse.code);
+  const auto size = in.get<std::uint8_t>();
+  refuse.text = in.text(size);
+  if (!in.ok() || !known) return std::nullopt;
+  return refuse;
+}
+
+std::optional<Datagram> decode_data(std::span<std::byte> bytes) {
+  if (bytes.size() < kDataHeaderSize) return std::nullopt;
+  ByteReader in(bytes.subspan(4));
+  Data data;
+  data.header.packet = in.get<std::uint32_t>();
+  data.header.token = in.get<std::uint64_t>();
+  data.frames = bytes.subspan(kDataHeaderSize);
+  return data;
+}
+
+}  // namespace
+
+std::string_view name(RefuseCode code) { return label(kRefuseCodes, code).name; }
+std::string_view sentence(RefuseCode code) { return label(kRefuseCodes, code).sentence; }
+
+std::optional<Datagram> decode(std::span<std::byte> bytes) {
+  ByteReader in(bytes);
+  const auto kind = static_cast<DatagramKind>(in.get<std::uint8_t>());
+  const auto first = in.get<std::uint8_t>();
+  const auto second = in.get<std::uint8_t>();
+  in.get<std::uint8_t>();
+  if (!in.ok()) return std::nullopt;
+  if (kind == DatagramKind::kData) return decode_data(bytes);
+  if (in.text(kMagic.size()) != kMagic) return std::nullopt;
+  switch (kind) {
+    case DatagramKind::kHello:
+      return decode_hello(in, first, second);
+    case DatagramKind::kWelcome:
+      return decode_welcome(in, first, second);
+    case DatagramKind::kRefuse:
+      return decode_refuse(in, first, second);
+    case DatagramKind::kReset: {
+      const Reset reset{in.get<std::uint64_t>()};
+      if (in.ok()) return reset;
+      break;
+    }
+    default:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::size_t encode(const Hello& hello, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kHello, hello.version_min, hello.version_max);
+  out.put(hello.token);
+  out.put(hello.resume);
+  put_ms(out, hello.keep_alive);
+  out.put(static_cast<std::uint8_t>(hello.kind));
+  put(out, hello.who);
+  return out.size();
+}
+
+std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kWelcome, welcome.version, welcome.resumed ? 1 : 0);
+  out.put(welcome.echo);
+  out.put(welcome.token);
+  put_ms(out, welcome.keep_alive);
+  put(out, welcome.who);
+  return out.size();
+}
+
+std::size_t encode(const Refuse& refuse, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kRefuse, refuse.version_min, refuse.version_max);
+  out.put(refuse.echo);
+  out.put(static_cast<std::uint8_t>(refuse.code));
+  const std::string_view text = refuse.text.view();
+  out.put(static_cast<std::uint8_t>(text.size()));
+  out.put_text(text);
+  return out.size();
+}
+
+std::size_t encode(const Reset& reset, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kReset, 0, 0);
+  out.put(reset.token);
+  return out.size();
+}
+
+void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to) {
+  ByteWriter out(to);
+  out.put(static_cast<std::uint32_t>(DatagramKind::kData));
+  out.put(header.packet);
+  out.put(header.token);
+}
+
+}  // namespace tims::link

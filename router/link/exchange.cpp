@@ -1,0 +1,193 @@
+#include "router/link/exchange.h"
+
+namespace tims::link {
+namespace {
+
+// Between two questions for a whole table.
+constexpr Duration kAskEvery = std::chrono::milliseconds(500);
+// While so much of what was told is still to be sent, nothing more is: changes come together.
+constexpr std::uint64_t kBacklogMax = 64 << 10;
+
+// Hops as the other router counts them: one less than here.
+core::Origin as_told(core::Origin origin) {
+  --origin.hops;
+  return origin;
+}
+
+}  // namespace
+
+void Exchange::begin(Time now, core::ClientId client, bool imports) {
+  client_ = client;
+  imports_ = imports;
+  if (imports_) want(now, holding_);
+}
+
+void Exchange::end() {
+  wanted_ = false;
+  told_ = holding_ = {};
+  hash_ = 0;
+  held_count_ = 0;
+  refused_.clear();
+  client_ = core::kNoClient;
+}
+
+void Exchange::send(Time now, ControlMessage& message) {
+  session_.send_control(now, message.finish());
+}
+
+void Exchange::want(Time now, const TableState& state) {
+  asked_ = now;
+  ControlMessage message(control::kWant);
+  message.put(state);
+  send(now, message);
+}
+
+// --- what we tell
+
+void Exchange::set_telling(Time now, bool telling) {
+  if (telling_ == telling) return;
+  telling_ = telling;
+  if (!wanted_) return;
+  if (telling) return tell_all(now);
+  ControlMessage nothing(control::kSnapshot);
+  send(now, nothing);
+  told_ = {};
+  done(now);
+}
+
+void Exchange::tell(Time now) {
+  if (!wanted_ || !telling_ || session_.queued_bytes(kControlLane) > kBacklogMax) return;
+  const core::Below& below = router_.below();
+  if (told_.number == below.number()) return;
+  below.remembers(told_.number) ? tell_changes(now) : tell_all(now);
+}
+
+void Exchange::tell_all(Time now) {
+  ControlMessage begin(control::kSnapshot);
+  send(now, begin);
+  ControlMessage message(control::kAdd);
+  router_.for_each_below([&](Address address, const core::Origin& origin) {
+    message.put(address, origin);
+    if (!message.full()) return;
+    send(now, message);
+    message = ControlMessage(control::kAdd);
+  });
+  if (!message.empty()) send(now, message);
+  told_ = {router_.below().number(), router_.below().hash()};
+  done(now);
+}
+
+// Each address that changed is looked up as it is now: what came and went in between is not told.
+void Exchange::tell_changes(Time now) {
+  ControlMessage gone(control::kRemove);
+  ControlMessage there(control::kAdd);
+  const core::Below& below = router_.below();
+  const auto flush = [&](ControlMessage& message, std::int8_t type, bool always) {
+    if (!message.full() && !(always && !message.empty())) return;
+    send(now, message);
+    message = ControlMessage(type);
+  };
+  for (std::uint32_t n = told_.number + 1; n != below.number() + 1; ++n) {
+    const Address address = below.changed(n);
+    if (const auto origin = router_.told(address)) {
+      there.put(address, *origin);
+    } else {
+      gone.put(address);
+    }
+    flush(gone, control::kRemove, false);
+    flush(there, control::kAdd, false);
+  }
+  flush(gone, control::kRemove, true);
+  flush(there, control::kAdd, true);
+  told_ = {below.number(), below.hash()};
+  done(now);
+}
+
+void Exchange::done(Time now) {
+  ControlMessage message(control::kDone);
+  message.put(told_);
+  send(now, message);
+}
+
+// --- what we hold
+
+std::optional<core::Origin> Exchange::held(Address address) const {
+  const auto refused = refused_.find(address.raw());
+  if (refused != refused_.end()) return refused->second;
+  const auto announced = router_.announced(client_, address);
+  return announced ? std::optional(as_told(*announced)) : std::nullopt;
+}
+
+void Exchange::add(Time now, Address address, core::Origin origin) {
+  if (const auto old = held(address)) {
+    if (*old == origin) return;
+    remove(now, address);
+  }
+  hash_ ^= core::table_hash(address, origin);
+  ++held_count_;
+  core::Origin here = origin;
+  if (here.hops < core::kHopsMax) ++here.hops;
+  const bool countable = here.hops == origin.hops + 1;
+  if (!router_.learn(now, client_, address, here) || !countable) {
+    router_.forget(now, client_, address);
+    refused_[address.raw()] = origin;
+  }
+}
+
+void Exchange::remove(Time now, Address address) {
+  const auto old = held(address);
+  if (!old) return;
+  hash_ ^= core::table_hash(address, *old);
+  --held_count_;
+  if (refused_.erase(address.raw()) == 0) router_.forget(now, client_, address);
+}
+
+void Exchange::forget_all(Time now) {
+  router_.forget_all(now, client_);
+  refused_.clear();
+  hash_ = 0;
+  held_count_ = 0;
+}
+
+bool Exchange::on_control(Time now, const core::Message& message) {
+  TableState state;
+  switch (message.header.type) {
+    case control::kWant:
+      if (!read_state(message.body(), state)) return false;
+      wanted_ = true;
+      // Asked again before the last answer is out: the keep-alives will bring it up.
+      if (!telling_ || session_.queued_bytes(kControlLane) > kBacklogMax) return true;
+      if (state == TableState{router_.below().number(), router_.below().hash()} &&
+          state.number != 0) {
+        told_ = state;
+        done(now);
+      } else {
+        tell_all(now);
+      }
+      return true;
+    case control::kSnapshot:
+      if (imports_) forget_all(now);
+      return true;
+    case control::kAdd:
+      return read_announcements(message.body(), [&](Address address, const core::Origin& origin) {
+        if (imports_) add(now, address, origin);
+      });
+    case control::kRemove:
+      return read_addresses(message.body(), [&](Address address) {
+        if (imports_) remove(now, address);
+      });
+    case control::kDone:
+      if (!read_state(message.body(), holding_)) return false;
+      if (imports_ && holding_.hash != hash_ && now >= asked_ + kAskEvery) want(now, {});
+      return true;
+    default:
+      return false;
+  }
+}
+
+void Exchange::compare(Time now, const TableState& theirs) {
+  if (!imports_ || theirs.number != holding_.number || theirs.number == 0) return;
+  if (theirs.hash != hash_ && now >= asked_ + kAskEvery) want(now, {});
+}
+
+}  // namespace tims::link

@@ -1,0 +1,66 @@
+// The mailboxes that two linked routers tell each other: what we tell (all that is below us), and
+// what we hold of theirs. State that both sides can compare, so that a link that comes back, or a
+// message that was lost with a restarted router, never leaves a table wrong.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "router/core/router.h"
+#include "router/link/control.h"
+#include "router/link/session.h"
+
+namespace tims::link {
+
+class Exchange {
+ public:
+  Exchange(core::Router& router, Session& session) : router_(router), session_(session) {}
+
+  // The link is up. `imports`: we want the other side's table.
+  void begin(Time now, core::ClientId client, bool imports);
+  // The link is down; what we held is withdrawn with the client.
+  void end();
+
+  // False while another super router is used: then we tell nothing.
+  void set_telling(Time now, bool telling);
+  // Tells what has changed. Cheap when nothing has.
+  void tell(Time now);
+
+  // From the control lane. False: it is none of these messages.
+  bool on_control(Time now, const core::Message& message);
+  // What the keep-alive says of the other side's table: asks again when ours is different.
+  void compare(Time now, const TableState& theirs);
+  // For our keep-alive.
+  [[nodiscard]] TableState told() const { return told_; }
+  [[nodiscard]] std::uint64_t held() const { return held_count_; }
+
+ private:
+  void send(Time now, ControlMessage& message);
+  void want(Time now, const TableState& state);
+  void tell_all(Time now);
+  void tell_changes(Time now);
+  void done(Time now);
+  void add(Time now, Address address, core::Origin origin);
+  void remove(Time now, Address address);
+  [[nodiscard]] std::optional<core::Origin> held(Address address) const;
+  void forget_all(Time now);
+
+  core::Router& router_;
+  Session& session_;
+  core::ClientId client_{};
+  bool imports_ = false;
+
+  bool telling_ = true;
+  bool wanted_ = false;  // the other side has said what it holds
+  TableState told_{};    // what it will hold when all has arrived
+
+  TableState holding_{};      // the last DONE
+  std::uint32_t hash_ = 0;    // of what we hold
+  std::uint64_t held_count_ = 0;
+  Time asked_{};              // last WANT
+  // What the router did not take: it goes round in a loop. Counts as held, or we would ask for ever.
+  std::map<std::uint32_t, core::Origin> refused_;
+};
+
+}  // namespace tims::link

@@ -1,0 +1,168 @@
+#include "router/link/frame.h"
+
+#include "router/link/bytes.h"
+
+namespace tims::link {
+namespace {
+
+constexpr std::uint64_t kOffsetMax = std::uint64_t{1} << 62;
+
+KeepAlive get_keep_alive(ByteReader& in) {
+  KeepAlive frame;
+  in.get<std::uint8_t>();
+  frame.loss_permille = in.get<std::uint16_t>();
+  frame.held_us = in.get<std::uint32_t>();
+  frame.sent_ns = in.get<std::uint64_t>();
+  frame.echo_ns = in.get<std::uint64_t>();
+  frame.wall_ns = in.get<std::int64_t>();
+  frame.table_number = in.get<std::uint32_t>();
+  frame.table_hash = in.get<std::uint32_t>();
+  return frame;
+}
+
+std::optional<Frame> get_ack(ByteReader& in) {
+  Ack ack;
+  ack.count = in.get<std::uint8_t>();
+  ack.delay = in.get<std::uint16_t>();
+  if (ack.count == 0 || ack.count > Ack::kRangesMax) return std::nullopt;
+  for (std::size_t i = 0; i < ack.count; ++i) {
+    ack.ranges[i] = {in.get<std::uint32_t>(), in.get<std::uint32_t>()};
+  }
+  return ack;
+}
+
+std::optional<Frame> get_stream(ByteReader& in, std::span<std::byte> all) {
+  StreamFrame frame;
+  frame.lane = in.get<std::uint8_t>();
+  const auto size = in.get<std::uint16_t>();
+  frame.offset = in.get<std::uint64_t>();
+  const std::size_t begin = all.size() - in.rest().size();
+  in.take(size);
+  if (!in.ok() || size == 0 || frame.lane >= kLanes || frame.offset > kOffsetMax)
+    return std::nullopt;
+  frame.bytes = all.subspan(begin, size);
+  return frame;
+}
+
+std::optional<Frame> get_skip(ByteReader& in) {
+  SkipFrame frame;
+  frame.lane = in.get<std::uint8_t>();
+  in.get<std::uint16_t>();
+  frame.to = in.get<std::uint64_t>();
+  if (frame.lane >= kControlLane || frame.to > kOffsetMax) return std::nullopt;
+  return frame;
+}
+
+std::optional<Frame> get_sample(ByteReader& in, std::span<std::byte> all) {
+  SampleFrame frame;
+  frame.hops = in.get<std::uint8_t>();
+  const auto size = in.get<std::uint16_t>();
+  frame.number = in.get<std::uint32_t>();
+  frame.total = in.get<std::uint32_t>();
+  frame.offset = in.get<std::uint32_t>();
+  const std::size_t begin = all.size() - in.rest().size();
+  in.take(size);
+  const bool inside = std::uint64_t{frame.offset} + size <= frame.total;
+  if (!in.ok() || size == 0 || !inside) return std::nullopt;
+  frame.bytes = all.subspan(begin, size);
+  return frame;
+}
+
+std::optional<Frame> get_frame(ByteReader& in, std::span<std::byte> all) {
+  switch (static_cast<FrameType>(in.get<std::uint8_t>())) {
+    case FrameType::kKeepAlive:
+      return get_keep_alive(in);
+    case FrameType::kAck:
+      return get_ack(in);
+    case FrameType::kStream:
+      return get_stream(in, all);
+    case FrameType::kSkip:
+      return get_skip(in);
+    case FrameType::kSample:
+      return get_sample(in, all);
+    case FrameType::kProbe:
+      in.take(in.rest().size());
+      return ProbeFrame{};
+    case FrameType::kChallenge:
+      return ChallengeFrame{in.get<std::uint64_t>()};
+    case FrameType::kResponse:
+      return ResponseFrame{in.get<std::uint64_t>()};
+    case FrameType::kClose:
+      return CloseFrame{in.get<std::uint8_t>()};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Frame> FrameReader::next() {
+  if (rest_.empty()) return std::nullopt;
+  ByteReader in(rest_);
+  auto frame = get_frame(in, rest_);
+  if (!frame || !in.ok()) return bad();
+  rest_ = rest_.last(in.rest().size());
+  return frame;
+}
+
+std::optional<Frame> FrameReader::bad() {
+  rest_ = {};
+  ok_ = false;
+  return std::nullopt;
+}
+
+void put(ByteWriter& out, const KeepAlive& frame) {
+  out.put(static_cast<std::uint8_t>(FrameType::kKeepAlive));
+  out.put(std::uint8_t{0});
+  out.put(frame.loss_permille);
+  out.put(frame.held_us);
+  out.put(frame.sent_ns);
+  out.put(frame.echo_ns);
+  out.put(frame.wall_ns);
+  out.put(frame.table_number);
+  out.put(frame.table_hash);
+}
+
+void put(ByteWriter& out, const Ack& frame) {
+  out.put(static_cast<std::uint8_t>(FrameType::kAck));
+  out.put(frame.count);
+  out.put(frame.delay);
+  for (std::size_t i = 0; i < frame.count; ++i) {
+    out.put(frame.ranges[i].first);
+    out.put(frame.ranges[i].last);
+  }
+}
+
+void put(ByteWriter& out, const SkipFrame& frame) {
+  out.put(static_cast<std::uint8_t>(FrameType::kSkip));
+  out.put(frame.lane);
+  out.put(std::uint16_t{0});
+  out.put(frame.to);
+}
+
+void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) {
+  out.put(static_cast<std::uint8_t>(type));
+  out.put(nonce);
+}
+
+void put_close(ByteWriter& out, std::uint8_t reason) {
+  out.put(static_cast<std::uint8_t>(FrameType::kClose));
+  out.put(reason);
+}
+
+void put_header(ByteWriter& out, std::uint8_t lane, std::uint64_t offset, std::size_t size) {
+  out.put(static_cast<std::uint8_t>(FrameType::kStream));
+  out.put(lane);
+  out.put(static_cast<std::uint16_t>(size));
+  out.put(offset);
+}
+
+void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size) {
+  out.put(static_cast<std::uint8_t>(FrameType::kSample));
+  out.put(frame.hops);
+  out.put(static_cast<std::uint16_t>(size));
+  out.put(frame.number);
+  out.put(frame.total);
+  out.put(frame.offset);
+}
+
+}  // namespace tims::link

@@ -1,0 +1,30 @@
+// Who a router is, and what two routers are to each other.
+#pragma once
+
+#include <cstdint>
+
+#include "router/core/neighbour.h"
+#include "router/core/text.h"
+#include "tims/address.h"
+
+namespace tims::link {
+
+using core::LinkKind;
+using core::Role;
+
+// Who a router is. `epoch` is drawn at random when it starts.
+struct Identity {
+  std::uint64_t epoch = 0;
+  Role role = Role::kSystem;
+  std::uint8_t system = 0;
+  std::uint8_t id = 0;
+  core::Text<63> name{};
+  AddressWidths widths{};
+  std::uint32_t message_max = 0;  // bytes, header included
+
+  [[nodiscard]] Address address() const {
+    return Address::of({.system = system, .instance = id}, widths);
+  }
+};
+
+}  // namespace tims::link

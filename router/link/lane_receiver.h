@@ -1,0 +1,85 @@
+// One lane on its way in: puts the stream together again and cuts it into messages.
+//
+// What comes in order is handed on at once, from the datagram itself when the message is whole in
+// it. What comes too early is kept; what cannot be kept is refused, and comes again.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "router/core/block_pool.h"
+#include "router/link/message_memory.h"
+#include "router/link/range_set.h"
+#include "router/link/record.h"
+
+namespace tims::link {
+
+// What the lanes of one link share.
+struct Assembly {
+  core::BlockPool& pool;             // for what comes too early
+  MessageMemory& memory;             // for messages that come in parts
+  std::vector<MessageBuffer>& done;  // messages that were handed on and are still looked at
+  std::uint32_t message_max = kMessageMaxDefault;
+};
+
+class LaneReceiver {
+ public:
+  explicit LaneReceiver(Assembly& assembly) : assembly_(assembly) {}
+  LaneReceiver(const LaneReceiver&) = delete;
+  LaneReceiver& operator=(const LaneReceiver&) = delete;
+  ~LaneReceiver() { drop_early(); }
+
+  enum class Verdict : std::uint8_t {
+    kTaken,    // or known already
+    kRefused,  // no memory, or too far ahead: must not be acknowledged
+    kBroken,   // no stream of messages: the other side is no router of ours
+  };
+  Verdict on_bytes(Time now, std::uint64_t offset, std::span<std::byte> bytes, bool control,
+                   Arrivals& arrivals);
+  Verdict on_skip(Time now, std::uint64_t to, bool control, Arrivals& arrivals);
+
+  // What is here and in order could not be handed on for lack of memory: on_bytes and retry do.
+  [[nodiscard]] bool is_stuck() const { return !early_.empty() && early_.front().begin <= next_; }
+  Verdict retry(Time now, bool control, Arrivals& arrivals) {
+    return is_stuck() ? drain_early(now, control, arrivals) : Verdict::kTaken;
+  }
+
+  void clear();  // the lane begins anew
+  [[nodiscard]] std::uint64_t next() const { return next_; }
+
+ private:
+  bool keep_early(std::uint64_t offset, std::span<const std::byte> bytes);
+  Verdict drain_early(Time now, bool control, Arrivals& arrivals);
+  void drop_early();
+  [[nodiscard]] core::BlockPool::Index& block_of(std::uint64_t offset);
+
+  // Returns how many bytes it took; sets broken_. `stable`: the bytes stay until the flush.
+  std::size_t consume(Time now, std::span<std::byte> bytes, bool stable, bool control,
+                      Arrivals& arrivals);
+  std::size_t consume_head(std::span<const std::byte> bytes);
+  std::size_t consume_body(Time now, std::span<const std::byte> bytes, bool control,
+                           Arrivals& arrivals);
+  bool begin_message(const Header& header);
+  [[nodiscard]] bool is_bad(const Header& header) const;
+  static void hand_on(Time now, std::span<const std::byte> prefix, core::Message message,
+                      bool control, Arrivals& arrivals);
+
+  Assembly& assembly_;
+  std::uint64_t next_ = 0;  // first byte that has not come
+  bool broken_ = false;
+
+  // The message in the making.
+  std::array<std::byte, kRecordHead> head_{};
+  std::size_t head_size_ = 0;
+  MessageBuffer body_;       // the message, header included
+  std::size_t body_size_ = 0;  // so much of it is there
+  Header header_{};
+
+  RangeSet early_;
+  std::vector<core::BlockPool::Index> early_blocks_;  // a ring, by block number; empty until used
+};
+
+}  // namespace tims::link

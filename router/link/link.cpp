@@ -1,0 +1,333 @@
+#include "router/link/link.h"
+
+#include <algorithm>
+#include <array>
+
+namespace tims::link {
+namespace {
+
+constexpr Duration kAfterRefusal = std::chrono::seconds(3);
+constexpr Duration kChallengeEvery = std::chrono::milliseconds(100);
+// A side that accepts says that it lives for so long to one it does not hear.
+constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
+
+constexpr std::array<std::string_view, 6> kStates{"idle", "connecting", "refused",
+                                                  "up",   "silent",     "down"};
+
+std::uint64_t ns(Time t) { return static_cast<std::uint64_t>(t.time_since_epoch().count()); }
+
+}  // namespace
+
+std::string_view name(Link::State state) { return kStates[static_cast<std::size_t>(state)]; }
+
+Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
+           std::vector<MessageBuffer>& done, LinkSurroundings& around, std::uint32_t slot,
+           const LinkSettings& settings)
+    : router_(router),
+      around_(around),
+      slot_(slot),
+      settings_(settings),
+      session_(pool, memory, done, settings.session, *this, *this),
+      exchange_(router, session_) {
+  session_.set_open(false);
+}
+
+void Link::configure(const LinkSettings& settings) {
+  settings_ = settings;
+  session_.configure(settings.session);
+}
+
+void Link::enter(Time now, State state) {
+  if (state_ == state) return;
+  state_ = state;
+  since_ = now;
+  around_.changed();
+}
+
+// --- finding each other
+
+void Link::set_target(Time now, const NetAddress& target) {
+  if (target_ == target && state_ != State::kIdle) return;
+  target_ = target;
+  if (state_ == State::kIdle) begin_connecting(now, now);
+}
+
+void Link::begin_connecting(Time now, Time first) {
+  if (!settings_.connects) return enter(now, State::kSilent);
+  if (our_token_ == 0) our_token_ = around_.random() | 1;
+  next_hello_ = first;
+  enter(now, State::kConnecting);
+}
+
+void Link::say_hello(Time now) {
+  // A little apart from each other, when a thousand do it at once.
+  const auto jitter = static_cast<std::int64_t>(around_.random() % 1000) - 500;
+  next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
+  if (!target_) return;
+  Hello hello{.kind = settings_.kind,
+              .token = our_token_,
+              .resume = their_token_,
+              .keep_alive = settings_.keep_alive,
+              .who = around_.self()};
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  around_.send(target_, std::span(bytes).first(encode(hello, bytes)));
+}
+
+void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
+  if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
+  const bool goes_on = welcome.resumed && welcome.token == their_token_;
+  if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
+  their_token_ = welcome.token;
+  their_keep_alive_ = welcome.keep_alive;
+  peer_ = welcome.who;
+  address_ = from;
+  come_up(now);
+}
+
+void Link::on_refuse(Time now, const Refuse& refuse) {
+  if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
+  const bool known = state_ == State::kRefused && refusal_ == refuse.text;
+  refusal_ = refuse.text;
+  next_hello_ = now + kAfterRefusal;
+  enter(now, State::kRefused);
+  if (known) return;
+  router_.note({.at = now,
+                .kind = core::EventKind::kLinkRefused,
+                .client = {.port = core::PortKind::kLink,
+                           .name = std::string_view(settings_.to),
+                           .peer = std::string_view(target_.to_string())},
+                .text = refusal_});
+}
+
+void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token) {
+  if (is_up()) go_down(now, core::CloseReason::kReplaced, State::kSilent);
+  forget_session(now, core::Outcome::kLinkReset);
+  our_token_ = our_token;
+  their_token_ = hello.token;
+  their_keep_alive_ = hello.keep_alive;
+  peer_ = hello.who;
+  address_ = from;
+  come_up(now);
+}
+
+void Link::come_up(Time now) {
+  if (is_up()) return;
+  client_ = router_.connect(now, {.port = core::PortKind::kLink,
+                                  .token = slot_,
+                                  .name = core::Text<31>(peer_.name.view()),
+                                  .peer = std::string_view(address_.to_string()),
+                                  .link = {.kind = settings_.kind,
+                                           .role = peer_.role,
+                                           .system = peer_.system,
+                                           .router = peer_.address()}});
+  if (!client_) return;
+  heard_ = now;
+  next_hello_ = kNever;
+  next_keep_alive_ = now;
+  refusal_ = {};
+  session_.on_new_path(now);
+  session_.set_open(true);
+  exchange_.begin(now, client_, settings_.kind != LinkKind::kSuper);
+  enter(now, State::kUp);
+}
+
+void Link::go_down(Time now, core::CloseReason reason, State state) {
+  const core::ClientId client = std::exchange(client_, core::kNoClient);
+  exchange_.end();
+  session_.set_open(false);
+  enter(now, state);
+  router_.disconnect(now, client, reason);
+  if (state == State::kSilent && settings_.connects) begin_connecting(now, now);
+}
+
+void Link::forget_session(Time now, core::Outcome why) {
+  session_.reset(now, why);
+  clock_.reset();
+  rtt_.reset();
+  last_sent_ns_ = 0;
+}
+
+void Link::on_reset(Time now) {
+  if (state_ == State::kDown) return;
+  if (is_up()) go_down(now, core::CloseReason::kForgotten, State::kSilent);
+  their_token_ = 0;
+  if (settings_.connects) begin_connecting(now, now);
+}
+
+// --- what is carried
+
+core::Outcome Link::send(Time now, const core::Message& message) {
+  if (!is_up()) return core::Outcome::kClientGone;
+  const RecordPrefix prefix{.hops = static_cast<std::uint8_t>(message.hops + 1)};
+  return session_.send(now, prefix, message.header, message.bytes);
+}
+
+void Link::on_data(Time now, const NetAddress& from, const Data& data) {
+  if (state_ == State::kDown) return;
+  if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
+  from_ = from;
+  if (!is_up()) {
+    if (their_token_ == 0) return;
+    come_up(now);
+    if (!is_up()) return;
+  }
+  heard_ = now;
+  broken_ = false;
+  const auto verdict = session_.on_data(now, data);
+  if (verdict == Session::Verdict::kBroken || broken_) {
+    // Whoever sends this knows the token and is no router that we understand.
+    say_goodbye(now, core::CloseReason::kBadRecord);
+    if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
+    forget_session(now, core::Outcome::kLinkReset);
+    their_token_ = 0;
+    return;
+  }
+  if (is_up() && from != address_) check_address(now);
+}
+
+// They may have another address now. A datagram says it, and an answer from there proves it: what
+// somebody else repeats from elsewhere leads nowhere.
+void Link::check_address(Time now) {
+  if (candidate_ == from_ && now < challenged_ + kChallengeEvery) return;
+  candidate_ = from_;
+  challenged_ = now;
+  nonce_ = around_.random();
+  send_nonce(now, FrameType::kChallenge, nonce_, candidate_);
+}
+
+void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
+  std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
+  around_.send(to, std::span(bytes).first(
+                       session_.build_nonce(now, their_token_, type, nonce, bytes)));
+}
+
+void Link::on_frame(Time now, const ChallengeFrame& frame) {
+  send_nonce(now, FrameType::kResponse, frame.nonce, from_);
+}
+
+void Link::on_frame(Time now, const ResponseFrame& frame) {
+  if (from_ != candidate_ || frame.nonce != nonce_ || !candidate_) return;
+  address_ = candidate_;
+  candidate_ = {};
+  session_.on_new_path(now);
+}
+
+void Link::on_frame(Time now, const CloseFrame&) {
+  if (!is_up()) return;
+  go_down(now, core::CloseReason::kPeerClosed, State::kSilent);
+}
+
+void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& message) {
+  message.hops = prefix.hops;
+  message.waited = prefix.waited;
+  if (client_) router_.on_message(now, client_, message);
+}
+
+void Link::on_control(Time now, const core::Message& message) {
+  if (client_ && !exchange_.on_control(now, message)) broken_ = true;
+}
+
+void Link::on_lost(Time, const Header& header, core::Outcome why) {
+  around_.lost(client_, header, why);
+}
+
+// --- life
+
+void Link::on_frame(Time now, const KeepAlive& frame) {
+  their_loss_permille_ = frame.loss_permille;
+  last_sent_ns_ = frame.sent_ns;
+  last_keep_alive_ = now;
+  exchange_.compare(now, {frame.table_number, frame.table_hash});
+  const std::uint64_t sent = frame.echo_ns;
+  const std::uint64_t held = std::uint64_t{frame.held_us} * 1000;
+  if (sent == 0 || sent + held > ns(now)) return;
+  rtt_.add(std::max(Duration(ns(now) - sent - held), Duration(1)));
+  const auto wall = [](std::uint64_t at, std::int64_t offset) {
+    return static_cast<std::int64_t>(at) + offset;
+  };
+  clock_.add(wall(sent, around_.wall_ns()), wall(frame.sent_ns - held, frame.wall_ns),
+             wall(frame.sent_ns, frame.wall_ns), wall(ns(now), around_.wall_ns()));
+}
+
+KeepAlive Link::keep_alive(Time now) const {
+  KeepAlive frame{.sent_ns = ns(now),
+                  .loss_permille = session_.loss_permille(),
+                  .wall_ns = around_.wall_ns(),
+                  .table_number = exchange_.told().number,
+                  .table_hash = exchange_.told().hash};
+  const Duration held = now - last_keep_alive_;
+  if (last_sent_ns_ != 0 && held < std::chrono::minutes(1)) {
+    frame.echo_ns = last_sent_ns_;
+    frame.held_us = static_cast<std::uint32_t>(held / std::chrono::microseconds(1));
+  }
+  return frame;
+}
+
+bool Link::keeps_alive(Time now) const {
+  if (is_up()) return true;
+  return state_ == State::kSilent && !settings_.connects && their_token_ != 0 &&
+         now < heard_ + kCallsAfterSilence;
+}
+
+std::size_t Link::build(Time now, std::span<std::byte> to) {
+  const bool due = now >= next_keep_alive_ && keeps_alive(now);
+  if (!is_up() && !due) return 0;
+  if (!due) return session_.build(now, their_token_, to);
+  next_keep_alive_ = now + settings_.keep_alive;
+  session_.measure_loss();
+  const KeepAlive frame = keep_alive(now);
+  return session_.build(now, their_token_, to, &frame);
+}
+
+std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
+  return is_up() ? session_.build_probe(now, their_token_, to) : 0;
+}
+
+Time Link::next_timeout(Time now) {
+  Time next = session_.next_timeout(now);
+  if (state_ == State::kConnecting || state_ == State::kRefused)
+    next = std::min(next, next_hello_);
+  if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
+  if (is_up()) next = std::min(next, heard_ + dead_after());
+  return next;
+}
+
+void Link::on_timeout(Time now) {
+  if (is_up() && now >= heard_ + dead_after())
+    go_down(now, core::CloseReason::kSilent, State::kSilent);
+  const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
+  if (calls && now >= next_hello_) {
+    const bool refused = state_ == State::kRefused;
+    say_hello(now);
+    if (refused) next_hello_ = now + kAfterRefusal;
+  }
+  session_.on_timeout(now);
+}
+
+// --- by hand
+
+void Link::say_goodbye(Time now, core::CloseReason reason) {
+  if (!is_up()) return;
+  std::array<std::byte, 64> bytes{};
+  around_.send(address_, std::span(bytes).first(session_.build_close(
+                             now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
+}
+
+void Link::take_down(Time now, State state) {
+  say_goodbye(now, core::CloseReason::kAdministrative);
+  if (is_up()) go_down(now, core::CloseReason::kAdministrative, state);
+  forget_session(now, core::Outcome::kLinkReset);
+  their_token_ = 0;
+  enter(now, state);
+}
+
+void Link::bring_up(Time now) {
+  if (state_ == State::kDown) begin_connecting(now, now);
+}
+
+void Link::start_anew(Time now) {
+  take_down(now, State::kSilent);
+  begin_connecting(now, now);
+}
+
+}  // namespace tims::link

@@ -1,0 +1,176 @@
+// A link to one other router: finding it, noticing that it is gone, and what is carried meanwhile.
+//
+//   idle ──► connecting ──► up ⇄ silent        the side that connects
+//                 ▲  └──► refused (again later)
+//                 └─────── reset, closed
+//             up ⇄ silent ──► gone             the side that accepts
+//
+// The session (session.h) outlives silence: when the other side is heard again, or answers from
+// another address, everything goes on where it was. It ends when the other router has forgotten it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "router/core/router.h"
+#include "router/link/clock_offset.h"
+#include "router/link/datagram.h"
+#include "router/link/exchange.h"
+#include "router/link/net_address.h"
+#include "router/link/session.h"
+
+namespace tims::link {
+
+struct LinkSettings {
+  LinkKind kind = LinkKind::kSuper;
+  bool connects = true;                 // else it accepts
+  std::string to{};                     // as it was written; empty when it accepts
+  std::optional<std::uint8_t> system{};  // that is accepted; nothing: any
+  Duration keep_alive = std::chrono::milliseconds(300);
+  SessionSettings session{};
+
+  bool operator==(const LinkSettings&) const = default;
+};
+
+// What a link needs of those around it.
+class LinkSurroundings {
+ public:
+  virtual ~LinkSurroundings() = default;
+  virtual std::uint64_t random() = 0;
+  [[nodiscard]] virtual const Identity& self() const = 0;
+  // The sender's real-time clock less its monotonic one.
+  [[nodiscard]] virtual std::int64_t wall_ns() const = 0;
+  // A datagram that goes out by itself.
+  virtual void send(const NetAddress& to, std::span<const std::byte> datagram) = 0;
+  // A message was taken and is lost: the router hears of it when it can.
+  virtual void lost(core::ClientId client, const Header& header, core::Outcome why) = 0;
+  // A link went up or down: is another super router to be used?
+  virtual void changed() = 0;
+
+ protected:
+  LinkSurroundings() = default;
+  LinkSurroundings(const LinkSurroundings&) = default;
+  LinkSurroundings& operator=(const LinkSurroundings&) = default;
+};
+
+class Link final : private Arrivals, private Losses {
+ public:
+  enum class State : std::uint8_t { kIdle, kConnecting, kRefused, kUp, kSilent, kDown };
+
+  Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
+       std::vector<MessageBuffer>& done, LinkSurroundings& around, std::uint32_t slot,
+       const LinkSettings& settings);
+  ~Link() override = default;
+
+  // --- the side that connects
+  void set_target(Time now, const NetAddress& target);
+  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
+  void on_refuse(Time now, const Refuse& refuse);
+
+  // --- the side that accepts: a HELLO was answered and the answer has arrived.
+  void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
+
+  // --- both
+  void on_data(Time now, const NetAddress& from, const Data& data);
+  void on_reset(Time now);
+  core::Outcome send(Time now, const core::Message& message);
+  // Tells what has changed below us; cheap when nothing has.
+  void tell(Time now) { exchange_.tell(now); }
+  void set_telling(Time now, bool telling) { exchange_.set_telling(now, telling); }
+  // Builds the next datagram for address() into `to`; 0: none now.
+  std::size_t build(Time now, std::span<std::byte> to);
+  std::size_t build_probe(Time now, std::span<std::byte> to);
+
+  [[nodiscard]] Time next_timeout(Time now);
+  void on_timeout(Time now);
+
+  // By hand: `timsctl link down|up|reset`.
+  void take_down(Time now, State state = State::kDown);
+  void bring_up(Time now);
+  void start_anew(Time now);
+  // Tells the other side that this one ends.
+  void say_goodbye(Time now, core::CloseReason reason);
+  void configure(const LinkSettings& settings);
+
+  // --- to look at
+  [[nodiscard]] std::uint32_t slot() const { return slot_; }
+  [[nodiscard]] const LinkSettings& settings() const { return settings_; }
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] bool is_up() const { return state_ == State::kUp; }
+  [[nodiscard]] std::uint64_t our_token() const { return our_token_; }
+  [[nodiscard]] std::uint64_t their_token() const { return their_token_; }
+  [[nodiscard]] core::ClientId client() const { return client_; }
+  [[nodiscard]] const Identity& peer() const { return peer_; }
+  [[nodiscard]] const NetAddress& address() const { return address_; }
+  [[nodiscard]] const NetAddress& target() const { return target_; }
+  [[nodiscard]] Time since() const { return since_; }  // in this state
+  [[nodiscard]] Time heard() const { return heard_; }
+  [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
+  [[nodiscard]] const Session& session() const { return session_; }
+  [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
+  [[nodiscard]] std::optional<ClockOffset::Sample> clock() const { return clock_.best(); }
+  [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
+  [[nodiscard]] std::uint64_t mailboxes() const { return exchange_.held(); }
+  [[nodiscard]] bool heard_within(Time now, Duration time) const { return heard_ + time > now; }
+  [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }
+
+ private:
+  // Arrivals
+  void on_message(Time now, const RecordPrefix& prefix, core::Message& message) override;
+  void on_control(Time now, const core::Message& message) override;
+  void on_frame(Time now, const KeepAlive& frame) override;
+  void on_frame(Time now, const ChallengeFrame& frame) override;
+  void on_frame(Time now, const ResponseFrame& frame) override;
+  void on_frame(Time now, const CloseFrame& frame) override;
+  // Losses
+  void on_lost(Time now, const Header& header, core::Outcome why) override;
+
+  void enter(Time now, State state);
+  void begin_connecting(Time now, Time first);
+  void say_hello(Time now);
+  void come_up(Time now);
+  void go_down(Time now, core::CloseReason reason, State state);
+  void check_address(Time now);
+  void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
+  [[nodiscard]] KeepAlive keep_alive(Time now) const;
+  [[nodiscard]] bool keeps_alive(Time now) const;
+  void forget_session(Time now, core::Outcome why);
+
+  core::Router& router_;
+  LinkSurroundings& around_;
+  const std::uint32_t slot_;
+  LinkSettings settings_;
+  Session session_;
+  Exchange exchange_;
+
+  State state_ = State::kIdle;
+  Time since_{};
+  NetAddress target_{};   // where HELLOs go
+  NetAddress address_{};  // of the other router
+  Identity peer_{};
+  std::uint64_t our_token_ = 0;
+  std::uint64_t their_token_ = 0;
+  core::ClientId client_{};
+  core::Text<191> refusal_{};
+
+  Time next_hello_ = kNever;
+  Time next_keep_alive_ = kNever;
+  Time heard_{};
+  Duration their_keep_alive_{};
+  std::uint64_t last_sent_ns_ = 0;  // of their last keep-alive
+  Time last_keep_alive_{};          // when it came
+  std::uint16_t their_loss_permille_ = 0;
+  RttEstimator rtt_;
+  ClockOffset clock_;
+
+  NetAddress from_{};       // of the datagram at hand
+  NetAddress candidate_{};  // where they may be now
+  std::uint64_t nonce_ = 0;
+  Time challenged_{};
+  bool broken_ = false;
+};
+
+std::string_view name(Link::State state);
+
+}  // namespace tims::link

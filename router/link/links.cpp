@@ -1,0 +1,381 @@
+#include "router/link/links.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "wire/header.h"
+
+namespace tims::link {
+namespace {
+
+constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
+// A more preferred super router must have been up for so long before it is used again.
+constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
+
+// Differentiated services (RFC 4594): EF for the two highest classes, AF41 to AF11 below, CS1 for
+// the lowest.
+constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 10, 18, 26, 34, 46, 46, 48};
+
+}  // namespace
+
+Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
+             const LinksSetup& setup)
+    : router_(router),
+      pool_(pool),
+      memory_(memory),
+      setup_(setup),
+      random_state_(setup.seed),
+      scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {}
+
+// SplitMix64: one step of it, of a secret state.
+std::uint64_t Links::random() {
+  std::uint64_t z = random_state_ += 0x9E3779B97F4A7C15U;
+  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ z >> 27) * 0x94D049BB133111EBU;
+  return z ^ z >> 31;
+}
+
+// --- configuration
+
+void Links::configure(Time now, std::span<const LinkSettings> wanted) {
+  settings_.assign(wanted.begin(), wanted.end());
+  pending_.clear();
+  supers_.clear();
+  const auto find_wanted = [&](const Link& link) {
+    return std::ranges::find_if(settings_, [&](const LinkSettings& s) {
+      return s.kind == link.settings().kind && s.connects == link.settings().connects &&
+             s.to == link.settings().to && s.system == link.settings().system;
+    });
+  };
+  for (std::uint32_t slot = 0; slot < links_.size(); ++slot) {
+    if (!links_[slot]) continue;
+    const auto same = find_wanted(*links_[slot]);
+    if (same == settings_.end()) {
+      remove(now, slot);
+    } else {
+      links_[slot]->configure(*same);
+    }
+  }
+  for (const LinkSettings& settings : settings_) {
+    if (!settings.connects) continue;
+    const auto there = std::ranges::find_if(links_, [&](const auto& link) {
+      return link && link->settings().connects && link->settings().to == settings.to;
+    });
+    const Link& link = there == links_.end() ? add(settings) : **there;
+    if (settings.kind == LinkKind::kSuper) supers_.push_back(link.slot());
+  }
+  choose_ = true;
+}
+
+Link& Links::add(const LinkSettings& settings) {
+  std::uint32_t slot = 0;
+  while (slot < links_.size() && links_[slot]) ++slot;
+  if (slot == links_.size()) {
+    links_.emplace_back();
+    is_touched_.push_back(false);
+    wakes_at_.push_back(kNever);
+  }
+  LinkSettings own = settings;
+  own.session.message_max = setup_.self.message_max;
+  LinkSurroundings& around = *this;
+  links_[slot] = std::make_unique<Link>(router_, pool_, memory_, done_, around, slot, own);
+  return *links_[slot];
+}
+
+void Links::remove(Time now, std::uint32_t slot) {
+  Link& link = *links_[slot];
+  link.take_down(now);
+  report_losses(now);
+  tokens_.erase(link.our_token());
+  std::erase(touched_, &link);
+  is_touched_[slot] = false;
+  if (uplink_ == &link) uplink_ = nullptr;
+  std::erase(supers_, slot);
+  links_[slot].reset();
+  choose_ = true;
+}
+
+void Links::set_target(Time now, const std::string& to, const NetAddress& target) {
+  for (const auto& link : links_) {
+    if (!link || !link->settings().connects || link->settings().to != to) continue;
+    link->set_target(now, target);
+    touch(*link);
+  }
+}
+
+std::vector<std::string> Links::wants_addresses() const {
+  std::vector<std::string> names;
+  for_each([&](const Link& link) {
+    if (link.settings().connects && !link.is_up()) names.push_back(link.settings().to);
+  });
+  return names;
+}
+
+// --- what comes in
+
+Link* Links::by_token(std::uint64_t token) {
+  const auto found = tokens_.find(token);
+  return found == tokens_.end() ? nullptr : links_[found->second].get();
+}
+
+void Links::touch(Link& link) {
+  if (is_touched_[link.slot()]) return;
+  is_touched_[link.slot()] = true;
+  touched_.push_back(&link);
+}
+
+void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes) {
+  now_ = now;
+  const auto datagram = decode(bytes);
+  if (!datagram) {
+    ++counters_.strange;
+    return;
+  }
+  if (const auto* data = std::get_if<Data>(&*datagram)) return on_data(now, from, *data);
+  if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
+  if (const auto* welcome = std::get_if<Welcome>(&*datagram))
+    return on_welcome(now, from, *welcome);
+  if (const auto* refuse = std::get_if<Refuse>(&*datagram)) {
+    Link* link = by_token(refuse->echo);
+    if (link == nullptr) return;
+    link->on_refuse(now, *refuse);
+    return touch(*link);
+  }
+  // Only who has seen our datagrams can know what token we put into them.
+  const std::uint64_t token = std::get<Reset>(*datagram).token;
+  for (const auto& link : links_) {
+    if (!link || token == 0 || link->their_token() != token) continue;
+    link->on_reset(now);
+    touch(*link);
+  }
+}
+
+void Links::on_data(Time now, const NetAddress& from, const Data& data) {
+  const std::uint64_t token = data.header.token;
+  if (Link* link = by_token(token)) {
+    link->on_data(now, from, data);
+    return touch(*link);
+  }
+  if (pending_.contains(token)) return confirm(now, from, data, token);
+  ++counters_.unknown_token;
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  send(from, std::span(bytes).first(encode(Reset{token}, bytes)));
+}
+
+void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
+  Link* link = by_token(welcome.echo);
+  if (link == nullptr || link->is_up()) return;
+  const auto told = [&](std::string text) {
+    link->on_refuse(now, {.echo = welcome.echo, .text = std::string_view(text)});
+    touch(*link);
+  };
+  if (welcome.version < kVersionMin || welcome.version > kVersionMax)
+    return told("it speaks version " + std::to_string(welcome.version) + " of the protocol");
+  if (welcome.who.widths != setup_.self.widths)
+    return told("the widths of its address fields differ: see [address] widths");
+  const Link* other = link_to(welcome.who);
+  if (other != nullptr && other != link && other->is_up())
+    return told("there is a link to " + std::string(welcome.who.name.view()) +
+                " already, to " + other->address().to_string());
+  link->on_welcome(now, from, welcome);
+  touch(*link);
+}
+
+// --- what the router decides
+
+core::Outcome Links::deliver(std::uint32_t token, const core::Message& message) {
+  Link& link = *links_[token];
+  touch(link);
+  return link.send(now_, message);
+}
+
+void Links::reply(std::uint32_t token, const Header& header) {
+  std::array<std::byte, kHeaderSize> bytes{};
+  wire::encode_header(header, bytes);
+  (void)deliver(token, {.header = header, .bytes = bytes});
+}
+
+// --- time
+
+void Links::on_timeout(Time now) {
+  now_ = now;
+  while (!wake_.empty() && wake_.top().at <= now) {
+    const Wake wake = wake_.top();
+    wake_.pop();
+    if (wakes_at_[wake.slot] == wake.at) wakes_at_[wake.slot] = kNever;
+    Link* link = links_[wake.slot].get();
+    if (link == nullptr) continue;
+    link->on_timeout(now);
+    touch(*link);
+  }
+  drop_old_pending(now);
+  // A super router that has been up for long enough.
+  if (supers_.size() > 1) choose_ = true;
+}
+
+void Links::learn_token(Link& link) {
+  if (link.our_token() != 0) tokens_[link.our_token()] = link.slot();
+}
+
+// --- which super router
+
+void Links::choose_uplink(Time now) {
+  if (!std::exchange(choose_, false)) return;
+  Link* best = nullptr;
+  for (const std::uint32_t slot : supers_) {
+    Link& link = *links_[slot];
+    const bool settled = now >= link.since() + kFailBackAfter || uplink_ == nullptr ||
+                         !uplink_->is_up() || &link == uplink_;
+    if (!link.is_up() || !settled) continue;
+    best = &link;
+    break;
+  }
+  uplink_ = best;
+  router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
+  for (const std::uint32_t slot : supers_) {
+    links_[slot]->set_telling(now, links_[slot].get() == best);
+    touch(*links_[slot]);
+  }
+}
+
+void Links::tell(Time now) {
+  // Nobody is told while nothing has changed, and those below never are.
+  const std::uint32_t number = router_.below().number();
+  const bool news = std::exchange(told_, number) != number;
+  for (const auto& link : links_) {
+    if (!link || !link->is_up() || link->settings().kind == LinkKind::kSub) continue;
+    if (!news && !is_touched_[link->slot()]) continue;
+    link->tell(now);
+    touch(*link);
+  }
+}
+
+void Links::lost(core::ClientId client, const Header& header, core::Outcome why) {
+  losses_.push_back({client, header, why});
+}
+
+void Links::report_losses(Time now) {
+  for (std::size_t i = 0; i < losses_.size(); ++i) {
+    const Lost lost = losses_[i];  // answers may add to them
+    router_.on_undelivered(now, lost.client, lost.header, lost.why);
+  }
+  losses_.clear();
+}
+
+// --- what goes out
+
+void Links::send(const NetAddress& to, std::span<const std::byte> datagram) {
+  if (datagram.empty() || !to || singles_.size() >= 4096) return;
+  Single& single = singles_.emplace_back();
+  single.to = to;
+  single.size = static_cast<std::uint32_t>(datagram.size());
+  std::ranges::copy(datagram, single.bytes.begin());
+}
+
+bool Links::send_train(const Train& train, const Send& send) {
+  if (send(train)) return true;
+  held_ = train;
+  return false;
+}
+
+bool Links::send_trains(Time now, Link& link, const Send& send) {
+  for (std::size_t n = 0; n < kTrainsPerTurn; ++n) {
+    Train train{.to = link.address()};
+    std::size_t size = 0;
+    std::size_t count = 0;
+    const std::span all(scratch_.get(), kTrainBytesMax + kDatagramMax);
+    for (;;) {
+      const std::size_t room = count == 0 ? kDatagramMax : train.datagram_size;
+      const std::size_t one = link.build(now, all.subspan(size, room));
+      if (one == 0) break;
+      if (count == 0) {
+        train.datagram_size = one;
+        train.dscp = kDscp[link.session().last_lane()];
+      }
+      size += one;
+      ++count;
+      // A train's datagrams are of one size but the last. One that is not full is the last, or
+      // something else begins behind it.
+      const bool full = one == link.session().mtu() && one == train.datagram_size;
+      if (!full || count == kTrainDatagramsMax || size + one > kTrainBytesMax) break;
+    }
+    if (count == 0) return true;
+    train.bytes = all.first(size);
+    if (!send_train(train, send)) return false;
+  }
+  return false;
+}
+
+void Links::flush(Time now, const Send& send) {
+  now_ = now;
+  choose_uplink(now);
+  tell(now);
+  report_losses(now);
+  if (held_.to && !send(held_)) return;
+  held_ = {};
+  for (const Single& single : singles_) {
+    // One that the socket does not take is lost, as it might be on its way.
+    (void)send({.to = single.to,
+                .bytes = std::span(single.bytes).first(single.size),
+                .datagram_size = single.size,
+                .dscp = kDscp[kControlLane]});
+  }
+  singles_.clear();
+  std::vector<Link*> again;
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    Link& link = *touched_[i];
+    if (held_.to || !send_trains(now, link, send)) {
+      again.push_back(&link);
+      continue;
+    }
+    std::span probe(scratch_.get(), kDatagramMax);
+    const std::size_t size = link.build_probe(now, probe);
+    if (size > 0)
+      (void)send({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
+    is_touched_[link.slot()] = false;
+    learn_token(link);
+    const Time at = link.next_timeout(now);
+    if (at < wakes_at_[link.slot()]) {
+      wakes_at_[link.slot()] = at;
+      wake_.push({at, link.slot()});
+    }
+  }
+  touched_ = std::move(again);
+}
+
+void Links::say_goodbye(Time now) {
+  for (const auto& link : links_) {
+    if (link) link->say_goodbye(now, core::CloseReason::kShutdown);
+  }
+}
+
+// --- by hand
+
+Link* Links::find(std::string_view name) {
+  for (const auto& link : links_) {
+    if (link && (link->peer().name.view() == name || link->settings().to == name ||
+                 link->address().to_string() == name))
+      return link.get();
+  }
+  return nullptr;
+}
+
+bool Links::by_hand(Time now, std::string_view name, Hand what) {
+  Link* link = find(name);
+  if (link == nullptr) return false;
+  switch (what) {
+    case Hand::kUp:
+      link->bring_up(now);
+      break;
+    case Hand::kDown:
+      link->take_down(now);
+      break;
+    case Hand::kReset:
+      link->start_anew(now);
+      break;
+  }
+  touch(*link);
+  return true;
+}
+
+}  // namespace tims::link

@@ -1,0 +1,176 @@
+// All links of a router: which datagram belongs to which, who may connect, which super router is
+// used, and what goes out.
+//
+// The shell hands in datagrams, time and names that were resolved; it asks for trains of datagrams
+// when its socket takes them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <queue>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "router/core/router.h"
+#include "router/link/link.h"
+#include "router/link/train.h"
+
+namespace tims::link {
+
+struct LinksSetup {
+  Identity self{};
+  std::uint64_t seed = 0;       // of tokens, nonces and jitter; secret
+  std::uint32_t links_max = 4096;
+};
+
+class Links final : private LinkSurroundings {
+ public:
+  Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
+        const LinksSetup& setup);
+
+  // --- configuration. Those with kind kSuper in order of preference.
+  void configure(Time now, std::span<const LinkSettings> wanted);
+  // What the `to` of a link has been resolved to.
+  void set_target(Time now, const std::string& to, const NetAddress& target);
+  void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
+  // Names that should be resolved (again): links that connect and are not up.
+  [[nodiscard]] std::vector<std::string> wants_addresses() const;
+
+  // --- what comes in. The bytes stay until the turn is flushed.
+  void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
+
+  // --- what the router decides (core::Sink), for its clients with PortKind::kLink
+  core::Outcome deliver(std::uint32_t token, const core::Message& message);
+  void reply(std::uint32_t token, const Header& header);
+  void set_now(Time now) { now_ = now; }
+
+  // --- what goes out. `send` takes a train, or says false: later, then resume with flush().
+  using Send = std::function<bool(const Train&)>;
+  void flush(Time now, const Send& send);
+  // After all ports were flushed: what was handed on is not looked at any more.
+  void release() { done_.clear(); }
+  [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
+
+  [[nodiscard]] Time next_timeout() const {
+    return wake_.empty() ? kNever : wake_.top().at;
+  }
+  void on_timeout(Time now);
+
+  // Before the router ends.
+  void say_goodbye(Time now);
+
+  // By hand: the name of the other router, or what stands behind `to`. False: there is none.
+  enum class Hand : std::uint8_t { kUp, kDown, kReset };
+  bool by_hand(Time now, std::string_view name, Hand what);
+
+  // --- to look at
+  template <typename Visit>
+  void for_each(Visit visit) const {
+    for (const auto& link : links_) {
+      if (link) visit(*link);
+    }
+  }
+  [[nodiscard]] const Link* link(std::uint32_t slot) const {
+    return slot < links_.size() ? links_[slot].get() : nullptr;
+  }
+  [[nodiscard]] const Link* uplink() const { return uplink_; }
+  [[nodiscard]] const Identity& self() const override { return setup_.self; }
+  struct Counters {
+    std::uint64_t strange = 0;        // datagrams that are none of ours
+    std::uint64_t unknown_token = 0;  // of a session that nobody here knows
+    std::uint64_t refused = 0;        // HELLOs
+  };
+  [[nodiscard]] const Counters& counters() const { return counters_; }
+
+ private:
+  // A HELLO that was answered; its token comes back with the first DATA.
+  struct Pending {
+    Hello hello{};
+    NetAddress from{};
+    const LinkSettings* settings = nullptr;
+    Time since{};
+  };
+  struct Wake {
+    Time at{};
+    std::uint32_t slot = 0;
+    bool operator>(const Wake& other) const { return at > other.at; }
+  };
+
+  // LinkSurroundings
+  std::uint64_t random() override;
+  [[nodiscard]] std::int64_t wall_ns() const override { return wall_ns_; }
+  void send(const NetAddress& to, std::span<const std::byte> datagram) override;
+  void lost(core::ClientId client, const Header& header, core::Outcome why) override;
+  void changed() override { choose_ = true; }
+
+  // links_accept.cpp
+  void on_hello(Time now, const NetAddress& from, const Hello& hello);
+  const LinkSettings* accepting(const NetAddress& from, const Hello& hello, Refuse& refuse) const;
+  enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
+  Rival rival(Time now, const NetAddress& from, const Hello& hello, Link& link, Refuse& refuse);
+  void welcome(Time now, const NetAddress& from, const Hello& hello, const LinkSettings& settings);
+  void refuse(const NetAddress& to, const Hello& hello, Refuse& refuse);
+  void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
+  void confirm(Time now, const NetAddress& from, const Data& data, std::uint64_t token);
+  Link* link_to(const Identity& who);
+  void drop_old_pending(Time now);
+
+  void on_data(Time now, const NetAddress& from, const Data& data);
+  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
+  Link* by_token(std::uint64_t token);
+  Link& add(const LinkSettings& settings);
+  Link* find(std::string_view name);
+  void remove(Time now, std::uint32_t slot);
+  void touch(Link& link);
+  void learn_token(Link& link);
+  void settle(Time now);
+  void choose_uplink(Time now);
+  void tell(Time now);
+  void report_losses(Time now);
+  bool send_trains(Time now, Link& link, const Send& send);
+  bool send_train(const Train& train, const Send& send);
+
+  core::Router& router_;
+  core::BlockPool& pool_;
+  MessageMemory& memory_;
+  LinksSetup setup_;
+  std::uint64_t random_state_;
+  std::int64_t wall_ns_ = 0;
+  Time now_{};
+
+  std::vector<LinkSettings> settings_;
+  std::vector<std::unique_ptr<Link>> links_;  // by slot
+  std::vector<std::uint32_t> supers_;         // slots, in order of preference
+  std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
+  std::unordered_map<std::uint64_t, Pending> pending_;       // by our token
+  Link* uplink_ = nullptr;
+  bool choose_ = false;
+  std::uint32_t told_ = 0;  // number of the router's table that was told
+  Counters counters_;
+  std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO
+
+  std::vector<Link*> touched_;
+  std::vector<bool> is_touched_;
+  std::priority_queue<Wake, std::vector<Wake>, std::greater<>> wake_;
+  std::vector<Time> wakes_at_;  // by slot: the earliest in wake_
+
+  std::vector<MessageBuffer> done_;
+  struct Lost {
+    core::ClientId client{};
+    Header header{};
+    core::Outcome why{};
+  };
+  std::vector<Lost> losses_;
+  struct Single {
+    NetAddress to{};
+    std::uint32_t size = 0;
+    std::array<std::byte, kControlDatagramMax> bytes{};
+  };
+  std::vector<Single> singles_;  // datagrams that go out by themselves
+  std::unique_ptr<std::byte[]> scratch_;
+  Train held_{};  // was built, and the socket did not take it
+};
+
+}  // namespace tims::link

@@ -1,0 +1,46 @@
+#include "router/link/path_mtu.h"
+
+namespace tims::link {
+
+std::size_t PathMtu::probe(Time now) const {
+  if (probing_ || step_ >= kSteps.size() || now < next_) return 0;
+  return kSteps[step_];
+}
+
+void PathMtu::on_probe_sent(std::size_t) { probing_ = true; }
+
+void PathMtu::on_probe_acked(Time now, std::size_t size) {
+  probing_ = false;
+  tries_ = 0;
+  lost_in_a_row_ = 0;
+  if (size > size_) size_ = size;
+  while (step_ < kSteps.size() && kSteps[step_] <= size_) ++step_;
+  next_ = step_ < kSteps.size() ? now + kBetween : kNever;
+}
+
+void PathMtu::on_probe_lost(Time now) {
+  probing_ = false;
+  next_ = now + kBetween;
+  if (++tries_ < kTries) return;
+  // Larger ones would fare no better. Later, perhaps.
+  tries_ = 0;
+  next_ = now + kTryAgain;
+}
+
+void PathMtu::on_acked(std::size_t datagram) {
+  if (datagram > kDatagramBase) lost_in_a_row_ = 0;
+}
+
+bool PathMtu::on_lost(Time now, std::size_t datagram) {
+  if (datagram <= kDatagramBase || size_ == kDatagramBase) return false;
+  if (++lost_in_a_row_ < kBlackHole) return false;
+  reset(now);
+  return true;
+}
+
+void PathMtu::reset(Time now) {
+  *this = PathMtu();
+  next_ = now + kBetween;
+}
+
+}  // namespace tims::link

@@ -1,0 +1,74 @@
+#include "router/link/sample_receiver.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "wire/header.h"
+
+namespace tims::link {
+
+bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, Arrivals& arrivals) {
+  if (frame.total < kHeaderSize || frame.total > assembly_.message_max || frame.number == 0)
+    return false;
+  if (frame.bytes.size() == frame.total)
+    return hand_on(now, frame.hops, frame.number, frame.bytes, arrivals);
+  Part* part = part_for(frame);
+  if (part == nullptr) return true;  // no memory, and samples may be lost
+  if (part->total != frame.total) return false;
+  std::memcpy(part->bytes.bytes().data() + frame.offset, frame.bytes.data(), frame.bytes.size());
+  part->have.add({frame.offset, frame.offset + frame.bytes.size()});
+  if (!part->have.contains({0, part->total})) return true;
+  const std::span message = part->bytes.bytes().first(part->total);
+  assembly_.done.push_back(std::move(part->bytes));
+  part->have.clear();
+  return hand_on(now, frame.hops, frame.number, message, arrivals);
+}
+
+// The sample this is a part of; else a free place, or that of the oldest.
+SampleReceiver::Part* SampleReceiver::part_for(const SampleFrame& frame) {
+  Part* place = &parts_[0];
+  for (Part& part : parts_) {
+    if (part.bytes && part.number == frame.number) return &part;
+    const bool better = !part.bytes || part.number < place->number;
+    if (place->bytes && better) place = &part;
+  }
+  if (place->bytes) {
+    if (place->number > frame.number) return nullptr;
+    ++incomplete_;
+  }
+  place->have.clear();
+  place->bytes = MessageBuffer(assembly_.memory, frame.total);
+  place->number = frame.number;
+  place->total = frame.total;
+  return place->bytes ? place : nullptr;
+}
+
+bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
+                             std::span<std::byte> message, Arrivals& arrivals) {
+  const Header header = wire::decode_header(message.first<kHeaderSize>());
+  if (header.length != message.size()) return false;
+  const std::size_t hash = (header.src.raw() * 0x9E3779B1U ^ header.dest.raw() * 0x85EBCA6BU ^
+                            static_cast<std::uint8_t>(header.type)) >>
+                           16;
+  Stream& stream = streams_[hash % kStreams];
+  const bool same = stream.src == header.src && stream.dest == header.dest &&
+                    stream.type == header.type && stream.newest != 0;
+  if (same && static_cast<std::int32_t>(number - stream.newest) < 0) {
+    ++overtaken_;
+    return true;
+  }
+  stream = {header.src, header.dest, header.type, number};
+  core::Message whole{header, message};
+  arrivals.on_message(now, {.hops = hops}, whole);
+  return true;
+}
+
+void SampleReceiver::clear() {
+  for (Part& part : parts_) {
+    part.bytes.reset();
+    part.have.clear();
+  }
+  streams_.fill({});
+}
+
+}  // namespace tims::link

@@ -1,0 +1,270 @@
+// Session, the part that says what is sent next.
+#include <algorithm>
+#include <utility>
+
+#include "router/link/bytes.h"
+#include "router/link/session.h"
+
+namespace tims::link {
+namespace {
+
+constexpr std::size_t kUrgentLane = 6;  // from here on: beyond the window, if need be
+constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
+// What a datagram costs a link beside its bytes: Ethernet, IPv4 and UDP.
+constexpr std::size_t kOverhead = 42;
+constexpr std::uint64_t kTrain = 64 << 10;
+constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
+
+}  // namespace
+
+// A packet in the making.
+struct Session::Packet {
+  ByteWriter out;
+  SentPacket record{};
+
+  [[nodiscard]] bool takes_piece(std::size_t header) const {
+    return out.room() > header && record.pieces < SentPacket::kPiecesMax;
+  }
+};
+
+// --- what waits
+
+core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& header,
+                            std::span<const std::byte> message) {
+  const std::size_t lane = core::class_of(header.priority);
+  const bool sample = (header.flags & flag::kStream) != 0;
+  const auto has_room = [&] {
+    if (queued_bytes() + message.size() > settings_.queue_bytes_max) return false;
+    return sample ? samples_[lane].has_room(message.size()) : lanes_[lane].has_room(message.size());
+  };
+  while (!has_room()) {
+    if (!make_room(now, lane)) return core::Outcome::kQueueFull;
+  }
+  if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
+  if (sample) {
+    samples_[lane].push(now, prefix.hops, header, message, losses_);
+  } else {
+    lanes_[lane].push(now, prefix, message, committed_max());
+  }
+  return core::Outcome::kDelivered;
+}
+
+// Drops one message that is no more important than one of this lane. False: there is none.
+bool Session::make_room(Time now, std::size_t lane) {
+  for (std::size_t lower = 0; lower <= lane; ++lower) {
+    if (samples_[lower].can_drop_oldest()) {
+      losses_.on_lost(now, samples_[lower].drop_oldest(), core::Outcome::kQueueReplaced);
+      return true;
+    }
+    if (lanes_[lower].has_waiting()) {
+      losses_.on_lost(now, lanes_[lower].drop_oldest(), core::Outcome::kQueueReplaced);
+      return true;
+    }
+  }
+  return false;
+}
+
+void Session::send_control(Time now, std::span<const std::byte> message) {
+  if (!lanes_[kControlLane].has_room(message.size())) return;
+  lanes_[kControlLane].push(now, {}, message, ~std::uint64_t{0});
+}
+
+std::uint64_t Session::committed_max() const {
+  return std::max<std::uint64_t>(2 * kTrain, congestion_.window());
+}
+
+// --- what may go
+
+void Session::set_rates() {
+  const std::size_t datagram = mtu_.size() + kOverhead;
+  if (settings_.rate != 0) {
+    const std::uint64_t depth = std::max<std::uint64_t>(2 * datagram, settings_.rate / 2000);
+    cap_.set(settings_.rate, depth);
+    lower_cap_.set(settings_.rate * (100U - settings_.reserve) / 100, depth);
+  } else {
+    cap_.set(0, 0);
+    lower_cap_.set(0, 0);
+  }
+  if (rtt_.smoothed() < kPacedFrom || !rtt_.known()) {
+    pacer_.set(0, 0);
+    return;
+  }
+  const std::uint64_t rate = congestion_.pacing_rate(rtt_.smoothed());
+  pacer_.set(rate, std::clamp<std::uint64_t>(rate / 1000, 2 * datagram, kTrain));
+}
+
+// When something of this lane may go; kNever: only an acknowledgement can bring that about.
+Time Session::ready_at(Time now, std::size_t lane) {
+  if (sent_.full()) return kNever;
+  const Time cap = cap_.ready_at(now);
+  if (probe_packets_ > 0) return cap;
+  const std::uint64_t in_flight = sent_.bytes_in_flight();
+  if (lane >= kUrgentLane) return in_flight < congestion_.urgent_window() ? cap : kNever;
+  if (!congestion_.may_send(in_flight)) return kNever;
+  const Time paced = std::max(cap, pacer_.ready_at(now));
+  return lane < kUpperLane ? std::max(paced, lower_cap_.ready_at(now)) : paced;
+}
+
+bool Session::wants_to_send(std::size_t lane) const {
+  if (lanes_[lane].wants_to_send() || lanes_[lane].skip()) return true;
+  return lane < core::kClasses && !samples_[lane].empty();
+}
+
+// --- a packet
+
+std::size_t Session::build(Time now, std::uint64_t token, std::span<std::byte> out,
+                           const KeepAlive* keep_alive) {
+  // A probe after silence is small: large ones may be what the path loses.
+  const std::size_t size =
+      std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : mtu_.size());
+  Packet packet{.out = ByteWriter(out.first(size))};
+  packet.out.reserve(kDataHeaderSize);
+  last_lane_ = kControlLane;
+  set_rates();
+  if (keep_alive != nullptr) put(packet.out, *keep_alive);
+  if (open_) {
+    if (unacked_ > 0 || ack_now_) put_ack(now, packet);
+    put_skip(packet);
+    put_lanes(now, packet);
+    if (probe_packets_ > 0 && !packet.record.elicits_ack) put_ping(packet);
+  }
+  const bool worth_it = keep_alive != nullptr || packet.record.elicits_ack || ack_now_;
+  if (!worth_it) return 0;
+  if (open_) {
+    unacked_ = 0;
+    ack_now_ = false;
+    ack_at_ = kNever;
+  }
+  return finish(now, token, packet);
+}
+
+// Nothing but the wish for an acknowledgement.
+void Session::put_ping(Packet& packet) {
+  if (packet.out.room() == 0) return;
+  packet.out.put(static_cast<std::uint8_t>(FrameType::kProbe));
+  packet.record.elicits_ack = true;
+}
+
+void Session::put_ack(Time now, Packet& packet) {
+  Ack ack;
+  window_.fill(ack);
+  if (ack.count == 0) return;
+  ack.delay = static_cast<std::uint16_t>(
+      std::clamp<std::int64_t>((now - newest_at_) / kAckDelayUnit, 0, 0xFFFF));
+  put(packet.out, ack);
+}
+
+void Session::put_skip(Packet& packet) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const auto to = lanes_[lane].skip();
+    if (!to || packet.record.skip_lane < kLanes || packet.out.room() < kSkipSize) continue;
+    put(packet.out, SkipFrame{static_cast<std::uint8_t>(lane), *to});
+    packet.record.skip_lane = static_cast<std::uint8_t>(lane);
+    packet.record.skip_to = *to;
+    packet.record.elicits_ack = true;
+    lanes_[lane].on_skip_sent();
+  }
+}
+
+void Session::put_lanes(Time now, Packet& packet) {
+  bool first = true;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::size_t lane = kLanes - 1 - i;
+    if (!wants_to_send(lane)) continue;
+    const bool has_samples = lane < core::kClasses && !samples_[lane].empty();
+    if (ready_at(now, lane) > now) {
+      if (has_samples) samples_[lane].congested();
+      continue;
+    }
+    if (std::exchange(first, false)) last_lane_ = lane;
+    sample_first_ = !sample_first_;
+    if (sample_first_ && has_samples) {
+      while (put_sample(packet, lane)) {
+      }
+    }
+    while (put_stream(now, packet, lane)) {
+    }
+    if (!sample_first_ && has_samples) {
+      while (put_sample(packet, lane)) {
+      }
+    }
+  }
+}
+
+bool Session::put_stream(Time now, Packet& packet, std::size_t lane) {
+  if (!packet.takes_piece(kStreamHeaderSize)) return false;
+  const auto range =
+      lanes_[lane].take(now, packet.out.room() - kStreamHeaderSize, committed_max());
+  if (!range) return false;
+  put_header(packet.out, static_cast<std::uint8_t>(lane), range->begin, range->size());
+  lanes_[lane].read(*range, packet.out.reserve(range->size()));
+  packet.record.piece[packet.record.pieces++] = {.offset = range->begin,
+                                                 .size = static_cast<std::uint16_t>(range->size()),
+                                                 .lane = static_cast<std::uint8_t>(lane)};
+  packet.record.elicits_ack = true;
+  return true;
+}
+
+bool Session::put_sample(Packet& packet, std::size_t message_class) {
+  SampleSender& samples = samples_[message_class];
+  if (samples.empty() || packet.out.room() <= kSampleHeaderSize + kHeaderSize) return false;
+  const auto piece = samples.next(packet.out.room() - kSampleHeaderSize, last_sample_);
+  put_header(packet.out, piece.frame, piece.size);
+  samples.read(piece, packet.out.reserve(piece.size));
+  samples.sent(piece);
+  packet.record.elicits_ack = true;
+  return true;
+}
+
+std::size_t Session::finish(Time now, std::uint64_t token, Packet& packet) {
+  const std::span<std::byte> datagram = packet.out.written();
+  const auto number = static_cast<std::uint32_t>(sent_.next());
+  encode({.token = token, .packet = number}, datagram.first<kDataHeaderSize>());
+  SentPacket& record = sent_.add();
+  record = packet.record;
+  record.at = now;
+  record.size = static_cast<std::uint16_t>(datagram.size());
+  sent_.sent(record);
+  const std::size_t cost = datagram.size() + kOverhead;
+  if (record.elicits_ack) {
+    pacer_.take(cost);
+    if (probe_packets_ > 0) --probe_packets_;
+  }
+  cap_.take(cost);
+  lower_cap_.take(cost);
+  ++counters_.packets_out;
+  counters_.bytes_out += datagram.size();
+  return datagram.size();
+}
+
+std::size_t Session::build_probe(Time now, std::uint64_t token, std::span<std::byte> to) {
+  if (!open_ || !rtt_.known()) return 0;
+  const std::size_t size = mtu_.probe(now);
+  if (size == 0 || size > to.size()) return 0;
+  Packet packet{.out = ByteWriter(to.first(size))};
+  packet.out.reserve(kDataHeaderSize);
+  packet.out.put(static_cast<std::uint8_t>(FrameType::kProbe));
+  std::ranges::fill(packet.out.reserve(packet.out.room()), std::byte{0});
+  packet.record.probe = static_cast<std::uint16_t>(size);
+  packet.record.elicits_ack = true;
+  mtu_.on_probe_sent(size);
+  return finish(now, token, packet);
+}
+
+std::size_t Session::build_nonce(Time now, std::uint64_t token, FrameType type,
+                                 std::uint64_t nonce, std::span<std::byte> out) {
+  Packet packet{.out = ByteWriter(out)};
+  packet.out.reserve(kDataHeaderSize);
+  put_challenge(packet.out, type, nonce);
+  return finish(now, token, packet);
+}
+
+std::size_t Session::build_close(Time now, std::uint64_t token, std::uint8_t reason,
+                                 std::span<std::byte> out) {
+  Packet packet{.out = ByteWriter(out)};
+  packet.out.reserve(kDataHeaderSize);
+  put_close(packet.out, reason);
+  return finish(now, token, packet);
+}
+
+}  // namespace tims::link
