@@ -128,17 +128,17 @@ const std::vector<Bad> kBad{
     {"[tcp]\nlistn = \"off\"\n", {"r.toml:2:1: unknown key tcp.listn; did you mean tcp.listen?"}},
     {"[tcp]\n  level = \"info\"\n", {"r.toml:2:3: unknown key tcp.level; did you mean log.level?"}},
     {"listen = \"off\"\n",
-     {"r.toml:1:1: unknown key listen; did you mean tcp.listen or http.listen?"}},
+     {"r.toml:1:1: unknown key listen; did you mean tcp.listen or http.listen or udp.listen?"}},
     {"[tcp]\nflux = 1\n", {"r.toml:2:1: unknown key tcp.flux"}},
     {"[tpc]\nlisten = 5\nqueue = 6\n", {"r.toml:1:2: unknown table [tpc]; did you mean [tcp]?"}},
     {"[flux]\n",
-     {"r.toml:1:2: unknown table [flux]; known are router, unix, tcp, http, message, lifesign, "
-      "limits, log, security"}},
+     {"r.toml:1:2: unknown table [flux]; known are router, address, unix, tcp, http, udp, "
+      "message, lifesign, limits, log, security, sim, link, route"}},
     {"[tcp.listen]\nport = 3\n",
      {"r.toml:1:1: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
     {"tcp = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
-    {"[[tcp]]\nqueue = 5\n", {"r.toml:1:3: tcp is a table: write [tcp] once, above its keys"}},
+    {"[[tcp]]\nqueue = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
     // Types.
     {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
     {"[router]\nid = 3.0\n",

@@ -13,6 +13,13 @@
 namespace tims::config {
 namespace {
 
+// As the shell hands it over.
+std::string unquoted(std::string_view setting) {
+  std::string text(setting);
+  std::erase(text, '\'');
+  return text;
+}
+
 const Host kRoot{.name = "robot1", .uid = 0, .environment = {}};
 
 TEST(Options, KeysAreUniqueAndTablesStandTogether) {
@@ -39,7 +46,8 @@ TEST(Options, SetGivesBackWhatGetGave) {
             {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x",
              "unix.everybody=true", "tcp.listen=off", "tcp.compat_delete=true", "tcp.queue=1MiB",
              "http.listen=[::1]:1", "message.max=1MiB", "lifesign.interval=1s", "limits.clients=5",
-             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true"},
+             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true",
+             "router.role=subsystem", "address.widths=6/8/10/8", "sim.faults=true"},
             kRoot});
   ASSERT_TRUE(other.ok());
   Config copy = defaults(kRoot);
@@ -71,17 +79,34 @@ TEST(Options, HelpLinesFitOnAScreen) {
     EXPECT_TRUE(line.size() <= 100U || line.ends_with(')')) << line;
 }
 
-TEST(SampleFile, UncommentedItGivesTheDefaults) {
+// The sample without its switches: up to the first example of a list, and from there.
+std::pair<std::string, std::string> uncommented() {
   std::istringstream lines(sample_file());
-  std::string text;
+  std::string options;
+  std::string items;
   for (std::string line; std::getline(lines, line);) {
     const bool switched_off = line.starts_with('#') && !line.starts_with("# ");
-    text += line.substr(switched_off ? 1 : 0) + '\n';
+    const bool is_item = !items.empty() || line.starts_with("#[[");
+    (is_item ? items : options) += line.substr(switched_off ? 1 : 0) + '\n';
   }
-  const Loaded loaded = load({{{"router.toml", text}}, {}, kRoot});
+  return {options, items};
+}
+
+TEST(SampleFile, UncommentedItGivesTheDefaults) {
+  const Loaded loaded = load({{{"router.toml", uncommented().first}}, {}, kRoot});
   EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.problems.front().to_string());
   EXPECT_EQ(loaded.config, defaults(kRoot));
   EXPECT_EQ(loaded.origins.size(), options().size());
+}
+
+TEST(SampleFile, ItsExamplesAreRight) {
+  const Loaded loaded =
+      load({{{"items.toml", uncommented().second}}, {"security.insecure=true"}, kRoot});
+  EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.problems.front().to_string());
+  for (const List& list : lists()) {
+    EXPECT_GT(list.size(loaded.config), 0U) << list.name;
+    EXPECT_TRUE(load({{}, {"security.insecure=true", unquoted(list.sample_setting)}, kRoot}).ok());
+  }
 }
 
 TEST(SampleFile, InDeployIsTheGeneratedOne) {
