@@ -38,7 +38,7 @@ class Checker {
   // --- the router
 
   void check_exposure(std::string_view key, const std::optional<Endpoint>& listen) {
-    if (!listen || listen->loopback() || config_.security.insecure) return;
+    if (!listen || listen->loopback() || is_insecure()) return;
     fail(key, fmt::format("{} \"{}\" {}. Listen on \"127.0.0.1:{}\"; or, {}", key,
                           listen->to_string(), kNoKeys, listen->port, kInsecure));
   }
@@ -69,11 +69,6 @@ class Checker {
       fail(key(i, "system"), fmt::format("link.system {} does not fit into the {} bits of system "
                                          "of address.widths",
                                          *link.system, config_.address.widths.system));
-    if (!link.accepts() && !config_.security.insecure && !Destination{link.host, 0}.loopback())
-      fail(key(i, "to"),
-           fmt::format("link.to \"{}\" {}, for udp.listen would have to be beyond loopback too. "
-                       "Link to \"127.0.0.1:{}\"; or, {}",
-                       link.to_string(), kNoKeys, link.port, kInsecure));
     if (!has(i, "kind")) {
       if (is_complete(i))
         fail(item(i), "a link wants a kind: write kind = \"super\", \"peer\" or \"sub\"");
@@ -83,6 +78,19 @@ class Checker {
     }
   }
 
+  // Everything beyond loopback is asked for, or was meant to be.
+  [[nodiscard]] bool is_insecure() const {
+    return config_.security.insecure || written_.refused.contains("security.insecure");
+  }
+
+  void check_reach(std::size_t i, const Link& link) {
+    if (link.accepts() || is_insecure() || Destination{link.host, link.port}.loopback()) return;
+    fail(key(i, "to"),
+         fmt::format("link.to \"{}\" {}, for udp.listen would have to be beyond loopback too. Link "
+                     "to \"127.0.0.1:{}\"; or, {}",
+                     link.to_string(), kNoKeys, link.port, kInsecure));
+  }
+
   // Who connects, and who accepts.
   void check_direction(std::size_t i, const Link& link) {
     const bool has_to = has(i, "to");
@@ -90,6 +98,7 @@ class Checker {
       return fail(key(i, "to"),
                   "link.to does not fit kind = \"sub\": the routers below connect, "
                   "and this side accepts. Remove it, or write kind = \"super\"");
+    check_reach(i, link);
     if (link.kind == Link::Kind::kSuper && !has_to && is_complete(i))
       fail(item(i),
            "a super link wants the super router's host and port: write "
@@ -101,6 +110,7 @@ class Checker {
   }
 
   void check_role(std::size_t i, Link::Kind kind) {
+    if (written_.refused.contains("router.role")) return;
     const Role role = config_.router.role;
     if (role == Role::kTop && kind == Link::Kind::kSuper)
       fail(key(i, "kind"),
@@ -159,7 +169,8 @@ class Checker {
                                                : "\"robot2\", the name of the "
                                                  "router to go through"));
     const bool read = written_.origins.contains(item + ".match");
-    if (read && !AddressPattern::parse(route.match, config_.address.widths))
+    const bool widths_known = !written_.refused.contains("address.widths");
+    if (read && widths_known && !AddressPattern::parse(route.match, config_.address.widths))
       fail(item + ".match", fmt::format("route.match wants an address pattern such as "
                                         "\"Ladar(3/*)\", \"*(2/*)\" or \"0x03140000\", not {}",
                                         in_quotes(route.match)));
@@ -187,11 +198,12 @@ class Checker {
   // Everything of it is what was written.
   [[nodiscard]] bool is_sound(std::size_t i) const {
     const auto next = written_.refused.lower_bound(item(i));
-    return (next == written_.refused.end() || !next->starts_with(item(i))) && has(i, "kind");
+    return (next == written_.refused.end() || !next->first.starts_with(item(i))) && has(i, "kind");
   }
   [[nodiscard]] Origin origin(std::string_view key) const {
-    const auto found = written_.origins.find(key);
-    return found == written_.origins.end() ? Origin{} : found->second;
+    for (const Origins* places : {&written_.origins, &written_.refused})
+      if (const auto found = places->find(key); found != places->end()) return found->second;
+    return {};
   }
   void fail(std::string_view key, std::string text) {
     problems_.push_back({origin(key), std::move(text)});

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <set>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace tims::config {
 
 // Keys that were written with a value that was refused, and items ("link[0]") with an unknown key:
 // what follows from those mistakes is not told as well.
-using Refused = std::set<std::string, std::less<>>;
+using Refused = std::map<std::string, Origin, std::less<>>;
 
 struct Written {
   const Origins& origins;

@@ -188,7 +188,7 @@ class Loader {
   void store(const Entry& entry, const Result<Value>& value, const Origin& at) {
     const Option& option = *entry.option;
     if (!value) {
-      refused_.insert(entry.key);
+      refused_.insert_or_assign(entry.key, at);
       return fail(at, fmt::format("{} {}", option.key, value.error().detail()));
     }
     option.set(loaded_.config, *value, entry.index);
@@ -211,7 +211,7 @@ class Loader {
   // What somebody meant by the unknown key may be what would be missed otherwise.
   void fail_unknown(const List& list, std::size_t index, std::string_view name, const Origin& at) {
     fail(at, unknown_item_key(list, name));
-    refused_.insert(item_key(list, index));
+    refused_.insert_or_assign(item_key(list, index), at);
   }
   void fail(const Origin& at, std::string text) {
     loaded_.problems.push_back({at, std::move(text)});
