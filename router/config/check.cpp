@@ -39,7 +39,7 @@ class Checker {
 
   void check_exposure(std::string_view key, const std::optional<Endpoint>& listen) {
     if (!listen || listen->loopback() || is_insecure()) return;
-    fail(key, fmt::format("{} \"{}\" {}. Listen on \"127.0.0.1:{}\"; or, {}", key,
+    fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
                           listen->to_string(), kNoKeys, listen->port, kInsecure));
   }
 
@@ -71,7 +71,7 @@ class Checker {
                                          *link.system, config_.address.widths.system));
     if (!has(i, "kind")) {
       if (is_complete(i))
-        fail(item(i), "a link wants a kind: write kind = \"super\", \"peer\" or \"sub\"");
+        fail(item(i), R"(a link wants a kind: write kind = "super", "peer" or "sub")");
     } else if (written_.origins.contains(key(i, "kind"))) {
       check_direction(i, link);
       check_role(i, link.kind);

@@ -16,6 +16,7 @@ const std::string kOpen = "[security]\ninsecure = true\n";
 std::vector<std::string> problems(const std::string& text, std::vector<std::string> settings = {}) {
   const Loaded loaded = load({{{"r.toml", kOpen + text}}, std::move(settings), kHost});
   std::vector<std::string> texts;
+  texts.reserve(loaded.problems.size());
   for (const Problem& problem : loaded.problems) texts.push_back(problem.to_string());
   return texts;
 }

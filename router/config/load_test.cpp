@@ -16,6 +16,7 @@ Loaded load_text(std::string text, std::vector<std::string> settings = {}) {
 
 std::vector<std::string> problems_of(const Loaded& loaded) {
   std::vector<std::string> texts;
+  texts.reserve(loaded.problems.size());
   for (const Problem& problem : loaded.problems) texts.push_back(problem.to_string());
   return texts;
 }
@@ -157,7 +158,7 @@ const std::vector<Bad> kBad{
       "r.toml:5:12: link.interval 11s is out of range (50ms to 10s)",
       "r.toml:6:11: link.reserve 91 is out of range (0 to 90)"}},
     {"[[link]]\nkind = \"sub\"\nsystem = \"1\"\n",
-     {"r.toml:3:10: link.system wants a system's number or \"*\" for any, not the text \"1\""}},
+     {R"(r.toml:3:10: link.system wants a system's number or "*" for any, not the text "1")"}},
     {"[[link]]\nkind = \"sub\"\n[link.to]\nhost = 5\n",
      {"r.toml:3:1: link.to wants a host and port such as \"10.9.1.1:2010\", \"robot1:2010\" or "
       "\"[fd00::1]:2010\", not a table",
@@ -180,7 +181,7 @@ const std::vector<Bad> kBad{
       "\"5s\", "
       "not 5"}},
     {"[log]\nlevel = \"loud\"\n",
-     {"r.toml:2:9: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\""}},
+     {R"(r.toml:2:9: log.level wants "error", "warning", "info" or "debug", not "loud")"}},
     // Units and ranges.
     {"[lifesign]\ninterval = \"5 s\"\n",
      {"r.toml:2:12: lifesign.interval has the unknown unit \" s\" in \"5 s\"; known are ns, us, "
@@ -287,6 +288,7 @@ TEST(Load, LinksOfAllFilesAndSettingsStandOneBehindTheOther) {
        kHost});
   EXPECT_THAT(problems_of(loaded), testing::IsEmpty());
   std::vector<std::string> links;
+  links.reserve(loaded.config.links.size());
   for (const Link& link : loaded.config.links) links.push_back(link.to_string());
   EXPECT_THAT(links, testing::ElementsAre("127.0.0.1:1", "127.0.0.1:2", "sub of *", "127.0.0.1:3",
                                           "[::1]:2010"));

@@ -328,6 +328,7 @@ std::string item_key(const List& list, std::size_t index) {
 
 std::vector<Entry> entries(const Config& config) {
   std::vector<Entry> all;
+  all.reserve(kOptions.size());
   for (const Option& option : kOptions) all.push_back({std::string(option.key), &option, 0});
   for (const List& list : kLists)
     for (std::size_t i = 0; i < list.size(config); ++i)

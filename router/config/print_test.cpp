@@ -51,7 +51,7 @@ via = "r"                           # r.toml:6
 TEST(PrintConfig, LoadsBackToTheSameConfig) {
   const Loaded loaded = load(
       {{},
-       {"router.name=a \"b\" \\c ${HOSTNAME} $$ #d", "tcp.listen=off", "message.max=262144B",
+       {R"(router.name=a "b" \c ${HOSTNAME} $$ #d)", "tcp.listen=off", "message.max=262144B",
         "lifesign.interval=1500ms", "http.listen=[::1]:0", "security.insecure=true",
         "router.role=system", "router.system=3", "address.widths=6/8/10/8", "sim.faults=true",
         "link=kind=super,to=[fe80::1%eth0],rate=6MB,name=a $ \"b\"",

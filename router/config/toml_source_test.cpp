@@ -12,6 +12,7 @@ std::string place(const Origin& at) {
 
 std::vector<std::string> keys(const TomlText& text) {
   std::vector<std::string> list;
+  list.reserve(text.assignments.size());
   for (const Assignment& a : text.assignments) list.push_back(a.key);
   return list;
 }
@@ -44,6 +45,7 @@ TEST(TomlSource, ArraysOfTablesAreCounted) {
     EXPECT_THAT(keys(text),
                 testing::ElementsAre("link", "link.a", "link.b", "link", "link", "link.a"));
     std::vector<std::size_t> items;
+    items.reserve(text.assignments.size());
     for (const Assignment& a : text.assignments) items.push_back(a.item.value_or(99));
     EXPECT_THAT(items, testing::ElementsAre(0, 0, 0, 1, 2, 2));
     EXPECT_TRUE(text.assignments[4].table);

@@ -49,7 +49,9 @@ std::string unknown_key(std::string_view key) {
 std::string unknown_table(std::string_view name, bool is_list) {
   const auto known = tables();
   const std::string written = in_brackets(name, is_list);
-  if (const auto best = nearest(name, known))
+  auto candidates = known;
+  if (is_list) std::ranges::reverse(candidates);  // the lists first
+  if (const auto best = nearest(name, candidates))
     return fmt::format("unknown table {}; did you mean {}?", written,
                        in_brackets(*best, find_list(*best) != nullptr));
   return fmt::format("unknown table {}; known are {}", written, fmt::join(known, ", "));
