@@ -51,13 +51,16 @@ class Loader {
     for (Problem& problem : text.problems) loaded_.problems.push_back(std::move(problem));
     std::map<std::string_view, std::size_t> first;  // of this file, in each list
     for (const List& list : lists()) first[list.name] = list.size(loaded_.config);
-    std::string skipped;  // the unknown table, named once instead of each of its keys
+    std::vector<std::string> skipped;  // unknown tables, named once instead of each of their keys
     for (const Assignment& assignment : text.assignments) {
-      if (!skipped.empty() && assignment.key.starts_with(skipped)) continue;
+      const auto begins = [&](const std::string& table) {
+        return assignment.key.starts_with(table);
+      };
+      if (std::ranges::any_of(skipped, begins)) continue;
       if (!assignment.table)
         assign(assignment, first);
       else if (!open(assignment))
-        skipped = assignment.key + ".";
+        skipped.push_back(assignment.key + ".");
     }
   }
 
@@ -116,8 +119,7 @@ class Loader {
       const std::size_t equals = part.find('=');
       const std::string_view name = part.substr(0, equals);
       if (equals == std::string_view::npos)
-        fail(at, fmt::format("{} wants key=value,key=value, such as --set {}, not {}", list.name,
-                             list.sample_setting, in_quotes(part)));
+        fail_part(list, index, part, at);
       else if (const Option* option = list.find(name); option == nullptr)
         fail_unknown(list, index, name, at);
       else if (const Entry entry = entry_of(list, index, *option); is_written(entry.key))
@@ -125,6 +127,12 @@ class Loader {
       else
         store(entry, parse_setting(*option, part.substr(equals + 1)), at);
     }
+  }
+
+  void fail_part(const List& list, std::size_t index, std::string_view part, const Origin& at) {
+    fail(at, fmt::format("{} wants key=value,key=value, such as --set {}, not {}", list.name,
+                         list.sample_setting, in_quotes(part)));
+    refused_.insert_or_assign(item_key(list, index), at);
   }
 
   // Quotes are allowed, as in a file; nothing is replaced: the shell has done that.

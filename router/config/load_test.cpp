@@ -164,6 +164,10 @@ const std::vector<Bad> kBad{
       "\"[fd00::1]:2010\", not a table",
       "r.toml:3:1: link.to does not fit kind = \"sub\": the routers below connect, and this side "
       "accepts. Remove it, or write kind = \"super\""}},
+    {"[[tcp]]\n[zz]\na = 1\n[tcp.sub]\nb = 2\n",
+     {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys",
+      "r.toml:2:2: unknown table [zz]; known are router, address, unix, tcp, http, udp, message, "
+      "lifesign, limits, log, security, sim, link, route"}},
     // Types.
     {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
     {"[router]\nid = 3.0\n",
@@ -329,8 +333,8 @@ TEST(Load, ItemsOnTheCommandLineAreWhole) {
               testing::ElementsAre("--set 1: unknown key links; did you mean link?"));
   EXPECT_THAT(said("link="), testing::ElementsAre(testing::StartsWith("--set 1: a link wants a")));
   EXPECT_THAT(said("link=sub"),
-              testing::Contains("--set 1: link wants key=value,key=value, such as --set "
-                                "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
+              testing::ElementsAre("--set 1: link wants key=value,key=value, such as --set "
+                                   "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
   EXPECT_THAT(said("link=kind=sub,sytem=1"),
               testing::ElementsAre("--set 1: unknown key link.sytem; did you mean link.system?"));
   EXPECT_THAT(said("link=kind=sub,kind=peer"),
