@@ -6,7 +6,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "tims/address.h"
 #include "tims/time.h"
 
 namespace tims::config {
@@ -22,15 +25,62 @@ struct Endpoint {
   bool operator==(const Endpoint&) const = default;
 };
 
+inline constexpr std::uint16_t kLinkPort = 2010;  // UDP, between routers
+
+// Where a link connects. The host may be a name: whoever connects looks it up, again and again.
+struct Destination {
+  std::string host;  // numeric, or a name in small letters; IPv6 without brackets
+  std::uint16_t port = kLinkPort;
+
+  [[nodiscard]] bool loopback() const;          // false for names: nothing is looked up here
+  [[nodiscard]] std::string to_string() const;  // "robot1:2010", "[::1]:2010"
+  static std::optional<Destination> parse(std::string_view text);  // the port may be missing
+  bool operator==(const Destination&) const = default;
+};
+
 enum class LogLevel : std::uint8_t { kError, kWarning, kInfo, kDebug };
+enum class Role : std::uint8_t { kSubsystem, kSystem, kTop };  // place in the tree of routers
+
+// A relation to another router, or to all those that may connect: [[link]].
+struct Link {
+  enum class Kind : std::uint8_t { kSuper, kPeer, kSub };
+  Kind kind = Kind::kSuper;
+  std::string host;                                    // empty: this side accepts
+  std::uint16_t port = 0;                              // 0: this side accepts
+  std::optional<std::uint8_t> system;                  // whom this side accepts; empty: any
+  std::string name;                                    // for people; may be empty
+  Duration interval = std::chrono::milliseconds(300);  // keep-alive
+  std::uint64_t rate = 0;                              // bytes a second at most; 0: no cap
+  std::uint8_t reserve = 10;                           // percent of the rate, for upper classes
+  Duration lifetime = std::chrono::seconds(30);        // of a reliable message that does not arrive
+
+  [[nodiscard]] bool accepts() const { return host.empty(); }
+  [[nodiscard]] std::string to_string() const;  // "10.9.1.1:2010", "sub of system 1", "peer of *"
+  bool operator==(const Link&) const = default;
+};
+
+// What goes another way than the tree's: [[route]].
+struct Route {
+  std::string match;  // an AddressPattern: "Ladar(3/*)"
+  std::string via;    // name of a router on a link
+
+  [[nodiscard]] std::string to_string() const { return match; }
+  bool operator==(const Route&) const = default;
+};
 
 struct Config {
   struct Router {
     std::string name;  // for people; default: the host's name
+    Role role = Role::kSystem;
     std::uint8_t system = 0;
     std::uint8_t id = 1;
     bool operator==(const Router&) const = default;
   } router;
+
+  struct AddressBits {
+    AddressWidths widths;
+    bool operator==(const AddressBits&) const = default;
+  } address;
 
   struct Unix {
     std::string path;
@@ -49,6 +99,11 @@ struct Config {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 8080};  // empty: off
     bool operator==(const Http&) const = default;
   } http;
+
+  struct Udp {
+    std::optional<Endpoint> listen = Endpoint{"127.0.0.1", kLinkPort};  // empty: off
+    bool operator==(const Udp&) const = default;
+  } udp;
 
   struct Message {
     std::uint32_t bytes_max = 16U << 20;  // header included
@@ -75,6 +130,14 @@ struct Config {
     bool insecure = false;  // listening beyond loopback without keys was asked for
     bool operator==(const Security&) const = default;
   } security;
+
+  struct Sim {
+    bool faults = false;
+    bool operator==(const Sim&) const = default;
+  } sim;
+
+  std::vector<Link> links;    // in the order they were written: the first super is preferred
+  std::vector<Route> routes;  // in the order they were written
 
   bool operator==(const Config&) const = default;
 };

@@ -5,10 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "router/config/nearest.h"
+#include "router/config/check.h"
 #include "router/config/options.h"
 #include "router/config/substitute.h"
 #include "router/config/toml_source.h"
+#include "router/config/unknown.h"
 
 namespace tims::config {
 namespace {
@@ -17,36 +18,12 @@ Error wants(Kind kind, std::string_view instead) {
   return {Errc::kInvalidArgument, fmt::format("wants {}, not {}", kind_example(kind), instead)};
 }
 
-// Nearest known key; else, for a name in the wrong table, the key that has exactly this name.
-std::string did_you_mean(std::string_view key) {
-  std::vector<std::string_view> known;
-  for (const Option& option : options()) known.push_back(option.key);
-  if (const auto best = nearest(key, known)) return fmt::format("; did you mean {}?", *best);
-  const std::string_view name = key.substr(key.rfind('.') + 1);
-  std::string found;
-  for (const Option& option : options())
-    if (option.name() == name)
-      found += fmt::format("{}{}", found.empty() ? "" : " or ", option.key);
-  return found.empty() ? "" : fmt::format("; did you mean {}?", found);
-}
-
-bool is_table(std::string_view name) {
-  return std::ranges::any_of(options(), [&](const Option& o) { return o.table() == name; });
-}
-
-std::string unknown_table(std::string_view name) {
-  std::vector<std::string_view> known;
-  for (const Option& option : options())
-    if (known.empty() || known.back() != option.table()) known.push_back(option.table());
-  if (const auto best = nearest(name, known))
-    return fmt::format("unknown table [{}]; did you mean [{}]?", name, *best);
-  return fmt::format("unknown table [{}]; known are {}", name, fmt::join(known, ", "));
-}
-
-Result<Value> in_range(const Option& option, const Value& value) {
+Result<Value> in_range(const Spec& option, const Value& value) {
   const auto checked = check_range(option.kind, option.range, value);
   return checked ? Result<Value>(value) : checked.error();
 }
+
+Endpoint default_udp(bool insecure) { return {insecure ? "0.0.0.0" : "127.0.0.1", kLinkPort}; }
 
 class Loader {
  public:
@@ -60,9 +37,11 @@ class Loader {
     for (const File& file : sources_.files) add(file);
     for (std::size_t i = 0; i < sources_.settings.size(); ++i)
       add_setting(sources_.settings[i], static_cast<std::uint32_t>(i + 1));
+    if (!is_written("udp.listen"))
+      loaded_.config.udp.listen = default_udp(loaded_.config.security.insecure);
     check_defaults();
-    check_exposure("tcp.listen", loaded_.config.tcp.listen);
-    check_exposure("http.listen", loaded_.config.http.listen);
+    for (Problem& problem : check(loaded_.config, {loaded_.origins, refused_}))
+      loaded_.problems.push_back(std::move(problem));
     return std::move(loaded_);
   }
 
@@ -70,16 +49,47 @@ class Loader {
   void add(const File& file) {
     TomlText text = parse_toml(file);
     for (Problem& problem : text.problems) loaded_.problems.push_back(std::move(problem));
-    std::string skipped;  // the unknown table, named once instead of each of its keys
+    std::map<std::string_view, std::size_t> first;  // of this file, in each list
+    for (const List& list : lists()) first[list.name] = list.size(loaded_.config);
+    std::vector<std::string> skipped;  // unknown tables, named once instead of each of their keys
     for (const Assignment& assignment : text.assignments) {
-      if (!skipped.empty() && assignment.key.starts_with(skipped)) continue;
-      if (!assignment.table) {
-        assign(assignment.key, assignment.value, assignment.at_key, assignment.at_value);
-      } else if (!is_table(assignment.key)) {
-        fail(assignment.at_key, unknown_table(assignment.key));
-        skipped = assignment.key + ".";
-      }
+      const auto begins = [&](const std::string& table) {
+        return assignment.key.starts_with(table);
+      };
+      if (std::ranges::any_of(skipped, begins)) continue;
+      if (!assignment.table)
+        assign(assignment, first);
+      else if (!open(assignment))
+        skipped.push_back(assignment.key + ".");
     }
+  }
+
+  // `[name]` or `[[name]]`; false: there is no such thing, and that was said.
+  bool open(const Assignment& table) {
+    const List* list = find_list(table.key);
+    const bool as_list = table.item.has_value();
+    if (list != nullptr && as_list) {
+      append(*list, table.at_key);
+      return true;
+    }
+    if (is_table(table.key) && !as_list) return true;
+    fail(table.at_key, list != nullptr || is_table(table.key) ? wrong_form(table.key)
+                                                              : unknown_table(table.key, as_list));
+    return false;
+  }
+
+  static std::string wrong_form(std::string_view name) {
+    if (find_list(name) != nullptr)
+      return fmt::format("{0} is a list: write [[{0}]] above the keys of each {0}", name);
+    return fmt::format("{0} is a table: write [{0}] once, above its keys", name);
+  }
+
+  // The number of the new item.
+  std::size_t append(const List& list, const Origin& at) {
+    const std::size_t index = list.size(loaded_.config);
+    list.append(loaded_.config);
+    loaded_.origins.insert_or_assign(item_key(list, index), at);
+    return index;
   }
 
   void add_setting(std::string_view setting, std::uint32_t number) {
@@ -88,25 +98,75 @@ class Loader {
     if (equals == std::string_view::npos)
       return fail(at, fmt::format("wants key=value, not {}", in_quotes(setting)));
     const std::string_view key = setting.substr(0, equals);
-    std::string_view text = setting.substr(equals + 1);
-    const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
-    if (is_quoted) text = text.substr(1, text.size() - 2);
-    const Option* option = find_option(key);
-    if (option == nullptr) return fail_unknown(at, key);
-    store(*option, parse_value(option->kind, option->range, text), at);
+    const std::string_view text = setting.substr(equals + 1);
+    const std::string_view table = key.substr(0, key.find_first_of(".["));
+    if (const Option* option = find_option(key))
+      return store({std::string(key), option}, parse_setting(*option, text), at);
+    const List* list = find_list(table);
+    if (list == nullptr) return fail(at, unknown_key(key));
+    if (key == list->name) return add_item_setting(*list, text, at);
+    fail(at, fmt::format("{0} cannot be set alone: write [[{1}]] in a file, or give a whole {1} as "
+                         "--set {2}",
+                         key, list->name, list->sample_setting));
   }
 
-  void assign(std::string_view key, const Raw& raw, const Origin& at_key, const Origin& at_value) {
+  // "kind=super,to=10.9.1.1:2010": one more item.
+  void add_item_setting(const List& list, std::string_view text, const Origin& at) {
+    const std::size_t index = append(list, at);
+    while (!text.empty()) {
+      const std::string_view part = text.substr(0, text.find(','));
+      text.remove_prefix(std::min(text.size(), part.size() + 1));
+      const std::size_t equals = part.find('=');
+      const std::string_view name = part.substr(0, equals);
+      if (equals == std::string_view::npos)
+        fail_part(list, index, part, at);
+      else if (const Option* option = list.find(name); option == nullptr)
+        fail_unknown(list, index, name, at);
+      else if (const Entry entry = entry_of(list, index, *option); is_written(entry.key))
+        fail(at, fmt::format("{} is given twice", option->key));
+      else
+        store(entry, parse_setting(*option, part.substr(equals + 1)), at);
+    }
+  }
+
+  void fail_part(const List& list, std::size_t index, std::string_view part, const Origin& at) {
+    fail(at, fmt::format("{} wants key=value,key=value, such as --set {}, not {}", list.name,
+                         list.sample_setting, in_quotes(part)));
+    refused_.insert_or_assign(item_key(list, index), at);
+  }
+
+  // Quotes are allowed, as in a file; nothing is replaced: the shell has done that.
+  static Result<Value> parse_setting(const Option& option, std::string_view text) {
+    const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+    if (is_quoted) text = text.substr(1, text.size() - 2);
+    return parse_value(option.kind, option.range, text);
+  }
+
+  void assign(const Assignment& assignment, const std::map<std::string_view, std::size_t>& first) {
+    const std::string& key = assignment.key;
+    if (assignment.item) {
+      const List& list = *find_list(key.substr(0, key.find('.')));
+      const std::size_t index = first.at(list.name) + *assignment.item;
+      const std::string name = key.substr(list.name.size() + 1);
+      const Option* option = list.find(name);
+      if (option == nullptr) return fail_unknown(list, index, name, assignment.at_key);
+      return store(entry_of(list, index, *option), typed(*option, assignment.value),
+                   assignment.at_value);
+    }
     if (const Option* option = find_option(key))
-      store(*option, typed(*option, raw), at_value);
-    else if (is_table(key))
-      fail(at_key, fmt::format("{0} is a table: write [{0}] once, above its keys", key));
+      store({key, option}, typed(*option, assignment.value), assignment.at_value);
+    else if (is_table(key) || find_list(key) != nullptr)
+      fail(assignment.at_key, wrong_form(key));
     else
-      fail_unknown(at_key, key);
+      fail(assignment.at_key, unknown_key(key));
+  }
+
+  static Entry entry_of(const List& list, std::size_t index, const Option& option) {
+    return {fmt::format("{}.{}", item_key(list, index), option.name()), &option, index};
   }
 
   // A value as TOML has it, as the option wants it.
-  Result<Value> typed(const Option& option, const Raw& raw) const {
+  Result<Value> typed(const Spec& option, const Raw& raw) const {
     if (const auto* text = std::get_if<std::string>(&raw)) return typed_text(option, *text);
     if (const auto* flag = std::get_if<bool>(&raw))
       return option.kind == Kind::kFlag ? Result<Value>(*flag)
@@ -114,49 +174,52 @@ class Loader {
     if (const auto* number = std::get_if<std::int64_t>(&raw)) {
       if (option.kind == Kind::kNumber) return in_range(option, *number);
       if (option.kind == Kind::kSize) return in_range(option, Bytes{*number});
+      if (option.kind == Kind::kRate) return in_range(option, Rate{*number});
+      if (option.kind == Kind::kSystem)
+        return parse_value(option.kind, option.range, std::to_string(*number));
       return wants(option.kind, std::to_string(*number));
     }
     return wants(option.kind, std::get<Foreign>(raw).what);
   }
 
-  Result<Value> typed_text(const Option& option, const std::string& text) const {
+  Result<Value> typed_text(const Spec& option, const std::string& text) const {
     const auto replaced = substitute(text, environment_);
     if (!replaced) return replaced.error();
     // A number in quotes is a mistake, unless it comes from the environment: that has only texts.
-    const bool quotes_wrong = option.kind == Kind::kNumber || option.kind == Kind::kFlag;
+    const bool quotes_wrong = option.kind == Kind::kNumber || option.kind == Kind::kFlag ||
+                              (option.kind == Kind::kSystem && text != "*");
     if (quotes_wrong && *replaced == text)
       return wants(option.kind, fmt::format("the text {}", in_quotes(text)));
     return parse_value(option.kind, option.range, *replaced);
   }
 
-  void store(const Option& option, const Result<Value>& value, const Origin& at) {
-    if (!value) return fail(at, fmt::format("{} {}", option.key, value.error().detail()));
-    option.set(loaded_.config, *value);
-    loaded_.origins.insert_or_assign(std::string(option.key), at);
+  void store(const Entry& entry, const Result<Value>& value, const Origin& at) {
+    const Option& option = *entry.option;
+    if (!value) {
+      refused_.insert_or_assign(entry.key, at);
+      return fail(at, fmt::format("{} {}", option.key, value.error().detail()));
+    }
+    option.set(loaded_.config, *value, entry.index);
+    loaded_.origins.insert_or_assign(entry.key, at);
+  }
+
+  [[nodiscard]] bool is_written(std::string_view key) const {
+    return loaded_.origins.contains(key) || refused_.contains(key);
   }
 
   // A default comes from the host: a path made of a long $XDG_RUNTIME_DIR may not fit.
   void check_defaults() {
     for (const Option& option : options()) {
-      if (loaded_.origins.contains(option.key)) continue;
+      if (is_written(option.key)) continue;
       const auto value = in_range(option, option.get(loaded_.config));
       if (!value) fail({}, fmt::format("{} {}", option.key, value.error().detail()));
     }
   }
 
-  void check_exposure(std::string_view key, const std::optional<Endpoint>& listen) {
-    if (!listen || listen->loopback() || loaded_.config.security.insecure) return;
-    const auto origin = loaded_.origins.find(key);
-    fail(origin == loaded_.origins.end() ? Origin{} : origin->second,
-         fmt::format("{} \"{}\" is not a loopback address, and this version has no keys to protect "
-                     "it: everybody who reaches the port could command the robot. Listen on "
-                     "\"127.0.0.1:{}\"; or, where every machine of the network is trusted, write "
-                     "\"insecure = true\" under [security] (or --set security.insecure=true)",
-                     key, listen->to_string(), listen->port));
-  }
-
-  void fail_unknown(const Origin& at, std::string_view key) {
-    fail(at, fmt::format("unknown key {}{}", key, did_you_mean(key)));
+  // What somebody meant by the unknown key may be what would be missed otherwise.
+  void fail_unknown(const List& list, std::size_t index, std::string_view name, const Origin& at) {
+    fail(at, unknown_item_key(list, name));
+    refused_.insert_or_assign(item_key(list, index), at);
   }
   void fail(const Origin& at, std::string text) {
     loaded_.problems.push_back({at, std::move(text)});
@@ -164,6 +227,7 @@ class Loader {
 
   const Sources& sources_;
   Environment environment_;
+  Refused refused_;
   Loaded loaded_;
 };
 

@@ -45,12 +45,15 @@ struct Host {
 };
 
 struct Sources {
-  std::vector<File> files;            // a later one overrides an earlier one, key by key
+  // A later one overrides an earlier one, key by key; items of lists ([[link]]) come one behind the
+  // other.
+  std::vector<File> files;
   std::vector<std::string> settings;  // --set key=value, over all files
   Host host;
 };
 
-using Origins = std::map<std::string, Origin, std::less<>>;  // by key; absent = default
+using Origins =
+    std::map<std::string, Origin, std::less<>>;  // by key ("link[0].to"); absent = default
 
 struct Loaded {
   Config config;  // to be used only when there are no problems

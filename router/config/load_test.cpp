@@ -16,6 +16,7 @@ Loaded load_text(std::string text, std::vector<std::string> settings = {}) {
 
 std::vector<std::string> problems_of(const Loaded& loaded) {
   std::vector<std::string> texts;
+  texts.reserve(loaded.problems.size());
   for (const Problem& problem : loaded.problems) texts.push_back(problem.to_string());
   return texts;
 }
@@ -128,17 +129,45 @@ const std::vector<Bad> kBad{
     {"[tcp]\nlistn = \"off\"\n", {"r.toml:2:1: unknown key tcp.listn; did you mean tcp.listen?"}},
     {"[tcp]\n  level = \"info\"\n", {"r.toml:2:3: unknown key tcp.level; did you mean log.level?"}},
     {"listen = \"off\"\n",
-     {"r.toml:1:1: unknown key listen; did you mean tcp.listen or http.listen?"}},
+     {"r.toml:1:1: unknown key listen; did you mean tcp.listen or http.listen or udp.listen?"}},
     {"[tcp]\nflux = 1\n", {"r.toml:2:1: unknown key tcp.flux"}},
     {"[tpc]\nlisten = 5\nqueue = 6\n", {"r.toml:1:2: unknown table [tpc]; did you mean [tcp]?"}},
     {"[flux]\n",
-     {"r.toml:1:2: unknown table [flux]; known are router, unix, tcp, http, message, lifesign, "
-      "limits, log, security"}},
+     {"r.toml:1:2: unknown table [flux]; known are router, address, unix, tcp, http, udp, "
+      "message, lifesign, limits, log, security, sim, link, route"}},
     {"[tcp.listen]\nport = 3\n",
      {"r.toml:1:1: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
     {"tcp = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
-    {"[[tcp]]\nqueue = 5\n", {"r.toml:1:3: tcp is a table: write [tcp] once, above its keys"}},
+    {"[[tcp]]\nqueue = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
+    // Lists.
+    {"[link]\nkind = \"super\"\n",
+     {"r.toml:1:2: link is a list: write [[link]] above the keys of each link"}},
+    {"link.to = \"robot2\"\n",
+     {"r.toml:1:1: link is a list: write [[link]] above the keys of each link"}},
+    {"link = []\n", {"r.toml:1:1: link is a list: write [[link]] above the keys of each link"}},
+    {"[links]\nkind = 3\n", {"r.toml:1:2: unknown table [links]; did you mean [[link]]?"}},
+    {"[[lnik]]\nkind = 3\n", {"r.toml:1:1: unknown table [[lnik]]; did you mean [[link]]?"}},
+    {"[[link]]\nkind = \"sub\"\nrats = 5\n[[link]]\nkind = \"peer\"\nflux = 1\n",
+     {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
+      "r.toml:6:1: unknown key link.flux; known are kind, to, system, name, interval, rate, "
+      "reserve, lifetime"}},
+    {"[[link]]\nkind = \"sub\"\nsystem = 256\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
+     {"r.toml:3:10: link.system 256 is out of range (0 to 255)",
+      "r.toml:4:8: link.rate 9999B is out of range (10kB to 100GB, or 0)",
+      "r.toml:5:12: link.interval 11s is out of range (50ms to 10s)",
+      "r.toml:6:11: link.reserve 91 is out of range (0 to 90)"}},
+    {"[[link]]\nkind = \"sub\"\nsystem = \"1\"\n",
+     {R"(r.toml:3:10: link.system wants a system's number or "*" for any, not the text "1")"}},
+    {"[[link]]\nkind = \"sub\"\n[link.to]\nhost = 5\n",
+     {"r.toml:3:1: link.to wants a host and port such as \"10.9.1.1:2010\", \"robot1:2010\" or "
+      "\"[fd00::1]:2010\", not a table",
+      "r.toml:3:1: link.to does not fit kind = \"sub\": the routers below connect, and this side "
+      "accepts. Remove it, or write kind = \"super\""}},
+    {"[[tcp]]\n[zz]\na = 1\n[tcp.sub]\nb = 2\n",
+     {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys",
+      "r.toml:2:2: unknown table [zz]; known are router, address, unix, tcp, http, udp, message, "
+      "lifesign, limits, log, security, sim, link, route"}},
     // Types.
     {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
     {"[router]\nid = 3.0\n",
@@ -156,7 +185,7 @@ const std::vector<Bad> kBad{
       "\"5s\", "
       "not 5"}},
     {"[log]\nlevel = \"loud\"\n",
-     {"r.toml:2:9: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\""}},
+     {R"(r.toml:2:9: log.level wants "error", "warning", "info" or "debug", not "loud")"}},
     // Units and ranges.
     {"[lifesign]\ninterval = \"5 s\"\n",
      {"r.toml:2:12: lifesign.interval has the unknown unit \" s\" in \"5 s\"; known are ns, us, "
@@ -197,6 +226,84 @@ TEST(Load, WhatIsNotTomlIsToldWithLineAndColumn) {
   EXPECT_THAT(first(std::string("a = \"\0\"", 7)), testing::StartsWith("r.toml:1:"));
 }
 
+TEST(Load, WhatUdpListensOnFollowsFromInsecure) {
+  EXPECT_EQ(good("").udp.listen, (Endpoint{"127.0.0.1", 2010}));
+  EXPECT_EQ(good("", {"security.insecure=true"}).udp.listen, (Endpoint{"0.0.0.0", 2010}));
+  EXPECT_EQ(good("[udp]\nlisten = \"off\"\n", {"security.insecure=true"}).udp.listen, std::nullopt);
+  EXPECT_FALSE(load_text("", {"security.insecure=true"}).origins.contains("udp.listen"));
+}
+
+TEST(Load, ReadsTheTree) {
+  const Config config = good(R"(
+[router]
+role = "top"
+[address]
+widths = "6/8/10/8"
+[sim]
+faults = true
+)");
+  EXPECT_EQ(config.router.role, Role::kTop);
+  EXPECT_EQ(config.address.widths, (AddressWidths{6, 8, 10, 8}));
+  EXPECT_TRUE(config.sim.faults);
+}
+
+TEST(Load, ReadsEveryKeyOfLinksAndRoutes) {
+  const Config config = good(R"toml(
+[[link]]
+kind = "super"
+to = "${HOSTNAME}"
+[[link]]
+kind = "sub"
+system = "${ID}"
+name = "arms"
+interval = "50ms"
+rate = "6MB"
+reserve = 90
+lifetime = "1h"
+[[route]]
+match = "Ladar(3/*)"
+via = "robot2"
+)toml",
+                             {"security.insecure=true"});
+  ASSERT_EQ(config.links.size(), 2U);
+  Link first;
+  first.kind = Link::Kind::kSuper;
+  first.host = "robot1";
+  first.port = 2010;
+  EXPECT_EQ(config.links[0], first);
+  Link second;
+  second.kind = Link::Kind::kSub;
+  second.system = 7;
+  second.name = "arms";
+  second.interval = 50ms;
+  second.rate = 6'000'000;
+  second.reserve = 90;
+  second.lifetime = 1h;
+  EXPECT_EQ(config.links[1], second);
+  EXPECT_EQ(config.routes, (std::vector<Route>{{"Ladar(3/*)", "robot2"}}));
+}
+
+TEST(Load, LinksOfAllFilesAndSettingsStandOneBehindTheOther) {
+  const Loaded loaded = load(
+      {{{"a.toml", "[[link]]\nkind = \"super\"\nto = \"127.0.0.1:1\"\n"},
+        {"b.toml", "link = [{ kind = \"super\", to = \"127.0.0.1:2\" }, { kind = \"sub\" }]\n"}},
+       {"link=kind=peer,to=\"127.0.0.1:3\",rate=1MB", "route=match=Ladar(3/*),via=robot2",
+        "link=kind=super,to=[::1]"},
+       kHost});
+  EXPECT_THAT(problems_of(loaded), testing::IsEmpty());
+  std::vector<std::string> links;
+  links.reserve(loaded.config.links.size());
+  for (const Link& link : loaded.config.links) links.push_back(link.to_string());
+  EXPECT_THAT(links, testing::ElementsAre("127.0.0.1:1", "127.0.0.1:2", "sub of *", "127.0.0.1:3",
+                                          "[::1]:2010"));
+  EXPECT_EQ(loaded.config.links[3].rate, 1'000'000U);
+  EXPECT_EQ(loaded.config.routes.size(), 1U);
+  EXPECT_EQ(loaded.origins.at("link[1].to").to_string(), "b.toml:1");
+  EXPECT_EQ(loaded.origins.at("link[3]").to_string(), "--set 1");
+  EXPECT_EQ(loaded.origins.at("link[3].rate").to_string(), "--set 1");
+  EXPECT_EQ(loaded.origins.at("route[0].via").to_string(), "--set 2");
+}
+
 TEST(Load, AllProblemsOfAllSourcesAreReported) {
   const Loaded loaded = load({{{"a.toml", "[router]\nid = 300\nsytem = 1\n"}, {"b.toml", "[x\n"}},
                               {"log.level=loud", "tcp.queu=5", "nonsense"},
@@ -210,6 +317,28 @@ TEST(Load, AllProblemsOfAllSourcesAreReported) {
           "--set 1: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\"",
           "--set 2: unknown key tcp.queu; did you mean tcp.queue?",
           "--set 3: wants key=value, not \"nonsense\""));
+}
+
+TEST(Load, ItemsOnTheCommandLineAreWhole) {
+  const auto said = [](std::string setting) {
+    return problems_of(load_text("", {std::move(setting)}));
+  };
+  const std::string alone =
+      "--set 1: {} cannot be set alone: write [[link]] in a file, or give a whole link as --set "
+      "link='kind=super,to=10.9.1.1:2010'";
+  const auto named = [&](std::string_view key) { return std::string(alone).replace(9, 2, key); };
+  EXPECT_THAT(said("link.to=robot2"), testing::ElementsAre(named("link.to")));
+  EXPECT_THAT(said("link[0].to=robot2"), testing::ElementsAre(named("link[0].to")));
+  EXPECT_THAT(said("links=kind=sub"),
+              testing::ElementsAre("--set 1: unknown key links; did you mean link?"));
+  EXPECT_THAT(said("link="), testing::ElementsAre(testing::StartsWith("--set 1: a link wants a")));
+  EXPECT_THAT(said("link=sub"),
+              testing::ElementsAre("--set 1: link wants key=value,key=value, such as --set "
+                                   "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
+  EXPECT_THAT(said("link=kind=sub,sytem=1"),
+              testing::ElementsAre("--set 1: unknown key link.sytem; did you mean link.system?"));
+  EXPECT_THAT(said("link=kind=sub,kind=peer"),
+              testing::ElementsAre("--set 1: link.kind is given twice"));
 }
 
 TEST(Load, ListeningBeyondLoopbackMustBeWanted) {

@@ -18,6 +18,7 @@ constexpr std::int64_t kSocketPathMax = 107;  // sockaddr_un, with its zero
 template <Kind kind, typename T>
 Value to_value(const T& member) {
   if constexpr (kind == Kind::kSize) return Bytes{std::int64_t{member}};
+  if constexpr (kind == Kind::kRate) return Rate{static_cast<std::int64_t>(member)};
   if constexpr (kind == Kind::kNumber) return std::int64_t{member};
   return member;
 }
@@ -26,18 +27,35 @@ template <Kind kind, typename T>
 void from_value(T& member, const Value& value) {
   if constexpr (kind == Kind::kSize)
     member = static_cast<T>(std::get<Bytes>(value).count);
+  else if constexpr (kind == Kind::kRate)
+    member = static_cast<T>(std::get<Rate>(value).bytes_per_second);
   else if constexpr (kind == Kind::kNumber)
     member = static_cast<T>(std::get<std::int64_t>(value));
   else
     member = std::get<T>(value);
 }
 
+bool always(const Config& /*config*/, std::size_t /*index*/) { return true; }
+
+// The struct that holds the member: a table of Config, or one item of a list of Config.
+template <auto holder, typename AnyConfig>
+auto& held(AnyConfig& config, [[maybe_unused]] std::size_t index) {
+  if constexpr (requires { (config.*holder).at(index); })
+    return (config.*holder).at(index);
+  else
+    return config.*holder;
+}
+
 // A row: the way to the value, then what is said about it.
-template <Kind kind, auto table, auto member>
+template <Kind kind, auto holder, auto member>
 constexpr Option row(Spec spec) {
   spec.kind = kind;
-  return {spec, [](const Config& c) { return to_value<kind>(c.*table.*member); },
-          [](Config& c, const Value& value) { from_value<kind>(c.*table.*member, value); }};
+  return {spec,
+          [](const Config& c, std::size_t i) { return to_value<kind>(held<holder>(c, i).*member); },
+          [](Config& c, std::size_t i, const Value& value) {
+            from_value<kind>(held<holder>(c, i).*member, value);
+          },
+          always};
 }
 
 constexpr std::array kOptions{
@@ -48,18 +66,29 @@ constexpr std::array kOptions{
          .help = "Name of this router, for people: it stands in logs, refusals and metrics.",
          .default_note = "the host's name",
          .sample = R"("${HOSTNAME}")"}),
+    row<Kind::kRole, &Config::router, &Config::Router::role>(
+        {.key = "router.role",
+         .reload = Reload::kRestart,
+         .help = "Place in the tree of routers: a subsystem router has a super router at most, a "
+                 "system router stands for one robot, a top-level router joins robots."}),
     row<Kind::kNumber, &Config::router, &Config::Router::system>(
         {.key = "router.system",
          .range = {0, 255},
          .reload = Reload::kRestart,
          .help = "System (robot) this router belongs to: the first field of its address "
-                 "Tims(system/id)."}),
+                 "Tims(system/id); 0 for a top-level router."}),
     row<Kind::kNumber, &Config::router, &Config::Router::id>(
         {.key = "router.id",
          .range = {0, 255},
          .reload = Reload::kRestart,
          .help = "Number of this router within its system; no two routers of a system have "
                  "the same."}),
+
+    row<Kind::kWidths, &Config::address, &Config::AddressBits::widths>(
+        {.key = "address.widths",
+         .reload = Reload::kRestart,
+         .help = "Bits of each field of an address, 32 in all and at least 1 each; the same for "
+                 "every router and component of a fleet."}),
 
     row<Kind::kText, &Config::unix, &Config::Unix::path>(
         {.key = "unix.path",
@@ -99,6 +128,14 @@ constexpr std::array kOptions{
          .help = "Where WebSocket clients connect, and /metrics and /healthz are served; "
                  "\"off\" for nowhere. Beyond loopback it needs security.insecure."}),
 
+    row<Kind::kEndpoint, &Config::udp, &Config::Udp::listen>(
+        {.key = "udp.listen",
+         .reload = Reload::kRestart,
+         .help = "Where this router speaks with other routers, see [[link]]; \"off\" for nowhere. "
+                 "Beyond loopback it needs security.insecure.",
+         .default_note = "127.0.0.1:2010, with security.insecure 0.0.0.0:2010",
+         .sample = R"("127.0.0.1:2010")"}),
+
     row<Kind::kSize, &Config::message, &Config::Message::bytes_max>(
         {.key = "message.max",
          .range = {64 * kKi, kGi},
@@ -137,51 +174,132 @@ constexpr std::array kOptions{
          .help = "Allows listening beyond loopback although this version has no keys: "
                  "everybody who reaches the port can command the robot. Only for networks "
                  "where every machine is trusted."}),
+
+    row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
+        {.key = "sim.faults",
+         .reload = Reload::kYes,
+         .help = "Lets timsctl sim fault spoil this router's UDP on purpose; only for tests."}),
 };
 
-constexpr std::string_view kSampleTop =
-    "# Configuration of tims-router: every key with its default, switched off by a '#'.\n"
-    "# Sizes (B, KiB, MiB, GiB) and durations (ms, s, min, h) carry units. ${NAME} in a text is\n"
-    "# the environment variable. An unknown key is an error. tims-router --help says the same.\n";
-
-std::string default_text(const Option& option) {
-  if (!option.default_note.empty()) return std::string(option.default_note);
-  return to_toml(option.get(Config{}));
+// Where a link connects is one key and two members.
+constexpr Option destination_row(Spec spec) {
+  spec.kind = Kind::kDestination;
+  return {spec,
+          [](const Config& c, std::size_t i) -> Value {
+            return Destination{c.links.at(i).host, c.links.at(i).port};
+          },
+          [](Config& c, std::size_t i, const Value& value) {
+            const auto& to = std::get<Destination>(value);
+            c.links.at(i).host = to.host;
+            c.links.at(i).port = to.port;
+          },
+          [](const Config& c, std::size_t i) { return !c.links.at(i).accepts(); }};
 }
 
-std::string sample_value(const Option& option) {
-  return option.sample.empty() ? default_text(option) : std::string(option.sample);
+constexpr Option accepted_system_row(const Spec& spec) {
+  Option option = row<Kind::kSystem, &Config::links, &Link::system>(spec);
+  option.has_value = [](const Config& c, std::size_t i) { return c.links.at(i).accepts(); };
+  return option;
 }
 
-// `text` in lines of at most 98 columns, each behind `margin`.
-std::string wrapped(std::string_view text, std::string_view margin) {
-  constexpr std::size_t kWidth = 98;
-  std::string out;
-  std::string line(margin);
-  bool empty = true;
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(' '));
-    if (!empty && line.size() + 1 + word.size() > kWidth) {
-      out += line + '\n';
-      line = margin;
-      empty = true;
-    }
-    line += fmt::format("{}{}", empty ? "" : " ", word);
-    empty = false;
-    text.remove_prefix(std::min(text.size(), word.size() + 1));
-  }
-  return out + line + '\n';
+constexpr std::array kLinkOptions{
+    row<Kind::kLinkKind, &Config::links, &Link::kind>(
+        {.key = "link.kind",
+         .help = "What the other router is to this one: its super router (a second super link is "
+                 "the next in order of preference), a peer, or a router below it.",
+         .default_note = "none: it must be written"}),
+    destination_row({.key = "link.to",
+                     .help = "Where this side connects; without a port 2010. Beyond loopback it "
+                             "needs security.insecure. A super link needs it, a sub link has none, "
+                             "a peer link without it accepts.",
+                     .default_note = "none: this side accepts"}),
+    accepted_system_row({.key = "link.system",
+                         .help = "Whom this side accepts: routers of this system, \"*\" for any. "
+                                 "Only where it accepts."}),
+    row<Kind::kText, &Config::links, &Link::name>(
+        {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
+    row<Kind::kDuration, &Config::links, &Link::interval>(
+        {.key = "link.interval",
+         .range = {50 * kMs, 10'000 * kMs},
+         .help = "How often the link shows that it lives; after three missed it is dead."}),
+    row<Kind::kRate, &Config::links, &Link::rate>(
+        {.key = "link.rate",
+         .range = {10'000, 100'000'000'000},
+         .help = "Bytes a second this router sends at most; 0 for no cap."}),
+    row<Kind::kNumber, &Config::links, &Link::reserve>(
+        {.key = "link.reserve",
+         .range = {0, 90},
+         .help = "Percent of the rate that is kept for the upper classes of priority."}),
+    row<Kind::kDuration, &Config::links, &Link::lifetime>(
+        {.key = "link.lifetime",
+         .range = {100 * kMs, kHour},
+         .help = "How long a reliable message is tried before it is given up and counted."}),
+};
+
+constexpr std::array kRouteOptions{
+    row<Kind::kText, &Config::routes, &Route::match>(
+        {.key = "route.match",
+         .range = {1, 64},
+         .help = "Which destinations: an address pattern such as \"Ladar(3/*)\".",
+         .default_note = "none: it must be written"}),
+    row<Kind::kText, &Config::routes, &Route::via>(
+        {.key = "route.via",
+         .range = {1, 64},
+         .help = "Name (router.name) of the router at the other end of a link.",
+         .default_note = "none: it must be written"}),
+};
+
+template <auto items>
+constexpr List list(std::string_view name, std::span<const Option> rows) {
+  return {.name = name,
+          .help = {},
+          .sample_items = {},
+          .sample_setting = {},
+          .options = rows,
+          .size = [](const Config& c) { return (c.*items).size(); },
+          .append = [](Config& c) { (c.*items).emplace_back(); },
+          .copy = [](Config& to, const Config& from) { to.*items = from.*items; },
+          .label = [](const Config& c, std::size_t i) { return (c.*items).at(i).to_string(); }};
 }
 
-std::string full_help(const Option& option) {
-  const bool restart = option.reload == Reload::kRestart;
-  return fmt::format("{}{}", option.help, restart ? " Changes need a restart." : "");
+constexpr List link_list() {
+  List links = list<&Config::links>("link", kLinkOptions);
+  links.help =
+      "Links to other routers, over UDP: one [[link]] for each router this side connects to, and "
+      "for each group of routers it accepts.";
+  links.sample_items = R"toml([[link]]
+kind = "super"
+to = "10.9.1.1:2010"
+
+[[link]]                        # where to turn when the first is not there
+kind = "super"
+to = "fleet.example.org"
+rate = "6MB"
+
+[[link]]
+kind = "peer"
+to = "robot2:2010"
+
+[[link]]                        # at a system router: its subsystem routers
+kind = "sub"
+system = 1
+)toml";
+  links.sample_setting = "link='kind=super,to=10.9.1.1:2010'";
+  return links;
 }
 
-std::string limits_text(const Option& option) {
-  const std::string range = range_text(option.kind, option.range);
-  return fmt::format("{}{}{}", kind_name(option.kind), range.empty() ? "" : ", ", range);
+constexpr List route_list() {
+  List routes = list<&Config::routes>("route", kRouteOptions);
+  routes.help = "What goes another way than the tree's, over the link to a certain router.";
+  routes.sample_items = R"toml([[route]]
+match = "Ladar(3/*)"
+via = "robot2"
+)toml";
+  routes.sample_setting = "route='match=Ladar(3/*),via=robot2'";
+  return routes;
 }
+
+constexpr std::array kLists{link_list(), route_list()};
 
 }  // namespace
 
@@ -192,29 +310,32 @@ const Option* find_option(std::string_view key) {
   return found == kOptions.end() ? nullptr : &*found;
 }
 
-std::string options_help() {
-  std::string out;
-  for (const Option& option : kOptions) {
-    out += fmt::format("  {}  ({}; default {})\n{}", option.key, limits_text(option),
-                       default_text(option), wrapped(full_help(option), "      "));
-  }
-  return out;
+const Option* List::find(std::string_view option_name) const {
+  const auto found = std::ranges::find(options, option_name, &Option::name);
+  return found == options.end() ? nullptr : &*found;
 }
 
-std::string sample_file() {
-  std::string out(kSampleTop);
-  std::string_view table;
-  for (const Option& option : kOptions) {
-    if (option.table() != table) {
-      table = option.table();
-      out += fmt::format("\n[{}]\n", table);
-    }
-    out += wrapped(fmt::format("{} ({})", full_help(option), limits_text(option)), "# ");
-    if (!option.default_note.empty())
-      out += wrapped(fmt::format("Default: {}", option.default_note), "# ");
-    out += fmt::format("#{} = {}\n", option.name(), sample_value(option));
-  }
-  return out;
+std::span<const List> lists() { return kLists; }
+
+const List* find_list(std::string_view name) {
+  const auto found = std::ranges::find(kLists, name, &List::name);
+  return found == kLists.end() ? nullptr : &*found;
+}
+
+std::string item_key(const List& list, std::size_t index) {
+  return fmt::format("{}[{}]", list.name, index);
+}
+
+std::vector<Entry> entries(const Config& config) {
+  std::vector<Entry> all;
+  all.reserve(kOptions.size());
+  for (const Option& option : kOptions) all.push_back({std::string(option.key), &option, 0});
+  for (const List& list : kLists)
+    for (std::size_t i = 0; i < list.size(config); ++i)
+      for (const Option& option : list.options)
+        if (option.has_value(config, i))
+          all.push_back({fmt::format("{}.{}", item_key(list, i), option.name()), &option, i});
+  return all;
 }
 
 }  // namespace tims::config

@@ -1,11 +1,12 @@
 // The one table of options. Parsing, --set, --help, the sample file, print_config and reload are
-// made from it: a new key is one more row and one more member of Config.
+// made from it: a new key is one more row and one more member of Config, of Link or of Route.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "router/config/config.h"
 #include "router/config/value.h"
@@ -21,7 +22,7 @@ struct Spec {
   Range range{};  // kText, kNumber, kDuration and kSize have one
   Reload reload{};
   std::string_view help{};  // one sentence or two
-  // Only where the default depends on the host:
+  // Only where the default depends on the host or on another option:
   std::string_view default_note{};  // what it is, in words
   std::string_view sample{};        // what the sample file shows, as TOML
 
@@ -29,18 +30,59 @@ struct Spec {
   [[nodiscard]] std::string_view name() const { return key.substr(key.find('.') + 1); }
 };
 
+// `index` is the item's of a list; options that stand in no list do not look at it.
 struct Option : Spec {
-  Value (*get)(const Config&);
-  void (*set)(Config&, const Value&);  // the value is of the kind and in the range
+  Value (*read)(const Config&, std::size_t index);
+  void (*write)(Config&, std::size_t index, const Value&);
+  bool (*has_value)(const Config&, std::size_t index);  // false: not given, and nothing to print
+
+  [[nodiscard]] Value get(const Config& config, std::size_t index = 0) const {
+    return read(config, index);
+  }
+  // The value is of the kind and in the range.
+  void set(Config& config, const Value& value, std::size_t index = 0) const {
+    write(config, index, value);
+  }
 };
 
 std::span<const Option> options();  // those of one table stand together
 const Option* find_option(std::string_view key);
 
+// An array of tables: [[link]]. Its items come from all files and from `--set link='kind=...,...'`,
+// one behind the other. All of it can be had without a restart, see reload.h.
+struct List {
+  std::string_view name;
+  std::string_view help;
+  std::string_view sample_items;    // what the sample file shows, as TOML
+  std::string_view sample_setting;  // behind --set
+  std::span<const Option> options;  // of one item; their keys are "link.kind"
+  std::size_t (*size)(const Config&);
+  void (*append)(Config&);  // an item with the defaults
+  void (*copy)(Config& to, const Config& from);
+  std::string (*label)(const Config&, std::size_t index);  // names an item, for people
+
+  [[nodiscard]] const Option* find(std::string_view option_name) const;
+};
+
+std::span<const List> lists();
+const List* find_list(std::string_view name);
+std::string item_key(const List& list, std::size_t index);  // "link[0]"
+
+// One value of a configuration: of an option, or of a list's item.
+struct Entry {
+  std::string key;  // "tcp.queue", "link[0].kind"
+  const Option* option = nullptr;
+  std::size_t index = 0;
+
+  [[nodiscard]] Value get(const Config& config) const { return option->get(config, index); }
+};
+std::vector<Entry> entries(const Config& config);  // in the order of the tables
+
 // "tcp.queue  size, 64KiB to 1GiB, default 4MiB\n  What waits ..." for every key.
 std::string options_help();
 
-// deploy/router.toml: every key with its help and its default, commented out.
+// deploy/router.toml: every key with its help and its default, commented out; examples of the
+// lists' items behind them.
 std::string sample_file();
 
 }  // namespace tims::config

@@ -1,9 +1,6 @@
 #include "router/config/options.h"
 
-#include <fstream>
-#include <iterator>
 #include <set>
-#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +36,8 @@ TEST(Options, SetGivesBackWhatGetGave) {
             {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x",
              "unix.everybody=true", "tcp.listen=off", "tcp.compat_delete=true", "tcp.queue=1MiB",
              "http.listen=[::1]:1", "message.max=1MiB", "lifesign.interval=1s", "limits.clients=5",
-             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true"},
+             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true",
+             "router.role=subsystem", "address.widths=6/8/10/8", "sim.faults=true"},
             kRoot});
   ASSERT_TRUE(other.ok());
   Config copy = defaults(kRoot);
@@ -50,47 +48,58 @@ TEST(Options, SetGivesBackWhatGetGave) {
   EXPECT_EQ(copy, other.config);
 }
 
+TEST(Options, ItemsGiveBackWhatWasSet) {
+  const Loaded other = load({{},
+                             {"security.insecure=true",
+                              "link=kind=peer,to=robot2:1,name=x,interval=1s,rate=1MB,reserve=5,"
+                              "lifetime=1s",
+                              "link=kind=sub,system=1", "route=match=*,via=x"},
+                             kRoot});
+  ASSERT_TRUE(other.ok());
+  for (const List& list : lists()) {
+    Config copy = defaults(kRoot);
+    list.append(copy);
+    for (const Option& option : list.options) {
+      EXPECT_TRUE(option.key.starts_with(list.name)) << option.key;
+      EXPECT_EQ(list.find(option.name()), &option);
+      const std::size_t item = option.key == "link.system" ? 1 : 0;
+      EXPECT_NE(option.get(copy), option.get(other.config, item)) << option.key;
+      option.set(copy, option.get(other.config, item));
+      EXPECT_EQ(option.get(copy), option.get(other.config, item)) << option.key;
+    }
+  }
+}
+
+TEST(Options, DefaultsOfItemsAreInTheirRanges) {
+  Config config;
+  for (const List& list : lists()) {
+    list.append(config);
+    for (const Option& option : list.options)
+      if (option.default_note.empty()) {
+        EXPECT_TRUE(check_range(option.kind, option.range, option.get(config)).ok()) << option.key;
+      }
+  }
+}
+
+TEST(Options, EntriesAreEverythingThatHasAValue) {
+  const Loaded loaded =
+      load({{}, {"link=kind=super,to=127.0.0.1", "link=kind=sub", "route=match=*,via=x"}, kRoot});
+  std::vector<std::string> keys;
+  for (const Entry& entry : entries(loaded.config)) keys.push_back(entry.key);
+  EXPECT_EQ(keys.front(), "router.name");
+  keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(options().size()));
+  EXPECT_THAT(keys, testing::ElementsAre(
+                        "link[0].kind", "link[0].to", "link[0].name", "link[0].interval",
+                        "link[0].rate", "link[0].reserve", "link[0].lifetime", "link[1].kind",
+                        "link[1].system", "link[1].name", "link[1].interval", "link[1].rate",
+                        "link[1].reserve", "link[1].lifetime", "route[0].match", "route[0].via"));
+}
+
 TEST(Options, AreFoundByKey) {
   ASSERT_NE(find_option("tcp.queue"), nullptr);
   EXPECT_EQ(find_option("tcp.queue")->table(), "tcp");
   EXPECT_EQ(find_option("tcp.queue")->name(), "queue");
   EXPECT_EQ(find_option("tcp"), nullptr);
-}
-
-TEST(Options, HelpNamesEveryKeyWithLimitsAndDefault) {
-  const std::string help = options_help();
-  for (const Option& option : options())
-    EXPECT_THAT(help, testing::HasSubstr("  " + std::string(option.key) + "  ("));
-  EXPECT_THAT(help, testing::HasSubstr("tcp.queue  (size, 64KiB to 1GiB; default \"4MiB\")"));
-  EXPECT_THAT(help, testing::HasSubstr("unix.path  (text, 1 to 107 bytes long; default /run/"));
-}
-
-TEST(Options, HelpLinesFitOnAScreen) {
-  std::istringstream lines(options_help() + sample_file());
-  for (std::string line; std::getline(lines, line);)
-    EXPECT_TRUE(line.size() <= 100U || line.ends_with(')')) << line;
-}
-
-TEST(SampleFile, UncommentedItGivesTheDefaults) {
-  std::istringstream lines(sample_file());
-  std::string text;
-  for (std::string line; std::getline(lines, line);) {
-    const bool switched_off = line.starts_with('#') && !line.starts_with("# ");
-    text += line.substr(switched_off ? 1 : 0) + '\n';
-  }
-  const Loaded loaded = load({{{"router.toml", text}}, {}, kRoot});
-  EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.problems.front().to_string());
-  EXPECT_EQ(loaded.config, defaults(kRoot));
-  EXPECT_EQ(loaded.origins.size(), options().size());
-}
-
-TEST(SampleFile, InDeployIsTheGeneratedOne) {
-  std::ifstream stream(TIMS_SAMPLE_FILE);
-  const std::string deployed{std::istreambuf_iterator<char>(stream), {}};
-  if (deployed == sample_file()) return;
-  const std::string generated = testing::TempDir() + "tims-router.toml";
-  std::ofstream(generated) << sample_file();
-  FAIL() << "the option table has changed: cp " << generated << " " << TIMS_SAMPLE_FILE;
 }
 
 }  // namespace

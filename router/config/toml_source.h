@@ -1,6 +1,8 @@
 // One TOML text, flattened to the assignments it makes. The only file that knows the TOML library.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -20,7 +22,8 @@ struct Assignment {
   Origin at_key;
   Origin at_value;
   Raw value;
-  bool table = false;  // `[name]`, not a value; its assignments follow
+  bool table = false;                 // `[name]` or `[[name]]`, not a value; its assignments follow
+  std::optional<std::size_t> item{};  // which of the text's [[name]] it is, or stands in
 };
 
 struct TomlText {

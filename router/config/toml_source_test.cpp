@@ -12,6 +12,7 @@ std::string place(const Origin& at) {
 
 std::vector<std::string> keys(const TomlText& text) {
   std::vector<std::string> list;
+  list.reserve(text.assignments.size());
   for (const Assignment& a : text.assignments) list.push_back(a.key);
   return list;
 }
@@ -37,6 +38,22 @@ TEST(TomlSource, WhatLiesDeeperIsOneForeignValue) {
   EXPECT_EQ(std::get<Foreign>(text.assignments[1].value).what, "a table");
 }
 
+TEST(TomlSource, ArraysOfTablesAreCounted) {
+  for (const char* written : {"[[link]]\na = 1\nb = [{c = 1}]\n[[link]]\n[[link]]\na = 2\n",
+                              "link = [{a = 1, b = [{c = 1}]}, {}, {a = 2}]\n"}) {
+    const TomlText text = parse_toml({"f", written});
+    EXPECT_THAT(keys(text),
+                testing::ElementsAre("link", "link.a", "link.b", "link", "link", "link.a"));
+    std::vector<std::size_t> items;
+    items.reserve(text.assignments.size());
+    for (const Assignment& a : text.assignments) items.push_back(a.item.value_or(99));
+    EXPECT_THAT(items, testing::ElementsAre(0, 0, 0, 1, 2, 2));
+    EXPECT_TRUE(text.assignments[4].table);
+    EXPECT_EQ(std::get<Foreign>(text.assignments[2].value).what, "an array of tables");
+  }
+  EXPECT_EQ(place(parse_toml({"f", "\n[[link]]\n"}).assignments.at(0).at_key), "2:1");
+}
+
 TEST(TomlSource, NamesTheTypesNoOptionTakes) {
   const auto what = [](const std::string& value) {
     const TomlText text = parse_toml({"f", "x = " + value + "\n"});
@@ -45,7 +62,7 @@ TEST(TomlSource, NamesTheTypesNoOptionTakes) {
   EXPECT_EQ(what("1.5"), "a number with a fraction");
   EXPECT_EQ(what("nan"), "a number with a fraction");
   EXPECT_EQ(what("[1, 2]"), "an array");
-  EXPECT_EQ(what("[{a = 1}]"), "an array of tables");
+  EXPECT_EQ(what("[{a = 1}, 2]"), "an array");
   EXPECT_EQ(what("07:32:00"), "a date or time");
 }
 

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <span>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 namespace tims::config {
 namespace {
@@ -23,12 +23,18 @@ constexpr std::array kDurationUnits{
     Unit{"min", 60'000'000'000},
     Unit{"h", 3'600'000'000'000},
 };
-// For printing: powers of 1024. Reading also knows the powers of 1000.
+// For printing: powers of 1024, for rates of 1000. Reading knows both.
 constexpr std::array kSizeUnits{
     Unit{"B", 1},
     Unit{"KiB", 1LL << 10},
     Unit{"MiB", 1LL << 20},
     Unit{"GiB", 1LL << 30},
+};
+constexpr std::array kRateUnits{
+    Unit{"B", 1},
+    Unit{"kB", 1'000},
+    Unit{"MB", 1'000'000},
+    Unit{"GB", 1'000'000'000},
 };
 constexpr std::array kSizeUnitsRead{
     Unit{"", 1},
@@ -40,7 +46,17 @@ constexpr std::array kSizeUnitsRead{
     Unit{"MiB", 1LL << 20},
     Unit{"GiB", 1LL << 30},
 };
+// In the order of their enumerations.
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
+constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
+constexpr std::array<std::string_view, 3> kLinkKinds{"super", "peer", "sub"};
+
+std::span<const std::string_view> words_of(Kind kind) {
+  if (kind == Kind::kLogLevel) return kLogLevels;
+  if (kind == Kind::kRole) return kRoles;
+  if (kind == Kind::kLinkKind) return kLinkKinds;
+  return {};
+}
 
 Error bad(std::string detail) { return {Errc::kInvalidArgument, std::move(detail)}; }
 
@@ -88,10 +104,54 @@ Result<Value> parse_number(Kind kind, std::string_view text) {
   return Value(number);
 }
 
-Result<Value> parse_log_level(std::string_view text) {
-  const auto* const found = std::ranges::find(kLogLevels, text);
-  if (found == kLogLevels.end()) return unreadable(Kind::kLogLevel, text);
-  return Value(static_cast<LogLevel>(found - kLogLevels.begin()));
+template <typename Word>
+Result<Value> parse_word(Kind kind, std::string_view text) {
+  const auto words = words_of(kind);
+  const auto found = std::ranges::find(words, text);
+  if (found == words.end()) return unreadable(kind, text);
+  return Value(static_cast<Word>(found - words.begin()));
+}
+
+// The value with its unit, as a T that is made from the count.
+template <typename T, typename Units>
+Result<Value> parse_measured(Kind kind, std::string_view text, const Units& units) {
+  const auto count = parse_with_unit(kind, text, units);
+  if (!count) return count.error();
+  return Value(T{*count});
+}
+
+// As the other kinds have it: what cannot be parsed wants an example.
+template <typename T>
+Result<Value> parsed(Kind kind, std::string_view text, std::optional<T> value) {
+  if (!value) return unreadable(kind, text);
+  return Value(std::move(*value));
+}
+
+Result<Value> parse_system(std::string_view text) {
+  if (text == "*") return Value(std::optional<std::uint8_t>());
+  const auto number = parse_number(Kind::kSystem, text);
+  if (!number) return number.error();
+  const auto checked = check_range(Kind::kNumber, {0, 255}, *number);
+  if (!checked) return checked.error();
+  return Value(std::optional(static_cast<std::uint8_t>(std::get<std::int64_t>(*number))));
+}
+
+Result<Value> parse_widths(std::string_view text) {
+  std::array<std::uint8_t, 4> bits{};
+  std::string_view rest = text;
+  for (std::uint8_t& each : bits) {
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), each);
+    if (error != std::errc{}) return unreadable(Kind::kWidths, text);
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    const bool is_last = &each == &bits.back();
+    if (is_last ? !rest.empty() : !rest.starts_with('/')) return unreadable(Kind::kWidths, text);
+    if (!is_last) rest.remove_prefix(1);
+  }
+  const AddressWidths widths{bits[0], bits[1], bits[2], bits[3]};
+  if (!widths.valid())
+    return bad(fmt::format("{} does not add up to 32 bits with at least 1 for each field",
+                           in_quotes(text)));
+  return Value(widths);
 }
 
 // The value's text without looking at the limits.
@@ -104,24 +164,27 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
       return Value(text == "true");
     case Kind::kNumber:
       return parse_number(kind, text);
-    case Kind::kDuration: {
-      const auto count = parse_with_unit(kind, text, kDurationUnits);
-      if (!count) return count.error();
-      return Value(Duration(*count));
-    }
-    case Kind::kSize: {
-      const auto count = parse_with_unit(kind, text, kSizeUnitsRead);
-      if (!count) return count.error();
-      return Value(Bytes{*count});
-    }
-    case Kind::kEndpoint: {
+    case Kind::kDuration:
+      return parse_measured<Duration>(kind, text, kDurationUnits);
+    case Kind::kSize:
+      return parse_measured<Bytes>(kind, text, kSizeUnitsRead);
+    case Kind::kEndpoint:
       if (text == "off") return Value(std::optional<Endpoint>());
-      auto endpoint = Endpoint::parse(text);
-      if (!endpoint) return unreadable(kind, text);
-      return Value(std::move(endpoint));
-    }
+      return parsed(kind, text, Endpoint::parse(text));
     case Kind::kLogLevel:
-      return parse_log_level(text);
+      return parse_word<LogLevel>(kind, text);
+    case Kind::kRole:
+      return parse_word<Role>(kind, text);
+    case Kind::kLinkKind:
+      return parse_word<Link::Kind>(kind, text);
+    case Kind::kDestination:
+      return parsed(kind, text, Destination::parse(text));
+    case Kind::kSystem:
+      return parse_system(text);
+    case Kind::kRate:
+      return parse_measured<Rate>(kind, text, kSizeUnitsRead);
+    case Kind::kWidths:
+      return parse_widths(text);
   }
   return unreadable(kind, text);
 }
@@ -133,12 +196,14 @@ std::optional<std::int64_t> measure(const Value& value) {
   if (const auto* number = std::get_if<std::int64_t>(&value)) return *number;
   if (const auto* duration = std::get_if<Duration>(&value)) return duration->count();
   if (const auto* bytes = std::get_if<Bytes>(&value)) return bytes->count;
+  if (const auto* rate = std::get_if<Rate>(&value)) return rate->bytes_per_second;
   return std::nullopt;
 }
 
 std::string measure_text(Kind kind, std::int64_t measure) {
   if (kind == Kind::kDuration) return with_unit(measure, kDurationUnits);
   if (kind == Kind::kSize) return with_unit(measure, kSizeUnits);
+  if (kind == Kind::kRate) return with_unit(measure, kRateUnits);
   return std::to_string(measure);
 }
 
@@ -150,6 +215,42 @@ std::string without_substitution(std::string_view text) {
 }
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
+
+// to_toml for each type of a value.
+struct ToToml {
+  std::string operator()(const std::string& text) const {
+    return in_quotes(without_substitution(text));
+  }
+  std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+  std::string operator()(std::int64_t number) const { return std::to_string(number); }
+  std::string operator()(Duration duration) const {
+    return in_quotes(measure_text(Kind::kDuration, duration.count()));
+  }
+  std::string operator()(Bytes bytes) const {
+    return in_quotes(measure_text(Kind::kSize, bytes.count));
+  }
+  std::string operator()(Rate rate) const {
+    return in_quotes(measure_text(Kind::kRate, rate.bytes_per_second));
+  }
+  std::string operator()(const std::optional<Endpoint>& endpoint) const {
+    return in_quotes(endpoint ? endpoint->to_string() : "off");
+  }
+  std::string operator()(const Destination& to) const { return in_quotes(to.to_string()); }
+  std::string operator()(LogLevel level) const { return word(Kind::kLogLevel, level); }
+  std::string operator()(Role role) const { return word(Kind::kRole, role); }
+  std::string operator()(Link::Kind kind) const { return word(Kind::kLinkKind, kind); }
+  std::string operator()(std::optional<std::uint8_t> system) const {
+    return system ? std::to_string(*system) : in_quotes("*");
+  }
+  std::string operator()(const AddressWidths& w) const {
+    return fmt::format("\"{}/{}/{}/{}\"", w.system, w.class_id, w.instance, w.local);
+  }
+
+  template <typename Word>
+  static std::string word(Kind kind, Word value) {
+    return in_quotes(words_of(kind)[static_cast<std::size_t>(value)]);
+  }
+};
 
 }  // namespace
 
@@ -165,25 +266,14 @@ Result<void> check_range(Kind kind, Range range, const Value& value) {
   if (text != nullptr && std::ranges::any_of(*text, is_control))
     return bad(fmt::format("{} holds a control character", in_quotes(*text)));
   const auto size = measure(value);
+  if (kind == Kind::kRate && size == 0) return {};
   if (!size || (*size >= range.min && *size <= range.max)) return {};
   return bad(fmt::format("{} is out of range ({})",
                          text != nullptr ? in_quotes(*text) : measure_text(kind, *size),
                          range_text(kind, range)));
 }
 
-std::string to_toml(const Value& value) {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const auto* number = std::get_if<std::int64_t>(&value)) return std::to_string(*number);
-  if (const auto* duration = std::get_if<Duration>(&value))
-    return in_quotes(measure_text(Kind::kDuration, duration->count()));
-  if (const auto* bytes = std::get_if<Bytes>(&value))
-    return in_quotes(measure_text(Kind::kSize, bytes->count));
-  if (const auto* level = std::get_if<LogLevel>(&value))
-    return in_quotes(kLogLevels.at(static_cast<std::size_t>(*level)));
-  if (const auto* endpoint = std::get_if<std::optional<Endpoint>>(&value))
-    return in_quotes(*endpoint ? (*endpoint)->to_string() : "off");
-  return in_quotes(without_substitution(std::get<std::string>(value)));
-}
+std::string to_toml(const Value& value) { return std::visit(ToToml{}, value); }
 
 std::string in_quotes(std::string_view text) {
   std::string out(1, '"');
@@ -201,13 +291,24 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::string_view kind_name(Kind kind) {
-  static constexpr std::array<std::string_view, 7> kNames{
-      "text", "true or false", "number", "duration", "size", "address:port or off", "level"};
+  static constexpr std::array<std::string_view, 13> kNames{"text",
+                                                           "true or false",
+                                                           "number",
+                                                           "duration",
+                                                           "size",
+                                                           "address:port or off",
+                                                           "level",
+                                                           "role",
+                                                           "kind",
+                                                           "host:port",
+                                                           "number or \"*\"",
+                                                           "bytes a second",
+                                                           "bits of system/class/instance/local"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view kind_example(Kind kind) {
-  static constexpr std::array<std::string_view, 7> kExamples{
+  static constexpr std::array<std::string_view, 13> kExamples{
       R"(a text such as "robot1")",
       "true or false",
       "a whole number",
@@ -215,15 +316,33 @@ std::string_view kind_example(Kind kind) {
       R"(a size such as "4MiB" or 262144 (bytes))",
       R"(a numeric address and port such as "127.0.0.1:2000", "0.0.0.0:2000" (all interfaces))"
       R"( or "[::1]:2000", or "off")",
-      R"("error", "warning", "info" or "debug")"};
+      R"("error", "warning", "info" or "debug")",
+      R"("subsystem", "system" or "top")",
+      R"("super", "peer" or "sub")",
+      R"(a host and port such as "10.9.1.1:2010", "robot1:2010" or "[fd00::1]:2010")",
+      R"(a system's number or "*" for any)",
+      R"(a rate such as "6MB" (bytes a second) or 0 for no cap)",
+      R"(four numbers of bits such as "8/8/8/8")"};
   return kExamples.at(static_cast<std::size_t>(kind));
 }
 
 std::string range_text(Kind kind, Range range) {
-  if (kind == Kind::kFlag || kind == Kind::kEndpoint) return {};
-  if (kind == Kind::kLogLevel) return "error, warning, info, debug";
-  return fmt::format("{} to {}{}", measure_text(kind, range.min), measure_text(kind, range.max),
-                     kind == Kind::kText ? " bytes long" : "");
+  if (const auto words = words_of(kind); !words.empty())
+    return fmt::format("{}", fmt::join(words, ", "));
+  switch (kind) {
+    case Kind::kText:
+    case Kind::kNumber:
+    case Kind::kDuration:
+    case Kind::kSize:
+    case Kind::kRate:
+      break;
+    default:
+      return {};
+  }
+  const std::string ends =
+      fmt::format("{} to {}", measure_text(kind, range.min), measure_text(kind, range.max));
+  if (kind == Kind::kText) return ends + " bytes long";
+  return kind == Kind::kRate ? ends + ", or 0" : ends;
 }
 
 }  // namespace tims::config

@@ -13,13 +13,19 @@
 namespace tims::config {
 
 enum class Kind : std::uint8_t {
-  kText,      // "laptop"
-  kFlag,      // true, false
-  kNumber,    // 3
-  kDuration,  // "250ms", "5s": ns, us, ms, s, min, h
-  kSize,      // "4MiB", "262144B", 262144: B, kB, MB, GB, KiB, MiB, GiB
-  kEndpoint,  // "127.0.0.1:2000", "[::1]:2000", "localhost:2000", "off"
-  kLogLevel,  // "error", "warning", "info", "debug"
+  kText,         // "laptop"
+  kFlag,         // true, false
+  kNumber,       // 3
+  kDuration,     // "250ms", "5s": ns, us, ms, s, min, h
+  kSize,         // "4MiB", "262144B", 262144: B, kB, MB, GB, KiB, MiB, GiB
+  kEndpoint,     // "127.0.0.1:2000", "[::1]:2000", "localhost:2000", "off"
+  kLogLevel,     // "error", "warning", "info", "debug"
+  kRole,         // "subsystem", "system", "top"
+  kLinkKind,     // "super", "peer", "sub"
+  kDestination,  // "10.9.1.1:2010", "robot1", "[::1]:2010"
+  kSystem,       // 3, "*"
+  kRate,         // "6MB" (a second), 0 for no cap: units of kSize
+  kWidths,       // "8/8/8/8"
 };
 
 struct Bytes {
@@ -27,10 +33,18 @@ struct Bytes {
   auto operator<=>(const Bytes&) const = default;
 };
 
-using Value = std::variant<std::string, bool, std::int64_t, Duration, Bytes,
-                           std::optional<Endpoint>, LogLevel>;  // in the order of Kind
+struct Rate {
+  std::int64_t bytes_per_second = 0;
+  auto operator<=>(const Rate&) const = default;
+};
 
-// Both ends are allowed. Number; nanoseconds of a duration; bytes of a size; length of a text.
+using Value =
+    std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
+                 LogLevel, Role, Link::Kind, Destination, std::optional<std::uint8_t>, Rate,
+                 AddressWidths>;  // in the order of Kind
+
+// Both ends are allowed. Number; nanoseconds of a duration; bytes of a size or rate; length of a
+// text. A rate may also be 0.
 struct Range {
   std::int64_t min = 0;
   std::int64_t max = 0;

@@ -116,5 +116,44 @@ TEST(Value, TextsAreQuotedForToml) {
   EXPECT_EQ(read(Kind::kText, "a\nb"), R"("a\u000Ab" holds a control character)");
 }
 
+TEST(Value, RatesAreSizesASecondOrNone) {
+  constexpr Range kRates{10'000, 100'000'000'000};
+  EXPECT_EQ(std::get<Rate>(*parse_value(Kind::kRate, kRates, "6MB")).bytes_per_second, 6'000'000);
+  EXPECT_EQ(read(Kind::kRate, "6000kB", kRates), R"("6MB")");
+  EXPECT_EQ(read(Kind::kRate, "1MiB", kRates), R"("1048576B")");
+  EXPECT_EQ(read(Kind::kRate, "0", kRates), R"("0B")");
+  EXPECT_EQ(read(Kind::kRate, "9999", kRates), "9999B is out of range (10kB to 100GB, or 0)");
+  EXPECT_EQ(read(Kind::kRate, "-1", kRates), "-1B is out of range (10kB to 100GB, or 0)");
+  EXPECT_EQ(read(Kind::kRate, "fast", kRates),
+            R"(wants a rate such as "6MB" (bytes a second) or 0 for no cap, not "fast")");
+}
+
+TEST(Value, SystemsAreNumbersOrAny) {
+  EXPECT_EQ(read(Kind::kSystem, "0"), "0");
+  EXPECT_EQ(read(Kind::kSystem, "255"), "255");
+  EXPECT_EQ(read(Kind::kSystem, "*"), R"("*")");
+  EXPECT_EQ(read(Kind::kSystem, "256"), "256 is out of range (0 to 255)");
+  EXPECT_EQ(read(Kind::kSystem, "any"), R"(wants a system's number or "*" for any, not "any")");
+}
+
+TEST(Value, WidthsAddUpTo32) {
+  EXPECT_EQ(read(Kind::kWidths, "8/8/8/8"), R"("8/8/8/8")");
+  EXPECT_EQ(read(Kind::kWidths, "1/29/1/1"), R"("1/29/1/1")");
+  for (const char* wrong : {"8/8/8/9", "0/16/8/8", "64/224/0/0"})
+    EXPECT_THAT(read(Kind::kWidths, wrong), testing::HasSubstr("does not add up to 32 bits"));
+  for (const char* wrong : {"", "8", "8/8/8", "8/8/8/8/0", "8/8/8/", "8/8/8/8 ", "-8/8/8/8",
+                            "256/8/8/8", "a/8/8/8", "8,8,8,8"})
+    EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four numbers of bits"));
+}
+
+TEST(Value, RolesAndKindsAreWords) {
+  for (const char* role : {"subsystem", "system", "top"})
+    EXPECT_EQ(read(Kind::kRole, role), in_quotes(role));
+  for (const char* kind : {"super", "peer", "sub"})
+    EXPECT_EQ(read(Kind::kLinkKind, kind), in_quotes(kind));
+  EXPECT_EQ(read(Kind::kRole, "Top"), R"(wants "subsystem", "system" or "top", not "Top")");
+  EXPECT_EQ(range_text(Kind::kLinkKind, {}), "super, peer, sub");
+}
+
 }  // namespace
 }  // namespace tims::config

@@ -278,13 +278,18 @@ json::object Answerer::events() const {
 json::object Answerer::config() const {
   json::object out = frame("tims/config/1");
   Page page;
-  for (const config::Option& option : config::options()) {
-    const auto origin = source_.origins().find(option.key);
+  for (const config::Entry& entry : config::entries(source_.config())) {
+    const auto origin = source_.origins().find(entry.key);
     const bool is_default = origin == source_.origins().end();
-    page.add({{"key", option.key},
-              {"value", as_utf8(config::to_toml(option.get(source_.config())))},
-              {"origin", is_default ? "default" : as_utf8(origin->second.to_string())},
-              {"reloadable", option.reload == config::Reload::kYes}});
+    const bool room =
+        page.add({{"key", entry.key},
+                  {"value", as_utf8(config::to_toml(entry.get(source_.config())))},
+                  {"origin", is_default ? "default" : as_utf8(origin->second.to_string())},
+                  {"reloadable", entry.option->reload == config::Reload::kYes}});
+    if (!room) {
+      out["partial"] = true;
+      break;
+    }
   }
   out["items"] = page.take();
   return out;

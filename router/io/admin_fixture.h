@@ -48,6 +48,12 @@ class AdminFixture final : public AdminSource {
   [[nodiscard]] core::ClientId laser() const { return laser_; }
   [[nodiscard]] core::ClientId pilot() const { return pilot_; }
 
+  void configure(const std::vector<std::string>& settings) {
+    const config::Loaded loaded = config::load({.files = {}, .settings = settings, .host = {}});
+    config_ = loaded.config;
+    origins_ = loaded.origins;
+  }
+
   [[nodiscard]] ProcessReport process(Time now) const override {
     return {.name = "lab",
             .version = "0.1.0",

@@ -1,9 +1,11 @@
 #include "router/io/admin.h"
 
 #include <cstring>
+#include <map>
 
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "router/io/admin_fixture.h"
@@ -145,6 +147,21 @@ TEST(Admin, ConfigTellsOrigins) {
     EXPECT_EQ(text(item.at("origin")), "--set 1");
   }
   EXPECT_TRUE(found);
+}
+
+TEST(Admin, ConfigTellsLinksAndRoutes) {
+  AdminFixture lab;
+  lab.configure({"link=kind=super,to=127.0.0.1", "route=match=Ladar(3/*),via=robot2"});
+  std::map<std::string, std::string> values;
+  const auto answer = ask(lab, R"({"ask":"config"})");
+  for (const auto& item : answer.at("items").as_array())
+    values.emplace(text(item.at("key")),
+                   fmt::format("{} {}", text(item.at("value")), text(item.at("origin"))));
+  EXPECT_EQ(values["link[0].kind"], "\"super\" --set 1");
+  EXPECT_EQ(values["link[0].to"], "\"127.0.0.1:2010\" --set 1");
+  EXPECT_EQ(values["link[0].interval"], "\"300ms\" default");
+  EXPECT_EQ(values.count("link[0].system"), 0U);
+  EXPECT_EQ(values["route[0].via"], "\"robot2\" --set 2");
 }
 
 TEST(Admin, PingGivesThePadBack) {

@@ -1,0 +1,223 @@
+#include "router/config/check.h"
+
+#include <algorithm>
+#include <bit>
+
+#include <fmt/format.h>
+
+#include "router/config/options.h"
+
+namespace tims::config {
+namespace {
+
+constexpr std::string_view kInsecure =
+    "where every machine of the network is trusted, write \"insecure = true\" under [security] (or "
+    "--set security.insecure=true)";
+constexpr std::string_view kNoKeys =
+    "is not a loopback address, and this version has no keys to protect it: everybody who reaches "
+    "the port could command the robot";
+
+bool fits(std::uint32_t value, std::uint8_t bits) { return std::bit_width(value) <= bits; }
+
+class Checker {
+ public:
+  Checker(const Config& config, const Written& written) : config_(config), written_(written) {}
+
+  std::vector<Problem> run() {
+    check_exposure("tcp.listen", config_.tcp.listen);
+    check_exposure("http.listen", config_.http.listen);
+    check_exposure("udp.listen", config_.udp.listen);
+    check_router();
+    for (std::size_t i = 0; i < config_.links.size(); ++i) check_link(i);
+    check_links();
+    for (std::size_t i = 0; i < config_.routes.size(); ++i) check_route(i);
+    return std::move(problems_);
+  }
+
+ private:
+  // --- the router
+
+  void check_exposure(std::string_view key, const std::optional<Endpoint>& listen) {
+    if (!listen || listen->loopback() || is_insecure()) return;
+    fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
+                          listen->to_string(), kNoKeys, listen->port, kInsecure));
+  }
+
+  void check_router() {
+    const AddressWidths& widths = config_.address.widths;
+    check_width("router.system", config_.router.system, "system", widths.system);
+    check_width("router.id", config_.router.id, "instance", widths.instance);
+    if (config_.router.role == Role::kTop && config_.router.system != 0)
+      fail("router.system",
+           fmt::format("router.system {} does not fit role = \"top\": a top-level router belongs "
+                       "to no system. Write system = 0, or role = \"system\"",
+                       config_.router.system));
+  }
+
+  void check_width(std::string_view key, std::uint32_t value, std::string_view field,
+                   std::uint8_t bits) {
+    if (!fits(value, bits))
+      fail(key, fmt::format("{} {} does not fit into the {} bits of {} of address.widths", key,
+                            value, bits, field));
+  }
+
+  // --- one link
+
+  void check_link(std::size_t i) {
+    const Link& link = config_.links[i];
+    if (link.system && !fits(*link.system, config_.address.widths.system))
+      fail(key(i, "system"), fmt::format("link.system {} does not fit into the {} bits of system "
+                                         "of address.widths",
+                                         *link.system, config_.address.widths.system));
+    if (!has(i, "kind")) {
+      if (is_complete(i))
+        fail(item(i), R"(a link wants a kind: write kind = "super", "peer" or "sub")");
+    } else if (written_.origins.contains(key(i, "kind"))) {
+      check_direction(i, link);
+      check_role(i, link.kind);
+    }
+  }
+
+  // Everything beyond loopback is asked for, or was meant to be.
+  [[nodiscard]] bool is_insecure() const {
+    return config_.security.insecure || written_.refused.contains("security.insecure");
+  }
+
+  void check_reach(std::size_t i, const Link& link) {
+    if (link.accepts() || is_insecure() || Destination{link.host, link.port}.loopback()) return;
+    fail(key(i, "to"),
+         fmt::format("link.to \"{}\" {}, for udp.listen would have to be beyond loopback too. Link "
+                     "to \"127.0.0.1:{}\"; or, {}",
+                     link.to_string(), kNoKeys, link.port, kInsecure));
+  }
+
+  // Who connects, and who accepts.
+  void check_direction(std::size_t i, const Link& link) {
+    const bool has_to = has(i, "to");
+    if (link.kind == Link::Kind::kSub && has_to)
+      return fail(key(i, "to"),
+                  "link.to does not fit kind = \"sub\": the routers below connect, "
+                  "and this side accepts. Remove it, or write kind = \"super\"");
+    check_reach(i, link);
+    if (link.kind == Link::Kind::kSuper && !has_to && is_complete(i))
+      fail(item(i),
+           "a super link wants the super router's host and port: write "
+           "to = \"10.9.1.1:2010\"");
+    if (has(i, "system") && (has_to || link.kind == Link::Kind::kSuper))
+      fail(key(i, "system"),
+           "link.system says whom this side accepts, but on this link it "
+           "connects: remove it");
+  }
+
+  void check_role(std::size_t i, Link::Kind kind) {
+    if (written_.refused.contains("router.role")) return;
+    const Role role = config_.router.role;
+    if (role == Role::kTop && kind == Link::Kind::kSuper)
+      fail(key(i, "kind"),
+           "a router with role = \"top\" has no super router: remove the link, or "
+           "write role = \"system\" under [router]");
+    if (role == Role::kSubsystem && kind != Link::Kind::kSuper)
+      fail(key(i, "kind"),
+           fmt::format("a router with role = \"subsystem\" has super links only, not {}: remove "
+                       "the link, or write role = \"system\" under [router]",
+                       to_toml(kind)));
+  }
+
+  // --- all links
+
+  void check_links() {
+    if (!config_.links.empty() && !config_.udp.listen)
+      fail("udp.listen",
+           fmt::format(
+               "udp.listen \"off\" leaves nothing for the {} to run over, "
+               "the first of {}: write listen = \"0.0.0.0:2010\" under "
+               "[udp], or remove them",
+               config_.links.size() == 1 ? "link" : fmt::format("{} links", config_.links.size()),
+               origin(item(0)).to_string()));
+    for (std::size_t i = 0; i < config_.links.size(); ++i)
+      for (std::size_t before = 0; before < i; ++before)
+        if (is_same(before, i)) {
+          const bool accepts = config_.links[i].accepts();
+          fail(accepts ? item(i) : key(i, "to"),
+               fmt::format("link {} stands already at {}: remove one of them",
+                           in_quotes(config_.links[i].to_string()),
+                           origin(item(before)).to_string()));
+          break;
+        }
+  }
+
+  // To the same router, or for the same routers: one of both would never be used.
+  [[nodiscard]] bool is_same(std::size_t before, std::size_t i) const {
+    const Link& a = config_.links[before];
+    const Link& b = config_.links[i];
+    if (!a.accepts() || !b.accepts()) return a.host == b.host && a.port == b.port;
+    const bool both_read = is_sound(before) && is_sound(i);
+    const bool none_connects = a.kind != Link::Kind::kSuper;  // that was told
+    return both_read && none_connects && a.kind == b.kind && a.system == b.system;
+  }
+
+  // --- routes
+
+  void check_route(std::size_t i) {
+    const Route& route = config_.routes[i];
+    const std::string item = fmt::format("route[{}]", i);
+    const bool complete = !written_.refused.contains(item);
+    for (const std::string_view name : {"match", "via"})
+      if (complete && !has(fmt::format("{}.{}", item, name)))
+        fail(item, fmt::format("a route wants {0}: write {0} = {1}", name,
+                               name == "match" ? "\"Ladar(3/*)\""
+                                               : "\"robot2\", the name of the "
+                                                 "router to go through"));
+    const bool read = written_.origins.contains(item + ".match");
+    const bool widths_known = !written_.refused.contains("address.widths");
+    if (read && widths_known && !AddressPattern::parse(route.match, config_.address.widths))
+      fail(item + ".match", fmt::format("route.match wants an address pattern such as "
+                                        "\"Ladar(3/*)\", \"*(2/*)\" or \"0x03140000\", not {}",
+                                        in_quotes(route.match)));
+    const auto first = std::ranges::find(config_.routes, route);
+    const auto before = static_cast<std::size_t>(first - config_.routes.begin());
+    if (read && before != i)
+      fail(item, fmt::format("the same route stands already at {}: remove one of them",
+                             origin(fmt::format("route[{}]", before)).to_string()));
+  }
+
+  // --- what was written
+
+  static std::string item(std::size_t i) { return fmt::format("link[{}]", i); }
+  static std::string key(std::size_t i, std::string_view name) {
+    return fmt::format("link[{}].{}", i, name);
+  }
+  [[nodiscard]] bool has(std::string_view key) const {
+    return written_.origins.contains(key) || written_.refused.contains(key);
+  }
+  [[nodiscard]] bool has(std::size_t i, std::string_view name) const { return has(key(i, name)); }
+  // No key was mistyped: what is missing was forgotten.
+  [[nodiscard]] bool is_complete(std::size_t i) const {
+    return !written_.refused.contains(item(i));
+  }
+  // Everything of it is what was written.
+  [[nodiscard]] bool is_sound(std::size_t i) const {
+    const auto next = written_.refused.lower_bound(item(i));
+    return (next == written_.refused.end() || !next->first.starts_with(item(i))) && has(i, "kind");
+  }
+  [[nodiscard]] Origin origin(std::string_view key) const {
+    for (const Origins* places : {&written_.origins, &written_.refused})
+      if (const auto found = places->find(key); found != places->end()) return found->second;
+    return {};
+  }
+  void fail(std::string_view key, std::string text) {
+    problems_.push_back({origin(key), std::move(text)});
+  }
+
+  const Config& config_;
+  const Written& written_;
+  std::vector<Problem> problems_;
+};
+
+}  // namespace
+
+std::vector<Problem> check(const Config& config, const Written& written) {
+  return Checker(config, written).run();
+}
+
+}  // namespace tims::config

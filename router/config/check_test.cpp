@@ -1,0 +1,167 @@
+#include "router/config/check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tims::config {
+namespace {
+
+using testing::ElementsAre;
+using testing::StartsWith;
+
+const Host kHost{.name = "robot1", .uid = 0, .environment = {}};
+const std::string kOpen = "[security]\ninsecure = true\n";
+
+// All that is said about `text`; two lines stand above it.
+std::vector<std::string> problems(const std::string& text, std::vector<std::string> settings = {}) {
+  const Loaded loaded = load({{{"r.toml", kOpen + text}}, std::move(settings), kHost});
+  std::vector<std::string> texts;
+  texts.reserve(loaded.problems.size());
+  for (const Problem& problem : loaded.problems) texts.push_back(problem.to_string());
+  return texts;
+}
+
+constexpr std::string_view kSuper = "[[link]]\nkind = \"super\"\nto = \"10.9.1.1\"\n";
+constexpr std::string_view kSub = "[[link]]\nkind = \"sub\"\nsystem = 1\n";
+constexpr std::string_view kPeer = "[[link]]\nkind = \"peer\"\nto = \"robot2\"\n";
+std::string operator+(std::string_view a, std::string_view b) { return std::string(a).append(b); }
+
+TEST(Check, GoodTreesAreGood) {
+  EXPECT_THAT(problems("[router]\nrole = \"subsystem\"\n" + kSuper), testing::IsEmpty());
+  EXPECT_THAT(problems("[router]\nrole = \"system\"\nsystem = 1\n" + kSuper + kSub + kPeer),
+              testing::IsEmpty());
+  EXPECT_THAT(problems("[router]\nrole = \"top\"\n" + kSub + "[[link]]\nkind = \"sub\"\n"),
+              testing::IsEmpty());
+  EXPECT_THAT(problems("[[link]]\nkind = \"peer\"\nsystem = 2\n"), testing::IsEmpty());
+  EXPECT_THAT(problems("[[link]]\nkind = \"peer\"\nsystem = \"*\"\n"), testing::IsEmpty());
+}
+
+TEST(Check, ALinkHasAKind) {
+  EXPECT_THAT(
+      problems("[[link]]\nto = \"robot2\"\n"),
+      ElementsAre("r.toml:3:1: a link wants a kind: write kind = \"super\", \"peer\" or \"sub\""));
+}
+
+TEST(Check, OneSideConnects) {
+  EXPECT_THAT(problems("[[link]]\nkind = \"super\"\n"),
+              ElementsAre("r.toml:3:1: a super link wants the super router's host and port: write "
+                          "to = \"10.9.1.1:2010\""));
+  EXPECT_THAT(problems("[[link]]\nkind = \"sub\"\nto = \"robot2\"\n"),
+              ElementsAre("r.toml:5:6: link.to does not fit kind = \"sub\": the routers below "
+                          "connect, and this side accepts. Remove it, or write kind = \"super\""));
+  for (const std::string_view link : {kSuper, kPeer})
+    for (const std::string_view system : {"1", "\"*\""})
+      EXPECT_THAT(problems(link + "system = " + system + "\n"),
+                  ElementsAre("r.toml:6:10: link.system says whom this side accepts, but on this "
+                              "link it connects: remove it"))
+          << link;
+}
+
+TEST(Check, TheRoleFitsTheLinks) {
+  EXPECT_THAT(problems("[router]\nrole = \"top\"\nsystem = 3\n"),
+              ElementsAre(StartsWith("r.toml:5:10: router.system 3 does not fit role = \"top\"")));
+  EXPECT_THAT(problems("[router]\nrole = \"top\"\n" + kSuper),
+              ElementsAre("r.toml:6:8: a router with role = \"top\" has no super router: remove "
+                          "the link, or write role = \"system\" under [router]"));
+  EXPECT_THAT(
+      problems("[router]\nrole = \"subsystem\"\n" + kSub + kPeer),
+      ElementsAre(
+          "r.toml:6:8: a router with role = \"subsystem\" has super links only, not \"sub\": "
+          "remove the link, or write role = \"system\" under [router]",
+          StartsWith("r.toml:9:8: a router with role = \"subsystem\" has super links only, not "
+                     "\"peer\"")));
+}
+
+TEST(Check, TwoLinksToOneRouterAreOneTooMany) {
+  EXPECT_THAT(problems(kSuper + "[[link]]\nkind = \"peer\"\nto = \"10.9.1.1:2010\"\n"),
+              ElementsAre("r.toml:8:6: link \"10.9.1.1:2010\" stands already at r.toml:3: remove "
+                          "one of them"));
+  EXPECT_THAT(problems(std::string(kPeer), {"link=kind=peer,to=ROBOT2"}),
+              ElementsAre(StartsWith("--set 1: link \"robot2:2010\" stands already at r.toml:3")));
+  EXPECT_THAT(problems(kPeer + "[[link]]\nkind = \"peer\"\nto = \"robot2:2011\"\n"),
+              testing::IsEmpty());
+  EXPECT_THAT(problems(kSub + kSub),
+              ElementsAre(StartsWith("r.toml:6:1: link \"sub of system 1\" stands already")));
+  EXPECT_THAT(problems(kSub + "[[link]]\nkind = \"peer\"\nsystem = 1\n"), testing::IsEmpty());
+}
+
+TEST(Check, LinksNeedUdp) {
+  EXPECT_THAT(problems("[udp]\nlisten = \"off\"\n"), testing::IsEmpty());
+  EXPECT_THAT(problems("[udp]\nlisten = \"off\"\n" + kSub),
+              ElementsAre(StartsWith(
+                  "r.toml:4:10: udp.listen \"off\" leaves nothing for the link to run over, the "
+                  "first of r.toml:5: write listen = ")));
+  EXPECT_THAT(
+      problems(kSub + kPeer, {"udp.listen=off"}),
+      ElementsAre(StartsWith("--set 1: udp.listen \"off\" leaves nothing for the 2 links")));
+}
+
+TEST(Check, LinksBeyondLoopbackMustBeWanted) {
+  const std::vector<std::string> closed{"security.insecure=false"};
+  EXPECT_THAT(problems("[udp]\nlisten = \"0.0.0.0:2010\"\n", closed),
+              ElementsAre(StartsWith("r.toml:4:10: udp.listen \"0.0.0.0:2010\" is not a loopback "
+                                     "address, and this version has no keys to protect it: ")));
+  EXPECT_THAT(problems(kSuper + kPeer, closed),
+              ElementsAre("r.toml:5:6: link.to \"10.9.1.1:2010\" is not a loopback address, and "
+                          "this version has no keys to protect it: everybody who reaches the port "
+                          "could command the robot, for udp.listen would have to be beyond "
+                          "loopback too. Link to \"127.0.0.1:2010\"; or, where every machine of "
+                          "the network is trusted, write \"insecure = true\" under [security] (or "
+                          "--set security.insecure=true)",
+                          StartsWith("r.toml:8:6: link.to \"robot2:2010\" is not a loopback")));
+  EXPECT_THAT(problems("[[link]]\nkind = \"super\"\nto = \"localhost:2011\"\n" + kSub, closed),
+              testing::IsEmpty());
+}
+
+TEST(Check, NumbersFitIntoTheirBits) {
+  EXPECT_THAT(
+      problems("[address]\nwidths = \"4/12/4/12\"\n[router]\nsystem = 16\nid = 255\n[[link]]\nkind "
+               "= \"sub\"\nsystem = 99\n"),
+      ElementsAre(
+          "r.toml:6:10: router.system 16 does not fit into the 4 bits of system of address.widths",
+          "r.toml:7:6: router.id 255 does not fit into the 4 bits of instance of address.widths",
+          "r.toml:10:10: link.system 99 does not fit into the 4 bits of system of "
+          "address.widths"));
+}
+
+TEST(Check, RoutesAreWholeAndTheirPatternsReadable) {
+  EXPECT_THAT(problems("[[route]]\nmatch = \"*(2/*)\"\nvia = \"robot2\"\n"), testing::IsEmpty());
+  EXPECT_THAT(problems("[[route]]\n"),
+              ElementsAre("r.toml:3:1: a route wants match: write match = \"Ladar(3/*)\"",
+                          "r.toml:3:1: a route wants via: write via = \"robot2\", the name of the "
+                          "router to go through"));
+  EXPECT_THAT(
+      problems("[[route]]\nmatch = \"Lader(3/*)\"\nvia = \"robot2\"\n"),
+      ElementsAre("r.toml:4:9: route.match wants an address pattern such as \"Ladar(3/*)\", "
+                  "\"*(2/*)\" or \"0x03140000\", not \"Lader(3/*)\""));
+  const std::string route = "[[route]]\nmatch = \"Ladar(99/*)\"\nvia = \"robot2\"\n";
+  EXPECT_THAT(problems("[address]\nwidths = \"4/12/8/8\"\n" + route),
+              ElementsAre(StartsWith("r.toml:6:9: route.match wants an address pattern")));
+  EXPECT_THAT(problems(route + route),
+              ElementsAre(StartsWith("r.toml:6:1: the same route stands already at r.toml:3")));
+}
+
+TEST(Check, WhatFollowsFromAnotherMistakeIsNotTold) {
+  EXPECT_THAT(problems("[[link]]\nknd = \"super\"\nto = \"robot2\"\n"),
+              ElementsAre("r.toml:4:1: unknown key link.knd; did you mean link.kind?"));
+  EXPECT_THAT(problems("[[link]]\nkind = \"super\"\nto = \"no where\"\n"),
+              ElementsAre(StartsWith("r.toml:5:6: link.to wants a host and port such as")));
+  EXPECT_THAT(problems("[[link]]\nkind = \"upper\"\nto = \"robot2\"\nsystem = 1\n"),
+              ElementsAre("r.toml:4:8: link.kind wants \"super\", \"peer\" or \"sub\", not "
+                          "\"upper\""));
+  EXPECT_THAT(problems("[router]\nrole = \"robot\"\n" + kSub),
+              ElementsAre("r.toml:4:8: router.role wants \"subsystem\", \"system\" or \"top\", not "
+                          "\"robot\""));
+  EXPECT_THAT(problems("[address]\nwidths = \"4/12/8/9\"\n[[route]]\nmatch = "
+                       "\"Ladar(99/*)\"\nvia = \"robot2\"\n"),
+              ElementsAre(StartsWith("r.toml:4:10: address.widths \"4/12/8/9\" does not add up")));
+}
+
+TEST(Check, AnErrorBesideARefusedValueHasItsPlace) {
+  EXPECT_THAT(problems("[[link]]\nkind = \"sub\"\nto = \"no where\"\n"),
+              ElementsAre(StartsWith("r.toml:5:6: link.to wants"),
+                          StartsWith("r.toml:5:6: link.to does not fit kind = \"sub\"")));
+}
+
+}  // namespace
+}  // namespace tims::config

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include <arpa/inet.h>
+#include <fmt/core.h>
+
+#include "router/config/config.h"
+
+namespace tims::config {
+namespace {
+
+constexpr std::size_t kNameMax = 253;  // of a host in the DNS
+
+bool is_numeric(int family, const std::string& host) {
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  return ::inet_pton(family, host.c_str(), bytes.data()) == 1;
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_name_character(char c) {
+  return is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '_';
+}
+
+// "fe80::1", and "fe80::1%eth0": a link-local address wants to know its interface.
+bool is_v6(std::string_view host) {
+  const std::size_t percent = host.find('%');
+  if (percent != std::string_view::npos) {
+    const std::string_view zone = host.substr(percent + 1);
+    const auto fits = [](char c) {
+      return is_name_character(c) || (c >= 'A' && c <= 'Z') || c == '.';
+    };
+    if (zone.empty() || !std::ranges::all_of(zone, fits)) return false;
+  }
+  return is_numeric(AF_INET6, std::string(host.substr(0, percent)));
+}
+
+// What looks like an IPv4 address but is none ("256.0.0.1") is no name either.
+bool is_name(std::string_view host) {
+  if (host.empty() || host.size() > kNameMax) return false;
+  if (std::ranges::all_of(host.substr(host.rfind('.') + 1), is_digit)) return false;
+  while (!host.empty()) {
+    const std::string_view label = host.substr(0, host.find('.'));
+    if (label.empty() || !std::ranges::all_of(label, is_name_character)) return false;
+    if (label.front() == '-' || label.back() == '-') return false;
+    host.remove_prefix(std::min(host.size(), label.size() + 1));
+  }
+  return true;
+}
+
+// Nobody can be reached at port 0.
+std::optional<std::uint16_t> parse_port(std::string_view text) {
+  if (text.empty()) return kLinkPort;
+  text.remove_prefix(1);
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc{} || end != text.data() + text.size() || port == 0) return std::nullopt;
+  return port;
+}
+
+std::string_view word(Link::Kind kind) {
+  switch (kind) {
+    case Link::Kind::kSuper:
+      return "super";
+    case Link::Kind::kPeer:
+      return "peer";
+    case Link::Kind::kSub:
+      return "sub";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<Destination> Destination::parse(std::string_view text) {
+  const bool in_brackets = text.starts_with('[');
+  const std::size_t end = text.find(in_brackets ? ']' : ':');
+  if (in_brackets && end == std::string_view::npos) return std::nullopt;
+  std::string_view port_text = text.substr(std::min(text.size(), end + (in_brackets ? 1 : 0)));
+  if (!port_text.empty() && port_text.front() != ':') return std::nullopt;
+  const auto port = parse_port(port_text);
+  if (!port) return std::nullopt;
+
+  std::string host(in_brackets ? text.substr(1, end - 1) : text.substr(0, end));
+  // An interface's name behind '%' is not the DNS's: its capital letters count.
+  if (in_brackets) return is_v6(host) ? std::optional(Destination{host, *port}) : std::nullopt;
+  for (char& c : host)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (host == "localhost") host = "127.0.0.1";
+  if (!is_numeric(AF_INET, host) && !is_name(host)) return std::nullopt;
+  return Destination{host, *port};
+}
+
+bool Destination::loopback() const { return Endpoint{host, port}.loopback(); }
+
+std::string Destination::to_string() const { return Endpoint{host, port}.to_string(); }
+
+std::string Link::to_string() const {
+  if (!accepts()) return Destination{host, port}.to_string();
+  if (!system) return fmt::format("{} of *", word(kind));
+  return fmt::format("{} of system {}", word(kind), *system);
+}
+
+}  // namespace tims::config

@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include "router/config/config.h"
+
+namespace tims::config {
+namespace {
+
+std::string round_trip(std::string_view text) {
+  const auto to = Destination::parse(text);
+  return to ? to->to_string() : "refused";
+}
+
+TEST(Destination, IsAnAddressOrAName) {
+  EXPECT_EQ(round_trip("10.9.1.1:2011"), "10.9.1.1:2011");
+  EXPECT_EQ(round_trip("[fd00::1]:2011"), "[fd00::1]:2011");
+  EXPECT_EQ(round_trip("[fe80::1%enP3s0.7]:2011"), "[fe80::1%enP3s0.7]:2011");
+  EXPECT_EQ(round_trip("robot1:2011"), "robot1:2011");
+  EXPECT_EQ(round_trip("Robot-1.fleet_2.Example.org:1"), "robot-1.fleet_2.example.org:1");
+  EXPECT_EQ(round_trip("localhost:2011"), "127.0.0.1:2011");
+}
+
+TEST(Destination, WithoutPortItIsTheDefaultPort) {
+  EXPECT_EQ(round_trip("10.9.1.1"), "10.9.1.1:2010");
+  EXPECT_EQ(round_trip("robot1"), "robot1:2010");
+  EXPECT_EQ(round_trip("[::1]"), "[::1]:2010");
+}
+
+TEST(Destination, RefusesWhatCannotBeReached) {
+  for (const char* text : {"",
+                           ":",
+                           ":2010",
+                           "robot1:",
+                           "robot1:0",
+                           "robot1:65536",
+                           "robot1:x",
+                           "robot1:1:2",
+                           "::1",
+                           "fd00::1:2010",
+                           "[::1",
+                           "[::1]2010",
+                           "[]:2010",
+                           "[robot1]:2010",
+                           "[127.0.0.1]:2010",
+                           "[fe80::1%]:1",
+                           "[fe80::1%a b]:1",
+                           "256.0.0.1:2010",
+                           "10.9.1:2010",
+                           "2010",
+                           "*:2010",
+                           "a b:1",
+                           "-a:1",
+                           "a-:1",
+                           "a..b:1",
+                           ".a:1",
+                           "a.:1",
+                           "http://robot1:2010",
+                           "robot1/x"})
+    EXPECT_FALSE(Destination::parse(text)) << text;
+  EXPECT_TRUE(Destination::parse(std::string(253, 'a')));
+  EXPECT_FALSE(Destination::parse(std::string(254, 'a')));
+}
+
+TEST(Destination, KnowsLoopbackWithoutLookingNamesUp) {
+  EXPECT_TRUE(Destination::parse("127.0.0.1:1")->loopback());
+  EXPECT_TRUE(Destination::parse("[::1]:1")->loopback());
+  EXPECT_TRUE(Destination::parse("localhost:1")->loopback());
+  EXPECT_FALSE(Destination::parse("10.9.1.1:1")->loopback());
+  EXPECT_FALSE(Destination::parse("robot1:1")->loopback());
+}
+
+TEST(Link, IsNamedByWhereItGoesOrWhomItAccepts) {
+  const auto name = [](Link::Kind kind, const std::string& host,
+                       std::optional<std::uint8_t> system) {
+    Link link;
+    link.kind = kind;
+    link.host = host;
+    link.port = 2010;
+    link.system = system;
+    return link.to_string();
+  };
+  EXPECT_EQ(name(Link::Kind::kSuper, "10.9.1.1", {}), "10.9.1.1:2010");
+  EXPECT_EQ(name(Link::Kind::kSub, "", 1), "sub of system 1");
+  EXPECT_EQ(name(Link::Kind::kPeer, "", {}), "peer of *");
+}
+
+}  // namespace
+}  // namespace tims::config
