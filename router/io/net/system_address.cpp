@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include <netdb.h>
-
 namespace tims::io {
 
 using link::NetAddress;
@@ -44,19 +42,23 @@ std::optional<SystemAddress> system_address(const NetAddress& address, int famil
   return result;
 }
 
+NetAddress net_address(const addrinfo& info) {
+  SystemAddress address;
+  std::memcpy(&address.storage, info.ai_addr,
+              std::min<std::size_t>(info.ai_addrlen, sizeof address.storage));
+  return address.net_address();
+}
+
 std::optional<NetAddress> numeric_address(const std::string& host, std::uint16_t port) {
   addrinfo hints{};
   hints.ai_flags = AI_NUMERICHOST;
   hints.ai_socktype = SOCK_DGRAM;
   addrinfo* found = nullptr;
   if (::getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return std::nullopt;
-  SystemAddress address;
-  std::memcpy(&address.storage, found->ai_addr,
-              std::min<std::size_t>(found->ai_addrlen, sizeof address.storage));
+  NetAddress address = net_address(*found);
   ::freeaddrinfo(found);
-  NetAddress result = address.net_address();
-  result.port = port;
-  return result;
+  address.port = port;
+  return address;
 }
 
 }  // namespace tims::io

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -23,6 +24,9 @@ struct SystemAddress {
 
 // For a socket of this family; nothing when that cannot reach it (IPv6 from an IPv4 socket).
 std::optional<SystemAddress> system_address(const link::NetAddress& address, int family);
+
+// Of one answer of getaddrinfo().
+link::NetAddress net_address(const addrinfo& info);
 
 // "10.9.1.1", "fe80::1%eth0"; nothing for names, and for interfaces that do not exist.
 std::optional<link::NetAddress> numeric_address(const std::string& host, std::uint16_t port);
