@@ -1,0 +1,70 @@
+// Host names to addresses, without stopping the loop: a thread of its own asks the system.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+
+#include "os/file.h"
+#include "router/link/net_address.h"
+#include "tims/result.h"
+
+namespace tims::io {
+
+class Resolver {
+ public:
+  using Addresses = std::vector<link::NetAddress>;  // the best one first; never empty
+  using Callback = std::function<void(Result<Addresses>)>;
+
+  explicit Resolver(boost::asio::io_context& loop);
+  Resolver(const Resolver&) = delete;
+  Resolver& operator=(const Resolver&) = delete;
+  // Nobody is called any more. Waits for the one name that is being asked for: a few seconds when
+  // no name server answers.
+  ~Resolver();
+
+  // Numbers ("10.9.1.1", "fe80::1%eth0") are answered at once, from within this call; names later,
+  // from the loop. Who asks for what is already being asked for gets the same answer. A callback
+  // may ask again, but not destroy the resolver.
+  void resolve(const std::string& host, std::uint16_t port, Callback callback);
+
+ private:
+  struct Question {
+    std::string host{};
+    std::uint16_t port = 0;
+    auto operator<=>(const Question&) const = default;
+  };
+  struct Answer {
+    Question question{};
+    Result<Addresses> result;
+  };
+
+  void ask(const Question& question);
+  Result<void> start_thread();
+  void wait();
+  void take_answers();
+  void work();  // in the thread
+
+  os::File answered_;                             // an eventfd
+  boost::asio::posix::stream_descriptor socket_;  // waits for it
+  std::map<Question, std::vector<Callback>> waiting_;
+  std::thread thread_;  // from the first name on
+
+  // What both threads use.
+  std::mutex mutex_;
+  std::condition_variable asked_;
+  std::deque<Question> questions_;
+  std::vector<Answer> answers_;
+  bool ending_ = false;
+};
+
+}  // namespace tims::io

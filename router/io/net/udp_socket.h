@@ -1,0 +1,92 @@
+// A UDP socket that sends trains of datagrams in one call, and never fragments them. Whoever owns
+// it waits for fd() in the loop.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "os/file.h"
+#include "router/config/config.h"
+#include "router/io/net/datagrams.h"
+#include "router/link/net_address.h"
+#include "router/link/train.h"
+#include "tims/result.h"
+
+namespace tims::io {
+
+struct UdpOptions {
+  std::uint32_t buffer_bytes = 8U << 20;  // asked of the system, in each direction
+  bool segmentation = true;               // false: as in a kernel without UDP_SEGMENT
+};
+
+enum class Sent : std::uint8_t {
+  kAll,
+  kWouldBlock,   // nothing of it went: again when the socket is writable
+  kTooBig,       // larger than the interface takes: nothing of it went
+  kUnreachable,  // no way there, or no memory at the moment: lost like a datagram on the wire
+  kFailed,       // the system calls this train wrong: never again
+};
+
+struct SentMany {
+  std::size_t trains = 0;  // that went
+  Sent why = Sent::kAll;   // what became of the next one
+};
+
+class UdpSocket {
+ public:
+  struct Counters {
+    std::uint64_t dropped_by_kernel = 0;  // no room in the receive buffer; known with the next one
+    std::uint64_t truncated = 0;          // arrivals that were left out
+    std::uint64_t cut_short = 0;  // datagrams at the end of trains: the send buffer became full
+  };
+
+  // "[::]:2010" is for IPv4 as well. Port 0: the system chooses one.
+  static Result<UdpSocket> open(const config::Endpoint& where, const UdpOptions& options = {});
+
+  [[nodiscard]] int fd() const { return file_.get(); }
+  [[nodiscard]] const link::NetAddress& local() const { return local_; }
+
+  // As asked for; half of what the system accounts with, which charges for its own records too.
+  [[nodiscard]] std::uint32_t receive_buffer_bytes() const { return receive_buffer_bytes_; }
+  [[nodiscard]] std::uint32_t send_buffer_bytes() const { return send_buffer_bytes_; }
+  [[nodiscard]] std::uint32_t asked_buffer_bytes() const { return options_.buffer_bytes; }
+
+  Sent send(const link::Train& train);
+  // In order, until one does not go: `trains[result.trains]`.
+  SentMany send_many(std::span<const link::Train> trains);
+
+  // Puts what has come into `into`; false when nothing waits.
+  bool receive(Datagrams& into);
+
+  // Interfaces may have changed: whoever was refused trains is tried again.
+  void forget_refusals() { plain_.clear(); }
+
+  [[nodiscard]] const Counters& counters() const { return counters_; }
+
+ private:
+  UdpSocket(os::File file, int family, const UdpOptions& options);
+
+  void request_buffers();
+  void set_options();
+  bool bind(const link::NetAddress& where);
+
+  Sent send_segmented(const link::Train& train);
+  Sent send_plain(const link::Train& train);
+  std::size_t send_batch(std::span<const link::Train> trains);
+  [[nodiscard]] bool is_plain(const link::NetAddress& to) const;
+  void remember_plain(const link::NetAddress& to);
+
+  os::File file_;
+  int family_ = 0;
+  UdpOptions options_;
+  link::NetAddress local_{};
+  std::uint32_t receive_buffer_bytes_ = 0;
+  std::uint32_t send_buffer_bytes_ = 0;
+  Counters counters_{};
+  std::uint32_t kernel_drops_ = 0;       // as last reported
+  std::vector<link::NetAddress> plain_;  // whose interface refuses UDP_SEGMENT
+  std::size_t plain_next_ = 0;           // to be overwritten
+};
+
+}  // namespace tims::io
