@@ -3,7 +3,8 @@
 namespace tims::core {
 
 std::uint32_t table_hash(Address address, const Origin& origin) {
-  std::uint64_t h = (std::uint64_t{address.raw()} << 32 | origin.router.raw()) + 0x9E3779B97F4A7C15U;
+  std::uint64_t h =
+      (std::uint64_t{address.raw()} << 32 | origin.router.raw()) + 0x9E3779B97F4A7C15U;
   h ^= (std::uint64_t{origin.epoch} << 8 | origin.hops) * 0xC2B2AE3D27D4EB4FU;
   // The finaliser of SplitMix64.
   h = (h ^ h >> 30) * 0xBF58476D1CE4E5B9U;

@@ -8,8 +8,8 @@
 
 #include "router/core/counters.h"
 #include "router/core/event.h"
-#include "router/core/neighbour.h"
 #include "router/core/ids.h"
+#include "router/core/neighbour.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
@@ -22,8 +22,8 @@ struct ClientInfo {
   std::uint32_t pid = 0;    // 0: not known
   std::uint32_t uid = 0;
   Text<31> name{};
-  Text<55> peer{};        // "127.0.0.1:54321"
-  struct Link {           // of another router
+  Text<55> peer{};  // "127.0.0.1:54321"
+  struct Link {     // of another router
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
     std::uint8_t system = 0;

@@ -183,8 +183,8 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 Outcome Router::forward(Time now, Client* from, Message& message) {
   const Way on = way(from, message.header.dest);
   if (on.to == nullptr) return on.why_not;
-  const bool ours = from == nullptr || from->info.port == PortKind::kLocal ||
-                    from->info.port == PortKind::kLink;
+  const bool ours =
+      from == nullptr || from->info.port == PortKind::kLocal || from->info.port == PortKind::kLink;
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr)
     sink_.traced(from->id, on.to->id, message);
   if (on.to->info.port == PortKind::kLink) {

@@ -27,7 +27,7 @@
 namespace tims::core {
 
 struct RouterSettings {
-  Address address{};           // the router's own: Tims(system/id)
+  Address address{};  // the router's own: Tims(system/id)
   AddressWidths widths{};
   Role role = Role::kSystem;
   std::uint32_t epoch = 0;     // lower half of what was drawn at start

@@ -119,7 +119,9 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   const Table::Entry* entry = find(address);
   if (entry == nullptr && address != settings_.address) {
     registrations_.add(now, *from, address, registrations_.hold_origin(origin));
-    happened({.at = now, .kind = EventKind::kRegistered, .address = address,
+    happened({.at = now,
+              .kind = EventKind::kRegistered,
+              .address = address,
               .client = party_of(*from, origin)});
     return true;
   }
@@ -179,7 +181,10 @@ void Router::forget(Time now, ClientId link, Address address) {
   if (entry == nullptr || entry->owner != link) return;
   const Party owner = party_of(*from, origin(*entry));
   registrations_.remove(*from, address);
-  happened({.at = now, .kind = EventKind::kWithdrawn, .address = address, .client = owner,
+  happened({.at = now,
+            .kind = EventKind::kWithdrawn,
+            .address = address,
+            .client = owner,
             .owner = owner});
   learn_again(now, address);
 }

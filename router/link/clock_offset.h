@@ -1,5 +1,5 @@
-// How far the other host's clock is ahead of ours, from the four times of the keep-alives (RFC 5905,
-// section 8): of the samples of the last ones, that with the shortest round trip counts.
+// How far the other host's clock is ahead of ours, from the four times of the keep-alives (RFC
+// 5905, section 8): of the samples of the last ones, that with the shortest round trip counts.
 #pragma once
 
 #include <algorithm>

@@ -53,7 +53,8 @@ void Congestion::end_round(Time now, const Feedback& feedback) {
                               ? static_cast<double>(base_rtt().count()) /
                                     static_cast<double>((base_rtt() + queue_delay_).count())
                               : 1.0;
-      window_ = at_least_min(static_cast<std::uint64_t>(static_cast<double>(window_) * part * 0.75));
+      window_ =
+          at_least_min(static_cast<std::uint64_t>(static_cast<double>(window_) * part * 0.75));
     }
   }
   begin_round(feedback);

@@ -4,9 +4,10 @@
 // without a queue; what the smallest round trip of the current round has above that is a queue that
 // we stand in. The window grows while that is below a target of two milliseconds and shrinks in
 // proportion above it, as in LEDBAT (RFC 6817) with a target small enough for commands and the
-// multiplicative decrease and the periodic slow-down of LEDBAT++ (draft-irtf-iccrg-ledbat-plus-plus):
-// every few seconds the queue is emptied for a round, so that two senders do not take each other's
-// queue for the path. So others always find the link usable: we leave before a loss-based sender does.
+// multiplicative decrease and the periodic slow-down of LEDBAT++
+// (draft-irtf-iccrg-ledbat-plus-plus): every few seconds the queue is emptied for a round, so that
+// two senders do not take each other's queue for the path. So others always find the link usable:
+// we leave before a loss-based sender does.
 //
 // Loss alone says little on Wi-Fi, and up to an eighth of a round is taken as the medium's. Beyond
 // that in two rounds running, the window falls to what came through (as BBRv2 bounds its window by

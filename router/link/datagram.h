@@ -37,18 +37,18 @@ enum class DatagramKind : std::uint8_t {
 struct Hello {
   std::uint8_t version_min = kVersionMin;
   std::uint8_t version_max = kVersionMax;
-  LinkKind kind = LinkKind::kSuper;    // what the receiver is to the sender
-  std::uint64_t token = 0;     // the receiver puts this into DATA for the sender
-  std::uint64_t resume = 0;    // the token of the receiver's that was used so far; 0: none
-  Duration keep_alive{};       // how often the sender says that it lives
+  LinkKind kind = LinkKind::kSuper;  // what the receiver is to the sender
+  std::uint64_t token = 0;           // the receiver puts this into DATA for the sender
+  std::uint64_t resume = 0;          // the token of the receiver's that was used so far; 0: none
+  Duration keep_alive{};             // how often the sender says that it lives
   Identity who{};
 };
 
 struct Welcome {
   std::uint8_t version = kVersionMax;
-  bool resumed = false;        // the session of Hello::resume goes on
-  std::uint64_t echo = 0;      // Hello::token
-  std::uint64_t token = 0;     // the sender of the HELLO puts this into DATA
+  bool resumed = false;     // the session of Hello::resume goes on
+  std::uint64_t echo = 0;   // Hello::token
+  std::uint64_t token = 0;  // the sender of the HELLO puts this into DATA
   Duration keep_alive{};
   Identity who{};
 };
@@ -63,7 +63,8 @@ enum class RefuseCode : std::uint8_t {
   kTooMany,
 };
 constexpr std::array kRefuseCodes{
-    core::Label<RefuseCode>{RefuseCode::kVersion, "version", "no version of the protocol in common"},
+    core::Label<RefuseCode>{RefuseCode::kVersion, "version",
+                            "no version of the protocol in common"},
     core::Label<RefuseCode>{RefuseCode::kNotConfigured, "not_configured",
                             "the other router has no [[link]] for this one"},
     core::Label<RefuseCode>{RefuseCode::kRole, "role", "the roles do not fit this kind of link"},

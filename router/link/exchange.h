@@ -55,11 +55,12 @@ class Exchange {
   bool wanted_ = false;  // the other side has said what it holds
   TableState told_{};    // what it will hold when all has arrived
 
-  TableState holding_{};      // the last DONE
-  std::uint32_t hash_ = 0;    // of what we hold
+  TableState holding_{};    // the last DONE
+  std::uint32_t hash_ = 0;  // of what we hold
   std::uint64_t held_count_ = 0;
-  Time asked_{};              // last WANT
-  // What the router did not take: it goes round in a loop. Counts as held, or we would ask for ever.
+  Time asked_{};  // last WANT
+  // What the router did not take: it goes round in a loop. Counts as held, or we would ask for
+  // ever.
   std::map<std::uint32_t, core::Origin> refused_;
 };
 

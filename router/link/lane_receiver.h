@@ -74,7 +74,7 @@ class LaneReceiver {
   // The message in the making.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
-  MessageBuffer body_;       // the message, header included
+  MessageBuffer body_;         // the message, header included
   std::size_t body_size_ = 0;  // so much of it is there
   Header header_{};
 

@@ -59,8 +59,7 @@ std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t 
     return range;
   }
   if (stream_.end() - next_ < committed_max) commit(now, committed_max);
-  const std::uint64_t end =
-      std::min({stream_.end(), next_ + size, stream_.begin() + kLaneWindow});
+  const std::uint64_t end = std::min({stream_.end(), next_ + size, stream_.begin() + kLaneWindow});
   if (end <= next_) return std::nullopt;
   const Range range{next_, end};
   next_ = end;
@@ -78,8 +77,7 @@ void LaneSender::on_acked(Range range) {
   }
   // What is acknowledged from the front on is released, message by message.
   std::uint64_t begin = stream_.begin();
-  const std::uint64_t acked_to =
-      acked_.front().begin <= begin ? acked_.front().end : begin;
+  const std::uint64_t acked_to = acked_.front().begin <= begin ? acked_.front().end : begin;
   while (begin < acked_to) {
     if (begin + kRecordHead > acked_to) break;
     const std::uint64_t end = begin + record_size(header_at(stream_, begin).length);
@@ -112,7 +110,8 @@ std::optional<std::uint64_t> LaneSender::skip() const {
   return skip_to_;
 }
 
-// Tells of all messages that begin below `to` and releases them; where the first behind them begins.
+// Tells of all messages that begin below `to` and releases them; where the first behind them
+// begins.
 std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
                                Losses& losses) {
   std::uint64_t offset = buffer.begin();
@@ -129,8 +128,8 @@ void LaneSender::expire(Time now, Duration lifetime, Losses& losses) {
   const Time limit = now - lifetime;
   if (!stream_.empty() && stream_since_.oldest(stream_.begin()) <= limit) {
     const std::uint64_t old = stream_.begin();
-    const std::uint64_t to =
-        lose(now, stream_, stream_since_.older_than(limit, stream_.end()), core::Outcome::kExpired, losses);
+    const std::uint64_t to = lose(now, stream_, stream_since_.older_than(limit, stream_.end()),
+                                  core::Outcome::kExpired, losses);
     if (to > old) {
       skip_to_ = to;
       skip_due_ = true;

@@ -197,8 +197,8 @@ void Link::check_address(Time now) {
 
 void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
   std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
-  around_.send(to, std::span(bytes).first(
-                       session_.build_nonce(now, their_token_, type, nonce, bytes)));
+  around_.send(to,
+               std::span(bytes).first(session_.build_nonce(now, their_token_, type, nonce, bytes)));
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
@@ -285,8 +285,7 @@ std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
 
 Time Link::next_timeout(Time now) {
   Time next = session_.next_timeout(now);
-  if (state_ == State::kConnecting || state_ == State::kRefused)
-    next = std::min(next, next_hello_);
+  if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up()) next = std::min(next, heard_ + dead_after());
   return next;

@@ -24,8 +24,8 @@ namespace tims::link {
 
 struct LinkSettings {
   LinkKind kind = LinkKind::kSuper;
-  bool connects = true;                 // else it accepts
-  std::string to{};                     // as it was written; empty when it accepts
+  bool connects = true;                  // else it accepts
+  std::string to{};                      // as it was written; empty when it accepts
   std::optional<std::uint8_t> system{};  // that is accepted; nothing: any
   Duration keep_alive = std::chrono::milliseconds(300);
   SessionSettings session{};

@@ -175,8 +175,8 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
     return told("the widths of its address fields differ: see [address] widths");
   const Link* other = link_to(welcome.who);
   if (other != nullptr && other != link && other->is_up())
-    return told("there is a link to " + std::string(welcome.who.name.view()) +
-                " already, to " + other->address().to_string());
+    return told("there is a link to " + std::string(welcome.who.name.view()) + " already, to " +
+                other->address().to_string());
   link->on_welcome(now, from, welcome);
   touch(*link);
 }

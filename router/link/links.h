@@ -21,7 +21,7 @@ namespace tims::link {
 
 struct LinksSetup {
   Identity self{};
-  std::uint64_t seed = 0;       // of tokens, nonces and jitter; secret
+  std::uint64_t seed = 0;  // of tokens, nonces and jitter; secret
   std::uint32_t links_max = 4096;
 };
 
@@ -53,9 +53,7 @@ class Links final : private LinkSurroundings {
   void release() { done_.clear(); }
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
 
-  [[nodiscard]] Time next_timeout() const {
-    return wake_.empty() ? kNever : wake_.top().at;
-  }
+  [[nodiscard]] Time next_timeout() const { return wake_.empty() ? kNever : wake_.top().at; }
   void on_timeout(Time now);
 
   // Before the router ends.
@@ -141,8 +139,8 @@ class Links final : private LinkSurroundings {
   Time now_{};
 
   std::vector<LinkSettings> settings_;
-  std::vector<std::unique_ptr<Link>> links_;  // by slot
-  std::vector<std::uint32_t> supers_;         // slots, in order of preference
+  std::vector<std::unique_ptr<Link>> links_;                 // by slot
+  std::vector<std::uint32_t> supers_;                        // slots, in order of preference
   std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
   std::unordered_map<std::uint64_t, Pending> pending_;       // by our token
   Link* uplink_ = nullptr;

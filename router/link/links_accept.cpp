@@ -86,7 +86,8 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
     return no(RefuseCode::kDuplicateId,
               text_of(self) + " has this system and id already: choose another [router] id");
   if (who.widths != self.widths)
-    return no(RefuseCode::kWidths, text_of(self) + " has other address fields: see [address] widths");
+    return no(RefuseCode::kWidths,
+              text_of(self) + " has other address fields: see [address] widths");
   const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
   if (!fits(hello.kind, who.role, self.role))
     return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +
@@ -107,8 +108,8 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
     if (!s.system || *s.system == who.system) return &s;
   }
   if (!any_of_kind)
-    return no(RefuseCode::kNotConfigured, text_of(self) + " has no [[link]] with kind = \"" +
-                                              std::string(name(ours)) + "\"");
+    return no(RefuseCode::kNotConfigured,
+              text_of(self) + " has no [[link]] with kind = \"" + std::string(name(ours)) + "\"");
   return no(RefuseCode::kSystem, text_of(self) + " accepts system " + systems_text(settings_) +
                                      ", not " + std::to_string(who.system));
 }
@@ -162,10 +163,8 @@ void Links::welcome(Time now, const NetAddress& from, const Hello& hello,
     pending_[token] = {.hello = hello, .from = from, .settings = &settings, .since = now};
   }
   std::array<std::byte, kControlDatagramMax> bytes{};
-  const Welcome welcome{.echo = hello.token,
-                        .token = token,
-                        .keep_alive = settings.keep_alive,
-                        .who = setup_.self};
+  const Welcome welcome{
+      .echo = hello.token, .token = token, .keep_alive = settings.keep_alive, .who = setup_.self};
   send(from, std::span(bytes).first(encode(welcome, bytes)));
 }
 

@@ -36,7 +36,8 @@ void MessageMemory::unlink(std::uint32_t piece) {
 
 std::span<std::byte> MessageMemory::allocate(std::size_t size) {
   if (pieces_.empty()) return {};
-  const std::size_t units = std::bit_ceil(std::max<std::size_t>(1, (size + kPieceMin - 1) / kPieceMin));
+  const std::size_t units =
+      std::bit_ceil(std::max<std::size_t>(1, (size + kPieceMin - 1) / kPieceMin));
   const std::size_t wanted = static_cast<std::size_t>(std::countr_zero(units));
   std::size_t order = wanted;
   while (order <= order_max_ && free_[order] == kNone) ++order;

@@ -30,7 +30,8 @@ class PathMtu {
 
  private:
   // Ethernet less IPv6 and UDP, less IPv4 and UDP; steps of overlays; jumbo frames.
-  static constexpr std::array<std::size_t, 7> kSteps{1372, 1432, 1452, 1472, 4052, 8952, kDatagramMax};
+  static constexpr std::array<std::size_t, 7> kSteps{1372, 1432, 1452,        1472,
+                                                     4052, 8952, kDatagramMax};
   static constexpr int kTries = 3;
   static constexpr int kBlackHole = 6;  // large ones lost in a row
   static constexpr Duration kTryAgain = std::chrono::minutes(5);

@@ -29,7 +29,8 @@ struct RecordPrefix {
   Duration waited{};
 
   [[nodiscard]] std::array<std::byte, kRecordPrefix> encoded() const {
-    const auto units = static_cast<std::uint16_t>(std::clamp<std::int64_t>(waited / kWaitedUnit, 0, 0xFFFF));
+    const auto units =
+        static_cast<std::uint16_t>(std::clamp<std::int64_t>(waited / kWaitedUnit, 0, 0xFFFF));
     return {std::byte{hops}, std::byte{0}, static_cast<std::byte>(units & 0xFF),
             static_cast<std::byte>(units >> 8)};
   }

@@ -1,4 +1,5 @@
-// Round-trip time, smoothed as in RFC 6298 and RFC 9002, section 5; and the smallest one seen lately.
+// Round-trip time, smoothed as in RFC 6298 and RFC 9002, section 5; and the smallest one seen
+// lately.
 #pragma once
 
 #include <algorithm>

@@ -24,7 +24,7 @@ class SampleReceiver {
   [[nodiscard]] std::uint64_t overtaken() const { return overtaken_; }
 
  private:
-  static constexpr std::size_t kPartsMax = 8;     // samples in part
+  static constexpr std::size_t kPartsMax = 8;   // samples in part
   static constexpr std::size_t kStreams = 128;  // whose newest number is remembered
 
   struct Part {

@@ -1,6 +1,6 @@
 // The packets that were sent and of which nothing is known yet: what was in them, until they are
-// acknowledged or count as lost. Loss detection is that of RFC 9002, section 6.1: three packets sent
-// later have arrived, or one sent later and enough time has passed.
+// acknowledged or count as lost. Loss detection is that of RFC 9002, section 6.1: three packets
+// sent later have arrived, or one sent later and enough time has passed.
 #pragma once
 
 #include <array>
@@ -59,13 +59,13 @@ class SentPackets {
   void sent(SentPacket& packet);
 
   struct AckResult {
-    bool valid = false;     // false: it acknowledges what was never sent
+    bool valid = false;  // false: it acknowledges what was never sent
     bool any_new = false;
     std::uint64_t bytes_acked = 0;
     std::uint64_t bytes_lost = 0;
     std::uint32_t packets_acked = 0;
     std::uint32_t packets_lost = 0;
-    Time newest_sent{};       // of the newest packet it is about, when that is acknowledged now
+    Time newest_sent{};  // of the newest packet it is about, when that is acknowledged now
     bool newest_is_new = false;
     std::uint64_t newest = 0;
   };
@@ -85,9 +85,7 @@ class SentPackets {
   void forget_all(PacketFate& fate);
 
  private:
-  [[nodiscard]] SentPacket& at(std::uint64_t number) {
-    return ring_[number & (ring_.size() - 1)];
-  }
+  [[nodiscard]] SentPacket& at(std::uint64_t number) { return ring_[number & (ring_.size() - 1)]; }
   void resolve(SentPacket& packet);
   void skip_resolved();
   void find_lost(Time now, const RttEstimator& rtt, PacketFate& fate, AckResult& result);

@@ -1,6 +1,6 @@
-// What two routers keep for each other while both live: the lanes with their messages, which packets
-// are on their way, how fast they may go and how large they may be. It outlives the loss of the
-// path, and knows nothing of addresses: link.h gives it datagrams and sends those it builds.
+// What two routers keep for each other while both live: the lanes with their messages, which
+// packets are on their way, how fast they may go and how large they may be. It outlives the loss of
+// the path, and knows nothing of addresses: link.h gives it datagrams and sends those it builds.
 //
 // Sources: packets that are numbered once and acknowledged in ranges, loss detection and probe
 // timeout are QUIC's (RFC 9000, RFC 9002); streams of which the sender may give up a part, SCTP's
@@ -40,7 +40,7 @@ struct SessionSettings {
 struct SessionCounters {
   std::uint64_t packets_in = 0;
   std::uint64_t packets_out = 0;
-  std::uint64_t bytes_in = 0;   // of datagrams
+  std::uint64_t bytes_in = 0;  // of datagrams
   std::uint64_t bytes_out = 0;
   std::uint64_t packets_lost = 0;       // of ours
   std::uint64_t packets_duplicate = 0;  // of theirs
@@ -161,7 +161,7 @@ class Session final : private PacketFate {
   std::array<LaneReceiver, kLanes> receivers_;
   SampleReceiver sample_receiver_;
   PacketWindow window_;
-  Time newest_at_{};         // when the packet with the highest number came
+  Time newest_at_{};           // when the packet with the highest number came
   std::uint32_t unacked_ = 0;  // packets that want an acknowledgement
   bool ack_now_ = false;
   Time ack_at_ = kNever;

@@ -115,8 +115,7 @@ bool Session::wants_to_send(std::size_t lane) const {
 std::size_t Session::build(Time now, std::uint64_t token, std::span<std::byte> out,
                            const KeepAlive* keep_alive) {
   // A probe after silence is small: large ones may be what the path loses.
-  const std::size_t size =
-      std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : mtu_.size());
+  const std::size_t size = std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : mtu_.size());
   Packet packet{.out = ByteWriter(out.first(size))};
   packet.out.reserve(kDataHeaderSize);
   last_lane_ = kControlLane;
@@ -193,8 +192,7 @@ void Session::put_lanes(Time now, Packet& packet) {
 
 bool Session::put_stream(Time now, Packet& packet, std::size_t lane) {
   if (!packet.takes_piece(kStreamHeaderSize)) return false;
-  const auto range =
-      lanes_[lane].take(now, packet.out.room() - kStreamHeaderSize, committed_max());
+  const auto range = lanes_[lane].take(now, packet.out.room() - kStreamHeaderSize, committed_max());
   if (!range) return false;
   put_header(packet.out, static_cast<std::uint8_t>(lane), range->begin, range->size());
   lanes_[lane].read(*range, packet.out.reserve(range->size()));
@@ -251,8 +249,8 @@ std::size_t Session::build_probe(Time now, std::uint64_t token, std::span<std::b
   return finish(now, token, packet);
 }
 
-std::size_t Session::build_nonce(Time now, std::uint64_t token, FrameType type,
-                                 std::uint64_t nonce, std::span<std::byte> out) {
+std::size_t Session::build_nonce(Time now, std::uint64_t token, FrameType type, std::uint64_t nonce,
+                                 std::span<std::byte> out) {
   Packet packet{.out = ByteWriter(out)};
   packet.out.reserve(kDataHeaderSize);
   put_challenge(packet.out, type, nonce);
