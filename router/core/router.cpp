@@ -55,7 +55,8 @@ void Router::configure(Time now, const RouterSettings& settings) {
 // --- Clients and mailboxes
 
 ClientId Router::connect(Time now, const ClientInfo& info) {
-  if (clients_.size() >= settings_.clients_max) {
+  // Links are counted and bounded by those who make them.
+  if (info.port != PortKind::kLink && clients_.size() >= settings_.clients_max) {
     refuse(now, info, CloseReason::kTooManyClients);
     return kNoClient;
   }
