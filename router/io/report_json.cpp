@@ -204,6 +204,7 @@ json::object to_json(const core::RouteReport& report, Address to) {
       out["verdict"] = "forward";
       out["via"] = via_text(report.link);
       out["by"] = by_text(report.by);
+      out["next_router"] = to_json(report.next);
       out["reason"] = "goes to " + as_utf8(report.link.name.view()) + ": " + why_text(report.by);
       if (report.mailbox) {
         out["router"] = to_json(report.mailbox->origin->router);
