@@ -90,7 +90,8 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
 }
 
 std::size_t Links::links_in_use() const {
-  return links_.size() - static_cast<std::size_t>(std::ranges::count(links_, nullptr));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(links_, [](const auto& link) { return link != nullptr; }));
 }
 
 // The setting under which this router may connect; else `refuse` says why not.
