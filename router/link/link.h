@@ -86,6 +86,8 @@ class Link final : private Arrivals, private Losses {
 
   [[nodiscard]] Time next_timeout(Time now);
   void on_timeout(Time now);
+  // It accepted a router that has not been heard for long, and nothing waits for it any more.
+  [[nodiscard]] bool is_gone(Time now) const;
 
   // By hand: `timsctl link down|up|reset`.
   void take_down(Time now, State state = State::kDown);
@@ -170,7 +172,8 @@ class Link final : private Arrivals, private Losses {
   NetAddress candidate_{};  // where they may be now
   std::uint64_t nonce_ = 0;
   Time challenged_{};
-  bool broken_ = false;
+  bool broken_ = false;  // it was none of ours
+  bool deaf_ = false;    // it says that they do not hear us
 };
 
 std::string_view name(Link::State state);
