@@ -207,7 +207,7 @@ json::object to_json(const core::RouteReport& report, Address to) {
       out["next_router"] = to_json(report.next);
       out["reason"] = "goes to " + as_utf8(report.link.name.view()) + ": " + why_text(report.by);
       if (report.mailbox) {
-        out["router"] = to_json(report.mailbox->origin->router);
+        out["lives_at"] = to_json(report.mailbox->origin->router);
         out["hops"] = report.mailbox->origin->hops;
         out["age_s"] = seconds(report.mailbox->age);
       }
