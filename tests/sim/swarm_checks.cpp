@@ -84,6 +84,7 @@ void Swarm::check_losses() {
     totals_.arrived += entry.arrived ? 1 : 0;
     if (entry.arrived || entry.is_sample() || !core::taken(entry.outcome)) continue;
     const auto way = plan_.way(entry.from, entry.to);
+    if (way.empty()) continue;
     const bool lived = std::ranges::none_of(way, [&](std::size_t i) { return crashed_[i]; });
     if (!lived && plan_.one_way_only) continue;
     if (!plan_.one_way_only && plan_.troubles.crashes) continue;
