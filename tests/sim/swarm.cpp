@@ -13,6 +13,8 @@ namespace {
 // How soon everything must be right again once the network is.
 constexpr Duration kConvergence = 2s;
 constexpr Duration kDrain = 4s;
+// A link with a rate of its own may have some megabytes to get rid of.
+constexpr Duration kSlowDrain = 60s;
 
 }  // namespace
 
@@ -41,7 +43,7 @@ Duration Swarm::within(Duration span) {
 std::vector<std::string> Swarm::run() {
   try {
     build();
-    world_.run_for(500ms + within(1500ms));
+    world_.run_for(1s + within(1500ms));
     const Duration span = 500ms + within(plan_.troubles.partitions ? 6s : 2s);
     plan_trouble(span);
     plan_traffic(span, 30 + world_.random(120));
@@ -50,7 +52,7 @@ std::vector<std::string> Swarm::run() {
     world_.run_for(kConvergence);
     check_tables();
     check_ways();
-    world_.run_for(kDrain);
+    world_.run_for(plan_.troubles.rates ? kSlowDrain : kDrain);
     check_losses();
     check_answers();
     check_idle();

@@ -56,6 +56,7 @@ class Swarm {
   void check_tables();
   void check_table(std::size_t node);
   void check_ways();
+  [[nodiscard]] std::size_t waiting_from(std::size_t first) const;
   void check_losses();
   void check_answers();
   void check_idle();
