@@ -82,6 +82,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) 
   // Of a session that the other side has not taken up yet, nothing has arrived there either.
   const bool goes_on = welcome.token == their_token_;
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
+  called_ = true;
   their_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
   peer_ = welcome.who;
@@ -107,6 +108,7 @@ void Link::on_refuse(Time now, const Refuse& refuse) {
 void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token) {
   if (is_up()) go_down(now, core::CloseReason::kReplaced, State::kSilent);
   forget_session(now, core::Outcome::kLinkReset);
+  called_ = false;
   our_token_ = our_token;
   their_token_ = hello.token;
   their_keep_alive_ = hello.keep_alive;
@@ -173,9 +175,9 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
   if (!is_up() && their_token_ != 0) {
-    // Whoever accepts hears one that hears it. Who connects asks first: what comes may come one way
+    // Who was called hears one that hears it. Who calls asks first: what comes may come one way
     // only, and from a new address.
-    if (settings_.connects) {
+    if (called_) {
       candidate_ = from;
       return;
     }

@@ -204,7 +204,8 @@ core::Outcome Links::deliver(std::uint32_t token, const core::Message& message) 
 void Links::reply(std::uint32_t token, const Header& header) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes);
-  (void)deliver(token, {.header = header, .bytes = bytes});
+  const core::Outcome outcome = deliver(token, {.header = header, .bytes = bytes});
+  if (!core::taken(outcome)) lost(links_[token]->client(), header, outcome);
 }
 
 // --- time
