@@ -43,6 +43,14 @@ Exit stats(Context& context);
 Exit config_check(Context& context);
 Exit config_show(Context& context);
 
+Exit sim_up(Context& context);
+Exit sim_down(Context& context);
+Exit sim_show(Context& context);
+Exit sim_fault(Context& context);
+Exit sim_kill(Context& context);
+Exit sim_start(Context& context);
+Exit sim_exec(Context& context);
+
 Exit doctor(Context& context);
 Exit completion(Context& context);
 Exit complete(Context& context);

@@ -135,6 +135,10 @@ constexpr OptionRow kRows[] = {
      [](Options& o, string_view v) {
        o.style = one_of(v, {"text", "nagios"});
      }},
+    {"fleet", 0, "NAME", "which fleet; needed when several run",
+     [](Options& o, string_view v) { o.fleet = v; }},
+    {"detach", 0, "", "go on in the background once it is up",
+     [](Options& o, string_view) { o.detach = true; }},
 };
 
 }  // namespace

@@ -52,6 +52,8 @@ struct Options {
   bool all_routers = false;
   bool hops = false;
   std::string style;  // doctor --format
+  std::string fleet;
+  bool detach = false;
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
   // Of a verb that repeats something until it is stopped: the number of times it was told.

@@ -107,6 +107,31 @@ constexpr Verb kVerbs[] = {
      "Reads a configuration as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
 
+    {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
+     "Makes a fleet on this machine: network namespaces, a router in each, components, bad lines. "
+     "Runs until Ctrl-C and takes everything down then. Exit status 1: a program ended by itself. "
+     "Needs root.",
+     "timsctl sim up deploy/fleets/demo.toml", sim_up},
+    {"sim", "down", "[NAME]", 0, 1, "fleet", false,
+     "Ends a fleet, or removes what a crash has left of it; without a name all of them.",
+     "timsctl sim down demo", sim_down},
+    {"sim", "show", "[NAME]", 0, 1, "", false,
+     "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
+     "timsctl sim show", sim_show},
+    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 2, 20, "fleet", false,
+     "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
+     "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
+     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says.",
+     "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", sim_fault},
+    {"sim", "kill", "HOST [router]", 1, 2, "fleet", false,
+     "Ends everything on a host at once, as if it lost its power; or only its router.",
+     "timsctl sim kill robot1-main", sim_kill},
+    {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
+     "timsctl sim start robot1-main", sim_start},
+    {"sim", "exec", "HOST COMMAND...", 2, 1000, "fleet", false,
+     "Runs a command on a host, with $TIMS_ROUTER set. Options behind COMMAND are its own.",
+     "timsctl sim exec robot1-main timsctl route show -j", sim_exec},
+
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
      "nagios exits with 0 to 3, as monitoring expects.",

@@ -1,0 +1,263 @@
+// timsctl sim: a fleet of robots on this machine, in network namespaces.
+#include <fstream>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "os/file.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/sim/process.h"
+#include "tools/timsctl/sim/state.h"
+#include "tools/timsctl/sim/supervisor.h"
+
+namespace timsctl {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+// Starting and ending programs takes longer than a router's answer.
+constexpr tims::Duration kFleetAnswers = 30s;
+
+sim::Fleet read_fleet_file(Context& context) {
+  const std::string& path = context.options.arguments.front();
+  std::ifstream file(path);
+  if (!file)
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", path),
+                  "deploy/fleets/demo.toml is one");
+  sim::FleetFile read = sim::read_fleet({path, {std::istreambuf_iterator<char>(file), {}}});
+  std::string text;
+  for (const auto& problem : read.problems)
+    text.append(text.empty() ? "" : "\n").append(problem.to_string());
+  if (!text.empty()) throw Failure(Exit::kNo, "bad_fleet", text, "deploy/fleets/README.md");
+  if (!context.options.fleet.empty()) {
+    if (!sim::is_fleet_name(context.options.fleet))
+      throw usage_error(
+          fmt::format("--fleet: \"{}\" is no name: at most {} small letters and "
+                      "digits",
+                      context.options.fleet, sim::kFleetNameMax));
+    read.fleet.name = context.options.fleet;
+  }
+  return std::move(read.fleet);
+}
+
+// Brought up; then `ready`, then until the end.
+Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void()>& ready) {
+  sim::Supervisor fleet(context, plan);
+  fleet.bring_up();
+  ready();
+  fleet.serve(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
+                                      : tims::kNever);
+  return fleet.failures() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+// The fleet goes on in a process of its own; what it says goes to its log.
+Exit run_detached(Context& context, const sim::Plan& plan) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Failure(Exit::kNo, "system", "pipe: no free file descriptor");
+  const tims::os::File read_end(ends[0]);
+  tims::os::File write_end(ends[1]);
+  const pid_t pid = ::fork();
+  if (pid < 0) throw Failure(Exit::kNo, "system", "fork: the system has no room for a process");
+  if (pid == 0) {
+    ::setsid();
+    return run_fleet(context, plan, [&] {
+      const std::string log = plan.folder + "/log";
+      const tims::os::File file(
+          ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+      const tims::os::File null(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+      ::dup2(null.get(), STDIN_FILENO);
+      ::dup2(file.get(), STDOUT_FILENO);
+      ::dup2(file.get(), STDERR_FILENO);
+      [[maybe_unused]] const ssize_t n = ::write(write_end.get(), "1", 1);
+      write_end.reset();
+    });
+  }
+  write_end.reset();
+  char ready = 0;
+  if (::read(read_end.get(), &ready, 1) == 1) return Exit::kDone;
+  int status = 0;
+  ::waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? static_cast<Exit>(WEXITSTATUS(status)) : Exit::kNo;
+}
+
+constexpr Column kHosts[] = {{"HOST", "name"},
+                             {"ROLE", "role"},
+                             {"SYSTEM", "system", As::kText},
+                             {"STATE", "state"},
+                             {"ADDRESSES", "address_list"},
+                             {"ROUTER", "router"},
+                             {"NAMESPACE", "network", As::kText, true}};
+constexpr Column kPrograms[] = {{"HOST", "host"},   {"PROGRAM", "name"},
+                                {"STATE", "state"}, {"PID", "pid"},
+                                {"END", "end"},     {"LOG", "log", As::kText, true}};
+constexpr Column kLines[] = {
+    {"LINE", "name"}, {"UPPER", "upper"}, {"LOWER", "lower"}, {"STATE", "state"}};
+
+// What tables show of a host beside what is written: one word for its programs, one cell of
+// addresses.
+json::array hosts_of(const json::object& fleet) {
+  json::array hosts;
+  const json::value* list = at_path(fleet, "hosts");
+  if (list == nullptr || !list->is_array()) return hosts;
+  for (const json::value& value : list->get_array()) {
+    json::object host = value.as_object();
+    std::size_t ended = 0;
+    const json::array& programs = host.at("programs").as_array();
+    for (const json::value& program : programs)
+      ended += text_at(program.as_object(), "state") == "running" ? 0U : 1U;
+    host["state"] = ended == 0                 ? "running"
+                    : ended == programs.size() ? "ended"
+                                               : fmt::format("{} ended", ended);
+    std::string addresses;
+    for (const json::value& address : host.at("addresses").as_array())
+      addresses.append(addresses.empty() ? "" : " ").append(address.as_string());
+    host["address_list"] = addresses;
+    hosts.push_back(std::move(host));
+  }
+  return hosts;
+}
+
+json::array programs_of(const json::array& hosts) {
+  json::array programs;
+  for (const json::value& host : hosts)
+    for (const json::value& value : host.as_object().at("programs").as_array()) {
+      json::object program = value.as_object();
+      program["host"] = text_at(host.as_object(), "name");
+      programs.push_back(std::move(program));
+    }
+  return programs;
+}
+
+std::string draw_fleet(const json::object& fleet, const Look& look) {
+  std::string text = fmt::format("fleet {}: {}", text_at(fleet, "name"), text_at(fleet, "state"));
+  if (text_at(fleet, "state") == "crashed")
+    return text + fmt::format(" (`timsctl sim down {}` cleans up)\n", text_at(fleet, "name"));
+  const json::array hosts = hosts_of(fleet);
+  text += fmt::format(", pid {}, {}\n\n", text_at(fleet, "pid"), text_at(fleet, "folder"));
+  text += render_items({hosts.data(), hosts.size()}, kHosts, look) + "\n";
+  if (const json::value* lines = at_path(fleet, "lines"); lines != nullptr && lines->is_array())
+    text += render_items({lines->get_array().data(), lines->get_array().size()}, kLines, look);
+  const json::array programs = programs_of(hosts);
+  return text + "\n" + render_items({programs.data(), programs.size()}, kPrograms, look);
+}
+
+json::object fleet_state(const std::string& name) {
+  json::object fleet = sim::read_state(name);
+  fleet["name"] = name;
+  fleet["state"] = sim::is_running(name) ? "running" : "crashed";
+  return fleet;
+}
+
+Exit ask(Context& context, const json::object& question) {
+  sim::need_root();
+  const std::string fleet = sim::chosen_fleet(context.options.fleet);
+  const auto timeout = std::max(context.options.timeout, kFleetAnswers);
+  const json::object answer = sim::ask_fleet(fleet, question, context.signals, timeout);
+  if (context.out.json()) context.out.write(answer);
+  if (!context.out.json() && at_path(answer, "line") != nullptr)
+    context.out.note(fmt::format("{}: {}", text_at(answer, "line"), text_at(answer, "state")));
+  return Exit::kDone;
+}
+
+}  // namespace
+
+Exit sim_up(Context& context) {
+  const sim::Plan plan = sim::make_plan(read_fleet_file(context));
+  sim::need_root();
+  if (context.options.detach) return run_detached(context, plan);
+  return run_fleet(context, plan, [&] {
+    context.out.note(
+        fmt::format("fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
+                    "timsctl status`, `timsctl sim fault {} cut`; {}",
+                    plan.name, plan.lines.front().name,
+                    context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+  });
+}
+
+Exit sim_down(Context& context) {
+  sim::need_root();
+  std::vector<std::string> names = context.options.arguments;
+  if (names.empty() && !context.options.fleet.empty()) names.push_back(context.options.fleet);
+  if (names.empty()) names = sim::fleets();
+  bool found = false;
+  for (const std::string& name : names) {
+    if (!sim::is_fleet_name(name))
+      throw usage_error(fmt::format("\"{}\" is no name of a fleet", name), "`timsctl sim show`");
+    const bool runs = sim::is_running(name);
+    if (runs) (void)sim::ask_fleet(name, {{"do", "down"}}, context.signals, kFleetAnswers);
+    const bool left = !runs && sim::clean_up(name);
+    if (runs || left)
+      context.out.note(fmt::format("fleet {}: {}", name, runs ? "down" : "leftovers removed"));
+    found = found || runs || left;
+  }
+  if (context.out.json())
+    context.out.write(json::object{{"schema", "tims/sim_done/1"}, {"done", found}});
+  if (found || context.options.arguments.empty()) return Exit::kDone;
+  throw Failure(Exit::kNoSuch, "no_such_fleet",
+                fmt::format("no fleet {}, and nothing is left of it", names.front()),
+                "`timsctl sim show`");
+}
+
+Exit sim_show(Context& context) {
+  json::array items;
+  for (const std::string& name : sim::fleets())
+    if (context.options.arguments.empty() || context.options.arguments.front() == name)
+      items.push_back(fleet_state(name));
+  if (items.empty() && !context.options.arguments.empty())
+    throw Failure(Exit::kNoSuch, "no_such_fleet",
+                  fmt::format("no fleet {}", context.options.arguments.front()),
+                  "`timsctl sim show`");
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/sim_show/1"}, {"items", std::move(items)}});
+    return Exit::kDone;
+  }
+  if (items.empty()) context.out.note("no fleet runs on this host");
+  for (const json::value& item : items)
+    context.out.write(draw_fleet(item.as_object(), context.out.look()));
+  return Exit::kDone;
+}
+
+Exit sim_fault(Context& context) {
+  const auto& arguments = context.options.arguments;
+  json::array words;
+  for (const std::string& word : std::span(arguments).subspan(1)) words.emplace_back(word);
+  return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(words)}});
+}
+
+Exit sim_kill(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const std::string part = arguments.size() > 1 ? arguments[1] : "all";
+  if (part != "all" && part != "router")
+    throw usage_error(fmt::format("\"{}\" cannot be killed", part),
+                      "nothing for the whole host, or `router`");
+  return ask(context, {{"do", "kill"}, {"host", arguments.front()}, {"part", part}});
+}
+
+Exit sim_start(Context& context) {
+  return ask(context, {{"do", "start"}, {"host", context.options.arguments.front()}});
+}
+
+Exit sim_exec(Context& context) {
+  sim::need_root();
+  const json::object fleet = sim::read_state(sim::chosen_fleet(context.options.fleet));
+  const auto& arguments = context.options.arguments;
+  std::vector<std::string> names;
+  for (const json::value& value : hosts_of(fleet)) {
+    const json::object& host = value.as_object();
+    names.push_back(text_at(host, "name"));
+    if (names.back() != arguments.front()) continue;
+    sim::become({.command = {arguments.begin() + 1, arguments.end()},
+                 .network = text_at(host, "network"),
+                 .environment = {"TIMS_ROUTER=" + text_at(host, "router"), "TIMS_HOST="}});
+  }
+  throw sim::no_such("host", arguments.front(),
+                     std::vector<std::string_view>(names.begin(), names.end()));
+}
+
+}  // namespace timsctl
