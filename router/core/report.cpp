@@ -96,6 +96,7 @@ RouteReport report_route(const Router& router, Time now, Address to, std::int8_t
   return {.verdict = link ? Verdict::kForward : Verdict::kDeliver,
           .mailbox = report_mailbox(router, now, to),
           .link = link ? way.to->party() : Party{},
+          .next = link ? way.to->info.link.router : Address(),
           .by = way.by};
 }
 

@@ -58,6 +58,7 @@ struct RouteReport {
   Verdict verdict = Verdict::kNoRoute;
   std::optional<MailboxReport> mailbox{};  // kDeliver; kForward, when it is known
   Party link{};                            // kForward: to whom
+  Address next{};                          // the router there
   Router::Way::By by = Router::Way::By::kNone;
   Outcome why_not = Outcome::kNoRoute;  // kNoRoute
   bool not_available = false;           // kNoRoute: a message of this type would be answered

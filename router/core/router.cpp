@@ -177,7 +177,8 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
   const Outcome outcome = forward(now, &sender, message);
-  if (is_no_way(outcome)) answer_not_available(connection_of(sender, handle), header);
+  if (is_no_way(outcome) || (!taken(outcome) && leads_over_link(sender, header.dest)))
+    answer_not_available(connection_of(sender, handle), header);
   return outcome;
 }
 

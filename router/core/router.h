@@ -159,6 +159,7 @@ class Router {
   void learn_again(Time now, Address address);
   void duplicate(Time now, const Client& link, Address address, const Origin& origin);
   [[nodiscard]] Party party_of(const Client& link, const Origin& origin) const;
+  [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
   // router_commands.cpp

@@ -55,6 +55,11 @@ Router::Way Router::way(const Client* from, Address dest) const {
   return on;
 }
 
+bool Router::leads_over_link(const Client& from, Address dest) const {
+  const Way on = way(&from, dest);
+  return on.to != nullptr && on.to->info.port == PortKind::kLink;
+}
+
 // The system router of another robot, beside this one.
 ClientId Router::peer_of(std::uint32_t system) const {
   for (const ClientId id : links_) {

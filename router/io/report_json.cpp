@@ -204,9 +204,10 @@ json::object to_json(const core::RouteReport& report, Address to) {
       out["verdict"] = "forward";
       out["via"] = via_text(report.link);
       out["by"] = by_text(report.by);
+      out["next_router"] = to_json(report.next);
       out["reason"] = "goes to " + as_utf8(report.link.name.view()) + ": " + why_text(report.by);
       if (report.mailbox) {
-        out["router"] = to_json(report.mailbox->origin->router);
+        out["lives_at"] = to_json(report.mailbox->origin->router);
         out["hops"] = report.mailbox->origin->hops;
         out["age_s"] = seconds(report.mailbox->age);
       }

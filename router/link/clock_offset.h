@@ -18,8 +18,8 @@ class ClockOffset {
   void add(std::int64_t sent, std::int64_t their_received, std::int64_t their_sent,
            std::int64_t received) {
     Sample& sample = samples_[count_++ % samples_.size()];
-    sample.round_trip = (received - sent) - (their_sent - their_received);
-    sample.offset = ((their_received - sent) + (their_sent - received)) / 2;
+    sample.round_trip = less(less(received, sent), less(their_sent, their_received));
+    sample.offset = less(their_received, sent) / 2 + less(their_sent, received) / 2;
   }
   void reset() { count_ = 0; }
 
@@ -37,6 +37,11 @@ class ClockOffset {
   }
 
  private:
+  // What the other side says may be anything.
+  static std::int64_t less(std::int64_t a, std::int64_t b) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+  }
+
   std::array<Sample, 8> samples_{};
   std::size_t count_ = 0;
 };

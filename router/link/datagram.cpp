@@ -8,6 +8,7 @@ namespace tims::link {
 namespace {
 
 constexpr std::string_view kMagic = "TIMS";
+constexpr int kKeepAliveMinMs = 10;
 
 template <typename Enum, std::size_t size>
 const core::Label<Enum>& label(const std::array<core::Label<Enum>, size>& labels, Enum value) {
@@ -23,9 +24,12 @@ bool get_enum(ByteReader& in, Enum last, Enum& value) {
 
 void put_ms(ByteWriter& out, Duration duration) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
-  out.put(static_cast<std::uint16_t>(std::clamp<std::int64_t>(ms, 1, 0xFFFF)));
+  out.put(static_cast<std::uint16_t>(std::clamp<std::int64_t>(ms, kKeepAliveMinMs, 0xFFFF)));
 }
-Duration get_ms(ByteReader& in) { return std::chrono::milliseconds(in.get<std::uint16_t>()); }
+// Never so short that a link dies at once.
+Duration get_ms(ByteReader& in) {
+  return std::chrono::milliseconds(std::max<int>(in.get<std::uint16_t>(), kKeepAliveMinMs));
+}
 
 void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second) {
   out.put(static_cast<std::uint8_t>(kind));
@@ -59,7 +63,7 @@ bool get(ByteReader& in, Identity& who) {
                 in.get<std::uint8_t>()};
   who.message_max = in.get<std::uint32_t>();
   who.name = in.text(name_size);
-  return in.ok() && role_known && who.widths.valid();
+  return in.ok() && role_known && who.widths.valid() && who.epoch != 0;
 }
 
 std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8_t high) {

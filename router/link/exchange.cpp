@@ -5,6 +5,8 @@ namespace {
 
 // Between two questions for a whole table.
 constexpr Duration kAskEvery = std::chrono::milliseconds(500);
+// After so long without news of a table that is not the one we hold, something was lost.
+constexpr Duration kStalledAfter = std::chrono::seconds(1);
 // While so much of what was told is still to be sent, nothing more is: changes come together.
 constexpr std::uint64_t kBacklogMax = 64 << 10;
 
@@ -151,6 +153,7 @@ void Exchange::forget_all(Time now) {
 
 bool Exchange::on_control(Time now, const core::Message& message) {
   TableState state;
+  if (message.header.type != control::kWant) news_ = now;
   switch (message.header.type) {
     case control::kWant:
       if (!read_state(message.body(), state)) return false;
@@ -186,8 +189,14 @@ bool Exchange::on_control(Time now, const core::Message& message) {
 }
 
 void Exchange::compare(Time now, const TableState& theirs) {
-  if (!imports_ || theirs.number != holding_.number || theirs.number == 0) return;
-  if (theirs.hash != hash_ && now >= asked_ + kAskEvery) want(now, {});
+  if (!imports_ || now < asked_ + kAskEvery) return;
+  const bool stalled = now >= news_ + kStalledAfter;
+  if (theirs == kNobodyAsked) return want(now, {});
+  if (theirs.number == holding_.number) {
+    if (theirs.hash != hash_) want(now, {});
+  } else if (stalled && now >= asked_ + kStalledAfter) {
+    want(now, holding_.hash == hash_ ? holding_ : TableState{});
+  }
 }
 
 }  // namespace tims::link

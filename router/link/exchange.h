@@ -32,10 +32,14 @@ class Exchange {
   // What the keep-alive says of the other side's table: asks again when ours is different.
   void compare(Time now, const TableState& theirs);
   // For our keep-alive.
-  [[nodiscard]] TableState told() const { return told_; }
+  [[nodiscard]] TableState told() const { return wanted_ ? told_ : kNobodyAsked; }
   [[nodiscard]] std::uint64_t held() const { return held_count_; }
 
  private:
+  // Says the keep-alive of a router that does not know what the other one holds: no table is 0
+  // with this hash.
+  static constexpr TableState kNobodyAsked{0, 1};
+
   void send(Time now, ControlMessage& message);
   void want(Time now, const TableState& state);
   void tell_all(Time now);
@@ -59,6 +63,7 @@ class Exchange {
   std::uint32_t hash_ = 0;  // of what we hold
   std::uint64_t held_count_ = 0;
   Time asked_{};  // last WANT
+  Time news_{};   // last word about the other side's table
   // What the router did not take: it goes round in a loop. Counts as held, or we would ask for
   // ever.
   std::map<std::uint32_t, core::Origin> refused_;

@@ -33,6 +33,7 @@ enum class FrameType : std::uint8_t {
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
 // offset come from the four times, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
+  bool deaf = false;                // its sender has not heard the receiver for long
   std::uint64_t sent_ns = 0;        // on the sender's monotonic clock
   std::uint64_t echo_ns = 0;        // sent_ns of the last one that came; 0: none yet
   std::uint32_t held_us = 0;        // how long ago that came

@@ -51,12 +51,17 @@ core::BlockPool::Index& LaneReceiver::block_of(std::uint64_t offset) {
 
 bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> bytes) {
   const Range all{offset, offset + bytes.size()};
+  bool room = true;
   for (std::uint64_t at = offset / kBlock * kBlock; at < all.end; at += kBlock) {
     core::BlockPool::Index& block = block_of(at);
     if (block == core::BlockPool::kNone) block = assembly_.pool.allocate();
-    if (block == core::BlockPool::kNone) return false;
+    if (block == core::BlockPool::kNone) room = false;
   }
-  if (!early_.add(all)) return false;
+  if (!room || !early_.add(all)) {
+    // Blocks that were taken for nothing.
+    if (early_.empty()) drop_early();
+    return false;
+  }
   while (!bytes.empty()) {
     const std::size_t inside = offset % kBlock;
     const std::size_t size = std::min(kBlock - inside, bytes.size());

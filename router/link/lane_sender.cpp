@@ -31,8 +31,7 @@ Header LaneSender::drop_oldest() {
 void LaneSender::commit(Time now, std::uint64_t committed_max) {
   while (!waiting_.empty() && stream_.end() - next_ < committed_max) {
     const Header header = header_at(waiting_, waiting_.begin());
-    // Blocks come free in waiting_ as the message moves.
-    if (!stream_.has_room(2 * core::BlockPool::kBlockSize)) return;
+    if (!can_commit()) return;
     const Time since = waiting_since_.oldest(waiting_.begin());
     if ((header.flags & flag::kTrace) != 0) {
       std::array<std::byte, kRecordPrefix> bytes;
@@ -46,9 +45,17 @@ void LaneSender::commit(Time now, std::uint64_t committed_max) {
   }
 }
 
+// Of the message at the front, a part may have arrived.
+std::uint64_t LaneSender::window_end() const {
+  const std::uint64_t begin = stream_.begin();
+  const bool arrived = !acked_.empty() && acked_.front().begin <= begin;
+  return (arrived ? acked_.front().end : begin) + kLaneWindow;
+}
+
 bool LaneSender::wants_to_send() const {
   if (!lost_.empty()) return true;
-  return unsent_bytes() > 0 && next_ < stream_.begin() + kLaneWindow;
+  if (next_ >= window_end()) return false;
+  return next_ < stream_.end() || (!waiting_.empty() && can_commit());
 }
 
 std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t committed_max) {
@@ -59,7 +66,7 @@ std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t 
     return range;
   }
   if (stream_.end() - next_ < committed_max) commit(now, committed_max);
-  const std::uint64_t end = std::min({stream_.end(), next_ + size, stream_.begin() + kLaneWindow});
+  const std::uint64_t end = std::min({stream_.end(), next_ + size, window_end()});
   if (end <= next_) return std::nullopt;
   const Range range{next_, end};
   next_ = end;
@@ -88,6 +95,7 @@ void LaneSender::on_acked(Range range) {
   stream_.release_to(begin);
   stream_since_.forget_below(begin);
   acked_.remove_below(begin);
+  lost_.remove_below(begin);
 }
 
 void LaneSender::on_lost(Range range) {

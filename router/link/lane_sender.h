@@ -62,6 +62,11 @@ class LaneSender {
 
  private:
   void commit(Time now, std::uint64_t committed_max);
+  // Blocks come free in waiting_ as a message moves.
+  [[nodiscard]] bool can_commit() const {
+    return stream_.has_room(2 * core::BlockPool::kBlockSize);
+  }
+  [[nodiscard]] std::uint64_t window_end() const;
   static Header header_at(const StreamBuffer& buffer, std::uint64_t offset);
   static std::uint64_t lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
                             Losses& losses);

@@ -10,6 +10,8 @@ constexpr Duration kAfterRefusal = std::chrono::seconds(3);
 constexpr Duration kChallengeEvery = std::chrono::milliseconds(100);
 // A side that accepts says that it lives for so long to one it does not hear.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
+// And then forgets it.
+constexpr Duration kGoneAfter = std::chrono::seconds(60);
 
 constexpr std::array<std::string_view, 6> kStates{"idle", "connecting", "refused",
                                                   "up",   "silent",     "down"};
@@ -70,13 +72,17 @@ void Link::say_hello(Time now) {
               .keep_alive = settings_.keep_alive,
               .who = around_.self()};
   std::array<std::byte, kControlDatagramMax> bytes{};
-  around_.send(target_, std::span(bytes).first(encode(hello, bytes)));
+  const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello, bytes));
+  around_.send(target_, datagram);
+  if (candidate_ && candidate_ != target_) around_.send(candidate_, datagram);
 }
 
 void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
   if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
-  const bool goes_on = welcome.resumed && welcome.token == their_token_;
+  // Of a session that the other side has not taken up yet, nothing has arrived there either.
+  const bool goes_on = welcome.token == their_token_;
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
+  called_ = true;
   their_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
   peer_ = welcome.who;
@@ -102,6 +108,7 @@ void Link::on_refuse(Time now, const Refuse& refuse) {
 void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token) {
   if (is_up()) go_down(now, core::CloseReason::kReplaced, State::kSilent);
   forget_session(now, core::Outcome::kLinkReset);
+  called_ = false;
   our_token_ = our_token;
   their_token_ = hello.token;
   their_keep_alive_ = hello.keep_alive;
@@ -158,6 +165,7 @@ void Link::on_reset(Time now) {
 
 core::Outcome Link::send(Time now, const core::Message& message) {
   if (!is_up()) return core::Outcome::kClientGone;
+  if (message.bytes.size() > peer_.message_max) return core::Outcome::kTooBig;
   const RecordPrefix prefix{.hops = static_cast<std::uint8_t>(message.hops + 1)};
   return session_.send(now, prefix, message.header, message.bytes);
 }
@@ -166,13 +174,19 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
-  if (!is_up()) {
-    if (their_token_ == 0) return;
+  if (!is_up() && their_token_ != 0) {
+    // Who was called hears one that hears it. Who calls asks first: what comes may come one way
+    // only, and from a new address.
+    if (called_) {
+      candidate_ = from;
+      return;
+    }
     come_up(now);
-    if (!is_up()) return;
   }
+  if (!is_up()) return;
   heard_ = now;
   broken_ = false;
+  deaf_ = false;
   const auto verdict = session_.on_data(now, data);
   if (verdict == Session::Verdict::kBroken || broken_) {
     // Whoever sends this knows the token and is no router that we understand.
@@ -182,6 +196,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     their_token_ = 0;
     return;
   }
+  if (is_up() && deaf_) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (is_up() && from != address_) check_address(now);
 }
 
@@ -234,23 +249,25 @@ void Link::on_lost(Time, const Header& header, core::Outcome why) {
 // --- life
 
 void Link::on_frame(Time now, const KeepAlive& frame) {
+  deaf_ = frame.deaf;
   their_loss_permille_ = frame.loss_permille;
   last_sent_ns_ = frame.sent_ns;
   last_keep_alive_ = now;
   exchange_.compare(now, {frame.table_number, frame.table_hash});
   const std::uint64_t sent = frame.echo_ns;
   const std::uint64_t held = std::uint64_t{frame.held_us} * 1000;
-  if (sent == 0 || sent + held > ns(now)) return;
+  if (sent == 0 || sent > ns(now) || held > ns(now) - sent) return;
   rtt_.add(std::max(Duration(ns(now) - sent - held), Duration(1)));
   const auto wall = [](std::uint64_t at, std::int64_t offset) {
-    return static_cast<std::int64_t>(at) + offset;
+    return static_cast<std::int64_t>(at + static_cast<std::uint64_t>(offset));
   };
   clock_.add(wall(sent, around_.wall_ns()), wall(frame.sent_ns - held, frame.wall_ns),
              wall(frame.sent_ns, frame.wall_ns), wall(ns(now), around_.wall_ns()));
 }
 
 KeepAlive Link::keep_alive(Time now) const {
-  KeepAlive frame{.sent_ns = ns(now),
+  KeepAlive frame{.deaf = !is_up(),
+                  .sent_ns = ns(now),
                   .loss_permille = session_.loss_permille(),
                   .wall_ns = around_.wall_ns(),
                   .table_number = exchange_.told().number,
@@ -293,7 +310,14 @@ Time Link::next_timeout(Time now) {
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up()) next = std::min(next, heard_ + dead_after());
+  if (!settings_.connects && state_ == State::kSilent && session_.queued_bytes() == 0)
+    next = std::min(next, since_ + kGoneAfter);
   return next;
+}
+
+bool Link::is_gone(Time now) const {
+  return !settings_.connects && state_ == State::kSilent && now >= since_ + kGoneAfter &&
+         session_.queued_bytes() == 0;
 }
 
 void Link::on_timeout(Time now) {

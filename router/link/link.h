@@ -86,6 +86,8 @@ class Link final : private Arrivals, private Losses {
 
   [[nodiscard]] Time next_timeout(Time now);
   void on_timeout(Time now);
+  // It accepted a router that has not been heard for long, and nothing waits for it any more.
+  [[nodiscard]] bool is_gone(Time now) const;
 
   // By hand: `timsctl link down|up|reset`.
   void take_down(Time now, State state = State::kDown);
@@ -151,6 +153,7 @@ class Link final : private Arrivals, private Losses {
   NetAddress target_{};   // where HELLOs go
   NetAddress address_{};  // of the other router
   Identity peer_{};
+  bool called_ = false;   // the session came about by our HELLO
   std::uint64_t our_token_ = 0;
   std::uint64_t their_token_ = 0;
   core::ClientId client_{};
@@ -170,7 +173,8 @@ class Link final : private Arrivals, private Losses {
   NetAddress candidate_{};  // where they may be now
   std::uint64_t nonce_ = 0;
   Time challenged_{};
-  bool broken_ = false;
+  bool broken_ = false;  // it was none of ours
+  bool deaf_ = false;    // it says that they do not hear us
 };
 
 std::string_view name(Link::State state);

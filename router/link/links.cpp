@@ -53,7 +53,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
     if (same == settings_.end()) {
       remove(now, slot);
     } else {
-      links_[slot]->configure(*same);
+      links_[slot]->configure(own_settings(*same));
     }
   }
   for (const LinkSettings& settings : settings_) {
@@ -67,6 +67,11 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
   choose_ = true;
 }
 
+LinkSettings Links::own_settings(LinkSettings settings) const {
+  settings.session.message_max = setup_.self.message_max;
+  return settings;
+}
+
 Link& Links::add(const LinkSettings& settings) {
   std::uint32_t slot = 0;
   while (slot < links_.size() && links_[slot]) ++slot;
@@ -75,10 +80,9 @@ Link& Links::add(const LinkSettings& settings) {
     is_touched_.push_back(false);
     wakes_at_.push_back(kNever);
   }
-  LinkSettings own = settings;
-  own.session.message_max = setup_.self.message_max;
   LinkSurroundings& around = *this;
-  links_[slot] = std::make_unique<Link>(router_, pool_, memory_, done_, around, slot, own);
+  links_[slot] = std::make_unique<Link>(router_, pool_, memory_, done_, around, slot,
+                                        own_settings(settings));
   return *links_[slot];
 }
 
@@ -200,7 +204,8 @@ core::Outcome Links::deliver(std::uint32_t token, const core::Message& message) 
 void Links::reply(std::uint32_t token, const Header& header) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes);
-  (void)deliver(token, {.header = header, .bytes = bytes});
+  const core::Outcome outcome = deliver(token, {.header = header, .bytes = bytes});
+  if (!core::taken(outcome)) lost(links_[token]->client(), header, outcome);
 }
 
 // --- time
@@ -214,7 +219,7 @@ void Links::on_timeout(Time now) {
     Link* link = links_[wake.slot].get();
     if (link == nullptr) continue;
     link->on_timeout(now);
-    touch(*link);
+    link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
   drop_old_pending(now);
   // A super router that has been up for long enough.
@@ -250,9 +255,15 @@ void Links::tell(Time now) {
   // Nobody is told while nothing has changed, and those below never are.
   const std::uint32_t number = router_.below().number();
   const bool news = std::exchange(told_, number) != number;
+  const auto tell_one = [&](Link& link) {
+    if (link.is_up() && link.settings().kind != LinkKind::kSub) link.tell(now);
+  };
+  if (!news) {
+    for (Link* link : touched_) tell_one(*link);
+    return;
+  }
   for (const auto& link : links_) {
     if (!link || !link->is_up() || link->settings().kind == LinkKind::kSub) continue;
-    if (!news && !is_touched_[link->slot()]) continue;
     link->tell(now);
     touch(*link);
   }

@@ -115,11 +115,13 @@ class Links final : private LinkSurroundings {
   void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
   void confirm(Time now, const NetAddress& from, const Data& data, std::uint64_t token);
   Link* link_to(const Identity& who);
+  [[nodiscard]] std::size_t links_in_use() const;
   void drop_old_pending(Time now);
 
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   Link* by_token(std::uint64_t token);
+  [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
   Link& add(const LinkSettings& settings);
   Link* find(std::string_view name);
   void remove(Time now, std::uint32_t slot);

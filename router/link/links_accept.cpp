@@ -48,9 +48,19 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     note_refused(now, from, hello, refuse);
     return this->refuse(from, hello, refuse);
   }
-  if (Link* link = link_to(hello.who)) {
+  // Both call each other: the lower address's call counts.
+  if (settings->connects && setup_.self.address() < hello.who.address()) return;
+  Link* link = link_to(hello.who);
+  if (link == nullptr && settings->connects) link = find(settings->to);
+  if (link != nullptr && link->state() == Link::State::kDown) {
+    const std::string text = text_of(setup_.self) + " has taken this link down by hand";
+    refuse.code = RefuseCode::kNotConfigured;
+    refuse.text = std::string_view(text);
+    return this->refuse(from, hello, refuse);
+  }
+  if (link != nullptr && link->peer().epoch != 0) {
     if (link->peer().epoch == hello.who.epoch && hello.resume != 0 &&
-        hello.resume == link->our_token() && link->state() != Link::State::kDown) {
+        hello.resume == link->our_token()) {
       std::array<std::byte, kControlDatagramMax> bytes{};
       const Welcome welcome{.resumed = true,
                             .echo = hello.token,
@@ -68,7 +78,20 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
         return this->refuse(from, hello, refuse);
     }
   }
+  if (link == nullptr && links_in_use() >= setup_.links_max) {
+    const std::string text = text_of(setup_.self) + " has as many links as it can hold: " +
+                             std::to_string(setup_.links_max);
+    refuse.code = RefuseCode::kTooMany;
+    refuse.text = std::string_view(text);
+    note_refused(now, from, hello, refuse);
+    return this->refuse(from, hello, refuse);
+  }
   welcome(now, from, hello, *settings);
+}
+
+std::size_t Links::links_in_use() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(links_, [](const auto& link) { return link != nullptr; }));
 }
 
 // The setting under which this router may connect; else `refuse` says why not.
@@ -120,9 +143,6 @@ Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, 
                           Refuse& refuse) {
   const std::uint32_t address = hello.who.address().raw();
   const bool same_place = from == link.address() || hello.who.epoch == link.peer().epoch;
-  if (link.settings().connects && link.settings().kind == LinkKind::kPeer && !link.is_up() &&
-      setup_.self.address() < hello.who.address())
-    return Rival::kWait;  // both call: the lower address's call counts
   if (same_place || !link.is_up()) {
     conflicts_.erase(address);
     return Rival::kNone;
@@ -158,7 +178,7 @@ void Links::welcome(Time now, const NetAddress& from, const Hello& hello,
     if (pending.from == from && pending.hello.token == hello.token) token = ours;
   }
   if (token == 0) {
-    if (pending_.size() >= kPendingMax || links_.size() >= setup_.links_max) return;
+    if (pending_.size() >= kPendingMax) return;
     token = random() | 1;
     pending_[token] = {.hello = hello, .from = from, .settings = &settings, .since = now};
   }
@@ -194,6 +214,7 @@ void Links::confirm(Time now, const NetAddress& from, const Data& data, std::uin
   const Pending pending = pending_.extract(token).mapped();
   Link* link = link_to(pending.hello.who);
   if (link == nullptr && pending.settings->connects) link = find(pending.settings->to);
+  if (link == nullptr && links_in_use() >= setup_.links_max) return;
   if (link == nullptr) link = &add(*pending.settings);
   tokens_.erase(link->our_token());
   conflicts_.erase(pending.hello.who.address().raw());

@@ -6,13 +6,21 @@
 #include "wire/header.h"
 
 namespace tims::link {
+namespace {
+
+// Numbers run on past their end.
+bool is_older(std::uint32_t number, std::uint32_t than) {
+  return static_cast<std::int32_t>(number - than) < 0;
+}
+
+}  // namespace
 
 bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, Arrivals& arrivals) {
   if (frame.total < kHeaderSize || frame.total > assembly_.message_max || frame.number == 0)
     return false;
   if (frame.bytes.size() == frame.total)
     return hand_on(now, frame.hops, frame.number, frame.bytes, arrivals);
-  Part* part = part_for(frame);
+  Part* part = part_for(now, frame);
   if (part == nullptr) return true;  // no memory, and samples may be lost
   if (part->total != frame.total) return false;
   std::memcpy(part->bytes.bytes().data() + frame.offset, frame.bytes.data(), frame.bytes.size());
@@ -25,21 +33,22 @@ bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, Arrivals& arri
 }
 
 // The sample this is a part of; else a free place, or that of the oldest.
-SampleReceiver::Part* SampleReceiver::part_for(const SampleFrame& frame) {
+SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& frame) {
   Part* place = &parts_[0];
   for (Part& part : parts_) {
     if (part.bytes && part.number == frame.number) return &part;
-    const bool better = !part.bytes || part.number < place->number;
+    const bool better = !part.bytes || is_older(part.number, place->number);
     if (place->bytes && better) place = &part;
   }
   if (place->bytes) {
-    if (place->number > frame.number) return nullptr;
+    if (is_older(frame.number, place->number)) return nullptr;
     ++incomplete_;
   }
   place->have.clear();
   place->bytes = MessageBuffer(assembly_.memory, frame.total);
   place->number = frame.number;
   place->total = frame.total;
+  place->since = now;
   return place->bytes ? place : nullptr;
 }
 
@@ -53,7 +62,7 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
   Stream& stream = streams_[hash % kStreams];
   const bool same = stream.src == header.src && stream.dest == header.dest &&
                     stream.type == header.type && stream.newest != 0;
-  if (same && static_cast<std::int32_t>(number - stream.newest) < 0) {
+  if (same && is_older(number, stream.newest)) {
     ++overtaken_;
     return true;
   }
@@ -61,6 +70,15 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
   core::Message whole{header, message};
   arrivals.on_message(now, {.hops = hops}, whole);
   return true;
+}
+
+void SampleReceiver::expire(Time now) {
+  for (Part& part : parts_) {
+    if (!part.bytes || now < part.since + kPatience) continue;
+    ++incomplete_;
+    part.bytes.reset();
+    part.have.clear();
+  }
 }
 
 void SampleReceiver::clear() {

@@ -18,6 +18,9 @@ class SampleReceiver {
 
   // False: it is no sample.
   bool on_frame(Time now, const SampleFrame& frame, Arrivals& arrivals);
+  // Of what has come in part, the rest is not waited for longer than this.
+  static constexpr Duration kPatience = std::chrono::seconds(2);
+  void expire(Time now);
   void clear();
 
   [[nodiscard]] std::uint64_t incomplete() const { return incomplete_; }  // given up
@@ -30,6 +33,7 @@ class SampleReceiver {
   struct Part {
     std::uint32_t number = 0;
     std::uint32_t total = 0;
+    Time since{};
     MessageBuffer bytes{};
     RangeSet have{};
   };
@@ -40,7 +44,7 @@ class SampleReceiver {
     std::uint32_t newest = 0;  // 0: none yet
   };
 
-  Part* part_for(const SampleFrame& frame);
+  Part* part_for(Time now, const SampleFrame& frame);
   bool hand_on(Time now, std::uint8_t hops, std::uint32_t number, std::span<std::byte> message,
                Arrivals& arrivals);
 

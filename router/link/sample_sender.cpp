@@ -44,7 +44,7 @@ void SampleSender::skip_replaced() {
 
 SampleSender::Piece SampleSender::next(std::size_t size, std::uint32_t& last_number) {
   const Sample& front = samples_.front();
-  if (sent_ == 0) number_ = ++last_number;
+  if (sent_ == 0) number_ = ++last_number != 0 ? last_number : ++last_number;  // 0 is none
   Piece piece{.frame = {.hops = front.hops,
                         .number = number_,
                         .total = front.header.length,

@@ -57,10 +57,10 @@ Time Session::probe_deadline() const {
 }
 
 Time Session::next_timeout(Time now) {
-  Time next = ack_at_;
-  if (queued_bytes() > 0) next = std::min(next, next_expiry_);
+  Time next = kNever;
+  if (queued_bytes() > 0) next = next_expiry_;
   if (!open_) return next;
-  next = std::min({next, sent_.loss_time(), probe_deadline()});
+  next = std::min({next, ack_at_, sent_.loss_time(), probe_deadline()});
   if (rtt_.known()) next = std::min(next, mtu_.next_probe());
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if (wants_to_send(lane)) next = std::min(next, ready_at(now, lane));
@@ -75,6 +75,7 @@ void Session::on_timeout(Time now) {
       lanes_[lane].expire(now, settings_.lifetime, losses_);
       samples_[lane].expire(now, settings_.lifetime, losses_);
     }
+    sample_receiver_.expire(now);
     for (std::size_t lane = 0; lane < kLanes; ++lane)
       (void)receivers_[lane].retry(now, lane == kControlLane, arrivals_);
   }
@@ -118,7 +119,8 @@ void Session::reset(Time now, core::Outcome why) {
   unacked_ = 0;
   ack_now_ = false;
   ack_at_ = kNever;
-  measured_next_ = measured_in_ = 0;
+  measured_next_ = 0;
+  measured_in_ = counters_.packets_in;
   on_new_path(now);
 }
 

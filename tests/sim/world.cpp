@@ -12,8 +12,8 @@
 namespace tims::sim {
 namespace {
 
-constexpr std::size_t kBlockBytes = 48 << 20;
-constexpr std::size_t kMessageBytes = 16 << 20;
+// So much may happen at one moment, or somebody goes round in a circle.
+constexpr std::uint64_t kStepsAtOnceMax = 200'000;
 
 std::uint64_t next_random(std::uint64_t& state) {
   std::uint64_t z = state += 0x9E3779B97F4A7C15U;
@@ -29,7 +29,7 @@ link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
           .id = setup.id,
           .name = std::string_view(setup.name),
           .widths = setup.widths,
-          .message_max = 8U << 20};
+          .message_max = setup.message_max};
 }
 
 }  // namespace
@@ -59,8 +59,8 @@ Memory::~Memory() { ::munmap(bytes_.data(), bytes_.size()); }
 // --- a node
 
 Node::Running::Running(Node& node, std::uint64_t epoch)
-    : blocks(kBlockBytes),
-      messages(kMessageBytes),
+    : blocks(node.setup_.block_bytes),
+      messages(node.setup_.message_bytes),
       pool(blocks.bytes()),
       memory(messages.bytes()),
       router({.address = identity(node.setup_, epoch).address(),
@@ -71,7 +71,9 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
               .mailboxes_per_client_max = 1U << 20},
              {epoch, ~epoch}, node),
       links(router, pool, memory,
-            {.self = identity(node.setup_, epoch), .seed = next_random(node.random_)}) {}
+            {.self = identity(node.setup_, epoch),
+             .seed = next_random(node.random_),
+             .links_max = node.setup_.links_max}) {}
 
 Node::Node(World& world, const NodeSetup& setup, const NetAddress& address, std::uint64_t seed)
     : world_(world), setup_(setup), address_(address), random_(seed) {}
@@ -82,15 +84,36 @@ void Node::start(Time now) {
   running_->links.configure(now, setup_.links);
   for (const link::LinkSettings& settings : setup_.links) {
     if (!settings.connects) continue;
-    for (std::size_t i = 0; i < 2000; ++i) {
-      if (address_of(i).to_string() == settings.to)
-        running_->links.set_target(now, settings.to, address_of(i));
-    }
+    const NetAddress target = world_.resolve(settings.to);
+    if (target) running_->links.set_target(now, settings.to, target);
   }
   end_turn(now);
 }
 
-void Node::kill() { running_.reset(); }
+void Node::kill() {
+  if (before_kill) before_kill(*this);
+  for (std::size_t c = 0; c < core::kClasses; ++c) lost_[c] = lost(c);
+  running_.reset();
+}
+
+void Node::move_to(const NetAddress& address) {
+  world_.addresses_.erase(address_);
+  address_ = address;
+  world_.addresses_[address] = this;
+}
+
+std::uint64_t Node::lost(std::size_t message_class) const {
+  std::uint64_t sum = lost_[message_class];
+  if (!alive()) return sum;
+  const core::MessageCounters& counters = running_->router.messages();
+  for (const auto outcome : {core::Outcome::kQueueFull, core::Outcome::kQueueReplaced,
+                             core::Outcome::kExpired, core::Outcome::kLinkReset,
+                             core::Outcome::kNoRoute, core::Outcome::kWouldReturn,
+                             core::Outcome::kClientGone, core::Outcome::kTooBig}) {
+    sum += counters.of(core::PortKind::kLink, message_class, outcome).messages;
+  }
+  return sum;
+}
 
 std::size_t Node::memory_in_use() const {
   return running_->pool.used() * core::BlockPool::kBlockSize + running_->memory.used_bytes();
@@ -98,6 +121,11 @@ std::size_t Node::memory_in_use() const {
 
 core::ClientId Node::add_client(Time now, const std::string& name) {
   return router().connect(now, {.port = core::PortKind::kTcp, .name = std::string_view(name)});
+}
+
+void Node::remove_client(Time now, core::ClientId client) {
+  router().disconnect(now, client, core::CloseReason::kPeerClosed);
+  end_turn(now);
 }
 
 bool Node::add_mailbox(Time now, core::ClientId client, Address address) {
@@ -123,13 +151,18 @@ core::Outcome Node::send(Time now, core::ClientId client, Header header,
 core::Outcome Node::deliver(const core::Receiver& to, const core::Message& message) {
   if (to.port == core::PortKind::kLink) return running_->links.deliver(to.token, message);
   const auto body = message.body();
-  running_->arrivals[to.client.value].push_back({now_, message.header, {body.begin(), body.end()}});
+  arrived(to.client, {now_, message.header, {body.begin(), body.end()}, message.hops});
   return core::Outcome::kDelivered;
+}
+
+void Node::arrived(core::ClientId client, Arrival&& arrival) {
+  if (on_arrival) return on_arrival(*this, client, std::move(arrival));
+  running_->arrivals[client.value].push_back(std::move(arrival));
 }
 
 void Node::reply(const core::Receiver& to, const Header& header) {
   if (to.port == core::PortKind::kLink) return running_->links.reply(to.token, header);
-  running_->arrivals[to.client.value].push_back({now_, header, {}});
+  arrived(to.client, {now_, header, {}});
 }
 
 void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
@@ -147,7 +180,7 @@ void Node::on_timeout(Time now) {
 Time Node::next_timeout() const { return running_ ? running_->links.next_timeout() : kNever; }
 
 void Node::end_turn(Time now) {
-  running_->links.set_wall(static_cast<std::int64_t>(1'700'000'000) * 1'000'000'000);
+  running_->links.set_wall(wall_.count());
   do {
     running_->links.flush(now, [this](const link::Train& train) {
       world_.transmit(*this, train);
@@ -155,13 +188,35 @@ void Node::end_turn(Time now) {
     });
   } while (running_->links.has_something_to_send());
   running_->links.release();
+  world_.schedule(*this);
 }
 
 // --- the world
 
 Node& World::add(const NodeSetup& setup) {
-  nodes_.push_back(std::make_unique<Node>(*this, setup, address_of(nodes_.size()), random()));
-  return *nodes_.back();
+  const NetAddress address = address_of(nodes_.size());
+  nodes_.push_back(std::make_unique<Node>(*this, setup, address, random()));
+  Node& node = *nodes_.back();
+  addresses_[address] = &node;
+  targets_[address.to_string()] = &node;
+  return node;
+}
+
+NetAddress World::resolve(const std::string& to) const {
+  const auto found = targets_.find(to);
+  return found == targets_.end() ? NetAddress{} : found->second->address();
+}
+
+void World::move(Node& node, const NetAddress& address, Duration known_after) {
+  node.move_to(address);
+  at(now_ + known_after, [this, address, &node] {
+    const auto named = std::ranges::find_if(targets_, [&](auto& t) { return t.second == &node; });
+    for (const auto& other : nodes_) {
+      if (!other->alive() || node.address() != address) continue;
+      other->links().set_target(now_, named->first, address);
+      other->end_turn(now_);
+    }
+  });
 }
 
 Node& World::node(const std::string& name) {
@@ -177,35 +232,41 @@ void World::at(Time when, std::function<void()> action) {
   events_.push({.at = when, .order = ++order_, .action = std::move(action)});
 }
 
-Node* World::at_address(const NetAddress& address) {
-  for (const auto& node : nodes_) {
-    if (node->address() == address) return node.get();
+link::Impairment& World::between(const NetAddress& from, const NetAddress& to) {
+  std::shared_ptr<link::Impairment>& line = network_[{from, to}];
+  if (!line) {
+    line = std::make_shared<link::Impairment>(random());
+    line->set(faults_);
   }
-  return nullptr;
+  return *line;
 }
 
-link::Impairment& World::between(const NetAddress& from, const NetAddress& to) {
-  const auto [place, added] = network_.try_emplace({from, to}, link::Impairment(random()));
-  if (added) place->second.set(faults_);
-  return place->second;
+void World::share(const std::string& from, const std::string& to, const std::string& other_from,
+                  const std::string& other_to) {
+  between(node(from).address(), node(to).address());
+  network_[{node(other_from).address(), node(other_to).address()}] =
+      network_[{node(from).address(), node(to).address()}];
 }
 
 void World::set_faults(const Faults& faults) {
   faults_ = faults;
-  for (auto& [key, impairment] : network_) impairment.set(faults);
+  for (auto& [key, impairment] : network_) impairment->set(faults);
 }
 
 void World::set_faults(const std::string& from, const std::string& to, const Faults& faults) {
   between(node(from).address(), node(to).address()).set(faults);
 }
 
+void World::cut_one_way(const std::string& from, const std::string& to, bool blackout) {
+  link::Impairment& line = between(node(from).address(), node(to).address());
+  Faults faults = line.faults();
+  faults.blackout = blackout;
+  line.set(faults);
+}
+
 void World::cut(const std::string& a, const std::string& b, bool blackout) {
-  for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
-    link::Impairment& line = between(node(from).address(), node(to).address());
-    Faults faults = line.faults();
-    faults.blackout = blackout;
-    line.set(faults);
-  }
+  cut_one_way(a, b, blackout);
+  cut_one_way(b, a, blackout);
 }
 
 void World::transmit(Node& from, const link::Train& train) {
@@ -235,30 +296,58 @@ void World::inject(const NetAddress& from, const NetAddress& to, std::span<const
                 .bytes = {bytes.begin(), bytes.end()}});
 }
 
-bool World::step(Time limit) {
-  Time next = events_.empty() ? kNever : events_.top().at;
-  Node* timer = nullptr;
-  for (const auto& node : nodes_) {
-    if (!node->alive() || node->next_timeout() >= next) continue;
-    next = node->next_timeout();
-    timer = node.get();
+void World::schedule(Node& node) {
+  const Time at = node.next_timeout();
+  if (at >= node.scheduled_) return;
+  node.scheduled_ = at;
+  timeouts_.push({at, ++order_, &node});
+}
+
+// The first of the timeouts, which may have become a later one meanwhile.
+bool World::step_timeout() {
+  Node& node = *timeouts_.top().node;
+  const Time at = timeouts_.top().at;
+  timeouts_.pop();
+  if (at != node.scheduled_) return false;
+  node.scheduled_ = kNever;
+  if (!node.alive()) return false;
+  if (node.next_timeout() > at) {
+    schedule(node);
+    return false;
   }
+  now_ = std::max(now_, at);
+  node.on_timeout(now_);
+  return true;
+}
+
+void World::check_progress() {
+  ++steps_;
+  if (++steps_now_ > kStepsAtOnceMax)
+    throw std::runtime_error("the world goes round in a circle, seed " + std::to_string(seed_));
+}
+
+bool World::step(Time limit) {
+  const Time event_at = events_.empty() ? kNever : events_.top().at;
+  const Time timeout_at = timeouts_.empty() ? kNever : timeouts_.top().at;
+  const Time next = std::min(event_at, timeout_at);
   if (next > limit) {
+    if (limit > now_) steps_now_ = 0;
     now_ = std::max(now_, limit);
     return false;
   }
+  if (next > now_) steps_now_ = 0;
+  check_progress();
+  if (timeout_at < event_at) return step_timeout(), true;
   now_ = std::max(now_, next);
-  if (timer != nullptr) {
-    timer->on_timeout(now_);
-    return true;
-  }
   Event event = std::move(const_cast<Event&>(events_.top()));
   events_.pop();
   if (event.action) {
     event.action();
-  } else if (Node* to = at_address(event.to); to != nullptr && to->alive()) {
-    to->on_datagram(now_, event.from, event.bytes);
+    return true;
   }
+  const auto to = addresses_.find(event.to);
+  if (to != addresses_.end() && to->second->alive())
+    to->second->on_datagram(now_, event.from, event.bytes);
   return true;
 }
 

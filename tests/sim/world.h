@@ -2,6 +2,7 @@
 // with mailboxes, and a clock that jumps from one event to the next. All of it follows from a seed.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -27,6 +28,10 @@ struct NodeSetup {
   std::uint8_t id = 1;
   std::vector<link::LinkSettings> links{};
   AddressWidths widths{};
+  std::size_t block_bytes = 48U << 20;
+  std::size_t message_bytes = 64U << 20;
+  std::uint32_t message_max = 8U << 20;
+  std::uint32_t links_max = 4096;
 };
 
 // What a client received.
@@ -34,6 +39,7 @@ struct Arrival {
   Time at{};
   Header header{};
   std::vector<std::byte> body{};
+  std::uint8_t hops = 0;
 };
 
 class World;
@@ -63,7 +69,8 @@ class Node final : private core::Sink {
 
   [[nodiscard]] const NodeSetup& setup() const { return setup_; }
   [[nodiscard]] const NetAddress& address() const { return address_; }
-  void move_to(const NetAddress& address) { address_ = address; }
+  void move_to(const NetAddress& address);
+  void jump_wall(Duration by) { wall_ += by; }
   core::Router& router() { return running_->router; }
   link::Links& links() { return running_->links; }
   [[nodiscard]] std::size_t memory_in_use() const;
@@ -73,11 +80,16 @@ class Node final : private core::Sink {
   bool add_mailbox(Time now, core::ClientId client, Address address);
   core::Outcome send(Time now, core::ClientId client, Header header,
                      std::span<const std::byte> body = {});
+  void remove_client(Time now, core::ClientId client);
   [[nodiscard]] const std::vector<Arrival>& arrivals(core::ClientId client) {
     return running_->arrivals[client.value];
   }
+  // Sees what clients receive, if it is set; then nothing is kept in arrivals().
+  std::function<void(Node&, core::ClientId, Arrival&&)> on_arrival;
   std::vector<core::Event> events;  // of all lives
-  std::vector<Header> undelivered;  // NOT_AVAILABLE and the like that came to connections
+  // Messages of a class that were taken and lost, or refused on the way, in all lives.
+  [[nodiscard]] std::uint64_t lost(std::size_t message_class) const;
+  std::function<void(Node&)> before_kill;
 
   void on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes);
   void on_timeout(Time now);
@@ -90,8 +102,13 @@ class Node final : private core::Sink {
   void admin(core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event& event) override { events.push_back(event); }
+  void arrived(core::ClientId client, Arrival&& arrival);
+
+ public:
+  // Whatever was done to the router or its links by hand goes out.
   void end_turn(Time now);
 
+ private:
   struct Running {
     Running(Node& node, std::uint64_t epoch);
     Memory blocks;
@@ -108,7 +125,12 @@ class Node final : private core::Sink {
   NetAddress address_;
   std::uint64_t random_;
   Time now_{};
+  Duration wall_ = std::chrono::seconds(1'700'000'000);
+  std::array<std::uint64_t, core::kClasses> lost_{};  // in earlier lives
   std::unique_ptr<Running> running_;
+
+  friend class World;
+  Time scheduled_ = kNever;  // in the world's list of timeouts
 };
 
 class World {
@@ -118,6 +140,10 @@ class World {
   Node& add(const NodeSetup& setup);  // not started
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
   Node& node(const std::string& name);
+  // Where the node is that a link's `to` means.
+  [[nodiscard]] NetAddress resolve(const std::string& to) const;
+  // A node has another address, and those who connect to it hear of it after a while.
+  void move(Node& node, const NetAddress& address, Duration known_after);
 
   [[nodiscard]] Time now() const { return now_; }
   // Runs until then, or until `until` says so. False: it did not.
@@ -130,6 +156,10 @@ class World {
   void set_faults(const Faults& faults);
   void set_faults(const std::string& from, const std::string& to, const Faults& faults);
   void cut(const std::string& a, const std::string& b, bool blackout = true);
+  void cut_one_way(const std::string& from, const std::string& to, bool blackout = true);
+  // Both directions go through one and the same line.
+  void share(const std::string& from, const std::string& to, const std::string& other_from,
+             const std::string& other_to);
 
   std::uint64_t random();
   std::uint64_t random(std::uint64_t below) { return random() % below; }
@@ -139,6 +169,8 @@ class World {
   void transmit(Node& from, const link::Train& train);
   [[nodiscard]] std::uint64_t bytes_sent(const std::string& from) { return bytes_sent_[from]; }
   [[nodiscard]] std::uint64_t datagrams() const { return datagrams_; }
+  [[nodiscard]] std::uint64_t steps() const { return steps_; }
+  void schedule(Node& node);
   // Sees every datagram; true: it goes no further.
   std::function<bool(Node& from, const NetAddress& to, std::span<const std::byte>)> tap;
   void inject(const NetAddress& from, const NetAddress& to, std::span<const std::byte> bytes);
@@ -157,7 +189,18 @@ class World {
   };
   bool step(Time limit);
   link::Impairment& between(const NetAddress& from, const NetAddress& to);
-  Node* at_address(const NetAddress& address);
+  bool step_timeout();
+  void check_progress();
+
+  struct Timeout {
+    Time at{};
+    std::uint64_t order = 0;
+    Node* node = nullptr;
+    bool operator>(const Timeout& other) const {
+      return at != other.at ? at > other.at : order > other.order;
+    }
+  };
+  friend class Node;
 
   std::uint64_t seed_;
   std::uint64_t random_;
@@ -165,10 +208,15 @@ class World {
   std::uint64_t order_ = 0;
   std::vector<std::unique_ptr<Node>> nodes_;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
-  std::map<std::pair<NetAddress, NetAddress>, link::Impairment> network_;
+  std::priority_queue<Timeout, std::vector<Timeout>, std::greater<>> timeouts_;
+  std::map<NetAddress, Node*> addresses_;
+  std::map<std::string, Node*> targets_;  // by the first address of each
+  std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::Impairment>> network_;
   Faults faults_{};
   std::map<std::string, std::uint64_t> bytes_sent_;
   std::uint64_t datagrams_ = 0;
+  std::uint64_t steps_ = 0;
+  std::uint64_t steps_now_ = 0;  // since the clock stands still
 };
 
 // "10.0.0.N:2010" for the Nth node.

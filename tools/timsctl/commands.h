@@ -11,15 +11,26 @@ Exit status(Context& context);
 
 Exit router_show(Context& context);
 Exit router_clients(Context& context);
+Exit router_list(Context& context);
+
+Exit link_show(Context& context);
+Exit link_up(Context& context);
+Exit link_down(Context& context);
+Exit link_reset(Context& context);
 
 Exit route_show(Context& context);
 Exit route_get(Context& context);
 Exit route_watch(Context& context);
+Exit route_add(Context& context);
+Exit route_del(Context& context);
 
 Exit mbx_list(Context& context);
 Exit mbx_show(Context& context);
 
 Exit ping(Context& context);
+Exit explain(Context& context);
+Exit trace(Context& context);
+Exit clock(Context& context);
 
 Exit msg_pub(Context& context);
 Exit msg_echo(Context& context);

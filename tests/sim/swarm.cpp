@@ -1,0 +1,260 @@
+#include "tests/sim/swarm.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+namespace tims::sim {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+// How soon everything must be right again once the network is.
+constexpr Duration kConvergence = 2s;
+constexpr Duration kDrain = 4s;
+// A link with a rate of its own may have some megabytes to get rid of.
+constexpr Duration kSlowDrain = 60s;
+
+}  // namespace
+
+Swarm::Swarm(std::uint64_t seed, bool verbose)
+    : seed_(seed),
+      verbose_(verbose),
+      world_(seed * 0x9E3779B97F4A7C15U + 12345),
+      ledger_([this](const std::string& what) { fail(what); }) {}
+
+void Swarm::fail(const std::string& what) {
+  if (failures_.size() < 20) failures_.push_back(what);
+  tell("WRONG: " + what);
+}
+
+void Swarm::tell(const std::string& what) {
+  if (!verbose_) return;
+  std::printf("%10.4f  %s\n", std::chrono::duration<double>(now().time_since_epoch()).count() - 100,
+              what.c_str());
+}
+
+Duration Swarm::within(Duration span) {
+  return Duration(static_cast<std::int64_t>(
+      world_.random(static_cast<std::uint64_t>(std::max<std::int64_t>(span.count(), 1)))));
+}
+
+std::vector<std::string> Swarm::run() {
+  try {
+    build();
+    world_.run_for(1s + within(1500ms));
+    const Duration span = 500ms + within(plan_.troubles.partitions ? 6s : 2s);
+    plan_trouble(span);
+    plan_traffic(span, 30 + world_.random(120));
+    world_.run_for(span);
+    heal();
+    world_.run_for(kConvergence);
+    check_tables();
+    check_ways();
+    world_.run_for(plan_.troubles.rates ? kSlowDrain : kDrain);
+    check_losses();
+    check_answers();
+    check_idle();
+    check_memory();
+    check_events();
+  } catch (const std::exception& e) {
+    fail(e.what());
+  }
+  totals_.datagrams = world_.datagrams();
+  return failures_;
+}
+
+// --- the tree
+
+void Swarm::build() {
+  plan_ = make_plan(world_);
+  if (verbose_) std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
+  ledger_.keeps_order = plan_.one_way_only;
+  crashed_.assign(plan_.nodes.size(), false);
+  for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
+    Node& node = world_.add(plan_.nodes[i].setup);
+    node.on_arrival = [this](Node&, core::ClientId, Arrival&& arrival) {
+      ledger_.on_arrival(arrival);
+    };
+    const std::uint64_t count = world_.random(3) + (i == 0 ? 1 : 0);
+    for (std::uint32_t c = 0; c < count; ++c) {
+      Client client{.node = i, .name = node.setup().name + "/" + std::to_string(c)};
+      const std::uint64_t mailboxes = 1 + world_.random(3);
+      for (std::uint32_t m = 0; m < mailboxes; ++m)
+        client.mailboxes.push_back(Address::of({.system = node.setup().system,
+                                                .class_id = 0x10U + node.setup().id,
+                                                .instance = c,
+                                                .local = m}));
+      clients_.push_back(client);
+    }
+  }
+  for (std::size_t i = 0; i < plan_.nodes.size(); ++i)
+    world_.at(now() + within(300ms), [this, i] { start(i); });
+  plan_faults(now());
+}
+
+void Swarm::start(std::size_t i) {
+  if (node(i).alive()) return;
+  tell(node(i).setup().name + " starts at " + node(i).address().to_string());
+  node(i).start(now());
+  for (Client& client : clients_)
+    if (client.node == i) attach(client);
+}
+
+void Swarm::attach(Client& client) {
+  if (!node(client.node).alive()) return;
+  client.id = node(client.node).add_client(now(), client.name);
+  for (const Address address : client.mailboxes) {
+    if (!node(client.node).add_mailbox(now(), client.id, address))
+      fail("mailbox refused: " + address.to_string());
+  }
+}
+
+// --- trouble
+
+void Swarm::plan_trouble(Duration span) {
+  const Troubles& t = plan_.troubles;
+  for (std::uint64_t n = world_.random(4); n > 0; --n) plan_faults(now() + within(span));
+  if (t.crashes)
+    for (std::uint64_t n = 1 + world_.random(3); n > 0; --n) plan_crash(now() + within(span));
+  if (t.partitions)
+    for (std::uint64_t n = 1 + world_.random(3); n > 0; --n)
+      plan_partition(now() + within(span), span);
+  if (t.moves)
+    for (std::uint64_t n = 1 + world_.random(2); n > 0; --n) plan_move(now() + within(span));
+  if (t.churn)
+    for (std::uint64_t n = 1 + world_.random(6); n > 0; --n) plan_churn(now() + within(span));
+  if (t.wall_jumps)
+    world_.at(now() + within(span), [this] {
+      node(world_.random(plan_.nodes.size())).jump_wall(within(48h) - 24h);
+    });
+}
+
+void Swarm::plan_faults(Time when) {
+  world_.at(when, [this] {
+    if (healed_) return;
+    for (const PlannedNode& from : plan_.nodes) {
+      for (const PlannedNode& to : plan_.nodes) {
+        if (&from != &to)
+          world_.set_faults(from.setup.name, to.setup.name, make_faults(world_, plan_.troubles));
+      }
+    }
+  });
+}
+
+void Swarm::plan_crash(Time when) {
+  const std::size_t i = world_.random(plan_.nodes.size());
+  const Duration away = world_.random(2) == 0 ? within(20ms) : within(3s);
+  world_.at(when, [this, i, away] {
+    if (!node(i).alive() || healed_) return;
+    tell(node(i).setup().name + " crashes");
+    node(i).kill();
+    crashed_[i] = true;
+    for (Client& client : clients_)
+      if (client.node == i) client.id = core::kNoClient;
+    world_.at(now() + away, [this, i] { start(i); });
+  });
+}
+
+void Swarm::plan_partition(Time when, Duration span) {
+  const std::size_t a = world_.random(plan_.nodes.size());
+  const PlannedNode& planned = plan_.nodes[a];
+  if (planned.supers.empty() && planned.peers.empty()) return;
+  const std::size_t b = planned.supers.empty() ? planned.peers.front() : planned.supers.front();
+  const bool one_way = world_.random(4) == 0;
+  const Duration length = 100ms + (world_.random(3) == 0 ? within(20s) : within(span));
+  world_.at(when, [this, a, b, one_way, length] {
+    if (healed_) return;
+    const std::string& from = node(a).setup().name;
+    const std::string& to = node(b).setup().name;
+    tell(from + (one_way ? " -> " : " <-> ") + to + " cut");
+    one_way ? world_.cut_one_way(from, to) : world_.cut(from, to);
+    world_.at(now() + length, [this, from, to] {
+      tell(from + " <-> " + to + " joined");
+      world_.cut(from, to, false);
+    });
+  });
+}
+
+void Swarm::plan_move(Time when) {
+  const std::size_t i = world_.random(plan_.nodes.size());
+  const Duration known_after = within(500ms);
+  world_.at(when, [this, i, known_after] {
+    if (healed_) return;
+    const NetAddress to = address_of(1000 + moves_++);
+    tell(node(i).setup().name + " moves to " + to.to_string());
+    world_.move(node(i), to, known_after);
+  });
+}
+
+void Swarm::plan_churn(Time when) {
+  if (clients_.empty()) return;
+  const std::size_t i = world_.random(clients_.size());
+  const Duration away = within(1s);
+  world_.at(when, [this, i, away] {
+    Client& client = clients_[i];
+    if (!client.id || healed_) return;
+    tell(client.name + " leaves");
+    node(client.node).remove_client(now(), std::exchange(client.id, core::kNoClient));
+    world_.at(now() + away, [this, i] {
+      if (clients_[i].id || !node(clients_[i].node).alive()) return;
+      tell(clients_[i].name + " comes back");
+      attach(clients_[i]);
+    });
+  });
+}
+
+void Swarm::heal() {
+  tell("peace");
+  healed_ = true;
+  world_.set_faults({.delay = 100us});
+  for (std::size_t i = 0; i < plan_.nodes.size(); ++i) start(i);
+  for (Client& client : clients_)
+    if (!client.id) attach(client);
+}
+
+// --- traffic
+
+void Swarm::plan_traffic(Duration span, std::uint64_t messages) {
+  for (std::uint64_t n = 0; n < messages; ++n) {
+    // Some come together.
+    const Time when = now() + within(span);
+    for (std::uint64_t burst = world_.random(8) == 0 ? 5 : 1; burst > 0; --burst)
+      world_.at(when, [this] { send_something(); });
+  }
+}
+
+void Swarm::send_something() {
+  if (clients_.empty()) return;
+  Client& from = clients_[world_.random(clients_.size())];
+  Client& to = clients_[world_.random(clients_.size())];
+  if (!from.id) return;
+  const auto one_of = [&](const std::vector<Address>& all) { return all[world_.random(all.size())]; };
+  const bool sample = plan_.troubles.samples && world_.random(3) == 0;
+  Header header{.type = static_cast<std::int8_t>(world_.random(2) == 0 ? 7 : -7),
+                .priority = static_cast<std::uint8_t>(world_.random(256))};
+  if (sample) header.flags |= flag::kStream, header.type = type::kData;
+  std::size_t size = world_.random(64);
+  const std::uint64_t kind = world_.random(100);
+  if (kind >= 50) size = world_.random(1400);
+  if (kind >= 80) size = world_.random(20'000);
+  if (kind >= 95) size = world_.random(300'000);
+  if (kind >= 97 && plan_.troubles.large) size = 2'000'000;
+  send(from, one_of(from.mailboxes), to, one_of(to.mailboxes), header, size);
+}
+
+void Swarm::send(Client& from, Address src, Client& to, Address dest, Header header,
+                 std::size_t size) {
+  header.src = src;
+  header.dest = dest;
+  std::vector<std::byte> body;
+  const std::size_t number = ledger_.add(
+      {.header = header, .from = from.node, .to = to.node, .at = now()}, size, body);
+  header = ledger_.entries()[number].header;
+  const core::Outcome outcome = node(from.node).send(now(), from.id, header, body);
+  ledger_.set_outcome(number, outcome);
+  if (verbose_) tell("send " + Ledger::describe(ledger_.entries()[number]));
+}
+
+}  // namespace tims::sim

@@ -1,0 +1,85 @@
+// A world that follows from a seed: a tree of routers, traffic, trouble; then peace, and a look at
+// whether everything that must be true is.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/sim/ledger.h"
+#include "tests/sim/swarm_plan.h"
+#include "tests/sim/world.h"
+
+namespace tims::sim {
+
+struct SwarmTotals {
+  std::uint64_t messages = 0;
+  std::uint64_t arrived = 0;
+  std::uint64_t lost = 0;  // and told of
+  std::uint64_t datagrams = 0;
+};
+
+class Swarm {
+ public:
+  Swarm(std::uint64_t seed, bool verbose);
+
+  // What was found wrong, line by line; nothing: all is well.
+  std::vector<std::string> run();
+  [[nodiscard]] const SwarmTotals& totals() const { return totals_; }
+
+ private:
+  struct Client {
+    std::size_t node = 0;
+    std::string name{};
+    std::vector<Address> mailboxes{};
+    core::ClientId id{};  // kNoClient: away
+  };
+
+  // swarm.cpp: what happens
+  void build();
+  void start(std::size_t node);
+  void attach(Client& client);
+  void plan_trouble(Duration span);
+  void plan_crash(Time when);
+  void plan_partition(Time when, Duration span);
+  void plan_move(Time when);
+  void plan_churn(Time when);
+  void plan_faults(Time when);
+  void plan_traffic(Duration span, std::uint64_t messages);
+  void send_something();
+  void send(Client& from, Address src, Client& to, Address dest, Header header, std::size_t size);
+  void heal();
+
+  // swarm_checks.cpp: what must be true
+  void check_tables();
+  void check_table(std::size_t node);
+  void check_ways();
+  [[nodiscard]] std::size_t waiting_from(std::size_t first) const;
+  void check_losses();
+  void check_answers();
+  void check_idle();
+  void check_memory();
+  void check_events();
+
+  void fail(const std::string& what);
+  void tell(const std::string& what);
+  [[nodiscard]] Time now() const { return world_.now(); }
+  [[nodiscard]] Node& node(std::size_t i) { return *world_.nodes()[i]; }
+  Duration within(Duration span);
+
+  const std::uint64_t seed_;
+  const bool verbose_;
+  World world_;
+  Plan plan_;
+  std::vector<Client> clients_;
+  Ledger ledger_;
+  std::vector<bool> crashed_;
+  std::vector<std::string> failures_;
+  SwarmTotals totals_;
+  std::size_t moves_ = 0;
+  bool healed_ = false;
+};
+
+}  // namespace tims::sim

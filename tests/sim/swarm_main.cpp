@@ -1,0 +1,40 @@
+// sim_swarm [--seed N] [--count N] [--verbose]: worlds from seeds, as the test runs them.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "tests/sim/swarm.h"
+
+int main(int argc, char** argv) {
+  std::uint64_t seed = 1;
+  std::uint64_t count = 1;
+  bool verbose = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const auto number = [&] { return i + 1 < argc ? std::strtoull(argv[++i], nullptr, 10) : 0; };
+    if (word == "--seed") seed = number();
+    if (word == "--count") count = number();
+    if (word == "--verbose") verbose = true;
+  }
+  std::uint64_t bad = 0;
+  tims::sim::SwarmTotals sum;
+  for (std::uint64_t n = seed; n < seed + count; ++n) {
+    tims::sim::Swarm swarm(n, verbose);
+    const auto failures = swarm.run();
+    bad += failures.empty() ? 0 : 1;
+    for (const std::string& failure : failures)
+      std::printf("seed %llu: %s\n", static_cast<unsigned long long>(n), failure.c_str());
+    sum.messages += swarm.totals().messages;
+    sum.arrived += swarm.totals().arrived;
+    sum.lost += swarm.totals().lost;
+    sum.datagrams += swarm.totals().datagrams;
+  }
+  std::printf("%llu worlds, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
+              "%llu datagrams\n",
+              static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
+              static_cast<unsigned long long>(sum.messages),
+              static_cast<unsigned long long>(sum.arrived),
+              static_cast<unsigned long long>(sum.lost),
+              static_cast<unsigned long long>(sum.datagrams));
+  return bad == 0 ? 0 : 1;
+}

@@ -1,0 +1,194 @@
+#include "tests/sim/swarm_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace tims::sim {
+namespace {
+
+Troubles make_troubles(World& world) {
+  const auto coin = [&] { return world.random(2) == 0; };
+  const auto rare = [&] { return world.random(4) == 0; };
+  Troubles t;
+  for (bool* one : {&t.loss, &t.duplicates, &t.reordering, &t.delay, &t.jitter, &t.samples})
+    *one = coin();
+  for (bool* one : {&t.rates, &t.mtus, &t.partitions, &t.crashes, &t.moves, &t.churn,
+                    &t.wall_jumps, &t.small_queues, &t.short_lifetimes})
+    *one = rare();
+  t.large = world.random(16) == 0;
+  return t;
+}
+
+link::SessionSettings make_session(World& world, const Troubles& troubles) {
+  link::SessionSettings settings;
+  if (troubles.small_queues) settings.queue_bytes_max = (100 + world.random(900)) << 10;
+  if (troubles.short_lifetimes)
+    settings.lifetime = std::chrono::milliseconds(200 + world.random(3000));
+  if (troubles.rates && world.random(2) == 0) settings.rate = 200'000 + world.random(5'000'000);
+  return settings;
+}
+
+class Planner {
+ public:
+  Planner(World& world, Plan& plan) : world_(world), plan_(plan) {}
+
+  std::size_t add(core::Role role, std::uint8_t system, std::uint8_t id) {
+    const std::size_t index = plan_.nodes.size();
+    plan_.nodes.push_back({.setup = {.name = name_of(role, system, id),
+                                     .role = role,
+                                     .system = system,
+                                     .id = id,
+                                     .block_bytes = 32U << 20,
+                                     .message_bytes = 32U << 20}});
+    if (role != core::Role::kSubsystem) accept(index, core::LinkKind::kSub);
+    return index;
+  }
+  void connect(std::size_t lower, std::size_t upper) {
+    auto settings = super_link(address_of(upper));
+    settings.session = make_session(world_, plan_.troubles);
+    plan_.nodes[lower].setup.links.push_back(settings);
+    plan_.nodes[lower].supers.push_back(upper);
+  }
+  void connect_peers(std::size_t a, std::size_t b) {
+    plan_.nodes[a].setup.links.push_back(peer_link(address_of(b)));
+    // Sometimes both call.
+    if (world_.random(2) == 0) {
+      plan_.nodes[b].setup.links.push_back(peer_link(address_of(a)));
+    } else {
+      accept(b, core::LinkKind::kPeer);
+    }
+    plan_.nodes[a].peers.push_back(b);
+    plan_.nodes[b].peers.push_back(a);
+  }
+
+ private:
+  static std::string name_of(core::Role role, std::uint8_t system, std::uint8_t id) {
+    if (role == core::Role::kTop) return "top" + std::to_string(id);
+    const std::string system_name = "sys" + std::to_string(system);
+    return role == core::Role::kSystem ? system_name : system_name + "." + std::to_string(id);
+  }
+  void accept(std::size_t node, core::LinkKind kind) {
+    plan_.nodes[node].setup.links.push_back({.kind = kind,
+                                             .connects = false,
+                                             .session = make_session(world_, plan_.troubles)});
+  }
+
+  World& world_;
+  Plan& plan_;
+};
+
+}  // namespace
+
+std::string Troubles::to_string() const {
+  const std::array<std::pair<bool, const char*>, 16> all{{{loss, "loss"},
+                                                          {duplicates, "duplicates"},
+                                                          {reordering, "reordering"},
+                                                          {delay, "delay"},
+                                                          {jitter, "jitter"},
+                                                          {rates, "rates"},
+                                                          {mtus, "mtus"},
+                                                          {partitions, "partitions"},
+                                                          {crashes, "crashes"},
+                                                          {moves, "moves"},
+                                                          {churn, "churn"},
+                                                          {wall_jumps, "wall_jumps"},
+                                                          {large, "large"},
+                                                          {samples, "samples"},
+                                                          {small_queues, "small_queues"},
+                                                          {short_lifetimes, "short_lifetimes"}}};
+  std::string text;
+  for (const auto& [is_on, name] : all)
+    if (is_on) text += std::string(text.empty() ? "" : " ") + name;
+  return text.empty() ? "none" : text;
+}
+
+Plan make_plan(World& world) {
+  Plan plan;
+  plan.troubles = make_troubles(world);
+  Planner planner(world, plan);
+  std::vector<std::size_t> tops;
+  const std::uint64_t top_count = world.random(3) == 0 ? 2 : 1;
+  for (std::uint8_t i = 1; i <= top_count; ++i)
+    tops.push_back(planner.add(core::Role::kTop, 0, i));
+  std::vector<std::size_t> systems;
+  const std::uint64_t system_count = 1 + world.random(4);
+  const bool two_supers = tops.size() == 2 && world.random(2) == 0;
+  for (std::uint8_t s = 1; s <= system_count; ++s) {
+    const std::size_t system = planner.add(core::Role::kSystem, s, 1);
+    systems.push_back(system);
+    const std::size_t first = world.random(tops.size());
+    planner.connect(system, tops[first]);
+    if (two_supers && world.random(2) == 0) {
+      planner.connect(system, tops[1 - first]);
+      plan.one_way_only = false;
+    }
+    const std::uint64_t below = world.random(4);
+    for (std::uint8_t i = 0; i < below; ++i)
+      planner.connect(planner.add(core::Role::kSubsystem, s, static_cast<std::uint8_t>(i + 2)),
+                      system);
+  }
+  if (tops.size() == 2 && world.random(3) != 0) planner.connect_peers(tops[0], tops[1]);
+  if (systems.size() > 1 && world.random(3) == 0) {
+    planner.connect_peers(systems[0], systems[1]);
+    plan.one_way_only = false;
+  }
+  return plan;
+}
+
+std::vector<std::size_t> Plan::up_from(std::size_t node) const {
+  std::vector<std::size_t> way{node};
+  while (!nodes[way.back()].supers.empty()) way.push_back(nodes[way.back()].supers.front());
+  return way;
+}
+
+bool Plan::is_below(std::size_t node, std::size_t top) const {
+  const auto up = up_from(node);
+  return std::ranges::find(up, top) != up.end();
+}
+
+std::vector<std::size_t> Plan::way(std::size_t from, std::size_t to) const {
+  std::vector<std::size_t> passed;
+  for (const std::size_t at : up_from(from)) {
+    passed.push_back(at);
+    std::vector<std::size_t> turns{at};
+    turns.insert(turns.end(), nodes[at].peers.begin(), nodes[at].peers.end());
+    for (const std::size_t turn : turns) {
+      if (!is_below(to, turn)) continue;
+      std::vector<std::size_t> down = up_from(to);
+      down.erase(std::ranges::find(down, turn) + 1, down.end());
+      if (turn == at) down.pop_back();
+      passed.insert(passed.end(), down.rbegin(), down.rend());
+      return passed;
+    }
+  }
+  return {};
+}
+
+std::string Plan::to_string() const {
+  std::string text = "troubles: " + troubles.to_string() + "\n";
+  for (const PlannedNode& node : nodes) {
+    text += node.setup.name;
+    for (const std::size_t i : node.supers) text += " -> " + nodes[i].setup.name;
+    for (const std::size_t i : node.peers) text += " <-> " + nodes[i].setup.name;
+    text += "\n";
+  }
+  return text;
+}
+
+Faults make_faults(World& world, const Troubles& troubles) {
+  using std::chrono::microseconds;
+  Faults faults;
+  if (world.random(4) == 0) return faults;
+  if (troubles.loss) faults.loss = 0.3 * world.chance() * world.chance();
+  if (troubles.duplicates) faults.duplicate = 0.1 * world.chance();
+  if (troubles.reordering) faults.reorder = 0.1 * world.chance();
+  faults.held_back = microseconds(world.random(20'000));
+  faults.delay = microseconds(troubles.delay ? world.random(50'000) : world.random(500));
+  if (troubles.jitter) faults.jitter = microseconds(world.random(20'000));
+  if (troubles.rates) faults.rate = 125'000 + world.random(6'000'000);
+  if (troubles.mtus) faults.mtu = 1200 + world.random(400);
+  return faults;
+}
+
+}  // namespace tims::sim

@@ -1,0 +1,28 @@
+// Worlds from seeds, in portions that run beside each other.
+#include <gtest/gtest.h>
+
+#include "tests/sim/swarm.h"
+#include "tests/support/patience.h"
+
+namespace tims::sim {
+namespace {
+
+constexpr std::uint64_t kPortions = 8;
+constexpr std::uint64_t kSeedsEach = test::kSlowdown > 1 ? 15 : 250;
+
+class SwarmTest : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(SwarmTest, AllIsWellInTheEnd) {
+  for (std::uint64_t i = 0; i < kSeedsEach; ++i) {
+    const std::uint64_t seed = GetParam() * kSeedsEach + i + 1;
+    for (const std::string& failure : Swarm(seed, false).run()) {
+      ADD_FAILURE() << failure << "\n  build/release/tests/sim_swarm --seed " << seed
+                    << " --verbose";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Portions, SwarmTest, testing::Range<std::uint64_t>(0, kPortions));
+
+}  // namespace
+}  // namespace tims::sim
