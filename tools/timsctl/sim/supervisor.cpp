@@ -169,7 +169,9 @@ void Supervisor::fault(const Line& line, const CommandLine& words) {
   owe(line, state, *next);
   state = *next;
   pay_debts();
-  say("fault", line.name, fmt::format("{}: {}", joined(words), to_string(state)));
+  const std::string said = joined(words);
+  const std::string is = to_string(state);
+  say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
   write_state();
 }
 
