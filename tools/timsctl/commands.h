@@ -1,6 +1,11 @@
 // What the table of verbs runs. One file a noun.
 #pragma once
 
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "tools/timsctl/exit_code.h"
 
 namespace timsctl {
@@ -50,6 +55,8 @@ Exit sim_fault(Context& context);
 Exit sim_kill(Context& context);
 Exit sim_start(Context& context);
 Exit sim_exec(Context& context);
+// What may stand in the place of that argument, for completion.
+std::vector<std::string> sim_candidates(std::string_view verb, std::size_t argument);
 
 Exit doctor(Context& context);
 Exit completion(Context& context);

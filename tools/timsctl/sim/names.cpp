@@ -51,7 +51,7 @@ std::string unknown_placeholder(const CommandLine& command) {
   const auto known = placeholder_names();
   for (const std::string& word : command)
     for (Brace b = next_brace(word, 0); b.begin != std::string::npos; b = next_brace(word, b.end)) {
-      const std::string name = word.substr(b.begin + 1, b.end - b.begin - 2);
+      std::string name = word.substr(b.begin + 1, b.end - b.begin - 2);
       if (std::ranges::find(known, name) == known.end()) return name;
     }
   return {};

@@ -88,7 +88,7 @@ struct Streams {
 void execute(const Prepared& program, Streams streams) {
   sigset_t none;
   sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  ::pthread_sigmask(SIG_SETMASK, &none, nullptr);
   ::signal(SIGPIPE, SIG_DFL);
   if (program.network && ::setns(program.network.get(), CLONE_NEWNET) != 0) return;
   if (streams.in >= 0) ::dup2(streams.in, STDIN_FILENO);

@@ -39,8 +39,9 @@ Result<double> parse_share(std::string_view text) {
   std::string_view unit;
   auto value = number_before(text, unit);
   if (value && unit == "%") *value /= 100;
-  if (!value || !(unit.empty() || unit == "%") || !(*value >= 0 && *value <= 1))
-    return bad(fmt::format("wants a share such as \"1%\", not \"{}\"", text));
+  const bool is_share = value && *value >= 0 && *value <= 1;
+  if (!is_share || (!unit.empty() && unit != "%"))
+    return bad(fmt::format(R"(wants a share such as "1%", not "{}")", text));
   return *value;
 }
 
@@ -59,10 +60,9 @@ Result<std::uint64_t> parse_rate(std::string_view text) {
   if (value && *value == 0 && name.empty()) return std::uint64_t{0};
   const auto* const unit = std::ranges::find(kUnits, name, &Unit::name);
   if (!value || unit == kUnits.end())
-    return bad(
-        fmt::format("wants a rate such as \"50Mbit\" or \"6MB\" (a second), not \"{}\"", text));
+    return bad(fmt::format(R"(wants a rate such as "50Mbit" or "6MB" (a second), not "{}")", text));
   const double bits = *value * unit->bits;
-  if (!(bits >= 8'000 && bits <= 1e12))
+  if (bits < 8'000 || bits > 1e12)
     return bad(fmt::format("wants a rate from 8kbit to 1000Gbit, not \"{}\"", text));
   return static_cast<std::uint64_t>(bits);
 }
@@ -70,7 +70,7 @@ Result<std::uint64_t> parse_rate(std::string_view text) {
 Result<tims::Duration> parse_delay(std::string_view text) {
   const auto value = parse_duration(text);
   if (!value || *value < tims::Duration{} || *value > kDelayMax)
-    return bad(fmt::format("wants a duration up to 60s such as \"20ms\", not \"{}\"", text));
+    return bad(fmt::format(R"(wants a duration up to 60s such as "20ms", not "{}")", text));
   return *value;
 }
 

@@ -39,9 +39,7 @@ CommandLine netem(CommandLine words, const Quality& quality) {
 CommandLine shaping(const LineEnd& sender, const Quality& quality, bool has_netem) {
   CommandLine words = {"tc",      "-n",  sender.network, "qdisc",
                        "replace", "dev", sender.device,  "root"};
-  const bool late = quality.delay > tims::Duration{} || quality.jitter > tims::Duration{} ||
-                    quality.duplicate > 0 || quality.reorder > 0;
-  if (has_netem && late) return netem(std::move(words), quality);
+  if (has_netem && needs_router(quality)) return netem(std::move(words), quality);
   if (quality.rate_bits == 0) {
     words.emplace_back("noqueue");
     return words;
@@ -72,14 +70,18 @@ std::string dropping(const LineEnd& receiver, const Quality& quality) {
   return text + "  }\n}\n";
 }
 
-json::object router_faults(const std::string& link, const Quality& quality, bool netem) {
-  json::object question{{"ask", "fault"}, {"link", link}};
-  const Quality q = netem ? Quality{} : quality;
-  question["duplicate"] = q.duplicate;
-  question["reorder"] = q.reorder;
-  question["delay_s"] = ms(q.delay) / 1000;
-  question["jitter_s"] = ms(q.jitter) / 1000;
-  return question;
+bool needs_router(const Quality& quality) {
+  return quality.delay > tims::Duration{} || quality.jitter > tims::Duration{} ||
+         quality.duplicate > 0 || quality.reorder > 0;
+}
+
+json::object router_faults(const std::string& link, const Quality& quality) {
+  return {{"ask", "fault"},
+          {"link", link},
+          {"duplicate", quality.duplicate},
+          {"reorder", quality.reorder},
+          {"delay_s", ms(quality.delay) / 1000},
+          {"jitter_s", ms(quality.jitter) / 1000}};
 }
 
 }  // namespace timsctl::sim

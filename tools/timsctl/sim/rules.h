@@ -17,6 +17,7 @@ std::string dropping(const LineEnd& receiver, const Quality& quality);
 
 // What the router at the sending end is asked to do: delay, jitter, doubles and changes of the
 // order, when the kernel has no netem. `link` is the router's name for the link.
-json::object router_faults(const std::string& link, const Quality& quality, bool netem);
+json::object router_faults(const std::string& link, const Quality& quality);
+bool needs_router(const Quality& quality);
 
 }  // namespace timsctl::sim

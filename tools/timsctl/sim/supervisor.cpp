@@ -22,16 +22,12 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr tims::Duration kPayAgain = 200ms;  // a link that is not there yet
-constexpr tims::Duration kRouterAnswers = 500ms;
+constexpr tims::Duration kLinksPatience = 5s;
+constexpr tims::Duration kLookAgain = 20ms;
 
 double seconds(tims::Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 std::string joined(const CommandLine& words) { return fmt::format("{}", fmt::join(words, " ")); }
-
-bool by_router(const Quality& quality) {
-  return quality.delay > tims::Duration{} || quality.jitter > tims::Duration{} ||
-         quality.duplicate > 0 || quality.reorder > 0;
-}
 
 // What undoes it after `for`; empty words: nothing does.
 CommandLine undoing(const Step& step) {
@@ -42,7 +38,12 @@ CommandLine undoing(const Step& step) {
 }  // namespace
 
 Supervisor::Supervisor(Context& context, const Plan& plan)
-    : context_(context), plan_(plan), network_(plan), programs_(plan), began_(tims::os::now()) {
+    : context_(context),
+      plan_(plan),
+      network_(plan),
+      programs_(plan),
+      routers_(context, plan),
+      began_(tims::os::now()) {
   if (is_running(plan.name))
     throw Failure(Exit::kDenied, "fleet_runs", fmt::format("fleet {} runs already", plan.name),
                   fmt::format("`timsctl sim down {}` ends it; --fleet NAME gives this one another "
@@ -135,9 +136,29 @@ void Supervisor::bring_up() {
     owe(line, {}, line.own);
     if (line.own != LineState()) say("line", line.name, to_string(line.own));
   }
-  up_ = true;
+  await_links();
   start_clock();
   write_state();
+}
+
+// Those that can come up. One that does not is told, and no reason to give up: it may be what
+// somebody wants to see.
+void Supervisor::await_links() {
+  std::vector<const Line*> open;
+  for (const Line& line : plan_.lines)
+    if (!line.own.up.blackout && !line.own.down.blackout) open.push_back(&line);
+  const std::size_t all = open.size();
+  const tims::Time deadline = tims::os::deadline_after(kLinksPatience);
+  for (;;) {
+    std::erase_if(open, [&](const Line* line) {
+      return routers_.is_linked(line->lower.host, line->upper.host);
+    });
+    if (open.empty() || tims::os::now() > deadline) break;
+    context_.signals.sleep_until(tims::os::now() + kLookAgain);
+  }
+  say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
+  for (const Line* line : open) say("not_linked", line->name, "its link does not come up");
+  pay_debts();
 }
 
 void Supervisor::start_clock() {
@@ -169,7 +190,9 @@ void Supervisor::fault(const Line& line, const CommandLine& words) {
   owe(line, state, *next);
   state = *next;
   pay_debts();
-  say("fault", line.name, fmt::format("{}: {}", joined(words), to_string(state)));
+  const std::string said = joined(words);
+  const std::string is = to_string(state);
+  say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
   write_state();
 }
 
@@ -196,9 +219,9 @@ void Supervisor::act(const Action& action) {
 
 void Supervisor::owe(const Line& line, const LineState& before, const LineState& state) {
   if (network_.netem()) return;
-  if (by_router(before.up) || by_router(state.up))
+  if (needs_router(before.up) || needs_router(state.up))
     debts_[{line.lower.host, line.upper.host}] = state.up;
-  if (by_router(before.down) || by_router(state.down))
+  if (needs_router(before.down) || needs_router(state.down))
     debts_[{line.upper.host, line.lower.host}] = state.down;
 }
 
@@ -211,25 +234,9 @@ void Supervisor::owe_all(const PlannedHost& host) {
 
 void Supervisor::pay_debts() {
   std::erase_if(debts_, [&](const auto& debt) {
-    return tell_router(debt.first.first, debt.first.second, debt.second);
+    return routers_.spoil(debt.first.first, debt.first.second, debt.second);
   });
   next_payment_ = tims::os::now() + kPayAgain;
-}
-
-bool Supervisor::tell_router(const std::string& router, const std::string& link,
-                             const Quality& quality) {
-  try {
-    const Context context(context_.options, context_.out, context_.signals,
-                          UnixHost{need_host(router).socket()});
-    const auto connection =
-        connect_local(std::get<UnixHost>(context.host), {}, kRouterAnswers, [](const auto&) {});
-    AdminClient admin(*connection, context_.signals, kRouterAnswers);
-    (void)admin.ask(router_faults(link, quality, network_.netem()));
-    return true;
-  } catch (const Failure& failure) {
-    context_.out.detail(fmt::format("{}: {}", router, failure.message));
-    return false;
-  }
 }
 
 // --- the loop
@@ -327,6 +334,7 @@ json::object Supervisor::answer(const json::object& question) {
 const PlannedHost& Supervisor::need_host(std::string_view name) const {
   if (const PlannedHost* host = plan_.find_host(name)) return *host;
   std::vector<std::string_view> known;
+  known.reserve(plan_.hosts.size());
   for (const PlannedHost& host : plan_.hosts) known.push_back(host.name);
   throw no_such("host", name, known);
 }
@@ -334,6 +342,7 @@ const PlannedHost& Supervisor::need_host(std::string_view name) const {
 const Line& Supervisor::need_line(std::string_view name) const {
   if (const Line* line = plan_.find_line(name)) return *line;
   std::vector<std::string_view> known;
+  known.reserve(plan_.lines.size());
   for (const Line& line : plan_.lines) known.push_back(line.name);
   throw no_such("line", name, known);
 }

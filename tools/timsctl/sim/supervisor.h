@@ -9,6 +9,7 @@
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/sim/network.h"
 #include "tools/timsctl/sim/programs.h"
+#include "tools/timsctl/sim/routers.h"
 
 namespace timsctl::sim {
 
@@ -38,6 +39,7 @@ class Supervisor {
   void say(std::string_view event, std::string_view subject, std::string_view text);
   void write_files() const;
   void write_state() const;
+  void await_links();
   void start_clock();
   void tear_down();
 
@@ -50,7 +52,6 @@ class Supervisor {
   void owe(const Line& line, const LineState& before, const LineState& state);
   void owe_all(const PlannedHost& host);
   void pay_debts();
-  bool tell_router(const std::string& router, const std::string& link, const Quality& quality);
 
   [[nodiscard]] tims::Time next_deadline(tims::Time until) const;
   void wait(tims::Time deadline);
@@ -64,6 +65,7 @@ class Supervisor {
   const Plan& plan_;
   Network network_;
   Programs programs_;
+  Routers routers_;
   tims::os::File control_;
   tims::os::File asker_;  // of `sim down`: told when everything is down
   std::map<std::string, LineState, std::less<>> states_;
@@ -73,7 +75,6 @@ class Supervisor {
   tims::Time next_payment_{};
   tims::Time began_{};
   std::string since_;
-  bool up_ = false;
   bool asked_to_end_ = false;
   std::size_t failures_ = 0;
 };

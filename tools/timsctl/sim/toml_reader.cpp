@@ -59,7 +59,7 @@ void TomlReader::named_tables(const TomlNode& node, const Read& each) {
 
 void TomlReader::texts(const TomlNode& node,
                        const std::function<void(const TomlNode&, const std::string&)>& each) {
-  if (!is(node, TomlNode::Form::kArray, "a list such as [\"a\", \"b\"]")) return;
+  if (!is(node, TomlNode::Form::kArray, R"(a list such as ["a", "b"])")) return;
   for (const TomlNode& child : node.children) {
     if (const auto* text = std::get_if<std::string>(&child.value);
         text != nullptr && child.form == TomlNode::Form::kValue)
