@@ -14,9 +14,9 @@ Troubles make_troubles(World& world) {
   for (bool* one : {&t.loss, &t.duplicates, &t.reordering, &t.delay, &t.jitter, &t.samples})
     *one = coin();
   for (bool* one : {&t.rates, &t.mtus, &t.partitions, &t.crashes, &t.moves, &t.churn,
-                    &t.wall_jumps, &t.small_queues, &t.short_lifetimes})
+                    &t.wall_jumps, &t.small_queues, &t.short_lifetimes, &t.little_memory})
     *one = rare();
-  t.large = world.random(16) == 0;
+  t.large = world.random(16) == 0 && !t.little_memory;
   return t;
 }
 
@@ -39,8 +39,8 @@ class Planner {
                                      .role = role,
                                      .system = system,
                                      .id = id,
-                                     .block_bytes = 32U << 20,
-                                     .message_bytes = 32U << 20}});
+                                     .block_bytes = memory(32U << 20, 256U << 10),
+                                     .message_bytes = memory(32U << 20, 1U << 20)}});
     if (role != core::Role::kSubsystem) accept(index, core::LinkKind::kSub);
     return index;
   }
@@ -63,6 +63,9 @@ class Planner {
   }
 
  private:
+  [[nodiscard]] std::size_t memory(std::size_t much, std::size_t little) const {
+    return plan_.troubles.little_memory ? little : much;
+  }
   static std::string name_of(core::Role role, std::uint8_t system, std::uint8_t id) {
     if (role == core::Role::kTop) return "top" + std::to_string(id);
     const std::string system_name = "sys" + std::to_string(system);
@@ -81,7 +84,7 @@ class Planner {
 }  // namespace
 
 std::string Troubles::to_string() const {
-  const std::array<std::pair<bool, const char*>, 16> all{{{loss, "loss"},
+  const std::array<std::pair<bool, const char*>, 17> all{{{loss, "loss"},
                                                           {duplicates, "duplicates"},
                                                           {reordering, "reordering"},
                                                           {delay, "delay"},
@@ -96,7 +99,8 @@ std::string Troubles::to_string() const {
                                                           {large, "large"},
                                                           {samples, "samples"},
                                                           {small_queues, "small_queues"},
-                                                          {short_lifetimes, "short_lifetimes"}}};
+                                                          {short_lifetimes, "short_lifetimes"},
+                                                          {little_memory, "little_memory"}}};
   std::string text;
   for (const auto& [is_on, name] : all)
     if (is_on) text += std::string(text.empty() ? "" : " ") + name;

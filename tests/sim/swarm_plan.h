@@ -28,12 +28,13 @@ struct Troubles {
   bool samples = false;      // messages with flag STREAM
   bool small_queues = false;
   bool short_lifetimes = false;
+  bool little_memory = false;
 
   [[nodiscard]] std::string to_string() const;
   // Nothing that a link could not hide.
   [[nodiscard]] bool are_mild() const {
     return !loss && !partitions && !crashes && !moves && !churn && !small_queues &&
-           !short_lifetimes && !rates;
+           !short_lifetimes && !little_memory && !rates;
   }
 };
 

@@ -5,6 +5,7 @@
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
 #include "tools/timsctl/humanize.h"
 #include "tools/timsctl/path.h"
 #include "tools/timsctl/values.h"
@@ -53,10 +54,14 @@ class Explainer {
                           "withdrawn it",
                           last.name, dst_.to_string()),
               fmt::format("`timsctl route watch '{}'` there", dst_.to_string())};
-    return {false,
-            fmt::format("no router of the fleet has {} registered; {} discards the message",
-                        dst_.to_string(), last.name),
-            "start the component; `timsctl route show -a` lists what there is"};
+    std::string cause = fmt::format("no router of the fleet has {} registered; {} discards the "
+                                    "message",
+                                    dst_.to_string(), last.name);
+    const std::string away = routers_away();
+    if (!away.empty())
+      return {false, cause + "; it may be behind " + away,
+              "bring that router back: is its host up, and its network?"};
+    return {false, cause, "start the component; `timsctl route show -a` lists what there is"};
   }
 
   // The owner may not take what arrives.
@@ -76,6 +81,20 @@ class Explainer {
         true,
         fmt::format("it arrives: {} hands it to {}", last.name, text_at(last.answer, "owner.name")),
         ""};
+  }
+
+  // Routers of the fleet that were there and are not now.
+  [[nodiscard]] std::string routers_away() {
+    const json::object fleet = walk_fleet(admin_);
+    std::string names;
+    for (const json::value& value : items_of(fleet)) {
+      const json::object& router = value.as_object();
+      if (text_at(router, "state") == "up") continue;
+      names += fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ",
+                           text_at(router, "name"), text_at(router, "state"),
+                           human_duration(number_or_zero(router, "since_s")));
+    }
+    return names;
   }
 
   // A link that is down although it should lead to the destination's system.
