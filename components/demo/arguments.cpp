@@ -45,8 +45,8 @@ std::string set(Arguments& arguments, const Role& role, std::string_view name,
     double rate = 0;
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), rate);
     const bool whole = error == std::errc{} && end == value.data() + value.size();
-    if (!whole || !(rate >= 0.1 && rate <= 1000))
-      return in_quotes(value) + " is no rate from 0.1 to 1000 Hz";
+    const bool in_range = rate >= 0.1 && rate <= 1000;
+    if (!whole || !in_range) return in_quotes(value) + " is no rate from 0.1 to 1000 Hz";
     arguments.period = period_of(rate);
     return {};
   }

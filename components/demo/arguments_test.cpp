@@ -45,6 +45,7 @@ TEST(Arguments, RefuseWhatARoleDoesNotKnow) {
   EXPECT_EQ(refusal({"server", "--rate", "3"}), "server has no option \"--rate\"");
   EXPECT_EQ(refusal({"ladar", "--at"}), "--at needs a value");
   EXPECT_EQ(refusal({"ladar", "--rate", "0"}), "\"0\" is no rate from 0.1 to 1000 Hz");
+  EXPECT_EQ(refusal({"ladar", "--rate", "nan"}), "\"nan\" is no rate from 0.1 to 1000 Hz");
   EXPECT_NE(refusal({"ladar", "--at", "Foo"}).find("is no address"), std::string::npos);
 }
 

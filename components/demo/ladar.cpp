@@ -22,9 +22,9 @@ void answer(Mailbox& mailbox, const PeekGuard& request, Subscriptions& subscript
   } else if (header.type == type::kStopContData) {
     subscriptions.remove(header, request.body());
     sent = mailbox.reply(header, type::kOk);
-  } else if (header.type != type::kGetContData) {
-    sent = mailbox.reply(header, type::kError);
-  } else if (const auto period = subscriptions.add(header, request.body(), sample_ms)) {
+  } else if (const auto period = header.type == type::kGetContData
+                                     ? subscriptions.add(header, request.body(), sample_ms)
+                                     : std::nullopt) {
     sent = mailbox.reply(header, type::kContData, bytes_of(*period));
   } else {
     sent = mailbox.reply(header, type::kError);

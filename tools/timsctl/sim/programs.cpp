@@ -78,7 +78,13 @@ Programs::Programs(const Plan& plan) {
 }
 
 void Programs::start(Program& program) {
-  if (!program.child) program.child = Child::start(program.launch);
+  if (program.child) return;
+  try {
+    program.child = Child::start(program.launch);
+  } catch (const Failure& failure) {
+    throw Failure(failure.exit, failure.code,
+                  fmt::format("{}: {}", program.host->name, failure.message), failure.hint);
+  }
 }
 
 void Programs::await_router(Program& program, const Signals& signals) {

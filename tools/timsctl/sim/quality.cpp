@@ -62,8 +62,8 @@ Result<std::uint64_t> parse_rate(std::string_view text) {
   if (!value || unit == kUnits.end())
     return bad(fmt::format(R"(wants a rate such as "50Mbit" or "6MB" (a second), not "{}")", text));
   const double bits = *value * unit->bits;
-  if (bits < 8'000 || bits > 1e12)
-    return bad(fmt::format("wants a rate from 8kbit to 1000Gbit, not \"{}\"", text));
+  const bool in_range = bits >= 8'000 && bits <= 1e12;
+  if (!in_range) return bad(fmt::format("wants a rate from 8kbit to 1000Gbit, not \"{}\"", text));
   return static_cast<std::uint64_t>(bits);
 }
 

@@ -65,6 +65,8 @@ TEST(Quality, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"loss=x"}), HasSubstr("loss wants a share such as \"1%\", not \"x\""));
   EXPECT_THAT(refusal({"delay=2min"}), HasSubstr("up to 60s"));
   EXPECT_THAT(refusal({"rate=1bit"}), HasSubstr("from 8kbit"));
+  EXPECT_THAT(refusal({"rate=nanMbit"}), HasSubstr("from 8kbit"));
+  EXPECT_THAT(refusal({"loss=nan"}), HasSubstr("wants a share"));
   EXPECT_THAT(refusal({"cut", "direction=up"}), HasSubstr("cut has no direction"));
   EXPECT_THAT(refusal({"loss=1%", "direction=left"}), HasSubstr("not \"left\""));
 }

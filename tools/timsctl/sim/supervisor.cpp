@@ -75,7 +75,7 @@ void Supervisor::say(std::string_view event, std::string_view subject, std::stri
                                            {"subject", subject},
                                            {"text", text}});
   if (context_.options.quiet) return;
-  context_.out.write(fmt::format("{:8.2f} s  {:<14} {}\n", t, subject, text));
+  context_.out.write(fmt::format("{:8.2f} s  {:<14} {}\n", t, subject, printable_lines(text)));
 }
 
 void Supervisor::write_files() const {
