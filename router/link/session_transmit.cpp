@@ -36,8 +36,10 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
   const std::size_t lane = core::class_of(header.priority);
   const bool sample = (header.flags & flag::kStream) != 0;
   const auto has_room = [&] {
-    // Counted anew only when it may matter: acknowledgements make the bound too high, never too low.
-    if (queued_at_most_ + message.size() > settings_.queue_bytes_max) queued_at_most_ = queued_bytes();
+    // Counted anew only when it may matter: acknowledgements make the bound too high, never too
+    // low.
+    if (queued_at_most_ + message.size() > settings_.queue_bytes_max)
+      queued_at_most_ = queued_bytes();
     if (queued_at_most_ + message.size() > settings_.queue_bytes_max) return false;
     return sample ? samples_[lane].has_room(message.size()) : lanes_[lane].has_room(message.size());
   };
