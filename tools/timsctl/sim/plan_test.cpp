@@ -104,7 +104,7 @@ constexpr double kTenth = 0.1;
 TEST(Rules, LossIsThrownAwayWhereItArrives) {
   const LineEnd end = plan().lines[0].lower;
   EXPECT_EQ(dropping(end, {}), "table netdev tims_base\ndelete table netdev tims_base\n");
-    EXPECT_EQ(dropping(end, {.loss = kTenth}), R"(table netdev tims_base
+  EXPECT_EQ(dropping(end, {.loss = kTenth}), R"toml(table netdev tims_base
 delete table netdev tims_base
 table netdev tims_base {
   chain faults {
@@ -113,30 +113,29 @@ table netdev tims_base {
   }
 }
 )toml");
-    EXPECT_THAT(dropping(end, {.blackout = true}), HasSubstr("    drop\n"));
+  EXPECT_THAT(dropping(end, {.blackout = true}), HasSubstr("    drop\n"));
 }
 
 TEST(Rules, TheRateIsHeldWhereItLeaves) {
-    const LineEnd end = plan().lines[0].upper;
-    EXPECT_THAT(shaping(end, {}, false),
-                ElementsAre("tc", "-n", "tims-demo-base", "qdisc", "replace", "dev", "robot1",
-                            "root", "noqueue"));
-    EXPECT_THAT(fmt::format("{}", fmt::join(shaping(end, {.rate_bits = 8'000'000}, false), " ")),
-                HasSubstr("root tbf rate 8000000bit burst 5000 latency 100ms"));
+  const LineEnd end = plan().lines[0].upper;
+  EXPECT_THAT(shaping(end, {}, false), ElementsAre("tc", "-n", "tims-demo-base", "qdisc", "replace",
+                                                   "dev", "robot1", "root", "noqueue"));
+  EXPECT_THAT(fmt::format("{}", fmt::join(shaping(end, {.rate_bits = 8'000'000}, false), " ")),
+              HasSubstr("root tbf rate 8000000bit burst 5000 latency 100ms"));
 }
 
 TEST(Rules, DelayIsTheRoutersUnlessTheKernelHasNetem) {
-    using namespace std::chrono_literals;
-    const LineEnd end = plan().lines[0].upper;
-    const Quality late{.duplicate = kTenth, .delay = 20ms, .jitter = 4ms};
-    EXPECT_TRUE(needs_router(late));
-    EXPECT_FALSE(needs_router({.loss = kTenth, .rate_bits = 8'000'000}));
-    EXPECT_EQ(shaping(end, late, false).back(), "noqueue");
-    EXPECT_THAT(fmt::format("{}", fmt::join(shaping(end, late, true), " ")),
-                HasSubstr("root netem delay 22.000ms 2.000ms duplicate 10%"));
-    const json::object question = router_faults("base", late);
-    EXPECT_EQ(question.at("link"), "base");
-    EXPECT_DOUBLE_EQ(question.at("delay_s").as_double(), 0.02);
+  using namespace std::chrono_literals;
+  const LineEnd end = plan().lines[0].upper;
+  const Quality late{.duplicate = kTenth, .delay = 20ms, .jitter = 4ms};
+  EXPECT_TRUE(needs_router(late));
+  EXPECT_FALSE(needs_router({.loss = kTenth, .rate_bits = 8'000'000}));
+  EXPECT_EQ(shaping(end, late, false).back(), "noqueue");
+  EXPECT_THAT(fmt::format("{}", fmt::join(shaping(end, late, true), " ")),
+              HasSubstr("root netem delay 22.000ms 2.000ms duplicate 10%"));
+  const json::object question = router_faults("base", late);
+  EXPECT_EQ(question.at("link"), "base");
+  EXPECT_DOUBLE_EQ(question.at("delay_s").as_double(), 0.02);
 }
 
 }  // namespace

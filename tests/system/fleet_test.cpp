@@ -23,7 +23,7 @@ components = ["tims-demo client --at Test(0/2):1 --to Test(1/0)"]
 components = ["tims-demo server --at Test(1/0)"]
 )toml";
 
-class SimTest : public testing::Test {
+class FleetTest : public testing::Test {
  protected:
   struct Run {
     int code = -1;
@@ -91,7 +91,7 @@ class SimTest : public testing::Test {
   const std::string file_ = testing::TempDir() + name_ + ".toml";
 };
 
-TEST_F(SimTest, ShowsHostsAndEndsWithoutATrace) {
+TEST_F(FleetTest, ShowsHostsAndEndsWithoutATrace) {
   const json::object fleet = state();
   EXPECT_EQ(fleet.at("state"), "running");
   EXPECT_EQ(fleet.at("hosts").as_array().size(), 3U);
@@ -111,7 +111,7 @@ TEST_F(SimTest, ShowsHostsAndEndsWithoutATrace) {
   EXPECT_EQ(run({"sim", "down", name_}).code, 4);
 }
 
-TEST_F(SimTest, ALineIsCutAndHealed) {
+TEST_F(FleetTest, ALineIsCutAndHealed) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
   EXPECT_EQ(fault({"cut"}).code, 0);
   EXPECT_TRUE(eventually([&] { return !reachable(); }, "what the robot announced is withdrawn"));
@@ -126,7 +126,7 @@ TEST_F(SimTest, ALineIsCutAndHealed) {
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is there again"));
 }
 
-TEST_F(SimTest, LossAndRateAreTheKernelsAndDelayIsSomebodys) {
+TEST_F(FleetTest, LossAndRateAreTheKernelsAndDelayIsSomebodys) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
   const Run said = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
   EXPECT_EQ(said.code, 0) << said.err;
@@ -142,7 +142,7 @@ TEST_F(SimTest, LossAndRateAreTheKernelsAndDelayIsSomebodys) {
   EXPECT_EQ(run({"sim", "fault", "--fleet", name_, "robot1-bas", "cut"}).code, 4);
 }
 
-TEST_F(SimTest, AHostIsKilledAndStarted) {
+TEST_F(FleetTest, AHostIsKilledAndStarted) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
   EXPECT_EQ(run({"sim", "kill", "--fleet", name_, "robot1-main", "router"}).code, 0);
   EXPECT_EQ(state().at("hosts").at(1).at("programs").at(0).at("state"), "ended");
@@ -152,7 +152,7 @@ TEST_F(SimTest, AHostIsKilledAndStarted) {
   EXPECT_EQ(run({"sim", "kill", "--fleet", name_, "robot1-leg"}).code, 4);
 }
 
-TEST_F(SimTest, WhatACrashLeavesIsRemovedByTheNext) {
+TEST_F(FleetTest, WhatACrashLeavesIsRemovedByTheNext) {
   const auto pid = static_cast<pid_t>(state().at("pid").as_int64());
   const auto router =
       static_cast<pid_t>(state().at("hosts").at(0).at("programs").at(0).at("pid").as_int64());
