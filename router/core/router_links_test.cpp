@@ -12,14 +12,14 @@ constexpr Origin kFar{Address(0x01000200), 6, 2};
 class RouterLinksTest : public RouterTest {
  protected:
   ClientId link(LinkKind kind, std::uint8_t system, std::string_view name) {
-    return router_.connect(
-        now_, {.port = PortKind::kLink,
-               .token = ++token_,
-               .name = name,
-               .link = {.kind = kind,
-                        .role = Role::kSystem,
-                        .system = system,
-                        .router = Address::of({.system = system, .instance = 1})}});
+    return router_.connect(now_,
+                           {.port = PortKind::kLink,
+                            .token = ++token_,
+                            .name = name,
+                            .link = {.kind = kind,
+                                     .role = Role::kSystem,
+                                     .system = system,
+                                     .router = Address::of({.system = system, .instance = 1})}});
   }
   [[nodiscard]] ClientId way_of(ClientId from, Address to) const {
     const Router::Way way = router_.way(router_.client(from), to);
@@ -137,8 +137,7 @@ TEST_F(RouterLinksTest, ACommandThatALinkHasLostIsAnswered) {
   router_.register_mailbox(now_, local, kPilot, 9);
   router_.on_undelivered(now_, sub, {.type = 3, .seq_nr = 4, .dest = kLadar, .src = kPilot},
                          Outcome::kExpired);
-  router_.on_undelivered(now_, sub, {.type = -6, .dest = kLadar, .src = kPilot},
-                         Outcome::kExpired);
+  router_.on_undelivered(now_, sub, {.type = -6, .dest = kLadar, .src = kPilot}, Outcome::kExpired);
   ASSERT_EQ(sink_.replies.size(), 1U) << "data is not answered";
   EXPECT_EQ(sink_.replies[0].to.handle, 9U);
   EXPECT_EQ(sink_.replies[0].header.seq_nr, 4);

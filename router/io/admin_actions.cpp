@@ -22,8 +22,8 @@ std::string change_routes(const Question& question, const AdminSource& source) {
     if (question.link.empty()) return "\"via\" is missing: the name of a router on a link";
     if (routes.size() >= kStaticRoutesMax)
       return "there are " + std::to_string(kStaticRoutesMax) + " static routes already";
-    routes.push_back({question.match, std::string_view(question.pattern),
-                      std::string_view(question.link)});
+    routes.push_back(
+        {question.match, std::string_view(question.pattern), std::string_view(question.link)});
   } else if (gone == 0) {
     return "no static route for \"" + question.pattern + "\"";
   }

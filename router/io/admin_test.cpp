@@ -51,9 +51,9 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
 
 TEST(Admin, WhatChangesSomethingIsNotAskedByWebPages) {
   const AdminFixture lab;
-  for (const char* question : {R"({"ask":"link","link":"base","do":"down"})",
-                               R"({"ask":"fault","loss":0.1})",
-                               R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robot3"})x"})
+  for (const char* question :
+       {R"({"ask":"link","link":"base","do":"down"})", R"({"ask":"fault","loss":0.1})",
+        R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robot3"})x"})
     EXPECT_EQ(error_code(ask(lab, question)), "denied") << question;
 }
 
