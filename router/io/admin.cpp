@@ -7,6 +7,7 @@
 #include <boost/json/serialize.hpp>
 
 #include "router/config/options.h"
+#include "router/io/admin_actions.h"
 #include "router/io/link_json.h"
 #include "wire/header.h"
 
@@ -18,7 +19,6 @@ namespace json = boost::json;
 
 constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
 constexpr std::size_t kStatusEvents = 5;
-constexpr std::size_t kStaticRoutesMax = 256;
 
 // Items until the answer is full.
 class Page {
@@ -59,7 +59,6 @@ class Answerer {
   json::object links() const;
   json::object act() const;
   json::object done(const std::string& problem) const;
-  json::object change_route() const;
 
   const Question& question_;
   const AdminSource& source_;
@@ -380,40 +379,7 @@ json::object Answerer::done(const std::string& problem) const {
   return out;
 }
 
-json::object Answerer::act() const {
-  using Hand = link::Links::Hand;
-  switch (question_.ask) {
-    case Ask::kLinkDo: {
-      const Hand hand = question_.action == "up"     ? Hand::kUp
-                        : question_.action == "down" ? Hand::kDown
-                                                     : Hand::kReset;
-      return done(source_.act_on_link(question_.link, hand));
-    }
-    case Ask::kFault:
-      return done(source_.spoil(question_.link, question_.faults));
-    default:
-      return change_route();
-  }
-}
-
-json::object Answerer::change_route() const {
-  std::vector<core::StaticRoute> routes = router_.static_routes();
-  const auto same = [&](const core::StaticRoute& route) {
-    return route.text.view() == question_.pattern &&
-           (question_.link.empty() || route.via.view() == question_.link);
-  };
-  const std::size_t gone = std::erase_if(routes, same);
-  if (question_.ask == Ask::kRouteAdd) {
-    if (question_.link.empty()) return done("\"via\" is missing: the name of a router on a link");
-    if (routes.size() >= kStaticRoutesMax) return done("there are 256 static routes already");
-    routes.push_back(
-        {question_.match, std::string_view(question_.pattern), std::string_view(question_.link)});
-  } else if (gone == 0) {
-    return done("no static route for \"" + question_.pattern + "\"");
-  }
-  source_.set_static_routes(std::move(routes));
-  return done({});
-}
+json::object Answerer::act() const { return done(carry_out(question_, source_)); }
 
 }  // namespace
 }  // namespace tims::io

@@ -6,7 +6,10 @@
 namespace tims::link {
 namespace {
 
-constexpr Duration kSlowDownEvery = std::chrono::seconds(4);
+// Between two times away from the queue, of two rounds each: in round trips, and at most and least.
+constexpr int kLeaveEvery = 30;
+constexpr Duration kLeaveMost = std::chrono::seconds(4);
+constexpr Duration kLeaveLeast = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -25,7 +28,11 @@ void Congestion::add_sample(Time now, Duration rtt) {
     base_since_ = now;
   }
   base_[0] = std::min(base_[0], rtt);
+  const Duration last = last_rtt_ == Duration::zero() ? rtt : last_rtt_;
+  jitter_ += (std::max(rtt, last) - std::min(rtt, last) - jitter_) / 16;
+  last_rtt_ = rtt;
   round_rtt_ = std::min(round_rtt_, rtt);
+  round_rtt_max_ = std::max(round_rtt_max_, rtt);
 }
 
 Duration Congestion::base_rtt() const {
@@ -37,47 +44,78 @@ std::uint64_t Congestion::at_least_min(std::uint64_t window) const {
   return std::clamp<std::uint64_t>(window, kMin * datagram_, kWindowMax);
 }
 
+Duration Congestion::target() const {
+  // At least two datagrams, where they take long.
+  const double datagrams = 2.0 * static_cast<double>(datagram_) / static_cast<double>(window_);
+  const auto path = static_cast<double>((base_rtt() + others_).count());
+  return std::max(kTarget + 2 * jitter_, Duration(static_cast<std::int64_t>(datagrams * path)));
+}
+
 void Congestion::end_round(Time now, const Feedback& feedback) {
   const bool measured = round_rtt_ != Duration::max();
-  if (measured) queue_delay_ = round_rtt_ - std::min(round_rtt_, base_rtt());
-  if (window_after_ != 0) {
-    window_ = std::exchange(window_after_, 0);
+  const Duration path = base_rtt() + others_;
+  if (measured) queue_delay_ = round_rtt_ - std::min(round_rtt_, path);
+  if (rounds_away_ > 0) {
+    if (--rounds_away_ == 0) come_back(now, measured ? round_rtt_ : path);
   } else {
+    const bool grew = slow_start_;
     if (measured) adapt_to_delay();
     adapt_to_loss();
-    if (!slow_start_ && round_limited_ && now >= next_slow_down_) {
-      // Out of the queue for a round, to see the path without it.
-      next_slow_down_ = now + kSlowDownEvery;
-      window_after_ = window_;
-      const double part = queue_delay_ > Duration::zero()
-                              ? static_cast<double>(base_rtt().count()) /
-                                    static_cast<double>((base_rtt() + queue_delay_).count())
-                              : 1.0;
-      window_ =
-          at_least_min(static_cast<std::uint64_t>(static_cast<double>(window_) * part * 0.75));
-    }
+    const bool overshot = grew && !slow_start_;
+    if (!slow_start_ && round_limited_ && (overshot || now >= next_leave_))
+      leave_queue(now, overshot);
   }
   begin_round(feedback);
+  round_since_ = now;
+}
+
+double Congestion::round_rate(Time now) const {
+  const double seconds = std::chrono::duration<double>(now - round_since_).count();
+  return static_cast<double>(round_acked_) / std::max(1e-6, seconds);
+}
+
+void Congestion::leave_queue(Time now, bool overshot) {
+  // What came through in this round is what the path takes, or less.
+  rate_before_ = round_rate(now);
+  const auto window_of = [&](Duration time) {
+    const double bytes = rate_before_ * std::chrono::duration<double>(time).count();
+    return at_least_min(std::min(window_, static_cast<std::uint64_t>(bytes)));
+  };
+  const Duration path = base_rtt() + others_;
+  rtt_before_ = round_rtt_ == Duration::max() ? path : round_rtt_;
+  rounds_away_ = 2;
+  window_after_ = overshot ? window_of(path + target()) : window_;
+  window_ = window_of(path * 9 / 10);
+}
+
+void Congestion::come_back(Time now, Duration rtt) {
+  next_leave_ = now + std::clamp(kLeaveEvery * rtt, kLeaveLeast, kLeaveMost);
+  // Less came through because we sent less: then the path was not full, and no delay was our queue.
+  const double part = static_cast<double>(window_) / static_cast<double>(window_after_);
+  const bool was_full = part > 0.7 || round_rate(now) > rate_before_ * (1 + part) / 2;
+  const Duration left = (was_full ? rtt : std::max(rtt, rtt_before_)) - base_rtt();
+  others_ = std::max({left, others_ / 2, Duration::zero()});
+  window_ = std::exchange(window_after_, 0);
 }
 
 void Congestion::adapt_to_delay() {
-  const auto base = static_cast<double>(base_rtt().count());
-  const auto target = static_cast<double>(kTarget.count());
+  const auto path = static_cast<double>((base_rtt() + others_).count());
+  const auto most = static_cast<double>(target().count());
   const auto queue = static_cast<double>(queue_delay_.count());
-  if (queue > target) {
+  if (queue > most) {
     slow_start_ = false;
-    const double keep = std::max(0.5, (base + target) / (base + queue));
+    const double keep = std::max(0.5, (path + most) / (path + queue));
     window_ = at_least_min(static_cast<std::uint64_t>(static_cast<double>(window_) * keep));
     return;
   }
   if (!round_limited_) return;
-  if (slow_start_ && queue > target / 2) slow_start_ = false;
+  if (slow_start_ && queue > most / 2) slow_start_ = false;
   if (slow_start_) {
     window_ = at_least_min(2 * window_);
     return;
   }
-  const double room = (target - queue) / target;
-  const double step = std::max(static_cast<double>(datagram_), static_cast<double>(window_) / 32);
+  const double room = (most - queue) / most;
+  const double step = std::max(static_cast<double>(datagram_), static_cast<double>(window_) / 16);
   window_ = at_least_min(window_ + static_cast<std::uint64_t>(step * room));
 }
 
@@ -93,6 +131,7 @@ void Congestion::adapt_to_loss() {
 void Congestion::begin_round(const Feedback& feedback) {
   round_end_ = feedback.next_packet;
   round_rtt_ = Duration::max();
+  round_rtt_max_ = {};
   round_acked_ = 0;
   round_packets_ = 0;
   round_lost_ = 0;
@@ -102,14 +141,20 @@ void Congestion::begin_round(const Feedback& feedback) {
 void Congestion::on_silence() {
   window_ = kMin * datagram_;
   window_after_ = 0;
+  rounds_away_ = 0;
+  others_ = {};
   slow_start_ = true;
   base_ = {Duration::max(), Duration::max()};
 }
 
-std::uint64_t Congestion::pacing_rate(Duration smoothed_rtt) const {
+std::uint64_t Congestion::rate(Duration smoothed_rtt) const {
   const double seconds = std::max(1e-6, std::chrono::duration<double>(smoothed_rtt).count());
-  const double gain = slow_start_ ? 2.0 : 1.25;
-  return static_cast<std::uint64_t>(gain * static_cast<double>(window_) / seconds);
+  return static_cast<std::uint64_t>(static_cast<double>(window_) / seconds);
+}
+
+std::uint64_t Congestion::pacing_rate(Duration smoothed_rtt) const {
+  const std::uint64_t rate = this->rate(smoothed_rtt);
+  return slow_start_ ? 2 * rate : rate + rate / 4;
 }
 
 }  // namespace tims::link

@@ -76,7 +76,7 @@ bool read_addresses(std::span<const std::byte> body, Visit visit) {
 }
 template <typename Visit>  // (Address, const Origin&), with the hops as the other router counts
                            // them
-                           bool read_announcements(std::span<const std::byte> body, Visit visit) {
+bool read_announcements(std::span<const std::byte> body, Visit visit) {
   ByteReader in(body);
   while (!in.empty()) {
     core::Origin origin;

@@ -22,8 +22,9 @@ namespace tims::link {
 inline constexpr std::uint8_t kVersionMin = 1;
 inline constexpr std::uint8_t kVersionMax = 1;
 
-inline constexpr std::size_t kDatagramBase = 1200;  // every path carries this much
-inline constexpr std::size_t kDatagramMax = 8972;   // 9000 bytes of Ethernet less IP and UDP
+inline constexpr std::size_t kDatagramBase = 1200;      // every path carries this much
+inline constexpr std::size_t kDatagramEthernet = 1472;  // of 1500 bytes, less IPv4 and UDP
+inline constexpr std::size_t kDatagramMax = 8972;       // 9000 bytes of Ethernet less IP and UDP
 inline constexpr std::size_t kDataHeaderSize = 16;
 
 enum class DatagramKind : std::uint8_t {

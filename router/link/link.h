@@ -153,7 +153,7 @@ class Link final : private Arrivals, private Losses {
   NetAddress target_{};   // where HELLOs go
   NetAddress address_{};  // of the other router
   Identity peer_{};
-  bool called_ = false;   // the session came about by our HELLO
+  bool called_ = false;  // the session came about by our HELLO
   std::uint64_t our_token_ = 0;
   std::uint64_t their_token_ = 0;
   core::ClientId client_{};

@@ -81,8 +81,8 @@ Link& Links::add(const LinkSettings& settings) {
     wakes_at_.push_back(kNever);
   }
   LinkSurroundings& around = *this;
-  links_[slot] = std::make_unique<Link>(router_, pool_, memory_, done_, around, slot,
-                                        own_settings(settings));
+  links_[slot] =
+      std::make_unique<Link>(router_, pool_, memory_, done_, around, slot, own_settings(settings));
   return *links_[slot];
 }
 
@@ -315,7 +315,7 @@ bool Links::send_trains(Time now, Link& link, const Send& send) {
       ++count;
       // A train's datagrams are of one size but the last. One that is not full is the last, or
       // something else begins behind it.
-      const bool full = one == link.session().mtu() && one == train.datagram_size;
+      const bool full = one == link.session().datagram_size() && one == train.datagram_size;
       if (!full || count == kTrainDatagramsMax || size + one > kTrainBytesMax) break;
     }
     if (count == 0) return true;

@@ -60,7 +60,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   }
   if (link != nullptr && link->peer().epoch != 0) {
     if (link->peer().epoch == hello.who.epoch && hello.resume != 0 &&
-        hello.resume == link->our_token()) {
+        hello.resume == link->our_token() && hello.token == link->their_token()) {
       std::array<std::byte, kControlDatagramMax> bytes{};
       const Welcome welcome{.resumed = true,
                             .echo = hello.token,

@@ -2,9 +2,8 @@
 
 namespace tims::link {
 
-std::size_t PathMtu::probe(Time now) const {
-  if (probing_ || step_ >= kSteps.size() || now < next_) return 0;
-  return kSteps[step_];
+std::size_t PathMtu::probe(Time now, std::size_t most) const {
+  return now >= next_probe(most) ? kSteps[step_] : 0;
 }
 
 void PathMtu::on_probe_sent(std::size_t) { probing_ = true; }

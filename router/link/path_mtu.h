@@ -16,9 +16,12 @@ class PathMtu {
  public:
   [[nodiscard]] std::size_t size() const { return size_; }
 
-  // The size to try now, as a datagram of its own; 0: none.
-  [[nodiscard]] std::size_t probe(Time now) const;
-  [[nodiscard]] Time next_probe() const { return probing_ ? kNever : next_; }
+  // The size to try now, as a datagram of its own and not above `most`; 0: none.
+  [[nodiscard]] std::size_t probe(Time now, std::size_t most) const;
+  [[nodiscard]] Time next_probe(std::size_t most) const {
+    const bool tries = !probing_ && step_ < kSteps.size() && kSteps[step_] <= most;
+    return tries ? next_ : kNever;
+  }
   void on_probe_sent(std::size_t size);
   void on_probe_acked(Time now, std::size_t size);
   void on_probe_lost(Time now);

@@ -61,7 +61,7 @@ Time Session::next_timeout(Time now) {
   if (queued_bytes() > 0) next = next_expiry_;
   if (!open_) return next;
   next = std::min({next, ack_at_, sent_.loss_time(), probe_deadline()});
-  if (rtt_.known()) next = std::min(next, mtu_.next_probe());
+  if (rtt_.known()) next = std::min(next, mtu_.next_probe(datagram_max()));
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if (wants_to_send(lane)) next = std::min(next, ready_at(now, lane));
   }
@@ -145,7 +145,6 @@ void Session::on_packet_acked(const SentPacket& packet) {
   mtu_.on_acked(packet.size);
   if (packet.probe != 0) {
     mtu_.on_probe_acked(newest_at_, packet.probe);
-    congestion_.set_datagram(mtu_.size());
   }
 }
 
@@ -158,8 +157,8 @@ void Session::on_packet_lost(const SentPacket& packet) {
   if (packet.skip_lane < kLanes) lanes_[packet.skip_lane].on_skip_lost();
   if (packet.probe != 0) {
     mtu_.on_probe_lost(newest_at_);
-  } else if (mtu_.on_lost(newest_at_, packet.size)) {
-    congestion_.set_datagram(mtu_.size());
+  } else {
+    (void)mtu_.on_lost(newest_at_, packet.size);
   }
 }
 

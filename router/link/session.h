@@ -101,6 +101,8 @@ class Session final : private PacketFate {
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] const Congestion& congestion() const { return congestion_; }
   [[nodiscard]] std::size_t mtu() const { return mtu_.size(); }
+  // Of full datagrams now: a slow link gets small ones, so that nothing urgent waits long for one.
+  [[nodiscard]] std::size_t datagram_size() const;
   [[nodiscard]] std::uint64_t queued_bytes() const;
   [[nodiscard]] std::uint64_t queued_bytes(std::size_t lane) const;
   [[nodiscard]] std::uint64_t in_flight() const { return sent_.bytes_in_flight(); }
@@ -124,6 +126,7 @@ class Session final : private PacketFate {
   struct Packet;  // in the making
   bool make_room(Time now, std::size_t lane);
   void set_rates();
+  [[nodiscard]] std::size_t datagram_max() const;
   [[nodiscard]] Time ready_at(Time now, std::size_t lane);
   [[nodiscard]] bool wants_to_send(std::size_t lane) const;
   void put_ack(Time now, Packet& packet);

@@ -82,7 +82,6 @@ bool Session::on_ack(Time now, const Ack& ack) {
   }
   probes_ = 0;
   after_ack(now, result, sample, in_flight);
-  congestion_.set_datagram(mtu_.size());
   return true;
 }
 

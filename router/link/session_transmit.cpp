@@ -13,6 +13,8 @@ constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate
 // What a datagram costs a link beside its bytes: Ethernet, IPv4 and UDP.
 constexpr std::size_t kOverhead = 42;
 constexpr std::uint64_t kTrain = 64 << 10;
+// Bytes a second from which on the largest datagram takes less than half a millisecond.
+constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
 constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
 
 }  // namespace
@@ -34,8 +36,10 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
   const std::size_t lane = core::class_of(header.priority);
   const bool sample = (header.flags & flag::kStream) != 0;
   const auto has_room = [&] {
-    // Counted anew only when it may matter: acknowledgements make the bound too high, never too low.
-    if (queued_at_most_ + message.size() > settings_.queue_bytes_max) queued_at_most_ = queued_bytes();
+    // Counted anew only when it may matter: acknowledgements make the bound too high, never too
+    // low.
+    if (queued_at_most_ + message.size() > settings_.queue_bytes_max)
+      queued_at_most_ = queued_bytes();
     if (queued_at_most_ + message.size() > settings_.queue_bytes_max) return false;
     return sample ? samples_[lane].has_room(message.size()) : lanes_[lane].has_room(message.size());
   };
@@ -78,10 +82,19 @@ std::uint64_t Session::committed_max() const {
 
 // --- what may go
 
+std::size_t Session::datagram_max() const {
+  std::uint64_t rate = congestion_.rate(rtt_.smoothed());
+  if (settings_.rate != 0) rate = std::min(rate, settings_.rate);
+  return rate < kJumboFrom ? kDatagramEthernet : kDatagramMax;
+}
+
+std::size_t Session::datagram_size() const { return std::min(mtu_.size(), datagram_max()); }
+
 void Session::set_rates() {
-  const std::size_t datagram = mtu_.size() + kOverhead;
+  congestion_.set_datagram(datagram_size());
+  const std::size_t datagram = datagram_size() + kOverhead;
   if (settings_.rate != 0) {
-    const std::uint64_t depth = std::max<std::uint64_t>(2 * datagram, settings_.rate / 2000);
+    const std::uint64_t depth = std::max<std::uint64_t>(datagram, settings_.rate / 4000);
     cap_.set(settings_.rate, depth);
     lower_cap_.set(settings_.rate * (100U - settings_.reserve) / 100, depth);
   } else {
@@ -118,7 +131,8 @@ bool Session::wants_to_send(std::size_t lane) const {
 std::size_t Session::build(Time now, std::uint64_t token, std::span<std::byte> out,
                            const KeepAlive* keep_alive) {
   // A probe after silence is small: large ones may be what the path loses.
-  const std::size_t size = std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : mtu_.size());
+  const std::size_t size =
+      std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : datagram_size());
   Packet packet{.out = ByteWriter(out.first(size))};
   packet.out.reserve(kDataHeaderSize);
   last_lane_ = kControlLane;
@@ -240,7 +254,7 @@ std::size_t Session::finish(Time now, std::uint64_t token, Packet& packet) {
 
 std::size_t Session::build_probe(Time now, std::uint64_t token, std::span<std::byte> to) {
   if (!open_ || !rtt_.known()) return 0;
-  const std::size_t size = mtu_.probe(now);
+  const std::size_t size = mtu_.probe(now, datagram_max());
   if (size == 0 || size > to.size()) return 0;
   Packet packet{.out = ByteWriter(to.first(size))};
   packet.out.reserve(kDataHeaderSize);

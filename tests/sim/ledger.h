@@ -36,7 +36,9 @@ class Ledger {
 
   // Numbers the message, and says what its body is to be.
   std::size_t add(const Entry& entry, std::size_t body_size, std::vector<std::byte>& body);
-  void set_outcome(std::size_t number, core::Outcome outcome) { entries_[number].outcome = outcome; }
+  void set_outcome(std::size_t number, core::Outcome outcome) {
+    entries_[number].outcome = outcome;
+  }
   void on_arrival(const Arrival& arrival);
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
   static std::string describe(const Entry& entry);

@@ -69,7 +69,8 @@ std::vector<std::string> Swarm::run() {
 
 void Swarm::build() {
   plan_ = make_plan(world_);
-  if (verbose_) std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
+  if (verbose_)
+    std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
   ledger_.keeps_order = plan_.one_way_only;
   crashed_.assign(plan_.nodes.size(), false);
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
@@ -126,9 +127,8 @@ void Swarm::plan_trouble(Duration span) {
   if (t.churn)
     for (std::uint64_t n = 1 + world_.random(6); n > 0; --n) plan_churn(now() + within(span));
   if (t.wall_jumps)
-    world_.at(now() + within(span), [this] {
-      node(world_.random(plan_.nodes.size())).jump_wall(within(48h) - 24h);
-    });
+    world_.at(now() + within(span),
+              [this] { node(world_.random(plan_.nodes.size())).jump_wall(within(48h) - 24h); });
 }
 
 void Swarm::plan_faults(Time when) {
@@ -230,7 +230,9 @@ void Swarm::send_something() {
   Client& from = clients_[world_.random(clients_.size())];
   Client& to = clients_[world_.random(clients_.size())];
   if (!from.id) return;
-  const auto one_of = [&](const std::vector<Address>& all) { return all[world_.random(all.size())]; };
+  const auto one_of = [&](const std::vector<Address>& all) {
+    return all[world_.random(all.size())];
+  };
   const bool sample = plan_.troubles.samples && world_.random(3) == 0;
   Header header{.type = static_cast<std::int8_t>(world_.random(2) == 0 ? 7 : -7),
                 .priority = static_cast<std::uint8_t>(world_.random(256))};
@@ -249,8 +251,8 @@ void Swarm::send(Client& from, Address src, Client& to, Address dest, Header hea
   header.src = src;
   header.dest = dest;
   std::vector<std::byte> body;
-  const std::size_t number = ledger_.add(
-      {.header = header, .from = from.node, .to = to.node, .at = now()}, size, body);
+  const std::size_t number =
+      ledger_.add({.header = header, .from = from.node, .to = to.node, .at = now()}, size, body);
   header = ledger_.entries()[number].header;
   const core::Outcome outcome = node(from.node).send(now(), from.id, header, body);
   ledger_.set_outcome(number, outcome);

@@ -105,7 +105,8 @@ void Swarm::check_losses() {
     if (missing[c] > told)
       fail(std::to_string(missing[c]) + " messages of class " + std::to_string(c) +
            " are lost, and " + std::to_string(told) + " were told of: " + example[c]);
-    if (missing[c] > 0 && plan_.troubles.are_mild() && plan_.one_way_only) fail("lost without need: " + example[c]);
+    if (missing[c] > 0 && plan_.troubles.are_mild() && plan_.one_way_only)
+      fail("lost without need: " + example[c]);
   }
 }
 

@@ -29,12 +29,11 @@ int main(int argc, char** argv) {
     sum.lost += swarm.totals().lost;
     sum.datagrams += swarm.totals().datagrams;
   }
-  std::printf("%llu worlds, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
-              "%llu datagrams\n",
-              static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
-              static_cast<unsigned long long>(sum.messages),
-              static_cast<unsigned long long>(sum.arrived),
-              static_cast<unsigned long long>(sum.lost),
-              static_cast<unsigned long long>(sum.datagrams));
+  std::printf(
+      "%llu worlds, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
+      "%llu datagrams\n",
+      static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
+      static_cast<unsigned long long>(sum.messages), static_cast<unsigned long long>(sum.arrived),
+      static_cast<unsigned long long>(sum.lost), static_cast<unsigned long long>(sum.datagrams));
   return bad == 0 ? 0 : 1;
 }

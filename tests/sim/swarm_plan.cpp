@@ -13,8 +13,8 @@ Troubles make_troubles(World& world) {
   Troubles t;
   for (bool* one : {&t.loss, &t.duplicates, &t.reordering, &t.delay, &t.jitter, &t.samples})
     *one = coin();
-  for (bool* one : {&t.rates, &t.mtus, &t.partitions, &t.crashes, &t.moves, &t.churn,
-                    &t.wall_jumps, &t.small_queues, &t.short_lifetimes, &t.little_memory})
+  for (bool* one : {&t.rates, &t.mtus, &t.partitions, &t.crashes, &t.moves, &t.churn, &t.wall_jumps,
+                    &t.small_queues, &t.short_lifetimes, &t.little_memory})
     *one = rare();
   t.large = world.random(16) == 0 && !t.little_memory;
   return t;
@@ -72,9 +72,8 @@ class Planner {
     return role == core::Role::kSystem ? system_name : system_name + "." + std::to_string(id);
   }
   void accept(std::size_t node, core::LinkKind kind) {
-    plan_.nodes[node].setup.links.push_back({.kind = kind,
-                                             .connects = false,
-                                             .session = make_session(world_, plan_.troubles)});
+    plan_.nodes[node].setup.links.push_back(
+        {.kind = kind, .connects = false, .session = make_session(world_, plan_.troubles)});
   }
 
   World& world_;
@@ -113,8 +112,7 @@ Plan make_plan(World& world) {
   Planner planner(world, plan);
   std::vector<std::size_t> tops;
   const std::uint64_t top_count = world.random(3) == 0 ? 2 : 1;
-  for (std::uint8_t i = 1; i <= top_count; ++i)
-    tops.push_back(planner.add(core::Role::kTop, 0, i));
+  for (std::uint8_t i = 1; i <= top_count; ++i) tops.push_back(planner.add(core::Role::kTop, 0, i));
   std::vector<std::size_t> systems;
   const std::uint64_t system_count = 1 + world.random(4);
   const bool two_supers = tops.size() == 2 && world.random(2) == 0;

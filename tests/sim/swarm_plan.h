@@ -24,8 +24,8 @@ struct Troubles {
   bool moves = false;
   bool churn = false;  // clients come and go
   bool wall_jumps = false;
-  bool large = false;        // messages of 2 MB
-  bool samples = false;      // messages with flag STREAM
+  bool large = false;    // messages of 2 MB
+  bool samples = false;  // messages with flag STREAM
   bool small_queues = false;
   bool short_lifetimes = false;
   bool little_memory = false;

@@ -1,7 +1,8 @@
 // Worlds from seeds, in portions that run beside each other.
+#include "tests/sim/swarm.h"
+
 #include <gtest/gtest.h>
 
-#include "tests/sim/swarm.h"
 #include "tests/support/patience.h"
 
 namespace tims::sim {

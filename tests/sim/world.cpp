@@ -106,10 +106,10 @@ std::uint64_t Node::lost(std::size_t message_class) const {
   std::uint64_t sum = lost_[message_class];
   if (!alive()) return sum;
   const core::MessageCounters& counters = running_->router.messages();
-  for (const auto outcome : {core::Outcome::kQueueFull, core::Outcome::kQueueReplaced,
-                             core::Outcome::kExpired, core::Outcome::kLinkReset,
-                             core::Outcome::kNoRoute, core::Outcome::kWouldReturn,
-                             core::Outcome::kClientGone, core::Outcome::kTooBig}) {
+  for (const auto outcome :
+       {core::Outcome::kQueueFull, core::Outcome::kQueueReplaced, core::Outcome::kExpired,
+        core::Outcome::kLinkReset, core::Outcome::kNoRoute, core::Outcome::kWouldReturn,
+        core::Outcome::kClientGone, core::Outcome::kTooBig}) {
     sum += counters.of(core::PortKind::kLink, message_class, outcome).messages;
   }
   return sum;

@@ -23,11 +23,10 @@ std::string last_word(const std::string& line) { return line.substr(line.rfind('
 class Host {
  public:
   Host(std::string name, std::string role, int system, int id, std::vector<std::string> links)
-      : name_(std::move(name)), settings_{"security.insecure=false",
-                                          "router.name=" + name_,
-                                          "router.role=" + std::move(role),
-                                          "router.system=" + std::to_string(system),
-                                          "router.id=" + std::to_string(id)} {
+      : name_(std::move(name)),
+        settings_{"security.insecure=false", "router.name=" + name_,
+                  "router.role=" + std::move(role), "router.system=" + std::to_string(system),
+                  "router.id=" + std::to_string(id)} {
     for (std::string& link : links) settings_.push_back("link=" + std::move(link));
   }
 
@@ -78,8 +77,8 @@ class Host {
 // base (top) - robot1 (system) - arm (subsystem)
 struct Tree : testing::Test {
   void SetUp() override {
-    base = std::make_unique<Host>("base", "top", 0, 1,
-                                  std::vector<std::string>{"kind=sub,system=*"});
+    base =
+        std::make_unique<Host>("base", "top", 0, 1, std::vector<std::string>{"kind=sub,system=*"});
     base->start();
     robot = std::make_unique<Host>(
         "robot1", "system", 1, 1,
@@ -168,8 +167,7 @@ TEST_F(Tree, EveryRouterIsSeenFromEveryOther) {
     };
     EXPECT_TRUE(eventually(missing));
   }
-  EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}),
-              HasSubstr(R"("name":"arm")"));
+  EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}), HasSubstr(R"("name":"arm")"));
 }
 
 TEST_F(Tree, ATraceTellsOfEveryRouter) {

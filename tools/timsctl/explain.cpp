@@ -54,9 +54,10 @@ class Explainer {
                           "withdrawn it",
                           last.name, dst_.to_string()),
               fmt::format("`timsctl route watch '{}'` there", dst_.to_string())};
-    std::string cause = fmt::format("no router of the fleet has {} registered; {} discards the "
-                                    "message",
-                                    dst_.to_string(), last.name);
+    std::string cause = fmt::format(
+        "no router of the fleet has {} registered; {} discards the "
+        "message",
+        dst_.to_string(), last.name);
     const std::string away = routers_away();
     if (!away.empty())
       return {false, cause + "; it may be behind " + away,
@@ -90,9 +91,9 @@ class Explainer {
     for (const json::value& value : items_of(fleet)) {
       const json::object& router = value.as_object();
       if (text_at(router, "state") == "up") continue;
-      names += fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ",
-                           text_at(router, "name"), text_at(router, "state"),
-                           human_duration(number_or_zero(router, "since_s")));
+      names +=
+          fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ", text_at(router, "name"),
+                      text_at(router, "state"), human_duration(number_or_zero(router, "since_s")));
     }
     return names;
   }

@@ -38,6 +38,8 @@ std::optional<json::object> record_of(const Message& message) {
 }  // namespace
 
 Exit trace(Context& context) {
+  if (std::holds_alternative<TcpHost>(context.host))
+    throw usage_error("a message that comes over TCP is not traced", "-H unix:PATH on that host");
   const tims::Address target = need_address(context.options.arguments.front());
   const std::int8_t type =
       context.options.type.empty() ? tims::type::kGetStatus : need_type(context.options.type);

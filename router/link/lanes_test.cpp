@@ -1,0 +1,224 @@
+// A sender and a receiver of one lane, with nothing between them but what a test does.
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "router/link/lane_receiver.h"
+#include "router/link/lane_sender.h"
+#include "wire/header.h"
+
+namespace tims::link {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
+
+struct LanesTest : testing::Test, Arrivals, Losses {
+  void on_message(Time, const RecordPrefix& prefix, core::Message& message) override {
+    EXPECT_EQ(prefix.hops, 3);
+    arrived.push_back(message.header.seq_nr);
+    sizes.push_back(message.bytes.size());
+    for (std::size_t i = kHeaderSize; i < message.bytes.size(); ++i)
+      if (message.bytes[i] != std::byte{message.header.seq_nr}) ADD_FAILURE() << "altered";
+  }
+  void on_control(Time, const core::Message&) override {}
+  void on_frame(Time, const KeepAlive&) override {}
+  void on_frame(Time, const ChallengeFrame&) override {}
+  void on_frame(Time, const ResponseFrame&) override {}
+  void on_frame(Time, const CloseFrame&) override {}
+  void on_lost(Time, const Header& header, core::Outcome why) override {
+    lost.push_back(header.seq_nr);
+    last_loss = why;
+  }
+
+  void push(std::size_t size, std::uint64_t committed_max = kAll) {
+    std::vector<std::byte> bytes(size, std::byte{seq});
+    const Header header{.seq_nr = seq++, .length = static_cast<std::uint32_t>(size)};
+    wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
+    ASSERT_TRUE(sender.has_room(size));
+    sender.push(now, {.hops = 3}, bytes, committed_max);
+  }
+  LaneReceiver::Verdict deliver(Range range) {
+    std::vector<std::byte> bytes(range.size());
+    sender.read(range, bytes);
+    const auto verdict = receiver.on_bytes(now, range.begin, bytes, false, *this);
+    done.clear();
+    return verdict;
+  }
+  std::vector<Range> take_all(std::size_t size) {
+    std::vector<Range> all;
+    while (const auto range = sender.take(now, size, kAll)) all.push_back(*range);
+    return all;
+  }
+
+  std::vector<std::byte> blocks = std::vector<std::byte>(8U << 20);
+  std::vector<std::byte> messages = std::vector<std::byte>(16U << 20);
+  core::BlockPool pool{aligned(blocks)};
+  MessageMemory memory{messages};
+  std::vector<MessageBuffer> done;
+  Assembly assembly{pool, memory, done};
+  LaneSender sender{pool};
+  LaneReceiver receiver{assembly};
+  std::vector<std::uint8_t> arrived;
+  std::vector<std::size_t> sizes;
+  std::vector<std::uint8_t> lost;
+  core::Outcome last_loss{};
+  std::uint8_t seq = 0;
+  Time now{100s};
+
+  static std::span<std::byte> aligned(std::vector<std::byte>& bytes) {
+    void* at = bytes.data();
+    std::size_t size = bytes.size();
+    std::align(core::BlockPool::kBlockSize, core::BlockPool::kBlockSize, at, size);
+    return {static_cast<std::byte*>(at), size};
+  }
+};
+
+TEST_F(LanesTest, PiecesOfAnySizeBecomeMessages) {
+  for (const std::size_t piece : {1U, 3U, 19U, 20U, 21U, 100U, 1000U}) {
+    for (const std::size_t size : {16U, 17U, 64U, 5000U}) push(size);
+    for (const Range range : take_all(piece)) {
+      EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
+      sender.on_acked(range);
+    }
+  }
+  EXPECT_EQ(arrived.size(), 28U);
+  EXPECT_TRUE(std::ranges::is_sorted(arrived));
+  EXPECT_EQ(pool.used(), 0U);
+  EXPECT_EQ(memory.used_bytes(), 0U);
+}
+
+TEST_F(LanesTest, BackwardsAndTwiceIsTheSame) {
+  for (int i = 0; i < 10; ++i) push(1000);
+  auto all = take_all(700);
+  std::ranges::reverse(all);
+  for (const Range range : all) deliver(range);
+  for (const Range range : all) deliver(range);
+  EXPECT_EQ(arrived, (std::vector<std::uint8_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  for (const Range range : all) sender.on_acked(range);
+  EXPECT_EQ(sender.bytes(), 0U);
+  EXPECT_EQ(pool.used(), 0U);
+}
+
+TEST_F(LanesTest, OnlyWhatIsMissingIsSentAgain) {
+  push(3000);
+  const auto all = take_all(1000);
+  sender.on_acked(all[0]);
+  sender.on_acked(all[2]);
+  sender.on_lost({0, 3004});
+  EXPECT_EQ(take_all(5000), (std::vector<Range>{{1000, 2000}, {3000, 3004}}));
+}
+
+TEST_F(LanesTest, TooOldIsSkipped) {
+  push(2000);
+  const auto first = take_all(1000);
+  deliver(first[0]);
+  now += 1s;
+  push(100);
+  sender.expire(now, 500ms, *this);
+  EXPECT_EQ(lost, (std::vector<std::uint8_t>{0}));
+  EXPECT_EQ(last_loss, core::Outcome::kExpired);
+  ASSERT_TRUE(sender.skip().has_value());
+  EXPECT_EQ(*sender.skip(), 2004U);
+  const auto rest = take_all(1000);
+  EXPECT_EQ(deliver(rest[0]), LaneReceiver::Verdict::kTaken);
+  EXPECT_TRUE(arrived.empty());
+  receiver.on_skip(now, *sender.skip(), false, *this);
+  done.clear();
+  EXPECT_EQ(arrived, (std::vector<std::uint8_t>{1}));
+  sender.on_skip_sent();
+  EXPECT_FALSE(sender.skip().has_value());
+  sender.on_skip_lost();
+  EXPECT_TRUE(sender.skip().has_value());
+  sender.on_skip_acked(2004);
+  sender.on_skip_sent();
+  sender.on_skip_lost();
+  EXPECT_FALSE(sender.skip().has_value());
+  EXPECT_EQ(memory.used_bytes(), 0U);
+}
+
+TEST_F(LanesTest, WhatWaitsCanGiveWay) {
+  push(500, 100);
+  push(500, 100);
+  push(600, 100);
+  EXPECT_TRUE(sender.has_waiting());
+  EXPECT_EQ(sender.drop_oldest().seq_nr, 1);
+  for (const Range range : take_all(10'000)) deliver(range);
+  EXPECT_EQ(arrived, (std::vector<std::uint8_t>{0, 2}));
+}
+
+TEST_F(LanesTest, WithoutMemoryNothingIsLost) {
+  MessageBuffer all(memory, 16U << 20);
+  push(20'000);
+  const auto pieces = take_all(1000);
+  std::vector<Range> refused;
+  for (const Range range : pieces)
+    if (deliver(range) == LaneReceiver::Verdict::kRefused) refused.push_back(range);
+  EXPECT_FALSE(refused.empty());
+  all.reset();
+  for (const Range range : refused) EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
+  EXPECT_EQ(arrived.size(), 1U);
+}
+
+TEST_F(LanesTest, NoBlockIsTakenForNothing) {
+  push(20'000);
+  const auto pieces = take_all(1000);
+  std::vector<core::BlockPool::Index> taken;
+  while (pool.available() > 0) taken.push_back(pool.allocate());
+  EXPECT_EQ(deliver(pieces[10]), LaneReceiver::Verdict::kRefused);
+  for (const auto index : taken) pool.release(index);
+  for (const Range range : pieces) sender.on_acked(range);
+  EXPECT_EQ(pool.used(), 0U);
+}
+
+TEST_F(LanesTest, TooFarAheadIsRefused) {
+  std::vector<std::byte> bytes(100);
+  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 100, bytes, false, *this),
+            LaneReceiver::Verdict::kTaken);
+  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 99, bytes, false, *this),
+            LaneReceiver::Verdict::kRefused);
+}
+
+// The window moves on with what has arrived, although the message stays until it is whole.
+TEST_F(LanesTest, AMessageMayBeLargerThanTheWindow) {
+  std::vector<std::byte> large(24U << 20);
+  core::BlockPool much(aligned(large));
+  LaneSender own(much);
+  const std::size_t size = kLaneWindow + 100'000;
+  std::vector<std::byte> bytes(size, std::byte{9});
+  wire::encode_header({.seq_nr = 9, .length = static_cast<std::uint32_t>(size)},
+                      std::span(bytes).first<kHeaderSize>());
+  own.push(now, {.hops = 3}, bytes, kAll);
+  while (const auto range = own.take(now, 60'000, kAll)) {
+    std::vector<std::byte> piece(range->size());
+    own.read(*range, piece);
+    ASSERT_EQ(receiver.on_bytes(now, range->begin, piece, false, *this),
+              LaneReceiver::Verdict::kTaken);
+    own.on_acked(*range);
+  }
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{size}));
+  EXPECT_EQ(own.bytes(), 0U);
+}
+
+TEST_F(LanesTest, WhatIsNoMessageBreaksTheLink) {
+  std::vector<std::byte> bytes(100);
+  EXPECT_EQ(receiver.on_bytes(now, 0, bytes, false, *this), LaneReceiver::Verdict::kBroken);
+}
+
+// More gaps than are remembered: more is sent than necessary, and all arrives once.
+TEST_F(LanesTest, ThousandsOfGaps) {
+  for (int i = 0; i < 200; ++i) push(1000);
+  const auto all = take_all(50);
+  for (std::size_t i = 0; i < all.size(); i += 2)
+    if (deliver(all[i]) == LaneReceiver::Verdict::kTaken) sender.on_acked(all[i]);
+  for (int round = 0; round < 50 && arrived.size() < 200; ++round) {
+    sender.on_lost({0, kAll});
+    for (const Range range : take_all(1200))
+      if (deliver(range) == LaneReceiver::Verdict::kTaken) sender.on_acked(range);
+  }
+  EXPECT_EQ(arrived.size(), 200U);
+  EXPECT_EQ(pool.used(), 0U);
+}
+
+}  // namespace
+}  // namespace tims::link

@@ -1,0 +1,137 @@
+// Two linked routers, and a network that does what the bytes say: sends, loses, repeats, reorders,
+// damages and forges datagrams, lets time pass, restarts a router. Promises: nobody leaves its
+// memory, nobody goes round in a circle, what arrives was sent; and once the network is left alone,
+// both find each other again.
+#include <memory>
+#include <vector>
+
+#include "tests/fuzz/fuzz_input.h"
+#include "tests/sim/world.h"
+
+namespace {
+
+using namespace tims;
+using namespace std::chrono_literals;
+
+struct Pair : sim::World {
+  Pair() : World(1) {
+    base = &add(setup("base", core::Role::kTop, 0, {sim::sub_link()}));
+    robot = &add(setup("robot", core::Role::kSystem, 1, {sim::super_link(sim::address_of(0))}));
+    tap = [this](sim::Node& from, const sim::NetAddress& to, std::span<const std::byte> bytes) {
+      if (free) return false;
+      held.push_back({from.address(), to, {bytes.begin(), bytes.end()}});
+      if (held.size() > 256) held.erase(held.begin());
+      return true;
+    };
+    for (sim::Node* node : {base, robot}) {
+      node->on_arrival = [this](sim::Node&, core::ClientId, sim::Arrival&& arrival) {
+        check(arrival);
+      };
+      begin(*node);
+    }
+  }
+  static sim::NodeSetup setup(const char* name, core::Role role, std::uint8_t system,
+                              std::vector<link::LinkSettings> links) {
+    return {.name = name,
+            .role = role,
+            .system = system,
+            .links = std::move(links),
+            .block_bytes = 1U << 20,
+            .message_bytes = 1U << 20,
+            .message_max = 1U << 16};
+  }
+  void begin(sim::Node& node) {
+    node.start(now());
+    client(node) = node.add_client(now(), "client");
+    node.add_mailbox(now(), client(node), mailbox(node));
+  }
+  core::ClientId& client(sim::Node& node) { return clients[&node == base ? 0 : 1]; }
+  Address mailbox(sim::Node& node) { return Address(&node == base ? 0x00020000 : 0x01140000); }
+  sim::Node& other(sim::Node& node) { return &node == base ? *robot : *base; }
+
+  void send(sim::Node& from, fuzz::Input& in) {
+    const auto priority = in.number<std::uint8_t>();
+    const std::size_t size = in.number<std::uint16_t>() % 5000;
+    Header header{.type = 3,
+                  .priority = priority,
+                  .seq_nr = static_cast<std::uint8_t>(size),
+                  .dest = mailbox(other(from)),
+                  .src = mailbox(from)};
+    if (priority % 5 == 0) header.flags |= flag::kStream;
+    from.send(now(), client(from), header,
+              std::vector<std::byte>(size, static_cast<std::byte>(size)));
+  }
+  // A datagram may be damaged, so that headers may be anything: only what is whole is compared.
+  void check(const sim::Arrival& arrival) const {
+    if (damaged || arrival.header.type != 3) return;
+    for (const std::byte b : arrival.body) fuzz::require(b == std::byte{arrival.header.seq_nr});
+    fuzz::require(static_cast<std::uint8_t>(arrival.body.size()) == arrival.header.seq_nr);
+  }
+
+  struct Held {
+    sim::NetAddress from{};
+    sim::NetAddress to{};
+    std::vector<std::byte> bytes{};
+  };
+  void deliver(std::size_t which, bool keep, fuzz::Input& in, std::size_t changes) {
+    if (held.empty()) return;
+    const auto at = held.begin() + static_cast<std::ptrdiff_t>(which % held.size());
+    Held one = *at;
+    if (!keep) held.erase(at);
+    for (; changes > 0 && !one.bytes.empty(); --changes, damaged = true) {
+      const std::size_t place = in.number<std::uint16_t>() % one.bytes.size();
+      one.bytes[place] = static_cast<std::byte>(in.number<std::uint8_t>());
+    }
+    inject(one.from, one.to, one.bytes);
+    run_for(0ms);
+  }
+  void act(fuzz::Input& in) {
+    const auto what = in.number<std::uint8_t>();
+    sim::Node& node = (what & 0x80) != 0 ? *base : *robot;
+    switch (what % 10) {
+      case 0:
+      case 1:
+        return send(node, in);
+      case 2:
+      case 3:
+        return deliver(0, false, in, 0);
+      case 4:
+        return deliver(in.number<std::uint8_t>(), false, in, 0);
+      case 5:
+        return deliver(in.number<std::uint8_t>(), true, in, 0);
+      case 6:
+        return deliver(in.number<std::uint8_t>(), true, in, 1U + what % 3);
+      case 7:
+        if (!held.empty()) held.erase(held.begin());
+        return;
+      case 8:
+        return run_for(1ms * in.number<std::uint8_t>());
+      default:
+        if (what % 20 != 9) return;
+        node.kill();
+        return begin(node);
+    }
+  }
+
+  sim::Node* base;
+  sim::Node* robot;
+  std::array<core::ClientId, 2> clients{};
+  std::vector<Held> held;
+  bool free = false;
+  bool damaged = false;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Input in(data, size);
+  Pair world;
+  for (int n = 0; n < 400 && !in.empty(); ++n) world.act(in);
+  world.free = true;
+  const auto together = [&] {
+    return world.base->router().find(world.mailbox(*world.robot)) != nullptr;
+  };
+  // A refusal, forged or not, is believed for three seconds.
+  fuzz::require(world.run_until(together, 8s));
+  return 0;
+}

@@ -1,0 +1,219 @@
+// How well links use what a network gives them, and how little they keep others waiting.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/world.h"
+
+namespace tims::sim {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::duration;
+
+constexpr std::uint64_t kMbit = 125'000;
+
+// Two routers, a sender at one and a receiver at the other.
+struct Line : World {
+  explicit Line(const Faults& faults, const link::SessionSettings& session = {},
+                std::uint64_t seed = 1)
+      : World(seed) {
+    auto up = super_link(address_of(0));
+    up.session = session;
+    base = &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+    robot = &add({.name = "robot", .system = 1, .links = {up}});
+    set_faults(faults);
+    base->start(now());
+    robot->start(now());
+    sink = base->add_client(now(), "sink");
+    base->add_mailbox(now(), sink, kSink);
+    source = robot->add_client(now(), "source");
+    robot->add_mailbox(now(), source, kSource);
+    base->on_arrival = [this](Node&, core::ClientId, Arrival&& arrival) { took(arrival); };
+    run_for(2s);
+  }
+
+  void took(const Arrival& arrival) {
+    bytes += arrival.header.length;
+    ++messages;
+    if (arrival.header.priority < kUrgent) return;
+    std::int64_t sent = 0;
+    std::memcpy(&sent, arrival.body.data(), sizeof(sent));
+    delays.push_back(arrival.at.time_since_epoch() - Duration(sent));
+  }
+  core::Outcome send(std::uint8_t priority, std::size_t size) {
+    std::vector<std::byte> body(size);
+    const std::int64_t at = now().time_since_epoch().count();
+    if (size >= sizeof(at)) std::memcpy(body.data(), &at, sizeof(at));
+    return robot->send(now(), source,
+                       {.type = -7, .priority = priority, .dest = kSink, .src = kSource}, body);
+  }
+  [[nodiscard]] std::uint64_t queued() const {
+    std::uint64_t sum = 0;
+    robot->links().for_each([&](const link::Link& l) { sum += l.session().queued_bytes(); });
+    return sum;
+  }
+  // Keeps the queue filled with large messages of the lowest class.
+  void saturate(std::size_t size, std::uint64_t backlog) {
+    at(now(), [this, size, backlog] { refill(size, backlog); });
+  }
+  void refill(std::size_t size, std::uint64_t backlog) {
+    while (saturated && queued() < backlog && send(0, size) == core::Outcome::kDelivered) {
+    }
+    if (saturated) at(now() + 2ms, [this, size, backlog] { refill(size, backlog); });
+  }
+  // A small message of the highest class now and then.
+  void ping(Duration every) {
+    send(255, 64 - kHeaderSize);
+    at(now() + every, [this, every] { ping(every); });
+  }
+  // Bytes a second that arrive at the sink.
+  double goodput(Duration settle, Duration span) {
+    run_for(settle);
+    const std::uint64_t before = bytes;
+    run_for(span);
+    return static_cast<double>(bytes - before) / duration<double>(span).count();
+  }
+  [[nodiscard]] Duration delay(double part) {
+    if (delays.empty()) return Duration::max();
+    std::ranges::sort(delays);
+    return delays[static_cast<std::size_t>(static_cast<double>(delays.size() - 1) * part)];
+  }
+
+  static constexpr Address kSink{0x00020000};
+  static constexpr Address kSource{0x01140000};
+  static constexpr std::uint8_t kUrgent = 224;
+  Node* base;
+  Node* robot;
+  core::ClientId sink{};
+  core::ClientId source{};
+  bool saturated = true;
+  std::uint64_t bytes = 0;
+  std::uint64_t messages = 0;
+  std::vector<Duration> delays;
+};
+
+double ms(Duration d) { return duration<double, std::milli>(d).count(); }
+
+void report(const char* what, double share, Line& line) {
+  std::printf("%-34s %5.2f of the rate; urgent p50 %.2f ms, p99 %.2f ms, max %.2f ms\n", what,
+              share, ms(line.delay(0.5)), ms(line.delay(0.99)), ms(line.delay(1)));
+}
+
+TEST(Rate, TenPercentLossCostsLittle) {
+  Line line({.loss = 0.1, .delay = 10ms, .rate = 50 * kMbit, .queue = 312'500});
+  line.saturate(20'000, 4 << 20);
+  line.ping(10ms);
+  const double share = line.goodput(3s, 5s) / (50 * kMbit);
+  report("10 % loss, 20 ms, 50 Mbit/s", share, line);
+  EXPECT_GE(share, 0.7);
+  EXPECT_LT(line.delay(0.99), 80ms);
+}
+
+TEST(Rate, UrgentMessagesPassASaturatedLink) {
+  Line line({.delay = 100us, .rate = 50 * kMbit, .queue = 312'500});
+  line.saturate(1 << 20, 8 << 20);
+  line.ping(5ms);
+  const double share = line.goodput(2s, 8s) / (50 * kMbit);
+  report("0.2 ms, 50 Mbit/s, 50 ms buffer", share, line);
+  EXPECT_GE(share, 0.8);
+  EXPECT_LE(line.delay(0.99), 5ms);
+}
+
+TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
+  Line line({.delay = 100us, .rate = 50 * kMbit, .queue = 312'500}, {.rate = 50 * kMbit});
+  line.ping(5ms);
+  line.run_for(1s);
+  const Duration unloaded = line.delay(0.99);
+  line.delays.clear();
+  line.saturate(1 << 20, 8 << 20);
+  const double share = line.goodput(2s, 8s) / (50 * kMbit);
+  report("the same with its rate configured", share, line);
+  EXPECT_GE(share, 0.8);
+  EXPECT_LE(line.delay(0.99), unloaded + 500us);
+}
+
+TEST(Rate, WiFiJitterCostsLittle) {
+  Line line({.loss = 0.01, .delay = 1ms, .jitter = 10ms, .rate = 50 * kMbit, .queue = 312'500});
+  line.saturate(100'000, 8 << 20);
+  line.ping(10ms);
+  const double share = line.goodput(3s, 5s) / (50 * kMbit);
+  report("1 % loss, +-5 ms, 50 Mbit/s", share, line);
+  EXPECT_GE(share, 0.6);
+}
+
+TEST(Rate, ASlowMobileNetwork) {
+  Line line({.delay = 40ms, .jitter = 5ms, .rate = 100'000, .queue = 64 << 10});
+  line.saturate(50'000, 1 << 20);
+  line.ping(100ms);
+  const double share = line.goodput(5s, 20s) / 100'000;
+  report("80 ms, 100 kB/s", share, line);
+  EXPECT_GE(share, 0.7);
+}
+
+TEST(Rate, AFastLink) {
+  Line line({.delay = 50us, .rate = 1'000'000'000, .queue = 4 << 20});
+  line.saturate(1 << 20, 12 << 20);
+  line.ping(5ms);
+  const double share = line.goodput(300ms, 300ms) / 1e9;
+  report("0.1 ms, 1 GB/s", share, line);
+  EXPECT_GE(share, 0.8);
+}
+
+// Two links of two robots through one radio.
+TEST(Rate, TwoLinksShareABottleneck) {
+  World world(7);
+  Node& base = world.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  std::array<Node*, 2> robots{};
+  std::array<core::ClientId, 2> clients{};
+  std::array<std::uint64_t, 2> bytes{};
+  const auto mailbox = [](std::size_t i) {
+    return Address::of({.system = static_cast<std::uint32_t>(i + 1), .class_id = 0x14});
+  };
+  world.set_faults({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
+  base.start(world.now());
+  for (std::size_t i = 0; i < 2; ++i) {
+    robots[i] = &world.add({.name = "robot" + std::to_string(i),
+                            .system = static_cast<std::uint8_t>(i + 1),
+                            .links = {super_link(address_of(0))}});
+    robots[i]->start(world.now());
+    clients[i] = robots[i]->add_client(world.now(), "source");
+    robots[i]->add_mailbox(world.now(), clients[i], mailbox(i));
+  }
+  world.share("robot0", "base", "robot1", "base");
+  const auto sink = base.add_client(world.now(), "sink");
+  base.add_mailbox(world.now(), sink, Line::kSink);
+  base.on_arrival = [&](Node&, core::ClientId, Arrival&& arrival) {
+    bytes[arrival.header.src == mailbox(0) ? 0 : 1] += arrival.header.length;
+  };
+  world.run_for(1s);
+  const std::vector<std::byte> body(50'000);
+  std::function<void(std::size_t)> refill = [&](std::size_t i) {
+    std::uint64_t queued = 0;
+    robots[i]->links().for_each([&](const link::Link& l) { queued = l.session().queued_bytes(); });
+    for (; queued < 2'000'000; queued += body.size())
+      robots[i]->send(world.now(), clients[i], {.type = -7, .dest = Line::kSink, .src = mailbox(i)},
+                      body);
+    world.at(world.now() + 5ms, [&, i] { refill(i); });
+  };
+  refill(0);
+  world.run_for(3s);  // the second comes late
+  refill(1);
+  world.run_for(5s);
+  bytes = {};
+  world.run_for(10s);
+  const double share = static_cast<double>(bytes[0]) / static_cast<double>(bytes[1]);
+  const double all = static_cast<double>(bytes[0] + bytes[1]) / 10 / (50 * kMbit);
+  std::printf("two links share a bottleneck: first/second %.2f, together %.2f of the rate\n", share,
+              all);
+  EXPECT_GE(share, 0.5);
+  EXPECT_LE(share, 2.0);
+  EXPECT_GE(all, 0.8);
+}
+
+}  // namespace
+}  // namespace tims::sim

@@ -1,0 +1,229 @@
+// Complaints about loops, duplicates and strangers.
+#include "router/link/bytes.h"
+#include "tests/sim/story.h"
+
+namespace tims::sim {
+namespace {
+
+TEST(Identity, TwoLivingRoutersHaveOneId) {
+  Story s;
+  s.begin();
+  Node& clone = s.add({.name = "clone",
+                       .role = core::Role::kSystem,
+                       .system = 1,
+                       .links = {super_link(address_of(0))}});
+  clone.start(s.now());
+  s.run_for(5s);
+  EXPECT_EQ(Story::links_up(clone), 0U);
+  EXPECT_EQ(Story::links_up(*s.robot), 2U);
+  const core::Event* event = Story::find_event(*s.base, core::EventKind::kDuplicateRouter);
+  ASSERT_NE(event, nullptr);
+  EXPECT_EQ(event->client.name.view(), "clone");
+  EXPECT_EQ(event->owner.name.view(), "robot");
+  const core::Event* refused = Story::find_event(clone, core::EventKind::kLinkRefused);
+  ASSERT_NE(refused, nullptr);
+  EXPECT_NE(refused->text.view().find("robot"), std::string_view::npos);
+}
+
+TEST(Identity, TwoMailboxesHaveOneAddress) {
+  Story s;
+  s.begin();
+  const auto first = s.client(*s.robot, Address(0x05100000));
+  s.run_for(100ms);
+  const auto second = s.client(*s.other, Address(0x05100000));
+  s.run_for(100ms);
+  const core::Event* event = Story::find_event(*s.base, core::EventKind::kDuplicateAddress);
+  ASSERT_NE(event, nullptr);
+  EXPECT_EQ(event->client.name.view(), "other");
+  EXPECT_EQ(event->owner.name.view(), "robot");
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, first, Address(0x05100000)));
+  // The first goes: the second, which has waited, has it.
+  s.robot->remove_client(s.now(), first);
+  s.run_for(100ms);
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, second, Address(0x05100000)));
+}
+
+TEST(Identity, AddressWidthsDiffer) {
+  Story s;
+  s.begin();
+  Node& strange = s.add({.name = "strange",
+                         .role = core::Role::kSystem,
+                         .system = 9,
+                         .links = {super_link(address_of(0))},
+                         .widths = {.system = 4, .class_id = 8, .instance = 12, .local = 8}});
+  strange.start(s.now());
+  s.run_for(2s);
+  EXPECT_EQ(Story::links_up(strange), 0U);
+  const core::Event* refused = Story::find_event(strange, core::EventKind::kLinkRefused);
+  ASSERT_NE(refused, nullptr);
+  EXPECT_NE(refused->text.view().find("widths"), std::string_view::npos);
+  EXPECT_NE(Story::find_event(*s.base, core::EventKind::kLinkRefused), nullptr);
+}
+
+TEST(Identity, AnUnknownVersionIsRefusedByName) {
+  Story s;
+  s.begin();
+  std::vector<std::byte> answer;
+  s.tap = [&](Node&, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (to != address_of(900)) return false;
+    answer.assign(bytes.begin(), bytes.end());
+    return true;
+  };
+  std::array<std::byte, 64> hello{};
+  link::ByteWriter out(hello);
+  out.put(std::uint8_t{2});
+  out.put(std::uint8_t{7});
+  out.put(std::uint8_t{9});
+  out.put(std::uint8_t{0});
+  out.put_text("TIMS");
+  out.put(std::uint64_t{4711});
+  s.inject(address_of(900), s.base->address(), hello);
+  s.run_for(10ms);
+  const auto datagram = link::decode(answer);
+  ASSERT_TRUE(datagram.has_value());
+  const auto* refuse = std::get_if<link::Refuse>(&*datagram);
+  ASSERT_NE(refuse, nullptr);
+  EXPECT_EQ(refuse->echo, 4711U);
+  EXPECT_EQ(refuse->code, link::RefuseCode::kVersion);
+  EXPECT_NE(refuse->text.view().find("yours 7 to 9"), std::string_view::npos)
+      << refuse->text.view();
+}
+
+// Three routers with static routes in a circle.
+TEST(Identity, StaticRoutesInACircle) {
+  World w(3);
+  const auto peers = [](std::size_t to) {
+    return std::vector<link::LinkSettings>{peer_link(address_of(to)),
+                                           {.kind = core::LinkKind::kPeer, .connects = false}};
+  };
+  std::array<Node*, 3> nodes{};
+  for (std::size_t i = 0; i < 3; ++i)
+    nodes[i] = &w.add({.name = std::string(1, static_cast<char>('a' + i)),
+                       .role = core::Role::kTop,
+                       .id = static_cast<std::uint8_t>(i + 1),
+                       .links = peers((i + 1) % 3)});
+  for (Node* node : nodes) node->start(w.now());
+  w.run_for(2s);
+  for (std::size_t i = 0; i < 3; ++i) {
+    core::StaticRoute route;
+    route.match = *AddressPattern::parse("*");
+    route.via = std::string_view(nodes[(i + 1) % 3]->setup().name);
+    nodes[i]->router().set_static_routes({route});
+  }
+  const auto client = nodes[0]->add_client(w.now(), "lost");
+  const Address here(0x00100000);
+  nodes[0]->add_mailbox(w.now(), client, here);
+  nodes[0]->send(w.now(), client, {.type = 3, .dest = Address(0x33330000), .src = here});
+  w.run_for(1s);
+  const core::Event* loop = nullptr;
+  for (Node* node : nodes)
+    if (loop == nullptr) loop = Story::find_event(*node, core::EventKind::kLoop);
+  ASSERT_NE(loop, nullptr);
+  EXPECT_FALSE(loop->client.name.view().empty());
+  EXPECT_FALSE(loop->owner.name.view().empty());
+  EXPECT_EQ(Story::not_available(*nodes[0], client), 1U);
+}
+
+// Somebody repeats what he has overheard, from elsewhere.
+TEST(Identity, ReplayedDatagramsLeadNowhere) {
+  Story s;
+  std::vector<std::vector<std::byte>> heard;
+  s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (&from == s.robot && to == s.base->address()) heard.emplace_back(bytes.begin(), bytes.end());
+    return false;
+  };
+  s.begin();
+  ASSERT_TRUE(s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui));
+  s.run_for(2s);
+  const auto sent = std::move(heard);
+  heard.clear();
+  const std::size_t arrived = s.base->arrivals(s.gui).size();
+  const std::size_t events = s.base->events.size();
+  for (const auto& bytes : sent) s.inject(address_of(900), s.base->address(), bytes);
+  s.run_for(2s);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), arrived);
+  EXPECT_EQ(s.base->events.size(), events);
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+TEST(Identity, ForgedDatagramsAreCounted) {
+  Story s;
+  s.begin();
+  for (int i = 0; i < 1000; ++i) {
+    std::vector<std::byte> bytes(s.random(300));
+    for (std::byte& b : bytes) b = static_cast<std::byte>(s.random());
+    if (!bytes.empty()) bytes[0] = static_cast<std::byte>(i % 6);
+    s.inject(address_of(900), s.base->address(), bytes);
+  }
+  s.run_for(1s);
+  const auto& counters = s.base->links().counters();
+  EXPECT_GT(counters.strange + counters.unknown_token, 900U);
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+TEST(Identity, APeerThatAcknowledgesWhatWasNeverSent) {
+  Story s;
+  s.begin();
+  // Taken for the robot: its next packet with an acknowledgement of the future.
+  bool done = false;
+  s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (done || &from != s.robot || to != s.base->address() || bytes[0] != std::byte{1})
+      return false;
+    done = true;
+    std::vector<std::byte> forged(bytes.begin(), bytes.begin() + link::kDataHeaderSize);
+    forged.resize(forged.size() + link::ack_size(1));
+    const std::span<std::byte> all(forged);
+    link::ByteWriter out(all.subspan(link::kDataHeaderSize));
+    link::Ack ack{.count = 1};
+    ack.ranges[0] = {1'000'000, 1'000'000};
+    put(out, ack);
+    s.inject(from.address(), to, forged);
+    return true;
+  };
+  ASSERT_TRUE(s.run_until([&] { return done; }, 1s));
+  s.run_for(100ms);
+  const core::Event* down = Story::find_event(*s.base, core::EventKind::kLinkDown);
+  ASSERT_NE(down, nullptr);
+  EXPECT_EQ(down->reason, core::CloseReason::kBadRecord);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 2s));
+}
+
+TEST(Identity, APeerThatFloods) {
+  Story s;
+  s.begin();
+  std::vector<std::byte> body(100'000);
+  std::size_t most = 0;
+  for (int i = 0; i < 500; ++i) {
+    for (int n = 0; n < 4; ++n)
+      s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kChassis, .src = kLadar}, body);
+    s.run_for(2ms);
+    most = std::max({most, s.base->memory_in_use(), s.robot->memory_in_use()});
+  }
+  EXPECT_LE(most, 40U << 20);
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, s.chassis, kChassis));
+}
+
+TEST(Identity, NoMoreLinksThanThereMayBe) {
+  World w(5);
+  Node& base =
+      w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .links_max = 2});
+  base.start(w.now());
+  std::size_t up = 0;
+  for (std::uint8_t i = 1; i <= 4; ++i) {
+    Node& robot = w.add(
+        {.name = "robot" + std::to_string(i), .system = i, .links = {super_link(address_of(0))}});
+    robot.start(w.now());
+    w.run_for(1s);
+    up += Story::links_up(robot);
+    EXPECT_EQ(Story::find_event(robot, core::EventKind::kLinkRefused) != nullptr, i > 2);
+  }
+  EXPECT_EQ(up, 2U);
+  // Those that never come back make room.
+  w.nodes()[1]->kill();
+  w.nodes()[2]->kill();
+  w.run_for(120s);
+  EXPECT_EQ(Story::links_up(base), 2U);
+}
+
+}  // namespace
+}  // namespace tims::sim

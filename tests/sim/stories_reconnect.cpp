@@ -1,0 +1,160 @@
+// Complaints about reconnecting: "process alive, log clean, no data; restarting one side fixed it".
+#include "tests/sim/story.h"
+
+namespace tims::sim {
+namespace {
+
+TEST(Reconnect, EverybodyReachesEverybody) {
+  Story s;
+  s.begin();
+  EXPECT_TRUE(s.gui_reaches_camera());
+  EXPECT_TRUE(s.reaches(*s.host, s.camera, kCamera, *s.base, s.gui, kGui));
+  EXPECT_TRUE(s.reaches(*s.host, s.camera, kCamera, *s.other, s.chassis, kChassis));
+}
+
+TEST(Reconnect, TheUpperRouterWasRestarted) {
+  Story s;
+  s.begin();
+  s.base->kill();
+  s.base->start(s.now());
+  s.gui = s.client(*s.base, kGui);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 2s));
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+TEST(Reconnect, TheLowerRouterWasRestarted) {
+  Story s;
+  s.begin();
+  s.robot->kill();
+  s.run_for(50ms);
+  s.robot->start(s.now());
+  s.ladar = s.client(*s.robot, kLadar);
+  EXPECT_TRUE(s.run_until([&] { return Story::knows(*s.robot, kCamera); }, 2s));
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 2s));
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// One side has forgotten the session, the other has not.
+TEST(Reconnect, AHalfOpenSession) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  s.base->kill();
+  s.base->start(s.now());
+  s.gui = s.client(*s.base, kGui);
+  s.run_for(500ms);  // the robot still thinks that it is linked
+  s.cut("robot", "base", false);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
+}
+
+TEST(Reconnect, TheRobotGetsAnotherAddress) {
+  Story s;
+  s.begin();
+  const auto up_before = s.robot->events.size();
+  s.move(*s.robot, address_of(500), 200ms);
+  EXPECT_TRUE(s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui));
+  EXPECT_TRUE(s.run_until([&] { return s.gui_reaches_camera(); }, 1s));
+  s.run_for(2s);
+  EXPECT_EQ(s.robot->events.size(), up_before) << "the link to the base went down";
+}
+
+TEST(Reconnect, TheUpperRouterGetsAnotherAddress) {
+  Story s;
+  s.begin();
+  s.move(*s.base, address_of(501), 10s);  // long before names lead there
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, s.ladar, kLadar));
+  EXPECT_TRUE(s.run_until(
+      [&] { return s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui, 100ms); }, 1s));
+}
+
+// The network comes up after the router: its target has no address yet.
+TEST(Reconnect, AnInterfaceComesLate) {
+  Story s;
+  Node& late = s.add({.name = "late",
+                      .role = core::Role::kSystem,
+                      .system = 7,
+                      .links = {{.kind = core::LinkKind::kSuper, .to = "base.local:2010"}}});
+  s.begin();
+  late.start(s.now());
+  s.run_for(60s);
+  EXPECT_EQ(late.links().wants_addresses(), std::vector<std::string>{"base.local:2010"});
+  late.links().set_target(s.now(), "base.local:2010", s.base->address());
+  late.end_turn(s.now());
+  EXPECT_TRUE(s.run_until([&] { return Story::links_up(late) == 1; }, 500ms));
+}
+
+TEST(Reconnect, AWiFiBlackoutOfMinutes) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  std::vector<std::byte> body(50'000);
+  std::size_t most = 0;
+  for (int i = 0; i < 1800; ++i) {
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
+    s.run_for(100ms);
+    most = std::max(most, s.robot->memory_in_use());
+  }
+  EXPECT_LE(most, 17U << 20);
+  s.cut("robot", "base", false);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// The robot hears the base, and not the other way round.
+TEST(Reconnect, AsymmetricLoss) {
+  Story s;
+  s.begin();
+  s.cut_one_way("robot", "base");
+  EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kCamera); }, 3 * kKeepAlive + 100ms));
+  // The robot learns that it is not heard, and says so to those who command.
+  EXPECT_TRUE(s.run_until([&] { return s.robot->router().uplink() == core::kNoClient; }, 500ms));
+  s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
+  EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
+  s.cut_one_way("robot", "base", false);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
+}
+
+TEST(Reconnect, AnMtuBlackHole) {
+  Story s;
+  s.begin();
+  std::vector<std::byte> body(200'000);
+  const auto send = [&] {
+    return s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
+  };
+  send();
+  s.run_for(2s);
+  ASSERT_EQ(s.base->arrivals(s.gui).size(), 1U);
+  s.set_faults({.delay = 1ms, .mtu = 1200});
+  send();
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 2; }, 2s));
+}
+
+TEST(Reconnect, TheWallClockJumps) {
+  Story s;
+  s.begin();
+  const std::size_t events = s.robot->events.size();
+  s.robot->jump_wall(-48h);
+  s.base->jump_wall(24h * 365);
+  s.run_for(5s);
+  EXPECT_EQ(s.robot->events.size(), events);
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// By hand: a link that was taken down stays down until it is brought up.
+TEST(Reconnect, ALinkTakenDownByHandStaysDown) {
+  Story s;
+  s.begin();
+  EXPECT_TRUE(s.base->links().by_hand(s.now(), "robot", link::Links::Hand::kDown));
+  s.base->end_turn(s.now());
+  s.run_for(10s);
+  EXPECT_FALSE(Story::knows(*s.base, kLadar));
+  const core::Event* refused = Story::find_event(*s.robot, core::EventKind::kLinkRefused);
+  ASSERT_NE(refused, nullptr);
+  EXPECT_NE(refused->text.view().find("by hand"), std::string_view::npos);
+  EXPECT_TRUE(s.base->links().by_hand(s.now(), "robot", link::Links::Hand::kUp));
+  s.base->end_turn(s.now());
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 5s));
+}
+
+}  // namespace
+}  // namespace tims::sim

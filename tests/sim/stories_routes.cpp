@@ -1,0 +1,150 @@
+// Complaints about messages that do not arrive, arrive late, or vanish without a word.
+#include <chrono>
+#include <cstdio>
+
+#include "tests/sim/story.h"
+#include "tests/support/patience.h"
+
+namespace tims::sim {
+namespace {
+
+TEST(Routes, ADeadLinkIsWithdrawnEverywhere) {
+  Story s;
+  s.begin();
+  s.host->kill();
+  EXPECT_TRUE(s.run_until(
+      [&] { return !Story::knows(*s.base, kCamera) && !Story::knows(*s.robot, kCamera); },
+      3 * kKeepAlive + 50ms));
+  s.base->send(s.now(), s.gui, {.type = 3, .dest = kCamera, .src = kGui});
+  EXPECT_EQ(Story::not_available(*s.base, s.gui), 1U);
+}
+
+TEST(Routes, WhatNobodyKnowsIsAnsweredFromTheTop) {
+  Story s;
+  s.begin();
+  s.host->send(s.now(), s.camera, {.type = 3, .dest = Address(0x77010000), .src = kCamera});
+  EXPECT_TRUE(s.run_until([&] { return Story::not_available(*s.host, s.camera) == 1; }, 20ms));
+  EXPECT_EQ(s.base->router().messages().total(core::Outcome::kNoRoute).messages, 1U);
+}
+
+TEST(Routes, AnotherSuperRouterTakesOver) {
+  World w(2);
+  Node& a = w.add({.name = "a", .role = core::Role::kTop, .id = 1, .links = {sub_link()}});
+  Node& b = w.add({.name = "b", .role = core::Role::kTop, .id = 2, .links = {sub_link()}});
+  Node& robot = w.add({.name = "robot",
+                       .system = 1,
+                       .links = {super_link(address_of(0)), super_link(address_of(1))}});
+  for (const auto& node : w.nodes()) node->start(w.now());
+  const auto ladar = robot.add_client(w.now(), "ladar");
+  robot.add_mailbox(w.now(), ladar, kLadar);
+  ASSERT_TRUE(w.run_until([&] { return Story::knows(a, kLadar); }, 2s));
+  w.run_for(1s);
+  EXPECT_FALSE(Story::knows(b, kLadar));
+  w.cut("robot", "a");
+  EXPECT_TRUE(w.run_until([&] { return Story::knows(b, kLadar); }, 3 * kKeepAlive + 1s));
+  w.run_for(5s);
+  EXPECT_FALSE(Story::knows(a, kLadar));
+  w.cut("robot", "a", false);
+  EXPECT_TRUE(w.run_until([&] { return Story::knows(a, kLadar) && !Story::knows(b, kLadar); },
+                          3 * kKeepAlive + 1s));
+}
+
+TEST(Routes, TheTopClassOvertakesLargeMessages) {
+  Story s;
+  s.begin();
+  s.set_faults({.delay = 1ms, .rate = 6'250'000, .queue = 312'500});
+  const std::vector<std::byte> image(1 << 20);
+  for (int i = 0; i < 8; ++i)
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, image);
+  s.run_for(500ms);
+  const Time sent = s.now();
+  s.robot->send(s.now(), s.ladar, {.type = 2, .priority = 255, .dest = kGui, .src = kLadar});
+  const auto stop = [](const Arrival& a) { return a.header.priority == 255; };
+  ASSERT_TRUE(s.run_until(
+      [&] {
+        const auto& all = s.base->arrivals(s.gui);
+        return std::any_of(all.begin(), all.end(), stop);
+      },
+      100ms));
+  EXPECT_LT(s.now() - sent, 10ms);
+  EXPECT_LT(s.base->arrivals(s.gui).size(), 6U);
+}
+
+TEST(Routes, SamplesKeepTheLatest) {
+  Story s;
+  s.begin();
+  s.set_faults({.delay = 1ms, .rate = 100'000});
+  std::vector<std::byte> scan(3000);
+  for (std::uint8_t n = 0; n < 200; ++n) {
+    scan[0] = std::byte{n};
+    s.robot->send(s.now(), s.ladar,
+                  {.flags = flag::kNativeOrder | flag::kStream,
+                   .type = type::kData,
+                   .seq_nr = n,
+                   .dest = kGui,
+                   .src = kLadar},
+                  scan);
+    s.run_for(10ms);  // three times what the link takes
+  }
+  const auto& all = s.base->arrivals(s.gui);
+  ASSERT_GT(all.size(), 30U);
+  EXPECT_LT(all.size(), 100U);
+  // Fresh to the end: the newest is not older than what the window holds.
+  EXPECT_GE(all.back().header.seq_nr, 185);
+  EXPECT_GT(s.robot->router().messages().total(core::Outcome::kQueueReplaced).messages, 50U);
+}
+
+TEST(Routes, AMailboxIsKnownAtTheTopAtOnce) {
+  Story s;
+  s.begin();
+  s.set_faults({.delay = 10ms});
+  s.run_for(1s);
+  const auto client = s.host->add_client(s.now(), "new");
+  s.host->add_mailbox(s.now(), client, Address(0x01170000));
+  // Two links.
+  EXPECT_TRUE(s.run_until([&] { return Story::knows(*s.base, Address(0x01170000)); }, 21ms));
+}
+
+// A top router above a thousand others, with a hundred mailboxes each.
+TEST(Routes, AThousandRoutersComeBack) {
+  World w(4);
+  constexpr std::uint32_t kRouters = test::kSlowdown > 1 ? 100 : 1000;
+  constexpr std::uint32_t kMailboxes = 100;
+  Node& top = w.add({.name = "top", .role = core::Role::kTop, .links = {sub_link()}});
+  for (std::uint32_t i = 0; i < kRouters; ++i) {
+    // Four systems share a number: the router's id tells them apart.
+    w.add({.name = "r" + std::to_string(i),
+           .system = static_cast<std::uint8_t>(i / 4 + 1),
+           .id = static_cast<std::uint8_t>(i % 4 + 1),
+           .links = {super_link(address_of(0))},
+           .block_bytes = 1U << 20,
+           .message_bytes = 1U << 20});
+  }
+  w.set_faults({.delay = 1ms});
+  for (std::uint32_t i = 0; i <= kRouters; ++i) {
+    Node& node = *w.nodes()[i];
+    node.start(w.now());
+    if (i == 0) continue;
+    const auto client = node.add_client(w.now(), "c");
+    for (std::uint32_t m = 0; m < kMailboxes; ++m)
+      node.add_mailbox(
+          w.now(), client,
+          Address::of(
+              {.system = node.setup().system, .class_id = 0x20U + node.setup().id, .local = m}));
+  }
+  const std::size_t all = kRouters * (kMailboxes + 1);
+  ASSERT_TRUE(w.run_until([&] { return top.router().table().size() == all; }, 5s));
+  top.kill();
+  w.run_for(100ms);
+  top.start(w.now());
+  const Time start = w.now();
+  const auto real = std::chrono::steady_clock::now();
+  EXPECT_TRUE(w.run_until([&] { return top.router().table().size() == all; }, 2s));
+  std::printf("%zu mailboxes known again after %.0f ms, in %.2f s of this machine\n",
+              top.router().table().size(),
+              std::chrono::duration<double, std::milli>(w.now() - start).count(),
+              std::chrono::duration<double>(std::chrono::steady_clock::now() - real).count());
+}
+
+}  // namespace
+}  // namespace tims::sim

@@ -1,0 +1,96 @@
+// What most stories begin with: a base above two robots, the first of which has a second host.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/world.h"
+
+namespace tims::sim {
+
+using namespace std::chrono_literals;
+
+inline constexpr Address kGui{0x00020000};      // at the base
+inline constexpr Address kLadar{0x01140000};    // at the robot
+inline constexpr Address kCamera{0x01150000};   // at the robot's second host
+inline constexpr Address kChassis{0x02110000};  // at the other robot
+inline constexpr Duration kKeepAlive = 300ms;
+
+struct Story : World {
+  explicit Story(std::uint64_t seed = 1) : World(seed) {
+    base = &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+    robot = &add({.name = "robot",
+                  .role = core::Role::kSystem,
+                  .system = 1,
+                  .links = {super_link(address_of(0)), sub_link()}});
+    host = &add({.name = "host",
+                 .role = core::Role::kSubsystem,
+                 .system = 1,
+                 .id = 2,
+                 .links = {super_link(address_of(1))}});
+    other = &add({.name = "other",
+                  .role = core::Role::kSystem,
+                  .system = 2,
+                  .links = {super_link(address_of(0)), sub_link()}});
+    set_faults({.delay = 1ms});
+  }
+  // All of them, with their clients; then everybody knows everybody.
+  void begin() {
+    for (const auto& node : nodes()) node->start(now());
+    gui = client(*base, kGui);
+    ladar = client(*robot, kLadar);
+    camera = client(*host, kCamera);
+    chassis = client(*other, kChassis);
+    EXPECT_TRUE(run_until([&] { return converged(); }, 2s));
+  }
+  core::ClientId client(Node& node, Address address) {
+    const auto id = node.add_client(now(), address.to_string());
+    EXPECT_TRUE(node.add_mailbox(now(), id, address));
+    return id;
+  }
+  [[nodiscard]] static bool knows(Node& node, Address address) {
+    return node.router().find(address) != nullptr;
+  }
+  [[nodiscard]] bool converged() const {
+    return knows(*base, kLadar) && knows(*base, kCamera) && knows(*base, kChassis) &&
+           knows(*robot, kCamera);
+  }
+  // A command from the one to the other, and whether it arrives.
+  bool reaches(Node& from, core::ClientId sender, Address src, Node& to, core::ClientId receiver,
+               Address dest, Duration within = 1s) {
+    const std::size_t before = to.arrivals(receiver).size();
+    from.send(now(), sender, {.type = 3, .priority = 100, .dest = dest, .src = src});
+    return run_until([&] { return to.arrivals(receiver).size() > before; }, within);
+  }
+  bool gui_reaches_camera() { return reaches(*base, gui, kGui, *host, camera, kCamera); }
+  [[nodiscard]] static std::size_t not_available(Node& node, core::ClientId client) {
+    const auto& all = node.arrivals(client);
+    return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const Arrival& a) {
+      return a.header.type == type::kNotAvailable;
+    }));
+  }
+  [[nodiscard]] static const core::Event* find_event(const Node& node, core::EventKind kind) {
+    for (const core::Event& event : node.events)
+      if (event.kind == kind) return &event;
+    return nullptr;
+  }
+  [[nodiscard]] static std::size_t links_up(Node& node) {
+    std::size_t up = 0;
+    node.links().for_each([&](const link::Link& link) { up += link.is_up() ? 1 : 0; });
+    return up;
+  }
+
+  Node* base;
+  Node* robot;
+  Node* host;
+  Node* other;
+  core::ClientId gui{};
+  core::ClientId ladar{};
+  core::ClientId camera{};
+  core::ClientId chassis{};
+};
+
+}  // namespace tims::sim
