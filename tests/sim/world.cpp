@@ -120,7 +120,9 @@ std::size_t Node::memory_in_use() const {
 }
 
 core::ClientId Node::add_client(Time now, const std::string& name) {
-  return router().connect(now, {.port = core::PortKind::kTcp, .name = std::string_view(name)});
+  // One of ours: flags of original programs (TCP) mean nothing beyond their router.
+  return router().connect(now,
+                          {.port = core::PortKind::kWebSocket, .name = std::string_view(name)});
 }
 
 void Node::remove_client(Time now, core::ClientId client) {
