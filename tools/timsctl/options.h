@@ -34,25 +34,25 @@ struct Options {
 
   // What single verbs take.
   std::vector<std::string> arguments;
-  bool yes = false;
   std::string from;
   std::string type;
   std::string listen;
   std::string hex;
   std::string file;
-  bool raw = false;
-  bool no_wait = false;
   std::optional<double> rate_hz;
   std::optional<std::uint8_t> priority;
   std::uint32_t size_bytes = 0;
   std::uint32_t body_max_bytes = 4U << 20;
   tims::Duration period{};
   std::string by;
+  std::string style;  // doctor --format
+  std::string fleet;  // of sim
+  bool yes = false;
+  bool raw = false;
+  bool no_wait = false;
   bool origin = false;
   bool all_routers = false;
   bool hops = false;
-  std::string style;  // doctor --format
-  std::string fleet;
   bool detach = false;
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }

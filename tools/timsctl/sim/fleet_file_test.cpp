@@ -146,7 +146,7 @@ TEST(FleetFile, SaysWhatIsWrongAndWhere) {
            Bad{"[[robot]]\n[[fault]]\nat = \"1s\"\nhost = \"base\"\ndo = \"cut\"\n",
                "f:5:6: do wants kill or start"},
            Bad{"[[robot]]\n[[fault]]\nat = \"soon\"\nhost = \"base\"\ndo = \"kill\"\n",
-               "f:3:6: at wants a duration such as \"5s\", not \"soon\""},
+               R"(f:3:6: at wants a duration such as "5s", not "soon")"},
            Bad{"[[robot]]\n[[fault]]\nat = \"1s\"\n", "either line or host"},
            Bad{"a = \n", "f:1:5: "},
        }) {
