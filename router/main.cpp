@@ -20,12 +20,14 @@
 #include "router/io/client_port.h"
 #include "router/io/facts.h"
 #include "router/io/http/http_port.h"
+#include "router/io/link_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
 #include "router/io/report_json.h"
 #include "router/io/service.h"
 #include "router/io/switchboard.h"
 #include "router/io/tcp_port.h"
+#include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
 
 extern char** environ;
@@ -67,12 +69,38 @@ Result<config::Loaded> load_configuration(const io::Arguments& arguments) {
   return config::load(sources);
 }
 
-core::RouterSettings router_settings(const config::Config& c) {
-  return {.address = Address::of({.system = c.router.system, .instance = c.router.id}),
+core::Role role(const config::Config& c) { return static_cast<core::Role>(c.router.role); }
+static_assert(static_cast<int>(config::Role::kTop) == static_cast<int>(core::Role::kTop));
+
+core::RouterSettings router_settings(const config::Config& c, std::uint64_t epoch) {
+  return {.address =
+              Address::of({.system = c.router.system, .instance = c.router.id}, c.address.widths),
+          .widths = c.address.widths,
+          .role = role(c),
+          .epoch = static_cast<std::uint32_t>(epoch),
           .compat_delete = c.tcp.compat_delete,
           .lifesign_interval = c.lifesign.interval,
           .clients_max = c.limits.clients,
           .mailboxes_per_client_max = c.limits.mailboxes_per_client};
+}
+
+link::Identity identity(const config::Config& c, std::uint64_t epoch) {
+  return {.epoch = epoch,
+          .role = role(c),
+          .system = c.router.system,
+          .id = c.router.id,
+          .name = std::string_view(c.router.name),
+          .widths = c.address.widths,
+          .message_max = c.message.bytes_max};
+}
+
+std::vector<core::StaticRoute> static_routes(const config::Config& c) {
+  std::vector<core::StaticRoute> routes;
+  for (const config::Route& route : c.routes) {
+    routes.push_back({*AddressPattern::parse(route.match, c.address.widths),
+                      std::string_view(route.match), std::string_view(route.via)});
+  }
+  return routes;
 }
 
 std::size_t waiting_bytes(const config::Config& c) {
@@ -100,9 +128,18 @@ void log_event(io::Log& log, const core::Event& event) {
     case Kind::kDeleteRefused:
     case Kind::kWatchdogClosed:
     case Kind::kProtocolError:
+    case Kind::kLinkDown:
+    case Kind::kLinkRefused:
+    case Kind::kDuplicateAddress:
+    case Kind::kDuplicateRouter:
+    case Kind::kLoop:
       return log.warning(io::event_text(event));
+    case Kind::kLinkUp:
+    case Kind::kUplinkChanged:
+      return log.info(io::event_text(event));
     default:
-      return log.debug(io::event_text(event));
+      // A restart of the fleet brings a hundred thousand of these.
+      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event));
   }
 }
 
@@ -122,6 +159,12 @@ class Program {
     switchboard_.attach(core::PortKind::kLocal, local_);
     switchboard_.attach(core::PortKind::kTcp, tcp_);
     switchboard_.attach(core::PortKind::kWebSocket, http_);
+    switchboard_.attach(core::PortKind::kLink, links_);
+    switchboard_.on_traced(
+        [this](core::ClientId from, core::ClientId to, const core::Message& message) {
+          tracer_.on_traced(from, to, message);
+        });
+    router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
       desk_.event_happened();
       log_event(log_, event);
@@ -135,6 +178,8 @@ class Program {
     loop_.watch({.next = [this] { return desk_.next_timeout(); }, .on_timeout = [](Time) {}});
     loop_.watch({.next = [this] { return http_.next_timeout(); },
                  .on_timeout = [this](Time now) { http_.on_timeout(now); }});
+    loop_.watch({.next = [this] { return links_.next_timeout(); },
+                 .on_timeout = [this](Time now) { links_.on_timeout(now); }});
     loop_.watch(
         {.next = [this] { return drain_deadline_; }, .on_timeout = [this](Time) { loop_.stop(); }});
   }
@@ -156,8 +201,12 @@ class Program {
     desk_.answer(read_clocks(now), [&](core::ClientId asker, core::Message& answer) {
       router_.answer(now, asker, answer);
     });
+    tracer_.send_records(router_, configuration_.config.router.name, read_clocks(now),
+                         [&](core::Message& record) { router_.answer(now, {}, record); });
     switchboard_.flush(now);
     desk_.release();
+    tracer_.release();
+    links_.release();
     memory_.give_back();
     if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
   }
@@ -172,7 +221,25 @@ class Program {
     facts_.start.unix_path = c.unix.path;
     log_.info("listening unix " + c.unix.path);
     if (auto result = listen(tcp_, "tcp", c.tcp.listen, facts_.start.tcp); !result) return result;
-    return listen(http_, "http", c.http.listen, facts_.start.http);
+    if (auto result = listen(http_, "http", c.http.listen, facts_.start.http); !result)
+      return result;
+    return listen_for_routers(os::now());
+  }
+
+  // A router without links has no UDP socket.
+  Result<void> listen_for_routers(Time now) {
+    const config::Config& c = configuration_.config;
+    if (!c.links.empty() && !links_.is_open() && c.udp.listen) {
+      const auto where = links_.listen(*c.udp.listen);
+      if (!where) {
+        return Error(where.error().code(),
+                     cannot_listen("udp.listen", c.udp.listen->to_string(), where.error()));
+      }
+      facts_.start.udp = *where;
+      log_.info("listening udp " + *where);
+    }
+    links_.configure(now, c);
+    return {};
   }
 
   // `endpoint`: nothing when the port is switched off. `where` becomes what is told about it.
@@ -197,6 +264,7 @@ class Program {
     const Time now = os::now();
     manager_.stopping();
     log_.info("stopping");
+    if (links_.is_open()) links_.say_goodbye(now);
     switchboard_.stop_accepting();
     drain_deadline_ = now + kDrainTime;
     loop_.end_turn(now);
@@ -226,7 +294,10 @@ class Program {
     configuration_.origins = loaded.origins;
     const config::Config& c = configuration_.config;
     log_.set_level(c.log.level);
-    router_.configure(now, router_settings(c));
+    router_.configure(now, router_settings(c, epoch_));
+    router_.set_static_routes(static_routes(c));
+    if (const auto listening = listen_for_routers(now); !listening)
+      log_.error("links are not changed: " + listening.error().detail());
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_ping_interval(c.lifesign.interval);
@@ -240,15 +311,16 @@ class Program {
   io::Loop loop_;
   const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
   io::Switchboard switchboard_;
-  core::Router router_{
-      router_settings(configuration_.config), {random_number(), random_number()}, switchboard_};
+  core::Router router_{router_settings(configuration_.config, epoch_),
+                       {random_number(), random_number()},
+                       switchboard_};
   io::WaitingMemory memory_{waiting_bytes(configuration_.config)};
   io::ClientPort local_{loop_.context(),
                         router_,
                         end_turn_,
                         {.path = configuration_.config.unix.path,
                          .everybody = configuration_.config.unix.everybody,
-                         .router = router_settings(configuration_.config).address,
+                         .router = router_settings(configuration_.config, epoch_).address,
                          .epoch = epoch_,
                          .message_max = configuration_.config.message.bytes_max}};
   io::TcpPort tcp_{loop_.context(),
@@ -258,7 +330,13 @@ class Program {
                    end_turn_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
-  io::Facts facts_{router_, loop_, switchboard_, local_, configuration_};
+  io::LinkPort links_{loop_.context(),
+                      router_,
+                      log_,
+                      memory_.pool(),
+                      end_turn_,
+                      {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
+  io::Facts facts_{router_, loop_, switchboard_, local_, links_, configuration_};
   io::HttpPort http_{loop_.context(),
                      router_,
                      log_,
@@ -269,6 +347,7 @@ class Program {
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,
                       .ping_interval = configuration_.config.lifesign.interval}};
   io::AdminDesk desk_{facts_};
+  io::Tracer tracer_;
   io::ServiceManager manager_{loop_.context()};
   io::Signals signals_{loop_.context(),
                        {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 
+#include "components/demo/arguments.h"
 #include "tims/session.h"
 
 namespace tims::demo {
@@ -41,13 +42,11 @@ inline int failed(const char* what, const Error& error) {
   return 1;
 }
 
-int run_ladar(Session& session, const StopSignals& signals);
-int run_viewer(Session& session, const StopSignals& signals);
-int run_server(Session& session, const StopSignals& signals);
-int run_client(Session& session, const StopSignals& signals);
+int run_ladar(Session& session, const StopSignals& signals, const Arguments& arguments);
+int run_viewer(Session& session, const StopSignals& signals, const Arguments& arguments);
+int run_server(Session& session, const StopSignals& signals, const Arguments& arguments);
+int run_client(Session& session, const StopSignals& signals, const Arguments& arguments);
 
-inline constexpr Address kLadar = Address::of({.class_id = class_id::kLadar});
-inline constexpr Address kServer = Address::of({.class_id = class_id::kTest});
 inline constexpr std::int8_t kReverse = 21;  // the server's one command
 
 }  // namespace tims::demo

@@ -8,8 +8,8 @@ namespace tims::demo {
 
 using namespace std::chrono_literals;
 
-int run_server(Session& session, const StopSignals& signals) {
-  auto mailbox = session.open({.address = kServer, .slots = 16, .body_max = 1024});
+int run_server(Session& session, const StopSignals& signals, const Arguments& arguments) {
+  auto mailbox = session.open({.address = *arguments.at, .slots = 16, .body_max = 1024});
   if (!mailbox) return failed("server", mailbox.error());
   while (!signals.stop_within(Duration{})) {
     const auto request = mailbox->peek_for(200ms);
@@ -31,9 +31,9 @@ int run_server(Session& session, const StopSignals& signals) {
 namespace {
 
 // One question and its answer; false when there was none, or a wrong one.
-bool ask(Mailbox& mailbox, std::uint8_t number) {
+bool ask(Mailbox& mailbox, Address server, std::uint8_t number) {
   const std::string question = "question " + std::to_string(number);
-  const auto sent = mailbox.send({.dest = kServer, .type = kReverse, .seq_nr = number},
+  const auto sent = mailbox.send({.dest = server, .type = kReverse, .seq_nr = number},
                                  std::as_bytes(std::span(question)));
   if (!sent) return false;
   for (auto reply = mailbox.peek_for(1s); reply; reply = mailbox.peek_for(1s)) {
@@ -48,17 +48,30 @@ bool ask(Mailbox& mailbox, std::uint8_t number) {
 
 }  // namespace
 
-int run_client(Session& session, const StopSignals& signals) {
-  const Address address = Address::of({.class_id = class_id::kTest, .instance = 2, .local = 1});
-  auto mailbox = session.open({.address = address, .slots = 4, .body_max = 1024});
+int run_client(Session& session, const StopSignals& signals, const Arguments& arguments) {
+  auto mailbox = session.open({.address = *arguments.at, .slots = 4, .body_max = 1024});
   if (!mailbox) return failed("client", mailbox.error());
   std::uint64_t good = 0;
   std::uint64_t bad = 0;
-  for (std::uint8_t number = 0; !signals.stop_within(100ms); ++number) {
-    ++(ask(*mailbox, number) ? good : bad);
-    if ((good + bad) % 10 == 0)
-      std::printf("client: %llu answers, %llu failures\n", static_cast<unsigned long long>(good),
-                  static_cast<unsigned long long>(bad));
+  Duration fastest = Duration::max();  // since the last report
+  Time report = now() + 1s;
+  for (std::uint8_t number = 0; !signals.stop_within(arguments.period); ++number) {
+    const Time asked = now();
+    if (ask(*mailbox, arguments.to, number)) {
+      ++good;
+      fastest = std::min(fastest, now() - asked);
+    } else {
+      ++bad;
+    }
+    if (now() < report) continue;
+    report = now() + 1s;
+    std::printf("client: %llu answers, %llu failures", static_cast<unsigned long long>(good),
+                static_cast<unsigned long long>(bad));
+    if (fastest == Duration::max())
+      std::printf(", none since\n");
+    else
+      std::printf(", in %.3f ms\n", std::chrono::duration<double, std::milli>(fastest).count());
+    fastest = Duration::max();
   }
   return good > 0 && bad <= 1 ? 0 : 1;  // the first may have been asked before the server was there
 }

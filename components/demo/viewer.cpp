@@ -9,16 +9,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Result<void> subscribe(Mailbox& mailbox) {
+Result<void> subscribe(Mailbox& mailbox, Address ladar) {
   const std::array<std::uint32_t, 2> body{0, mailbox.address().raw()};
-  return mailbox.send({.dest = kLadar, .type = type::kGetContData}, std::as_bytes(std::span(body)));
+  return mailbox.send({.dest = ladar, .type = type::kGetContData}, std::as_bytes(std::span(body)));
 }
 
 }  // namespace
 
-int run_viewer(Session& session, const StopSignals& signals) {
-  const Address address = Address::of({.class_id = class_id::kTest, .instance = 1, .local = 1});
-  auto mailbox = session.open({.address = address, .slots = 8, .body_max = kScanBytes});
+int run_viewer(Session& session, const StopSignals& signals, const Arguments& arguments) {
+  auto mailbox = session.open({.address = *arguments.at, .slots = 8, .body_max = kScanBytes});
   if (!mailbox) return failed("viewer", mailbox.error());
   std::uint64_t all = 0;
   std::uint64_t second = 0;
@@ -26,7 +25,7 @@ int run_viewer(Session& session, const StopSignals& signals) {
   Time report = now() + 1s;
   bool subscribed = false;
   while (!signals.stop_within(Duration{})) {
-    if (!subscribed) subscribed = subscribe(*mailbox).ok();
+    if (!subscribed) subscribed = subscribe(*mailbox, arguments.to).ok();
     const auto scan = mailbox->peek_for(200ms);
     if (scan && scan->header().type == type::kData && read_scan(scan->body(), summary)) {
       ++all;

@@ -55,6 +55,7 @@ tims::Envelope envelope_of(const tims_header& h) {
           .priority = h.priority,
           .seq_nr = h.seq_nr,
           .stream = (h.flags & TIMS_STREAM) != 0,
+          .trace = (h.flags & TIMS_TRACE) != 0,
           .body_order = static_cast<std::uint8_t>(h.flags & TIMS_BODY_LITTLE_ENDIAN)};
 }
 

@@ -51,6 +51,7 @@ enum tims_error {
 
 /* Bits of flags (others travel untouched). */
 #define TIMS_BODY_LITTLE_ENDIAN 0x02
+#define TIMS_TRACE 0x20  /* every router on the way tells the sender */
 #define TIMS_STREAM 0x10 /* a sample: a newer one may replace it where a link is short */
 
 struct tims_header {

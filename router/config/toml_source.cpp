@@ -66,6 +66,37 @@ std::string explained(std::string_view description) {
   return text;
 }
 
+std::pair<std::uint32_t, std::uint32_t> place(const Origin& at) { return {at.line, at.column}; }
+
+// Nested deeper than any file that means something: the rest is one foreign value.
+constexpr int kDepthMax = 16;
+
+void append_children(const File& file, const toml::node& node, int depth, TomlNode& out);
+
+TomlNode tree_node(const File& file, const toml::node& node, int depth) {
+  TomlNode out{.at_key = origin(file, node.source().begin),
+               .at_value = origin(file, node.source().begin),
+               .value = raw_value(node)};
+  if (depth < kDepthMax) append_children(file, node, depth + 1, out);
+  return out;
+}
+
+void append_children(const File& file, const toml::node& node, int depth, TomlNode& out) {
+  if (const toml::table* table = node.as_table()) {
+    out.form = TomlNode::Form::kTable;
+    for (const auto& [name, value] : *table) {
+      out.children.push_back(tree_node(file, value, depth));
+      out.children.back().key = std::string(name.str());
+      out.children.back().at_key = origin(file, name.source().begin);
+    }
+  } else if (const toml::array* array = node.as_array()) {
+    out.form = TomlNode::Form::kArray;
+    for (const toml::node& item : *array) out.children.push_back(tree_node(file, item, depth));
+  }
+  std::ranges::stable_sort(out.children, {},
+                           [](const TomlNode& child) { return place(child.at_key); });
+}
+
 }  // namespace
 
 TomlText parse_toml(const File& file) {
@@ -77,9 +108,19 @@ TomlText parse_toml(const File& file) {
     result.assignments.clear();
     result.problems.push_back({origin(file, error.source().begin), explained(error.description())});
   }
-  std::ranges::stable_sort(result.assignments, {}, [](const Assignment& a) {
-    return std::pair(a.at_key.line, a.at_key.column);
-  });
+  std::ranges::stable_sort(result.assignments, {},
+                           [](const Assignment& a) { return place(a.at_key); });
+  return result;
+}
+
+TomlTree parse_toml_tree(const File& file) {
+  TomlTree result{.root = {.form = TomlNode::Form::kTable}, .problems = {}};
+  try {
+    const toml::table root = toml::parse(std::string_view{file.text});
+    append_children(file, root, 0, result.root);
+  } catch (const toml::parse_error& error) {
+    result.problems.push_back({origin(file, error.source().begin), explained(error.description())});
+  }
   return result;
 }
 

@@ -1,4 +1,5 @@
-// One TOML text, flattened to the assignments it makes. The only file that knows the TOML library.
+// One TOML text, flattened to the assignments it makes, or as it is nested. The only file that
+// knows the TOML library.
 #pragma once
 
 #include <cstddef>
@@ -32,5 +33,24 @@ struct TomlText {
 };
 
 TomlText parse_toml(const File& file);
+
+// The text as it is nested, for files that are no router's configuration (fleets of `timsctl sim`).
+struct TomlNode {
+  enum class Form : std::uint8_t { kValue, kTable, kArray };
+
+  std::string key{};  // empty: an item of an array
+  Origin at_key{};
+  Origin at_value{};
+  Form form = Form::kValue;
+  Raw value{};                       // of kValue
+  std::vector<TomlNode> children{};  // of the others, in the order of the text
+};
+
+struct TomlTree {
+  TomlNode root;
+  std::vector<Problem> problems;  // of the text as TOML; then the root is empty
+};
+
+TomlTree parse_toml_tree(const File& file);
 
 }  // namespace tims::config

@@ -15,6 +15,8 @@ MailboxReport describe(const Router& router, Time now, const Table::Entry& entry
   return {.address = entry.address,
           .owner = owner.party(),
           .handle = entry.handle,
+          .origin = owner.info.port == PortKind::kLink ? std::optional(router.origin(entry))
+                                                       : std::nullopt,
           .age = age_of(now, owner.mailboxes[entry.position].registered_s)};
 }
 
@@ -81,13 +83,21 @@ std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Addr
   return describe(router, now, *entry);
 }
 
-RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type) {
+RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type,
+                         std::optional<Address> from) {
   using Verdict = RouteReport::Verdict;
   if (to == router.settings().address) return {.verdict = Verdict::kSelf};
-  if (auto mailbox = report_mailbox(router, now, to)) {
-    return {.verdict = Verdict::kDeliver, .mailbox = mailbox};
-  }
-  return {.verdict = Verdict::kNoRoute, .not_available = type > 0};
+  const Table::Entry* source = from ? router.find(*from) : nullptr;
+  const Router::Way way =
+      router.way(source == nullptr ? nullptr : router.client(source->owner), to);
+  if (way.to == nullptr)
+    return {.verdict = Verdict::kNoRoute, .why_not = way.why_not, .not_available = type > 0};
+  const bool link = way.to->info.port == PortKind::kLink;
+  return {.verdict = link ? Verdict::kForward : Verdict::kDeliver,
+          .mailbox = report_mailbox(router, now, to),
+          .link = link ? way.to->party() : Party{},
+          .next = link ? way.to->info.link.router : Address(),
+          .by = way.by};
 }
 
 std::vector<CountReport> report_counts(const Router& router) {

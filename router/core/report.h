@@ -40,8 +40,9 @@ std::vector<ClientReport> report_clients(const Router& router, Time now);
 struct MailboxReport {
   Address address{};
   Party owner{};
-  std::uint32_t handle = 0;  // to ask its port about slots and fill
-  Duration age{};            // whole seconds
+  std::uint32_t handle = 0;        // to ask its port about slots and fill
+  std::optional<Origin> origin{};  // behind a link
+  Duration age{};                  // whole seconds
 };
 struct MailboxPage {
   std::vector<MailboxReport> items{};  // by address
@@ -53,12 +54,18 @@ MailboxPage report_mailboxes(const Router& router, Time now, const AddressPatter
 std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Address address);
 
 struct RouteReport {
-  enum class Verdict : std::uint8_t { kDeliver, kNoRoute, kSelf };
+  enum class Verdict : std::uint8_t { kDeliver, kForward, kNoRoute, kSelf };
   Verdict verdict = Verdict::kNoRoute;
-  std::optional<MailboxReport> mailbox{};  // kDeliver
-  bool not_available = false;              // kNoRoute: a message of this type would be answered
+  std::optional<MailboxReport> mailbox{};  // kDeliver; kForward, when it is known
+  Party link{};                            // kForward: to whom
+  Address next{};                          // the router there
+  Router::Way::By by = Router::Way::By::kNone;
+  Outcome why_not = Outcome::kNoRoute;  // kNoRoute
+  bool not_available = false;           // kNoRoute: a message of this type would be answered
 };
-RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type);
+// `from`: where the message comes from, when it is known here.
+RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type,
+                         std::optional<Address> from = {});
 
 struct CountReport {
   PortKind port = PortKind::kTcp;

@@ -55,7 +55,8 @@ void Router::configure(Time now, const RouterSettings& settings) {
 // --- Clients and mailboxes
 
 ClientId Router::connect(Time now, const ClientInfo& info) {
-  if (clients_.size() >= settings_.clients_max) {
+  // Links are counted and bounded by those who make them.
+  if (info.port != PortKind::kLink && clients_.size() >= settings_.clients_max) {
     refuse(now, info, CloseReason::kTooManyClients);
     return kNoClient;
   }
@@ -184,15 +185,15 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 Outcome Router::forward(Time now, Client* from, Message& message) {
   const Way on = way(from, message.header.dest);
   if (on.to == nullptr) return on.why_not;
-  const bool ours =
-      from == nullptr || from->info.port == PortKind::kLocal || from->info.port == PortKind::kLink;
-  if ((message.header.flags & flag::kTrace) != 0 && from != nullptr)
+  // Original programs set these bits as they like and know nothing of what they mean to us; among
+  // themselves they keep them.
+  const bool original = from != nullptr && from->info.port == PortKind::kTcp;
+  const bool to_original = on.to->info.port == PortKind::kTcp;
+  if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
     sink_.traced(from->id, on.to->id, message);
-  if (on.to->info.port == PortKind::kLink) {
-    if (message.hops >= kHopsMax) return stop_loop(now, from, *on.to, message);
-  } else if (ours && on.to->info.port == PortKind::kTcp) {
-    message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
-  }
+  if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
+  if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
+    return stop_loop(now, from, *on.to, message);
   return hand_over(now, connection_of(*on.to, on.handle), *on.to, message);
 }
 

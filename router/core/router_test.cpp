@@ -192,6 +192,19 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   EXPECT_EQ(sink_.delivered[2].header.flags, flags);
 }
 
+TEST_F(RouterTest, OnlyOurOwnProgramsAreTraced) {
+  const ClientId tcp = connect();
+  const ClientId local = connect(PortKind::kLocal);
+  router_.register_mailbox(now_, tcp, kLaser);
+  router_.register_mailbox(now_, local, kPilot);
+  const std::uint8_t flags = flag::kNativeOrder | flag::kTrace;
+  send(tcp, {.flags = flags, .dest = kPilot, .src = kLaser});
+  EXPECT_TRUE(sink_.traces.empty());
+  send(local, {.flags = flags, .dest = kLaser, .src = kPilot});
+  ASSERT_EQ(sink_.traces.size(), 1U);
+  EXPECT_EQ(sink_.traces[0], std::pair(local, tcp));
+}
+
 // --- What is lost
 
 TEST_F(RouterTest, WhatThePortSaysIsCounted) {

@@ -7,6 +7,8 @@
 #include <boost/json/serialize.hpp>
 
 #include "router/config/options.h"
+#include "router/io/admin_actions.h"
+#include "router/io/link_json.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -53,6 +55,10 @@ class Answerer {
   json::object events() const;
   json::object config() const;
   json::object ping() const;
+  json::object routers() const;
+  json::object links() const;
+  json::object act() const;
+  json::object done(const std::string& problem) const;
 
   const Question& question_;
   const AdminSource& source_;
@@ -88,7 +94,11 @@ std::variant<Question, QuestionError> read_question(std::string_view text,
 
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
-  return answer_text(read_question(question, source, clocks.now), source, clocks);
+  auto read = read_question(question, source, clocks.now);
+  const auto* checked = std::get_if<Question>(&read);
+  if (checked != nullptr && acts(checked->ask))
+    read = QuestionError{"denied", "this way in only looks", "ask with timsctl"};
+  return answer_text(read, source, clocks);
 }
 
 // --- questions that wait
@@ -170,6 +180,12 @@ json::object Answerer::answer() {
       return config();
     case Ask::kPing:
       return ping();
+    case Ask::kRouters:
+      return routers();
+    case Ask::kLinks:
+      return links();
+    default:
+      return act();
   }
   return {};
 }
@@ -234,13 +250,20 @@ json::object Answerer::mailboxes(std::string_view schema, bool with_fill) const 
     after = report.address;
   }
   if (cut && after) out["next"] = after->to_hex();
+  if (!with_fill) {
+    json::array routes;
+    for (const core::StaticRoute& route : router_.static_routes())
+      routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
+    out["static"] = std::move(routes);
+  }
   out["items"] = page.take();
   return out;
 }
 
 json::object Answerer::route() const {
   json::object out = frame("tims/route_get/1");
-  merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type),
+  merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
+                                        question_.from),
                      *question_.to));
   if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
   return out;
@@ -302,6 +325,61 @@ json::object Answerer::ping() const {
   if (!question_.pad.empty()) out["pad"] = question_.pad;
   return out;
 }
+
+// --- links
+
+// Slots of links as text are what pages go on with.
+template <typename Item>
+void fill_page(json::object& out, const link::Links* links, const Question& question, Page& page,
+               Item item) {
+  std::uint32_t after = 0;
+  const bool goes_on = !question.after.empty();
+  std::from_chars(question.after.data(), question.after.data() + question.after.size(), after);
+  bool full = false;
+  if (links == nullptr) return;
+  links->for_each([&](const link::Link& link) {
+    if (full || (goes_on && link.slot() <= after)) return;
+    if (!question.link.empty() && link.peer().name.view() != question.link &&
+        link.settings().to != question.link)
+      return;
+    full = page.size() == question.limit || !page.add(item(link));
+    if (full)
+      out["next"] = std::to_string(after);
+    else
+      after = link.slot();
+  });
+}
+
+json::object Answerer::routers() const {
+  json::object out = frame("tims/router_list/1");
+  const link::Links* links = source_.links();
+  Page page;
+  if (links != nullptr && question_.after.empty())
+    page.add(self_json(links->self(), source_.process(clocks_.now)));
+  fill_page(out, links, question_, page,
+            [&](const link::Link& link) { return router_json(link, clocks_.now); });
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::links() const {
+  json::object out = frame("tims/link/1");
+  const link::Links* links = source_.links();
+  Page page;
+  fill_page(out, links, question_, page,
+            [&](const link::Link& link) { return link_json(*links, link, router_, clocks_.now); });
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::done(const std::string& problem) const {
+  if (!problem.empty()) return error_json({"not_done", problem});
+  json::object out = frame("tims/done/1");
+  out["done"] = true;
+  return out;
+}
+
+json::object Answerer::act() const { return done(carry_out(question_, source_)); }
 
 }  // namespace
 }  // namespace tims::io

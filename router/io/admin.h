@@ -17,7 +17,8 @@ namespace tims::io {
 
 inline constexpr std::size_t kAnswerBytesMax = 256 << 10;
 
-// The answer to any bytes, at once: a question that would wait is answered with what there is.
+// The answer to any bytes, at once: a question that would wait is answered with what there is, and
+// one that would change something is refused.
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks);
 

@@ -18,6 +18,7 @@ class QuietSink final : public core::Sink {
   void reply(const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
   void admin(core::ClientId, const core::Message&) override {}
+  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
 };
 

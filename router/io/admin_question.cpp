@@ -38,6 +38,7 @@ Problem set_match(Question& question, const json::value& value) {
   const auto pattern = text == nullptr ? std::nullopt : AddressPattern::parse(*text);
   if (!pattern) return bad_argument("match", "a pattern such as \"Ladar(*/0)\"");
   question.match = *pattern;
+  question.pattern = std::string(*text);
   return {};
 }
 Problem set_to(Question& question, const json::value& value) {
@@ -91,6 +92,51 @@ Problem set_pad(Question& question, const json::value& value) {
   return {};
 }
 
+Problem set_link(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return bad_argument("link", "the name of the router at its other end");
+  question.link = std::string(*text);
+  return {};
+}
+Problem set_action(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  const bool known = text != nullptr && (*text == "up" || *text == "down" || *text == "reset");
+  if (!known) return bad_argument("do", "\"up\", \"down\" or \"reset\"");
+  question.action = std::string(*text);
+  return {};
+}
+
+std::optional<double> number(const json::value& value, double max) {
+  if (!value.is_number()) return std::nullopt;
+  const auto number = value.to_number<double>();
+  return number >= 0 && number <= max ? std::optional(number) : std::nullopt;
+}
+template <double link::Faults::*share>
+Problem set_share(Question& question, const json::value& value) {
+  const auto n = number(value, 1);
+  if (!n) return bad_argument("loss, duplicate and reorder", "numbers from 0 to 1");
+  question.faults.*share = *n;
+  return {};
+}
+template <Duration link::Faults::*time>
+Problem set_time(Question& question, const json::value& value) {
+  const auto n = number(value, 60);
+  if (!n) return bad_argument("delay_s and jitter_s", "seconds from 0 to 60");
+  question.faults.*time = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*n));
+  return {};
+}
+Problem set_rate(Question& question, const json::value& value) {
+  const auto n = number(value, 1e12);
+  if (!n) return bad_argument("rate", "bytes a second");
+  question.faults.rate = static_cast<std::uint64_t>(*n);
+  return {};
+}
+Problem set_blackout(Question& question, const json::value& value) {
+  if (!value.is_bool()) return bad_argument("blackout", "true or false");
+  question.faults.blackout = value.get_bool();
+  return {};
+}
+
 struct Argument {
   std::string_view name;
   Problem (*set)(Question&, const json::value&);
@@ -105,11 +151,21 @@ constexpr Argument kSince{"since", set_since};
 constexpr Argument kEpoch{"epoch", set_epoch};
 constexpr Argument kWait{"wait_ms", set_wait};
 constexpr Argument kPad{"pad", set_pad};
+constexpr Argument kLink{"link", set_link};
+constexpr Argument kVia{"via", set_link};
+constexpr Argument kDo{"do", set_action};
+constexpr Argument kLoss{"loss", set_share<&link::Faults::loss>};
+constexpr Argument kDuplicate{"duplicate", set_share<&link::Faults::duplicate>};
+constexpr Argument kReorder{"reorder", set_share<&link::Faults::reorder>};
+constexpr Argument kDelay{"delay_s", set_time<&link::Faults::delay>};
+constexpr Argument kJitter{"jitter_s", set_time<&link::Faults::jitter>};
+constexpr Argument kRate{"rate", set_rate};
+constexpr Argument kBlackout{"blackout", set_blackout};
 
 struct Form {
   std::string_view name;
   Ask ask;
-  std::array<Argument, 4> arguments;  // those without a name are not there
+  std::array<Argument, 8> arguments;  // those without a name are not there
 };
 constexpr std::array kForms{
     Form{"status", Ask::kStatus, {}},
@@ -121,6 +177,14 @@ constexpr std::array kForms{
     Form{"events", Ask::kEvents, {kSince, kEpoch, kWait, kLimit}},
     Form{"config", Ask::kConfig, {}},
     Form{"ping", Ask::kPing, {kPad}},
+    Form{"routers", Ask::kRouters, {kLimit, kAfter}},
+    Form{"links", Ask::kLinks, {kLink, kLimit, kAfter}},
+    Form{"link", Ask::kLinkDo, {kLink, kDo}},
+    Form{"fault",
+         Ask::kFault,
+         {kLink, kLoss, kDuplicate, kReorder, kDelay, kJitter, kRate, kBlackout}},
+    Form{"route_add", Ask::kRouteAdd, {kMatch, kVia}},
+    Form{"route_del", Ask::kRouteDelete, {kMatch, kVia}},
 };
 
 std::string known_names() {
@@ -144,6 +208,10 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   }
   if (question.ask == Ask::kRoute && !question.to)
     return bad_argument("to", "given: the address to look up");
+  if (question.ask == Ask::kLinkDo && (question.link.empty() || question.action.empty()))
+    return bad_argument("link and do", "given: which link, and \"up\", \"down\" or \"reset\"");
+  if (acts(question.ask) && question.ask >= Ask::kRouteAdd && question.pattern.empty())
+    return bad_argument("match", "given: the addresses that are meant");
   return question;
 }
 

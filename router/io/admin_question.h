@@ -9,6 +9,7 @@
 #include <string_view>
 #include <variant>
 
+#include "router/link/impairment.h"
 #include "tims/address.h"
 
 namespace tims::io {
@@ -26,7 +27,16 @@ enum class Ask : std::uint8_t {
   kEvents,
   kConfig,
   kPing,
+  kRouters,
+  kLinks,
+  kLinkDo,
+  kFault,
+  kRouteAdd,
+  kRouteDelete,
 };
+
+// Questions that change something: not to be asked by web pages.
+constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
 
 struct Question {
   Ask ask = Ask::kStatus;
@@ -40,6 +50,10 @@ struct Question {
   std::string epoch{};  // of the router that counted up to `since`; empty: of this one
   std::chrono::milliseconds wait{};
   std::string pad{};
+  std::string link{};     // name of the router at its other end
+  std::string action{};   // up, down, reset
+  std::string pattern{};  // `match` as it was written
+  link::Faults faults{};
 };
 
 struct QuestionError {

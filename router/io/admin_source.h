@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "router/core/router.h"
+#include "router/link/impairment.h"
+#include "router/link/links.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -24,6 +27,7 @@ struct ProcessReport {
   std::string unix_path{};
   std::string tcp{};
   std::string http{};
+  std::string udp{};
 };
 
 // What is to be seen of a mailbox in shared memory.
@@ -47,6 +51,12 @@ class AdminSource {
   [[nodiscard]] virtual ProcessReport process(Time now) const = 0;
   [[nodiscard]] virtual const config::Config& config() const = 0;
   [[nodiscard]] virtual const config::Origins& origins() const = 0;
+  // Null when there are none to be told of.
+  [[nodiscard]] virtual const link::Links* links() const { return nullptr; }
+  // Does what a question asks for; what is wrong, else empty.
+  virtual std::string act_on_link(std::string_view, link::Links::Hand) const { return "no links"; }
+  virtual std::string spoil(std::string_view, const link::Faults&) const { return "no links"; }
+  virtual void set_static_routes(std::vector<core::StaticRoute>) const {}
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,

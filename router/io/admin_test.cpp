@@ -37,6 +37,8 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
       {R"({"ask":"events"})", "tims/event/1"},
       {R"({"ask":"config"})", "tims/config/1"},
       {R"({"ask":"ping"})", "tims/ping/1"},
+      {R"({"ask":"routers"})", "tims/router_list/1"},
+      {R"({"ask":"links"})", "tims/link/1"},
   };
   for (const auto& [question, schema] : cases) {
     const auto answer = ask(lab, question);
@@ -45,6 +47,23 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
     EXPECT_EQ(text(answer.at("time")), "2027-01-15T08:01:40.000000Z");
     EXPECT_FALSE(answer.at("partial").as_bool());
   }
+}
+
+TEST(Admin, WhatChangesSomethingIsNotAskedByWebPages) {
+  const AdminFixture lab;
+  for (const char* question :
+       {R"({"ask":"link","link":"base","do":"down"})", R"({"ask":"fault","loss":0.1})",
+        R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robot3"})x"})
+    EXPECT_EQ(error_code(ask(lab, question)), "denied") << question;
+}
+
+TEST(Admin, ArgumentsOfActionsAreChecked) {
+  const AdminFixture lab;
+  for (const char* question :
+       {R"({"ask":"link","link":"base"})", R"({"ask":"link","do":"up"})",
+        R"({"ask":"link","link":"base","do":"dance"})", R"({"ask":"fault","loss":1.1})",
+        R"({"ask":"fault","delay_s":61})", R"({"ask":"route_del"})"})
+    EXPECT_EQ(error_code(ask(lab, question)), "bad_argument") << question;
 }
 
 TEST(Admin, StatusCountsAndTellsTheLastEvents) {

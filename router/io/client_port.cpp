@@ -132,6 +132,8 @@ bool ClientPort::receive_some(LocalClient& client) {
       return false;
     }
     if (clients_[token].get() != &client) return false;
+    // It rings once and then waits for what it has sent; if not, we are called again.
+    if (std::holds_alternative<wire::Doorbell>(decoded.packet->record)) return true;
   }
   return true;
 }

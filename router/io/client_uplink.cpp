@@ -10,7 +10,7 @@ namespace tims::io {
 namespace {
 
 // Of one client, before others have theirs; more than its uplink holds.
-constexpr int kMessagesPerTurn = 128;
+constexpr int kMessagesPerTurn = 512;
 
 }  // namespace
 

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include "os/clock.h"
+
 namespace tims::io {
 namespace {
 
@@ -28,7 +30,20 @@ ProcessReport Facts::process(Time now) const {
           .longest_turn = loop_.longest_turn(),
           .unix_path = start.unix_path,
           .tcp = start.tcp,
-          .http = start.http};
+          .http = start.http,
+          .udp = start.udp};
+}
+
+std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {
+  if (links_.by_hand(os::now(), name, what)) return {};
+  return "no link to \"" + std::string(name) + "\"";
+}
+
+std::string Facts::spoil(std::string_view name, const link::Faults& faults) const {
+  if (!configuration_.config.sim.faults)
+    return "this router does not spoil its links: sim.faults is off";
+  if (links_.spoil(name, faults)) return {};
+  return "no link to \"" + std::string(name) + "\"";
 }
 
 }  // namespace tims::io

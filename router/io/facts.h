@@ -6,6 +6,7 @@
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
 #include "router/io/client_port.h"
+#include "router/io/link_port.h"
 #include "router/io/loop.h"
 #include "router/io/switchboard.h"
 
@@ -18,13 +19,19 @@ struct StartFacts {
   std::string unix_path{};
   std::string tcp{};
   std::string http{};
+  std::string udp{};
 };
 
 class Facts final : public AdminSource {
  public:
-  Facts(const core::Router& router, const Loop& loop, const Switchboard& ports,
-        const ClientPort& local, const config::Loaded& configuration)
-      : router_(router), loop_(loop), ports_(ports), local_(local), configuration_(configuration) {}
+  Facts(core::Router& router, const Loop& loop, const Switchboard& ports, const ClientPort& local,
+        LinkPort& links, const config::Loaded& configuration)
+      : router_(router),
+        loop_(loop),
+        ports_(ports),
+        local_(local),
+        links_(links),
+        configuration_(configuration) {}
 
   StartFacts start{};
 
@@ -32,6 +39,12 @@ class Facts final : public AdminSource {
   [[nodiscard]] ProcessReport process(Time now) const override;
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
   [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
+  [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
+  std::string act_on_link(std::string_view name, link::Links::Hand what) const override;
+  std::string spoil(std::string_view name, const link::Faults& faults) const override;
+  void set_static_routes(std::vector<core::StaticRoute> routes) const override {
+    router_.set_static_routes(std::move(routes));
+  }
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
     return local_.fill(handle);
   }
@@ -41,10 +54,11 @@ class Facts final : public AdminSource {
   }
 
  private:
-  const core::Router& router_;
+  core::Router& router_;
   const Loop& loop_;
   const Switchboard& ports_;
   const ClientPort& local_;
+  LinkPort& links_;
   const config::Loaded& configuration_;
 };
 

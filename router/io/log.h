@@ -21,6 +21,8 @@ class Log {
 
   void set_level(config::LogLevel level) { level_ = level; }
 
+  [[nodiscard]] bool writes(config::LogLevel level) const { return level <= level_; }
+
   void error(std::string_view text) { write(config::LogLevel::kError, text); }
   void warning(std::string_view text) { write(config::LogLevel::kWarning, text); }
   void info(std::string_view text) { write(config::LogLevel::kInfo, text); }

@@ -23,12 +23,9 @@ void Loop::run() {
 void Loop::arm_timer() {
   Time next = kNever;
   for (const Deadlines& d : deadlines_) next = std::min(next, d.next());
-  if (next == armed_) return;
+  // A deadline that has moved away costs nothing: the timer finds nothing to do and is set anew.
+  if (next >= armed_) return;
   armed_ = next;
-  if (next == kNever) {
-    timer_.cancel();
-    return;
-  }
   timer_.expires_at(std::chrono::steady_clock::time_point(next.time_since_epoch()));
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) on_timer();

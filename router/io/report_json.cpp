@@ -56,6 +56,47 @@ std::string refused_text(const core::Event& event) {
   return text + "it is the router's own";
 }
 
+using By = core::Router::Way::By;
+
+std::string_view by_text(By by) {
+  switch (by) {
+    case By::kTable:
+      return "table";
+    case By::kStatic:
+      return "static";
+    case By::kSystem:
+      return "system";
+    case By::kUp:
+      return "up";
+    case By::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::string why_text(By by) {
+  switch (by) {
+    case By::kTable:
+      return "it has announced the address";
+    case By::kStatic:
+      return "a static route says so";
+    case By::kSystem:
+      return "it is the router of that system";
+    case By::kUp:
+      return "what is not known here goes up";
+    case By::kNone:
+      break;
+  }
+  return {};
+}
+
+// "Tims(1/1) robot1"
+std::string router_text(const core::Party& party) {
+  std::string text = as_utf8(party.name.view());
+  if (!party.peer.empty()) text += " (" + as_utf8(party.peer.view()) + ")";
+  return text;
+}
+
 }  // namespace
 
 std::string rfc3339(WallTime time) {
@@ -116,11 +157,24 @@ json::object to_json(const core::ClientReport& report) {
           {"drop_bytes", report.dropped.bytes}};
 }
 
+// What is behind a link goes by the name of the router there.
+std::string via_text(const core::Party& owner) {
+  return owner.port == core::PortKind::kLink ? as_utf8(owner.name.view())
+                                             : std::string(core::name(owner.port));
+}
+
 json::object to_json(const core::MailboxReport& report) {
-  return {{"address", to_json(report.address)},
-          {"via", core::name(report.owner.port)},
-          {"owner", to_json(report.owner)},
-          {"age_s", seconds(report.age)}};
+  json::object out{{"address", to_json(report.address)},
+                   {"via", via_text(report.owner)},
+                   {"owner", to_json(report.owner)},
+                   {"router", nullptr},
+                   {"hops", 0},
+                   {"age_s", seconds(report.age)}};
+  if (report.origin) {
+    out["router"] = to_json(report.origin->router);
+    out["hops"] = report.origin->hops;
+  }
+  return out;
 }
 
 void add_fill(json::object& mailbox, const MailboxFill& fill) {
@@ -142,13 +196,26 @@ json::object to_json(const core::RouteReport& report, Address to) {
     case Verdict::kDeliver:
       out["verdict"] = "deliver";
       out["reason"] = "registered by " + party_text(report.mailbox->owner);
-      out["via"] = core::name(report.mailbox->owner.port);
+      out["via"] = via_text(report.mailbox->owner);
       out["owner"] = to_json(report.mailbox->owner);
       out["age_s"] = seconds(report.mailbox->age);
       break;
+    case Verdict::kForward:
+      out["verdict"] = "forward";
+      out["via"] = via_text(report.link);
+      out["by"] = by_text(report.by);
+      out["next_router"] = to_json(report.next);
+      out["reason"] = "goes to " + as_utf8(report.link.name.view()) + ": " + why_text(report.by);
+      if (report.mailbox) {
+        out["lives_at"] = to_json(report.mailbox->origin->router);
+        out["hops"] = report.mailbox->origin->hops;
+        out["age_s"] = seconds(report.mailbox->age);
+      }
+      break;
     case Verdict::kNoRoute:
       out["verdict"] = "no_route";
-      out["reason"] = core::sentence(core::Outcome::kNoRoute);
+      out["outcome"] = core::name(report.why_not);
+      out["reason"] = core::sentence(report.why_not);
       break;
     case Verdict::kSelf:
       out["verdict"] = "self";
@@ -192,6 +259,25 @@ std::string event_text(const core::Event& event) {
       return client + " was turned away: " + reason;
     case EventKind::kClientWent:
       return client + " went away" + (reason.empty() ? "" : ": ") + reason;
+    case EventKind::kLinkUp:
+      return "link to " + router_text(event.client) + " is up";
+    case EventKind::kLinkDown:
+      return "link to " + router_text(event.client) + " is down: " + reason;
+    case EventKind::kLinkRefused:
+      return "link with " + router_text(event.client) + " refused: " + as_utf8(event.text.view());
+    case EventKind::kUplinkChanged:
+      return event.client.id ? "what is not known here goes up to " + router_text(event.client)
+                             : std::string("there is no super router any more");
+    case EventKind::kDuplicateAddress:
+      return address + " of " + router_text(event.client) + " is not used: " +
+             (event.owner.id ? router_text(event.owner) : std::string("this router")) +
+             " has it already";
+    case EventKind::kDuplicateRouter:
+      return address + " is both " + router_text(event.client) + " and " +
+             router_text(event.owner) + ": give one another system or id";
+    case EventKind::kLoop:
+      return "messages to " + address + " go round in a loop: they come from " +
+             router_text(event.client) + " and would go on to " + router_text(event.owner);
     case EventKind::kWatchdogClosed:
     case EventKind::kProtocolError:
       return client + " was disconnected: " + reason;
@@ -234,7 +320,8 @@ json::object to_json(const core::StatusReport& report, const ProcessReport& proc
           {"listen",
            {{"unix", known(process.unix_path)},
             {"tcp", known(process.tcp)},
-            {"http", known(process.http)}}},
+            {"http", known(process.http)},
+            {"udp", known(process.udp)}}},
           {"last_event", report.last_event}};
 }
 

@@ -17,6 +17,9 @@ class Switchboard final : public core::Sink {
   void on_admin(std::function<void(core::ClientId, const core::Message&)> action) {
     on_admin_ = std::move(action);
   }
+  void on_traced(std::function<void(core::ClientId, core::ClientId, const core::Message&)> action) {
+    on_traced_ = std::move(action);
+  }
   void on_event(std::function<void(const core::Event&)> action) { on_event_ = std::move(action); }
 
   void flush(Time now) {
@@ -52,6 +55,9 @@ class Switchboard final : public core::Sink {
   void admin(core::ClientId from, const core::Message& request) override {
     on_admin_(from, request);
   }
+  void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
+    on_traced_(from, to, message);
+  }
   void event(const core::Event& event) override { on_event_(event); }
 
  private:
@@ -62,6 +68,8 @@ class Switchboard final : public core::Sink {
   std::array<Port*, core::kPortKindCount> ports_{};
   std::function<void(core::ClientId, const core::Message&)> on_admin_ = [](core::ClientId,
                                                                            const core::Message&) {};
+  std::function<void(core::ClientId, core::ClientId, const core::Message&)> on_traced_ =
+      [](core::ClientId, core::ClientId, const core::Message&) {};
   std::function<void(const core::Event&)> on_event_ = [](const core::Event&) {};
 };
 

@@ -4,7 +4,7 @@ namespace tims::io {
 
 namespace {
 
-constexpr std::uint32_t kSlots = 64;
+constexpr std::uint32_t kSlots = 512;
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kKeepBytes = 64 << 10;  // of a slot: stays in memory for the next message
 

@@ -17,6 +17,7 @@ class WaitingMemory {
   ~WaitingMemory();
 
   core::BlockPool& pool() { return pool_; }
+  [[nodiscard]] std::span<std::byte> bytes() const { return memory_; }
 
   // After every turn: once nothing waits any more, what it took goes back to the system.
   void give_back();

@@ -300,6 +300,11 @@ std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
   return is_up() ? session_.build_probe(now, their_token_, to) : 0;
 }
 
+void Link::call_now(Time now) {
+  if (next_keep_alive_ != kNever) next_keep_alive_ = now;
+  if (state_ == State::kConnecting) say_hello(now);
+}
+
 Time Link::next_timeout(Time now) {
   Time next = session_.next_timeout(now);
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);

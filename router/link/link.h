@@ -75,6 +75,8 @@ class Link final : private Arrivals, private Losses {
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_reset(Time now);
   core::Outcome send(Time now, const core::Message& message);
+  // The next sign of life goes out now.
+  void call_now(Time now);
   // Tells what has changed below us; cheap when nothing has.
   void tell(Time now) { exchange_.tell(now); }
   void set_telling(Time now, bool telling) { exchange_.set_telling(now, telling); }

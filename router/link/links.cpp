@@ -107,6 +107,14 @@ void Links::set_target(Time now, const std::string& to, const NetAddress& target
   }
 }
 
+void Links::network_changed(Time now) {
+  for (const auto& link : links_) {
+    if (!link) continue;
+    link->call_now(now);
+    touch(*link);
+  }
+}
+
 std::vector<std::string> Links::wants_addresses() const {
   std::vector<std::string> names;
   for_each([&](const Link& link) {

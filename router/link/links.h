@@ -35,6 +35,8 @@ class Links final : private LinkSurroundings {
   // What the `to` of a link has been resolved to.
   void set_target(Time now, const std::string& to, const NetAddress& target);
   void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
+  // Addresses or routes of this host are different now: everybody hears of us at once.
+  void network_changed(Time now);
   // Names that should be resolved (again): links that connect and are not up.
   [[nodiscard]] std::vector<std::string> wants_addresses() const;
 

@@ -158,6 +158,7 @@ class Session final : private PacketFate {
   int probes_ = 0;         // probe timeouts in a row
   int probe_packets_ = 0;  // that may go in spite of the window
   Time next_expiry_{};
+  std::uint64_t queued_at_most_ = 0;
   std::size_t last_lane_ = kControlLane;
 
   Assembly assembly_;

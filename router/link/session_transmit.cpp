@@ -36,12 +36,17 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
   const std::size_t lane = core::class_of(header.priority);
   const bool sample = (header.flags & flag::kStream) != 0;
   const auto has_room = [&] {
-    if (queued_bytes() + message.size() > settings_.queue_bytes_max) return false;
+    // Counted anew only when it may matter: acknowledgements make the bound too high, never too
+    // low.
+    if (queued_at_most_ + message.size() > settings_.queue_bytes_max)
+      queued_at_most_ = queued_bytes();
+    if (queued_at_most_ + message.size() > settings_.queue_bytes_max) return false;
     return sample ? samples_[lane].has_room(message.size()) : lanes_[lane].has_room(message.size());
   };
   while (!has_room()) {
     if (!make_room(now, lane)) return core::Outcome::kQueueFull;
   }
+  queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
   if (sample) {
     samples_[lane].push(now, prefix.hops, header, message, losses_);

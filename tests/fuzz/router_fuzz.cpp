@@ -29,6 +29,7 @@ class CheckingSink final : public Sink {
     fuzz::require(router->client(client.client) == nullptr);
   }
   void admin(ClientId from, const Message&) override { asked.push_back(from); }
+  void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event& event) override { fuzz::use(event); }
 
   const Router* router = nullptr;

@@ -53,27 +53,40 @@ json::object AdminClient::ask(const json::object& question, tims::Duration patie
   return answer;
 }
 
+tims::Result<void> AdminClient::send(std::span<const std::byte> body, std::uint8_t seq_nr) {
+  const tims::Envelope envelope{.dest = router_.value_or(tims::Address()),
+                                .type = tims::type::kAdminRequest,
+                                .priority = kPriority,
+                                .seq_nr = seq_nr};
+  return router_ ? connection_.send(envelope, body) : connection_.send_to_router(envelope, body);
+}
+
+std::string AdminClient::where() const {
+  return router_ ? router_->to_string() : connection_.where();
+}
+
 json::object AdminClient::ask_once(const json::object& question, tims::Duration patience) {
   const std::string text = to_text(question);
   const auto bytes = std::as_bytes(std::span(text));
-  const std::uint8_t seq_nr = ++seq_nr_;
+  const std::uint8_t seq_nr = connection_.next_seq_nr();
   const tims::Time asked = tims::os::now();
   const std::uint64_t losses = connection_.losses();
-  auto sent = connection_.send_to_router(
-      {.dest = {}, .type = tims::type::kAdminRequest, .priority = kPriority, .seq_nr = seq_nr},
-      bytes);
-  if (!sent) throw failure_of(sent.error(), connection_.where());
+  if (auto sent = send(bytes, seq_nr); !sent) throw failure_of(sent.error(), where());
   while (auto message = receive(connection_, signals_, asked + timeout_ + patience, losses)) {
-    if (message->header.type != tims::type::kAdminReply || message->header.seq_nr != seq_nr)
-      continue;  // what a question that was given up is answered late
-    json::object answer = parse_answer(*message, connection_.where());
+    const bool from_there = !router_ || message->header.src == *router_;
+    if (message->header.seq_nr != seq_nr || !from_there) continue;
+    if (message->header.type == tims::type::kNotAvailable)
+      throw Failure(Exit::kNoSuch, "no_such_router", "no router " + where() + " can be reached",
+                    "`timsctl router list` shows the routers of the fleet");
+    // What a question that was given up is answered late is not meant either.
+    if (message->header.type != tims::type::kAdminReply) continue;
+    json::object answer = parse_answer(*message, where());
     throw_error(answer);
     const auto age = tims::os::now() - asked;
     answer["age_ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(age).count();
     return answer;
   }
-  throw Failure(Exit::kTimeout, "timeout",
-                connection_.where() + " did not answer the admin question in time",
+  throw Failure(Exit::kTimeout, "timeout", where() + " did not answer the admin question in time",
                 "a longer --timeout; an original RACK router knows no admin questions");
 }
 

@@ -11,9 +11,17 @@ namespace timsctl {
 
 class AdminClient {
  public:
-  AdminClient(Connection& connection, const Signals& signals, tims::Duration timeout)
-      : connection_(connection), signals_(signals), timeout_(timeout) {}
+  // `router`: another one than that of the connection, reached through it.
+  AdminClient(Connection& connection, const Signals& signals, tims::Duration timeout,
+              std::optional<tims::Address> router = {})
+      : connection_(connection), signals_(signals), timeout_(timeout), router_(router) {}
 
+  // The same connection, another router; nothing: the connection's own.
+  [[nodiscard]] AdminClient at(std::optional<tims::Address> router) const {
+    return {connection_, signals_, timeout_, router};
+  }
+
+  [[nodiscard]] std::optional<tims::Address> router() const { return router_; }
   [[nodiscard]] tims::Address own_address() const { return connection_.address(); }
 
   // The answer, all its pages in one, with "age_ms". `patience` is what the router was asked to
@@ -22,11 +30,13 @@ class AdminClient {
 
  private:
   json::object ask_once(const json::object& question, tims::Duration patience);
+  tims::Result<void> send(std::span<const std::byte> body, std::uint8_t seq_nr);
+  [[nodiscard]] std::string where() const;
 
   Connection& connection_;
   const Signals& signals_;
   tims::Duration timeout_;
-  std::uint8_t seq_nr_ = 0;
+  std::optional<tims::Address> router_;
 };
 
 }  // namespace timsctl

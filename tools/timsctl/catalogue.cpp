@@ -36,7 +36,20 @@ constexpr CatalogueEntry kEntries[] = {
     {"unknown_command", "reason", "a command to the router that it does not know",
      "a client of another version?"},
 
+    {"hop_limit", "reason", "the message had passed 16 links: routers send it round in a loop",
+     "`timsctl status` names the routers; `timsctl route show` lists static routes"},
+    {"would_return", "reason", "the only way on was the link the message came from",
+     "`timsctl explain SRC DST`"},
+    {"link_reset", "reason",
+     "the message was on its way over a link whose other router was started anew",
+     "commands were answered NOT_AVAILABLE: send them again"},
+    {"expired", "reason", "the message could not be sent within the link's lifetime for messages",
+     "`timsctl link show -o wide`; a faster link, less data, or a longer lifetime of the [[link]]"},
+
     // Errors of calls and questions.
+    {"no_such_router", "error", "no router of the fleet has this name or address",
+     "`timsctl router list`"},
+    {"not_done", "error", "the router did not do what it was asked to", ""},
     {"no_router", "error", "no router answers at the socket or address",
      "start `tims-router`; -H or $TIMS_ROUTER for another one"},
     {"timeout", "error", "no answer within --timeout", "`timsctl ping ADDR`; a longer --timeout"},

@@ -41,6 +41,15 @@ TEST(Words, NegativeNumbersAndDashesAreWords) {
   EXPECT_THAT(split_words(Line{"--type", "-6"}).options, ElementsAre("--type=-6"));
 }
 
+TEST(Words, WhatFollowsACommandIsItsOwn) {
+  const Words words =
+      split_words(Line{"sim", "exec", "--fleet", "demo", "base", "ls", "-j", "--x"});
+  EXPECT_THAT(words.words, ElementsAre("sim", "exec", "base", "ls", "-j", "--x"));
+  EXPECT_THAT(words.options, ElementsAre("--fleet=demo"));
+  EXPECT_THAT(split_words(Line{"sim", "fault", "robot1-base", "cut", "-j"}).options,
+              ElementsAre("--json"));
+}
+
 TEST(Verbs, PrefixesThatAreUniqueAreEnough) {
   EXPECT_EQ(command({"mb", "li"}).verb->name(), "mbx list");
   EXPECT_EQ(command({"route", "g", "Ladar/0/0"}).verb->name(), "route get");

@@ -1,6 +1,11 @@
 // What the table of verbs runs. One file a noun.
 #pragma once
 
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "tools/timsctl/exit_code.h"
 
 namespace timsctl {
@@ -11,15 +16,26 @@ Exit status(Context& context);
 
 Exit router_show(Context& context);
 Exit router_clients(Context& context);
+Exit router_list(Context& context);
+
+Exit link_show(Context& context);
+Exit link_up(Context& context);
+Exit link_down(Context& context);
+Exit link_reset(Context& context);
 
 Exit route_show(Context& context);
 Exit route_get(Context& context);
 Exit route_watch(Context& context);
+Exit route_add(Context& context);
+Exit route_del(Context& context);
 
 Exit mbx_list(Context& context);
 Exit mbx_show(Context& context);
 
 Exit ping(Context& context);
+Exit explain(Context& context);
+Exit trace(Context& context);
+Exit clock(Context& context);
 
 Exit msg_pub(Context& context);
 Exit msg_echo(Context& context);
@@ -31,6 +47,16 @@ Exit stats(Context& context);
 
 Exit config_check(Context& context);
 Exit config_show(Context& context);
+
+Exit sim_up(Context& context);
+Exit sim_down(Context& context);
+Exit sim_show(Context& context);
+Exit sim_fault(Context& context);
+Exit sim_kill(Context& context);
+Exit sim_start(Context& context);
+Exit sim_exec(Context& context);
+// What may stand in the place of that argument, for completion.
+std::vector<std::string> sim_candidates(std::string_view verb, std::size_t argument);
 
 Exit doctor(Context& context);
 Exit completion(Context& context);

@@ -108,8 +108,9 @@ std::vector<std::string> candidates(std::span<const std::string> words, const Co
   }
   for (const Verb& verb : verbs())
     if (verb_comes && verb.noun == found.noun) out.emplace_back(verb.verb);
-  if (found.verb != nullptr && !verb_comes) out = arguments_of(*found.verb, context);
-  return out;
+  if (found.verb == nullptr || verb_comes) return out;
+  if (found.noun == "sim") return sim_candidates(found.verb->verb, plain.size() - found.words);
+  return arguments_of(*found.verb, context);
 }
 
 }  // namespace

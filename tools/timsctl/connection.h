@@ -39,8 +39,13 @@ class Connection {
   // How often the router went away and the connection was made anew: what was asked before will
   // never be answered.
   [[nodiscard]] virtual std::uint64_t losses() const { return 0; }
+  // A new one for each question: answers are told apart by it.
+  std::uint8_t next_seq_nr() { return ++seq_nr_; }
   // Readable when take() may have something or losses() has grown, after take() said kEmpty.
   [[nodiscard]] virtual int descriptor() const = 0;
+
+ private:
+  std::uint8_t seq_nr_ = 0;
 };
 
 struct MailboxWish {

@@ -1,6 +1,7 @@
 #include "tools/timsctl/context.h"
 
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
@@ -11,6 +12,12 @@ std::unique_ptr<Connection> Context::connect(const MailboxWish& wish) const {
   // Called from the session's own thread; it writes one line to stderr.
   const Log log = [this](const std::string& text) { out.detail(text); };
   return connect_local(std::get<UnixHost>(host), wish, options.timeout, log);
+}
+
+AdminClient Context::admin(Connection& connection) const {
+  const AdminClient here(connection, signals, options.timeout);
+  if (options.router.empty()) return here;
+  return here.at(find_router(here, options.router));
 }
 
 tims::Address need_address(std::string_view text) {

@@ -23,9 +23,8 @@ class Context {
 
   // A mailbox at the router. Throws Failure.
   [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxWish& wish = {}) const;
-  [[nodiscard]] AdminClient admin(Connection& connection) const {
-    return {connection, signals, options.timeout};
-  }
+  // Asks the router of the connection, or that of --router.
+  [[nodiscard]] AdminClient admin(Connection& connection) const;
 };
 
 // Throw Failure when the argument is none.

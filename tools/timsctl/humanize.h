@@ -26,6 +26,8 @@ WallTime wall_now();
 // Text of others on a terminal: control characters and broken UTF-8 become '?'. A name must not
 // move the cursor.
 std::string printable(std::string_view text);
+// The same for texts of several lines.
+std::string printable_lines(std::string_view text);
 // Columns the text takes on a terminal, one for each character.
 std::size_t display_width(std::string_view text);
 

@@ -68,6 +68,8 @@ std::string one_of(string_view text, std::initializer_list<string_view> known) {
 constexpr OptionRow kRows[] = {
     {"host", 'H', "HOST", "router to ask: HOST[:PORT] or unix:PATH (else $TIMS_HOST, this host)",
      [](Options& o, string_view v) { o.host = v; }},
+    {"router", 'r', "NAME", "another router of the fleet, by name or address, asked through it",
+     [](Options& o, string_view v) { o.router = v; }},
     {"json", 'j', "", "JSON on stdout; one object a line where something is repeated",
      [](Options& o, string_view) { o.format = Format::kJson; }},
     {"json-lines", 0, "", "the same as --json",
@@ -124,12 +126,19 @@ constexpr OptionRow kRows[] = {
      [](Options& o, string_view v) {
        o.by = one_of(v, {"reason", "port", "class"});
      }},
+    {"all-routers", 'a', "", "of every router of the fleet",
+     [](Options& o, string_view) { o.all_routers = true; }},
+    {"hops", 0, "", "every router on the way, too", [](Options& o, string_view) { o.hops = true; }},
     {"origin", 0, "", "also where each value comes from",
      [](Options& o, string_view) { o.origin = true; }},
     {"format", 0, "FORM", "text or nagios",
      [](Options& o, string_view v) {
        o.style = one_of(v, {"text", "nagios"});
      }},
+    {"fleet", 0, "NAME", "which fleet; needed when several run",
+     [](Options& o, string_view v) { o.fleet = v; }},
+    {"detach", 0, "", "go on in the background once it is up",
+     [](Options& o, string_view) { o.detach = true; }},
 };
 
 }  // namespace

@@ -14,7 +14,8 @@ enum class Format : std::uint8_t { kTable, kWide, kPlain, kJson, kCsv, kName };
 
 struct Options {
   // Which router.
-  std::string host;  // "", "robot:2000", "unix:/run/tims/router.sock"
+  std::string host;    // "", "robot:2000", "unix:/run/tims/router.sock"
+  std::string router;  // of the fleet, by name or address: asked through the one of `host`
   tims::Duration timeout = std::chrono::seconds(2);
 
   // How things are shown.
@@ -48,7 +49,11 @@ struct Options {
   tims::Duration period{};
   std::string by;
   bool origin = false;
+  bool all_routers = false;
+  bool hops = false;
   std::string style;  // doctor --format
+  std::string fleet;
+  bool detach = false;
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
   // Of a verb that repeats something until it is stopped: the number of times it was told.

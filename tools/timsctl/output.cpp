@@ -69,7 +69,7 @@ void Output::failure(const Failure& failure) {
     write_all(STDOUT_FILENO, to_text(json::object{{"error", error}}) + "\n");
     return;
   }
-  std::string text = "timsctl: " + printable(failure.message) + "\n";
+  std::string text = "timsctl: " + printable_lines(failure.message) + "\n";
   if (!failure.hint.empty()) text += "  -> " + failure.hint + "\n";
   write_all(STDERR_FILENO, text);
 }

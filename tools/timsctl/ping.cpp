@@ -10,6 +10,7 @@
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/humanize.h"
+#include "tools/timsctl/path.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
@@ -185,9 +186,11 @@ Exit ping_component(Context& context, tims::Address target) {
   return Pinger(context, target.to_string(), ask).run();
 }
 
-Exit ping_router(Context& context) {
+Exit ping_router(Context& context, std::optional<tims::Address> router) {
   const auto connection = context.connect();
-  AdminClient admin = context.admin(*connection);
+  AdminClient admin =
+      router ? AdminClient(*connection, context.signals, context.options.timeout, router)
+             : context.admin(*connection);
   json::object question{{"ask", "ping"}};
   if (context.options.size_bytes > 0) {
     constexpr std::uint32_t kPadMax = 60'000;
@@ -203,17 +206,37 @@ Exit ping_router(Context& context) {
       return std::nullopt;
     }
   };
-  return Pinger(context, "router " + connection->where(), ask).run();
+  return Pinger(context, "router " + (router ? router->to_string() : connection->where()), ask)
+      .run();
+}
+
+// Every router on the way, the nearest first.
+void ping_hops(Context& context, tims::Address target) {
+  std::vector<tims::Address> routers;
+  {
+    const auto connection = context.connect();
+    const AdminClient admin = context.admin(*connection);
+    for (const Step& step :
+         find_path(admin, connection->address(), target, tims::type::kGetStatus).steps) {
+      if (step.router && *step.router != target) routers.push_back(*step.router);
+    }
+  }
+  for (const tims::Address router : routers) (void)ping_router(context, router);
 }
 
 }  // namespace
 
 Exit ping(Context& context) {
   const std::string& target = context.options.arguments.front();
-  if (target == "router") return ping_router(context);
+  if (target == "router") return ping_router(context, {});
+  const tims::Address address = need_address(target);
+  if (context.options.hops) ping_hops(context, address);
+  const auto fields = address.fields();
+  if (fields.class_id == tims::class_id::kTims && fields.local == 0)
+    return ping_router(context, address);
   if (context.options.size_bytes > 0)
     throw usage_error("--size is for `ping router`: GET_STATUS has no body");
-  return ping_component(context, need_address(target));
+  return ping_component(context, address);
 }
 
 }  // namespace timsctl

@@ -2,8 +2,11 @@
 #include <fmt/format.h>
 
 #include "tools/timsctl/commands.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
 #include "tools/timsctl/humanize.h"
 #include "tools/timsctl/show.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -16,7 +19,19 @@ constexpr Column kRoutes[] = {
     {"OWNER", "owner.name"},
     {"PID", "owner.pid"},
     {"PEER", "owner.peer"},
+    {"ROUTER", "router.name"},
+    {"HOPS", "hops", As::kText, true},
     {"CLIENT", "owner.client", As::kText, true},
+    {"AGE", "age_s", As::kDuration},
+};
+
+constexpr Column kRoutesEverywhere[] = {
+    {"AT", "at"},
+    {"ADDRESS", "address.name"},
+    {"RAW", "address.raw"},
+    {"VIA", "via"},
+    {"OWNER", "owner.name"},
+    {"HOPS", "hops"},
     {"AGE", "age_s", As::kDuration},
 };
 
@@ -39,9 +54,54 @@ std::string draw_verdict(const json::object& route, const Look& look) {
   return text;
 }
 
+// What every router of the fleet knows, each row with the router that knows it.
+json::object routes_everywhere(AdminClient& admin, const json::object& question) {
+  json::object fleet = walk_fleet(admin);
+  json::array rows;
+  bool partial = fleet["partial"].as_bool();
+  for (const json::value& value : items_of(fleet)) {
+    const json::object& router = value.as_object();
+    if (text_at(router, "state") != "up") continue;
+    try {
+      json::object answer = admin.at(router_address(router)).ask(question);
+      for (json::value& item : items_of(answer)) {
+        item.as_object()["at"] = router.at("name");
+        rows.push_back(std::move(item));
+      }
+    } catch (const Failure& failure) {
+      if (failure.exit != Exit::kTimeout && failure.exit != Exit::kNoSuch) throw;
+      partial = true;
+    }
+  }
+  return {{"schema", "tims/route/1"}, {"partial", partial}, {"items", std::move(rows)}};
+}
+
+Exit change_route(Context& context, std::string_view ask) {
+  const std::vector<std::string>& arguments = context.options.arguments;
+  (void)need_pattern(arguments[0]);
+  json::object question{{"ask", ask}, {"match", pattern_text(arguments[0])}};
+  if (arguments.size() > 1) question["via"] = arguments[1];
+  const auto connection = context.connect();
+  AdminClient admin = context.admin(*connection);
+  const json::object answer = admin.ask(question);
+  if (context.out.json()) context.out.write(answer);
+  return Exit::kDone;
+}
+
 }  // namespace
 
+Exit route_add(Context& context) { return change_route(context, "route_add"); }
+Exit route_del(Context& context) { return change_route(context, "route_del"); }
+
 Exit route_show(Context& context) {
+  if (context.options.all_routers) {
+    const json::object question = with_match({{"ask", "routes"}}, context.options);
+    return show(
+        context, [&](AdminClient& admin) { return routes_everywhere(admin, question); },
+        [](const json::object& answer, const Look& look) {
+          return render_items(items_of(answer), kRoutesEverywhere, look);
+        });
+  }
   return show_items(context, with_match({{"ask", "routes"}}, context.options), kRoutes);
 }
 

@@ -62,13 +62,15 @@ class TcpConnection final : public Connection {
 tims::Result<void> TcpConnection::write(const tims::Envelope& envelope, tims::Address src,
                                         std::span<const std::byte> body) {
   const std::uint8_t stream = envelope.stream ? tims::flag::kStream : 0;
-  const tims::Header header{.flags = static_cast<std::uint8_t>(envelope.body_order | stream),
-                            .type = envelope.type,
-                            .priority = envelope.priority.value_or(0),
-                            .seq_nr = envelope.seq_nr,
-                            .dest = envelope.dest,
-                            .src = src,
-                            .length = static_cast<std::uint32_t>(tims::kHeaderSize + body.size())};
+  const std::uint8_t trace = envelope.trace ? tims::flag::kTrace : 0;
+  const tims::Header header{
+      .flags = static_cast<std::uint8_t>(envelope.body_order | stream | trace),
+      .type = envelope.type,
+      .priority = envelope.priority.value_or(0),
+      .seq_nr = envelope.seq_nr,
+      .dest = envelope.dest,
+      .src = src,
+      .length = static_cast<std::uint32_t>(tims::kHeaderSize + body.size())};
   std::vector<std::byte> bytes(header.length);
   tims::wire::encode_header(header, std::span(bytes).first<tims::kHeaderSize>());
   std::ranges::copy(body, bytes.begin() + tims::kHeaderSize);

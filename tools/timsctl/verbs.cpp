@@ -23,9 +23,31 @@ constexpr Verb kVerbs[] = {
      "Everybody attached to the router, with the bytes in and out.",
      "timsctl router clients --sort drops", router_clients},
 
-    {"route", "show", "[GLOB]", 0, 1, kShowOptions, false,
-     "Every registered address: through which port, to whom.", "timsctl route show 'Ladar(*/0)'",
-     route_show},
+    {"router", "list", "", 0, 0, kShowOptions, false,
+     "All routers of the fleet as a tree: who is there, how far, whose clock is off. Exit status "
+     "6: "
+     "one that should be there did not answer.",
+     "timsctl router list", router_list},
+
+    {"link", "show", "[NAME]", 0, 1, kShowOptions, false,
+     "Links to other routers: state, round trip, loss, rates, queues, what was dropped.",
+     "timsctl link show robot1 -o wide", link_show},
+    {"link", "up", "NAME", 1, 1, "", false, "Lets a link that was taken down come up again.",
+     "timsctl link up robot1", link_up},
+    {"link", "down", "NAME", 1, 1, "yes", false,
+     "Takes a link down: its mailboxes are withdrawn, and it stays down until `link up`.",
+     "timsctl link down robot1", link_down},
+    {"link", "reset", "NAME", 1, 1, "", false, "Ends a link's session and begins a new one.",
+     "timsctl link reset robot1", link_reset},
+
+    {"route", "show", "[GLOB]", 0, 1, "watch count once sort all-routers", false,
+     "Every registered address: through which port or link, to whom. -a: at every router.",
+     "timsctl route show 'Ladar(*/0)'", route_show},
+    {"route", "add", "GLOB ROUTER", 2, 2, "", false,
+     "Until the router ends: addresses that nobody has registered go to this neighbour.",
+     "timsctl route add 'Ladar(3/*)' robot3", route_add},
+    {"route", "del", "GLOB [ROUTER]", 1, 2, "", false, "Takes such a route away.",
+     "timsctl route del 'Ladar(3/*)'", route_del},
     {"route", "get", "ADDR", 1, 1, "from type", false,
      "Asks the code that forwards where a message would go. Exit status 0: delivered, 1: not.",
      "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get},
@@ -38,10 +60,23 @@ constexpr Verb kVerbs[] = {
     {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
      "timsctl mbx show Ladar/3/0", mbx_show},
 
-    {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority", false,
-     "Round trips to a component or a router. A component is asked GET_STATUS, a router the "
-     "admin ping; 4 times unless -n or --for says otherwise.",
+    {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
+     "Round trips to a component or a router. A component is asked GET_STATUS, a router (`router`, "
+     "or an address such as Tims/1/1) the admin ping; 4 times unless -n or --for says otherwise. "
+     "--hops: to every router on the way first.",
      "timsctl ping Ladar/3/0 -n 10 -i 100ms", ping},
+
+    {"explain", "", "SRC DST", 2, 2, "type", false,
+     "Asks every router on the way what it would do with a message; the last line is the cause and "
+     "what to do. Exit status 0: it arrives, 1: not.",
+     "timsctl explain Pilot/1/0 Ladar/2/0", explain},
+    {"trace", "", "ADDR", 1, 1, "type priority", false,
+     "Sends GET_STATUS with the TRACE flag: every router on the way tells when it passed and how "
+     "long it had waited.",
+     "timsctl trace Ladar/2/0", trace},
+    {"clock", "", "", 0, 0, kShowOptions, false,
+     "Every router's clock against the first one's, from the keep-alives of the links.",
+     "timsctl clock", clock},
 
     {"msg", "pub", "ADDR [TYPE] [-]", 1, 3, "hex file raw rate count once for priority yes no-wait",
      false,
@@ -71,6 +106,31 @@ constexpr Verb kVerbs[] = {
     {"config", "check", "FILE", 1, 1, "", false,
      "Reads a configuration as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
+
+    {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
+     "Makes a fleet on this machine: network namespaces, a router in each, components, bad lines. "
+     "Runs until Ctrl-C and takes everything down then. Exit status 1: a program ended by itself. "
+     "Needs root.",
+     "timsctl sim up deploy/fleets/demo.toml", sim_up},
+    {"sim", "down", "[NAME]", 0, 1, "fleet", false,
+     "Ends a fleet, or removes what a crash has left of it; without a name all of them.",
+     "timsctl sim down demo", sim_down},
+    {"sim", "show", "[NAME]", 0, 1, "", false,
+     "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
+     "timsctl sim show", sim_show},
+    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 2, 20, "fleet", false,
+     "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
+     "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
+     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says.",
+     "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", sim_fault},
+    {"sim", "kill", "HOST [router]", 1, 2, "fleet", false,
+     "Ends everything on a host at once, as if it lost its power; or only its router.",
+     "timsctl sim kill robot1-main", sim_kill},
+    {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
+     "timsctl sim start robot1-main", sim_start},
+    {"sim", "exec", "HOST COMMAND...", 2, 1000, "fleet", false,
+     "Runs a command on a host, with $TIMS_ROUTER set. Options behind COMMAND are its own.",
+     "timsctl sim exec robot1-main timsctl route show -j", sim_exec},
 
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "

@@ -30,7 +30,7 @@ struct Verb {
 std::span<const Verb> verbs();
 // Options every verb takes, and those of every verb that shows something once.
 inline constexpr std::string_view kGeneralOptions =
-    "host json json-lines output timeout quiet verbose no-color utc";
+    "host router json json-lines output timeout quiet verbose no-color utc";
 inline constexpr std::string_view kShowOptions = "watch count once sort";
 
 // What the first words name. Unique prefixes are enough; `route` alone is `route show`.

@@ -6,6 +6,7 @@
 #include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/option_table.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -32,20 +33,37 @@ class Splitter {
   Words split() {
     while (!rest_.empty()) {
       const std::string_view token = take();
-      if (token == "--") {
-        for (; !rest_.empty(); rest_ = rest_.subspan(1)) out_.words.push_back(rest_.front());
-      } else if (token.starts_with("--")) {
+      if (token == "--") return with_the_rest();
+      if (token.starts_with("--")) {
         take_long(token.substr(2));
       } else if (token.starts_with('-') && token.size() > 1 && !is_number(token)) {
         take_letters(token.substr(1));
       } else {
         out_.words.emplace_back(token);
+        if (a_command_follows()) return with_the_rest();
       }
     }
     return std::move(out_);
   }
 
  private:
+  Words with_the_rest() {
+    out_.words.insert(out_.words.end(), rest_.begin(), rest_.end());
+    return std::move(out_);
+  }
+
+  // "sim exec HOST COMMAND...": the options of another program are not ours.
+  [[nodiscard]] bool a_command_follows() const {
+    if (out_.words.size() != 3) return false;
+    try {
+      const Resolved found = resolve(out_.words);
+      return found.verb != nullptr && found.words == 2 &&
+             found.verb->arguments.ends_with("COMMAND...");
+    } catch (const Failure&) {
+      return false;  // said later, when all words are known
+    }
+  }
+
   std::string_view take() {
     const std::string_view token = rest_.front();
     rest_ = rest_.subspan(1);

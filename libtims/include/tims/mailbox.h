@@ -38,6 +38,7 @@ struct Envelope {
   std::optional<std::uint8_t> priority = {};  // default: the mailbox's
   std::uint8_t seq_nr = 0;
   bool stream = false;  // a sample: a newer one may replace it where a link is short of bandwidth
+  bool trace = false;   // every router on the way tells the sender (type::kHopRecord)
   // Order of the body's numbers: flag::kBodyLittleEndian or 0.
   std::uint8_t body_order = flag::kNativeOrder & flag::kBodyLittleEndian;
 };

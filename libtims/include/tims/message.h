@@ -49,6 +49,8 @@ inline constexpr std::int8_t kSetParam = 10;
 // Router administration: JSON in the body, to dest = src = 0 or to a router's own address.
 inline constexpr std::int8_t kAdminRequest = 64;
 inline constexpr std::int8_t kAdminReply = -64;
+// What a router says to the sender of a message with flag::kTrace: JSON in the body.
+inline constexpr std::int8_t kHopRecord = -65;
 }  // namespace type
 
 struct Header {

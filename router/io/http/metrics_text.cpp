@@ -109,6 +109,31 @@ void add_clients(Page& page, const AdminSource& source) {
   add(&Use::queued);
 }
 
+// By the other router's name: few, and they do not change.
+void add_links(Page& page, const AdminSource& source) {
+  const link::Links* links = source.links();
+  if (links == nullptr) return;
+  const auto add = [&](auto value) {
+    links->for_each([&](const link::Link& link) {
+      const std::string_view name =
+          link.peer().epoch == 0 ? link.settings().to : link.peer().name.view();
+      page.sample(value(link), {{"link", name}, {"kind", core::name(link.settings().kind)}});
+    });
+  };
+  page.family("tims_link_up", "gauge", "1 while messages pass over the link.");
+  add([](const link::Link& link) { return link.is_up() ? 1 : 0; });
+  page.family("tims_link_rtt_seconds", "gauge", "Round trip to the router at its other end.");
+  add([](const link::Link& link) { return seconds(link.rtt().smoothed()); });
+  page.family("tims_link_queue_bytes", "gauge", "What waits for the link, or to be acknowledged.");
+  add([](const link::Link& link) { return link.session().queued_bytes(); });
+  page.family("tims_link_packets_lost_total", "counter", "Packets that did not arrive there.");
+  add([](const link::Link& link) { return link.session().counters().packets_lost; });
+  page.family("tims_link_sent_bytes_total", "counter", "Bytes of the datagrams that were sent.");
+  add([](const link::Link& link) { return link.session().counters().bytes_out; });
+  page.family("tims_link_received_bytes_total", "counter", "Bytes of the datagrams that came.");
+  add([](const link::Link& link) { return link.session().counters().bytes_in; });
+}
+
 void add_process(Page& page, const ProcessReport& process, const core::StatusReport& status) {
   page.family("tims_router_mailboxes", "gauge", "Mailboxes that are registered.");
   page.sample(status.mailboxes);
@@ -134,6 +159,7 @@ std::string metrics_text(const AdminSource& source, Time now) {
   add_messages(page, source.router());
   add_drops_and_events(page, source.router());
   add_clients(page, source);
+  add_links(page, source);
   add_process(page, source.process(now), core::report_status(source.router(), now));
   return page.take();
 }

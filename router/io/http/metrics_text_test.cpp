@@ -17,6 +17,7 @@ struct QuietSink : core::Sink {
   void reply(const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
   void admin(core::ClientId, const core::Message&) override {}
+  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
   core::Outcome answer = core::Outcome::kDelivered;
 };
@@ -92,6 +93,10 @@ tims_router_drops_total{reason="bad_length"} 0
 tims_router_drops_total{reason="incomplete"} 0
 tims_router_drops_total{reason="malformed_command"} 0
 tims_router_drops_total{reason="unknown_command"} 0
+tims_router_drops_total{reason="hop_limit"} 0
+tims_router_drops_total{reason="would_return"} 0
+tims_router_drops_total{reason="link_reset"} 0
+tims_router_drops_total{reason="expired"} 0
 # HELP tims_router_events_total What happened to clients and mailboxes, by kind.
 # TYPE tims_router_events_total counter
 tims_router_events_total{event="client_came"} 3
@@ -104,6 +109,13 @@ tims_router_events_total{event="mailbox_limit"} 0
 tims_router_events_total{event="delete_refused"} 0
 tims_router_events_total{event="watchdog_closed"} 0
 tims_router_events_total{event="protocol_error"} 0
+tims_router_events_total{event="link_up"} 0
+tims_router_events_total{event="link_down"} 0
+tims_router_events_total{event="link_refused"} 0
+tims_router_events_total{event="uplink_changed"} 0
+tims_router_events_total{event="duplicate_address"} 0
+tims_router_events_total{event="duplicate_router"} 0
+tims_router_events_total{event="loop"} 0
 tims_router_events_total{event="forged_source_tolerated"} 3
 tims_router_events_total{event="not_available"} 1
 tims_router_events_total{event="lifesign"} 0
@@ -112,11 +124,13 @@ tims_router_events_total{event="lifesign"} 0
 tims_router_clients{port="local"} 0
 tims_router_clients{port="tcp"} 2
 tims_router_clients{port="websocket"} 1
+tims_router_clients{port="link"} 0
 # HELP tims_router_queued_bytes What waits in the router for clients that read slowly, by port.
 # TYPE tims_router_queued_bytes gauge
 tims_router_queued_bytes{port="local"} 0
 tims_router_queued_bytes{port="tcp"} 203
 tims_router_queued_bytes{port="websocket"} 0
+tims_router_queued_bytes{port="link"} 0
 # HELP tims_router_mailboxes Mailboxes that are registered.
 # TYPE tims_router_mailboxes gauge
 tims_router_mailboxes 1

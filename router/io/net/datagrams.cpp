@@ -47,9 +47,9 @@ Datagrams::~Datagrams() = default;
 
 void Datagrams::Release::operator()(std::byte* pages) const { ::operator delete(pages, kPage); }
 
-// The kernel writes the sizes it used into what it was given.
+// The kernel writes the sizes it used into what it was given: what it has used is made anew.
 void Datagrams::prepare() {
-  for (std::size_t i = 0; i < kSlots; ++i) {
+  for (std::size_t i = 0; i < used_; ++i) {
     calls_->parts[i] = {pages_.get() + i * slot_bytes_, slot_bytes_};
     calls_->messages[i] = {.msg_hdr = {.msg_name = calls_->senders[i].get(),
                                        .msg_namelen = sizeof(sockaddr_in6),
@@ -66,9 +66,10 @@ Datagrams::Outcome Datagrams::receive(int socket) {
   prepare();
   count_ = 0;
   Outcome outcome;
+  used_ = 0;
   const int n = ::recvmmsg(socket, calls_->messages.data(), kSlots, MSG_DONTWAIT, nullptr);
   if (n <= 0) return outcome;
-  outcome.messages = static_cast<std::size_t>(n);
+  outcome.messages = used_ = static_cast<std::size_t>(n);
   for (std::size_t i = 0; i < outcome.messages; ++i) take(i, outcome);
   return outcome;
 }

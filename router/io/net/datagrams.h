@@ -58,6 +58,7 @@ class Datagrams {
   std::unique_ptr<Calls> calls_;
   std::unique_ptr<Slot[]> slots_;
   std::size_t count_ = 0;
+  std::size_t used_ = kSlots;  // by the last call
 };
 
 template <typename Visit>

@@ -18,7 +18,7 @@ namespace {
 using boost::system::error_code;
 using link::NetAddress;
 
-constexpr int kNameServerSeconds = 2;
+constexpr int kNameServerSeconds = 1;  // of silence; who wants the name asks again
 constexpr int kNameServersMax = 2;
 
 // Of this thread. Read anew each time: name servers change when a robot joins another network.

@@ -1,0 +1,148 @@
+// What a router learns from links, and which way messages go by it.
+#include "router/core/router_fixture.h"
+
+namespace tims::core::test {
+namespace {
+
+constexpr Address kLadar(0x01140000);
+constexpr Address kPilot(0x00180000);
+constexpr Origin kRobot{Address(0x01000100), 5, 1};
+constexpr Origin kFar{Address(0x01000200), 6, 2};
+
+class RouterLinksTest : public RouterTest {
+ protected:
+  ClientId link(LinkKind kind, std::uint8_t system, std::string_view name) {
+    return router_.connect(now_,
+                           {.port = PortKind::kLink,
+                            .token = ++token_,
+                            .name = name,
+                            .link = {.kind = kind,
+                                     .role = Role::kSystem,
+                                     .system = system,
+                                     .router = Address::of({.system = system, .instance = 1})}});
+  }
+  [[nodiscard]] ClientId way_of(ClientId from, Address to) const {
+    const Router::Way way = router_.way(router_.client(from), to);
+    return way.to == nullptr ? kNoClient : way.to->id;
+  }
+  [[nodiscard]] std::size_t events(EventKind kind) const {
+    return static_cast<std::size_t>(
+        std::ranges::count(sink_.events, kind, [](const Event& e) { return e.kind; }));
+  }
+};
+
+TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  ASSERT_TRUE(router_.learn(now_, sub, kLadar, kRobot));
+  EXPECT_EQ(owner(kLadar.raw()), sub);
+  EXPECT_EQ(router_.told(kLadar), kRobot);
+  router_.disconnect(now_, sub, CloseReason::kSilent);
+  EXPECT_EQ(owner(kLadar.raw()), kNoClient);
+  EXPECT_EQ(router_.told(kLadar), std::nullopt);
+  EXPECT_EQ(events(EventKind::kLinkDown), 1U);
+}
+
+TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
+  const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
+  ASSERT_TRUE(router_.learn(now_, peer, kLadar, kRobot));
+  EXPECT_EQ(owner(kLadar.raw()), peer);
+  EXPECT_EQ(router_.told(kLadar), std::nullopt);
+}
+
+TEST_F(RouterLinksTest, TheSecondOwnerWaitsAndBothAreNamed) {
+  const ClientId first = link(LinkKind::kSub, 1, "robot1");
+  const ClientId second = link(LinkKind::kSub, 2, "robot2");
+  router_.learn(now_, first, kLadar, kRobot);
+  router_.learn(now_, second, kLadar, kFar);
+  EXPECT_EQ(owner(kLadar.raw()), first);
+  ASSERT_EQ(events(EventKind::kDuplicateAddress), 1U);
+  const Event& event = sink_.events.back();
+  EXPECT_EQ(event.client.name.view(), "robot2");
+  EXPECT_EQ(event.owner.name.view(), "robot1");
+  router_.forget(now_, first, kLadar);
+  EXPECT_EQ(owner(kLadar.raw()), second) << "it has waited";
+}
+
+TEST_F(RouterLinksTest, OfTwoWaysToOneRouterTheShorterIsTaken) {
+  const ClientId longer = link(LinkKind::kSub, 1, "long");
+  const ClientId shorter = link(LinkKind::kSub, 2, "short");
+  router_.learn(now_, longer, kLadar, {kRobot.router, kRobot.epoch, 3});
+  router_.learn(now_, shorter, kLadar, {kRobot.router, kRobot.epoch, 2});
+  EXPECT_EQ(owner(kLadar.raw()), shorter);
+  EXPECT_EQ(events(EventKind::kDuplicateAddress), 0U);
+  router_.disconnect(now_, shorter, CloseReason::kSilent);
+  EXPECT_EQ(owner(kLadar.raw()), longer);
+}
+
+TEST_F(RouterLinksTest, OurOwnMailboxesComingBackAreALoop) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  EXPECT_FALSE(router_.learn(now_, sub, kLadar, {kOwn, router_.settings().epoch, 3}));
+  EXPECT_FALSE(router_.learn(now_, sub, kLadar, {kRobot.router, 5, kHopsMax}));
+  EXPECT_EQ(events(EventKind::kLoop), 2U);
+  EXPECT_EQ(owner(kLadar.raw()), kNoClient);
+}
+
+TEST_F(RouterLinksTest, WhatIsNotKnownGoesUpAndNeverBack) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId local = connect();
+  EXPECT_EQ(way_of(local, kLadar), kNoClient);
+  router_.set_uplink(now_, up);
+  EXPECT_EQ(way_of(local, kLadar), up);
+  EXPECT_EQ(way_of(up, kLadar), kNoClient);
+  EXPECT_EQ(send(up, {.type = 3, .dest = kLadar, .src = kPilot}), Outcome::kNoRoute);
+  ASSERT_EQ(sink_.replies.size(), 1U);
+  EXPECT_EQ(sink_.replies[0].to.client, up);
+  EXPECT_EQ(sink_.replies[0].header.type, type::kNotAvailable);
+}
+
+TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
+  router_.set_uplink(now_, up);
+  const ClientId local = connect();
+  EXPECT_EQ(way_of(local, Address(0x02140000)), peer);
+  EXPECT_EQ(way_of(local, Address(0x03140000)), up);
+  EXPECT_EQ(way_of(up, Address(0x02140000)), kNoClient) << "what comes from above goes down only";
+}
+
+TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId sub = link(LinkKind::kSub, 3, "robot3");
+  router_.set_uplink(now_, up);
+  router_.set_static_routes({{*AddressPattern::parse("Ladar(3/*)"), std::string_view("Ladar(3/*)"),
+                              std::string_view("robot3")}});
+  const ClientId local = connect();
+  EXPECT_EQ(way_of(local, Address(0x03140000)), sub);
+  EXPECT_EQ(way_of(local, Address(0x03150000)), up);
+}
+
+TEST_F(RouterLinksTest, TheHopLimitEndsALoopAndNamesTheRouters) {
+  const ClientId from = link(LinkKind::kSub, 1, "robot1");
+  const ClientId to = link(LinkKind::kSub, 2, "robot2");
+  router_.learn(now_, to, kLadar, kRobot);
+  for (const std::uint8_t hops : {std::uint8_t{kHopsMax - 1}, kHopsMax}) {
+    Bytes bytes = encoded({.type = 3, .dest = kLadar, .src = kPilot});
+    Message message{wire::decode_header(std::span(bytes).first<kHeaderSize>()), bytes, hops};
+    EXPECT_EQ(router_.on_message(now_, from, message),
+              hops < kHopsMax ? Outcome::kDelivered : Outcome::kHopLimit);
+  }
+  ASSERT_EQ(events(EventKind::kLoop), 1U);
+  EXPECT_EQ(sink_.events.back().client.name.view(), "robot1");
+  EXPECT_EQ(sink_.events.back().owner.name.view(), "robot2");
+}
+
+TEST_F(RouterLinksTest, ACommandThatALinkHasLostIsAnswered) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  const ClientId local = connect();
+  router_.register_mailbox(now_, local, kPilot, 9);
+  router_.on_undelivered(now_, sub, {.type = 3, .seq_nr = 4, .dest = kLadar, .src = kPilot},
+                         Outcome::kExpired);
+  router_.on_undelivered(now_, sub, {.type = -6, .dest = kLadar, .src = kPilot}, Outcome::kExpired);
+  ASSERT_EQ(sink_.replies.size(), 1U) << "data is not answered";
+  EXPECT_EQ(sink_.replies[0].to.handle, 9U);
+  EXPECT_EQ(sink_.replies[0].header.seq_nr, 4);
+  EXPECT_EQ(count(PortKind::kLink, Outcome::kExpired), 2U);
+}
+
+}  // namespace
+}  // namespace tims::core::test

@@ -1,0 +1,240 @@
+#include "router/io/link_port.h"
+
+#include <chrono>
+
+#include <boost/asio/post.hpp>
+#include <fmt/core.h>
+
+#include "os/clock.h"
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+using Wait = boost::asio::posix::stream_descriptor;
+
+constexpr std::size_t kPartsBytes = 256 << 20;  // address space, not memory
+// Links that do not come up: their names may mean something else by now.
+constexpr Duration kResolveEvery = 2s;
+constexpr Duration kWallClockEvery = 100ms;
+
+link::LinkSettings link_settings(const config::Link& from, const config::Config& config) {
+  return {.kind = static_cast<core::LinkKind>(from.kind),
+          .connects = !from.accepts(),
+          .to = from.accepts() ? std::string() : from.to_string(),
+          .system = from.system,
+          .keep_alive = from.interval,
+          .session = {.message_max = config.message.bytes_max,
+                      .queue_bytes_max =
+                          std::max<std::uint64_t>(config.tcp.queue_bytes, config.message.bytes_max),
+                      .lifetime = from.lifetime,
+                      .rate = from.rate,
+                      .reserve = from.reserve}};
+}
+static_assert(static_cast<int>(config::Link::Kind::kSub) == static_cast<int>(core::LinkKind::kSub));
+
+}  // namespace
+
+LinkPort::LinkPort(boost::asio::io_context& loop, core::Router& router, Log& log,
+                   core::BlockPool& pool, std::function<void(Time)> end_turn,
+                   const link::LinksSetup& setup)
+    : loop_(loop),
+      log_(log),
+      end_turn_(std::move(end_turn)),
+      parts_(kPartsBytes),
+      memory_(parts_.bytes()),
+      links_(router, pool, memory_, setup),
+      descriptor_(loop),
+      resolver_(loop),
+      interfaces_(loop, [this] { on_network_change(); }) {}
+
+Result<std::string> LinkPort::listen(const config::Endpoint& where) {
+  auto socket = UdpSocket::open(where);
+  if (!socket) return socket.error();
+  socket_ = std::move(*socket);
+  descriptor_.assign(::dup(socket_->fd()));
+  const std::uint32_t asked = socket_->asked_buffer_bytes();
+  if (socket_->receive_buffer_bytes() < asked || socket_->send_buffer_bytes() < asked) {
+    log_.info(fmt::format(
+        "udp buffers are {} KiB in, {} KiB out, less than the {} KiB asked for: "
+        "bursts may be lost; raise net.core.rmem_max and wmem_max",
+        socket_->receive_buffer_bytes() >> 10, socket_->send_buffer_bytes() >> 10, asked >> 10));
+  }
+  if (const auto watching = interfaces_.start(); !watching)
+    log_.warning("changes of the network are not seen: " + watching.error().detail());
+  wait_for_input();
+  return socket_->local().to_string();
+}
+
+void LinkPort::configure(Time now, const config::Config& config) {
+  std::vector<link::LinkSettings> wanted;
+  names_.clear();
+  for (const config::Link& link : config.links) {
+    wanted.push_back(link_settings(link, config));
+    if (!link.accepts()) names_[wanted.back().to] = {link.host, link.port};
+  }
+  links_.configure(now, wanted);
+  resolve(now);
+}
+
+// --- names
+
+void LinkPort::resolve(Time now) {
+  const auto wanted = links_.wants_addresses();
+  for (const std::string& to : wanted) resolve_one(to);
+  next_resolve_ = wanted.empty() ? now + 5 * kResolveEvery : now + kResolveEvery;
+  if (names_.empty()) next_resolve_ = kNever;
+}
+
+void LinkPort::resolve_one(const std::string& to) {
+  const auto name = names_.find(to);
+  if (name == names_.end()) return;
+  const auto& [host, port] = name->second;
+  resolver_.resolve(host, port, [this, to](const Result<Resolver::Addresses>& addresses) {
+    const Time now = os::now();
+    if (!addresses)
+      return log_.warning(fmt::format("link to {}: {}", to, addresses.error().detail()));
+    // One after the other, when the first does not answer.
+    const std::size_t n = tries_[to]++;
+    links_.set_target(now, to, (*addresses)[n % addresses->size()]);
+    continue_later();
+  });
+}
+
+void LinkPort::on_network_change() {
+  const Time now = os::now();
+  socket_->forget_refusals();
+  links_.network_changed(now);
+  resolve(now);
+  end_turn_(now);
+}
+
+// --- datagrams in
+
+void LinkPort::wait_for_input() {
+  descriptor_.async_wait(Wait::wait_read, [this](const boost::system::error_code& error) {
+    if (!error) on_input();
+  });
+}
+
+void LinkPort::on_input() {
+  const Time now = os::now();
+  if (socket_->receive(datagrams_)) {
+    read_wall_clock(now);
+    datagrams_.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> datagram) {
+      links_.on_datagram(now, from, datagram);
+    });
+  }
+  end_turn_(now);
+  wait_for_input();
+}
+
+void LinkPort::read_wall_clock(Time now) {
+  if (now < wall_read_ + kWallClockEvery) return;
+  wall_read_ = now;
+  const auto wall = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+  links_.set_wall(wall.time_since_epoch().count() - os::now().time_since_epoch().count());
+}
+
+// --- datagrams out
+
+void LinkPort::flush(Time now) {
+  if (!socket_) return;
+  links_.flush(now, [&](const link::Train& train) { return send(now, train); });
+  if (links_.has_something_to_send() && !waits_for_writable_) continue_later();
+}
+
+bool LinkPort::send(Time now, const link::Train& train) {
+  const auto found = impairments_.find(train.to);
+  if (found != impairments_.end()) return send_spoiled(now, train, found->second);
+  if (all_impaired_) return send_spoiled(now, train, *all_impaired_);
+  if (socket_->send(train) != Sent::kWouldBlock) return true;
+  wait_for_writable();
+  return false;
+}
+
+void LinkPort::wait_for_writable() {
+  if (std::exchange(waits_for_writable_, true)) return;
+  descriptor_.async_wait(Wait::wait_write, [this](const boost::system::error_code& error) {
+    waits_for_writable_ = false;
+    if (!error) end_turn_(os::now());
+  });
+}
+
+// Others have their turn first.
+void LinkPort::continue_later() {
+  if (std::exchange(continues_, true)) return;
+  boost::asio::post(loop_, [this] {
+    continues_ = false;
+    const Time now = os::now();
+    links_.set_now(now);
+    end_turn_(now);
+  });
+}
+
+std::uint64_t LinkPort::queued_bytes(std::uint32_t token) const {
+  const link::Link* link = links_.link(token);
+  return link == nullptr ? 0 : link->session().queued_bytes();
+}
+
+void LinkPort::say_goodbye(Time now) {
+  links_.say_goodbye(now);
+  flush(now);
+}
+
+// --- time
+
+Time LinkPort::next_timeout() const {
+  Time next = std::min(links_.next_timeout(), next_resolve_);
+  if (!delayed_.empty()) next = std::min(next, delayed_.top().at);
+  return socket_ ? next : kNever;
+}
+
+void LinkPort::on_timeout(Time now) {
+  read_wall_clock(now);
+  while (!delayed_.empty() && delayed_.top().at <= now) {
+    const Delayed& next = delayed_.top();
+    (void)socket_->send({.to = next.to, .bytes = next.bytes, .datagram_size = next.bytes.size()});
+    delayed_.pop();
+  }
+  if (now >= next_resolve_) resolve(now);
+  links_.on_timeout(now);
+}
+
+// --- a bad network, on purpose
+
+bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
+  const bool off = faults == link::Faults();
+  const auto seed = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
+  if (name.empty()) {
+    all_impaired_.reset();
+    if (!off) all_impaired_.emplace(seed).set(faults);
+    return true;
+  }
+  bool found = false;
+  links_.for_each([&](const link::Link& link) {
+    const bool meant = link.peer().name.view() == name || link.settings().to == name;
+    if (!meant) return;
+    for (const link::NetAddress& to : {link.address(), link.target()}) {
+      if (!to) continue;
+      found = true;
+      impairments_.erase(to);
+      if (!off) impairments_.try_emplace(to, seed).first->second.set(faults);
+    }
+  });
+  return found;
+}
+
+bool LinkPort::send_spoiled(Time now, const link::Train& train, link::Impairment& impairment) {
+  std::span<const std::byte> rest = train.bytes;
+  while (!rest.empty()) {
+    const auto one = rest.first(std::min(train.datagram_size, rest.size()));
+    rest = rest.subspan(one.size());
+    const auto fate = impairment.send(now, one.size());
+    for (std::size_t i = 0; i < fate.count; ++i)
+      delayed_.push({fate.at[i], ++order_, train.to, {one.begin(), one.end()}});
+  }
+  return true;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,120 @@
+// Where other routers attach: the UDP socket under the links (router/link), the names of other
+// hosts, and what changes about this host's network.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+
+#include "router/config/config.h"
+#include "router/io/log.h"
+#include "router/io/net/datagrams.h"
+#include "router/io/net/interfaces.h"
+#include "router/io/net/resolver.h"
+#include "router/io/net/udp_socket.h"
+#include "router/io/port.h"
+#include "router/io/waiting_memory.h"
+#include "router/link/impairment.h"
+#include "router/link/links.h"
+
+namespace tims::io {
+
+class LinkPort final : public Port {
+ public:
+  // `end_turn` flushes all ports: called when a turn is over.
+  LinkPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+           std::function<void(Time)> end_turn, const link::LinksSetup& setup);
+
+  // Opens the socket; where it listens.
+  Result<std::string> listen(const config::Endpoint& where);
+  [[nodiscard]] bool is_open() const { return socket_.has_value(); }
+  // The links of the configuration; also those of a changed one.
+  void configure(Time now, const config::Config& config);
+
+  // Port
+  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
+    return links_.deliver(to.token, message);
+  }
+  void reply(const core::Receiver& to, const Header& header) override {
+    links_.reply(to.token, header);
+  }
+  void close(const core::Receiver&, core::CloseReason) override {}  // links are not watched
+  void flush(Time now) override;
+  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
+  void stop_accepting() override {}
+  [[nodiscard]] bool drained() const override { return true; }
+
+  // After all ports were flushed.
+  void release() { links_.release(); }
+  // Other routers hear that this one ends.
+  void say_goodbye(Time now);
+
+  [[nodiscard]] Time next_timeout() const;
+  void on_timeout(Time now);
+
+  // By hand: false when no link has this name.
+  bool by_hand(Time now, std::string_view name, link::Links::Hand what) {
+    return links_.by_hand(now, name, what);
+  }
+  // What happens to all datagrams on their way out; with a name, to those of one link.
+  bool spoil(std::string_view name, const link::Faults& faults);
+
+  [[nodiscard]] const link::Links& links() const { return links_; }
+  [[nodiscard]] const UdpSocket* socket() const { return socket_ ? &*socket_ : nullptr; }
+
+ private:
+  struct Delayed {  // on its way through a bad network
+    Time at{};
+    std::uint64_t order = 0;
+    link::NetAddress to{};
+    std::vector<std::byte> bytes{};
+    bool operator>(const Delayed& other) const {
+      return at != other.at ? at > other.at : order > other.order;
+    }
+  };
+
+  void wait_for_input();
+  void on_input();
+  void wait_for_writable();
+  void continue_later();
+  bool send(Time now, const link::Train& train);
+  bool send_spoiled(Time now, const link::Train& train, link::Impairment& impairment);
+  void resolve(Time now);
+  void resolve_one(const std::string& to);
+  void on_network_change();
+  void read_wall_clock(Time now);
+
+  boost::asio::io_context& loop_;
+  Log& log_;
+  const std::function<void(Time)> end_turn_;
+  WaitingMemory parts_;  // messages that come in parts
+  link::MessageMemory memory_;
+  link::Links links_;
+  std::optional<UdpSocket> socket_;
+  boost::asio::posix::stream_descriptor descriptor_;
+  Datagrams datagrams_;
+  bool waits_for_writable_ = false;
+  bool continues_ = false;
+
+  Resolver resolver_;
+  InterfaceWatch interfaces_;
+  std::map<std::string, std::pair<std::string, std::uint16_t>> names_;  // `to`: host and port
+  std::map<std::string, std::size_t> tries_;  // which of a name's addresses is next
+  Time next_resolve_ = kNever;
+  Time wall_read_{};
+
+  std::map<link::NetAddress, link::Impairment> impairments_;
+  std::optional<link::Impairment> all_impaired_;
+  std::priority_queue<Delayed, std::vector<Delayed>, std::greater<>> delayed_;
+  std::uint64_t order_ = 0;
+};
+
+}  // namespace tims::io

@@ -1,0 +1,57 @@
+#include "router/io/tracer.h"
+
+#include <cstring>
+#include <utility>
+
+#include <boost/json/serialize.hpp>
+
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+namespace json = boost::json;
+
+json::value party_json(const core::Router& router, core::ClientId id) {
+  const core::Client* client = router.client(id);
+  return client == nullptr ? json::value() : json::value(to_json(client->party()));
+}
+
+}  // namespace
+
+void Tracer::on_traced(core::ClientId from, core::ClientId to, const core::Message& message) {
+  // Records of records would never end.
+  if (hops_.size() >= kPerTurnMax || message.header.type == type::kHopRecord) return;
+  hops_.push_back({from, to, message.header, message.hops, message.waited});
+}
+
+void Tracer::send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
+                          const Send& send) {
+  for (const Hop& hop : std::exchange(hops_, {})) {
+    const json::object record{{"schema", "tims/hop/1"},
+                              {"router", as_utf8(name)},
+                              {"address", to_json(router.settings().address)},
+                              {"time", rfc3339(clocks.wall)},
+                              {"hop", hop.hops},
+                              {"dest", to_json(hop.header.dest)},
+                              {"type", hop.header.type},
+                              {"seq_nr", hop.header.seq_nr},
+                              {"from", party_json(router, hop.from)},
+                              {"to", party_json(router, hop.to)},
+                              {"waited_s", std::chrono::duration<double>(hop.waited).count()}};
+    const std::string text = json::serialize(record);
+    auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+    std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
+    core::Message message{.header = {.type = type::kHopRecord,
+                                     .priority = hop.header.priority,
+                                     .seq_nr = hop.header.seq_nr,
+                                     .dest = hop.header.src,
+                                     .src = router.settings().address,
+                                     .length = static_cast<std::uint32_t>(bytes.size())},
+                          .bytes = bytes};
+    wire::encode_header(message.header, std::span(bytes).first<kHeaderSize>());
+    send(message);
+  }
+}
+
+}  // namespace tims::io

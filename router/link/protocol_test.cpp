@@ -1,0 +1,65 @@
+// The worked bytes of PROTOCOL.md are what the code writes.
+#include <cctype>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "router/link/bytes.h"
+#include "router/link/datagram.h"
+#include "router/link/frame.h"
+
+namespace tims::link {
+namespace {
+
+// The document with nothing but its hex digits and letters: spaces and line breaks do not count.
+std::string document() {
+  std::ifstream file(TIMS_PROTOCOL_FILE);
+  std::stringstream text;
+  text << file.rdbuf();
+  std::string squeezed;
+  for (const char c : text.str()) {
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) squeezed += c;
+  }
+  return squeezed;
+}
+
+std::string hex(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::byte b : bytes) {
+    text += kDigits[std::to_integer<std::size_t>(b >> 4)];
+    text += kDigits[std::to_integer<std::size_t>(b & std::byte{15})];
+  }
+  return text;
+}
+
+TEST(Protocol, TheHelloOfTheDocumentIsTheHelloOfTheCode) {
+  const Hello hello{.token = 0x0102030405060708,
+                    .keep_alive = std::chrono::milliseconds(300),
+                    .who = {.epoch = 0x1122334455667788,
+                            .role = Role::kSystem,
+                            .system = 1,
+                            .id = 1,
+                            .name = std::string_view("robot1"),
+                            .message_max = 16U << 20}};
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  const std::size_t size = encode(hello, bytes);
+  EXPECT_NE(document().find(hex(std::span(bytes).first(size))), std::string::npos)
+      << hex(std::span(bytes).first(size));
+}
+
+TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
+  std::array<std::byte, 64> bytes{};
+  encode({.token = 0x1122334455667788, .packet = 5}, std::span(bytes).first<kDataHeaderSize>());
+  ByteWriter out{std::span(bytes).subspan(kDataHeaderSize)};
+  put_header(out, 7, 0, 2);
+  out.put(std::uint8_t{0xAB});
+  out.put(std::uint8_t{0xCD});
+  const auto all = std::span(bytes).first(kDataHeaderSize + out.size());
+  EXPECT_NE(document().find(hex(all)), std::string::npos) << hex(all);
+}
+
+}  // namespace
+}  // namespace tims::link

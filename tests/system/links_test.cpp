@@ -1,0 +1,199 @@
+// Routers of several hosts, as processes joined by real UDP over the loopback: the tree.
+#include <csignal>
+#include <memory>
+
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+
+#include "tests/support/eventually.h"
+#include "tests/system/local_fixture.h"
+
+namespace tims::test {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+
+constexpr Address kServer(0x01140000);  // Ladar(1/0)
+constexpr Address kClient(0x00020000);  // GUI(0/0)
+
+std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
+
+// A router of the tree. It keeps its UDP port over a restart.
+class Host {
+ public:
+  Host(std::string name, std::string role, int system, int id, std::vector<std::string> links)
+      : name_(std::move(name)),
+        settings_{"security.insecure=false", "router.name=" + name_,
+                  "router.role=" + std::move(role), "router.system=" + std::to_string(system),
+                  "router.id=" + std::to_string(id)} {
+    for (std::string& link : links) settings_.push_back("link=" + std::move(link));
+  }
+
+  void start() {
+    std::vector<std::string> settings = settings_;
+    settings.push_back("udp.listen=" + udp_);
+    router_ = std::make_unique<RouterProcess>(settings);
+    const auto started = router_->start();
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    const auto line = router_->process().wait_for_line("listening udp");
+    ASSERT_TRUE(line.ok()) << line.error().message();
+    udp_ = last_word(*line);
+  }
+  void kill() { router_->kill(); }
+  [[nodiscard]] const std::string& udp() const { return udp_; }
+  [[nodiscard]] std::string socket() const { return router_->socket_path(); }
+  [[nodiscard]] std::string log() { return router_->process().output(); }
+
+  Session session(const std::string& name) {
+    auto connected = Session::connect({.name = name,
+                                       .socket_path = socket(),
+                                       .timeout = kPatience,
+                                       .on_event = [](const SessionEvent&) {}});
+    EXPECT_TRUE(connected.ok()) << connected.error().message();
+    return std::move(*connected);
+  }
+  // What timsctl says about this router; its exit status is not looked at.
+  std::string timsctl(std::vector<std::string> words) {
+    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
+    words.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
+    auto child = ChildProcess::start(std::move(words));
+    if (!child) return child.error().message();
+    (void)child->wait();
+    return child->standard_output();
+  }
+  bool knows(Address address) {
+    return timsctl({"route", "show", "--json"}).find("\"" + address.to_hex() + "\"") !=
+           std::string::npos;
+  }
+
+ private:
+  std::string name_;
+  std::vector<std::string> settings_;
+  std::string udp_ = "127.0.0.1:0";
+  std::unique_ptr<RouterProcess> router_;
+};
+
+// base (top) - robot1 (system) - arm (subsystem)
+struct Tree : testing::Test {
+  void SetUp() override {
+    base =
+        std::make_unique<Host>("base", "top", 0, 1, std::vector<std::string>{"kind=sub,system=*"});
+    base->start();
+    robot = std::make_unique<Host>(
+        "robot1", "system", 1, 1,
+        std::vector<std::string>{"kind=super,to=" + base->udp(), "kind=sub,system=1"});
+    robot->start();
+    arm = std::make_unique<Host>("arm", "subsystem", 1, 2,
+                                 std::vector<std::string>{"kind=super,to=" + robot->udp()});
+    arm->start();
+  }
+  static Mailbox open(Session& session, Address address) {
+    auto opened = session.open({.address = address, .body_max = 1U << 20});
+    EXPECT_TRUE(opened.ok()) << opened.error().message();
+    return std::move(*opened);
+  }
+
+  std::unique_ptr<Host> base;
+  std::unique_ptr<Host> robot;
+  std::unique_ptr<Host> arm;
+};
+
+TEST_F(Tree, ARequestGoesDownTwoLinksAndItsAnswerComesUp) {
+  Session server_session = arm->session("server");
+  Mailbox server = open(server_session, kServer);
+  Session client_session = base->session("client");
+  Mailbox client = open(client_session, kClient);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  const std::string text(100'000, 'x');  // many datagrams
+  ASSERT_TRUE(client.send({.dest = kServer, .type = 21}, bytes_of(text)).ok());
+  const auto request = server.peek_for(kPatience);
+  ASSERT_TRUE(request.ok()) << request.error().message();
+  EXPECT_EQ(text_of(request->body()), text);
+  ASSERT_TRUE(server.reply(request->header(), type::kOk, bytes_of("well")).ok());
+  const auto answer = client.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok()) << answer.error().message();
+  EXPECT_EQ(answer->header().src, kServer);
+  EXPECT_EQ(text_of(answer->body()), "well");
+}
+
+TEST_F(Tree, WhatIsNowhereIsAnsweredByTheTop) {
+  Session session = arm->session("client");
+  Mailbox client = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the client"));
+  ASSERT_TRUE(client.send({.dest = Address(0x07140000), .type = 3}, bytes_of("")).ok());
+  const auto answer = client.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok()) << answer.error().message();
+  EXPECT_EQ(answer->header().type, type::kNotAvailable);
+  EXPECT_EQ(answer->header().src, Address(0x07140000));
+}
+
+TEST_F(Tree, ARouterThatDiesIsWithdrawnAndFoundAgain) {
+  Session session = arm->session("server");
+  Mailbox server = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  robot->kill();
+  EXPECT_TRUE(eventually([&] { return !base->knows(kServer); }, "it is withdrawn at the top"));
+  Session client_session = base->session("client");
+  Mailbox client = open(client_session, kClient);
+  ASSERT_TRUE(client.send({.dest = kServer, .type = 3}, bytes_of("")).ok());
+  const auto answer = client.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok()) << answer.error().message();
+  EXPECT_EQ(answer->header().type, type::kNotAvailable);
+  robot->start();
+  EXPECT_TRUE(eventually([&] { return base->knows(kServer); }, "it is known at the top again"));
+}
+
+TEST_F(Tree, ASecondRouterWithTheSameIdIsRefusedByName) {
+  Host twin("twin", "system", 1, 1, {"kind=super,to=" + base->udp()});
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
+  twin.start();
+  EXPECT_TRUE(eventually([&] { return twin.log().find("robot1") != std::string::npos; },
+                         "the twin hears who has its id"));
+  EXPECT_TRUE(eventually([&] { return base->log().find("twin") != std::string::npos; },
+                         "the base names both"));
+  EXPECT_THAT(base->timsctl({"router", "list", "--json"}), HasSubstr("\"robot1\""));
+}
+
+TEST_F(Tree, EveryRouterIsSeenFromEveryOther) {
+  for (Host* from : {base.get(), robot.get(), arm.get()}) {
+    const auto missing = [&]() -> std::string {
+      const json::value answer = json::parse(from->timsctl({"router", "list", "--json"}));
+      std::string seen;
+      for (const json::value& item : answer.at("items").as_array()) {
+        if (item.at("state") == "up") seen += std::string(item.at("name").as_string()) + " ";
+      }
+      return seen == "base robot1 arm " ? "" : "seen: " + seen;
+    };
+    EXPECT_TRUE(eventually(missing));
+  }
+  EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}), HasSubstr(R"("name":"arm")"));
+}
+
+TEST_F(Tree, ATraceTellsOfEveryRouter) {
+  Session session = arm->session("server");
+  Mailbox server = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  std::vector<std::string> command{TIMSCTL_PROGRAM, "-H", "unix:" + base->socket(), "trace",
+                                   "Ladar/1/0"};
+  auto child = ChildProcess::start(command);
+  ASSERT_TRUE(child.ok());
+  const auto request = server.peek_for(kPatience);
+  ASSERT_TRUE(request.ok()) << request.error().message();
+  ASSERT_TRUE(server.reply(request->header(), type::kEnabled).ok());
+  ASSERT_TRUE(child->wait().ok());
+  for (const char* router : {"base", "robot1", "arm"})
+    EXPECT_THAT(child->standard_output(), HasSubstr(router));
+}
+
+TEST_F(Tree, ExplainNamesTheLastRouterAndTheReason) {
+  Session session = arm->session("server");
+  Mailbox server = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  EXPECT_THAT(base->timsctl({"explain", "Tims/0/1", "Ladar/1/0"}), HasSubstr("it arrives: arm"));
+  EXPECT_THAT(base->timsctl({"explain", "Tims/0/1", "Ladar/7/0"}),
+              HasSubstr("no router of the fleet has Ladar(7/0)"));
+}
+
+}  // namespace
+}  // namespace tims::test

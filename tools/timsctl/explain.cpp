@@ -1,0 +1,160 @@
+// timsctl explain: why a message arrives, or does not. Walks from router to router as the message
+// would and asks each what it would do with it.
+#include <fmt/format.h>
+
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
+#include "tools/timsctl/humanize.h"
+#include "tools/timsctl/path.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+
+namespace {
+
+struct Conclusion {
+  bool arrives = false;
+  std::string cause;   // one sentence
+  std::string remedy;  // a command, or what to do
+};
+
+class Explainer {
+ public:
+  Explainer(Context& context, AdminClient admin, tims::Address src, tims::Address dst)
+      : context_(context), admin_(admin), src_(src), dst_(dst) {}
+
+  Exit run() {
+    const std::int8_t type =
+        context_.options.type.empty() ? tims::type::kGetStatus : need_type(context_.options.type);
+    const Path to_source = find_path(admin_, {}, src_, type);
+    Conclusion conclusion;
+    Path path;
+    if (!to_source.reached) {
+      conclusion = {false, fmt::format("nobody has registered the sender {}", src_.to_string()),
+                    "start the component that sends, then ask again"};
+    } else {
+      path = find_path(admin_.at(to_source.steps.back().router), src_, dst_, type);
+      conclusion = conclude(path);
+    }
+    tell(path, conclusion);
+    return conclusion.arrives ? Exit::kDone : Exit::kNo;
+  }
+
+ private:
+  [[nodiscard]] Conclusion conclude(const Path& path) {
+    if (path.failure) return {false, *path.failure, "`timsctl router list` shows who answers"};
+    const Step& last = path.steps.back();
+    if (path.reached) return at_mailbox(last);
+    if (const auto broken = broken_link(path)) return *broken;
+    if (text_at(last.answer, "outcome") == "would_return")
+      return {false,
+              fmt::format("{} knows {} only behind the router it would come from: that router has "
+                          "withdrawn it",
+                          last.name, dst_.to_string()),
+              fmt::format("`timsctl route watch '{}'` there", dst_.to_string())};
+    std::string cause = fmt::format(
+        "no router of the fleet has {} registered; {} discards the "
+        "message",
+        dst_.to_string(), last.name);
+    const std::string away = routers_away();
+    if (!away.empty())
+      return {false, cause + "; it may be behind " + away,
+              "bring that router back: is its host up, and its network?"};
+    return {false, cause, "start the component; `timsctl route show -a` lists what there is"};
+  }
+
+  // The owner may not take what arrives.
+  [[nodiscard]] Conclusion at_mailbox(const Step& last) {
+    const json::object answer =
+        admin_.at(last.router).ask({{"ask", "mailboxes"}, {"match", dst_.to_hex()}});
+    for (const json::value& value : items_of(answer)) {
+      const json::object& box = value.as_object();
+      const double slots = number_or_zero(box, "slots");
+      if (slots > 0 && number_or_zero(box, "waiting") >= slots)
+        return {false,
+                fmt::format("the mailbox {} is full: its owner {} does not take its messages",
+                            dst_.to_string(), text_at(box, "owner.name")),
+                fmt::format("`timsctl -r {} mbx show '{}'`", last.name, dst_.to_string())};
+    }
+    return {
+        true,
+        fmt::format("it arrives: {} hands it to {}", last.name, text_at(last.answer, "owner.name")),
+        ""};
+  }
+
+  // Routers of the fleet that were there and are not now.
+  [[nodiscard]] std::string routers_away() {
+    const json::object fleet = walk_fleet(admin_);
+    std::string names;
+    for (const json::value& value : items_of(fleet)) {
+      const json::object& router = value.as_object();
+      if (text_at(router, "state") == "up") continue;
+      names +=
+          fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ", text_at(router, "name"),
+                      text_at(router, "state"), human_duration(number_or_zero(router, "since_s")));
+    }
+    return names;
+  }
+
+  // A link that is down although it should lead to the destination's system.
+  [[nodiscard]] std::optional<Conclusion> broken_link(const Path& path) {
+    const double system = dst_.fields().system;
+    for (const Step& step : path.steps) {
+      const json::object links = admin_.at(step.router).ask({{"ask", "links"}});
+      for (const json::value& value : items_of(links)) {
+        const json::object& link = value.as_object();
+        const bool theirs = number_at(link, "system") == system && text_at(link, "kind") != "super";
+        const bool above = text_at(link, "kind") == "super" && &step == &path.steps.back();
+        if (text_at(link, "state") == "up" || (!theirs && !above)) continue;
+        const std::string refusal = text_at(link, "refusal");
+        return Conclusion{
+            false,
+            fmt::format("the link of {} to {} is {} since {}{}{}", step.name, text_at(link, "via"),
+                        text_at(link, "state"), human_duration(number_or_zero(link, "since_s")),
+                        refusal.empty() ? "" : ": ", refusal),
+            text_at(link, "state") == "down"
+                ? fmt::format("`timsctl -r {} link up {}`", step.name, text_at(link, "via"))
+                : "is that host up, and its network? `timsctl link show` on both sides"};
+      }
+    }
+    return std::nullopt;
+  }
+
+  void tell(const Path& path, const Conclusion& conclusion) {
+    if (context_.out.json()) {
+      json::array items;
+      for (const Step& step : path.steps) items.push_back(step.answer);
+      context_.out.write(json::object{{"schema", "tims/explain/1"},
+                                      {"arrives", conclusion.arrives},
+                                      {"cause", conclusion.cause},
+                                      {"remedy", conclusion.remedy},
+                                      {"items", std::move(items)}});
+      return;
+    }
+    int number = 0;
+    for (const Step& step : path.steps)
+      context_.out.write(fmt::format("{:>2} {:<16} {}\n", ++number, step.name,
+                                     printable(text_at(step.answer, "reason"))));
+    const Tone tone = conclusion.arrives ? Tone::kGood : Tone::kBad;
+    context_.out.write(paint(conclusion.cause, tone, context_.out.look().colour) +
+                       (conclusion.remedy.empty() ? "" : "; " + conclusion.remedy) + "\n");
+  }
+
+  Context& context_;
+  AdminClient admin_;
+  tims::Address src_;
+  tims::Address dst_;
+};
+
+}  // namespace
+
+Exit explain(Context& context) {
+  const auto connection = context.connect();
+  return Explainer(context, context.admin(*connection), need_address(context.options.arguments[0]),
+                   need_address(context.options.arguments[1]))
+      .run();
+}
+
+}  // namespace timsctl

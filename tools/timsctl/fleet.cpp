@@ -1,0 +1,135 @@
+#include "tools/timsctl/fleet.h"
+
+#include <deque>
+#include <map>
+
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr std::uint32_t kRouterClass = tims::class_id::kTims;
+
+class Walk {
+ public:
+  explicit Walk(const AdminClient& first) : first_(first) {}
+
+  json::object run() {
+    visit(first_, {});
+    while (!waiting_.empty()) {
+      const std::string raw = waiting_.front();
+      waiting_.pop_front();
+      json::object& item = routers_[raw];
+      if (text_at(item, "state") != "up") continue;
+      visit(first_.at(router_address(item)), raw);
+    }
+    json::array items;
+    for (const std::string& raw : order_) items.push_back(std::move(routers_[raw]));
+    return {{"schema", "tims/router_list/1"}, {"partial", partial_}, {"items", std::move(items)}};
+  }
+
+ private:
+  // Asks one router; `raw` is its address, empty for the first.
+  void visit(AdminClient router, const std::string& raw) {
+    json::object answer;
+    try {
+      answer = router.ask({{"ask", "routers"}});
+    } catch (const Failure& failure) {
+      if (raw.empty()) throw;
+      if (failure.exit != Exit::kTimeout && failure.exit != Exit::kNoSuch) throw;
+      routers_[raw]["state"] = "unreachable";
+      partial_ = true;
+      return;
+    }
+    std::string self = raw;
+    for (const json::value& value : items_of(answer)) {
+      const json::object& item = value.as_object();
+      if (text_at(item, "kind") == "self")
+        self = add_self(item);
+      else if (!text_at(item, "address.raw").empty())
+        add_neighbour(item, self);
+    }
+  }
+
+  std::string add_self(const json::object& item) {
+    const std::string raw = text_at(item, "address.raw");
+    json::object& known = place(raw);
+    const bool first = order_.size() == 1;
+    for (const auto& [key, value] : item)
+      if (key != "kind" && key != "via") known[key] = value;
+    if (first) {
+      known["parent"] = nullptr;
+      known["depth"] = 0;
+      known["clock"] = json::object{{"offset_s", 0.0}, {"uncertainty_s", 0.0}};
+      known["rtt_s"] = nullptr;
+      known["kind"] = "self";
+    }
+    return raw;
+  }
+
+  void add_neighbour(const json::object& item, const std::string& at) {
+    const std::string raw = text_at(item, "address.raw");
+    const bool is_new = !routers_.contains(raw);
+    json::object& known = place(raw);
+    const bool better = text_at(item, "state") == "up" && text_at(known, "state") == "down";
+    if (!is_new && !better) return;
+    const json::object& parent = routers_[at];
+    const json::value parents_clock = parent.contains("clock") ? parent.at("clock") : json::value();
+    const std::string name = text_at(parent, "name");
+    const double depth = number_or_zero(parent, "depth");
+    known = item;
+    known["parent"] = name;
+    known["depth"] = static_cast<int>(depth) + 1;
+    known["clock"] = sum(parents_clock, item);
+    waiting_.push_back(raw);
+  }
+
+  json::object& place(const std::string& raw) {
+    if (!routers_.contains(raw)) order_.push_back(raw);
+    return routers_[raw];
+  }
+
+  // Offsets add up along the way, and so does what is not known of them.
+  static json::value sum(const json::value& parent, const json::object& item) {
+    const auto offset = number_at(item, "clock.offset_s");
+    if (!parent.is_object() || !offset) return nullptr;
+    const json::object& base = parent.as_object();
+    return json::object{{"offset_s", number_or_zero(base, "offset_s") + *offset},
+                        {"uncertainty_s", number_or_zero(base, "uncertainty_s") +
+                                              number_or_zero(item, "clock.uncertainty_s")}};
+  }
+
+  const AdminClient& first_;
+  std::map<std::string, json::object> routers_;  // by raw address
+  std::vector<std::string> order_;
+  std::deque<std::string> waiting_;
+  bool partial_ = false;
+};
+
+}  // namespace
+
+std::optional<tims::Address> router_address(const json::object& item) {
+  return tims::Address::parse(text_at(item, "address.raw"));
+}
+
+json::object walk_fleet(const AdminClient& first) { return Walk(first).run(); }
+
+tims::Address find_router(const AdminClient& first, std::string_view name) {
+  const auto address = parse_address(name);
+  if (address && address->fields().class_id == kRouterClass) return *address;
+  json::object fleet = walk_fleet(first);
+  std::string known;
+  for (const json::value& value : items_of(fleet)) {
+    const json::object& item = value.as_object();
+    const std::string its_name = text_at(item, "name");
+    if (its_name == name) return *router_address(item);
+    known.append(known.empty() ? "" : ", ").append(its_name);
+  }
+  throw Failure(Exit::kNoSuch, "no_such_router",
+                "no router of the fleet is called \"" + std::string(name) + "\"",
+                "there are " + known);
+}
+
+}  // namespace timsctl

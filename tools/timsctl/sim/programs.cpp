@@ -1,0 +1,188 @@
+#include "tools/timsctl/sim/programs.h"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "os/clock.h"
+#include "os/unix_socket.h"
+#include "tools/timsctl/failure.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr tims::Duration kRouterPatience = 10s;
+constexpr tims::Duration kEndPatience = 2s;
+constexpr tims::Duration kLookAgain = 5ms;
+
+Launch router_launch(const PlannedHost& host) {
+  Launch launch{.command = {"tims-router", "--config", host.config_file()},
+                .network = host.network,
+                .environment = {},
+                .log = host.folder + "/router.log"};
+  for (const std::string& setting : host.settings)
+    launch.command.insert(launch.command.end(), {"--set", setting});
+  return launch;
+}
+
+Launch component_launch(const PlannedHost& host, std::size_t number) {
+  return {.command = host.components[number].command,
+          .network = host.network,
+          .environment = {"TIMS_ROUTER=" + host.socket(), "TIMS_HOST="},
+          .log = fmt::format("{}/component{}.log", host.folder, number + 1)};
+}
+
+std::string end_of_file(const std::string& path) {
+  constexpr std::size_t kBytes = 600;
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string_view end(text);
+  if (end.size() > kBytes) end.remove_prefix(end.size() - kBytes);
+  while (end.ends_with('\n')) end.remove_suffix(1);
+  return std::string(end);
+}
+
+bool has_ended(const Child& child, tims::Duration wait) {
+  pollfd ready{child.descriptor(), POLLIN, 0};
+  const timespec limit = tims::os::to_timespec(tims::Time(std::max(wait, tims::Duration{})));
+  return ::ppoll(&ready, 1, &limit, nullptr) > 0;
+}
+
+}  // namespace
+
+std::string end_text(int status) {
+  return status > 128 ? fmt::format("killed by signal {}", status - 128)
+                      : fmt::format("exit status {}", status);
+}
+
+Programs::Programs(const Plan& plan) {
+  for (const PlannedHost& host : plan.hosts) {
+    programs_.push_back({.host = &host,
+                         .router = true,
+                         .label = "tims-router",
+                         .launch = router_launch(host),
+                         .child = {}});
+    for (std::size_t i = 0; i < host.components.size(); ++i)
+      programs_.push_back({.host = &host,
+                           .router = false,
+                           .label = host.components[i].label,
+                           .launch = component_launch(host, i),
+                           .child = {}});
+  }
+}
+
+void Programs::start(Program& program) {
+  if (program.child) return;
+  try {
+    program.child = Child::start(program.launch);
+  } catch (const Failure& failure) {
+    throw Failure(failure.exit, failure.code,
+                  fmt::format("{}: {}", program.host->name, failure.message), failure.hint);
+  }
+}
+
+void Programs::await_router(Program& program, const Signals& signals) {
+  const tims::Time deadline = tims::os::deadline_after(kRouterPatience);
+  while (!tims::os::connect_unix(program.host->socket())) {
+    const tims::Time now = tims::os::now();
+    const bool ended =
+        signals.wait(program.child->descriptor(), now + kLookAgain) == Signals::Woken::kReadable;
+    if (!ended && now < deadline) continue;
+    const std::string why =
+        ended ? end_text(program.child->reap()) : std::string("it does not open its socket");
+    if (ended) program.child.reset();
+    throw Failure(Exit::kNo, "router_failed",
+                  fmt::format("{}: tims-router did not start: {}\n{}", program.host->name, why,
+                              end_of_file(program.launch.log)),
+                  "`settings` of the host in the fleet file?");
+  }
+}
+
+void Programs::start(const PlannedHost& host, const Signals& signals) {
+  for (Program& program : programs_) {
+    if (program.host != &host) continue;
+    start(program);
+    if (program.router) await_router(program, signals);
+  }
+}
+
+void Programs::start_all(const Signals& signals) {
+  for (Program& program : programs_)
+    if (program.router) start(program);
+  for (Program& program : programs_)
+    if (program.router) await_router(program, signals);
+  for (Program& program : programs_) start(program);
+}
+
+template <typename Condition>
+void Programs::end(Condition concerned, int signal) {
+  for (const Program& program : programs_)
+    if (program.child && concerned(program)) program.child->signal(signal);
+  const tims::Time deadline = tims::os::deadline_after(kEndPatience);
+  for (Program& program : programs_) {
+    if (!program.child || !concerned(program)) continue;
+    if (!has_ended(*program.child, deadline - tims::os::now())) program.child->signal(SIGKILL);
+    program.status = program.child->reap();
+    program.child.reset();
+  }
+}
+
+std::size_t Programs::kill(const PlannedHost& host, Part part) {
+  const auto concerned = [&](const Program& program) {
+    return program.host == &host && (part == Part::kAll || program.router);
+  };
+  const auto count = std::ranges::count_if(
+      programs_, [&](const Program& program) { return program.child && concerned(program); });
+  end(concerned, SIGKILL);
+  std::error_code ignored;  // nobody listens there any more
+  std::filesystem::remove(host.socket(), ignored);
+  return static_cast<std::size_t>(count);
+}
+
+void Programs::end_all() {
+  end([](const Program& program) { return !program.router; }, SIGTERM);
+  end([](const Program& program) { return program.router; }, SIGTERM);
+}
+
+std::vector<int> Programs::descriptors() const {
+  std::vector<int> all;
+  for (const Program& program : programs_)
+    if (program.child) all.push_back(program.child->descriptor());
+  return all;
+}
+
+std::vector<Programs::End> Programs::ended() {
+  std::vector<End> ends;
+  for (Program& program : programs_) {
+    if (!program.child || !has_ended(*program.child, {})) continue;
+    program.status = program.child->reap();
+    program.child.reset();
+    ends.push_back(
+        {program.host->name, program.label, program.status, end_of_file(program.launch.log)});
+  }
+  return ends;
+}
+
+json::array Programs::report(const PlannedHost& host) const {
+  json::array out;
+  for (const Program& program : programs_) {
+    if (program.host != &host) continue;
+    json::object item{{"name", program.label},
+                      {"state", program.child ? "running" : "ended"},
+                      {"log", program.launch.log}};
+    if (program.child)
+      item["pid"] = program.child->pid();
+    else
+      item["end"] = end_text(program.status);
+    out.push_back(std::move(item));
+  }
+  return out;
+}
+
+}  // namespace timsctl::sim
