@@ -1,15 +1,14 @@
 #include "router/core/below.h"
 
+#include "router/core/random.h"
+
 namespace tims::core {
 
 std::uint32_t table_hash(Address address, const Origin& origin) {
   std::uint64_t h =
       (std::uint64_t{address.raw()} << 32 | origin.router.raw()) + 0x9E3779B97F4A7C15U;
   h ^= (std::uint64_t{origin.epoch} << 8 | origin.hops) * 0xC2B2AE3D27D4EB4FU;
-  // The finaliser of SplitMix64.
-  h = (h ^ h >> 30) * 0xBF58476D1CE4E5B9U;
-  h = (h ^ h >> 27) * 0x94D049BB133111EBU;
-  h ^= h >> 31;
+  h = spread(h);
   return static_cast<std::uint32_t>(h ^ h >> 32);
 }
 

@@ -2,20 +2,12 @@
 
 #include <algorithm>
 
+#include "router/core/random.h"
+#include "router/link/train.h"
+
 namespace tims::link {
-namespace {
 
-// What a datagram takes beside its bytes: Ethernet, IPv4, UDP.
-constexpr std::size_t kOverhead = 42;
-
-}  // namespace
-
-double Impairment::random() {
-  std::uint64_t z = state_ += 0x9E3779B97F4A7C15U;
-  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9U;
-  z = (z ^ z >> 27) * 0x94D049BB133111EBU;
-  return static_cast<double>((z ^ z >> 31) >> 11) * 0x1.0p-53;
-}
+double Impairment::random() { return core::next_share(state_); }
 
 Time Impairment::arrival(Time sent) {
   Time at = sent + faults_.delay;
@@ -37,7 +29,7 @@ Impairment::Fate Impairment::send(Time now, std::size_t size) {
         std::chrono::duration<double>(std::max(line_free_, now) - now).count() * rate;
     if (waiting > static_cast<double>(faults_.queue)) return fate;
     const Duration takes = std::chrono::duration_cast<Duration>(
-        std::chrono::duration<double>(static_cast<double>(size + kOverhead) / rate));
+        std::chrono::duration<double>(static_cast<double>(size + kDatagramOverhead) / rate));
     line_free_ = std::max(line_free_, now) + takes;
     sent = line_free_;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "router/core/random.h"
 #include "wire/header.h"
 
 namespace tims::link {
@@ -27,13 +28,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       random_state_(setup.seed),
       scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {}
 
-// SplitMix64: one step of it, of a secret state.
-std::uint64_t Links::random() {
-  std::uint64_t z = random_state_ += 0x9E3779B97F4A7C15U;
-  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9U;
-  z = (z ^ z >> 27) * 0x94D049BB133111EBU;
-  return z ^ z >> 31;
-}
+std::uint64_t Links::random() { return core::next_random(random_state_); }
 
 // --- configuration
 

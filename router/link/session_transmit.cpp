@@ -4,14 +4,13 @@
 
 #include "router/link/bytes.h"
 #include "router/link/session.h"
+#include "router/link/train.h"
 
 namespace tims::link {
 namespace {
 
 constexpr std::size_t kUrgentLane = 6;  // from here on: beyond the window, if need be
 constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
-// What a datagram costs a link beside its bytes: Ethernet, IPv4 and UDP.
-constexpr std::size_t kOverhead = 42;
 constexpr std::uint64_t kTrain = 64 << 10;
 // Bytes a second from which on the largest datagram takes less than half a millisecond.
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
@@ -92,7 +91,7 @@ std::size_t Session::datagram_size() const { return std::min(mtu_.size(), datagr
 
 void Session::set_rates() {
   congestion_.set_datagram(datagram_size());
-  const std::size_t datagram = datagram_size() + kOverhead;
+  const std::size_t datagram = datagram_size() + kDatagramOverhead;
   if (settings_.rate != 0) {
     const std::uint64_t depth = std::max<std::uint64_t>(datagram, settings_.rate / 4000);
     cap_.set(settings_.rate, depth);
@@ -240,7 +239,7 @@ std::size_t Session::finish(Time now, std::uint64_t token, Packet& packet) {
   record.at = now;
   record.size = static_cast<std::uint16_t>(datagram.size());
   sent_.sent(record);
-  const std::size_t cost = datagram.size() + kOverhead;
+  const std::size_t cost = datagram.size() + kDatagramOverhead;
   if (record.elicits_ack) {
     pacer_.take(cost);
     if (probe_packets_ > 0) --probe_packets_;

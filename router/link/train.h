@@ -13,6 +13,9 @@ namespace tims::link {
 inline constexpr std::size_t kTrainBytesMax = 65'000;  // what the kernel takes in one call
 inline constexpr std::size_t kTrainDatagramsMax = 64;
 
+// What a datagram costs a link beside its bytes: Ethernet, IPv4 and UDP.
+inline constexpr std::size_t kDatagramOverhead = 42;
+
 struct Train {
   NetAddress to{};
   std::span<const std::byte> bytes{};  // all datagrams, one behind the other

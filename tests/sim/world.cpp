@@ -7,6 +7,7 @@
 
 #include <sys/mman.h>
 
+#include "router/core/random.h"
 #include "wire/header.h"
 
 namespace tims::sim {
@@ -15,12 +16,7 @@ namespace {
 // So much may happen at one moment, or somebody goes round in a circle.
 constexpr std::uint64_t kStepsAtOnceMax = 200'000;
 
-std::uint64_t next_random(std::uint64_t& state) {
-  std::uint64_t z = state += 0x9E3779B97F4A7C15U;
-  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9U;
-  z = (z ^ z >> 27) * 0x94D049BB133111EBU;
-  return z ^ z >> 31;
-}
+using core::next_random;
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
   return {.epoch = epoch,

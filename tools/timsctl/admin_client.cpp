@@ -12,14 +12,9 @@ namespace {
 constexpr std::uint8_t kPriority = 128;  // before the data that may fill the mailbox
 
 json::object parse_answer(const Message& message, const std::string& where) {
-  const std::string_view text(reinterpret_cast<const char*>(message.body.data()),
-                              message.body.size());
-  boost::system::error_code error;
-  json::value value = json::parse(text, error);
-  if (error || !value.is_object())
-    throw Failure(Exit::kVersion, "version", where + ": the router's answer is not JSON",
-                  "install timsctl and tims-router of the same version");
-  return std::move(value.get_object());
+  if (auto answer = json_of(message)) return std::move(*answer);
+  throw Failure(Exit::kVersion, "version", where + ": the router's answer is not JSON",
+                "install timsctl and tims-router of the same version");
 }
 
 Exit exit_of(std::string_view code) {
@@ -38,6 +33,15 @@ void throw_error(const json::object& answer) {
 }
 
 }  // namespace
+
+std::optional<json::object> json_of(const Message& message) {
+  const std::string_view text(reinterpret_cast<const char*>(message.body.data()),
+                              message.body.size());
+  boost::system::error_code error;
+  json::value value = json::parse(text, error);
+  if (error || !value.is_object()) return std::nullopt;
+  return std::move(value.get_object());
+}
 
 json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
   json::object answer = ask_once(question, patience);

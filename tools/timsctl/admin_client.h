@@ -9,6 +9,9 @@
 
 namespace timsctl {
 
+// The body as a JSON object, if it is one.
+std::optional<json::object> json_of(const Message& message);
+
 class AdminClient {
  public:
   // `router`: another one than that of the connection, reached through it.

@@ -1,7 +1,6 @@
 // timsctl trace: a message that every router on its way tells about.
 #include <algorithm>
 
-#include <boost/json/parse.hpp>
 #include <fmt/format.h>
 
 #include "os/clock.h"
@@ -27,12 +26,7 @@ constexpr Column kHops[] = {
 // A record, if the message is one.
 std::optional<json::object> record_of(const Message& message) {
   if (message.header.type != tims::type::kHopRecord) return std::nullopt;
-  const std::string_view text(reinterpret_cast<const char*>(message.body.data()),
-                              message.body.size());
-  boost::system::error_code error;
-  json::value value = json::parse(text, error);
-  if (error || !value.is_object()) return std::nullopt;
-  return std::move(value.get_object());
+  return json_of(message);
 }
 
 }  // namespace
