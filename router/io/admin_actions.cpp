@@ -27,7 +27,7 @@ std::string change_routes(const Question& question, const AdminSource& source) {
   } else if (gone == 0) {
     return "no static route for \"" + question.pattern + "\"";
   }
-  source.set_static_routes(std::move(routes));
+  source.set_static_routes(routes);
   return {};
 }
 

@@ -56,7 +56,7 @@ class AdminSource {
   // Does what a question asks for; what is wrong, else empty.
   virtual std::string act_on_link(std::string_view, link::Links::Hand) const { return "no links"; }
   virtual std::string spoil(std::string_view, const link::Faults&) const { return "no links"; }
-  virtual void set_static_routes(std::vector<core::StaticRoute>) const {}
+  virtual void set_static_routes(const std::vector<core::StaticRoute>&) const {}
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,

@@ -42,8 +42,8 @@ class Facts final : public AdminSource {
   [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
   std::string act_on_link(std::string_view name, link::Links::Hand what) const override;
   std::string spoil(std::string_view name, const link::Faults& faults) const override;
-  void set_static_routes(std::vector<core::StaticRoute> routes) const override {
-    router_.set_static_routes(std::move(routes));
+  void set_static_routes(const std::vector<core::StaticRoute>& routes) const override {
+    router_.set_static_routes(routes);
   }
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
     return local_.fill(handle);

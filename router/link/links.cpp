@@ -172,7 +172,7 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
 void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
   Link* link = by_token(welcome.echo);
   if (link == nullptr || link->is_up()) return;
-  const auto told = [&](std::string text) {
+  const auto told = [&](const std::string& text) {
     link->on_refuse(now, {.echo = welcome.echo, .text = std::string_view(text)});
     touch(*link);
   };
@@ -269,8 +269,9 @@ void Links::lost(core::ClientId client, const Header& header, core::Outcome why)
 }
 
 void Links::report_losses(Time now) {
+  // NOLINTNEXTLINE(modernize-loop-convert): answers may add to them
   for (std::size_t i = 0; i < losses_.size(); ++i) {
-    const Lost lost = losses_[i];  // answers may add to them
+    const Lost lost = losses_[i];
     router_.on_undelivered(now, lost.client, lost.header, lost.why);
   }
   losses_.clear();
@@ -336,8 +337,8 @@ void Links::flush(Time now, const Send& send) {
   }
   singles_.clear();
   std::vector<Link*> again;
-  for (std::size_t i = 0; i < touched_.size(); ++i) {
-    Link& link = *touched_[i];
+  for (Link* touched : touched_) {
+    Link& link = *touched;
     if (held_.to || !send_trains(now, link, send)) {
       again.push_back(&link);
       continue;
