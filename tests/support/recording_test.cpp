@@ -1,17 +1,14 @@
 #include "tests/support/recording.h"
 
-#include <filesystem>
-
 #include <gtest/gtest.h>
 #include <zlib.h>
+
+#include "tests/support/temporary_folder.h"
 
 namespace tims::test {
 namespace {
 
 class RecordingTest : public testing::Test {
- public:
-  ~RecordingTest() override { std::filesystem::remove(path_); }
-
  protected:
   Result<Recording> read(const std::string& text) const {
     gzFile file = ::gzopen(path_.c_str(), "wb");
@@ -20,7 +17,8 @@ class RecordingTest : public testing::Test {
     return read_recording(path_);
   }
 
-  const std::string path_ = testing::TempDir() + "recording_test.jsonl.gz";
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.path() / "recording.jsonl.gz";
 };
 
 TEST_F(RecordingTest, EveryKindOfLine) {

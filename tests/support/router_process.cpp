@@ -1,16 +1,10 @@
 #include "tests/support/router_process.h"
 
 #include <csignal>
-#include <filesystem>
 
 namespace tims::test {
 
 namespace {
-
-std::string make_folder() {
-  std::string path = (std::filesystem::temp_directory_path() / "tims-test.XXXXXX").string();
-  return ::mkdtemp(path.data()) == nullptr ? "." : path;
-}
 
 // The last word of "... listening tcp 127.0.0.1:40312".
 std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
@@ -18,13 +12,7 @@ std::string last_word(const std::string& line) { return line.substr(line.rfind('
 }  // namespace
 
 RouterProcess::RouterProcess(std::vector<std::string> settings)
-    : folder_(make_folder()), settings_(std::move(settings)) {}
-
-RouterProcess::~RouterProcess() {
-  process_.reset();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
+    : settings_(std::move(settings)) {}
 
 Result<void> RouterProcess::start() {
   // The same port again after a restart, so that clients find it.

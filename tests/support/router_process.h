@@ -9,6 +9,7 @@
 
 #include "tests/support/child_process.h"
 #include "tests/support/patience.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tims::test {
 
@@ -23,21 +24,20 @@ class RouterProcess {
   explicit RouterProcess(std::vector<std::string> settings = {});
   RouterProcess(const RouterProcess&) = delete;
   RouterProcess& operator=(const RouterProcess&) = delete;
-  ~RouterProcess();
 
   // Listening on all ports; the error has everything the router said.
   Result<void> start();
   void kill();                // -9, and waited for
   Result<ExitStatus> stop();  // SIGTERM
 
-  [[nodiscard]] const std::string& folder() const { return folder_; }
-  [[nodiscard]] std::string socket_path() const { return folder_ + "/router.sock"; }
+  [[nodiscard]] std::string folder() const { return folder_.path(); }
+  [[nodiscard]] std::string socket_path() const { return folder_.path() / "router.sock"; }
   [[nodiscard]] const std::string& tcp() const { return tcp_; }    // "127.0.0.1:40312"
   [[nodiscard]] const std::string& http() const { return http_; }  // empty when it is off
   [[nodiscard]] ChildProcess& process() { return *process_; }
 
  private:
-  std::string folder_;
+  TemporaryFolder folder_;  // outlives the process
   std::vector<std::string> settings_;
   std::string tcp_;
   std::string http_;
