@@ -44,15 +44,16 @@ Loan& Loan::operator=(Loan&& other) noexcept {
 
 Loan::~Loan() {
   if (core_ != nullptr)
-    target_->sender.give_up({index_, shm::SlotWord::unpack(word_), body_.data() - kHeaderSize});
+    target_->sender.give_up({.index = index_, .word = shm::SlotWord::unpack(word_)});
 }
 
 Result<void> Loan::send() {
   if (core_ == nullptr) return Error(Errc::kInvalidArgument, "the loan was sent already");
-  std::byte* const message = body_.data() - kHeaderSize;
+  const shm::Claim claim{.index = index_,
+                         .word = shm::SlotWord::unpack(word_),
+                         .header = target_->sender.view().message_header(index_)};
   body_ = {};
-  return std::exchange(core_, nullptr)
-      ->commit({target_, {index_, shm::SlotWord::unpack(word_), message}, header_});
+  return std::exchange(core_, nullptr)->commit({target_, claim, header_});
 }
 
 // --- the mailbox ---
@@ -84,7 +85,7 @@ Result<void> Mailbox::send(const Envelope& envelope,
   for (const auto& piece : pieces) size += piece.size();
   MailboxCore::Draft draft;
   if (auto claimed = core_->claim(envelope, size, draft); !claimed) return claimed;
-  std::byte* to = draft.claim.message + kHeaderSize;
+  std::byte* to = draft.claim.body;
   for (const auto& piece : pieces) {
     if (!piece.empty()) std::memcpy(to, piece.data(), piece.size());
     to += piece.size();
@@ -108,7 +109,7 @@ Result<Loan> Mailbox::loan(const Envelope& envelope, std::uint32_t body_size) {
   loan.word_ = draft.claim.word.pack();
   loan.index_ = draft.claim.index;
   loan.header_ = draft.header;
-  loan.body_ = {draft.claim.message + kHeaderSize, body_size};
+  loan.body_ = {draft.claim.body, body_size};
   return loan;
 }
 

@@ -93,7 +93,7 @@ inline Result<void> MailboxCore::claim_slot(Draft& draft) {
 }
 
 inline Result<void> MailboxCore::commit(const Draft& draft) {
-  wire::encode_header(draft.header, wire::HeaderBytes(draft.claim.message, kHeaderSize));
+  wire::encode_header(draft.header, wire::HeaderBytes(draft.claim.header, kHeaderSize));
   const auto outcome = draft.target->sender.commit(draft.claim);
   if (outcome != shm::SendOutcome::kOk) return not_sent(outcome, draft.header.dest);
   session_->wake(*draft.target);

@@ -8,7 +8,9 @@ MailboxView::MailboxView(std::byte* base, const Geometry& geometry)
     : header_(reinterpret_cast<MailboxHeader*>(base)),
       arrival_(reinterpret_cast<Word64*>(base + geometry.arrival_at)),
       free_(reinterpret_cast<Word64*>(base + geometry.free_at)),
+      holders_(reinterpret_cast<Word64*>(base + geometry.holders_at)),
       slots_(base + geometry.slots_at),
+      long_(base + geometry.long_at),
       geometry_(geometry) {}
 
 Result<MailboxView> MailboxView::open(std::span<std::byte> mapping, std::uint64_t offset) {
@@ -26,7 +28,7 @@ Result<MailboxView> MailboxView::open(std::span<std::byte> mapping, std::uint64_
   const std::uint32_t slots = once(header.slots);
   const std::uint32_t message_max = once(header.message_max);
   if (!Geometry::valid(slots, message_max)) return bad("impossible size");
-  const Geometry geometry = Geometry::of(slots, message_max);
+  const Geometry geometry = Geometry::of(slots, message_max, once(header.long_places));
   if (mapping.size() - offset < geometry.bytes)
     return bad("the mailbox is larger than its segment");
   MailboxView view(mapping.data() + offset, geometry);
@@ -38,7 +40,8 @@ Result<MailboxView> MailboxView::open(std::span<std::byte> mapping, std::uint64_
 
 MailboxView MailboxView::create(std::span<std::byte> mapping, std::uint64_t offset,
                                 const Options& options) {
-  MailboxView view(mapping.data() + offset, Geometry::of(options.slots, options.message_max));
+  MailboxView view(mapping.data() + offset,
+                   Geometry::of(options.slots, options.message_max, options.long_places));
   view.wake_ = options.wake;
   view.address_ = options.address;
   MailboxHeader& header = *view.header_;
@@ -48,6 +51,7 @@ MailboxView MailboxView::create(std::span<std::byte> mapping, std::uint64_t offs
   header.message_max = options.message_max;
   header.wake = options.wake;
   header.owner_pid = options.owner_pid;
+  header.long_places = view.geometry_.long_places;
   for (std::uint32_t i = 0; i < options.slots; ++i) {
     const Hint hint{.lap = view.geometry_.lap_of(i), .index = static_cast<std::uint16_t>(i)};
     view.free(i).store(hint.pack(), std::memory_order_relaxed);

@@ -22,6 +22,7 @@ class MailboxView {
     Address address;
     std::uint32_t slots = 1;
     std::uint32_t message_max = kHeaderSize;
+    std::uint32_t long_places = 0;  // 0: one for each slot
     WakeKind wake = WakeKind::kFutex;
     std::uint32_t owner_pid = 0;
   };
@@ -44,10 +45,20 @@ class MailboxView {
   [[nodiscard]] SlotHeader& slot(std::uint32_t index) const {
     return *reinterpret_cast<SlotHeader*>(slots_ + index * geometry_.stride);
   }
-  // The bytes of a slot's message: geometry().message_max of them.
-  [[nodiscard]] std::byte* message(std::uint32_t index) const {
+  // The header of a slot's message: kHeaderSize bytes.
+  [[nodiscard]] std::byte* message_header(std::uint32_t index) const {
     return slots_ + index * geometry_.stride + sizeof(SlotHeader);
   }
+  // Its body, when it has at most geometry().short_max bytes.
+  [[nodiscard]] std::byte* short_body(std::uint32_t index) const {
+    return message_header(index) + kHeaderSize;
+  }
+  // A longer one. Precondition: place < geometry().long_places.
+  [[nodiscard]] std::byte* long_body(std::uint32_t place) const {
+    return long_ + place * geometry_.long_stride;
+  }
+  // Who has a shared place: geometry().long_places of them.
+  [[nodiscard]] Word64& holder(std::uint32_t place) const { return holders_[place]; }
   void prefetch(std::uint32_t index) const {
     const std::byte* at = slots_ + index * geometry_.stride;
     __builtin_prefetch(at, 1);
@@ -60,7 +71,9 @@ class MailboxView {
   MailboxHeader* header_ = nullptr;
   Word64* arrival_ = nullptr;
   Word64* free_ = nullptr;
+  Word64* holders_ = nullptr;
   std::byte* slots_ = nullptr;
+  std::byte* long_ = nullptr;
   Geometry geometry_;
   WakeKind wake_ = WakeKind::kFutex;
   Address address_;

@@ -46,7 +46,7 @@ TEST_F(CheckedViewTest, RefusesEveryTamperedNumber) {
     return open;
   };
   EXPECT_FALSE(with([](auto& h) { h.ready.store(0, std::memory_order_relaxed); }));
-  EXPECT_FALSE(with([](auto& h) { h.version = 2; }));
+  EXPECT_FALSE(with([](auto& h) { h.version = 3; }));
   EXPECT_FALSE(with([](auto& h) { h.slots = 0; }));
   EXPECT_FALSE(with([](auto& h) { h.slots = 65536; }));
   EXPECT_FALSE(with([](auto& h) { h.slots = 60; }));  // more than fit
@@ -58,14 +58,41 @@ TEST_F(CheckedViewTest, RefusesEveryTamperedNumber) {
 
 TEST(Geometry, PartsDoNotOverlapAndEverySlotIsAligned) {
   for (const std::uint32_t slots : {1U, 2U, 63U, 64U, 1000U, kSlotsMax})
-    for (const std::uint32_t message_max : {16U, 48U, 49U, 80U, 4096U}) {
+    for (const std::uint32_t message_max : {16U, 48U, 49U, 80U, 4080U}) {
       const Geometry g = Geometry::of(slots, message_max);
       EXPECT_GE(g.ring, 2 * slots);
       EXPECT_EQ(g.free_at - g.arrival_at, g.ring * sizeof(std::uint64_t));
       EXPECT_GE(g.slots_at, g.free_at + g.ring * sizeof(std::uint64_t));
       EXPECT_GE(g.stride, sizeof(SlotHeader) + message_max);
       EXPECT_EQ(g.stride % 64, 0U);
+      EXPECT_EQ(g.short_max, message_max - kHeaderSize);
+      EXPECT_EQ(g.bytes, g.slots_at + slots * g.stride);
     }
+}
+
+TEST(Geometry, LongBodiesLieBehindTheSlots) {
+  for (const std::uint32_t slots : {1U, 2U, 1000U})
+    for (const std::uint32_t message_max : {4081U, 16U << 20, kMessageMax}) {
+      const Geometry g = Geometry::of(slots, message_max);
+      EXPECT_EQ(g.long_places, slots);
+      EXPECT_FALSE(g.shares_places());
+      EXPECT_EQ(g.stride, 512U);
+      EXPECT_EQ(g.short_max, 512U - sizeof(SlotHeader) - kHeaderSize);
+      EXPECT_GE(g.long_at, g.slots_at + slots * g.stride);
+      EXPECT_GE(g.long_stride, message_max - kHeaderSize);
+      EXPECT_EQ(g.long_at % 128, 0U);
+      EXPECT_EQ(g.long_stride % 256, 128U);
+      EXPECT_EQ(g.bytes, g.long_at + slots * g.long_stride);
+    }
+}
+
+TEST(Geometry, FewerPlacesThanSlotsAreShared) {
+  const Geometry g = Geometry::of(512, 1 << 20, 16);
+  EXPECT_TRUE(g.shares_places());
+  EXPECT_GE(g.slots_at, g.holders_at + 16 * sizeof(std::uint64_t));
+  EXPECT_EQ(g.bytes, g.long_at + 16 * g.long_stride);
+  EXPECT_EQ(Geometry::of(512, 1 << 20, 513).long_places, 512U);
+  EXPECT_EQ(Geometry::of(512, 4080, 16).long_places, 0U);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace tims::shm {
 
-inline constexpr std::uint32_t kLayoutVersion = 1;
+inline constexpr std::uint32_t kLayoutVersion = 2;
 inline constexpr std::uint32_t kReady = 0x4D584254;  // "TBXM"; written last
 inline constexpr std::uint32_t kSlotsMax = 65535;
 inline constexpr std::uint32_t kMessageMax = 1U << 30;  // bytes, header included
@@ -38,6 +38,7 @@ struct MailboxHeader {
   std::uint32_t message_max;  // bytes, header included
   WakeKind wake;
   std::uint32_t owner_pid;
+  std::uint32_t long_places;  // for long bodies
 
   // Read by everybody for each message, seldom written: when the owner falls asleep, when the
   // priority of what is sent changes, when the mailbox closes.
@@ -66,7 +67,8 @@ struct MailboxHeader {
 struct SlotHeader {
   Word64 word;   // SlotWord
   Word64 stamp;  // Stamp
-  // the message follows: 16 header bytes in native order, then the body
+  // the message's header follows, 16 bytes in native order; then the body, or of a long one the
+  // number of its place
 };
 
 static_assert(offsetof(MailboxHeader, ready) == 0);
@@ -76,6 +78,7 @@ static_assert(offsetof(MailboxHeader, slots) == 12);
 static_assert(offsetof(MailboxHeader, message_max) == 16);
 static_assert(offsetof(MailboxHeader, wake) == 20);
 static_assert(offsetof(MailboxHeader, owner_pid) == 24);
+static_assert(offsetof(MailboxHeader, long_places) == 28);
 static_assert(offsetof(MailboxHeader, sleep) == 64);
 static_assert(offsetof(MailboxHeader, closed) == 68);
 static_assert(offsetof(MailboxHeader, highest) == 72);
@@ -88,15 +91,25 @@ static_assert(offsetof(MailboxHeader, reclaimed) == 288);
 static_assert(sizeof(MailboxHeader) == 320);
 static_assert(sizeof(SlotHeader) == 16);
 
-// Where the parts of a mailbox lie, computed from the two numbers that are its size.
+// Slots up to this size are in one piece. Of larger ones the short messages, by far the most in
+// number, lie close together, so that they share pages and cache; only long ones are far apart.
+inline constexpr std::size_t kWholeMax = 4096;
+inline constexpr std::size_t kDividedSlot = 512;
+
+// Where the parts of a mailbox lie, computed from the numbers that are its size.
 struct Geometry {
   std::uint32_t slots = 0;
   std::uint32_t message_max = 0;
-  std::uint32_t ring = 0;  // entries of the arrival ring and of the free ring each, power of two
-  std::size_t stride = 0;  // of slots, bytes
+  std::uint32_t ring = 0;     // entries of the arrival ring and of the free ring each, power of two
+  std::size_t stride = 0;     // of slots, bytes
+  std::size_t short_max = 0;  // longest body that lies in its slot
+  std::uint32_t long_places = 0;  // of longer ones
+  std::size_t long_stride = 0;
   std::size_t arrival_at = 0;
   std::size_t free_at = 0;
+  std::size_t holders_at = 0;  // of shared places
   std::size_t slots_at = 0;
+  std::size_t long_at = 0;
   std::size_t bytes = 0;  // all of it
 
   static constexpr bool valid(std::uint32_t slots, std::uint32_t message_max) {
@@ -104,23 +117,44 @@ struct Geometry {
            message_max <= kMessageMax;
   }
 
-  static constexpr Geometry of(std::uint32_t slots, std::uint32_t message_max) {
+  // `long_places`: fewer than slots when they are shared, 0: one for each.
+  static constexpr Geometry of(std::uint32_t slots, std::uint32_t message_max,
+                               std::uint32_t long_places = 0) {
     Geometry g{.slots = slots, .message_max = message_max};
     // Room for stale hints beside one for each slot.
     g.ring = std::bit_ceil(2 * slots + kRingSpare);
-    const std::size_t slot = sizeof(SlotHeader) + message_max;
+    const std::size_t whole = sizeof(SlotHeader) + message_max;
+    const bool divided = whole > kWholeMax;
+    const std::size_t slot = divided ? kDividedSlot : whole;
     // From two lines on in pairs, as the processor fetches them.
-    const std::size_t unit = slot > kLine ? 2 * kLine : kLine;
-    g.stride = (slot + unit - 1) / unit * unit;
+    g.stride = up(slot, slot > kLine ? kPair : kLine);
+    g.short_max = slot - sizeof(SlotHeader) - kHeaderSize;
+    if (divided) {
+      g.long_places = long_places == 0 || long_places > slots ? slots : long_places;
+      // An odd number of pairs: neighbours do not compete for the same lines of a cache.
+      g.long_stride = ((message_max - kHeaderSize + kPair - 1) / kPair | 1) * kPair;
+    }
     g.arrival_at = sizeof(MailboxHeader);
     g.free_at = g.arrival_at + g.ring * sizeof(std::uint64_t);
-    g.slots_at = (g.free_at + g.ring * sizeof(std::uint64_t) + 127) / 128 * 128;
-    g.bytes = g.slots_at + g.slots * g.stride;
+    g.holders_at = g.free_at + g.ring * sizeof(std::uint64_t);
+    const std::size_t holders = g.shares_places() ? g.long_places : 0;
+    g.slots_at = up(g.holders_at + holders * sizeof(std::uint64_t), kPair);
+    g.long_at = g.slots_at + g.slots * g.stride;
+    g.bytes = g.long_at + g.long_places * g.long_stride;
     return g;
   }
 
+  [[nodiscard]] constexpr bool shares_places() const {
+    return long_places != 0 && long_places < slots;
+  }
   [[nodiscard]] constexpr std::uint16_t lap_of(std::uint64_t position) const {
     return static_cast<std::uint16_t>(position / ring + 1);
+  }
+
+ private:
+  static constexpr std::size_t kPair = 2 * kLine;
+  static constexpr std::size_t up(std::size_t size, std::size_t unit) {
+    return (size + unit - 1) / unit * unit;
   }
 };
 

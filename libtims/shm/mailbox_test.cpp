@@ -16,16 +16,19 @@ namespace {
 // A mailbox in private memory, with the vocabulary of the tests below.
 class MailboxTest : public testing::Test {
  protected:
-  void make(std::uint32_t slots, std::uint32_t body_max = 64) {
+  void make(std::uint32_t slots, std::uint32_t body_max = 64, std::uint32_t long_places = 0) {
     const std::uint32_t message_max = body_max + kHeaderSize;
-    bytes_ = Geometry::of(slots, message_max).bytes;
-    memory_ = static_cast<std::byte*>(::operator new(bytes_, std::align_val_t{128}));
+    bytes_ = Geometry::of(slots, message_max, long_places).bytes;
+    memory_ = static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{128}));
     std::memset(memory_, 0, bytes_);
-    view_ = MailboxView::create(
-        memory(), 0, {.address = Address(7), .slots = slots, .message_max = message_max});
+    view_ = MailboxView::create(memory(), 0,
+                                {.address = Address(7),
+                                 .slots = slots,
+                                 .message_max = message_max,
+                                 .long_places = long_places});
     receiver_.emplace(view_);
   }
-  void TearDown() override { ::operator delete(memory_, std::align_val_t{128}); }
+  void TearDown() override { ::operator delete (memory_, std::align_val_t{128}); }
 
   std::span<std::byte> memory() { return {memory_, bytes_}; }
 
@@ -41,8 +44,8 @@ class MailboxTest : public testing::Test {
   static void write(const Claim& claim, const std::string& body, std::uint8_t priority) {
     const Header header{.priority = priority,
                         .length = static_cast<std::uint32_t>(kHeaderSize + body.size())};
-    wire::encode_header(header, wire::HeaderBytes(claim.message, kHeaderSize));
-    std::memcpy(claim.message + kHeaderSize, body.data(), body.size());
+    wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+    std::memcpy(claim.body, body.data(), body.size());
   }
   std::string receive() {
     const auto taken = receiver_->take();
@@ -115,6 +118,59 @@ TEST_F(MailboxTest, SizesAtTheLimit) {
   EXPECT_EQ(view_.header().too_big.load(std::memory_order_relaxed), 1U);
   EXPECT_EQ(receive().size(), 9U);
   EXPECT_EQ(receive().size(), 10U);
+}
+
+TEST_F(MailboxTest, ShortAndLongBodiesOfOneMailbox) {
+  make(3, 10'000);
+  Sender sender(view_, 1);
+  const std::size_t short_max = view_.geometry().short_max;
+  for (int turn = 0; turn < 4; ++turn) {
+    const std::vector<std::string> bodies{
+        std::string(short_max, 'a'), std::string(short_max + 1, 'b'), std::string(10'000, 'c')};
+    for (const std::string& body : bodies) ASSERT_EQ(send(sender, body), SendOutcome::kOk);
+    for (const std::string& body : bodies) EXPECT_EQ(receive(), body);
+  }
+}
+
+TEST_F(MailboxTest, FewPlacesForLongBodies) {
+  make(8, 10'000, 2);
+  Sender sender(view_, 1);
+  const auto body = [](char c) { return std::string(10'000, c); };
+  for (char c = 'a'; c < 'z'; ++c) {
+    ASSERT_EQ(send(sender, body(c)), SendOutcome::kOk);
+    ASSERT_EQ(send(sender, "short"), SendOutcome::kOk);
+    ASSERT_EQ(send(sender, body('z')), SendOutcome::kOk);
+    EXPECT_EQ(send(sender, body('!')), SendOutcome::kFull);  // the third one
+    EXPECT_EQ(send(sender, "short too"), SendOutcome::kOk);
+    EXPECT_EQ(receive(), body(c));
+    EXPECT_EQ(receive(), "short");
+    EXPECT_EQ(receive(), body('z'));
+    EXPECT_EQ(receive(), "short too");
+    EXPECT_EQ(receive(), "(empty)");
+  }
+}
+
+TEST_F(MailboxTest, PlacesOfWhoGivesUpOrDiesComeBack) {
+  make(4, 10'000, 1);
+  Sender sender(view_, 5);
+  Claim claim;
+  ASSERT_EQ(sender.claim(9000, 0, claim), SendOutcome::kOk);
+  sender.give_up(claim);
+  EXPECT_EQ(receive(), "(empty)");
+  ASSERT_EQ(sender.claim(9000, 0, claim), SendOutcome::kOk);
+  reclaim(view_, [](std::uint32_t writer) { return writer == 5; });
+  EXPECT_EQ(receive(), "(empty)");
+  EXPECT_EQ(send(sender, std::string(9000, 'x')), SendOutcome::kOk);
+}
+
+TEST_F(MailboxTest, ALongBodyInNoPlaceIsNonsense) {
+  make(2, 10'000);
+  Sender sender(view_, 1);
+  ASSERT_EQ(send(sender, std::string(9000, 'x')), SendOutcome::kOk);
+  const std::uint32_t place = 2;
+  std::memcpy(view_.short_body(0), &place, sizeof place);
+  EXPECT_EQ(receive(), "(empty)");
+  EXPECT_EQ(view_.header().reclaimed.load(std::memory_order_relaxed), 1U);
 }
 
 TEST_F(MailboxTest, PeekedSlotsAreNeverReplaced) {

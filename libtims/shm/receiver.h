@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 
@@ -50,6 +51,7 @@ class Receiver {
 
  private:
   [[nodiscard]] bool first_is_in_hand() const;
+  [[nodiscard]] const std::byte* body_of(std::uint32_t index, std::uint32_t length) const;
   std::optional<Taken> take_front();
   void ingest();
   void fetch_hints();
@@ -102,17 +104,29 @@ inline std::optional<Taken> Receiver::take_front() {
   if (!view_.slot(hint.index)
            .word.compare_exchange(word.pack(), word.locked().pack(), std::memory_order_acq_rel))
     return std::nullopt;
-  const std::byte* message = view_.message(hint.index);
-  const Header header = wire::decode_header(wire::ConstHeaderBytes(message, kHeaderSize));
-  // The sender wrote the length: it is checked before anybody follows it.
-  if (header.length < kHeaderSize || header.length > view_.geometry().message_max) {
+  const Header header =
+      wire::decode_header(wire::ConstHeaderBytes(view_.message_header(hint.index), kHeaderSize));
+  const std::byte* body = body_of(hint.index, header.length);
+  if (body == nullptr) {
     view_.header().reclaimed.fetch_add(1, std::memory_order_relaxed);
     release(hint);
     return std::nullopt;
   }
   Word64& received = view_.header().received;
   received.store(received.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  return Taken{hint, header, {message + kHeaderSize, header.body_size()}};
+  return Taken{hint, header, {body, header.body_size()}};
+}
+
+// The sender wrote the length and the place: they are checked before anybody follows them. Null:
+// nonsense.
+inline const std::byte* Receiver::body_of(std::uint32_t index, std::uint32_t length) const {
+  const Geometry& geometry = view_.geometry();
+  if (length < kHeaderSize || length > geometry.message_max) return nullptr;
+  const std::byte* in_slot = view_.short_body(index);
+  if (length - kHeaderSize <= geometry.short_max) return in_slot;
+  std::uint32_t place = 0;
+  std::memcpy(&place, in_slot, sizeof place);
+  return place < geometry.long_places ? view_.long_body(place) : nullptr;
 }
 
 inline void Receiver::release(Hint hint) {

@@ -1,6 +1,7 @@
 // What a sender does when there is no hint to go by.
 #include "shm/sender.h"
 
+#include <cstring>
 #include <optional>
 
 namespace tims::shm {
@@ -55,6 +56,37 @@ Sender::Room Sender::find_room(std::uint8_t priority) const {
     oldest = age;
   }
   return room;
+}
+
+// For a long body. The first place that is free: its pages are most likely to be there.
+bool Sender::claim_place(Claim& claim) {
+  std::uint32_t place = claim.index;
+  if (view_.geometry().shares_places() && !claim_shared_place(claim, place)) {
+    give_up(claim);
+    view_.header().refused.fetch_add(1, memory_order_relaxed);
+    return false;
+  }
+  std::memcpy(claim.body, &place, sizeof place);
+  claim.body = view_.long_body(place);
+  return true;
+}
+
+// A place is held by one life of a slot: it is free when that has ended, however it did.
+bool Sender::claim_shared_place(const Claim& claim, std::uint32_t& place) {
+  const Geometry& geometry = view_.geometry();
+  const Hint mine{.generation = claim.word.generation,
+                  .index = static_cast<std::uint16_t>(claim.index)};
+  for (place = 0; place < geometry.long_places; ++place) {
+    Word64& holder = view_.holder(place);
+    const std::uint64_t packed = holder.load(memory_order_acquire);
+    const Hint before = Hint::unpack(packed);
+    if (before.index >= geometry.slots) continue;
+    const SlotWord word =
+        SlotWord::unpack(view_.slot(before.index).word.load(memory_order_acquire));
+    const bool lives = word.generation == before.generation && word.state != SlotState::kFree;
+    if (!lives && holder.compare_exchange(packed, mine.pack(), memory_order_acq_rel)) return true;
+  }
+  return false;
 }
 
 void Sender::give_up(const Claim& claim) {

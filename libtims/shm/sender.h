@@ -30,7 +30,8 @@ constexpr bool taken(SendOutcome o) { return o == SendOutcome::kOk || o == SendO
 struct Claim {
   std::uint32_t index = 0;
   SlotWord word;
-  std::byte* message = nullptr;  // room for the header and the body
+  std::byte* header = nullptr;  // of the message: room for kHeaderSize bytes
+  std::byte* body = nullptr;    // room for as many as it was claimed for
 };
 
 class Sender {
@@ -38,7 +39,7 @@ class Sender {
   // `writer`: the identity the router gave this process, 1 to 0xFFFFFF.
   Sender(const MailboxView& view, std::uint32_t writer) : view_(view), writer_(writer) {}
 
-  // `length`: of the whole message. kOk or kReplaced: `claim` is set.
+  // `length`: of the whole message, at least kHeaderSize. kOk or kReplaced: `claim` is set.
   SendOutcome claim(std::uint32_t length, std::uint8_t priority, Claim& claim);
   // Makes the message visible. kOk or kReclaimed.
   SendOutcome commit(const Claim& claim);
@@ -57,6 +58,8 @@ class Sender {
  private:
   bool claim_free(std::uint8_t priority, Claim& claim);
   SendOutcome claim_by_scan(std::uint8_t priority, Claim& claim);
+  bool claim_place(Claim& claim);
+  bool claim_shared_place(const Claim& claim, std::uint32_t& place);
   bool claim_slot(std::uint32_t index, SlotWord from, std::uint8_t priority, Claim& claim);
   // What one look at every slot has found.
   struct Room {
@@ -85,8 +88,13 @@ inline SendOutcome Sender::claim(std::uint32_t length, std::uint8_t priority, Cl
     view_.header().too_big.fetch_add(1, std::memory_order_relaxed);
     return SendOutcome::kTooBig;
   }
-  if (claim_free(priority, claim)) return SendOutcome::kOk;
-  return claim_by_scan(priority, claim);
+  SendOutcome outcome = SendOutcome::kOk;
+  if (!claim_free(priority, claim)) outcome = claim_by_scan(priority, claim);
+  if (!taken(outcome)) return outcome;
+  claim.header = view_.message_header(claim.index);
+  claim.body = view_.short_body(claim.index);
+  const bool is_short = length - kHeaderSize <= view_.geometry().short_max;
+  return is_short || claim_place(claim) ? outcome : SendOutcome::kFull;
 }
 
 inline bool Sender::claim_free(std::uint8_t priority, Claim& claim) {
@@ -118,7 +126,7 @@ inline bool Sender::claim_slot(std::uint32_t index, SlotWord from, std::uint8_t 
   const SlotWord to = from.claimed_by(writer_, priority);
   if (!view_.slot(index).word.compare_exchange(from.pack(), to.pack(), std::memory_order_acq_rel))
     return false;
-  claim = {index, to, view_.message(index)};
+  claim = {.index = index, .word = to};
   return true;
 }
 

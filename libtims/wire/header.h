@@ -8,6 +8,8 @@
 
 #include <bit>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "tims/message.h"
@@ -40,6 +42,48 @@ constexpr Header reply_to(const Header& request, std::int8_t type, std::uint32_t
           .dest = request.src,
           .src = request.dest,
           .length = static_cast<std::uint32_t>(kHeaderSize) + body_size};
+}
+
+// --- a message's way: in place
+
+// A word of four bytes, as it stands in `order`.
+struct HeaderWord {
+  static std::uint32_t in(std::endian order, std::uint32_t word) {
+    return order == std::endian::native ? word : __builtin_bswap32(word);
+  }
+  static std::uint32_t load(const std::byte* from, std::endian order) {
+    std::uint32_t word = 0;
+    std::memcpy(&word, from, sizeof word);
+    return in(order, word);
+  }
+  static void store(std::byte* to, std::uint32_t word, std::endian order) {
+    word = in(order, word);
+    std::memcpy(to, &word, sizeof word);
+  }
+};
+
+inline Header decode_header(ConstHeaderBytes bytes) {
+  const auto flags = std::to_integer<std::uint8_t>(bytes[0]);
+  const std::endian order =
+      (flags & flag::kHeaderLittleEndian) != 0 ? std::endian::little : std::endian::big;
+  return {.flags = flags,
+          .type = static_cast<std::int8_t>(bytes[1]),
+          .priority = std::to_integer<std::uint8_t>(bytes[2]),
+          .seq_nr = std::to_integer<std::uint8_t>(bytes[3]),
+          .dest = Address(HeaderWord::load(&bytes[4], order)),
+          .src = Address(HeaderWord::load(&bytes[8], order)),
+          .length = HeaderWord::load(&bytes[12], order)};
+}
+
+inline void encode_header(const Header& header, HeaderBytes bytes, std::endian order) {
+  const unsigned order_bit = order == std::endian::little ? flag::kHeaderLittleEndian : 0U;
+  bytes[0] = static_cast<std::byte>((header.flags & ~flag::kHeaderLittleEndian) | order_bit);
+  bytes[1] = static_cast<std::byte>(header.type);
+  bytes[2] = static_cast<std::byte>(header.priority);
+  bytes[3] = static_cast<std::byte>(header.seq_nr);
+  HeaderWord::store(&bytes[4], header.dest.raw(), order);
+  HeaderWord::store(&bytes[8], header.src.raw(), order);
+  HeaderWord::store(&bytes[12], header.length, order);
 }
 
 }  // namespace tims::wire

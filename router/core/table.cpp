@@ -7,27 +7,12 @@ namespace {
 
 constexpr std::size_t kCapacityMin = 64;
 
-// Product of two 64-bit numbers, its halves folded together.
-std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
-  __extension__ using Wide = unsigned __int128;
-  const Wide product = Wide{a} * b;
-  return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
-}
-
 }  // namespace
 
 Table::Table(HashSeed seed)
     : seed_{seed.first, seed.second | 1},  // a factor of 0 would fold everything to 0
       mask_(kCapacityMin - 1),
       entries_(std::make_unique<Entry[]>(kCapacityMin)) {}
-
-const Table::Entry* Table::find(Address address) const {
-  for (std::size_t i = home(address);; i = (i + 1) & mask_) {
-    const Entry& entry = entries_[i];
-    if (!entry.owner) return nullptr;
-    if (entry.address == address) return &entry;
-  }
-}
 
 void Table::insert(const Entry& entry) {
   if ((size_ + 1) * 4 > (mask_ + 1) * 3) grow();
@@ -47,11 +32,6 @@ void Table::erase(const Entry* entry) {
   }
   entries_[hole] = Entry{};
   --size_;
-}
-
-std::size_t Table::home(Address address) const {
-  const std::uint64_t once = fold(address.raw() ^ seed_.first, seed_.second);
-  return static_cast<std::size_t>(fold(once ^ seed_.second, 0x9E3779B97F4A7C15ULL)) & mask_;
 }
 
 void Table::place(const Entry& entry) {

@@ -59,7 +59,16 @@ class Table {
   }
 
  private:
-  [[nodiscard]] std::size_t home(Address address) const;
+  // Product of two 64-bit numbers, its halves folded together.
+  static std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
+    __extension__ using Wide = unsigned __int128;
+    const Wide product = Wide{a} * b;
+    return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
+  }
+  [[nodiscard]] std::size_t home(Address address) const {
+    const std::uint64_t once = fold(address.raw() ^ seed_.first, seed_.second);
+    return static_cast<std::size_t>(fold(once ^ seed_.second, 0x9E3779B97F4A7C15ULL)) & mask_;
+  }
   void place(const Entry& entry);
   void grow();
 
@@ -68,5 +77,13 @@ class Table {
   std::size_t size_ = 0;
   std::unique_ptr<Entry[]> entries_;
 };
+
+inline const Table::Entry* Table::find(Address address) const {
+  for (std::size_t i = home(address);; i = (i + 1) & mask_) {
+    const Entry& entry = entries_[i];
+    if (!entry.owner) return nullptr;
+    if (entry.address == address) return &entry;
+  }
+}
 
 }  // namespace tims::core

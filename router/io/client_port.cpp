@@ -174,9 +174,12 @@ core::Outcome ClientPort::deliver(const core::Receiver& to, const core::Message&
     default:
       return core::Outcome::kOwnerGone;
   }
-  std::memcpy(claim.message, message.bytes.data(), message.bytes.size());
+  std::memcpy(claim.header, message.bytes.data(), kHeaderSize);
+  if (!message.body().empty())
+    std::memcpy(claim.body, message.body().data(), message.body().size());
   if (mailbox.sender->commit(claim) != shm::SendOutcome::kOk) return core::Outcome::kOwnerGone;
   LocalSegments::wake(mailbox);
+  delivered_here_ = true;
   return outcome == shm::SendOutcome::kReplaced ? core::Outcome::kMailboxReplaced
                                                 : core::Outcome::kDelivered;
 }

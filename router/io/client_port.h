@@ -109,6 +109,7 @@ class ClientPort final : public Port {
   std::vector<std::byte> copies_;
   std::size_t copied_ = 0;
   Time now_{};  // of this turn
+  bool delivered_here_ = false;  // the message at hand went into a local mailbox
 };
 
 }  // namespace tims::io

@@ -47,7 +47,9 @@ void ClientPort::forward(LocalClient& client, const shm::Taken& taken) {
   if (!taken.body.empty())
     std::memcpy(copy.data() + kHeaderSize, taken.body.data(), taken.body.size());
   core::Message message{taken.header, copy};
+  delivered_here_ = false;
   router_.on_message(now_, client.id, message);
+  if (!delivered_here_) return;
   // It could have come by itself: the receiver is on this host by now.
   const auto* entry = router_.find(taken.header.dest);
   const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);

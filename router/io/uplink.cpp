@@ -5,13 +5,14 @@ namespace tims::io {
 namespace {
 
 constexpr std::uint32_t kSlots = 512;
+constexpr std::uint32_t kLongPlaces = 16;
 constexpr std::size_t kPage = 4096;
-constexpr std::size_t kKeepBytes = 64 << 10;  // of a slot: stays in memory for the next message
+constexpr std::size_t kKeepBytes = 2 << 20;  // of a place: stays in memory for the next message
 
 }  // namespace
 
 Result<std::unique_ptr<Uplink>> Uplink::make(std::uint32_t message_max) {
-  auto memfd = os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max).bytes);
+  auto memfd = os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max, kLongPlaces).bytes);
   if (!memfd) return memfd.error();
   auto mapping = os::Mapping::of(*memfd);
   if (!mapping) return mapping.error();
@@ -25,6 +26,7 @@ Uplink::Uplink(os::File memfd, os::Mapping mapping, std::uint32_t message_max)
                                          {.address = Address(),
                                           .slots = kSlots,
                                           .message_max = message_max,
+                                          .long_places = kLongPlaces,
                                           .wake = shm::WakeKind::kDoorbell})) {
   receiver_.arm();
 }

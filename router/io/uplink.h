@@ -15,7 +15,7 @@ namespace tims::io {
 
 class Uplink {
  public:
-  // Slots are as large as the largest message, in sparse memory: only what is written to takes
+  // Room for the largest message in each slot, in sparse memory: only what is written to takes
   // pages, and a large message's pages go back after it.
   static Result<std::unique_ptr<Uplink>> make(std::uint32_t message_max);
 

@@ -113,11 +113,6 @@ void LaneSender::on_lost(Range range) {
   }
 }
 
-std::optional<std::uint64_t> LaneSender::skip() const {
-  if (!skip_due_) return std::nullopt;
-  return skip_to_;
-}
-
 // Tells of all messages that begin below `to` and releases them; where the first behind them
 // begins.
 std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,

@@ -50,7 +50,9 @@ class LaneSender {
   void on_acked(Range range);
   void on_lost(Range range);
   // To be said until it is acknowledged: the stream goes on at this offset.
-  [[nodiscard]] std::optional<std::uint64_t> skip() const;
+  [[nodiscard]] std::optional<std::uint64_t> skip() const {
+    return skip_due_ ? std::optional(skip_to_) : std::nullopt;
+  }
   void on_skip_sent() { skip_due_ = false; }
   void on_skip_lost() { skip_due_ = skip_to_ > skip_acked_; }
   void on_skip_acked(std::uint64_t to) { skip_acked_ = std::max(skip_acked_, to); }

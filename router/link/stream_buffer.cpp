@@ -11,11 +11,6 @@ bool StreamBuffer::has_room(std::size_t size) const {
   return (size - free_in_last + kBlock - 1) / kBlock <= pool_.available();
 }
 
-std::byte* StreamBuffer::at(std::uint64_t offset) const {
-  const std::uint64_t i = (offset - base_) / kBlock;
-  return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)]) + (offset - base_) % kBlock;
-}
-
 void StreamBuffer::add_block() {
   if (count_ == ring_.size()) {
     std::vector<core::BlockPool::Index> larger(std::max<std::size_t>(4, 2 * ring_.size()));
@@ -25,26 +20,6 @@ void StreamBuffer::add_block() {
   }
   slot(count_) = pool_.allocate();
   ++count_;
-}
-
-void StreamBuffer::append(std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    if (end_ == base_ + count_ * kBlock) add_block();
-    const std::size_t room = kBlock - (end_ - base_) % kBlock;
-    const std::size_t size = std::min(room, bytes.size());
-    std::memcpy(at(end_), bytes.data(), size);
-    end_ += size;
-    bytes = bytes.subspan(size);
-  }
-}
-
-void StreamBuffer::read(std::uint64_t offset, std::span<std::byte> to) const {
-  while (!to.empty()) {
-    const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, to.size());
-    std::memcpy(to.data(), at(offset), size);
-    offset += size;
-    to = to.subspan(size);
-  }
 }
 
 void StreamBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -2,8 +2,10 @@
 // They lie in blocks of a shared pool; a ring of block numbers leads to each with one look.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -25,10 +27,25 @@ class StreamBuffer {
 
   // Has the pool enough blocks to append as much?
   [[nodiscard]] bool has_room(std::size_t size) const;
-  void append(std::span<const std::byte> bytes);  // has_room()
+  void append(std::span<const std::byte> bytes) {  // has_room()
+    while (!bytes.empty()) {
+      if (end_ == base_ + count_ * kBlock) add_block();
+      const std::size_t size = std::min(kBlock - (end_ - base_) % kBlock, bytes.size());
+      std::memcpy(at(end_), bytes.data(), size);
+      end_ += size;
+      bytes = bytes.subspan(size);
+    }
+  }
 
   // Copies what lies from `offset` on; all of it is here.
-  void read(std::uint64_t offset, std::span<std::byte> to) const;
+  void read(std::uint64_t offset, std::span<std::byte> to) const {
+    while (!to.empty()) {
+      const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, to.size());
+      std::memcpy(to.data(), at(offset), size);
+      offset += size;
+      to = to.subspan(size);
+    }
+  }
   // Overwrites what lies from `offset` on; all of it is here.
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   // Moves the first `size` bytes to the end of another buffer, which has room for them.
@@ -41,8 +58,10 @@ class StreamBuffer {
  private:
   static constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
 
-  [[nodiscard]] std::size_t blocks() const { return count_; }
-  [[nodiscard]] std::byte* at(std::uint64_t offset) const;
+  [[nodiscard]] std::byte* at(std::uint64_t offset) const {
+    const std::uint64_t i = (offset - base_) / kBlock;
+    return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)]) + (offset - base_) % kBlock;
+  }
   [[nodiscard]] core::BlockPool::Index& slot(std::size_t i) {
     return ring_[(first_ + i) & (ring_.size() - 1)];
   }

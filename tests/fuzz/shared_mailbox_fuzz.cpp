@@ -66,11 +66,14 @@ class HostileMailbox {
   }
   void send(fuzz::Input& input) {
     Claim claim;
-    const std::uint32_t length = input.number<std::uint8_t>() % (kLengthMax + 8);
+    const std::uint32_t length = kHeaderSize + input.number<std::uint8_t>() % kLengthMax;
     const auto priority = input.number<std::uint8_t>();
     if (!tims::shm::taken(sender_.claim(length, priority, claim))) return;
-    fuzz::require(length <= kLengthMax && inside({claim.message, kLengthMax}));
-    std::memset(claim.message, input.number<std::uint8_t>(), length);
+    const std::size_t size = length - kHeaderSize;
+    fuzz::require(length <= kLengthMax && inside({claim.header, kHeaderSize}) &&
+                  inside({claim.body, size}));
+    std::memset(claim.header, input.number<std::uint8_t>(), kHeaderSize);
+    std::memset(claim.body, input.number<std::uint8_t>(), size);
     fuzz::use(sender_.commit(claim));
   }
   void take() {
@@ -89,7 +92,9 @@ class HostileMailbox {
     if (!again) return;
     const Geometry& g = again->geometry();
     fuzz::require(g.bytes <= bytes());
-    fuzz::require(inside({again->message(g.slots - 1), g.message_max}));
+    fuzz::require(inside({again->message_header(g.slots - 1), kHeaderSize + g.short_max}));
+    if (g.long_places > 0)
+      fuzz::require(inside({again->long_body(g.long_places - 1), g.message_max - kHeaderSize}));
   }
   [[nodiscard]] bool inside(std::span<const std::byte> part) const {
     return part.data() >= memory_.get() && part.data() + part.size() <= memory_.get() + bytes();

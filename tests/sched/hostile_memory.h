@@ -20,8 +20,8 @@ namespace tims::shm {
 // The mailbox ends where the second forbidden page begins.
 class GuardedMailbox {
  public:
-  GuardedMailbox(std::uint32_t slots, std::uint32_t message_max)
-      : geometry_(Geometry::of(slots, message_max)),
+  GuardedMailbox(std::uint32_t slots, std::uint32_t message_max, std::uint32_t long_places = 0)
+      : geometry_(Geometry::of(slots, message_max, long_places)),
         inside_((geometry_.bytes + kPage - 1) / kPage * kPage),
         map_(static_cast<std::byte*>(
             ::mmap(nullptr, inside_ + 2 * kPage, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0))) {
@@ -38,7 +38,10 @@ class GuardedMailbox {
     std::ranges::fill(segment(), std::byte{0});
     return MailboxView::create(
         segment(), offset(),
-        {.address = Address(1), .slots = geometry_.slots, .message_max = geometry_.message_max});
+        {.address = Address(1),
+         .slots = geometry_.slots,
+         .message_max = geometry_.message_max,
+         .long_places = geometry_.long_places});
   }
   [[nodiscard]] std::span<std::byte> segment() const { return {map_ + kPage, inside_}; }
   [[nodiscard]] std::uint64_t offset() const {

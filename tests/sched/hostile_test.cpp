@@ -58,11 +58,12 @@ class Victim {
   bool claim_whole(std::uint8_t priority, Claim& claim) {
     const std::uint32_t size = sender_.view().geometry().message_max;
     if (!taken(sender_.claim(size, priority, claim))) return false;
-    expect_inside({claim.message, size});
+    expect_inside({claim.header, kHeaderSize});
+    expect_inside({claim.body, size - kHeaderSize});
     ++claimed_;
-    std::memset(claim.message, priority, size);
+    std::memset(claim.body, priority, size - kHeaderSize);
     wire::encode_header({.priority = priority, .length = size},
-                        wire::HeaderBytes(claim.message, kHeaderSize));
+                        wire::HeaderBytes(claim.header, kHeaderSize));
     return true;
   }
   void receive() {
@@ -113,6 +114,7 @@ class Victim {
 struct Attack {
   std::uint32_t slots = 2;
   std::uint32_t message_max = 112;
+  std::uint32_t long_places = 0;
   std::uint32_t mean_steps = 4;  // between two nonsensical words
   std::uint32_t rounds = 60;
 };
@@ -145,7 +147,7 @@ std::uint64_t run_one(const Attack& attack, GuardedMailbox& mailbox, std::uint32
 }
 
 void run(const Attack& attack) {
-  GuardedMailbox mailbox(attack.slots, attack.message_max);
+  GuardedMailbox mailbox(attack.slots, attack.message_max, attack.long_places);
   std::uint64_t longest = 0;
   std::uint64_t got_something = 0;
   for (std::uint32_t seed = 1; seed <= attack.rounds && !testing::Test::HasFailure(); ++seed)
@@ -159,6 +161,10 @@ TEST(HostileMemory, OneSlot) { run({.slots = 1, .rounds = 2000}); }
 TEST(HostileMemory, TwoSlots) { run({.slots = 2, .rounds = 2000}); }
 TEST(HostileMemory, ManySlots) { run({.slots = 100, .rounds = 400}); }
 TEST(HostileMemory, ManyMoreSlots) { run({.slots = 3000, .rounds = 40}); }
+TEST(HostileMemory, LongMessages) { run({.slots = 3, .message_max = 5000, .rounds = 300}); }
+TEST(HostileMemory, SharedPlaces) {
+  run({.slots = 4, .message_max = 5000, .long_places = 2, .rounds = 300});
+}
 TEST(HostileMemory, NonsenseAtEveryStep) { run({.slots = 3, .mean_steps = 1, .rounds = 2000}); }
 TEST(HostileMemory, SeldomNonsense) { run({.slots = 3, .mean_steps = 200, .rounds = 2000}); }
 
@@ -185,7 +191,7 @@ class NastyMailbox : public testing::Test {
 // The owner's order is full of hints to one message, and it is there.
 TEST_F(NastyMailbox, HintsAtOneMessageWithoutEnd) {
   const SlotWord word{SlotState::kReadable, 7, 0, 1};
-  wire::encode_header({.length = 112}, wire::HeaderBytes(view_.message(0), kHeaderSize));
+  wire::encode_header({.length = 112}, wire::HeaderBytes(view_.message_header(0), kHeaderSize));
   for (std::uint64_t lap = 0; lap < 3; ++lap) {
     put(view_.slot(0).word, word.pack());
     for (std::uint64_t i = lap * geometry_.ring; i < (lap + 1) * geometry_.ring; ++i)

@@ -47,8 +47,8 @@ std::uint64_t use(const MailboxView& view, std::uint32_t operations, std::uint32
   for (std::uint32_t i = 0; i < operations; ++i) {
     Claim claim;
     if (taken(sender.claim(size, static_cast<std::uint8_t>(random()), claim))) {
-      std::memset(claim.message, 1, size);
-      wire::encode_header({.length = size}, wire::HeaderBytes(claim.message, kHeaderSize));
+      wire::encode_header({.length = size}, wire::HeaderBytes(claim.header, kHeaderSize));
+      std::memset(claim.body, 1, size - kHeaderSize);
       random() % 8 == 0 ? sender.give_up(claim) : static_cast<void>(sender.commit(claim));
     }
     if (const auto got = receiver.take()) {

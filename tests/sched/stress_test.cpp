@@ -89,9 +89,9 @@ class Stress {
     }
     const Header header{
         .priority = priority, .dest = Address(number), .src = Address(writer), .length = kLength};
-    wire::encode_header(header, wire::HeaderBytes(claim.message, kHeaderSize));
+    wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
     for (std::size_t i = 0; i < kBodyBytes; ++i)
-      claim.message[kHeaderSize + i] = pattern(writer, number, i);
+      claim.body[i] = pattern(writer, number, i);
     if (give_up) return sender.give_up(claim);
     ASSERT_EQ(sender.commit(claim), SendOutcome::kOk);
     committed_.fetch_add(1);

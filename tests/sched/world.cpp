@@ -103,8 +103,8 @@ void World::loan_and_give_up(std::uint32_t writer) {
 
 // In two pieces: a second writer in the same slot, or a reader too early, is seen by the pattern.
 void World::write(const Message& message) {
-  std::byte* bytes = message.claim.message;
-  std::byte* body = bytes + kHeaderSize;
+  std::byte* bytes = message.claim.header;
+  std::byte* body = message.claim.body;
   write_bytes(bytes);
   const Header header{
       .priority = message.priority, .dest = Address(message.number), .length = kLength};
@@ -196,7 +196,7 @@ void World::send_unrecorded() {
   shm::Sender& sender = sender_of(kStageHand);
   shm::Claim claim;
   sender.claim(kLength, 0, claim);
-  wire::encode_header({.length = kLength}, wire::HeaderBytes(claim.message, kHeaderSize));
+  wire::encode_header({.length = kLength}, wire::HeaderBytes(claim.header, kHeaderSize));
   sender.commit(claim);
 }
 

@@ -213,7 +213,7 @@ TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
   shm::Claim claim;
   ASSERT_TRUE(shm::taken(sender.claim(16, 0, claim)));
   const Header forged{.type = -6, .dest = Address(9), .src = Address(1234)};
-  wire::encode_header(forged, wire::HeaderBytes(claim.message, kHeaderSize));
+  wire::encode_header(forged, wire::HeaderBytes(claim.header, kHeaderSize));
   ASSERT_EQ(sender.commit(claim), shm::SendOutcome::kOk);
   client.send(wire::Doorbell{});
   // Then something honest, behind it.
