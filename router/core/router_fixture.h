@@ -1,6 +1,7 @@
 // A router whose decisions are written down, for tests.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,12 +25,12 @@ inline Bytes bytes_of(std::string_view text) {
 
 // A message on the wire, in the order its flags say.
 inline Bytes encoded(Header header, const Bytes& body = {}) {
-  Bytes bytes(kHeaderSize);
   header.length = static_cast<std::uint32_t>(kHeaderSize + body.size());
+  Bytes bytes(header.length);
   const bool little = (header.flags & flag::kHeaderLittleEndian) != 0;
   wire::encode_header(header, std::span(bytes).first<kHeaderSize>(),
                       little ? std::endian::little : std::endian::big);
-  bytes.insert(bytes.end(), body.begin(), body.end());
+  std::ranges::copy(body, bytes.begin() + kHeaderSize);
   return bytes;
 }
 

@@ -3,12 +3,21 @@
 #include <algorithm>
 
 #include "tests/support/hex.h"
+#include "wire/header.h"
 #include "wire/router_commands.h"
 
 namespace tims::test {
 
 OwnedMessage copy_of(const MessageView& message) {
   return {message.header, {message.body.begin(), message.body.end()}};
+}
+
+std::vector<std::byte> bytes_of(Header header, std::span<const std::byte> body) {
+  header.length = static_cast<std::uint32_t>(kHeaderSize + body.size());
+  std::vector<std::byte> bytes(header.length);
+  wire::encode_header(header, wire::HeaderBytes(bytes.data(), kHeaderSize));
+  std::ranges::copy(body, bytes.begin() + kHeaderSize);
+  return bytes;
 }
 
 std::string describe(const MessageView& message) {

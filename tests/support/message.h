@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct OwnedMessage {
 };
 
 OwnedMessage copy_of(const MessageView& message);
+
+// As it goes over a connection, in the machine's own order; the length is that of the body.
+std::vector<std::byte> bytes_of(Header header, std::span<const std::byte> body = {});
 
 // "type 3 prio 0 seq 5 flags 00 GUI(0/1) -> Ladar(0/0), 18 bytes, body 0a0b"; long bodies are cut.
 std::string describe(const MessageView& message);

@@ -13,6 +13,7 @@
 
 #include "os/clock.h"
 #include "os/event_fd.h"
+#include "tests/support/message.h"
 #include "tests/support/message_socket.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
@@ -30,13 +31,6 @@ struct Client {
   bool owes_lifesign = false;
   bool is_closed = false;
 };
-
-std::vector<std::byte> bytes_of(const OwnedMessage& message) {
-  std::vector<std::byte> bytes(kHeaderSize);
-  wire::encode_header(message.header, wire::HeaderBytes(bytes.data(), kHeaderSize));
-  bytes.insert(bytes.end(), message.body.begin(), message.body.end());
-  return bytes;
-}
 
 std::optional<Address> mailbox_in(const OwnedMessage& message) {
   if (message.body.size() < 4) return std::nullopt;
@@ -144,12 +138,12 @@ void ModelRouter::Loop::on_message(Client& client, OwnedMessage message) {
   if (found != table_.end()) return forward(client, *found->second, std::move(message));
   if (message.header.type <= 0 && !has(Fault::kAnswersReplies)) return;
   const Header answer = wire::reply_to(message.header, type::kNotAvailable);
-  client.socket.send(bytes_of({answer, {}}));
+  client.socket.send(bytes_of(answer));
 }
 
 void ModelRouter::Loop::on_command(Client& client, const OwnedMessage& message) {
   const auto answer = [&](std::int8_t type) {
-    client.socket.send(bytes_of({wire::reply_to(message.header, type), {}}));
+    client.socket.send(bytes_of(wire::reply_to(message.header, type)));
   };
   const auto mailbox = mailbox_in(message);
   switch (message.header.type) {
@@ -195,14 +189,14 @@ void ModelRouter::Loop::forward(Client& from, Client& to, OwnedMessage message) 
   if (happens(Fault::kAltersBody)) message.body.at(0) ^= std::byte{1};
   if (happens(Fault::kAltersPriority)) ++message.header.priority;
   if (happens(Fault::kHangsUp)) from.is_closed = true;
-  if (happens(Fault::kRepeatsMessage)) to.socket.send(bytes_of(message));
+  if (happens(Fault::kRepeatsMessage)) to.socket.send(bytes_of(message.header, message.body));
   if (happens(Fault::kSwapsMessages)) {
     held_back_ = {&to, std::move(message)};
     return;
   }
-  to.socket.send(bytes_of(message));
+  to.socket.send(bytes_of(message.header, message.body));
   if (held_back_.to != &to) return;
-  to.socket.send(bytes_of(held_back_.message));
+  to.socket.send(bytes_of(held_back_.message.header, held_back_.message.body));
   held_back_.to = nullptr;
 }
 
@@ -211,7 +205,7 @@ void ModelRouter::Loop::beat() {
     if (!c.has_watchdog || has(Fault::kNeverClosesSilent)) continue;
     if (c.owes_lifesign) c.is_closed = true;
     c.owes_lifesign = true;
-    c.socket.send(bytes_of({{.type = router_command::kLifesign}, {}}));
+    c.socket.send(bytes_of({.type = router_command::kLifesign}));
   }
   remove_closed();
 }

@@ -6,6 +6,7 @@
 #include <poll.h>
 
 #include "os/clock.h"
+#include "tests/support/message.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
 #include "wire/router_commands.h"
@@ -24,14 +25,6 @@ Address fence_address(int conn) { return Address(kFenceBase + static_cast<std::u
 
 // No recorded mailbox lies there.
 bool belongs_to_replay(Address a) { return (a.raw() & 0xFF000000) == kFenceBase; }
-
-std::vector<std::byte> encode(Header header, std::span<const std::byte> body = {}) {
-  std::vector<std::byte> bytes(kHeaderSize);
-  header.length = static_cast<std::uint32_t>(kHeaderSize + body.size());
-  wire::encode_header(header, wire::HeaderBytes(bytes.data(), kHeaderSize));
-  bytes.insert(bytes.end(), body.begin(), body.end());
-  return bytes;
-}
 
 }  // namespace
 
@@ -89,12 +82,12 @@ void ReplayNetwork::register_fence(ReplayConnection& c) {
   }
   Header header{.type = router_command::kMailboxInit};
   header.flags = flag::kBodyLittleEndian;
-  c.socket.send(encode(header, body));
+  c.socket.send(bytes_of(header, body));
   c.unfenced = true;
 }
 
 bool ReplayNetwork::fence(ReplayConnection& c) {
-  c.socket.send(encode({.type = kFenceType, .dest = c.fence_address(), .src = c.fence_address()}));
+  c.socket.send(bytes_of({.type = kFenceType, .dest = c.fence_address(), .src = c.fence_address()}));
   ++c.fences_sent;
   c.unfenced = false;
   return run_until([&] { return c.fences_seen == c.fences_sent || !c.socket.is_there(); }) &&
@@ -115,7 +108,7 @@ bool ReplayNetwork::ask_whether_gone(int conn) {
   const Address asked = test::fence_address(conn);
   not_available_ = Address();
   probe_->socket.send(
-      encode({.type = kQuestionType, .dest = asked, .src = probe_->fence_address()}));
+      bytes_of({.type = kQuestionType, .dest = asked, .src = probe_->fence_address()}));
   return fence(*probe_) && not_available_ == asked;
 }
 
@@ -162,7 +155,7 @@ void ReplayNetwork::on_message(ReplayConnection& c, OwnedMessage message) {
   if (is_lifesign(header)) {
     if (!c.answers_lifesigns) return;
     ++lifesigns_answered_;
-    c.socket.send(encode(wire::reply_to(header, type::kOk)));
+    c.socket.send(bytes_of(wire::reply_to(header, type::kOk)));
   } else if (belongs_to_replay(header.dest)) {
     if (header.src == header.dest) ++c.fences_seen;
     if (header.type == type::kNotAvailable) not_available_ = header.src;
