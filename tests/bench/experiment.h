@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/bench/metrics.h"
+#include "tests/bench/two_hosts.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
@@ -16,7 +17,16 @@ enum class Shape {
   kAlone,      // one process with a role of its own
   kIdle,       // nothing but the router
 };
-enum class Between { kNothing, kRouter, kRelay };
+enum class Between {
+  kNothing,
+  kRouter,
+  kRelay,
+  // Two hosts, receivers at the base and senders at the robot:
+  kCable,  // nothing but that
+  kTwoRouters,
+  kTwoRelays,
+};
+constexpr bool on_two_hosts(Between between) { return between >= Between::kCable; }
 
 struct Experiment {
   Shape shape = Shape::kRoundTrip;
@@ -26,8 +36,10 @@ struct Experiment {
   std::uint32_t subscribers = 1;
   std::uint32_t pairs = 1;  // of source and sink, side by side
   std::uint64_t count = 0;
-  bool one_cpu = false;  // all processes share the last CPU
-  bool traced = false;   // under strace: how many system calls
+  Cable cable{};           // between two hosts
+  bool rate_told = false;  // to the routers: what the cable carries
+  bool one_cpu = false;    // all processes share the last CPU
+  bool traced = false;     // under strace: how many system calls
 };
 
 // What every measurement of a run shares.

@@ -52,19 +52,19 @@ Result<Metrics> measure_idle(const Crew& crew) {
   constexpr Duration kSettle = std::chrono::milliseconds(300);
   constexpr Duration kIdle = std::chrono::seconds(5);
   std::this_thread::sleep_for(kSettle);
-  const Usage before = usage_of(crew.between());
+  const Usage before = usage_of(crew.middle().first());
   std::this_thread::sleep_for(kIdle);
-  const Usage spent = usage_of(crew.between()) - before;
+  const Usage spent = usage_of(crew.middle().first()) - before;
   return Metrics{{"cpu_ms_in_5s", spent.cpu_s * 1e3},
                  {"wakeups_in_5s", spent.sleeps},
-                 {"rss_mb", resident_mb(crew.between())}};
+                 {"rss_mb", resident_mb(crew.middle().first())}};
 }
 
 }  // namespace
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   Crew crew(setting, experiment);
-  if (auto started = crew.start_between(); !started) return started.error();
+  if (auto started = crew.start_middle(); !started) return started.error();
   if (experiment.shape == Shape::kIdle) return measure_idle(crew);
   for (const Plan& plan : roles_of(experiment, setting)) {
     if (auto started = crew.start(plan); !started) return started.error();

@@ -14,6 +14,7 @@ void each_member(P& plan, Visit visit) {
   visit("--folder", plan.folder);
   visit("--socket", plan.socket);
   visit("--endpoint", plan.endpoint);
+  visit("--host", plan.host);
   visit("--payload", plan.payload);
   visit("--window", plan.window);
   visit("--subscribers", plan.subscribers);

@@ -17,7 +17,8 @@ struct Plan {
   std::string link;      // how it reaches the others: "tims", "ring", "tcp", ...
   std::string folder;    // scratch of this measurement
   std::string socket;    // of the router
-  std::string endpoint;  // "host:port" of the router or the relay
+  std::string endpoint;  // "host:port" of the router, the relay or the other end
+  std::string host;      // numeric address of this one, where there are two
   std::size_t payload = 64;
   std::uint64_t window = 64;      // messages that may be under way
   std::uint32_t subscribers = 1;  // of one source

@@ -9,6 +9,7 @@ TEST(Plan, ComesThroughACommandLineUnchanged) {
   Plan plan;
   plan.role = "sink";
   plan.link = "tims";
+  plan.host = "10.77.0.1";
   plan.payload = 1 << 20;
   plan.index = 7;
   plan.seconds = std::chrono::milliseconds(1500);

@@ -15,6 +15,7 @@
 #include "tests/bench/table_bench.h"
 #include "tests/bench/tcp_link.h"
 #include "tests/bench/tims_link.h"
+#include "tests/bench/udp_link.h"
 
 namespace tims::bench {
 namespace {
@@ -63,6 +64,7 @@ constexpr Alone kAlone[] = {
 bool run_role(const Plan& plan) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also below strace, which would leave it behind
   if (plan.role == "relay") return run_relay();
+  if (plan.role == "udp-relay") return run_udp_relay(plan.host, plan.endpoint);
   for (const Alone& alone : kAlone) {
     if (plan.role != alone.role || plan.link != alone.link) continue;
     say_ready();
@@ -77,6 +79,7 @@ bool run_role(const Plan& plan) {
   if (plan.link == "tims-loan") return play(plan, TimsLink::open(plan, kLoan));
   if (plan.link == "tcp-router") return play(plan, TcpLink::open(plan, kRouter));
   if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
+  if (plan.link == "udp") return play(plan, UdpLink::open(plan));
   std::fprintf(stderr, "no link \"%s\"\n", plan.link.c_str());
   return false;
 }

@@ -25,15 +25,19 @@ constexpr double kLookupRatio = 2;  // flat: no more than memory itself gets slo
 constexpr double kTableBytes = 64;
 constexpr std::uint64_t kManyMailboxes = 1'000'000;
 constexpr double kIdleMb = 20 * 1.048576;
+constexpr double kHostsRoundTripRatio = 1.15;
+constexpr double kHostsRate = 2 * kMillion;
+constexpr double kSenderRatio = 1 / 0.9;
 constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
 
 struct Sizes {
   std::vector<std::size_t> round_trip{64, kKi, 64 * kKi, kMi};
   std::vector<std::size_t> stream{64, kKi, 64 * kKi, kMi};
+  std::vector<std::size_t> hosts_round_trip{64, kKi, 64 * kKi};
 };
 Sizes sizes(bool quick) {
   if (!quick) return {};
-  return {.round_trip = {64, kMi}, .stream = {64, 64 * kKi, kMi}};
+  return {.round_trip = {64, kMi}, .stream = {64, 64 * kKi, kMi}, .hosts_round_trip = {64}};
 }
 
 const char* rate_metric(std::size_t payload) {
@@ -145,6 +149,28 @@ Case router_throughput(std::size_t payload, std::uint32_t pairs) {
   return c;
 }
 
+// The limit is a chain of the same length: two bare relays.
+Case hosts_rtt(std::size_t payload, bool one_cpu) {
+  Case c{.scenario = one_cpu ? "hosts_rtt@1cpu" : "hosts_rtt", .payload = payload};
+  c.contenders = {{"tims", round_trip("tims", Between::kTwoRouters, payload, one_cpu)},
+                  {"limit", round_trip("udp", Between::kTwoRelays, payload, one_cpu)}};
+  c.rows = {{"tims", "p50_us", "limit", {}}};
+  if (payload == 64) c.rows[0].target = {.ratio_max = kHostsRoundTripRatio};
+  return c;
+}
+
+Case hosts_throughput(std::size_t payload) {
+  const char* metric = rate_metric(payload);
+  Case c{.scenario = "hosts_throughput", .payload = payload};
+  c.contenders = {{"tims", stream("tims", Between::kTwoRouters, payload)},
+                  {"limit", stream("udp", Between::kCable, payload)},
+                  {"limit-chain", stream("udp", Between::kTwoRelays, payload)}};
+  c.rows = {{"tims", metric, "limit", {}}, {"tims", metric, "limit-chain", {}}};
+  if (payload == 64) c.rows[0].target = {.at_least = kHostsRate};
+  if (payload == kMi) c.rows[0].target = {.ratio_max = kSenderRatio};
+  return c;
+}
+
 Case registration(const char* scenario, const char* role) {
   return {.scenario = scenario,
           .payload = 0,
@@ -196,6 +222,9 @@ std::vector<ScenarioText> scenario_texts() {
       {"router_rtt@1cpu", "the same, all three processes on one CPU"},
       {"router_throughput", "one pair through the TCP port"},
       {"router_throughput@8pairs", "eight pairs at once, the sum"},
+      {"hosts_rtt", "round trip between two hosts, a router on each; limit: bare relays, UDP"},
+      {"hosts_rtt@1cpu", "the same, all four processes on one CPU"},
+      {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
       {"register_tcp",
        "1000 clients with 100 mailboxes each, TCP: seconds until all are confirmed"},
       {"register_unix", "the same through libtims"},
@@ -205,7 +234,7 @@ std::vector<ScenarioText> scenario_texts() {
   };
 }
 
-std::vector<Case> all_cases(bool quick) {
+std::vector<Case> local_cases(bool quick) {
   const Sizes with = sizes(quick);
   std::vector<Case> cases;
   for (const bool one_cpu : {false, true})
@@ -224,6 +253,16 @@ std::vector<Case> all_cases(bool quick) {
     cases.push_back(lookup(mailboxes));
   cases.push_back(table_memory());
   cases.push_back(idle());
+  return cases;
+}
+
+// Between network namespaces.
+std::vector<Case> hosts_cases(bool quick) {
+  std::vector<Case> cases;
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).hosts_round_trip)
+      cases.push_back(hosts_rtt(payload, one_cpu));
+  for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
   return cases;
 }
 

@@ -43,7 +43,8 @@ struct ScenarioText {
 };
 
 std::vector<ScenarioText> scenario_texts();
-// Of all scenarios, in the order in which they run.
-std::vector<Case> all_cases(bool quick);
+// Of all scenarios, in the order in which they run: inside this host, then between two.
+std::vector<Case> local_cases(bool quick);
+std::vector<Case> hosts_cases(bool quick);
 
 }  // namespace tims::bench

@@ -6,6 +6,8 @@
 
 #include <unistd.h>
 
+#include "tests/bench/two_hosts.h"
+
 namespace tims::bench {
 namespace {
 
@@ -48,6 +50,7 @@ void Scratch::wait_for_signal() const {
   ::sigwait(&signals, &number);
   if (number == SIGUSR1) return;
   remove(path_);
+  remove_own_hosts();
   ::_exit(128 + number);
 }
 
