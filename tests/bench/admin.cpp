@@ -13,8 +13,10 @@ constexpr Address kOwn = Address::of({.class_id = class_id::kTool, .instance = 0
 }  // namespace
 
 Result<Admin> Admin::open(const std::string& socket) {
-  auto session = Session::connect(
-      {.name = "bench-admin", .socket_path = socket, .timeout = kPatience, .on_event = {}});
+  auto session = Session::connect({.name = "bench-admin",
+                                   .socket_path = socket,
+                                   .timeout = kPatience,
+                                   .on_event = [](const SessionEvent&) {}});
   if (!session) return session.error();
   auto mailbox = session->open({.address = kOwn, .slots = 4, .body_max = kAnswerMax});
   if (!mailbox) return mailbox.error();
@@ -42,6 +44,12 @@ Result<std::size_t> Admin::mailboxes() {
   const auto status = ask({{"ask", "status"}});
   if (!status) return status.error();
   return static_cast<std::size_t>(status->at("mailboxes").as_int64());
+}
+
+Result<bool> Admin::knows(Address address) {
+  const auto routes = ask({{"ask", "routes"}, {"match", address.to_hex()}});
+  if (!routes) return routes.error();
+  return !routes->at("items").as_array().empty();
 }
 
 }  // namespace tims::bench

@@ -15,6 +15,7 @@ class Admin {
   Result<boost::json::object> ask(const boost::json::object& question);
   // How many mailboxes the router knows.
   Result<std::size_t> mailboxes();
+  Result<bool> knows(Address address);
 
  private:
   Admin(Session session, Mailbox mailbox)

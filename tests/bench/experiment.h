@@ -14,8 +14,12 @@ namespace tims::bench {
 enum class Shape {
   kRoundTrip,  // ping and echo
   kStream,     // a source and its sinks
+  kPulse,      // a pulse and its gauge, perhaps beside a stream of large messages
   kAlone,      // one process with a role of its own
   kIdle,       // nothing but the router
+  kIdleLink,   // nothing but two routers
+  kLinkDeath,  // and the cable between them is cut
+  kConvergence,
 };
 enum class Between {
   kNothing,
@@ -36,6 +40,7 @@ struct Experiment {
   std::uint32_t subscribers = 1;
   std::uint32_t pairs = 1;  // of source and sink, side by side
   std::uint64_t count = 0;
+  std::size_t bulk = 0;    // bytes of the messages beside a pulse; 0: there are none
   Cable cable{};           // between two hosts
   bool rate_told = false;  // to the routers: what the cable carries
   bool one_cpu = false;    // all processes share the last CPU
@@ -49,6 +54,7 @@ struct Setting {
   std::string folder;  // scratch, in memory
   Duration round_trip{};
   Duration stream{};
+  Duration pulse{};
 };
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting);

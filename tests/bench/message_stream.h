@@ -40,7 +40,6 @@ class MessageStream {
   // `gather`: of a stream, about so many bytes leave at once.
   MessageStream(const Plan& plan, os::File socket, std::size_t gather);
   MessageStream(MessageStream&&) = default;
-  MessageStream& operator=(MessageStream&&) = delete;
 
   [[nodiscard]] const os::File& socket() const { return socket_; }
   [[nodiscard]] const Header& header() const { return header_; }

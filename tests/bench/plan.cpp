@@ -20,6 +20,7 @@ void each_member(P& plan, Visit visit) {
   visit("--subscribers", plan.subscribers);
   visit("--index", plan.index);
   visit("--pair", plan.pair);
+  visit("--priority", plan.priority);
   visit("--count", plan.count);
   visit("--nanoseconds", plan.seconds);
 }

@@ -5,7 +5,9 @@
 
 #include <sys/prctl.h>
 
+#include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
+#include "tests/bench/pulse.h"
 #include "tests/bench/register_bench.h"
 #include "tests/bench/relay.h"
 #include "tests/bench/ring_link.h"
@@ -36,6 +38,8 @@ bool play(const Plan& plan, Result<L> link) {
   if (plan.role == "echo") return Echo<L>(plan, *link).run();
   if (plan.role == "source") return Source<L>(plan, *link).run();
   if (plan.role == "sink") return Sink<L>(plan, *link).run();
+  if (plan.role == "pulse") return Pulse<L>(plan, *link).run();
+  if (plan.role == "gauge") return Gauge<L>(plan, *link).run();
   std::fprintf(stderr, "no role \"%s\"\n", plan.role.c_str());
   return false;
 }
@@ -54,6 +58,7 @@ constexpr Alone kAlone[] = {
     {"self-loan", "self-loan", loan_to_myself},
     {"register-tcp", "register-tcp", register_over_tcp},
     {"register-unix", "register-unix", register_over_unix},
+    {"fleet", "fleet", play_fleet},
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},

@@ -24,7 +24,8 @@ Setting setting_of(const Options& options, const std::string& program, const std
           .router = std::filesystem::path(program).replace_filename("tims-router"),
           .folder = folder,
           .round_trip = length(milliseconds(300), milliseconds(200)),
-          .stream = length(milliseconds(800), milliseconds(500))};
+          .stream = length(milliseconds(800), milliseconds(500)),
+          .pulse = length(milliseconds(6000), milliseconds(2500))};
 }
 
 class Run {

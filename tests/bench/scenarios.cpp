@@ -28,6 +28,18 @@ constexpr double kIdleMb = 20 * 1.048576;
 constexpr double kHostsRoundTripRatio = 1.15;
 constexpr double kHostsRate = 2 * kMillion;
 constexpr double kSenderRatio = 1 / 0.9;
+constexpr std::uint64_t kMbit = 1'000'000;
+constexpr Cable kShaped{.rate_bits = 50 * kMbit};
+constexpr Cable kLossy{
+    .loss = 0.1, .delay = std::chrono::milliseconds(10), .rate_bits = 50 * kMbit};
+constexpr double kUrgentMoreUs = 400;
+constexpr double kUrgentUs = 5000;
+constexpr double kLossyUs = 80'000;
+constexpr double kLossyMb = 0.7 * 50 / 8;
+constexpr double kIdleBytes = 500;
+constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
+constexpr double kConvergenceSeconds = 2;
+constexpr std::uint64_t kRobots = 1000;
 constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
 
 struct Sizes {
@@ -49,6 +61,9 @@ Experiment round_trip(const char* link, Between between, std::size_t payload, bo
 }
 Experiment stream(const char* link, Between between, std::size_t payload) {
   return {.shape = Shape::kStream, .link = link, .between = between, .payload = payload};
+}
+Experiment pulse(const char* link, Between between, const Cable& cable, std::size_t bulk = 0) {
+  return {.shape = Shape::kPulse, .link = link, .between = between, .bulk = bulk, .cable = cable};
 }
 Experiment alone(const char* role, Between between = Between::kNothing) {
   return {.shape = Shape::kAlone, .link = role, .between = between};
@@ -171,6 +186,45 @@ Case hosts_throughput(std::size_t payload) {
   return c;
 }
 
+// A small message of the highest class beside large ones of the lowest.
+Case urgent_latency() {
+  Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
+  told.rate_told = true;
+  Case c{.scenario = "urgent_latency", .payload = 64};
+  c.contenders = {{"tims", pulse("tims", Between::kTwoRouters, kShaped, kMi)},
+                  {"tims-told", told},
+                  {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
+                  {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
+  c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
+            {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
+            {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
+            {"tims-told", "mb_per_s", "", {}},
+            {"tims", "mb_per_s", "", {}}};
+  return c;
+}
+
+Case lossy_link() {
+  return {.scenario = "lossy_link",
+          .payload = 64,
+          .contenders = {{"tims", pulse("tims", Between::kTwoRouters, kLossy, 64 * kKi)}},
+          .rows = {{"tims", "p99_us", "", {.at_most = kLossyUs}},
+                   {"tims", "mb_per_s", "", {.at_least = kLossyMb}}}};
+}
+
+Case link_case(const char* scenario, Shape shape, const std::vector<Row>& rows) {
+  return {.scenario = scenario,
+          .payload = 0,
+          .contenders = {{"tims", {.shape = shape, .between = Between::kTwoRouters}}},
+          .rows = rows};
+}
+
+Case convergence() {
+  return {.scenario = "convergence",
+          .payload = 0,
+          .contenders = {{"tims", {.shape = Shape::kConvergence, .count = kRobots}}},
+          .rows = {{"tims", "known_again_s", "", {.at_most = kConvergenceSeconds}}}};
+}
+
 Case registration(const char* scenario, const char* role) {
   return {.scenario = scenario,
           .payload = 0,
@@ -225,6 +279,11 @@ std::vector<ScenarioText> scenario_texts() {
       {"hosts_rtt", "round trip between two hosts, a router on each; limit: bare relays, UDP"},
       {"hosts_rtt@1cpu", "the same, all four processes on one CPU"},
       {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
+      {"urgent_latency", "64 B while 1 MiB messages fill 50 Mbit/s, one way; rate told or found"},
+      {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and 64 B urgently"},
+      {"link_idle", "bytes a second over a link that nobody uses, headers included"},
+      {"link_death", "seconds from the cut of a cable until the other end has withdrawn"},
+      {"convergence", "a router above 1000 with 100 mailboxes each is killed and comes back"},
       {"register_tcp",
        "1000 clients with 100 mailboxes each, TCP: seconds until all are confirmed"},
       {"register_unix", "the same through libtims"},
@@ -252,6 +311,7 @@ std::vector<Case> local_cases(bool quick) {
   for (const std::uint64_t mailboxes : {std::uint64_t{10}, std::uint64_t{1000}, kManyMailboxes})
     cases.push_back(lookup(mailboxes));
   cases.push_back(table_memory());
+  cases.push_back(convergence());
   cases.push_back(idle());
   return cases;
 }
@@ -263,6 +323,13 @@ std::vector<Case> hosts_cases(bool quick) {
     for (const std::size_t payload : sizes(quick).hosts_round_trip)
       cases.push_back(hosts_rtt(payload, one_cpu));
   for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
+  cases.push_back(urgent_latency());
+  cases.push_back(lossy_link());
+  cases.push_back(link_case("link_idle", Shape::kIdleLink,
+                            {{"tims", "up_bytes_per_s", "", {.at_most = kIdleBytes}},
+                             {"tims", "down_bytes_per_s", "", {.at_most = kIdleBytes}}}));
+  cases.push_back(link_case("link_death", Shape::kLinkDeath,
+                            {{"tims", "death_s", "", {.at_most = kDeathSeconds}}}));
   return cases;
 }
 

@@ -14,6 +14,7 @@ struct Target {
   std::optional<double> ratio_max{};  // times worse than the limit
   std::optional<double> at_least{};
   std::optional<double> at_most{};
+  std::optional<double> above_max{};  // more than what it stands beside
 };
 
 // A line of the table.
