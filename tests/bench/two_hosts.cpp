@@ -21,7 +21,11 @@ constexpr const char* kDevice = "cable";
 // As names of fleets: `timsctl sim show` sees what is left over, `timsctl sim down` removes it.
 constexpr std::string_view kName = "bench";
 
-std::string own_name() { return std::string(kName) + std::to_string(::getpid()); }
+// After the process that made them; a copy of it (scratch.cpp) keeps the name.
+const std::string& own_name() {
+  static const std::string name = std::string(kName) + std::to_string(::getpid());
+  return name;
+}
 
 // Failures of timsctl's parts as results.
 template <typename Act>
