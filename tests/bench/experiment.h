@@ -54,7 +54,7 @@ struct Setting {
   std::string folder;  // scratch, in memory
   Duration round_trip{};
   Duration stream{};
-  Duration pulse{};
+  Duration link{};  // a pulse over a link, or an idle one
 };
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting);

@@ -12,7 +12,7 @@ namespace {
 constexpr Duration kPatience = std::chrono::seconds(30);
 
 Duration length_of(const Experiment& experiment, const Setting& setting) {
-  if (experiment.shape == Shape::kPulse) return setting.pulse;
+  if (experiment.shape == Shape::kPulse) return setting.link;
   return experiment.shape == Shape::kRoundTrip ? setting.round_trip : setting.stream;
 }
 
@@ -88,7 +88,7 @@ Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   Crew crew(setting, experiment);
   if (auto started = crew.start_middle(); !started) return started.error();
   if (experiment.shape == Shape::kIdle) return measure_idle(crew);
-  if (experiment.shape == Shape::kIdleLink) return measure_idle_link(crew);
+  if (experiment.shape == Shape::kIdleLink) return measure_idle_link(crew, setting);
   if (experiment.shape == Shape::kLinkDeath) return measure_link_death(crew);
   for (const Plan& plan : roles_of(experiment, setting)) {
     if (auto started = crew.start(plan); !started) return started.error();

@@ -76,14 +76,13 @@ class Base {
 
 }  // namespace
 
-Result<Metrics> measure_idle_link(const Crew& crew) {
+Result<Metrics> measure_idle_link(const Crew& crew, const Setting& setting) {
   constexpr Duration kSettle = std::chrono::seconds(2);
-  constexpr Duration kIdle = std::chrono::seconds(5);
   std::this_thread::sleep_for(kSettle);
   const Time start = os::now();
   const auto before = received(crew.middle().hosts());
   if (!before) return before.error();
-  std::this_thread::sleep_for(kIdle);
+  std::this_thread::sleep_for(setting.link);
   const auto after = received(crew.middle().hosts());
   if (!after) return after.error();
   const double seconds = seconds_since(start);

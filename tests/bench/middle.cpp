@@ -75,7 +75,8 @@ Result<void> Middle::start_routers() {
                      {"router.name=robot", "router.system=1", "link=kind=super,to=" + base + rate});
       !started)
     return started;
-  return delay_datagrams();
+  const auto known = processes_.front().wait_for_line("is up", kStartLimit);
+  return known ? delay_datagrams() : known.error();
 }
 
 Result<void> Middle::add_router(const Place& place, const char* awaited,

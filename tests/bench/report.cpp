@@ -47,7 +47,7 @@ std::string target_text(const Target& target) {
   if (target.ratio_max) text += "<= " + number_text(*target.ratio_max) + " x ";
   if (target.at_least) text += ">= " + number_text(*target.at_least) + " ";
   if (target.at_most) text += "<= " + number_text(*target.at_most) + " ";
-  if (target.above_max) text += "<= + " + number_text(*target.above_max) + " ";
+  if (target.above_max) text += "<= beside + " + number_text(*target.above_max) + " ";
   if (!text.empty()) text.pop_back();
   return text;
 }

@@ -25,7 +25,7 @@ Setting setting_of(const Options& options, const std::string& program, const std
           .folder = folder,
           .round_trip = length(milliseconds(300), milliseconds(200)),
           .stream = length(milliseconds(800), milliseconds(500)),
-          .pulse = length(milliseconds(6000), milliseconds(2500))};
+          .link = length(milliseconds(6000), milliseconds(2500))};
 }
 
 class Run {

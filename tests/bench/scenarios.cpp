@@ -196,6 +196,8 @@ Case urgent_latency() {
                   {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
                   {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
   c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
+            {"tims-told", "p50_us", "tims-unloaded", {}},
+            {"tims", "p50_us", "tims-unloaded", {}},
             {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
             {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
             {"tims-told", "mb_per_s", "", {}},

@@ -66,7 +66,8 @@ void remove_abandoned_hosts() {
     pid_t owner = 0;
     if (!name.starts_with(kName) || !(std::istringstream(name.substr(kName.size())) >> owner))
       continue;
-    if (::kill(owner, 0) != 0) (void)tried([&] { sim::clean_up(name); });
+    const bool abandoned = ::kill(owner, 0) != 0 && !sim::is_running(name);
+    if (abandoned) (void)tried([&] { sim::clean_up(name); });
   }
 }
 
