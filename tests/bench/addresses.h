@@ -14,4 +14,8 @@ inline Address receiver_address(std::uint32_t pair, std::uint32_t index) {
   return Address::of({.class_id = class_id::kTest, .instance = pair, .local = index + 1});
 }
 
+// Of UDP on two hosts: a router or relay and its client. Nobody else is there.
+inline constexpr const char* kRouterPort = ":2010";
+inline constexpr const char* kClientPort = ":3000";
+
 }  // namespace tims::bench

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tests/bench/experiment.h"
+#include "tests/bench/middle.h"
 #include "tests/bench/plan.h"
-#include "tests/bench/usage.h"
 #include "tests/support/child_process.h"
 
 namespace tims::bench {
@@ -19,14 +19,14 @@ class Crew {
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  // The router or the relay; returns when it listens.
-  Result<void> start_between();
+  // What stands between; returns when it is ready.
+  Result<void> start_middle();
   // Returns when the process is ready to receive.
   Result<void> start(Plan plan);
-  // Until all roles have ended; what each has measured, and what the one between them cost.
+  // Until all roles have ended; what each has measured, and what cost those between them.
   Result<std::vector<Metrics>> wait(Duration limit);
 
-  [[nodiscard]] pid_t between() const { return between_.front().pid(); }
+  [[nodiscard]] const Middle& middle() const { return middle_; }
 
  private:
   struct Member {
@@ -35,16 +35,13 @@ class Crew {
     std::string trace;  // strace's summary
   };
 
-  Result<test::ChildProcess> launch(std::vector<std::string> command) const;
   Result<Metrics> result_of(Member& member, Duration limit) const;
 
   const Setting& setting_;
   const Experiment& experiment_;
   std::string folder_;
-  std::string socket_;
-  std::string endpoint_;
-  std::vector<test::ChildProcess> between_;  // at most one
-  Usage between_before_;
+  Middle middle_;
+  Usage before_;  // of those between
   std::vector<Member> members_;
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/bench/metrics.h"
+#include "tests/bench/two_hosts.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
@@ -13,10 +14,23 @@ namespace tims::bench {
 enum class Shape {
   kRoundTrip,  // ping and echo
   kStream,     // a source and its sinks
+  kPulse,      // a pulse and its gauge, perhaps beside a stream of large messages
   kAlone,      // one process with a role of its own
   kIdle,       // nothing but the router
+  kIdleLink,   // nothing but two routers
+  kLinkDeath,  // and the cable between them is cut
+  kConvergence,
 };
-enum class Between { kNothing, kRouter, kRelay };
+enum class Between {
+  kNothing,
+  kRouter,
+  kRelay,
+  // Two hosts, receivers at the base and senders at the robot:
+  kCable,  // nothing but that
+  kTwoRouters,
+  kTwoRelays,
+};
+constexpr bool on_two_hosts(Between between) { return between >= Between::kCable; }
 
 struct Experiment {
   Shape shape = Shape::kRoundTrip;
@@ -26,8 +40,11 @@ struct Experiment {
   std::uint32_t subscribers = 1;
   std::uint32_t pairs = 1;  // of source and sink, side by side
   std::uint64_t count = 0;
-  bool one_cpu = false;  // all processes share the last CPU
-  bool traced = false;   // under strace: how many system calls
+  std::size_t bulk = 0;    // bytes of the messages beside a pulse; 0: there are none
+  Cable cable{};           // between two hosts
+  bool rate_told = false;  // to the routers: what the cable carries
+  bool one_cpu = false;    // all processes share the last CPU
+  bool traced = false;     // under strace: how many system calls
 };
 
 // What every measurement of a run shares.
@@ -37,6 +54,7 @@ struct Setting {
   std::string folder;  // scratch, in memory
   Duration round_trip{};
   Duration stream{};
+  Duration link{};  // a pulse over a link, or an idle one
 };
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting);

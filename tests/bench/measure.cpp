@@ -3,6 +3,7 @@
 #include "libtims/os/clock.h"
 #include "tests/bench/crew.h"
 #include "tests/bench/experiment.h"
+#include "tests/bench/measure_links.h"
 
 namespace tims::bench {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 constexpr Duration kPatience = std::chrono::seconds(30);
 
 Duration length_of(const Experiment& experiment, const Setting& setting) {
+  if (experiment.shape == Shape::kPulse) return setting.link;
   return experiment.shape == Shape::kRoundTrip ? setting.round_trip : setting.stream;
 }
 
@@ -25,6 +27,24 @@ Plan plan_of(const Experiment& experiment, const Setting& setting) {
   return plan;
 }
 
+Plan with_role(Plan plan, const char* role) {
+  plan.role = role;
+  return plan;
+}
+
+// The bulk is there before the first beat of the pulse.
+std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
+  constexpr std::uint32_t kHighest = 255;
+  Plan bulk = plan;
+  plan.priority = kHighest;
+  if (experiment.bulk == 0) return {with_role(plan, "gauge"), with_role(plan, "pulse")};
+  bulk.pair = 1;
+  bulk.payload = experiment.bulk;
+  bulk.window = window_of(experiment.bulk);
+  return {with_role(plan, "gauge"), with_role(bulk, "sink"), with_role(bulk, "source"),
+          with_role(plan, "pulse")};
+}
+
 // Receivers first: a sender that starts finds them.
 std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting) {
   Plan plan = plan_of(experiment, setting);
@@ -32,6 +52,7 @@ std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting)
     plan.role = experiment.link;
     return {plan};
   }
+  if (experiment.shape == Shape::kPulse) return pulse_roles(plan, experiment);
   const bool stream = experiment.shape == Shape::kStream;
   std::vector<Plan> receivers;
   std::vector<Plan> senders;
@@ -52,26 +73,33 @@ Result<Metrics> measure_idle(const Crew& crew) {
   constexpr Duration kSettle = std::chrono::milliseconds(300);
   constexpr Duration kIdle = std::chrono::seconds(5);
   std::this_thread::sleep_for(kSettle);
-  const Usage before = usage_of(crew.between());
+  const Usage before = usage_of(crew.middle().first());
   std::this_thread::sleep_for(kIdle);
-  const Usage spent = usage_of(crew.between()) - before;
+  const Usage spent = usage_of(crew.middle().first()) - before;
   return Metrics{{"cpu_ms_in_5s", spent.cpu_s * 1e3},
                  {"wakeups_in_5s", spent.sleeps},
-                 {"rss_mb", resident_mb(crew.between())}};
+                 {"rss_mb", resident_mb(crew.middle().first())}};
 }
 
 }  // namespace
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
+  if (experiment.shape == Shape::kConvergence) return measure_convergence(experiment, setting);
   Crew crew(setting, experiment);
-  if (auto started = crew.start_between(); !started) return started.error();
+  if (auto started = crew.start_middle(); !started) return started.error();
   if (experiment.shape == Shape::kIdle) return measure_idle(crew);
+  if (experiment.shape == Shape::kIdleLink) return measure_idle_link(crew, setting);
+  if (experiment.shape == Shape::kLinkDeath) return measure_link_death(crew);
   for (const Plan& plan : roles_of(experiment, setting)) {
     if (auto started = crew.start(plan); !started) return started.error();
   }
   auto results = crew.wait(length_of(experiment, setting) + kPatience);
   if (!results) return results.error();
-  return join(*results, experiment.subscribers, experiment.pairs);
+  Metrics joined = join(*results, experiment.subscribers, experiment.pairs);
+  // A million of the few large messages beside a pulse: nobody wants to know.
+  if (experiment.shape == Shape::kPulse)
+    for (const char* cost : {"cpu_s", "sleeps_per_million"}) joined.erase(cost);
+  return joined;
 }
 
 }  // namespace tims::bench

@@ -59,6 +59,20 @@ Metrics join(const std::vector<Metrics>& processes, std::uint32_t subscribers,
   return joined;
 }
 
+double received_bytes(const std::string& net_dev, std::string_view device) {
+  std::istringstream lines(net_dev);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t colon = line.find(':');
+    std::istringstream words(line.substr(0, colon));
+    std::string name;
+    double bytes = 0;
+    if (colon != std::string::npos && words >> name && name == device &&
+        std::istringstream(line.substr(colon + 1)) >> bytes)
+      return bytes;
+  }
+  return 0;
+}
+
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());

@@ -30,6 +30,9 @@ Metrics parse_metrics(std::string_view output);
 // (cpu_s), sleeps and system calls become "per million messages".
 Metrics join(const std::vector<Metrics>& processes, std::uint32_t subscribers, std::uint32_t pairs);
 
+// Of a device, in the text of /proc/net/dev; 0: there is none.
+double received_bytes(const std::string& net_dev, std::string_view device);
+
 double median(std::vector<double> values);
 Metrics medians(const std::vector<Metrics>& repetitions);
 

@@ -36,6 +36,16 @@ TEST(Metrics, EightSubscribersOfOneMessageAreOneMessage) {
   EXPECT_DOUBLE_EQ(join({sink, sink}, 2, 1).at("cpu_s"), 2);
 }
 
+TEST(Metrics, BytesOfADeviceAreTheFirstNumberBehindItsName) {
+  const std::string text =
+      "Inter-|   Receive           |  Transmit\n"
+      " face |bytes    packets errs|bytes    packets\n"
+      "    lo:     120       2    0      120       2\n"
+      " cable:    4096      17    0      999       9\n";
+  EXPECT_EQ(received_bytes(text, "cable"), 4096);
+  EXPECT_EQ(received_bytes(text, "eth0"), 0);
+}
+
 TEST(Metrics, MedianOfEvenAndOdd) {
   EXPECT_EQ(median({3, 1, 2}), 2);
   EXPECT_EQ(median({4, 1, 2, 3}), 2.5);

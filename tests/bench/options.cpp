@@ -72,13 +72,16 @@ std::string help_text() {
          "\n"
          "Measures libtims and tims-router beside limits of this machine measured in the same "
          "run.\n"
-         "Without a scenario: all of them. Everything runs on this host and ends by itself.\n"
+         "Without a scenario: all of them. Everything runs on this host and ends by itself. What "
+         "lies\n"
+         "between hosts is measured between network namespaces, as root.\n"
          "\n"
          "  --list       scenarios, a line each\n"
          "  --csv FILE   also writes peer,scenario,payload_bytes,metric,value\n"
-         "  --quick      one repetition, fewer sizes, shorter: about a minute\n"
+         "  --quick      one repetition, fewer sizes, shorter: about a minute and a half\n"
          "  --reps N     interleaved repetitions, of which the median counts (3)\n"
-         "  --seconds S  length of each measurement (0.3 for round trips, 0.8 for streams)\n"
+         "  --seconds S  length of each measurement (0.3 for round trips, 0.8 for streams, 6 for "
+         "links)\n"
          "  --help       this\n";
 }
 

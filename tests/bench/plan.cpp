@@ -14,11 +14,13 @@ void each_member(P& plan, Visit visit) {
   visit("--folder", plan.folder);
   visit("--socket", plan.socket);
   visit("--endpoint", plan.endpoint);
+  visit("--host", plan.host);
   visit("--payload", plan.payload);
   visit("--window", plan.window);
   visit("--subscribers", plan.subscribers);
   visit("--index", plan.index);
   visit("--pair", plan.pair);
+  visit("--priority", plan.priority);
   visit("--count", plan.count);
   visit("--nanoseconds", plan.seconds);
 }

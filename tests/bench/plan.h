@@ -13,22 +13,26 @@
 namespace tims::bench {
 
 struct Plan {
-  std::string role;      // "ping", "echo", "source", "sink", or one that works alone
+  std::string role;      // "ping", "echo", "source", "sink", "pulse", "gauge", or one alone
   std::string link;      // how it reaches the others: "tims", "ring", "tcp", ...
   std::string folder;    // scratch of this measurement
   std::string socket;    // of the router
-  std::string endpoint;  // "host:port" of the router or the relay
+  std::string endpoint;  // "host:port" of the router, the relay or the other end
+  std::string host;      // numeric address of this one, where there are two
   std::size_t payload = 64;
   std::uint64_t window = 64;      // messages that may be under way
   std::uint32_t subscribers = 1;  // of one source
   std::uint32_t index = 0;        // of this subscriber
   std::uint32_t pair = 0;         // several pairs may run side by side
-  std::uint64_t count = 0;        // mailboxes, where a role asks for a number of them
+  std::uint32_t priority = 0;     // of what is sent
+  std::uint64_t count = 0;        // of mailboxes or routers, where a role asks for a number
   Duration seconds = std::chrono::milliseconds(500);
 
   // Streams are gathered and may wait a moment before they sleep; round trips are sent at once.
   [[nodiscard]] bool streaming() const { return role == "source" || role == "sink"; }
-  [[nodiscard]] bool sender() const { return role == "ping" || role == "source"; }
+  [[nodiscard]] bool sender() const {
+    return role == "ping" || role == "source" || role == "pulse";
+  }
 };
 
 // Both ways.
@@ -44,7 +48,8 @@ constexpr std::uint64_t window_of(std::size_t payload) {
 // Room at a receiver. A round trip needs one; the others show what going round costs.
 inline std::uint64_t slots_of(const Plan& plan) {
   constexpr std::uint64_t kRoundTrip = 16;
-  return plan.streaming() || plan.window < kRoundTrip ? plan.window : kRoundTrip;
+  const bool many = plan.streaming() || plan.role == "gauge";
+  return many || plan.window < kRoundTrip ? plan.window : kRoundTrip;
 }
 
 }  // namespace tims::bench

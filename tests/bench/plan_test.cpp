@@ -9,8 +9,10 @@ TEST(Plan, ComesThroughACommandLineUnchanged) {
   Plan plan;
   plan.role = "sink";
   plan.link = "tims";
+  plan.host = "10.77.0.1";
   plan.payload = 1 << 20;
   plan.index = 7;
+  plan.priority = 255;
   plan.seconds = std::chrono::milliseconds(1500);
   const auto parsed = parse_plan(to_arguments(plan));
   ASSERT_TRUE(parsed) << parsed.error().message();

@@ -47,12 +47,15 @@ std::string target_text(const Target& target) {
   if (target.ratio_max) text += "<= " + number_text(*target.ratio_max) + " x ";
   if (target.at_least) text += ">= " + number_text(*target.at_least) + " ";
   if (target.at_most) text += "<= " + number_text(*target.at_most) + " ";
+  if (target.above_max) text += "<= beside + " + number_text(*target.above_max) + " ";
   if (!text.empty()) text.pop_back();
   return text;
 }
 
-bool meets(const Target& target, double value, std::optional<double> ratio) {
+bool meets(const Target& target, double value, std::optional<double> limit,
+           std::optional<double> ratio) {
   if (target.ratio_max && (!ratio || *ratio > *target.ratio_max)) return false;
+  if (target.above_max && (!limit || value > *limit + *target.above_max)) return false;
   if (target.at_least && value < *target.at_least) return false;
   return !target.at_most || value <= *target.at_most;
 }
@@ -83,7 +86,7 @@ void Table::print_row(const Case& one, const Row& row, const ResultsByPeer& resu
   if (value && limit) ratio = ratio_of(row.metric, *value, *limit);
   std::string verdict = target_text(row.target);
   if (!verdict.empty()) {
-    const bool met = value && meets(row.target, *value, ratio);
+    const bool met = value && meets(row.target, *value, limit, ratio);
     ++targets_;
     met_ += met ? 1 : 0;
     verdict += met ? ": met" : ": NOT met";

@@ -5,7 +5,9 @@
 
 #include <sys/prctl.h>
 
+#include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
+#include "tests/bench/pulse.h"
 #include "tests/bench/register_bench.h"
 #include "tests/bench/relay.h"
 #include "tests/bench/ring_link.h"
@@ -15,6 +17,7 @@
 #include "tests/bench/table_bench.h"
 #include "tests/bench/tcp_link.h"
 #include "tests/bench/tims_link.h"
+#include "tests/bench/udp_link.h"
 
 namespace tims::bench {
 namespace {
@@ -35,6 +38,8 @@ bool play(const Plan& plan, Result<L> link) {
   if (plan.role == "echo") return Echo<L>(plan, *link).run();
   if (plan.role == "source") return Source<L>(plan, *link).run();
   if (plan.role == "sink") return Sink<L>(plan, *link).run();
+  if (plan.role == "pulse") return Pulse<L>(plan, *link).run();
+  if (plan.role == "gauge") return Gauge<L>(plan, *link).run();
   std::fprintf(stderr, "no role \"%s\"\n", plan.role.c_str());
   return false;
 }
@@ -53,6 +58,7 @@ constexpr Alone kAlone[] = {
     {"self-loan", "self-loan", loan_to_myself},
     {"register-tcp", "register-tcp", register_over_tcp},
     {"register-unix", "register-unix", register_over_unix},
+    {"fleet", "fleet", play_fleet},
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},
@@ -63,6 +69,7 @@ constexpr Alone kAlone[] = {
 bool run_role(const Plan& plan) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also below strace, which would leave it behind
   if (plan.role == "relay") return run_relay();
+  if (plan.role == "udp-relay") return run_udp_relay(plan.host, plan.endpoint);
   for (const Alone& alone : kAlone) {
     if (plan.role != alone.role || plan.link != alone.link) continue;
     say_ready();
@@ -77,6 +84,7 @@ bool run_role(const Plan& plan) {
   if (plan.link == "tims-loan") return play(plan, TimsLink::open(plan, kLoan));
   if (plan.link == "tcp-router") return play(plan, TcpLink::open(plan, kRouter));
   if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
+  if (plan.link == "udp") return play(plan, UdpLink::open(plan));
   std::fprintf(stderr, "no link \"%s\"\n", plan.link.c_str());
   return false;
 }

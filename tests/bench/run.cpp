@@ -1,7 +1,9 @@
 #include "tests/bench/run.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 
 #include <sys/resource.h>
 
@@ -22,7 +24,8 @@ Setting setting_of(const Options& options, const std::string& program, const std
           .router = std::filesystem::path(program).replace_filename("tims-router"),
           .folder = folder,
           .round_trip = length(milliseconds(300), milliseconds(200)),
-          .stream = length(milliseconds(800), milliseconds(500))};
+          .stream = length(milliseconds(800), milliseconds(500)),
+          .link = length(milliseconds(6000), milliseconds(2500))};
 }
 
 class Run {
@@ -70,6 +73,25 @@ void allow_many_files() {
   ::setrlimit(RLIMIT_NOFILE, &files);
 }
 
+// In the order in which they run; those that this machine cannot do are named and left out.
+std::vector<Case> chosen_cases(const Options& options) {
+  std::vector<Case> cases = local_cases(options.quick);
+  std::ranges::move(hosts_cases(options.quick), std::back_inserter(cases));
+  std::erase_if(cases, [&](const Case& one) { return !options.wants(one.scenario); });
+  const auto is_between_hosts = [](const Case& one) {
+    return std::ranges::any_of(one.contenders, [](const Contender& contender) {
+      return on_two_hosts(contender.experiment.between);
+    });
+  };
+  if (std::ranges::none_of(cases, is_between_hosts)) return cases;
+  remove_abandoned_hosts();
+  if (const std::string why = why_no_hosts(); !why.empty()) {
+    std::printf("Nothing between hosts is measured: %s.\n\n", why.c_str());
+    std::erase_if(cases, is_between_hosts);
+  }
+  return cases;
+}
+
 }  // namespace
 
 int run_bench(const Options& options, const std::string& program) {
@@ -82,10 +104,10 @@ int run_bench(const Options& options, const std::string& program) {
     return 2;
   }
   Run run(options, setting);
+  const std::vector<Case> cases = chosen_cases(options);
   Table table;
   table.print_head();
-  for (const Case& one : all_cases(options.quick)) {
-    if (!options.wants(one.scenario)) continue;
+  for (const Case& one : cases) {
     const ResultsByPeer results = run.measure_case(one);
     table.print(one, results);
     csv->write(one, results);

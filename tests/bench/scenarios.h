@@ -14,6 +14,7 @@ struct Target {
   std::optional<double> ratio_max{};  // times worse than the limit
   std::optional<double> at_least{};
   std::optional<double> at_most{};
+  std::optional<double> above_max{};  // more than what it stands beside
 };
 
 // A line of the table.
@@ -43,7 +44,8 @@ struct ScenarioText {
 };
 
 std::vector<ScenarioText> scenario_texts();
-// Of all scenarios, in the order in which they run.
-std::vector<Case> all_cases(bool quick);
+// Of all scenarios, in the order in which they run: inside this host, then between two.
+std::vector<Case> local_cases(bool quick);
+std::vector<Case> hosts_cases(bool quick);
 
 }  // namespace tims::bench

@@ -1,4 +1,4 @@
-// A folder in memory for one run; gone when the run ends, also by Ctrl-C.
+// A folder in memory for one run; gone when the run ends, also by Ctrl-C, and then the hosts too.
 #pragma once
 
 #include <string>

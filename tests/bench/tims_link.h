@@ -61,6 +61,7 @@ class TimsLink {
                 plan.sender() ? sender_address(plan.pair) : receiver_address(plan.pair, plan.index),
             .slots = static_cast<std::uint32_t>(slots),
             .body_max = static_cast<std::uint32_t>(body_max),
+            .priority = static_cast<std::uint8_t>(plan.priority),
             .linger = plan.streaming() ? kStreamSpin : Duration::zero()};
   }
 

@@ -11,6 +11,7 @@ struct Usage {
   double cpu_s = 0;
   double sleeps = 0;  // times a thread gave its CPU away by itself: waits that really waited
 
+  Usage operator+(const Usage& other) const { return {cpu_s + other.cpu_s, sleeps + other.sleeps}; }
   Usage operator-(const Usage& before) const {
     return {cpu_s - before.cpu_s, sleeps - before.sleeps};
   }

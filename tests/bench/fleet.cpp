@@ -1,0 +1,170 @@
+#include "tests/bench/fleet.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include <sys/epoll.h>
+
+#include "libtims/os/clock.h"
+#include "router/core/random.h"
+#include "router/io/net/datagrams.h"
+#include "router/io/net/system_address.h"
+#include "router/io/net/udp_socket.h"
+#include "router/io/waiting_memory.h"
+#include "router/link/links.h"
+
+namespace tims::bench {
+namespace {
+
+constexpr std::size_t kMemory = 1 << 20;
+
+link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
+  constexpr std::uint32_t kOfOneSystem = 4;  // there are more robots than systems
+  return {.epoch = epoch,
+          .role = core::Role::kSystem,
+          .system = static_cast<std::uint8_t>(number / kOfOneSystem + 1),
+          .id = static_cast<std::uint8_t>(number % kOfOneSystem + 1),
+          .name = std::string_view("robot" + std::to_string(number)),
+          .message_max = kMessageMaxDefault};
+}
+
+class Robot final : core::Sink {
+ public:
+  Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket)
+      : socket_(std::move(socket)),
+        memory_(parts_.bytes()),
+        router_({.address = self.address()}, {self.epoch, seed}, *this),
+        links_(router_, blocks_.pool(), memory_, {.self = self, .seed = seed}) {}
+
+  void start(Time now, const link::NetAddress& base) {
+    const core::ClientId client = router_.connect(now, {.port = core::PortKind::kLocal});
+    const Address own = router_.settings().address;
+    for (std::uint32_t i = 0; i < kMailboxesOfRobot; ++i) {
+      const auto [system, none, id, zero] = own.fields();
+      router_.register_mailbox(
+          now, client,
+          Address::of({.system = system, .class_id = 0x20, .instance = id, .local = i}));
+    }
+    const link::LinkSettings up{.kind = core::LinkKind::kSuper, .to = base.to_string()};
+    links_.configure(now, std::span(&up, 1));
+    links_.set_target(now, up.to, base);
+    end_turn(now);
+  }
+  [[nodiscard]] int descriptor() const { return socket_.fd(); }
+  [[nodiscard]] Time next_timeout() const { return links_.next_timeout(); }
+
+  void on_input(Time now, io::Datagrams& datagrams) {
+    if (socket_.receive(datagrams)) {
+      datagrams.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> bytes) {
+        links_.on_datagram(now, from, bytes);
+      });
+    }
+    end_turn(now);
+  }
+  void on_timeout(Time now) {
+    links_.on_timeout(now);
+    end_turn(now);
+  }
+
+ private:
+  void end_turn(Time now) {
+    do {
+      // What a full socket does not take is lost, as on the wire.
+      links_.flush(now, [this](const link::Train& train) {
+        (void)socket_.send(train);
+        return true;
+      });
+    } while (links_.has_something_to_send());
+    links_.release();
+  }
+
+  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
+    return to.port == core::PortKind::kLink ? links_.deliver(to.token, message)
+                                            : core::Outcome::kDelivered;
+  }
+  void reply(const core::Receiver& to, const Header& header) override {
+    if (to.port == core::PortKind::kLink) links_.reply(to.token, header);
+  }
+  void close(const core::Receiver&, core::CloseReason) override {}
+  void admin(core::ClientId, const core::Message&) override {}
+  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
+  void event(const core::Event&) override {}
+
+  io::UdpSocket socket_;
+  io::WaitingMemory blocks_{kMemory};
+  io::WaitingMemory parts_{kMemory};
+  link::MessageMemory memory_;
+  core::Router router_;
+  link::Links links_;
+};
+
+class Fleet {
+ public:
+  Fleet() : poller_(::epoll_create1(EPOLL_CLOEXEC)) {}
+
+  Result<void> add(const link::NetAddress& base) {
+    const auto number = static_cast<std::uint32_t>(robots_.size());
+    auto socket = io::UdpSocket::open({"127.0.0.1", 0});
+    if (!socket) return socket.error();
+    const link::Identity self = identity(number, core::next_random(random_));
+    robots_.push_back(
+        std::make_unique<Robot>(self, core::next_random(random_), std::move(*socket)));
+    epoll_event event{};
+    event.events = EPOLLIN;
+    event.data.ptr = robots_.back().get();
+    ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, robots_.back()->descriptor(), &event);
+    robots_.back()->start(os::now(), base);
+    return {};
+  }
+
+  [[noreturn]] void run() {
+    std::array<epoll_event, 64> events{};
+    for (;;) {
+      const int n = ::epoll_wait(poller_.get(), events.data(), events.size(), milliseconds_left());
+      for (int i = 0; i < n; ++i) {
+        auto* const robot = static_cast<Robot*>(events[static_cast<std::size_t>(i)].data.ptr);
+        robot->on_input(os::now(), datagrams_);
+      }
+      for (const auto& robot : robots_) {
+        const Time now = os::now();
+        if (robot->next_timeout() <= now) robot->on_timeout(now);
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] int milliseconds_left() const {
+    constexpr Duration kLongest = std::chrono::milliseconds(100);
+    const Time now = os::now();
+    Time next = now + kLongest;
+    for (const auto& robot : robots_) next = std::min(next, robot->next_timeout());
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - now);
+    return static_cast<int>(std::max<std::int64_t>(0, left.count()));
+  }
+
+  os::File poller_;
+  std::uint64_t random_ = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
+  std::vector<std::unique_ptr<Robot>> robots_;
+  io::Datagrams datagrams_;
+};
+
+}  // namespace
+
+bool play_fleet(const Plan& plan) {
+  const auto base = config::Endpoint::parse(plan.endpoint);
+  if (!base) return false;
+  const auto address = io::numeric_address(base->host, base->port);
+  Fleet fleet;
+  for (std::uint64_t i = 0; i < plan.count; ++i) {
+    if (auto added = fleet.add(*address); !added) {
+      std::fprintf(stderr, "fleet: %s\n", added.error().message().c_str());
+      return false;
+    }
+  }
+  fleet.run();
+}
+
+}  // namespace tims::bench

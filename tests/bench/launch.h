@@ -1,0 +1,16 @@
+// Processes of a measurement are started here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/support/child_process.h"
+
+namespace tims::bench {
+
+inline constexpr Duration kStartLimit = std::chrono::seconds(10);
+
+// `one_cpu`: on the last one.
+Result<test::ChildProcess> launch(std::vector<std::string> command, bool one_cpu);
+
+}  // namespace tims::bench

@@ -1,0 +1,140 @@
+#include "tests/bench/measure_links.h"
+
+#include <csignal>
+#include <optional>
+#include <thread>
+
+#include "libtims/os/clock.h"
+#include "tests/bench/admin.h"
+#include "tests/bench/fleet.h"
+#include "tests/bench/launch.h"
+#include "tests/bench/router_command.h"
+
+namespace tims::bench {
+namespace {
+
+using Side = TwoHosts::Side;
+
+double seconds_since(Time start) {
+  return std::chrono::duration<double>(os::now() - start).count();
+}
+
+Result<std::array<double, 2>> received(const TwoHosts& hosts) {
+  const auto base = hosts.received(Side::kBase);
+  if (!base) return base.error();
+  const auto robot = hosts.received(Side::kRobot);
+  if (!robot) return robot.error();
+  return std::array{*base, *robot};
+}
+
+// Until look() is true.
+template <typename Look>
+Result<void> wait_until(Look look, const char* what) {
+  constexpr Duration kPatience = std::chrono::seconds(30);
+  constexpr Duration kLookEvery = std::chrono::milliseconds(2);
+  for (const Time give_up = os::now() + kPatience; os::now() < give_up;) {
+    const Result<bool> there = look();
+    if (!there) return there.error();
+    if (*there) return {};
+    std::this_thread::sleep_for(kLookEvery);
+  }
+  return Error(Errc::kTimeout, what);
+}
+
+// The router above a fleet. It comes back where it was.
+class Base {
+ public:
+  explicit Base(const Setting& setting)
+      : router_(setting.router), socket_(setting.folder + "/base.sock") {}
+
+  Result<void> start() {
+    auto process = launch(
+        router_command(router_, socket_,
+                       {"router.role=top", "link=kind=sub,system=*", "tcp.listen=off",
+                        "udp.listen=" + udp_, "limits.clients=" + std::to_string(kClientsMax)}),
+        false);
+    if (!process) return process.error();
+    process_ = std::move(*process);
+    const auto line = process_->wait_for_line("listening udp", kStartLimit);
+    if (!line) return line.error();
+    udp_ = line->substr(line->rfind(' ') + 1);
+    return {};
+  }
+  void kill() { (void)process_->stop(SIGKILL); }
+
+  [[nodiscard]] const std::string& udp() const { return udp_; }
+  [[nodiscard]] const std::string& socket() const { return socket_; }
+
+ private:
+  static constexpr std::uint32_t kClientsMax = 4096;
+
+  std::string router_;
+  std::string socket_;
+  std::string udp_ = "127.0.0.1:0";
+  std::optional<test::ChildProcess> process_;
+};
+
+}  // namespace
+
+Result<Metrics> measure_idle_link(const Crew& crew, const Setting& setting) {
+  constexpr Duration kSettle = std::chrono::seconds(2);
+  std::this_thread::sleep_for(kSettle);
+  const Time start = os::now();
+  const auto before = received(crew.middle().hosts());
+  if (!before) return before.error();
+  std::this_thread::sleep_for(setting.link);
+  const auto after = received(crew.middle().hosts());
+  if (!after) return after.error();
+  const double seconds = seconds_since(start);
+  return Metrics{{"up_bytes_per_s", ((*after)[0] - (*before)[0]) / seconds},
+                 {"down_bytes_per_s", ((*after)[1] - (*before)[1]) / seconds}};
+}
+
+Result<Metrics> measure_link_death(const Crew& crew) {
+  auto admin = Admin::open(crew.middle().of_receivers().socket);
+  if (!admin) return admin.error();
+  const Address robot = Address::of({.system = 1, .instance = 1});
+  const auto known = [&] { return admin->knows(robot); };
+  const auto gone = [&]() -> Result<bool> {
+    const auto still = known();
+    return still ? Result<bool>(!*still) : still.error();
+  };
+  if (auto there = wait_until(known, "the base does not hear of the robot"); !there)
+    return there.error();
+  const Time start = os::now();
+  if (auto cut = crew.middle().hosts().cut(); !cut) return cut.error();
+  if (auto noticed = wait_until(gone, "the base does not notice"); !noticed) return noticed.error();
+  return Metrics{{"death_s", seconds_since(start)}};
+}
+
+Result<Metrics> measure_convergence(const Experiment& experiment, const Setting& setting) {
+  const std::uint64_t all = experiment.count * (kMailboxesOfRobot + 1);  // the robots' own, too
+  const auto wait_for_all = [all](const Base& base) -> Result<void> {
+    auto admin = Admin::open(base.socket());
+    if (!admin) return admin.error();
+    return wait_until(
+        [&]() -> Result<bool> {
+          const auto known = admin->mailboxes();
+          return known ? Result<bool>(*known >= all) : known.error();
+        },
+        "the base does not hear of all mailboxes");
+  };
+  Base base(setting);
+  if (auto started = base.start(); !started) return started.error();
+  Plan plan;
+  plan.role = plan.link = "fleet";
+  plan.endpoint = base.udp();
+  plan.count = experiment.count;
+  std::vector<std::string> command = to_arguments(plan);
+  command.insert(command.begin(), setting.program);
+  const auto fleet = launch(std::move(command), false);
+  if (!fleet) return fleet.error();
+  if (auto known = wait_for_all(base); !known) return known.error();
+  base.kill();
+  const Time start = os::now();
+  if (auto started = base.start(); !started) return started.error();
+  if (auto known = wait_for_all(base); !known) return known.error();
+  return Metrics{{"known_again_s", seconds_since(start)}};
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,129 @@
+#include "tests/bench/middle.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "tests/bench/addresses.h"
+#include "tests/bench/admin.h"
+#include "tests/bench/launch.h"
+#include "tests/bench/router_command.h"
+#include "tools/timsctl/sim/rules.h"
+
+namespace tims::bench {
+namespace {
+
+constexpr std::string_view kListening = "listening tcp ";
+
+}  // namespace
+
+Middle::Middle(const Setting& setting, const Experiment& experiment, std::string folder)
+    : setting_(setting), experiment_(experiment), folder_(std::move(folder)) {}
+
+Result<void> Middle::start() {
+  if (on_two_hosts(experiment_.between)) return start_on_two_hosts();
+  const std::string socket = folder_ + "/router.sock";
+  places_ = {Place{.socket = socket}};
+  if (experiment_.between == Between::kNothing) return {};
+  if (experiment_.between == Between::kRelay)
+    return start_here({setting_.program, "--role", "relay"});
+  return start_here(router_command(setting_.router, socket, {"tcp.listen=127.0.0.1:0"}));
+}
+
+// The line it says then.
+Result<std::string> Middle::add(std::vector<std::string> command, const char* awaited) {
+  auto process = launch(std::move(command), experiment_.one_cpu);
+  if (!process) return process.error();
+  processes_.push_back(std::move(*process));
+  return processes_.back().wait_for_line(awaited, kStartLimit);
+}
+
+Result<void> Middle::start_here(std::vector<std::string> command) {
+  const auto line = add(std::move(command), kListening.data());
+  if (!line) return line.error();
+  const std::string endpoint = line->substr(line->find(kListening) + kListening.size());
+  places_.front().endpoint = endpoint.substr(0, endpoint.find_first_of(" ,\t"));
+  return {};
+}
+
+Result<void> Middle::start_on_two_hosts() {
+  auto hosts = TwoHosts::make(experiment_.cable);
+  if (!hosts) return hosts.error();
+  hosts_ = std::move(*hosts);
+  for (const Side side : {Side::kBase, Side::kRobot}) {
+    const Side other = side == Side::kBase ? Side::kRobot : Side::kBase;
+    places_.push_back({.enter = hosts_->enter(side),
+                       .address = TwoHosts::address(side),
+                       .socket = folder_ + (side == Side::kBase ? "/base.sock" : "/robot.sock"),
+                       .endpoint = TwoHosts::address(other) + kClientPort});
+  }
+  if (experiment_.between == Between::kTwoRouters) return start_routers();
+  if (experiment_.between == Between::kTwoRelays) return start_relays();
+  return {};
+}
+
+Result<void> Middle::start_routers() {
+  const std::uint64_t told = experiment_.rate_told ? experiment_.cable.rate_bits / 8 : 0;
+  const std::string rate = ",rate=" + std::to_string(told);
+  const std::string base = TwoHosts::address(Side::kBase) + kRouterPort;
+  if (auto started =
+          add_router(of_receivers(), "listening udp",
+                     {"router.name=base", "router.role=top", "link=kind=sub,system=*" + rate});
+      !started)
+    return started;
+  if (auto started =
+          add_router(of_senders(), "is up",
+                     {"router.name=robot", "router.system=1", "link=kind=super,to=" + base + rate});
+      !started)
+    return started;
+  const auto known = processes_.front().wait_for_line("is up", kStartLimit);
+  return known ? delay_datagrams() : known.error();
+}
+
+Result<void> Middle::add_router(const Place& place, const char* awaited,
+                                std::vector<std::string> settings) {
+  settings.insert(settings.end(), {"udp.listen=" + place.address + kRouterPort, "tcp.listen=off",
+                                   "security.insecure=true", "sim.faults=true"});
+  std::vector<std::string> command = place.enter;
+  std::ranges::copy(router_command(setting_.router, place.socket, std::move(settings)),
+                    std::back_inserter(command));
+  const auto line = add(std::move(command), awaited);
+  return line ? Result<void>() : line.error();
+}
+
+// Each holds back what it sends: kernels without netem cannot.
+Result<void> Middle::delay_datagrams() const {
+  if (experiment_.cable.delay == Duration::zero()) return {};
+  for (const auto& [place, peer] : {std::pair(of_receivers(), "robot"), {of_senders(), "base"}}) {
+    auto admin = Admin::open(place.socket);
+    if (!admin) return admin.error();
+    const auto done = admin->ask(timsctl::sim::router_faults(peer, experiment_.cable));
+    if (!done) return done.error();
+  }
+  return {};
+}
+
+Result<void> Middle::start_relays() {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    std::vector<std::string> command = places_[i].enter;
+    command.insert(command.end(),
+                   {setting_.program, "--role", "udp-relay", "--host", places_[i].address,
+                    "--endpoint", places_[1 - i].address + kRouterPort});
+    if (auto line = add(std::move(command), "listening udp"); !line) return line.error();
+    places_[i].endpoint = places_[i].address + kRouterPort;
+  }
+  return {};
+}
+
+Usage Middle::usage() const {
+  Usage sum;
+  for (const test::ChildProcess& process : processes_) sum = sum + usage_of(process.pid());
+  return sum;
+}
+
+std::string Middle::output() const {
+  std::string text;
+  for (const test::ChildProcess& process : processes_) text += process.output();
+  return text;
+}
+
+}  // namespace tims::bench

@@ -1,0 +1,62 @@
+// What stands between the roles of a measurement: nothing, a router or a relay; on two hosts one on
+// each, and the cable between them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/bench/experiment.h"
+#include "tests/bench/usage.h"
+#include "tests/support/child_process.h"
+
+namespace tims::bench {
+
+// A host, as roles see it.
+struct Place {
+  std::vector<std::string> enter{};  // what stands before a command that runs there
+  std::string address{};             // where there are two hosts
+  std::string socket{};              // of its router
+  std::string endpoint{};            // of its router or relay, or of the other end
+};
+
+class Middle {
+ public:
+  // `folder`: for sockets.
+  Middle(const Setting& setting, const Experiment& experiment, std::string folder);
+  Middle(const Middle&) = delete;
+  Middle& operator=(const Middle&) = delete;
+
+  // Returns when everything listens, and routers know each other.
+  Result<void> start();
+
+  [[nodiscard]] const Place& of_receivers() const { return places_.front(); }  // the base
+  [[nodiscard]] const Place& of_senders() const { return places_.back(); }     // the robot
+  [[nodiscard]] const TwoHosts& hosts() const { return *hosts_; }
+
+  [[nodiscard]] bool empty() const { return processes_.empty(); }
+  [[nodiscard]] pid_t first() const { return processes_.front().pid(); }
+  [[nodiscard]] Usage usage() const;  // of all together
+  [[nodiscard]] std::string output() const;
+
+ private:
+  using Side = TwoHosts::Side;
+
+  Result<std::string> add(std::vector<std::string> command, const char* awaited);
+  Result<void> start_here(std::vector<std::string> command);
+  Result<void> start_on_two_hosts();
+  Result<void> start_routers();
+  Result<void> add_router(const Place& place, const char* awaited,
+                          std::vector<std::string> settings);
+  [[nodiscard]] Result<void> delay_datagrams() const;
+  Result<void> start_relays();
+
+  const Setting& setting_;
+  const Experiment& experiment_;
+  std::string folder_;
+  std::unique_ptr<TwoHosts> hosts_;
+  std::vector<Place> places_;  // one, or base and robot
+  std::vector<test::ChildProcess> processes_;
+};
+
+}  // namespace tims::bench
