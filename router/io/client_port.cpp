@@ -96,15 +96,16 @@ void ClientPort::refuse_for_lack_of_descriptors() {
   spare_ = os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC));
 }
 
+// What is to go out goes before the next wait is set up: somebody may be waiting for it.
 void ClientPort::receive(LocalClient& client) {
   client.socket.async_wait(
       boost::asio::posix::stream_descriptor::wait_read,
       [this, token = client.token, self = &client](const boost::system::error_code& error) {
         if (error || clients_[token].get() != self) return;
         begin_turn();
-        const bool stays = receive_some(*self);
-        if (stays) receive(*self);
+        receive_some(*self);
         end_turn();
+        if (clients_[token].get() == self) receive(*self);
       });
 }
 
@@ -115,27 +116,21 @@ void ClientPort::end_turn() {
   copied_ = 0;
 }
 
-// False: the client is gone.
-bool ClientPort::receive_some(LocalClient& client) {
+// The client may be gone afterwards.
+void ClientPort::receive_some(LocalClient& client) {
   const std::uint32_t token = client.token;
   for (int n = 0; n < kRecordsPerTurn; ++n) {
     auto received = os::receive_record(client.socket_file.get(), record_, false);
-    if (!received && received.error() == Errc::kEmpty) return true;
-    if (!received || received->size == 0) {
-      drop(token, core::CloseReason::kPeerClosed);
-      return false;
-    }
+    if (!received && received.error() == Errc::kEmpty) return;
+    if (!received || received->size == 0) return drop(token, core::CloseReason::kPeerClosed);
     auto decoded = wire::decode(std::span(record_).first(received->size));
     if (received->truncated || !decoded.packet ||
-        !handle(client, *decoded.packet, received->files)) {
-      drop(token, core::CloseReason::kBadRecord);
-      return false;
-    }
-    if (clients_[token].get() != &client) return false;
+        !handle(client, *decoded.packet, received->files))
+      return drop(token, core::CloseReason::kBadRecord);
+    if (clients_[token].get() != &client) return;
     // It rings once and then waits for what it has sent; if not, we are called again.
-    if (std::holds_alternative<wire::Doorbell>(decoded.packet->record)) return true;
+    if (std::holds_alternative<wire::Doorbell>(decoded.packet->record)) return;
   }
-  return true;
 }
 
 void ClientPort::drop(std::uint32_t token, core::CloseReason reason) {

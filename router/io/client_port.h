@@ -60,7 +60,7 @@ class ClientPort final : public Port {
   void take_connections();
   void refuse_for_lack_of_descriptors();
   void receive(LocalClient& client);
-  bool receive_some(LocalClient& client);
+  void receive_some(LocalClient& client);
   void drop(std::uint32_t token, core::CloseReason reason);
   void forget(LocalClient& client);
 

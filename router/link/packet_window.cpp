@@ -1,6 +1,7 @@
 #include "router/link/packet_window.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace tims::link {
 
@@ -32,20 +33,27 @@ void PacketWindow::add(std::uint64_t packet) {
 
 void PacketWindow::fill(Ack& ack) const {
   ack.count = 0;
-  const std::uint64_t oldest = next_ - std::min(next_, kWindow);
   std::uint64_t at = next_;
-  while (at > oldest && ack.count < Ack::kRangesMax) {
-    while (at > oldest && !seen(at - 1)) {
-      // Whole words of missing ones at once.
-      at -= at % 64 == 0 && at - oldest >= 64 && bits_[(at - 1) % kWindow / 64] == 0 ? 64 : 1;
-    }
-    if (at == oldest) break;
-    const std::uint64_t last = at - 1;
-    while (at > oldest && seen(at - 1)) {
-      at -= at % 64 == 0 && at - oldest >= 64 && ~bits_[(at - 1) % kWindow / 64] == 0 ? 64 : 1;
-    }
-    ack.ranges[ack.count++] = {static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(last)};
+  while (ack.count < Ack::kRangesMax) {
+    const std::uint64_t end = below(at, false);
+    at = below(end, true);
+    if (at == end) return;
+    ack.ranges[ack.count++] = {static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(end - 1)};
   }
+}
+
+// The end of the run below `packet` in which all have come, or none has. A word at a time.
+std::uint64_t PacketWindow::below(std::uint64_t packet, bool come) const {
+  const std::uint64_t oldest = next_ - std::min(next_, kWindow);
+  while (packet > oldest) {
+    const std::uint64_t bits = bits_[(packet - 1) % kWindow / 64];
+    const std::uint64_t in_word = (packet - 1) % 64 + 1;
+    const auto run =
+        static_cast<std::uint64_t>(std::countl_one((come ? bits : ~bits) << (64 - in_word)));
+    packet -= std::min({run, in_word, packet - oldest});
+    if (run < in_word) break;
+  }
+  return packet;
 }
 
 }  // namespace tims::link

@@ -25,6 +25,7 @@ class PacketWindow {
   void fill(Ack& ack) const;
 
  private:
+  [[nodiscard]] std::uint64_t below(std::uint64_t packet, bool come) const;
   [[nodiscard]] bool seen(std::uint64_t packet) const {
     return (bits_[packet % kWindow / 64] >> (packet % 64) & 1) != 0;
   }
