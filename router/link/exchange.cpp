@@ -7,6 +7,8 @@ namespace {
 constexpr Duration kAskEvery = std::chrono::milliseconds(500);
 // After so long without news of a table that is not the one we hold, something was lost.
 constexpr Duration kStalledAfter = std::chrono::seconds(1);
+// Nothing but a lane that is damaged in spite of UDP's checksum answers wrong so often.
+constexpr int kAskedInVainMax = 8;
 // While so much of what was told is still to be sent, nothing more is: changes come together.
 constexpr std::uint64_t kBacklogMax = 64 << 10;
 
@@ -30,6 +32,7 @@ void Exchange::end() {
   hash_ = 0;
   held_count_ = 0;
   refused_.clear();
+  asked_in_vain_ = 0;
   client_ = core::kNoClient;
 }
 
@@ -181,6 +184,7 @@ bool Exchange::on_control(Time now, const core::Message& message) {
       });
     case control::kDone:
       if (!read_state(message.body(), holding_)) return false;
+      if (holding_.hash == hash_) asked_in_vain_ = 0;
       if (imports_ && holding_.hash != hash_ && now >= asked_ + kAskEvery) want(now, {});
       return true;
     default:
@@ -188,15 +192,23 @@ bool Exchange::on_control(Time now, const core::Message& message) {
   }
 }
 
-void Exchange::compare(Time now, const TableState& theirs) {
-  if (!imports_ || now < asked_ + kAskEvery) return;
-  const bool stalled = now >= news_ + kStalledAfter;
-  if (theirs == kNobodyAsked) return want(now, {});
+std::optional<TableState> Exchange::to_ask_for(Time now, const TableState& theirs) const {
+  if (!imports_ || now < asked_ + kAskEvery) return std::nullopt;
+  if (theirs == kNobodyAsked) return TableState{};
   if (theirs.number == holding_.number) {
-    if (theirs.hash != hash_) want(now, {});
-  } else if (stalled && now >= asked_ + kStalledAfter) {
-    want(now, holding_.hash == hash_ ? holding_ : TableState{});
+    if (theirs.hash == hash_) return std::nullopt;
+    return TableState{};
   }
+  const bool stalled = now >= news_ + kStalledAfter && now >= asked_ + kStalledAfter;
+  if (!stalled) return std::nullopt;
+  return holding_.hash == hash_ ? holding_ : TableState{};
+}
+
+bool Exchange::compare(Time now, const TableState& theirs) {
+  const auto state = to_ask_for(now, theirs);
+  if (!state) return true;
+  want(now, *state);
+  return ++asked_in_vain_ <= kAskedInVainMax;
 }
 
 }  // namespace tims::link

@@ -29,8 +29,9 @@ class Exchange {
 
   // From the control lane. False: it is none of these messages.
   bool on_control(Time now, const core::Message& message);
-  // What the keep-alive says of the other side's table: asks again when ours is different.
-  void compare(Time now, const TableState& theirs);
+  // What the keep-alive says of the other side's table: asks again when ours is different. False:
+  // it was asked so often that the lane itself must be damaged; only a new session mends that.
+  [[nodiscard]] bool compare(Time now, const TableState& theirs);
   // For our keep-alive.
   [[nodiscard]] TableState told() const { return wanted_ ? told_ : kNobodyAsked; }
   [[nodiscard]] std::uint64_t held() const { return held_count_; }
@@ -42,6 +43,7 @@ class Exchange {
 
   void send(Time now, ControlMessage& message);
   void want(Time now, const TableState& state);
+  [[nodiscard]] std::optional<TableState> to_ask_for(Time now, const TableState& theirs) const;
   void tell_all(Time now);
   void tell_changes(Time now);
   void done(Time now);
@@ -63,6 +65,7 @@ class Exchange {
   std::uint32_t hash_ = 0;  // of what we hold
   std::uint64_t held_count_ = 0;
   Time asked_{};  // last WANT
+  int asked_in_vain_ = 0;
   Time news_{};   // last word about the other side's table
   // What the router did not take: it goes round in a loop. Counts as held, or we would ask for
   // ever.

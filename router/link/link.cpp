@@ -253,7 +253,7 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
   their_loss_permille_ = frame.loss_permille;
   last_sent_ns_ = frame.sent_ns;
   last_keep_alive_ = now;
-  exchange_.compare(now, {frame.table_number, frame.table_hash});
+  if (!exchange_.compare(now, {frame.table_number, frame.table_hash})) broken_ = true;
   const std::uint64_t sent = frame.echo_ns;
   const std::uint64_t held = std::uint64_t{frame.held_us} * 1000;
   if (sent == 0 || sent > ns(now) || held > ns(now) - sent) return;
