@@ -145,10 +145,7 @@ Exit sim_fault(Context& context) {
 
 Exit sim_kill(Context& context) {
   const auto& arguments = context.options.arguments;
-  const std::string part = arguments.size() > 1 ? arguments[1] : "all";
-  if (part != "all" && part != "router")
-    throw usage_error(fmt::format("\"{}\" cannot be killed", part),
-                      "nothing for the whole host, or `router`");
+  const std::string part = arguments.size() > 1 ? arguments[1] : "";
   return ask(context, {{"do", "kill"}, {"host", arguments.front()}, {"part", part}});
 }
 

@@ -123,8 +123,9 @@ constexpr Verb kVerbs[] = {
      "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
      "towards the base, down). cut pulls the cable, heal makes it as the fleet file says.",
      "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", sim_fault},
-    {"sim", "kill", "HOST [router]", 1, 2, "fleet", false,
-     "Ends everything on a host at once, as if it lost its power; or only its router.",
+    {"sim", "kill", "HOST [router|PROGRAM]", 1, 2, "fleet", false,
+     "Ends everything on a host at once, as if it lost its power; or only its router, or the "
+     "programs with PROGRAM in their command.",
      "timsctl sim kill robot1-main", sim_kill},
     {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
      "timsctl sim start robot1-main", sim_start},
