@@ -22,6 +22,8 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t kBodyMax = 64U << 10;
 constexpr std::uint32_t kSlots = 512;
 constexpr Duration kPause = test::kSlowdown * 10ms;  // between two messages
+// A machine that holds everybody up for so long may also make links fall silent.
+constexpr Duration kStandstill = test::kSlowdown * 250ms;
 constexpr std::int8_t kCommand = 21;
 
 // The beginning of every body.
@@ -65,7 +67,9 @@ class Client {
         take(message->header(), message->body());
         continue;
       }
-      next = std::max(next + kPause, os::now() - 10 * kPause);
+      const Time now = os::now();
+      if (now > next + kStandstill) ++board_.standstills;
+      next = std::max(next + kPause, now - 10 * kPause);
       const Phase phase = board_.phase;
       if (phase == Phase::kTraffic) send_something();
       if (phase == Phase::kTour) send((own_ + 1 + tour_++ % others()) % board_.clients, 7, 16);

@@ -31,6 +31,7 @@ class Run {
   void settle();
   void tour();
   void calm();
+  bool is_calm();
   void judge_losses(const Losses& missing_before, const Losses& told_before);
   void finish_round();
 
