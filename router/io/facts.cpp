@@ -31,7 +31,17 @@ ProcessReport Facts::process(Time now) const {
           .unix_path = start.unix_path,
           .tcp = start.tcp,
           .http = start.http,
-          .udp = start.udp};
+          .udp = start.udp,
+          .udp_socket = udp_socket()};
+}
+
+std::optional<UdpReport> Facts::udp_socket() const {
+  const UdpSocket* socket = links_.socket();
+  if (socket == nullptr) return std::nullopt;
+  return UdpReport{.asked_buffer_bytes = socket->asked_buffer_bytes(),
+                   .receive_buffer_bytes = socket->receive_buffer_bytes(),
+                   .send_buffer_bytes = socket->send_buffer_bytes(),
+                   .dropped_by_kernel = socket->counters().dropped_by_kernel};
 }
 
 std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {

@@ -54,6 +54,8 @@ class Facts final : public AdminSource {
   }
 
  private:
+  [[nodiscard]] std::optional<UdpReport> udp_socket() const;
+
   core::Router& router_;
   const Loop& loop_;
   const Switchboard& ports_;

@@ -15,6 +15,13 @@ double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 json::value known(std::uint32_t number) {
   return number == 0 ? json::value() : json::value(number);
 }
+json::value known(const std::optional<UdpReport>& socket) {
+  if (!socket) return {};
+  return {{"asked_buffer_bytes", socket->asked_buffer_bytes},
+          {"receive_buffer_bytes", socket->receive_buffer_bytes},
+          {"send_buffer_bytes", socket->send_buffer_bytes},
+          {"dropped_by_kernel", socket->dropped_by_kernel}};
+}
 json::value known(std::string_view text) {
   return text.empty() ? json::value() : json::value(as_utf8(text));
 }
@@ -322,6 +329,7 @@ json::object to_json(const core::StatusReport& report, const ProcessReport& proc
             {"tcp", known(process.tcp)},
             {"http", known(process.http)},
             {"udp", known(process.udp)}}},
+          {"udp", known(process.udp_socket)},
           {"last_event", report.last_event}};
 }
 
