@@ -46,14 +46,25 @@ std::optional<UdpReport> Facts::udp_socket() const {
 
 std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {
   if (links_.by_hand(os::now(), name, what)) return {};
-  return "no link to \"" + std::string(name) + "\"";
+  return no_link(name);
+}
+
+std::string Facts::no_link(std::string_view name) const {
+  std::string names;
+  links_.links().for_each([&](const link::Link& link) {
+    const std::string_view peer = link.peer().name.view();
+    names.append(names.empty() ? "" : ", ").append(peer.empty() ? link.settings().to : peer);
+  });
+  const std::string end = names.empty() ? "; there are none" : "; there are links to " + names;
+  return "no link to \"" + std::string(name) + "\"" + end;
 }
 
 std::string Facts::spoil(std::string_view name, const link::Faults& faults) const {
   if (!configuration_.config.sim.faults)
-    return "this router does not spoil its links: sim.faults is off";
+    return "this router does not spoil its links: set sim.faults = true in its configuration and "
+           "reload it";
   if (links_.spoil(name, faults)) return {};
-  return "no link to \"" + std::string(name) + "\"";
+  return no_link(name);
 }
 
 }  // namespace tims::io

@@ -42,7 +42,7 @@ struct Cell {
 
 struct Board {
   std::atomic<Phase> phase;
-  std::atomic<std::uint32_t> wrong;  // lines "WRONG" in the logs of clients
+  std::atomic<std::uint32_t> wrong;        // lines "WRONG" in the logs of clients
   std::atomic<std::uint32_t> standstills;  // times that a client had to wait for the machine
   std::uint32_t clients;
   std::array<std::uint32_t, kClientsMax> addresses;
