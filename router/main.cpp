@@ -120,7 +120,8 @@ io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
 }
 
-void log_event(io::Log& log, io::LinkLog& link_log, const core::Event& event) {
+void log_event(io::Log& log, io::LinkLog& link_log, const core::Event& event,
+               const AddressWidths& widths) {
   using Kind = core::EventKind;
   switch (event.kind) {
     case Kind::kClientRefused:
@@ -133,22 +134,21 @@ void log_event(io::Log& log, io::LinkLog& link_log, const core::Event& event) {
     case Kind::kDuplicateAddress:
     case Kind::kDuplicateRouter:
     case Kind::kLoop:
-      return log.warning(io::event_text(event));
+      return log.warning(io::event_text(event, widths));
     case Kind::kLinkUp:
     case Kind::kLinkDown:
     case Kind::kUplinkChanged:
       return link_log.on_event(event.at, event);
     default:
       // A restart of the fleet brings a hundred thousand of these.
-      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event));
+      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event, widths));
   }
 }
 
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
-  if (error == Errc::kAddressInUse) {
+  if (error == Errc::kAddressInUse)
     return fmt::format("cannot listen on {}: address in use; another router? `--set {}=...`", where,
                        key);
-  }
   return fmt::format("cannot listen: {}; `--set {}=...`", error.detail(), key);
 }
 
@@ -168,7 +168,7 @@ class Program {
     router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
       desk_.event_happened();
-      log_event(log_, link_log_, event);
+      log_event(log_, link_log_, event, configuration_.config.address.widths);
     });
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
       desk_.ask(os::now(), from, request);

@@ -31,7 +31,7 @@ void LinkLog::on_event(Time now, const core::Event& event) {
   History& link = at->second;
   if (first) link.since = now;
   link.level = event.kind == EventKind::kLinkDown ? LogLevel::kWarning : LogLevel::kInfo;
-  link.text = event_text(event);
+  link.text = event_text(event, {});
   if (link.lines == kLinesMax) {
     ++link.held_back;
     return;
