@@ -20,6 +20,7 @@
 #include "router/io/client_port.h"
 #include "router/io/facts.h"
 #include "router/io/http/http_port.h"
+#include "router/io/link_log.h"
 #include "router/io/link_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
@@ -119,7 +120,8 @@ io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
 }
 
-void log_event(io::Log& log, const core::Event& event) {
+void log_event(io::Log& log, io::LinkLog& link_log, const core::Event& event,
+               const AddressWidths& widths) {
   using Kind = core::EventKind;
   switch (event.kind) {
     case Kind::kClientRefused:
@@ -128,26 +130,25 @@ void log_event(io::Log& log, const core::Event& event) {
     case Kind::kDeleteRefused:
     case Kind::kWatchdogClosed:
     case Kind::kProtocolError:
-    case Kind::kLinkDown:
     case Kind::kLinkRefused:
     case Kind::kDuplicateAddress:
     case Kind::kDuplicateRouter:
     case Kind::kLoop:
-      return log.warning(io::event_text(event));
+      return log.warning(io::event_text(event, widths));
     case Kind::kLinkUp:
+    case Kind::kLinkDown:
     case Kind::kUplinkChanged:
-      return log.info(io::event_text(event));
+      return link_log.on_event(event.at, event);
     default:
       // A restart of the fleet brings a hundred thousand of these.
-      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event));
+      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event, widths));
   }
 }
 
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
-  if (error == Errc::kAddressInUse) {
+  if (error == Errc::kAddressInUse)
     return fmt::format("cannot listen on {}: address in use; another router? `--set {}=...`", where,
                        key);
-  }
   return fmt::format("cannot listen: {}; `--set {}=...`", error.detail(), key);
 }
 
@@ -167,7 +168,7 @@ class Program {
     router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
       desk_.event_happened();
-      log_event(log_, event);
+      log_event(log_, link_log_, event, configuration_.config.address.widths);
     });
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
       desk_.ask(os::now(), from, request);
@@ -180,6 +181,8 @@ class Program {
                  .on_timeout = [this](Time now) { http_.on_timeout(now); }});
     loop_.watch({.next = [this] { return links_.next_timeout(); },
                  .on_timeout = [this](Time now) { links_.on_timeout(now); }});
+    loop_.watch({.next = [this] { return link_log_.next_timeout(); },
+                 .on_timeout = [this](Time now) { link_log_.on_timeout(now); }});
     loop_.watch(
         {.next = [this] { return drain_deadline_; }, .on_timeout = [this](Time) { loop_.stop(); }});
   }
@@ -308,6 +311,7 @@ class Program {
   const io::Arguments& arguments_;
   const std::uint64_t epoch_ = random_number();
   io::Log log_{configuration_.config.log.level};
+  io::LinkLog link_log_{log_};
   io::Loop loop_;
   const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
   io::Switchboard switchboard_;

@@ -26,6 +26,7 @@ bool is_drop(Outcome outcome) { return !taken(outcome) || outcome == Outcome::kM
 
 StatusReport report_status(const Router& router, Time now) {
   StatusReport report{.address = router.settings().address,
+                      .widths = router.settings().widths,
                       .clients = router.clients().size(),
                       .mailboxes = router.table().size(),
                       .forwarded = router.messages().total(Outcome::kDelivered),

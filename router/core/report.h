@@ -14,6 +14,7 @@ namespace tims::core {
 
 struct StatusReport {
   Address address{};
+  AddressWidths widths{};
   std::size_t clients = 0;
   std::size_t mailboxes = 0;
   Count forwarded{};        // delivered

@@ -58,6 +58,7 @@ class Answerer {
   json::object routers() const;
   json::object links() const;
   json::object act() const;
+  [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
   json::object done(const std::string& problem) const;
 
   const Question& question_;
@@ -82,7 +83,7 @@ std::string answer_text(const std::variant<Question, QuestionError>& question,
 // A router counts its events anew when it starts: another epoch's number says nothing here.
 std::variant<Question, QuestionError> read_question(std::string_view text,
                                                     const AdminSource& source, Time now) {
-  auto read = parse_question(text);
+  auto read = parse_question(text, source.router().settings().widths);
   auto* question = std::get_if<Question>(&read);
   if (question != nullptr && question->since && !question->epoch.empty() &&
       question->epoch != epoch_text(source.process(now).epoch))
@@ -208,7 +209,7 @@ json::object Answerer::status() const {
   json::array recent;
   const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
   for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
-    recent.push_back(to_json(event, clocks_));
+    recent.push_back(to_json(event, clocks_, widths()));
   out["events"] = std::move(recent);
   return out;
 }
@@ -240,7 +241,7 @@ json::object Answerer::mailboxes(std::string_view schema, bool with_fill) const 
   Page page;
   bool cut = found.more;
   for (const core::MailboxReport& report : found.items) {
-    json::object item = to_json(report);
+    json::object item = to_json(report, widths());
     if (with_fill && report.owner.port == core::PortKind::kLocal)
       if (const auto fill = source_.fill(report.handle)) add_fill(item, *fill);
     if (!page.add(std::move(item))) {
@@ -264,7 +265,7 @@ json::object Answerer::route() const {
   json::object out = frame("tims/route_get/1");
   merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
                                         question_.from),
-                     *question_.to));
+                     *question_.to, widths()));
   if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
   return out;
 }
@@ -288,7 +289,7 @@ json::object Answerer::events() const {
   if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
   std::uint64_t last = found.items.empty() ? found.last : 0;
   for (const core::Event& event : found.items) {
-    if (!page.add(to_json(event, clocks_))) break;
+    if (!page.add(to_json(event, clocks_, widths()))) break;
     last = event.sequence;
   }
   out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
@@ -320,7 +321,7 @@ json::object Answerer::config() const {
 
 json::object Answerer::ping() const {
   json::object out = frame("tims/ping/1");
-  out["address"] = to_json(router_.settings().address);
+  out["address"] = to_json(router_.settings().address, widths());
   out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
   if (!question_.pad.empty()) out["pad"] = question_.pad;
   return out;

@@ -28,25 +28,26 @@ std::optional<std::int64_t> integer(const json::value& value, std::int64_t min, 
   return number;
 }
 
-std::optional<Address> address(const json::value& value) {
+std::optional<Address> address(const json::value& value, const AddressWidths& widths) {
   const json::string* text = value.if_string();
-  return text == nullptr ? std::nullopt : Address::parse(*text);
+  return text == nullptr ? std::nullopt : Address::parse(*text, widths);
 }
 
 Problem set_match(Question& question, const json::value& value) {
   const json::string* text = value.if_string();
-  const auto pattern = text == nullptr ? std::nullopt : AddressPattern::parse(*text);
+  const auto pattern =
+      text == nullptr ? std::nullopt : AddressPattern::parse(*text, question.widths);
   if (!pattern) return bad_argument("match", "a pattern such as \"Ladar(*/0)\"");
   question.match = *pattern;
   question.pattern = std::string(*text);
   return {};
 }
 Problem set_to(Question& question, const json::value& value) {
-  question.to = address(value);
+  question.to = address(value, question.widths);
   return question.to ? Problem() : bad_argument("to", "an address such as \"Ladar(3/0)\"");
 }
 Problem set_from(Question& question, const json::value& value) {
-  question.from = address(value);
+  question.from = address(value, question.widths);
   return question.from ? Problem() : bad_argument("from", "an address such as \"Ladar(3/0)\"");
 }
 Problem set_type(Question& question, const json::value& value) {
@@ -196,8 +197,9 @@ std::string known_names() {
 // The text is the asker's: a piece of it is enough to recognise it by.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
 
-std::variant<Question, QuestionError> read_arguments(const Form& form, const json::object& body) {
-  Question question{.ask = form.ask};
+std::variant<Question, QuestionError> read_arguments(const Form& form, const json::object& body,
+                                                     const AddressWidths& widths) {
+  Question question{.ask = form.ask, .widths = widths};
   for (const auto& [key, value] : body) {
     if (key == "ask") continue;
     const auto argument = std::ranges::find(form.arguments, std::string_view(key), &Argument::name);
@@ -217,7 +219,8 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
 
 }  // namespace
 
-std::variant<Question, QuestionError> parse_question(std::string_view body) {
+std::variant<Question, QuestionError> parse_question(std::string_view body,
+                                                     const AddressWidths& widths) {
   if (body.size() > kQuestionBytesMax)
     return QuestionError{"bad_json", "a question has at most 64 KiB"};
   json::parse_options options;
@@ -235,7 +238,7 @@ std::variant<Question, QuestionError> parse_question(std::string_view body) {
   if (form == kForms.end())
     return QuestionError{"unknown_question", "this router does not know " + quoted(*name),
                          "it knows " + known_names()};
-  return read_arguments(*form, *object);
+  return read_arguments(*form, *object, widths);
 }
 
 }  // namespace tims::io

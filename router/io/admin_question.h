@@ -54,6 +54,7 @@ struct Question {
   std::string action{};   // up, down, reset
   std::string pattern{};  // `match` as it was written
   link::Faults faults{};
+  AddressWidths widths{};  // of the addresses in it
 };
 
 struct QuestionError {
@@ -62,6 +63,7 @@ struct QuestionError {
   std::string hint{};
 };
 
-std::variant<Question, QuestionError> parse_question(std::string_view body);
+std::variant<Question, QuestionError> parse_question(std::string_view body,
+                                                     const AddressWidths& widths);
 
 }  // namespace tims::io

@@ -15,6 +15,14 @@
 
 namespace tims::io {
 
+// The socket under all links.
+struct UdpReport {
+  std::uint32_t asked_buffer_bytes = 0;  // of the system, in each direction
+  std::uint32_t receive_buffer_bytes = 0;
+  std::uint32_t send_buffer_bytes = 0;
+  std::uint64_t dropped_by_kernel = 0;  // datagrams for which the buffer had no room
+};
+
 struct ProcessReport {
   std::string name;     // router.name
   std::string version;  // of the program
@@ -28,6 +36,7 @@ struct ProcessReport {
   std::string tcp{};
   std::string http{};
   std::string udp{};
+  std::optional<UdpReport> udp_socket{};
 };
 
 // What is to be seen of a mailbox in shared memory.

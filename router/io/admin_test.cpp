@@ -74,6 +74,7 @@ TEST(Admin, StatusCountsAndTellsTheLastEvents) {
   EXPECT_EQ(status.at("clients"), 2);
   EXPECT_EQ(status.at("mailboxes"), 2);
   EXPECT_TRUE(status.at("listen").at("tcp").is_null());
+  EXPECT_TRUE(status.at("udp").is_null()) << "no links, no socket";
   ASSERT_EQ(status.at("events").as_array().size(), 4U);
   const auto& last = status.at("events").at(3);
   EXPECT_EQ(text(last.at("text")), "Pilot(3/0) registered by 127.0.0.1:50000");

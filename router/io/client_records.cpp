@@ -110,7 +110,7 @@ wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry
   auto handle = segments_.add_mailbox(offered->second, entry.place.offset, entry.address,
                                       std::move(event_fd));
   if (!handle) {
-    text = entry.address.to_string() + ": " + handle.error().message();
+    text = entry.address.to_string(router_.settings().widths) + ": " + handle.error().message();
     return wire::OpenStatus::kBadPlace;
   }
   using Status = core::Registration::Status;
@@ -123,7 +123,7 @@ wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry
   segments_.withdraw_mailbox(*handle);
   if (result.status == Status::kAddressInUse) {
     const core::Client* owner = router_.client(result.owner);
-    text = entry.address.to_string() + " belongs to " +
+    text = entry.address.to_string(router_.settings().widths) + " belongs to " +
            describe(owner == nullptr ? core::Party{} : owner->party());
     return wire::OpenStatus::kAddressInUse;
   }

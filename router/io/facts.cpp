@@ -31,19 +31,40 @@ ProcessReport Facts::process(Time now) const {
           .unix_path = start.unix_path,
           .tcp = start.tcp,
           .http = start.http,
-          .udp = start.udp};
+          .udp = start.udp,
+          .udp_socket = udp_socket()};
+}
+
+std::optional<UdpReport> Facts::udp_socket() const {
+  const UdpSocket* socket = links_.socket();
+  if (socket == nullptr) return std::nullopt;
+  return UdpReport{.asked_buffer_bytes = socket->asked_buffer_bytes(),
+                   .receive_buffer_bytes = socket->receive_buffer_bytes(),
+                   .send_buffer_bytes = socket->send_buffer_bytes(),
+                   .dropped_by_kernel = socket->counters().dropped_by_kernel};
 }
 
 std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {
   if (links_.by_hand(os::now(), name, what)) return {};
-  return "no link to \"" + std::string(name) + "\"";
+  return no_link(name);
+}
+
+std::string Facts::no_link(std::string_view name) const {
+  std::string names;
+  links_.links().for_each([&](const link::Link& link) {
+    const std::string_view peer = link.peer().name.view();
+    names.append(names.empty() ? "" : ", ").append(peer.empty() ? link.settings().to : peer);
+  });
+  const std::string end = names.empty() ? "; there are none" : "; there are links to " + names;
+  return "no link to \"" + std::string(name) + "\"" + end;
 }
 
 std::string Facts::spoil(std::string_view name, const link::Faults& faults) const {
   if (!configuration_.config.sim.faults)
-    return "this router does not spoil its links: sim.faults is off";
+    return "this router does not spoil its links: set sim.faults = true in its configuration and "
+           "reload it";
   if (links_.spoil(name, faults)) return {};
-  return "no link to \"" + std::string(name) + "\"";
+  return no_link(name);
 }
 
 }  // namespace tims::io

@@ -54,6 +54,9 @@ class Facts final : public AdminSource {
   }
 
  private:
+  [[nodiscard]] std::optional<UdpReport> udp_socket() const;
+  [[nodiscard]] std::string no_link(std::string_view name) const;
+
   core::Router& router_;
   const Loop& loop_;
   const Switchboard& ports_;

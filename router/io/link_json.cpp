@@ -16,7 +16,7 @@ json::object identity_json(const link::Identity& who) {
           {"role", core::name(who.role)},
           {"system", who.system},
           {"id", who.id},
-          {"address", to_json(who.address())},
+          {"address", to_json(who.address(), who.widths)},
           {"epoch", epoch_text(who.epoch)}};
 }
 

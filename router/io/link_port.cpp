@@ -74,6 +74,7 @@ void LinkPort::configure(Time now, const config::Config& config) {
     if (!link.accepts()) names_[wanted.back().to] = {link.host, link.port};
   }
   links_.configure(now, wanted);
+  if (!config.sim.faults) heal();
   resolve(now);
 }
 
@@ -207,7 +208,7 @@ bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
   const bool off = faults == link::Faults();
   const auto seed = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
   if (name.empty()) {
-    all_impaired_.reset();
+    heal();
     if (!off) all_impaired_.emplace(seed).set(faults);
     return true;
   }
@@ -223,6 +224,11 @@ bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
     }
   });
   return found;
+}
+
+void LinkPort::heal() {
+  impairments_.clear();
+  all_impaired_.reset();
 }
 
 bool LinkPort::send_spoiled(Time now, const link::Train& train, link::Impairment& impairment) {

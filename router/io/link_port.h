@@ -64,7 +64,8 @@ class LinkPort final : public Port {
   bool by_hand(Time now, std::string_view name, link::Links::Hand what) {
     return links_.by_hand(now, name, what);
   }
-  // What happens to all datagrams on their way out; with a name, to those of one link.
+  // What happens to all datagrams on their way out, and nothing else any more; with a name, to
+  // those of one link. False when no link has this name.
   bool spoil(std::string_view name, const link::Faults& faults);
 
   [[nodiscard]] const link::Links& links() const { return links_; }
@@ -86,6 +87,7 @@ class LinkPort final : public Port {
   void wait_for_writable();
   void continue_later();
   bool send(Time now, const link::Train& train);
+  void heal();
   bool send_spoiled(Time now, const link::Train& train, link::Impairment& impairment);
   void resolve(Time now);
   void resolve_one(const std::string& to);

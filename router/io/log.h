@@ -27,6 +27,10 @@ class Log {
   void warning(std::string_view text) { write(config::LogLevel::kWarning, text); }
   void info(std::string_view text) { write(config::LogLevel::kInfo, text); }
   void debug(std::string_view text) { write(config::LogLevel::kDebug, text); }
+  // However often it comes.
+  void always(config::LogLevel level, std::string_view text) const {
+    if (writes(level)) put(level, text);
+  }
 
  private:
   struct Recent {

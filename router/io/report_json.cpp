@@ -15,6 +15,13 @@ double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 json::value known(std::uint32_t number) {
   return number == 0 ? json::value() : json::value(number);
 }
+json::value known(const std::optional<UdpReport>& socket) {
+  if (!socket) return {};
+  return {{"asked_buffer_bytes", socket->asked_buffer_bytes},
+          {"receive_buffer_bytes", socket->receive_buffer_bytes},
+          {"send_buffer_bytes", socket->send_buffer_bytes},
+          {"dropped_by_kernel", socket->dropped_by_kernel}};
+}
 json::value known(std::string_view text) {
   return text.empty() ? json::value() : json::value(as_utf8(text));
 }
@@ -50,8 +57,9 @@ std::string party_text(const core::Party& party) {
   return as_utf8(text);
 }
 
-std::string refused_text(const core::Event& event) {
-  std::string text = event.address.to_string() + " refused to " + party_text(event.client) + ": ";
+std::string refused_text(const core::Event& event, const AddressWidths& widths) {
+  std::string text =
+      event.address.to_string(widths) + " refused to " + party_text(event.client) + ": ";
   if (event.owner.id) return text + "it belongs to " + party_text(event.owner);
   return text + "it is the router's own";
 }
@@ -126,8 +134,8 @@ std::string as_utf8(std::string_view text) {
 
 std::string epoch_text(std::uint64_t epoch) { return fmt::format("{:016x}", epoch); }
 
-json::object to_json(Address address) {
-  return {{"name", address.to_string()}, {"raw", address.to_hex()}};
+json::object to_json(Address address, const AddressWidths& widths) {
+  return {{"name", address.to_string(widths)}, {"raw", address.to_hex()}};
 }
 
 json::object to_json(const core::Party& party) {
@@ -163,15 +171,15 @@ std::string via_text(const core::Party& owner) {
                                              : std::string(core::name(owner.port));
 }
 
-json::object to_json(const core::MailboxReport& report) {
-  json::object out{{"address", to_json(report.address)},
+json::object to_json(const core::MailboxReport& report, const AddressWidths& widths) {
+  json::object out{{"address", to_json(report.address, widths)},
                    {"via", via_text(report.owner)},
                    {"owner", to_json(report.owner)},
                    {"router", nullptr},
                    {"hops", 0},
                    {"age_s", seconds(report.age)}};
   if (report.origin) {
-    out["router"] = to_json(report.origin->router);
+    out["router"] = to_json(report.origin->router, widths);
     out["hops"] = report.origin->hops;
   }
   return out;
@@ -189,9 +197,9 @@ void add_fill(json::object& mailbox, const MailboxFill& fill) {
   mailbox["asleep"] = fill.asleep;
 }
 
-json::object to_json(const core::RouteReport& report, Address to) {
+json::object to_json(const core::RouteReport& report, Address to, const AddressWidths& widths) {
   using Verdict = core::RouteReport::Verdict;
-  json::object out{{"address", to_json(to)}, {"not_available", report.not_available}};
+  json::object out{{"address", to_json(to, widths)}, {"not_available", report.not_available}};
   switch (report.verdict) {
     case Verdict::kDeliver:
       out["verdict"] = "deliver";
@@ -204,10 +212,10 @@ json::object to_json(const core::RouteReport& report, Address to) {
       out["verdict"] = "forward";
       out["via"] = via_text(report.link);
       out["by"] = by_text(report.by);
-      out["next_router"] = to_json(report.next);
+      out["next_router"] = to_json(report.next, widths);
       out["reason"] = "goes to " + as_utf8(report.link.name.view()) + ": " + why_text(report.by);
       if (report.mailbox) {
-        out["lives_at"] = to_json(report.mailbox->origin->router);
+        out["lives_at"] = to_json(report.mailbox->origin->router, widths);
         out["hops"] = report.mailbox->origin->hops;
         out["age_s"] = seconds(report.mailbox->age);
       }
@@ -237,9 +245,9 @@ json::object to_json(const core::CountReport& report) {
           {"bytes", report.count.bytes}};
 }
 
-std::string event_text(const core::Event& event) {
+std::string event_text(const core::Event& event, const AddressWidths& widths) {
   using core::EventKind;
-  const std::string address = event.address.to_string();
+  const std::string address = event.address.to_string(widths);
   const std::string client = party_text(event.client);
   const std::string reason(core::sentence(event.reason));
   switch (event.kind) {
@@ -250,7 +258,7 @@ std::string event_text(const core::Event& event) {
     case EventKind::kWithdrawn:
       return address + " withdrawn by " + client;
     case EventKind::kAddressRefused:
-      return refused_text(event);
+      return refused_text(event, widths);
     case EventKind::kMailboxLimit:
       return address + " refused to " + client + ": limits.mailboxes_per_client";
     case EventKind::kDeleteRefused:
@@ -286,7 +294,7 @@ std::string event_text(const core::Event& event) {
   }
 }
 
-json::object to_json(const core::Event& event, const Clocks& clocks) {
+json::object to_json(const core::Event& event, const Clocks& clocks, const AddressWidths& widths) {
   json::object out{{"seq", event.sequence},
                    {"time", rfc3339(clocks.wall_time(event.at))},
                    {"kind", core::name(event.kind)},
@@ -294,16 +302,18 @@ json::object to_json(const core::Event& event, const Clocks& clocks) {
                    {"client", to_json(event.client)},
                    {"owner", nullptr},
                    {"reason", nullptr},
-                   {"text", event_text(event)}};
-  if (event.address.raw() != 0) out["address"] = to_json(event.address);
+                   {"text", event_text(event, widths)}};
+  if (event.address.raw() != 0) out["address"] = to_json(event.address, widths);
   if (event.owner.id) out["owner"] = to_json(event.owner);
   if (event.reason != core::CloseReason::kNone) out["reason"] = core::name(event.reason);
   return out;
 }
 
 json::object to_json(const core::StatusReport& report, const ProcessReport& process) {
+  const AddressWidths& w = report.widths;
   return {{"name", as_utf8(process.name)},
-          {"address", to_json(report.address)},
+          {"address", to_json(report.address, report.widths)},
+          {"widths", {w.system, w.class_id, w.instance, w.local}},
           {"version", process.version},
           {"pid", process.pid},
           {"epoch", epoch_text(process.epoch)},
@@ -322,6 +332,7 @@ json::object to_json(const core::StatusReport& report, const ProcessReport& proc
             {"tcp", known(process.tcp)},
             {"http", known(process.http)},
             {"udp", known(process.udp)}}},
+          {"udp", known(process.udp_socket)},
           {"last_event", report.last_event}};
 }
 

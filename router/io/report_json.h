@@ -29,17 +29,20 @@ std::string as_utf8(std::string_view text);
 // 16 hex digits: JSON's numbers do not hold 64 bits everywhere.
 std::string epoch_text(std::uint64_t epoch);
 
-boost::json::object to_json(Address address);
+// `widths`: those of the router's addresses, which names are made with.
+boost::json::object to_json(Address address, const AddressWidths& widths);
 boost::json::object to_json(const core::Party& party);
 boost::json::object to_json(const core::ClientReport& report);
-boost::json::object to_json(const core::MailboxReport& report);
-boost::json::object to_json(const core::RouteReport& report, Address to);
+boost::json::object to_json(const core::MailboxReport& report, const AddressWidths& widths);
+boost::json::object to_json(const core::RouteReport& report, Address to,
+                            const AddressWidths& widths);
 boost::json::object to_json(const core::CountReport& report);
-boost::json::object to_json(const core::Event& event, const Clocks& clocks);
+boost::json::object to_json(const core::Event& event, const Clocks& clocks,
+                            const AddressWidths& widths);
 boost::json::object to_json(const core::StatusReport& report, const ProcessReport& process);
 void add_fill(boost::json::object& mailbox, const MailboxFill& fill);
 
 // One line for people: "Ladar(3/0) registered by laser (pid 811)".
-std::string event_text(const core::Event& event);
+std::string event_text(const core::Event& event, const AddressWidths& widths);
 
 }  // namespace tims::io

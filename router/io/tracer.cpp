@@ -27,13 +27,14 @@ void Tracer::on_traced(core::ClientId from, core::ClientId to, const core::Messa
 
 void Tracer::send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
                           const Send& send) {
+  const AddressWidths& widths = router.settings().widths;
   for (const Hop& hop : std::exchange(hops_, {})) {
     const json::object record{{"schema", "tims/hop/1"},
                               {"router", as_utf8(name)},
-                              {"address", to_json(router.settings().address)},
+                              {"address", to_json(router.settings().address, widths)},
                               {"time", rfc3339(clocks.wall)},
                               {"hop", hop.hops},
-                              {"dest", to_json(hop.header.dest)},
+                              {"dest", to_json(hop.header.dest, widths)},
                               {"type", hop.header.type},
                               {"seq_nr", hop.header.seq_nr},
                               {"from", party_json(router, hop.from)},

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "router/core/legacy.h"
+
 namespace tims::link {
 namespace {
 
@@ -243,6 +245,8 @@ void Link::on_control(Time now, const core::Message& message) {
 }
 
 void Link::on_lost(Time, const Header& header, core::Outcome why) {
+  // What the routers tell each other has no sender; it is told anew.
+  if (core::is_for_router(header)) return;
   around_.lost(client_, header, why);
 }
 

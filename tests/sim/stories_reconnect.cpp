@@ -23,6 +23,23 @@ TEST(Reconnect, TheUpperRouterWasRestarted) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
+// They say it anew; who took it for a lost command would answer itself.
+TEST(Reconnect, WhatRoutersTellEachOtherIsNobodysLoss) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  s.client(*s.robot, Address(0x01140001));  // to be told
+  s.run_for(20ms);
+  s.base->kill();
+  s.base->start(s.now());
+  s.cut("robot", "base", false);
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 2s));
+  s.run_for(1s);
+  for (const Node* node : {s.base, s.robot})
+    for (std::size_t c = 0; c < core::kClasses; ++c)
+      EXPECT_EQ(node->lost(c), 0U) << node->setup().name << " class " << c;
+}
+
 TEST(Reconnect, TheLowerRouterWasRestarted) {
   Story s;
   s.begin();

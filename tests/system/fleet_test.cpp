@@ -150,6 +150,12 @@ TEST_F(FleetTest, AHostIsKilledAndStarted) {
   EXPECT_EQ(run({"sim", "start", "--fleet", name_, "robot1-main"}).code, 0);
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the arm is known again"));
   EXPECT_EQ(run({"sim", "kill", "--fleet", name_, "robot1-leg"}).code, 4);
+
+  EXPECT_EQ(run({"sim", "kill", "--fleet", name_, "robot1-arm", "server"}).code, 0);
+  EXPECT_TRUE(eventually([&] { return !reachable(); }, "the base notices"));
+  const Run unknown = run({"sim", "kill", "--fleet", name_, "robot1-arm", "servant"});
+  EXPECT_EQ(unknown.code, 4);
+  EXPECT_THAT(unknown.err, HasSubstr("servant"));
 }
 
 TEST_F(FleetTest, WhatACrashLeavesIsRemovedByTheNext) {

@@ -22,11 +22,12 @@ std::string last_word(const std::string& line) { return line.substr(line.rfind('
 // A router of the tree. It keeps its UDP port over a restart.
 class Host {
  public:
-  Host(std::string name, std::string role, int system, int id, std::vector<std::string> links)
+  Host(std::string name, std::string role, int system, int id, std::vector<std::string> links,
+       std::string setting = "sim.faults=false")
       : name_(std::move(name)),
-        settings_{"security.insecure=false", "router.name=" + name_,
-                  "router.role=" + std::move(role), "router.system=" + std::to_string(system),
-                  "router.id=" + std::to_string(id)} {
+        settings_{"security.insecure=false",         "router.name=" + name_,
+                  "router.role=" + std::move(role),  "router.system=" + std::to_string(system),
+                  "router.id=" + std::to_string(id), std::move(setting)} {
     for (std::string& link : links) settings_.push_back("link=" + std::move(link));
   }
 
@@ -60,7 +61,7 @@ class Host {
     auto child = ChildProcess::start(std::move(words));
     if (!child) return child.error().message();
     (void)child->wait();
-    return child->standard_output();
+    return child->standard_output() + child->standard_error();
   }
   bool knows(Address address) {
     return timsctl({"route", "show", "--json"}).find("\"" + address.to_hex() + "\"") !=
@@ -82,7 +83,8 @@ struct Tree : testing::Test {
     base->start();
     robot = std::make_unique<Host>(
         "robot1", "system", 1, 1,
-        std::vector<std::string>{"kind=super,to=" + base->udp(), "kind=sub,system=1"});
+        std::vector<std::string>{"kind=super,to=" + base->udp(), "kind=sub,system=1"},
+        "sim.faults=true");
     robot->start();
     arm = std::make_unique<Host>("arm", "subsystem", 1, 2,
                                  std::vector<std::string>{"kind=super,to=" + robot->udp()});
@@ -168,6 +170,24 @@ TEST_F(Tree, EveryRouterIsSeenFromEveryOther) {
     EXPECT_TRUE(eventually(missing));
   }
   EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}), HasSubstr(R"("name":"arm")"));
+}
+
+TEST_F(Tree, ARouterThatMaySpoilsItsLinks) {
+  const auto link_loss = [&](const char* link, const char* word) {
+    return robot->timsctl({"sim", "fault", "--link", link, word});
+  };
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
+  EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, on the way out to base: blackout"));
+  EXPECT_TRUE(
+      eventually([&] { return !base->knows(Address(0x01000200)); }, "the base hears nothing"));
+  EXPECT_THAT(link_loss("all", "heal"), HasSubstr("perfect"));
+  EXPECT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "it is back"));
+
+  EXPECT_THAT(link_loss("basse", "loss=10%"), HasSubstr("there are links to base, arm"));
+  EXPECT_THAT(link_loss("base", "cut"), HasSubstr("no cable"));
+  EXPECT_THAT(link_loss("base", "direction=up"), HasSubstr("at the other end"));
+  EXPECT_THAT(base->timsctl({"sim", "fault", "--link", "robot1", "loss=10%"}),
+              HasSubstr("set sim.faults = true"));
 }
 
 TEST_F(Tree, ATraceTellsOfEveryRouter) {

@@ -42,6 +42,8 @@ inline std::vector<json::object> json_lines(const std::string& text) {
 
 class TimsctlTest : public testing::Test {
  protected:
+  explicit TimsctlTest(std::vector<std::string> settings = {}) : router_(std::move(settings)) {}
+
   struct Run {
     int code = -1;
     std::string out;

@@ -24,6 +24,17 @@ Exit exit_of(std::string_view code) {
   return Exit::kNo;
 }
 
+// The usual ones when an older router does not say.
+tims::AddressWidths widths_in(const json::object& status) {
+  const json::value* said = at_path(status, "widths");
+  if (said == nullptr || !said->is_array() || said->get_array().size() != 4) return {};
+  const auto bits = [&](std::size_t i) {
+    return static_cast<std::uint8_t>(said->get_array()[i].to_number<double>());
+  };
+  const tims::AddressWidths widths{bits(0), bits(1), bits(2), bits(3)};
+  return widths.valid() ? widths : tims::AddressWidths();
+}
+
 void throw_error(const json::object& answer) {
   if (at_path(answer, "error") == nullptr) return;
   std::string code = text_at(answer, "error.code");
@@ -55,6 +66,11 @@ json::object AdminClient::ask(const json::object& question, tims::Duration patie
     if (const json::value* more = at_path(page, "next")) answer["next"] = *more;
   }
   return answer;
+}
+
+const tims::AddressWidths& AdminClient::widths() {
+  if (!widths_) widths_ = widths_in(ask({{"ask", "status"}}));
+  return *widths_;
 }
 
 tims::Result<void> AdminClient::send(std::span<const std::byte> body, std::uint8_t seq_nr) {

@@ -27,6 +27,9 @@ class AdminClient {
   [[nodiscard]] std::optional<tims::Address> router() const { return router_; }
   [[nodiscard]] tims::Address own_address() const { return connection_.address(); }
 
+  // Of the fleet's addresses: asked once.
+  const tims::AddressWidths& widths();
+
   // The answer, all its pages in one, with "age_ms". `patience` is what the router was asked to
   // wait. Throws Failure: no answer, not understood, or what the router says is wrong.
   json::object ask(const json::object& question, tims::Duration patience = {});
@@ -40,6 +43,7 @@ class AdminClient {
   const Signals& signals_;
   tims::Duration timeout_;
   std::optional<tims::Address> router_;
+  std::optional<tims::AddressWidths> widths_;
 };
 
 }  // namespace timsctl

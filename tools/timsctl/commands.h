@@ -52,6 +52,7 @@ Exit sim_up(Context& context);
 Exit sim_down(Context& context);
 Exit sim_show(Context& context);
 Exit sim_fault(Context& context);
+Exit link_fault(Context& context);  // with --link
 Exit sim_kill(Context& context);
 Exit sim_start(Context& context);
 Exit sim_exec(Context& context);

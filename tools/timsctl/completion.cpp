@@ -61,7 +61,7 @@ std::vector<std::string> living_addresses(const Context& context) {
   for (const json::value& item : items_of(answer))
     if (const auto address = parse_address(text_at(item.as_object(), "address.raw"));
         address && address->fields().class_id != tims::class_id::kTool)
-      out.push_back(shell_name(*address));
+      out.push_back(shell_name(*address, admin.widths()));
   return out;
 }
 

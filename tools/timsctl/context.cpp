@@ -20,14 +20,14 @@ AdminClient Context::admin(Connection& connection) const {
   return here.at(find_router(here, options.router));
 }
 
-tims::Address need_address(std::string_view text) {
-  if (const auto address = parse_address(text)) return *address;
+tims::Address need_address(std::string_view text, const tims::AddressWidths& widths) {
+  if (const auto address = parse_address(text, widths)) return *address;
   throw usage_error("\"" + std::string(text) + "\" is no address",
                     "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002");
 }
 
-tims::AddressPattern need_pattern(std::string_view text) {
-  if (const auto pattern = parse_pattern(text)) return *pattern;
+tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
+  if (const auto pattern = parse_pattern(text, widths)) return *pattern;
   throw usage_error("\"" + std::string(text) + "\" is no pattern of addresses",
                     "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000");
 }

@@ -28,8 +28,8 @@ class Context {
 };
 
 // Throw Failure when the argument is none.
-tims::Address need_address(std::string_view text);
-tims::AddressPattern need_pattern(std::string_view text);
+tims::Address need_address(std::string_view text, const tims::AddressWidths& widths = {});
+tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths = {});
 std::int8_t need_type(std::string_view text);
 
 }  // namespace timsctl

@@ -25,6 +25,8 @@ void ask_router(Context& context, Facts& facts) {
   json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
   facts.mailboxes = std::move(items_of(mailboxes));
   facts.stats = admin.ask({{"ask", "stats"}});
+  json::object links = admin.ask({{"ask", "links"}});
+  facts.links = std::move(items_of(links));
 }
 
 void find_dead_owners(Facts& facts) {

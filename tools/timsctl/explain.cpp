@@ -32,7 +32,7 @@ class Explainer {
     Conclusion conclusion;
     Path path;
     if (!to_source.reached) {
-      conclusion = {false, fmt::format("nobody has registered the sender {}", src_.to_string()),
+      conclusion = {false, fmt::format("nobody has registered the sender {}", name_of(src_)),
                     "start the component that sends, then ask again"};
     } else {
       path = find_path(admin_.at(to_source.steps.back().router), src_, dst_, type);
@@ -43,6 +43,8 @@ class Explainer {
   }
 
  private:
+  std::string name_of(tims::Address address) { return address.to_string(admin_.widths()); }
+
   [[nodiscard]] Conclusion conclude(const Path& path) {
     if (path.failure) return {false, *path.failure, "`timsctl router list` shows who answers"};
     const Step& last = path.steps.back();
@@ -52,12 +54,12 @@ class Explainer {
       return {false,
               fmt::format("{} knows {} only behind the router it would come from: that router has "
                           "withdrawn it",
-                          last.name, dst_.to_string()),
-              fmt::format("`timsctl route watch '{}'` there", dst_.to_string())};
+                          last.name, name_of(dst_)),
+              fmt::format("`timsctl route watch '{}'` there", name_of(dst_))};
     std::string cause = fmt::format(
         "no router of the fleet has {} registered; {} discards the "
         "message",
-        dst_.to_string(), last.name);
+        name_of(dst_), last.name);
     const std::string away = routers_away();
     if (!away.empty())
       return {false, cause + "; it may be behind " + away,
@@ -75,8 +77,8 @@ class Explainer {
       if (slots > 0 && number_or_zero(box, "waiting") >= slots)
         return {false,
                 fmt::format("the mailbox {} is full: its owner {} does not take its messages",
-                            dst_.to_string(), text_at(box, "owner.name")),
-                fmt::format("`timsctl -r {} mbx show '{}'`", last.name, dst_.to_string())};
+                            name_of(dst_), text_at(box, "owner.name")),
+                fmt::format("`timsctl -r {} mbx show '{}'`", last.name, name_of(dst_))};
     }
     return {
         true,
@@ -100,7 +102,7 @@ class Explainer {
 
   // A link that is down although it should lead to the destination's system.
   [[nodiscard]] std::optional<Conclusion> broken_link(const Path& path) {
-    const double system = dst_.fields().system;
+    const double system = dst_.fields(admin_.widths()).system;
     for (const Step& step : path.steps) {
       const json::object links = admin_.at(step.router).ask({{"ask", "links"}});
       for (const json::value& value : items_of(links)) {
@@ -151,9 +153,13 @@ class Explainer {
 }  // namespace
 
 Exit explain(Context& context) {
+  const auto& arguments = context.options.arguments;
+  for (const std::string& text : arguments) (void)need_address(text, kAnyWidths);
   const auto connection = context.connect();
-  return Explainer(context, context.admin(*connection), need_address(context.options.arguments[0]),
-                   need_address(context.options.arguments[1]))
+  AdminClient admin = context.admin(*connection);
+  const tims::AddressWidths widths = admin.widths();
+  return Explainer(context, admin, need_address(arguments[0], widths),
+                   need_address(arguments[1], widths))
       .run();
 }
 

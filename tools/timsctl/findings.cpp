@@ -1,7 +1,9 @@
 #include "tools/timsctl/findings.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -28,15 +30,14 @@ class Doctor {
       full_mailboxes();
       drops();
     }
+    if (!facts_.unreachable) std::ranges::move(judge_links(facts_), std::back_inserter(findings_));
     if (facts_.local) host();
     return std::move(findings_);
   }
 
  private:
   void add(std::string id, Level level, std::string text, std::string hint = {}) {
-    if (hint.empty() && level >= Level::kWarning)
-      if (const auto* entry = find_in_catalogue(id)) hint = entry->hint;
-    findings_.push_back({std::move(id), level, std::move(text), std::move(hint)});
+    findings_.push_back(make_finding(std::move(id), level, std::move(text), std::move(hint)));
   }
   void judge(const char* id, bool good, Level otherwise, std::string text) {
     add(id, good ? Level::kOk : otherwise, std::move(text));
@@ -172,6 +173,12 @@ class Doctor {
 };
 
 }  // namespace
+
+Finding make_finding(std::string id, Level level, std::string text, std::string hint) {
+  if (hint.empty() && level >= Level::kWarning)
+    if (const auto* entry = find_in_catalogue(id)) hint = entry->hint;
+  return {std::move(id), level, std::move(text), std::move(hint)};
+}
 
 std::vector<Finding> judge(const Facts& facts) { return Doctor(facts).examine(); }
 

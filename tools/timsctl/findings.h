@@ -19,6 +19,7 @@ struct Facts {
   json::object status{};
   json::array mailboxes{};
   json::object stats{};
+  json::array links{};
   std::vector<std::string> dead_owners{};  // "Ladar(3/0) of laser (pid 811)"
   std::optional<double> clock_difference_s{};
 
@@ -40,7 +41,12 @@ struct Finding {
   std::string hint;
 };
 
+// With the hint of the catalogue when it is bad and has none of its own.
+Finding make_finding(std::string id, Level level, std::string text, std::string hint = {});
+
 std::vector<Finding> judge(const Facts& facts);
+// Those about links to other routers.
+std::vector<Finding> judge_links(const Facts& facts);
 std::string_view name(Level level);
 
 }  // namespace timsctl

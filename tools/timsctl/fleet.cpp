@@ -117,8 +117,11 @@ std::optional<tims::Address> router_address(const json::object& item) {
 json::object walk_fleet(const AdminClient& first) { return Walk(first).run(); }
 
 tims::Address find_router(const AdminClient& first, std::string_view name) {
-  const auto address = parse_address(name);
-  if (address && address->fields().class_id == kRouterClass) return *address;
+  if (parse_address(name, kAnyWidths)) {
+    AdminClient admin = first;
+    const auto address = parse_address(name, admin.widths());
+    if (address && address->fields(admin.widths()).class_id == kRouterClass) return *address;
+  }
   json::object fleet = walk_fleet(first);
   std::string known;
   for (const json::value& value : items_of(fleet)) {

@@ -4,6 +4,7 @@
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/show.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -55,13 +56,16 @@ Exit mbx_list(Context& context) {
 }
 
 Exit mbx_show(Context& context) {
-  const tims::Address address = need_address(context.options.arguments.front());
+  const std::string& text = context.options.arguments.front();
+  (void)need_address(text, kAnyWidths);
   const auto ask = [&](AdminClient& admin) {
+    const tims::Address address = need_address(text, admin.widths());
     json::object answer = admin.ask({{"ask", "mailboxes"}, {"match", address.to_hex()}});
     if (items_of(std::as_const(answer)).empty())
-      throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                    fmt::format("{}: nobody has registered this address", address.to_string()),
-                    "`timsctl mbx list` shows all");
+      throw Failure(
+          Exit::kNoSuch, "no_such_mailbox",
+          fmt::format("{}: nobody has registered this address", address.to_string(admin.widths())),
+          "`timsctl mbx list` shows all");
     return answer;
   };
   const auto draw = [&](const json::object& answer, const Look& look) {

@@ -137,6 +137,8 @@ constexpr OptionRow kRows[] = {
      }},
     {"fleet", 0, "NAME", "which fleet; needed when several run",
      [](Options& o, string_view v) { o.fleet = v; }},
+    {"link", 0, "NAME", "a link of the router that is asked, by the other router's name; or all",
+     [](Options& o, string_view v) { o.link = v; }},
     {"detach", 0, "", "go on in the background once it is up",
      [](Options& o, string_view) { o.detach = true; }},
 };

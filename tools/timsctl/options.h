@@ -47,6 +47,7 @@ struct Options {
   std::string by;
   std::string style;  // doctor --format
   std::string fleet;  // of sim
+  std::string link;   // of sim fault
   bool yes = false;
   bool raw = false;
   bool no_wait = false;

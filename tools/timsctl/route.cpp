@@ -78,7 +78,7 @@ json::object routes_everywhere(AdminClient& admin, const json::object& question)
 
 Exit change_route(Context& context, std::string_view ask) {
   const std::vector<std::string>& arguments = context.options.arguments;
-  (void)need_pattern(arguments[0]);
+  (void)need_pattern(arguments[0], kAnyWidths);
   json::object question{{"ask", ask}, {"match", pattern_text(arguments[0])}};
   if (arguments.size() > 1) question["via"] = arguments[1];
   const auto connection = context.connect();
@@ -107,11 +107,15 @@ Exit route_show(Context& context) {
 
 Exit route_get(Context& context) {
   const Options& options = context.options;
-  json::object question{{"ask", "route"}, {"to", need_address(options.arguments.front()).to_hex()}};
-  if (!options.from.empty()) question["from"] = need_address(options.from).to_hex();
-  question["type"] = options.type.empty() ? tims::type::kGetStatus : need_type(options.type);
+  (void)need_address(options.arguments.front(), kAnyWidths);
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
+  const auto hex = [&](std::string_view text) {
+    return need_address(text, admin.widths()).to_hex();
+  };
+  json::object question{{"ask", "route"}, {"to", hex(options.arguments.front())}};
+  if (!options.from.empty()) question["from"] = hex(options.from);
+  question["type"] = options.type.empty() ? tims::type::kGetStatus : need_type(options.type);
   const json::object answer = admin.ask(question);
   const Look& look = context.out.look();
   if (look.format == Format::kJson)

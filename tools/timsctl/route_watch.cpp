@@ -23,7 +23,7 @@ class RouteWatch {
         end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
                                      : tims::kNever) {
     if (!context.options.arguments.empty())
-      pattern_ = need_pattern(context.options.arguments.front());
+      (void)need_pattern(context.options.arguments.front(), kAnyWidths);
   }
 
   Exit run() {
@@ -45,6 +45,8 @@ class RouteWatch {
     connection_ = context_.connect();
     if (since_) return;
     AdminClient admin = context_.admin(*connection_);
+    if (!context_.options.arguments.empty())
+      pattern_ = need_pattern(context_.options.arguments.front(), admin.widths());
     const json::object answer = admin.ask({{"ask", "events"}});
     remember(answer);
   }

@@ -109,7 +109,7 @@ Exit show_items(Context& context, const json::object& question, std::span<const 
 
 json::object with_match(json::object question, const Options& options) {
   if (options.arguments.empty()) return question;
-  (void)need_pattern(options.arguments.front());
+  (void)need_pattern(options.arguments.front(), kAnyWidths);
   question["match"] = pattern_text(options.arguments.front());
   return question;
 }

@@ -137,7 +137,11 @@ Exit sim_down(Context& context) {
 }
 
 Exit sim_fault(Context& context) {
+  if (!context.options.link.empty()) return link_fault(context);
   const auto& arguments = context.options.arguments;
+  if (arguments.size() < 2)
+    throw usage_error(fmt::format("what is to happen to {}?", arguments.front()),
+                      "`timsctl sim fault LINE loss=10%`; --link NAME is for a link of a router");
   json::array words;
   for (const std::string& word : std::span(arguments).subspan(1)) words.emplace_back(word);
   return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(words)}});
@@ -145,10 +149,7 @@ Exit sim_fault(Context& context) {
 
 Exit sim_kill(Context& context) {
   const auto& arguments = context.options.arguments;
-  const std::string part = arguments.size() > 1 ? arguments[1] : "all";
-  if (part != "all" && part != "router")
-    throw usage_error(fmt::format("\"{}\" cannot be killed", part),
-                      "nothing for the whole host, or `router`");
+  const std::string part = arguments.size() > 1 ? arguments[1] : "";
   return ask(context, {{"do", "kill"}, {"host", arguments.front()}, {"part", part}});
 }
 

@@ -115,8 +115,9 @@ std::string_view type_name(std::int8_t type) {
   return {};
 }
 
-std::optional<tims::Address> parse_address(std::string_view text) {
-  return tims::Address::parse(with_parentheses(text));
+std::optional<tims::Address> parse_address(std::string_view text,
+                                           const tims::AddressWidths& widths) {
+  return tims::Address::parse(with_parentheses(text), widths);
 }
 
 std::string pattern_text(std::string_view text) {
@@ -125,12 +126,13 @@ std::string pattern_text(std::string_view text) {
   return with_parentheses(text);
 }
 
-std::optional<tims::AddressPattern> parse_pattern(std::string_view text) {
-  return tims::AddressPattern::parse(pattern_text(text));
+std::optional<tims::AddressPattern> parse_pattern(std::string_view text,
+                                                  const tims::AddressWidths& widths) {
+  return tims::AddressPattern::parse(pattern_text(text), widths);
 }
 
-std::string shell_name(tims::Address address) {
-  const auto fields = address.fields();
+std::string shell_name(tims::Address address, const tims::AddressWidths& widths) {
+  const auto fields = address.fields(widths);
   const std::string_view name = tims::class_name(fields.class_id);
   if (name.empty()) return address.to_hex();
   std::string text(name);

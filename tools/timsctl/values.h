@@ -25,14 +25,19 @@ std::optional<std::int8_t> parse_type(std::string_view text);
 // "data"; empty for numbers that only a class gives a meaning.
 std::string_view type_name(std::int8_t type);
 
+// Before a router has said how its fleet divides addresses, only their form can be checked.
+inline constexpr tims::AddressWidths kAnyWidths{16, 16, 16, 16};
+
 // Everything Address::parse takes, and forms a shell leaves alone: "Ladar/3/0", "ladar/3/0:2".
-std::optional<tims::Address> parse_address(std::string_view text);
+std::optional<tims::Address> parse_address(std::string_view text,
+                                           const tims::AddressWidths& widths = {});
 // The same with "*" in any place; "Ladar" and "Ladar*" are all of a class.
-std::optional<tims::AddressPattern> parse_pattern(std::string_view text);
+std::optional<tims::AddressPattern> parse_pattern(std::string_view text,
+                                                  const tims::AddressWidths& widths = {});
 // The same pattern as a router understands it; the text itself when it is none.
 std::string pattern_text(std::string_view text);
 // The address in the form that needs no quotes in a shell: "Ladar/3/0:2".
-std::string shell_name(tims::Address address);
+std::string shell_name(tims::Address address, const tims::AddressWidths& widths = {});
 
 // Pairs of digits; blanks, "0x" and ":" between them are allowed.
 std::optional<std::vector<std::byte>> parse_hex(std::string_view text);

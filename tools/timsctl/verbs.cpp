@@ -118,13 +118,17 @@ constexpr Verb kVerbs[] = {
     {"sim", "show", "[NAME]", 0, 1, "", false,
      "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
      "timsctl sim show", sim_show},
-    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 2, 20, "fleet", false,
+    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 1, 20, "fleet link", false,
      "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
      "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
-     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says.",
+     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says. With "
+     "--link NAME in place of LINE: what the router of -H, of any fleet, does to its own datagrams "
+     "to router NAME (all: to everybody), when its sim.faults is true. What is not said is "
+     "perfect; no cut and no direction: ask the other router for the other one.",
      "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", sim_fault},
-    {"sim", "kill", "HOST [router]", 1, 2, "fleet", false,
-     "Ends everything on a host at once, as if it lost its power; or only its router.",
+    {"sim", "kill", "HOST [router|PROGRAM]", 1, 2, "fleet", false,
+     "Ends everything on a host at once, as if it lost its power; or only its router, or the "
+     "programs with PROGRAM in their command.",
      "timsctl sim kill robot1-main", sim_kill},
     {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
      "timsctl sim start robot1-main", sim_start},

@@ -43,7 +43,7 @@ TEST(ApiQuestion, EveryNumberIsTakenAsOne) {
   for (const auto& [ask, query] :
        {std::pair("clients", "limit=5"), std::pair("events", "since=5"),
         std::pair("events", "wait_ms=5"), std::pair("route", "to=5&type=5")}) {
-    const auto question = parse_question(*api_question(ask, query));
+    const auto question = parse_question(*api_question(ask, query), {});
     EXPECT_TRUE(std::holds_alternative<Question>(question)) << query;
   }
 }

@@ -148,7 +148,7 @@ void add_process(Page& page, const ProcessReport& process, const core::StatusRep
   page.sample(process.rss_bytes);
   page.family("tims_router_info", "gauge", "Always 1; who this router is.");
   page.sample(1, {{"name", process.name},
-                  {"address", status.address.to_string()},
+                  {"address", status.address.to_string(status.widths)},
                   {"version", process.version}});
 }
 

@@ -138,5 +138,15 @@ TEST(Rules, DelayIsTheRoutersUnlessTheKernelHasNetem) {
   EXPECT_DOUBLE_EQ(question.at("delay_s").as_double(), 0.02);
 }
 
+TEST(Rules, ARouterAloneDoesEverythingItself) {
+  const json::object question =
+      all_faults("base", {.loss = kTenth, .rate_bits = 8'000'000, .blackout = true});
+  EXPECT_EQ(question.at("link"), "base");
+  EXPECT_DOUBLE_EQ(question.at("loss").as_double(), kTenth);
+  EXPECT_EQ(question.at("rate"), 1'000'000);
+  EXPECT_EQ(question.at("blackout"), true);
+  EXPECT_FALSE(all_faults("", {}).contains("link"));
+}
+
 }  // namespace
 }  // namespace timsctl::sim

@@ -10,6 +10,7 @@
 #include "os/clock.h"
 #include "os/unix_socket.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/sim/state.h"
 
 namespace timsctl::sim {
 
@@ -17,6 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr std::string_view kRouterPart = "router";
 constexpr tims::Duration kRouterPatience = 10s;
 constexpr tims::Duration kEndPatience = 2s;
 constexpr tims::Duration kLookAgain = 5ms;
@@ -133,16 +135,28 @@ void Programs::end(Condition concerned, int signal) {
   }
 }
 
-std::size_t Programs::kill(const PlannedHost& host, Part part) {
+std::size_t Programs::kill(const PlannedHost& host, std::string_view part) {
   const auto concerned = [&](const Program& program) {
-    return program.host == &host && (part == Part::kAll || program.router);
+    if (program.host != &host) return false;
+    if (part.empty() || program.router) return part.empty() || part == kRouterPart;
+    return program.label.find(part) != std::string::npos;
   };
-  const auto count = std::ranges::count_if(
-      programs_, [&](const Program& program) { return program.child && concerned(program); });
+  std::vector<std::string_view> known;
+  std::size_t killed = 0;
+  bool any = false;
+  bool router = false;
+  for (const Program& program : programs_) {
+    if (program.host == &host) known.push_back(program.label);
+    if (!concerned(program)) continue;
+    any = true;
+    router = router || program.router;
+    killed += program.child ? 1U : 0U;
+  }
+  if (!any) throw no_such("program", part, known);
   end(concerned, SIGKILL);
   std::error_code ignored;  // nobody listens there any more
-  std::filesystem::remove(host.socket(), ignored);
-  return static_cast<std::size_t>(count);
+  if (router) std::filesystem::remove(host.socket(), ignored);
+  return killed;
 }
 
 void Programs::end_all() {

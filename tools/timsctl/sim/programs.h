@@ -22,9 +22,9 @@ class Programs {
   // All routers side by side, then all components.
   void start_all(const Signals& signals);
 
-  enum class Part : std::uint8_t { kAll, kRouter };
-  // As if it lost its power. The number of programs that were ended.
-  std::size_t kill(const PlannedHost& host, Part part);
+  // As if it lost its power; or only the `router`, or what has `part` in its command. The number of
+  // programs that were ended. Throws Failure when the host has no such program.
+  std::size_t kill(const PlannedHost& host, std::string_view part);
   // Asks everybody to end, components first, and does not wait for ever.
   void end_all();
 

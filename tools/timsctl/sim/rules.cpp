@@ -84,4 +84,13 @@ json::object router_faults(const std::string& link, const Quality& quality) {
           {"jitter_s", ms(quality.jitter) / 1000}};
 }
 
+json::object all_faults(const std::string& link, const Quality& quality) {
+  json::object question = router_faults(link, quality);
+  if (link.empty()) question.erase("link");
+  question["loss"] = quality.loss;
+  question["rate"] = quality.rate_bits / 8;
+  question["blackout"] = quality.blackout;
+  return question;
+}
+
 }  // namespace timsctl::sim

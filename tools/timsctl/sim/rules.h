@@ -19,5 +19,7 @@ std::string dropping(const LineEnd& receiver, const Quality& quality);
 // order, when the kernel has no netem. `link` is the router's name for the link.
 json::object router_faults(const std::string& link, const Quality& quality);
 bool needs_router(const Quality& quality);
+// All of it, of a router that nobody helps; an empty `link`: all its links.
+json::object all_faults(const std::string& link, const Quality& quality);
 
 }  // namespace timsctl::sim

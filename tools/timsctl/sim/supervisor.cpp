@@ -197,10 +197,9 @@ void Supervisor::fault(const Line& line, const CommandLine& words) {
 }
 
 void Supervisor::kill(const PlannedHost& host, std::string_view part) {
-  const bool all = part != "router";
-  const std::size_t count =
-      programs_.kill(host, all ? Programs::Part::kAll : Programs::Part::kRouter);
-  say("kill", host.name, count == 0 ? "nothing runs there" : all ? "killed" : "router killed");
+  const std::size_t count = programs_.kill(host, part);
+  say("kill", host.name,
+      count == 0 ? "nothing runs there" : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
   write_state();
 }
 
@@ -214,7 +213,7 @@ void Supervisor::start(const PlannedHost& host) {
 void Supervisor::act(const Action& action) {
   if (!action.line.empty()) return fault(need_line(action.line), action.words);
   const PlannedHost& host = need_host(action.host);
-  action.words.front() == "kill" ? kill(host, "all") : start(host);
+  action.words.front() == "kill" ? kill(host, "") : start(host);
 }
 
 void Supervisor::owe(const Line& line, const LineState& before, const LineState& state) {

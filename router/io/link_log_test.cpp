@@ -1,0 +1,96 @@
+#include "router/io/link_log.h"
+
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+using core::EventKind;
+using testing::HasSubstr;
+
+struct LinkLogTest : testing::Test {
+  void happens(EventKind kind, std::string_view router = "base") {
+    const core::Party party{.id = core::ClientId(1),
+                            .port = core::PortKind::kLink,
+                            .name = core::Text<31>(router),
+                            .peer = std::string_view("10.0.0.1:2010")};
+    log.on_event(now,
+                 {.at = now, .kind = kind, .reason = core::CloseReason::kSilent, .client = party});
+  }
+  void flap(int times) {
+    for (int i = 0; i < times; ++i) {
+      happens(EventKind::kLinkDown);
+      happens(EventKind::kLinkUp);
+    }
+  }
+  void pass(Duration time) {
+    now += time;
+    while (log.next_timeout() <= now) log.on_timeout(now);
+  }
+
+  std::vector<std::string> lines;
+  Time now{1h};
+  LinkLog log{[this](config::LogLevel, std::string_view text) { lines.emplace_back(text); }};
+};
+
+TEST_F(LinkLogTest, SingleChangesAreWrittenAtOnce) {
+  flap(1);
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0], HasSubstr("base (10.0.0.1:2010) is down"));
+  EXPECT_THAT(lines[1], HasSubstr("is up"));
+  pass(10min);
+  EXPECT_EQ(lines.size(), 2U);
+  EXPECT_EQ(log.next_timeout(), kNever);
+}
+
+TEST_F(LinkLogTest, AFlappingLinkIsOneLineAMinute) {
+  flap(3);
+  EXPECT_EQ(lines.size(), 6U);
+  flap(20);
+  happens(EventKind::kLinkDown);
+  EXPECT_EQ(lines.size(), 6U);
+  pass(1min);
+  ASSERT_EQ(lines.size(), 7U);
+  EXPECT_THAT(lines[6], HasSubstr("is down"));
+  EXPECT_THAT(lines[6], HasSubstr("(41 lines like this were held back)"));
+  for (int minute = 0; minute < 10; ++minute) {
+    flap(5);
+    pass(1min);
+  }
+  EXPECT_EQ(lines.size(), 17U);
+  EXPECT_THAT(lines.back(), HasSubstr("is up"));
+}
+
+TEST_F(LinkLogTest, AfterAQuietMinuteItIsTrustedAgain) {
+  flap(10);
+  pass(1min);
+  pass(1min);
+  lines.clear();
+  flap(1);
+  EXPECT_EQ(lines.size(), 2U);
+}
+
+TEST_F(LinkLogTest, OtherLinksAreNotHeldBackWithIt) {
+  flap(10);
+  lines.clear();
+  happens(EventKind::kLinkDown, "robot1");
+  happens(EventKind::kUplinkChanged);
+  EXPECT_EQ(lines.size(), 2U);
+}
+
+TEST(LinkLog, TellsAtTheEndWhatItHolds) {
+  std::vector<std::string> lines;
+  {
+    LinkLog log([&](config::LogLevel, std::string_view text) { lines.emplace_back(text); });
+    for (int i = 0; i < 7; ++i) log.on_event(Time(1h), {.kind = EventKind::kLinkUp});
+    EXPECT_EQ(lines.size(), 6U);
+  }
+  EXPECT_EQ(lines.size(), 7U);
+}
+
+}  // namespace
+}  // namespace tims::io

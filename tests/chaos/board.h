@@ -1,0 +1,66 @@
+// What every client of a chaos run has sent to every other one, and what has come: in memory of a
+// file that all processes share, so it outlives each kill -9.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "tests/bench/shared_file.h"
+#include "tims/address.h"
+
+namespace tims::chaos {
+
+inline constexpr std::size_t kClientsMax = 32;
+// Messages of one flow keep their order: the eight classes, and samples.
+inline constexpr std::size_t kFlows = 9;
+inline constexpr std::size_t kSamples = 8;
+
+enum class Phase : std::uint32_t {
+  kQuiet,
+  kTraffic,  // messages of all kinds to anybody
+  kTour,     // a short one to everybody in turn
+};
+
+// From one client to one other, in one flow.
+struct Cell {
+  // The sender's.
+  std::atomic<std::uint32_t> sent;      // number of the last message
+  std::atomic<std::uint32_t> refused;   // those that send() did not take
+  std::atomic<std::uint32_t> answered;  // NOT_AVAILABLE
+  // The receiver's.
+  std::atomic<std::uint32_t> received;
+  std::atomic<std::uint32_t> newest;  // number of the last that came
+  std::atomic<std::uint64_t> seen;    // bit n: newest - n has come
+
+  // On its way, or lost.
+  [[nodiscard]] std::uint32_t missing() const { return sent - refused - received; }
+};
+
+struct Board {
+  std::atomic<Phase> phase;
+  std::atomic<std::uint32_t> wrong;        // lines "WRONG" in the logs of clients
+  std::atomic<std::uint32_t> standstills;  // times that a client had to wait for the machine
+  std::uint32_t clients;
+  std::array<std::uint32_t, kClientsMax> addresses;
+  std::array<std::array<std::array<Cell, kFlows>, kClientsMax>, kClientsMax> cells;  // [from][to]
+
+  [[nodiscard]] Address address(std::size_t client) const { return Address(addresses[client]); }
+};
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free);  // between processes
+
+class SharedBoard {
+ public:
+  static Result<SharedBoard> at(const std::string& path);
+  Board* operator->() const { return reinterpret_cast<Board*>(memory_.get()); }
+  Board& operator*() const { return *operator->(); }
+
+ private:
+  explicit SharedBoard(bench::SharedFile memory) : memory_(std::move(memory)) {}
+  bench::SharedFile memory_;
+};
+
+}  // namespace tims::chaos

@@ -1,0 +1,49 @@
+// What a seed stands for: the hosts of a fleet, and what happens to them in each round. Pure.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tims/address.h"
+#include "tims/time.h"
+
+namespace tims::chaos {
+
+inline constexpr std::size_t kClientsPerHost = 2;
+
+struct Host {
+  std::string name;                    // "robot1-arm"
+  std::optional<std::size_t> above{};  // the host of its super router
+  Address router{};
+  std::string line{};  // to the host above
+};
+
+struct Shape {
+  std::vector<Host> hosts;  // the base, then each robot: its main host, its arm
+
+  [[nodiscard]] std::size_t clients() const { return hosts.size() * kClientsPerHost; }
+  [[nodiscard]] Address client_address(std::size_t client) const;
+  // From `host` down to `below`: the next host; `host` itself when it is the same. Nothing: `below`
+  // is not below it.
+  [[nodiscard]] std::optional<std::size_t> next_down(std::size_t host, std::size_t below) const;
+};
+Shape make_shape(std::size_t robots);
+// The fleet file. `client`: the command of a client; its number is put behind it.
+std::string fleet_file(const Shape& shape, const std::string& client);
+
+struct Step {
+  Duration at{};
+  std::vector<std::string> words;  // behind `timsctl sim`
+};
+struct Round {
+  Duration span{};
+  bool kills = false;       // every second round: in the others losses are accounted for
+  std::vector<Step> steps;  // in the order of their times
+};
+Round plan_round(std::uint64_t seed, std::size_t number, const Shape& shape, Duration span_max);
+// Ends all that a round can have done.
+std::vector<Step> healing(const Shape& shape);
+
+}  // namespace tims::chaos

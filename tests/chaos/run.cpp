@@ -1,0 +1,278 @@
+#include "tests/chaos/run.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "tests/support/patience.h"
+#include "tools/timsctl/failure.h"
+
+namespace tims::chaos {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+constexpr Duration kLookEvery = test::kSlowdown * 1s;
+constexpr Duration kLookAgain = 20ms;
+constexpr Duration kSpanMax = 15s;
+constexpr Duration kCalm = 2s;
+constexpr int kCalmTries = 10;
+constexpr Duration kStill = 500ms;
+
+double seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+std::string own_program() { return fs::read_symlink("/proc/self/exe"); }
+
+std::string new_folder() {
+  std::string path = fs::temp_directory_path() / fmt::format("tims-chaos.{}", ::getpid());
+  fs::create_directories(path);
+  return path;
+}
+
+}  // namespace
+
+Run::Run(const Settings& settings, const timsctl::Signals& signals)
+    : settings_(settings),
+      signals_(signals),
+      began_(os::now()),
+      shape_(make_shape(settings.robots)),
+      folder_(new_folder()),
+      board_(timsctl::value_or_fail(SharedBoard::at(folder_ + "/board"), folder_)) {
+  board_->clients = static_cast<std::uint32_t>(shape_.clients());
+  for (std::size_t i = 0; i < shape_.clients(); ++i)
+    board_->addresses[i] = shape_.client_address(i).raw();
+}
+
+bool Run::go() {
+  say(fmt::format("seed {}, {} hosts, {} clients", settings_.seed, shape_.hosts.size(),
+                  shape_.clients()));
+  const std::string file = folder_ + "/fleet.toml";
+  std::ofstream(file) << fleet_file(shape_,
+                                    fmt::format("{} client {{}} {}/board", own_program(), folder_));
+  fleet_.emplace(fmt::format("chaos{}", ::getpid()), file, folder_);
+  judge_.emplace(shape_, *fleet_, signals_, [this](const std::string& text) { wrong(text); });
+  settle();
+  for (std::size_t number = 1; wrongs_ == 0; ++number) {
+    if (number > 2 && os::now() - began_ > settings_.length) break;
+    round(number);
+  }
+  if (wrongs_ > 0) keep();
+  const std::size_t memory = judge_->memory_max();
+  judge_.reset();
+  for (const std::string& what : fleet_->take_down()) wrong("left behind: " + what);
+  fleet_.reset();
+  if (wrongs_ == 0) fs::remove_all(folder_);
+  say(
+      fmt::format("{} messages, {} steps; the slowest to settle took {:.1f} s, the largest router "
+                  "{:.1f} MiB; {} wrong (seed {})",
+                  received(), steps_, seconds(slowest_), static_cast<double>(memory) / (1 << 20),
+                  wrongs_, settings_.seed));
+  return wrongs_ == 0;
+}
+
+// --- a round
+
+void Run::round(std::size_t number) {
+  const Duration span = std::clamp<Duration>(settings_.length / 6, 1s, kSpanMax);
+  const Round plan = plan_round(settings_.seed, number, shape_, span);
+  say(fmt::format("round {}: {:.1f} s of trouble{}", number, seconds(plan.span),
+                  plan.kills ? ", with kills" : ""));
+  const Losses missing_before = missing_by_class();
+  const Losses told_before = judge_->told_losses();
+  trouble(plan);
+  heal();
+  settle();
+  tour();
+  if (!plan.kills) judge_losses(missing_before, told_before);
+  calm();
+  finish_round();
+}
+
+void Run::trouble(const Round& round) {
+  board_->phase = Phase::kTraffic;
+  const Time began = os::now();
+  Time next_look = began + kLookEvery;
+  for (const Step& step : round.steps) {
+    for (; next_look < began + step.at; next_look = os::now() + kLookEvery) {
+      pause_until(next_look);
+      judge_->look();
+    }
+    pause_until(began + step.at);
+    act(step);
+  }
+  pause_until(began + round.span);
+}
+
+void Run::heal() {
+  for (const Step& step : healing(shape_)) fleet_->sim(step.words);
+  board_->phase = Phase::kQuiet;
+}
+
+// Every link is up, every router knows what it must know and nothing else.
+void Run::settle() {
+  const Duration took = await("settled", [&] { return judge_->not_settled(); });
+  slowest_ = std::max(slowest_, took);
+  say(fmt::format("settled after {:.2f} s", seconds(took)));
+}
+
+// From everybody to everybody.
+void Run::tour() {
+  constexpr std::size_t kFlow = 7;
+  const std::size_t clients = shape_.clients();
+  std::vector<std::uint32_t> marks;
+  for (std::size_t from = 0; from < clients; ++from)
+    for (std::size_t to = 0; to < clients; ++to)
+      marks.push_back(board_->cells[from][to][kFlow].sent);
+  board_->phase = Phase::kTour;
+  await("a message from everybody to everybody", [&]() -> std::string {
+    for (std::size_t from = 0; from < clients; ++from)
+      for (std::size_t to = 0; to < clients; ++to)
+        if (from != to && board_->cells[from][to][kFlow].newest <= marks[from * clients + to])
+          return fmt::format("nothing comes from client {} to client {}", from, to);
+    return {};
+  });
+  await_quiet();
+}
+
+// In peace nothing is lost; but it is no peace when the machine stands still.
+void Run::calm() {
+  for (int i = 0; i < kCalmTries; ++i) {
+    if (is_calm()) return;
+    say("the machine stood still: peace once more");
+    settle();
+    await_quiet();
+  }
+}
+
+// False: it was none.
+bool Run::is_calm() {
+  const std::vector<std::uint32_t> before = missing();
+  const std::uint32_t standstills = board_->standstills;
+  board_->phase = Phase::kTraffic;
+  pause_until(os::now() + kCalm);
+  board_->phase = Phase::kQuiet;
+  await("everything sent in peace has arrived", [&]() -> std::string {
+    if (board_->standstills != standstills) return {};
+    const std::vector<std::uint32_t> now = missing();
+    const auto [a, b] = std::ranges::mismatch(now, before);
+    if (a == now.end()) return {};
+    const auto cell = static_cast<std::size_t>(a - now.begin());
+    const std::size_t pair = cell / core::kClasses;
+    return fmt::format("client {} to client {}, class {}: {} lost before, {} now",
+                       pair / shape_.clients(), pair % shape_.clients(), cell % core::kClasses, *b,
+                       *a);
+  });
+  return board_->standstills == standstills;
+}
+
+// Nothing was killed: what has not arrived was counted by somebody.
+void Run::judge_losses(const Losses& missing_before, const Losses& told_before) {
+  const Losses missing_now = missing_by_class();
+  const Losses told_now = judge_->told_losses();
+  std::uint64_t all = 0;
+  for (std::size_t c = 0; c < core::kClasses; ++c) {
+    const std::uint64_t lost = missing_now[c] - missing_before[c];
+    const std::uint64_t told = told_now[c] - told_before[c];
+    all += lost;
+    if (lost > told)
+      wrong(fmt::format("{} messages of class {} are lost, and {} were told of", lost, c, told));
+  }
+  say(fmt::format("{} messages lost, all told of", all));
+}
+
+void Run::finish_round() {
+  judge_->look();
+  for (const std::string& what : fleet_->ended()) wrong("ended by itself: " + what);
+  if (board_->wrong > 0)
+    wrong(fmt::format("clients found {} things wrong: WRONG in component*.log",
+                      board_->wrong.load()));
+}
+
+// --- the board
+
+std::uint64_t Run::received() const {
+  std::uint64_t sum = 0;
+  for (const auto& from : board_->cells)
+    for (const auto& to : from)
+      for (const Cell& cell : to) sum += cell.received;
+  return sum;
+}
+
+std::vector<std::uint32_t> Run::missing() const {
+  std::vector<std::uint32_t> all;
+  for (std::size_t from = 0; from < shape_.clients(); ++from)
+    for (std::size_t to = 0; to < shape_.clients(); ++to)
+      for (std::size_t c = 0; c < core::kClasses; ++c)
+        all.push_back(board_->cells[from][to][c].missing());
+  return all;
+}
+
+Losses Run::missing_by_class() const {
+  Losses sums{};
+  const std::vector<std::uint32_t> all = missing();
+  for (std::size_t i = 0; i < all.size(); ++i) sums[i % core::kClasses] += all[i];
+  return sums;
+}
+
+// Nobody sends, nothing waits, nothing comes.
+void Run::await_quiet() {
+  board_->phase = Phase::kQuiet;
+  std::uint64_t before = received();
+  Time since = os::now();
+  await("quiet", [&]() -> std::string {
+    const std::uint64_t now = received();
+    if (now != std::exchange(before, now) || !judge_->nothing_waits()) since = os::now();
+    return os::now() - since > kStill ? "" : "something still comes";
+  });
+}
+
+// --- the rest
+
+template <typename Missing>
+Duration Run::await(const char* what, Missing missing) {
+  const Time began = os::now();
+  Duration patience = 2 * test::kPatience;  // while this process runs: it may be stopped
+  for (Time last = began;;) {
+    const Time now = os::now();
+    patience -= std::min(now - std::exchange(last, now), 1s + kLookAgain);
+    const bool last_try = patience < Duration{};
+    const std::string text = missing();
+    if (text.empty()) return os::now() - began;
+    if (last_try) {
+      wrong(fmt::format("not after {:.0f} s: {}: {}", seconds(os::now() - began), what, text));
+      return os::now() - began;
+    }
+    pause_until(os::now() + kLookAgain);
+  }
+}
+
+void Run::act(const Step& step) {
+  say(fmt::format("{}", fmt::join(step.words, " ")));
+  fleet_->sim(step.words);
+  ++steps_;
+}
+
+void Run::say(const std::string& text) const {
+  std::printf("%8.2f  %s\n", seconds(os::now() - began_), text.c_str());
+  std::fflush(stdout);
+}
+
+void Run::wrong(const std::string& text) {
+  ++wrongs_;
+  say("WRONG: " + text);
+}
+
+void Run::keep() {
+  judge_->save(folder_);
+  fleet_->save(folder_);
+  say("logs and what the routers know: " + folder_);
+}
+
+}  // namespace tims::chaos
