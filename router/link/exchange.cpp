@@ -12,6 +12,9 @@ constexpr int kAskedInVainMax = 8;
 // While so much of what was told is still to be sent, nothing more is: changes come together.
 constexpr std::uint64_t kBacklogMax = 64 << 10;
 
+// Hops: more than another way in a tree has, and far from kHopsMax.
+constexpr std::uint8_t kFarther = 6;
+
 // Hops as the other router counts them: one less than here.
 core::Origin as_told(core::Origin origin) {
   --origin.hops;
@@ -49,37 +52,44 @@ void Exchange::want(Time now, const TableState& state) {
 
 // --- what we tell
 
-void Exchange::set_telling(Time now, bool telling) {
+void Exchange::set_telling(Time now, Telling telling) {
   if (telling_ == telling) return;
   telling_ = telling;
-  if (!wanted_) return;
-  if (telling) return tell_all(now);
-  ControlMessage nothing(control::kSnapshot);
-  send(now, nothing);
-  told_ = {};
-  done(now);
+  if (wanted_) tell_all(now);
 }
 
 void Exchange::tell(Time now) {
-  if (!wanted_ || !telling_ || session_.queued_bytes(kControlLane) > kBacklogMax) return;
+  if (!wanted_ || telling_ == Telling::kNothing ||
+      session_.queued_bytes(kControlLane) > kBacklogMax)
+    return;
   const core::Below& below = router_.below();
   if (told_.number == below.number()) return;
-  below.remembers(told_.number) ? tell_changes(now) : tell_all(now);
+  telling_ == Telling::kAll&& below.remembers(told_.number) ? tell_changes(now) : tell_all(now);
 }
 
 void Exchange::tell_all(Time now) {
-  ControlMessage begin(control::kSnapshot);
-  send(now, begin);
+  // What becomes farther is told again without forgetting it first: it stays known meanwhile.
+  if (telling_ != Telling::kAsFarther) {
+    ControlMessage begin(control::kSnapshot);
+    send(now, begin);
+  }
+  told_ = {};
+  if (telling_ != Telling::kNothing) tell_table(now);
+  done(now);
+}
+
+void Exchange::tell_table(Time now) {
   ControlMessage message(control::kAdd);
-  router_.for_each_below([&](Address address, const core::Origin& origin) {
+  told_.number = router_.below().number();
+  router_.for_each_below([&](Address address, core::Origin origin) {
+    if (telling_ == Telling::kAsFarther) origin.hops += kFarther;
+    told_.hash ^= core::table_hash(address, origin);
     message.put(address, origin);
     if (!message.full()) return;
     send(now, message);
     message = ControlMessage(control::kAdd);
   });
   if (!message.empty()) send(now, message);
-  told_ = {router_.below().number(), router_.below().hash()};
-  done(now);
 }
 
 // Each address that changed is looked up as it is now: what came and went in between is not told.
@@ -162,8 +172,10 @@ bool Exchange::on_control(Time now, const core::Message& message) {
       if (!read_state(message.body(), state)) return false;
       wanted_ = true;
       // Asked again before the last answer is out: the keep-alives will bring it up.
-      if (!telling_ || session_.queued_bytes(kControlLane) > kBacklogMax) return true;
-      if (state == TableState{router_.below().number(), router_.below().hash()} &&
+      if (telling_ == Telling::kNothing || session_.queued_bytes(kControlLane) > kBacklogMax)
+        return true;
+      if (telling_ == Telling::kAll &&
+          state == TableState{router_.below().number(), router_.below().hash()} &&
           state.number != 0) {
         told_ = state;
         done(now);

@@ -22,8 +22,11 @@ class Exchange {
   // The link is down; what we held is withdrawn with the client.
   void end();
 
-  // False while another super router is used: then we tell nothing.
-  void set_telling(Time now, bool telling);
+  // A super router that is not used is told nothing. One that was used until now hears for a while
+  // that we are farther away than we are: those above prefer the other way, and what is on its way
+  // through this one finds us still.
+  enum class Telling : std::uint8_t { kNothing, kAsFarther, kAll };
+  void set_telling(Time now, Telling telling);
   // Tells what has changed. Cheap when nothing has.
   void tell(Time now);
 
@@ -45,6 +48,7 @@ class Exchange {
   void want(Time now, const TableState& state);
   [[nodiscard]] std::optional<TableState> to_ask_for(Time now, const TableState& theirs) const;
   void tell_all(Time now);
+  void tell_table(Time now);
   void tell_changes(Time now);
   void done(Time now);
   void add(Time now, Address address, core::Origin origin);
@@ -57,7 +61,7 @@ class Exchange {
   core::ClientId client_{};
   bool imports_ = false;
 
-  bool telling_ = true;
+  Telling telling_ = Telling::kAll;
   bool wanted_ = false;  // the other side has said what it holds
   TableState told_{};    // what it will hold when all has arrived
 
@@ -66,7 +70,7 @@ class Exchange {
   std::uint64_t held_count_ = 0;
   Time asked_{};  // last WANT
   int asked_in_vain_ = 0;
-  Time news_{};   // last word about the other side's table
+  Time news_{};  // last word about the other side's table
   // What the router did not take: it goes round in a loop. Counts as held, or we would ask for
   // ever.
   std::map<std::uint32_t, core::Origin> refused_;

@@ -79,7 +79,7 @@ class Link final : private Arrivals, private Losses {
   void call_now(Time now);
   // Tells what has changed below us; cheap when nothing has.
   void tell(Time now) { exchange_.tell(now); }
-  void set_telling(Time now, bool telling) { exchange_.set_telling(now, telling); }
+  void set_telling(Time now, Exchange::Telling telling) { exchange_.set_telling(now, telling); }
   // Builds the next datagram for address() into `to`; 0: none now.
   std::size_t build(Time now, std::span<std::byte> to);
   std::size_t build_probe(Time now, std::span<std::byte> to);

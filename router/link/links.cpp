@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
 // A more preferred super router must have been up for so long before it is used again.
 constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
+// So long the one used before still knows what is below us: what is on its way finds us.
+constexpr Duration kOverlap = std::chrono::seconds(1);
 
 // Differentiated services (RFC 4594): EF for the two highest classes, AF41 to AF11 below, CS1 for
 // the lowest.
@@ -238,11 +240,19 @@ void Links::choose_uplink(Time now) {
     best = &link;
     break;
   }
-  uplink_ = best;
+  if (best != uplink_) {
+    uplink_before_ = std::exchange(uplink_, best);
+    overlap_end_ = now + kOverlap;
+  }
   router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
+  using Telling = Exchange::Telling;
   for (const std::uint32_t slot : supers_) {
-    links_[slot]->set_telling(now, links_[slot].get() == best);
-    touch(*links_[slot]);
+    Link* link = links_[slot].get();
+    const bool leaving = link == uplink_before_ && now < overlap_end_;
+    link->set_telling(now, link == best ? Telling::kAll
+                           : leaving    ? Telling::kAsFarther
+                                        : Telling::kNothing);
+    touch(*link);
   }
 }
 

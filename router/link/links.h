@@ -148,6 +148,8 @@ class Links final : private LinkSurroundings {
   std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
   std::unordered_map<std::uint64_t, Pending> pending_;       // by our token
   Link* uplink_ = nullptr;
+  const Link* uplink_before_ = nullptr;  // only to be compared: it may be gone
+  Time overlap_end_{};
   bool choose_ = false;
   std::uint32_t told_ = 0;  // number of the router's table that was told
   Counters counters_;

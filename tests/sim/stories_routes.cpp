@@ -49,6 +49,42 @@ TEST(Routes, AnotherSuperRouterTakesOver) {
                           3 * kKeepAlive + 1s));
 }
 
+// A robot below either of two routers goes back to the one it prefers: nothing is lost meanwhile.
+TEST(Routes, NothingIsLostOnTheWayBackToThePreferredSuperRouter) {
+  World w(3);
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  for (std::uint8_t system = 1; system <= 2; ++system) {
+    w.add({.name = "gate" + std::to_string(system),
+           .role = core::Role::kSystem,
+           .system = system,
+           .links = {super_link(address_of(0)), sub_link()}});
+  }
+  Node& robot = w.add({.name = "robot",
+                       .role = core::Role::kSubsystem,
+                       .system = 1,
+                       .id = 3,
+                       .links = {super_link(address_of(1)), super_link(address_of(2))}});
+  w.set_faults({.delay = 5ms});
+  for (const auto& node : w.nodes()) node->start(w.now());
+  const auto gui = base.add_client(w.now(), "gui");
+  base.add_mailbox(w.now(), gui, kGui);
+  const auto ladar = robot.add_client(w.now(), "ladar");
+  robot.add_mailbox(w.now(), ladar, kLadar);
+  w.cut("robot", "gate1");
+  ASSERT_TRUE(w.run_until([&] { return Story::knows(base, kLadar); }, 5s));
+  w.run_for(2s);
+  w.cut("robot", "gate1", false);
+  for (int i = 0; i < 1000; ++i) {
+    base.send(w.now(), gui, {.type = 3, .dest = kLadar, .src = kGui});
+    robot.send(w.now(), ladar, {.type = 3, .dest = kGui, .src = kLadar});
+    w.run_for(5ms);
+  }
+  w.run_for(100ms);
+  EXPECT_EQ(robot.links().uplink()->peer().name.view(), "gate1");
+  EXPECT_EQ(robot.arrivals(ladar).size(), 1000U);
+  EXPECT_EQ(base.arrivals(gui).size(), 1000U);
+}
+
 TEST(Routes, TheTopClassOvertakesLargeMessages) {
   Story s;
   s.begin();
