@@ -171,8 +171,11 @@ TEST_F(SlowPageTest, OlderMessagesGoWholeOnesArriveUrgentOnesOvertake) {
 }
 
 TEST_F(SlowPageTest, LessImportantOnesAreRefused) {
-  send_until_lost("queue_replaced", 0, 9);
-  send_until_lost("queue_full", 10'000, 5);
+  // In turns: what the page's socket still takes makes room for a few of either kind.
+  for (int number = 0; drops("queue_full") == 0 && number < 5000; number += 20) {
+    for (int i = 0; i < 20; ++i) send(number + i, i < 15 ? 9 : 5);
+  }
+  EXPECT_GT(drops("queue_full"), 0U);
   EXPECT_EQ(drops("client_gone"), 0U);
 }
 
