@@ -24,8 +24,12 @@ int run_viewer(Session& session, const StopSignals& signals, const Arguments& ar
   ScanSummary summary;
   Time report = now() + 1s;
   bool subscribed = false;
+  Time ask = now();
   while (!signals.stop_within(Duration{})) {
-    if (!subscribed) subscribed = subscribe(*mailbox, arguments.to).ok();
+    if (!subscribed && now() >= ask) {
+      subscribed = subscribe(*mailbox, arguments.to).ok();
+      ask = now() + 200ms;  // nobody is there yet: not at once again
+    }
     const auto scan = mailbox->peek_for(200ms);
     if (scan && scan->header().type == type::kData && read_scan(scan->body(), summary)) {
       ++all;

@@ -8,6 +8,8 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "os/bind.h"
+
 namespace tims::io {
 namespace {
 
@@ -78,7 +80,11 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   if (!file) return cannot_listen(where);
   const int yes = 1;
   ::setsockopt(file.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (::bind(file.get(), address.get(), address.size) != 0) return cannot_listen(where);
+  const os::Bound bound = os::bind_even_early(file.get(), address.get(), address.size);
+  if (bound == os::Bound::kNo) return cannot_listen(where);
+  if (bound == os::Bound::kAddressNotHereYet)
+    log_.warning("tcp " + where.to_string() +
+                 ": this host has no such address yet; waiting for it");
   if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
   ::getsockname(file.get(), address.get(), &address.size);
   file_ = std::move(file);

@@ -53,6 +53,9 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   if (!socket) return socket.error();
   socket_ = std::move(*socket);
   descriptor_.assign(::dup(socket_->fd()));
+  if (socket_->is_early())
+    log_.warning("udp " + where.to_string() +
+                 ": this host has no such address yet; waiting for it");
   const std::uint32_t asked = socket_->asked_buffer_bytes();
   if (socket_->receive_buffer_bytes() < asked || socket_->send_buffer_bytes() < asked) {
     log_.info(fmt::format(

@@ -11,8 +11,7 @@ std::string last_word(const std::string& line) { return line.substr(line.rfind('
 
 }  // namespace
 
-RouterProcess::RouterProcess(std::vector<std::string> settings)
-    : settings_(std::move(settings)) {}
+RouterProcess::RouterProcess(std::vector<std::string> settings) : settings_(std::move(settings)) {}
 
 Result<void> RouterProcess::start() {
   // The same port again after a restart, so that clients find it.

@@ -1,4 +1,5 @@
-// A folder of its own for one test: tests run side by side, so no file has a fixed name. Gone with the object.
+// A folder of its own for one test: tests run side by side, so no file has a fixed name. Gone with
+// the object.
 #pragma once
 
 #include <filesystem>

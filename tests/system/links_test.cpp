@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/eventually.h"
+#include "tests/support/own_network.h"
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
@@ -42,6 +43,7 @@ class Host {
     udp_ = last_word(*line);
   }
   void kill() { router_->kill(); }
+  void listen_at(std::string udp) { udp_ = std::move(udp); }
   [[nodiscard]] const std::string& udp() const { return udp_; }
   [[nodiscard]] std::string socket() const { return router_->socket_path(); }
   [[nodiscard]] std::string log() { return router_->process().output(); }
@@ -74,6 +76,42 @@ class Host {
   std::string udp_ = "127.0.0.1:0";
   std::unique_ptr<RouterProcess> router_;
 };
+
+// The router is started first, then the interface gets its address.
+TEST(LateInterface, TheLinkComesUpWhenTheAddressDoes) {
+  const auto network = OwnNetwork::enter();
+  if (!network) GTEST_SKIP() << network.error().message();
+  Host base("base", "top", 0, 1, {"kind=sub,system=*"}, "security.insecure=true");
+  base.listen_at("10.203.0.9:0");
+  base.start();
+  EXPECT_THAT(base.log(), HasSubstr("this host has no such address yet"));
+  Host robot("robot1", "system", 1, 1, {"kind=super,to=" + base.udp()}, "security.insecure=true");
+  robot.listen_at("10.203.0.10:0");
+  robot.start();
+  Session session = robot.session("server");
+  const auto server = session.open({.address = kServer, .body_max = 100});
+  ASSERT_TRUE(server.ok()) << server.error().message();
+  EXPECT_FALSE(base.knows(kServer));
+  for (const char* address : {"10.203.0.9/32", "10.203.0.10/32"}) {
+    auto ip = ChildProcess::start({"ip", "address", "add", address, "dev", "lo"});
+    ASSERT_TRUE(ip.ok() && ip->wait().ok());
+  }
+  EXPECT_TRUE(eventually([&] { return base.knows(kServer); }, "the base knows the server"));
+}
+
+TEST(Ipv6, ALinkOverIt) {
+  Host base("base", "top", 0, 1, {"kind=sub,system=*"});
+  base.listen_at("[::1]:0");
+  base.start();
+  EXPECT_THAT(base.udp(), HasSubstr("[::1]:"));
+  Host robot("robot1", "system", 1, 1, {"kind=super,to=" + base.udp()});
+  robot.listen_at("[::1]:0");
+  robot.start();
+  Session session = robot.session("server");
+  const auto server = session.open({.address = kServer, .body_max = 100});
+  ASSERT_TRUE(server.ok()) << server.error().message();
+  EXPECT_TRUE(eventually([&] { return base.knows(kServer); }, "the base knows the server"));
+}
 
 // base (top) - robot1 (system) - arm (subsystem)
 struct Tree : testing::Test {

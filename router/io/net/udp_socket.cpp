@@ -4,6 +4,7 @@
 
 #include <netinet/udp.h>
 
+#include "os/bind.h"
 #include "router/io/net/system_address.h"
 
 namespace tims::io {
@@ -71,7 +72,10 @@ void UdpSocket::set_options() {
 
 bool UdpSocket::bind(const link::NetAddress& where) {
   auto address = system_address(where, family_);
-  if (!address || ::bind(fd(), address->get(), address->size) != 0) return false;
+  if (!address) return false;
+  const os::Bound bound = os::bind_even_early(fd(), address->get(), address->size);
+  if (bound == os::Bound::kNo) return false;
+  is_early_ = bound == os::Bound::kAddressNotHereYet;
   address->size = sizeof address->storage;
   if (::getsockname(fd(), address->get(), &address->size) != 0) return false;
   local_ = address->net_address();

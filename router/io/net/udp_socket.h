@@ -46,6 +46,8 @@ class UdpSocket {
 
   [[nodiscard]] int fd() const { return file_.get(); }
   [[nodiscard]] const link::NetAddress& local() const { return local_; }
+  // When it was opened, no interface had this address yet.
+  [[nodiscard]] bool is_early() const { return is_early_; }
 
   // As asked for; half of what the system accounts with, which charges for its own records too.
   [[nodiscard]] std::uint32_t receive_buffer_bytes() const { return receive_buffer_bytes_; }
@@ -81,6 +83,7 @@ class UdpSocket {
   int family_ = 0;
   UdpOptions options_;
   link::NetAddress local_{};
+  bool is_early_ = false;
   std::uint32_t receive_buffer_bytes_ = 0;
   std::uint32_t send_buffer_bytes_ = 0;
   Counters counters_{};
