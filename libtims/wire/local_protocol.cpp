@@ -19,6 +19,8 @@ struct Text {
   std::string Owner::*member;
   std::size_t max;
 };
+template <typename Owner>
+Text(std::string Owner::*, std::size_t) -> Text<Owner>;  // clang-16 cannot guess
 template <typename T>
 constexpr std::tuple<> none() {
   static_assert(std::is_empty_v<T>, "a record whose fields are not listed below");

@@ -9,7 +9,7 @@ MessageMemory::MessageMemory(std::span<std::byte> memory) : memory_(memory.data(
   free_.fill(kNone);
   const std::size_t count = std::bit_floor(memory.size() / kPieceMin);
   if (count == 0) return;
-  order_max_ = std::min<std::size_t>(std::countr_zero(count), kOrders - 1);
+  order_max_ = std::min(static_cast<std::size_t>(std::countr_zero(count)), kOrders - 1);
   pieces_.resize(std::size_t{1} << order_max_);
   push(0, order_max_);
 }
