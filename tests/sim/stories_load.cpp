@@ -1,0 +1,118 @@
+// Complaints about large messages, full queues and memory that only grows.
+#include <array>
+
+#include "tests/sim/story.h"
+
+namespace tims::sim {
+namespace {
+
+TEST(Load, LargeMessagesArriveInSpiteOfLossAndReordering) {
+  Story s;
+  s.begin();
+  s.set_faults({.loss = 0.05, .duplicate = 0.02, .reorder = 0.1, .delay = 5ms});
+  for (const std::size_t size : {100'000U, 1U << 20, 7U << 20}) {
+    std::vector<std::byte> body(size);
+    for (std::size_t i = 0; i < size; ++i) body[i] = static_cast<std::byte>(i * 31 >> 3);
+    const std::size_t before = s.base->arrivals(s.gui).size();
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
+    ASSERT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() > before; }, 30s)) << size;
+    EXPECT_EQ(s.base->arrivals(s.gui).back().body, body);
+  }
+  s.run_for(5s);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), 3U) << "something came twice";
+}
+
+// Once full, never again? Neither the lowest class nor the others.
+TEST(Load, AFullQueueEmptiesAgain) {
+  Story s;
+  s.begin();
+  const std::vector<std::byte> body(100'000);
+  for (int round = 0; round < 3; ++round) {
+    s.cut("robot", "base");
+    for (int i = 0; i < 400; ++i)
+      s.robot->send(s.now(), s.ladar,
+                    {.type = -7,
+                     .priority = static_cast<std::uint8_t>(i % 2 == 0 ? 0 : 100),
+                     .dest = kGui,
+                     .src = kLadar},
+                    body);
+    EXPECT_GT(s.robot->lost(0), 0U) << "the queue did not become full";
+    s.run_for(500ms);
+    s.cut("robot", "base", false);
+    s.run_for(5s);
+    for (const std::uint8_t priority : std::array<std::uint8_t, 3>{0, 100, 255}) {
+      const std::size_t before = s.base->arrivals(s.gui).size();
+      s.robot->send(s.now(), s.ladar,
+                    {.type = -7, .priority = priority, .dest = kGui, .src = kLadar}, body);
+      EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() > before; }, 1s));
+    }
+  }
+}
+
+// Clients and their mailboxes, for days: nobody remembers them.
+TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
+  Story s;
+  s.begin();
+  const auto memory = [&] {
+    return s.base->router().table().memory_bytes() + s.base->memory_in_use() +
+           s.robot->router().table().memory_bytes() + s.robot->memory_in_use();
+  };
+  const auto come_and_go = [&](std::uint32_t times) {
+    for (std::uint32_t i = 0; i < times; ++i) {
+      const Address address(0x01150100 + i % 97);
+      const auto id = s.host->add_client(s.now(), "visitor");
+      s.host->add_mailbox(s.now(), id, address);
+      s.run_for(3ms);
+      s.host->remove_client(s.now(), id);
+      s.run_for(3ms);
+    }
+  };
+  come_and_go(500);
+  const std::size_t before = memory();
+  const std::size_t mailboxes = s.base->router().table().size();
+  come_and_go(20'000);
+  EXPECT_EQ(memory(), before);
+  EXPECT_EQ(s.base->router().table().size(), mailboxes);
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// Two radios, side by side: a robot that is linked to the base and to another robot, which is
+// linked to the base too.
+TEST(Load, OverTwoWaysEachMessageArrivesOnce) {
+  World w(4);
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  Node& one = w.add(
+      {.name = "one", .system = 1, .links = {super_link(address_of(0)), peer_link(address_of(2))}});
+  Node& two = w.add(
+      {.name = "two",
+       .system = 2,
+       .links = {super_link(address_of(0)), {.kind = core::LinkKind::kPeer, .connects = false}}});
+  w.set_faults({.loss = 0.02, .duplicate = 0.05, .delay = 2ms});
+  for (const auto& node : w.nodes()) node->start(w.now());
+  const auto gui = base.add_client(w.now(), "gui");
+  base.add_mailbox(w.now(), gui, kGui);
+  const auto ladar = one.add_client(w.now(), "ladar");
+  one.add_mailbox(w.now(), ladar, kLadar);
+  const auto chassis = two.add_client(w.now(), "chassis");
+  two.add_mailbox(w.now(), chassis, kChassis);
+  ASSERT_TRUE(w.run_until(
+      [&] {
+        return Story::knows(base, kLadar) && Story::knows(base, kChassis) &&
+               Story::knows(one, kChassis) && Story::knows(two, kLadar);
+      },
+      5s));
+  for (int i = 0; i < 200; ++i) {
+    const auto number = static_cast<std::uint8_t>(i);
+    base.send(w.now(), gui, {.type = 3, .seq_nr = number, .dest = kLadar, .src = kGui});
+    two.send(w.now(), chassis, {.type = 3, .seq_nr = number, .dest = kLadar, .src = kChassis});
+    w.run_for(5ms);
+  }
+  w.run_for(2s);
+  std::map<std::uint32_t, std::uint8_t> next;
+  for (const Arrival& arrival : one.arrivals(ladar))
+    EXPECT_EQ(arrival.header.seq_nr, next[arrival.header.src.raw()]++);
+  EXPECT_EQ(one.arrivals(ladar).size(), 400U);
+}
+
+}  // namespace
+}  // namespace tims::sim
