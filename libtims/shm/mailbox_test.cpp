@@ -19,7 +19,7 @@ class MailboxTest : public testing::Test {
   void make(std::uint32_t slots, std::uint32_t body_max = 64, std::uint32_t long_places = 0) {
     const std::uint32_t message_max = body_max + kHeaderSize;
     bytes_ = Geometry::of(slots, message_max, long_places).bytes;
-    memory_ = static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{128}));
+    memory_ = static_cast<std::byte*>(::operator new(bytes_, std::align_val_t{128}));
     std::memset(memory_, 0, bytes_);
     view_ = MailboxView::create(memory(), 0,
                                 {.address = Address(7),
@@ -28,7 +28,7 @@ class MailboxTest : public testing::Test {
                                  .long_places = long_places});
     receiver_.emplace(view_);
   }
-  void TearDown() override { ::operator delete (memory_, std::align_val_t{128}); }
+  void TearDown() override { ::operator delete(memory_, std::align_val_t{128}); }
 
   std::span<std::byte> memory() { return {memory_, bytes_}; }
 

@@ -124,8 +124,7 @@ void ClientPort::receive_some(LocalClient& client) {
     if (!received && received.error() == Errc::kEmpty) return;
     if (!received || received->size == 0) return drop(token, core::CloseReason::kPeerClosed);
     auto decoded = wire::decode(std::span(record_).first(received->size));
-    if (received->truncated || !decoded.packet ||
-        !handle(client, *decoded.packet, received->files))
+    if (received->truncated || !decoded.packet || !handle(client, *decoded.packet, received->files))
       return drop(token, core::CloseReason::kBadRecord);
     if (clients_[token].get() != &client) return;
     // It rings once and then waits for what it has sent; if not, we are called again.

@@ -108,7 +108,7 @@ class ClientPort final : public Port {
   // What came through uplinks this turn, copied out of shared memory.
   std::vector<std::byte> copies_;
   std::size_t copied_ = 0;
-  Time now_{};  // of this turn
+  Time now_{};                   // of this turn
   bool delivered_here_ = false;  // the message at hand went into a local mailbox
 };
 

@@ -12,7 +12,8 @@ constexpr std::size_t kKeepBytes = 2 << 20;  // of a place: stays in memory for 
 }  // namespace
 
 Result<std::unique_ptr<Uplink>> Uplink::make(std::uint32_t message_max) {
-  auto memfd = os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max, kLongPlaces).bytes);
+  auto memfd =
+      os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max, kLongPlaces).bytes);
   if (!memfd) return memfd.error();
   auto mapping = os::Mapping::of(*memfd);
   if (!mapping) return mapping.error();

@@ -10,11 +10,6 @@ namespace tims::link {
 namespace {
 
 constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
-// A more preferred super router must have been up for so long before it is used again.
-constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
-// So long the one used before still knows what is below us: what is on its way finds us.
-constexpr Duration kOverlap = std::chrono::seconds(1);
-
 // Differentiated services (RFC 4594): EF for the two highest classes, AF41 to AF11 below, CS1 for
 // the lowest.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 10, 18, 26, 34, 46, 46, 48};
@@ -227,34 +222,7 @@ void Links::learn_token(Link& link) {
   if (link.our_token() != 0) tokens_[link.our_token()] = link.slot();
 }
 
-// --- which super router
-
-void Links::choose_uplink(Time now) {
-  if (!std::exchange(choose_, false)) return;
-  Link* best = nullptr;
-  for (const std::uint32_t slot : supers_) {
-    Link& link = *links_[slot];
-    const bool settled = now >= link.since() + kFailBackAfter || uplink_ == nullptr ||
-                         !uplink_->is_up() || &link == uplink_;
-    if (!link.is_up() || !settled) continue;
-    best = &link;
-    break;
-  }
-  if (best != uplink_) {
-    uplink_before_ = std::exchange(uplink_, best);
-    overlap_end_ = now + kOverlap;
-  }
-  router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
-  using Telling = Exchange::Telling;
-  for (const std::uint32_t slot : supers_) {
-    Link* link = links_[slot].get();
-    const bool leaving = link == uplink_before_ && now < overlap_end_;
-    link->set_telling(now, link == best ? Telling::kAll
-                           : leaving    ? Telling::kAsFarther
-                                        : Telling::kNothing);
-    touch(*link);
-  }
-}
+// --- what is told
 
 void Links::tell(Time now) {
   // Nobody is told while nothing has changed, and those below never are.

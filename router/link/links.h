@@ -128,7 +128,7 @@ class Links final : private LinkSurroundings {
   void touch(Link& link);
   void learn_token(Link& link);
   void settle(Time now);
-  void choose_uplink(Time now);
+  void choose_uplink(Time now);  // links_uplink.cpp
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);

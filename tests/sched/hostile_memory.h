@@ -36,12 +36,11 @@ class GuardedMailbox {
   // As new.
   MailboxView lay_out() {
     std::ranges::fill(segment(), std::byte{0});
-    return MailboxView::create(
-        segment(), offset(),
-        {.address = Address(1),
-         .slots = geometry_.slots,
-         .message_max = geometry_.message_max,
-         .long_places = geometry_.long_places});
+    return MailboxView::create(segment(), offset(),
+                               {.address = Address(1),
+                                .slots = geometry_.slots,
+                                .message_max = geometry_.message_max,
+                                .long_places = geometry_.long_places});
   }
   [[nodiscard]] std::span<std::byte> segment() const { return {map_ + kPage, inside_}; }
   [[nodiscard]] std::uint64_t offset() const {

@@ -90,8 +90,7 @@ class Stress {
     const Header header{
         .priority = priority, .dest = Address(number), .src = Address(writer), .length = kLength};
     wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
-    for (std::size_t i = 0; i < kBodyBytes; ++i)
-      claim.body[i] = pattern(writer, number, i);
+    for (std::size_t i = 0; i < kBodyBytes; ++i) claim.body[i] = pattern(writer, number, i);
     if (give_up) return sender.give_up(claim);
     ASSERT_EQ(sender.commit(claim), SendOutcome::kOk);
     committed_.fetch_add(1);

@@ -85,8 +85,8 @@ TEST(Reconnect, TheUpperRouterGetsAnotherAddress) {
       [&] { return s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui, 100ms); }, 1s));
 }
 
-// UDP's checksum finds nearly all damage, not all. A byte stream that is damaged stays so: the table
-// that stays wrong tells.
+// UDP's checksum finds nearly all damage, not all. A byte stream that is damaged stays so: the
+// table that stays wrong tells.
 TEST(Reconnect, DamagedLanesAreBegunAnew) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     Story s(seed);

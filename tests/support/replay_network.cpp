@@ -87,7 +87,8 @@ void ReplayNetwork::register_fence(ReplayConnection& c) {
 }
 
 bool ReplayNetwork::fence(ReplayConnection& c) {
-  c.socket.send(bytes_of({.type = kFenceType, .dest = c.fence_address(), .src = c.fence_address()}));
+  c.socket.send(
+      bytes_of({.type = kFenceType, .dest = c.fence_address(), .src = c.fence_address()}));
   ++c.fences_sent;
   c.unfenced = false;
   return run_until([&] { return c.fences_seen == c.fences_sent || !c.socket.is_there(); }) &&
