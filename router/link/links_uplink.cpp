@@ -31,12 +31,12 @@ void Links::choose_uplink(Time now) {
   router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
   using Telling = Exchange::Telling;
   for (const std::uint32_t slot : supers_) {
-    Link* link = links_[slot].get();
-    const bool leaving = link == uplink_before_ && now < overlap_end_;
-    link->set_telling(now, link == best ? Telling::kAll
-                           : leaving    ? Telling::kAsFarther
+    Link& link = *links_[slot];
+    const bool leaving = &link == uplink_before_ && now < overlap_end_;
+    link.set_telling(now, &link == best ? Telling::kAll
+                          : leaving     ? Telling::kAsFarther
                                         : Telling::kNothing);
-    touch(*link);
+    touch(link);
   }
 }
 
