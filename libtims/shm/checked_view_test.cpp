@@ -76,8 +76,8 @@ TEST(Geometry, LongBodiesLieBehindTheSlots) {
       const Geometry g = Geometry::of(slots, message_max);
       EXPECT_EQ(g.long_places, slots);
       EXPECT_FALSE(g.shares_places());
-      EXPECT_EQ(g.stride, 512U);
-      EXPECT_EQ(g.short_max, 512U - sizeof(SlotHeader) - kHeaderSize);
+      EXPECT_EQ(g.stride, 2176U);
+      EXPECT_EQ(g.short_max, 2176U - sizeof(SlotHeader) - kHeaderSize);
       EXPECT_GE(g.long_at, g.slots_at + slots * g.stride);
       EXPECT_GE(g.long_stride, message_max - kHeaderSize);
       EXPECT_EQ(g.long_at % 128, 0U);

@@ -94,7 +94,7 @@ static_assert(sizeof(SlotHeader) == 16);
 // Slots up to this size are in one piece. Of larger ones the short messages, by far the most in
 // number, lie close together, so that they share pages and cache; only long ones are far apart.
 inline constexpr std::size_t kWholeMax = 4096;
-inline constexpr std::size_t kDividedSlot = 512;
+inline constexpr std::size_t kDividedSlot = 17 * 128;  // odd: neighbours share no line of a cache
 
 // Where the parts of a mailbox lie, computed from the numbers that are its size.
 struct Geometry {
