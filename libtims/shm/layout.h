@@ -15,6 +15,7 @@ inline constexpr std::uint32_t kReady = 0x4D584254;  // "TBXM"; written last
 inline constexpr std::uint32_t kSlotsMax = 65535;
 inline constexpr std::uint32_t kMessageMax = 1U << 30;  // bytes, header included
 inline constexpr std::size_t kLine = 64;
+inline constexpr std::size_t kPair = 2 * kLine;  // as the processor fetches them
 
 // Entries of a ring beyond two for each slot. Tests make it small, so that a ring's end is near.
 #ifndef TIMS_RING_SPARE
@@ -94,7 +95,7 @@ static_assert(sizeof(SlotHeader) == 16);
 // Slots up to this size are in one piece. Of larger ones the short messages, by far the most in
 // number, lie close together, so that they share pages and cache; only long ones are far apart.
 inline constexpr std::size_t kWholeMax = 4096;
-inline constexpr std::size_t kDividedSlot = 17 * 128;  // odd: neighbours share no line of a cache
+inline constexpr std::size_t kDividedSlot = 17 * kPair;  // odd: neighbours share no line of a cache
 
 // Where the parts of a mailbox lie, computed from the numbers that are its size.
 struct Geometry {
@@ -126,7 +127,7 @@ struct Geometry {
     const std::size_t whole = sizeof(SlotHeader) + message_max;
     const bool divided = whole > kWholeMax;
     const std::size_t slot = divided ? kDividedSlot : whole;
-    // From two lines on in pairs, as the processor fetches them.
+    // From two lines on in pairs.
     g.stride = up(slot, slot > kLine ? kPair : kLine);
     g.short_max = slot - sizeof(SlotHeader) - kHeaderSize;
     if (divided) {
@@ -152,7 +153,6 @@ struct Geometry {
   }
 
  private:
-  static constexpr std::size_t kPair = 2 * kLine;
   static constexpr std::size_t up(std::size_t size, std::size_t unit) {
     return (size + unit - 1) / unit * unit;
   }
