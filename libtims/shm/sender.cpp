@@ -2,7 +2,6 @@
 #include "shm/sender.h"
 
 #include <cstring>
-#include <optional>
 
 namespace tims::shm {
 
@@ -60,23 +59,24 @@ Sender::Room Sender::find_room(std::uint8_t priority) const {
 
 // For a long body. The first place that is free: its pages are most likely to be there.
 bool Sender::claim_place(Claim& claim) {
-  std::uint32_t place = claim.index;
-  if (view_.geometry().shares_places() && !claim_shared_place(claim, place)) {
+  const auto place = place_for(claim);
+  if (!place) {
     give_up(claim);
     view_.header().refused.fetch_add(1, memory_order_relaxed);
     return false;
   }
-  std::memcpy(claim.body, &place, sizeof place);
-  claim.body = view_.long_body(place);
+  std::memcpy(claim.body, &*place, sizeof *place);
+  claim.body = view_.long_body(*place);
   return true;
 }
 
-// A place is held by one life of a slot: it is free when that has ended, however it did.
-bool Sender::claim_shared_place(const Claim& claim, std::uint32_t& place) {
+// A shared place is held by one life of a slot: it is free when that has ended, however it did.
+std::optional<std::uint32_t> Sender::place_for(const Claim& claim) {
   const Geometry& geometry = view_.geometry();
+  if (!geometry.shares_places()) return claim.index;
   const Hint mine{.generation = claim.word.generation,
                   .index = static_cast<std::uint16_t>(claim.index)};
-  for (place = 0; place < geometry.long_places; ++place) {
+  for (std::uint32_t place = 0; place < geometry.long_places; ++place) {
     Word64& holder = view_.holder(place);
     const std::uint64_t packed = holder.load(memory_order_acquire);
     const Hint before = Hint::unpack(packed);
@@ -84,9 +84,9 @@ bool Sender::claim_shared_place(const Claim& claim, std::uint32_t& place) {
     const SlotWord word =
         SlotWord::unpack(view_.slot(before.index).word.load(memory_order_acquire));
     const bool lives = word.generation == before.generation && word.state != SlotState::kFree;
-    if (!lives && holder.compare_exchange(packed, mine.pack(), memory_order_acq_rel)) return true;
+    if (!lives && holder.compare_exchange(packed, mine.pack(), memory_order_acq_rel)) return place;
   }
-  return false;
+  return std::nullopt;
 }
 
 void Sender::give_up(const Claim& claim) {

@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "shm/checked_view.h"
 #include "shm/slot.h"
@@ -59,7 +60,7 @@ class Sender {
   bool claim_free(std::uint8_t priority, Claim& claim);
   SendOutcome claim_by_scan(std::uint8_t priority, Claim& claim);
   bool claim_place(Claim& claim);
-  bool claim_shared_place(const Claim& claim, std::uint32_t& place);
+  std::optional<std::uint32_t> place_for(const Claim& claim);
   bool claim_slot(std::uint32_t index, SlotWord from, std::uint8_t priority, Claim& claim);
   // What one look at every slot has found.
   struct Room {

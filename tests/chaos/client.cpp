@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "router/core/ids.h"
 #include "router/core/random.h"
 #include "tests/support/patience.h"
 #include "tims/session.h"
@@ -128,9 +129,8 @@ class Client {
   void take_answer(const Header& header) {
     for (std::size_t to = 0; to < board_.clients; ++to)
       if (board_.address(to) == header.src)
-        ++board_.cells[own_][to][core_class(header.priority)].answered;
+        ++board_.cells[own_][to][core::class_of(header.priority)].answered;
   }
-  static std::size_t core_class(std::uint8_t priority) { return priority >> 5; }
 
   void check_order(const Stamp& stamp, const std::string& what) {
     Cell& cell = board_.cells[stamp.from][own_][stamp.flow];

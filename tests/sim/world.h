@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "router/core/random.h"
 #include "router/core/router.h"
 #include "router/link/impairment.h"
 #include "router/link/links.h"
@@ -163,7 +164,7 @@ class World {
 
   std::uint64_t random();
   std::uint64_t random(std::uint64_t below) { return random() % below; }
-  double chance() { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
+  double chance() { return core::next_share(random_); }
 
   // For nodes: a train leaves.
   void transmit(Node& from, const link::Train& train);
