@@ -98,11 +98,6 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
   return std::move(pending.answers);
 }
 
-void RouterLink::post(const wire::Record& record) {
-  const std::lock_guard lock(mutex_);
-  if (connected_) (void)send_packet(socket_.get(), 0, record, {}, false);
-}
-
 Time RouterLink::connected_at() const {
   const std::lock_guard lock(mutex_);
   return connected_at_;

@@ -58,8 +58,6 @@ class RouterLink {
   // Sends a request and waits for `answers` records. kNoRouter: not connected, or lost meanwhile.
   Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
                                        std::size_t answers);
-  // Never waits; what the socket cannot take is dropped.
-  void post(const wire::Record& record);
 
   // Counts the routers met so far; 0: none yet. Cheap.
   [[nodiscard]] std::uint64_t connection() const {

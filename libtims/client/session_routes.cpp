@@ -108,7 +108,7 @@ Result<Target*> SessionCore::uplink() {
   if (!answers) return answers.error();
   Answer& answer = answers->front();
   const auto* granted = std::get_if<wire::Uplink>(&answer.record);
-  if (granted == nullptr || answer.files.size() != 1)
+  if (granted == nullptr || answer.files.size() != 2)
     return Error(Errc::kRefused, "the router gives no uplink");
   auto segment = peer_segment(answer.files[0]);
   if (!segment) return segment.error();
@@ -117,6 +117,7 @@ Result<Target*> SessionCore::uplink() {
   segment.value()->use(granted->place.offset);
   targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, **segment));
   targets_.back()->uplink = true;
+  targets_.back()->event_fd = std::move(answer.files[1]);
   uplink_.store(targets_.back().get(), std::memory_order_release);
   return targets_.back().get();
 }
@@ -135,10 +136,8 @@ void SessionCore::wake_sleeper(Target& target, std::uint32_t sleep) {
       os::futex_clear_and_wake(*word.raw());
       return;
     case shm::WakeKind::kEventFd:
-      os::signal_event_fd(target.event_fd.get());
-      break;
     case shm::WakeKind::kDoorbell:
-      link_.post(wire::Doorbell{});
+      os::signal_event_fd(target.event_fd.get());
       break;
   }
   word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);

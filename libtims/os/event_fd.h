@@ -1,7 +1,10 @@
 // An eventfd: a wake-up that an event loop can wait for.
 #pragma once
 
+#include <cstdint>
+
 #include <sys/eventfd.h>
+#include <sys/uio.h>
 
 #include "os/file.h"
 
@@ -13,9 +16,11 @@ inline Result<File> make_event_fd() {
   return file;
 }
 inline void signal_event_fd(int fd) { ::eventfd_write(fd, 1); }
+// Never waits: the descriptor's own flags can be changed by whoever shares it.
 inline void drain_event_fd(int fd) {
-  eventfd_t value = 0;
-  ::eventfd_read(fd, &value);
+  std::uint64_t value = 0;
+  const iovec whole{&value, sizeof value};
+  (void)::preadv2(fd, &whole, 1, -1, RWF_NOWAIT);
 }
 
 }  // namespace tims::os

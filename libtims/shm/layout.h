@@ -27,7 +27,7 @@ inline constexpr std::uint32_t kRingSpare = TIMS_RING_SPARE;
 enum class WakeKind : std::uint32_t {
   kFutex,     // on MailboxHeader::sleep
   kEventFd,   // the owner's eventfd
-  kDoorbell,  // a record on the client's socket: the mailbox is its uplink to the router
+  kDoorbell,  // an eventfd that came with it: the mailbox is a client's uplink to the router
 };
 
 struct MailboxHeader {

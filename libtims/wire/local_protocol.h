@@ -12,8 +12,7 @@
 //     Lookup[...]                      ->
 //                                      <-    Found (+ memfd, eventfd)     one for each address
 //     UplinkRequest                    ->
-//                                      <-    Uplink + memfd
-//     Doorbell                         ->                        (the uplink has messages)
+//                                      <-    Uplink + memfd, eventfd
 //                                      <-    Moved                (look this address up again)
 //
 // Every decoder takes whatever came and says what is wrong with it.
@@ -33,7 +32,7 @@
 namespace tims::wire {
 
 inline constexpr std::uint32_t kLocalMagic = 0x534D4954;  // "TIMS"
-inline constexpr std::uint16_t kLocalVersion = 1;
+inline constexpr std::uint16_t kLocalVersion = 2;
 inline constexpr std::size_t kRecordBytesMax = 64 << 10;
 inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close or Lookup
 inline constexpr std::size_t kNameMax = 31;
@@ -99,14 +98,13 @@ struct UplinkRequest {};
 struct Uplink {
   Place place = {};
 };
-struct Doorbell {};
 // A message came through the uplink although its receiver is on this host by now.
 struct Moved {
   Address address = {};
 };
 
 using Record = std::variant<Hello, Welcome, Refused, OfferSegment, Open, Opened, Close, Closed,
-                            Lookup, Found, UplinkRequest, Uplink, Doorbell, Moved>;
+                            Lookup, Found, UplinkRequest, Uplink, Moved>;
 
 struct Packet {
   std::uint32_t request = 0;  // a client's number for a request, repeated in the answer

@@ -31,7 +31,6 @@ std::vector<Packet> one_of_each() {
       {10, Found{Address(17), true, place, false}},
       {11, UplinkRequest{}},
       {12, Uplink{place}},
-      {13, Doorbell{}},
       {0xFFFFFFFF, Moved{Address(18)}},
   };
 }
@@ -137,11 +136,11 @@ Bytes with_u16(Bytes bytes, std::size_t at, std::uint16_t number) {
 }
 
 TEST(LocalProtocol, RefusesWhatNoEncoderWrites) {
-  const Bytes doorbell = bytes_of({1, Doorbell{}});
-  for (const unsigned kind : {0U, 15U, 255U, 65535U})
-    EXPECT_EQ(decode(with_u16(doorbell, 0, static_cast<std::uint16_t>(kind))).problem,
+  const Bytes request = bytes_of({1, UplinkRequest{}});
+  for (const unsigned kind : {0U, 14U, 255U, 65535U})
+    EXPECT_EQ(decode(with_u16(request, 0, static_cast<std::uint16_t>(kind))).problem,
               "unknown kind of record");
-  EXPECT_EQ(decode(with_u16(doorbell, 2, 1)).problem, "a record from another version");
+  EXPECT_EQ(decode(with_u16(request, 2, 1)).problem, "a record from another version");
   EXPECT_EQ(decode(with_u16(bytes_of({1, Lookup{}}), 8, kBatchMax + 1)).problem,
             "a list that is too long");
   EXPECT_EQ(decode(with_u16(bytes_of({1, Refused{}}), 8, kTextMax + 1)).problem,

@@ -127,8 +127,6 @@ void ClientPort::receive_some(LocalClient& client) {
     if (received->truncated || !decoded.packet || !handle(client, *decoded.packet, received->files))
       return drop(token, core::CloseReason::kBadRecord);
     if (clients_[token].get() != &client) return;
-    // It rings once and then waits for what it has sent; if not, we are called again.
-    if (std::holds_alternative<wire::Doorbell>(decoded.packet->record)) return;
   }
 }
 

@@ -82,6 +82,7 @@ class ClientPort final : public Port {
   std::uint32_t writer_for(std::uint32_t wish);
 
   // client_uplink.cpp
+  void listen_to_doorbell(LocalClient& client);
   void drain(LocalClient& client);
   void forward(LocalClient& client, const shm::Taken& taken);
   void continue_later(LocalClient& client);

@@ -1,5 +1,6 @@
 // What a local client may ask for.
 #include <algorithm>
+#include <array>
 
 #include "os/clock.h"
 #include "router/io/client_port.h"
@@ -14,7 +15,6 @@ bool ClientPort::handle(LocalClient& client, wire::Packet& packet, std::vector<o
   if (!client.id) return false;  // not a word before hello
   // Whatever it says: what it sent before that goes first.
   drain(client);
-  if (std::holds_alternative<wire::Doorbell>(record)) return true;
   if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, files);
   if (const auto* r = std::get_if<wire::Open>(&record)) return open(client, request, *r, files);
   if (const auto* r = std::get_if<wire::Close>(&record))
@@ -176,9 +176,11 @@ bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
     auto uplink = Uplink::make(settings_.message_max);
     if (!uplink) return false;
     client.uplink = std::move(*uplink);
+    client.doorbell.assign(client.uplink->doorbell().get());
+    listen_to_doorbell(client);
   }
-  const int memfd = client.uplink->memfd().get();
-  return send(client, request, wire::Uplink{}, {&memfd, 1});
+  const std::array files{client.uplink->memfd().get(), client.uplink->doorbell().get()};
+  return send(client, request, wire::Uplink{}, files);
 }
 
 // A client whose socket takes no more answers does not read them: it asks without end, or stands

@@ -3,6 +3,7 @@
 
 #include <boost/asio/post.hpp>
 
+#include "os/event_fd.h"
 #include "router/io/client_port.h"
 
 namespace tims::io {
@@ -13,6 +14,19 @@ namespace {
 constexpr int kMessagesPerTurn = 512;
 
 }  // namespace
+
+void ClientPort::listen_to_doorbell(LocalClient& client) {
+  client.doorbell.async_wait(
+      boost::asio::posix::stream_descriptor::wait_read,
+      [this, token = client.token, self = &client](const boost::system::error_code& error) {
+        if (error || clients_[token].get() != self) return;
+        os::drain_event_fd(self->uplink->doorbell().get());
+        begin_turn();
+        drain(*self);
+        end_turn();
+        if (clients_[token].get() == self) listen_to_doorbell(*self);
+      });
+}
 
 // Until the uplink is empty and its doorbell armed, or others should have their turn.
 void ClientPort::drain(LocalClient& client) {

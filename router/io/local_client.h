@@ -19,15 +19,19 @@ namespace tims::io {
 
 struct LocalClient {
   explicit LocalClient(boost::asio::io_context& loop, os::File file)
-      : socket_file(std::move(file)), socket(loop) {
+      : socket_file(std::move(file)), socket(loop), doorbell(loop) {
     socket.assign(socket_file.get());
   }
-  ~LocalClient() { socket.release(); }  // socket_file closes it
+  ~LocalClient() {  // the files close themselves
+    socket.release();
+    if (doorbell.is_open()) doorbell.release();
+  }
   LocalClient(const LocalClient&) = delete;
   LocalClient& operator=(const LocalClient&) = delete;
 
   os::File socket_file;
   boost::asio::posix::stream_descriptor socket;
+  boost::asio::posix::stream_descriptor doorbell;  // of the uplink
   core::ClientId id;  // kNoClient until it has said hello
   std::uint32_t token = 0;
   std::uint32_t writer = 0;

@@ -1,5 +1,7 @@
 #include "router/io/uplink.h"
 
+#include "os/event_fd.h"
+
 namespace tims::io {
 
 namespace {
@@ -15,13 +17,17 @@ Result<std::unique_ptr<Uplink>> Uplink::make(std::uint32_t message_max) {
   auto memfd =
       os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max, kLongPlaces).bytes);
   if (!memfd) return memfd.error();
+  auto doorbell = os::make_event_fd();
+  if (!doorbell) return doorbell.error();
   auto mapping = os::Mapping::of(*memfd);
   if (!mapping) return mapping.error();
-  return std::unique_ptr<Uplink>(new Uplink(std::move(*memfd), std::move(*mapping), message_max));
+  return std::unique_ptr<Uplink>(
+      new Uplink(std::move(*memfd), std::move(*doorbell), std::move(*mapping), message_max));
 }
 
-Uplink::Uplink(os::File memfd, os::Mapping mapping, std::uint32_t message_max)
+Uplink::Uplink(os::File memfd, os::File doorbell, os::Mapping mapping, std::uint32_t message_max)
     : memfd_(std::move(memfd)),
+      doorbell_(std::move(doorbell)),
       mapping_(std::move(mapping)),
       receiver_(shm::MailboxView::create(mapping_.bytes(), 0,
                                          {.address = Address(),

@@ -20,13 +20,16 @@ class Uplink {
   static Result<std::unique_ptr<Uplink>> make(std::uint32_t message_max);
 
   [[nodiscard]] const os::File& memfd() const { return memfd_; }
+  // An eventfd: the client says that something has come.
+  [[nodiscard]] const os::File& doorbell() const { return doorbell_; }
   [[nodiscard]] shm::Receiver& receiver() { return receiver_; }
   void release(const shm::Taken& taken);
 
  private:
-  Uplink(os::File memfd, os::Mapping mapping, std::uint32_t message_max);
+  Uplink(os::File memfd, os::File doorbell, os::Mapping mapping, std::uint32_t message_max);
 
   os::File memfd_;
+  os::File doorbell_;
   os::Mapping mapping_;
   shm::Receiver receiver_;
 };

@@ -13,6 +13,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "os/event_fd.h"
 #include "os/mapping.h"
 #include "os/unix_socket.h"
 #include "shm/checked_view.h"
@@ -100,10 +101,11 @@ TEST_F(HostileClientTest, WordsBeforeHello) {
 
 TEST_F(HostileClientTest, OtherVersionsAreToldWhatToDo) {
   RawClient client(router_.socket_path());
-  client.send(wire::Hello{.version_min = 2, .version_max = 9, .name = "future"});
+  client.send(wire::Hello{
+      .version_min = wire::kLocalVersion + 1, .version_max = 9, .name = "future"});
   const auto answer = client.receive();
   ASSERT_TRUE(answer && std::holds_alternative<wire::Refused>(*answer));
-  EXPECT_NE(std::get<wire::Refused>(*answer).text.find("version 1"), std::string::npos);
+  EXPECT_NE(std::get<wire::Refused>(*answer).text.find("version 2 of the local"), std::string::npos);
   EXPECT_TRUE(client.thrown_out());
 }
 
@@ -187,14 +189,33 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
   ASSERT_TRUE(client.hello());
   client.send(wire::UplinkRequest{});
   ASSERT_TRUE(client.receive().has_value());
-  ASSERT_EQ(client.files().size(), 1U);
-  const os::Mapping mapping = std::move(*os::Mapping::of(client.files().front()));
+  ASSERT_EQ(client.files().size(), 2U);
+  const os::Mapping mapping = std::move(*os::Mapping::of(client.files()[0]));
+  const os::File doorbell = std::move(client.files()[1]);
   std::mt19937 random(5);
   for (int round = 0; round < 300; ++round) {
     const std::span<std::byte> head = mapping.bytes().first(16384);
     for (std::byte& b : head)
       if (random() % 8 == 0) b = static_cast<std::byte>(random());
-    if (!client.send(wire::Doorbell{})) break;
+    os::signal_event_fd(doorbell.get());
+    if (!client.send(wire::Lookup{{Address(5)}}) || !client.receive()) break;  // it is awake
+  }
+}
+
+// The flags of a shared descriptor are shared: the router must not wait where it reads it.
+TEST_F(HostileClientTest, AClientThatEmptiesItsDoorbellBeforeTheRouterDoes) {
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  client.send(wire::UplinkRequest{});
+  ASSERT_TRUE(client.receive().has_value());
+  ASSERT_EQ(client.files().size(), 2U);
+  const os::File doorbell = std::move(client.files()[1]);
+  ::fcntl(doorbell.get(), F_SETFL, 0);
+  for (int round = 0; round < 1000; ++round) {
+    os::signal_event_fd(doorbell.get());
+    os::drain_event_fd(doorbell.get());
+    ASSERT_TRUE(client.send(wire::Lookup{{Address(5)}}));
+    ASSERT_TRUE(client.receive().has_value()) << "round " << round;
   }
 }
 
@@ -215,7 +236,7 @@ TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
   const Header forged{.type = -6, .dest = Address(9), .src = Address(1234)};
   wire::encode_header(forged, wire::HeaderBytes(claim.header, kHeaderSize));
   ASSERT_EQ(sender.commit(claim), shm::SendOutcome::kOk);
-  client.send(wire::Doorbell{});
+  os::signal_event_fd(client.files()[1].get());
   // Then something honest, behind it.
   auto mailbox = session->open({.address = Address(8)});
   ASSERT_TRUE(mailbox.ok());
