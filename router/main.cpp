@@ -201,17 +201,22 @@ class Program {
  private:
   void finish_turn(Time now) {
     switchboard_.flush(now);
-    desk_.answer(read_clocks(now), [&](core::ClientId asker, core::Message& answer) {
+    if (desk_.has_work(now) || tracer_.has_records()) answer(now);
+    links_.release();
+    memory_.give_back();
+    if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
+  }
+
+  void answer(Time now) {
+    const io::Clocks clocks = read_clocks(now);
+    desk_.answer(clocks, [&](core::ClientId asker, core::Message& answer) {
       router_.answer(now, asker, answer);
     });
-    tracer_.send_records(router_, configuration_.config.router.name, read_clocks(now),
+    tracer_.send_records(router_, configuration_.config.router.name, clocks,
                          [&](core::Message& record) { router_.answer(now, {}, record); });
     switchboard_.flush(now);
     desk_.release();
     tracer_.release();
-    links_.release();
-    memory_.give_back();
-    if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
   }
 
   Result<void> listen() {

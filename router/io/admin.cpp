@@ -125,7 +125,6 @@ bool AdminDesk::is_due(const Waiting& waiting, Time now) const {
 }
 
 void AdminDesk::answer(const Clocks& clocks, const Send& send) {
-  if (!news_ && clocks.now < next_timeout()) return;
   news_ = false;
   const std::size_t too_many = waiting_.size() - std::min(waiting_.size(), kWaitingMax);
   std::vector<Waiting> still;

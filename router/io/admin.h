@@ -39,6 +39,8 @@ class AdminDesk {
   // From core::Sink::event.
   void event_happened() { news_ = true; }
 
+  // Whether answer() would do anything.
+  [[nodiscard]] bool has_work(Time now) const { return news_ || now >= next_timeout(); }
   // Answers what can be answered: `send` is Router::answer. Call it at the end of each turn and
   // when next_timeout() is reached. The bytes given to `send` stay valid until release().
   void answer(const Clocks& clocks, const Send& send);

@@ -19,6 +19,7 @@ class Tracer {
 
   // From core::Sink::traced.
   void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
+  [[nodiscard]] bool has_records() const { return !hops_.empty(); }
   // At the end of a turn: `send` is Router::answer. The bytes stay valid until release().
   void send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
                     const Send& send);

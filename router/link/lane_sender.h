@@ -37,6 +37,8 @@ class LaneSender {
   [[nodiscard]] std::uint64_t unsent_bytes() const {
     return waiting_.size() + (stream_.end() - next_);
   }
+  // Nothing is to be sent, and nothing that was sent can come back as lost.
+  [[nodiscard]] bool is_idle() const { return bytes() == 0 && skip_acked_ == skip_to_; }
   [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
   // Drops the message that waits longest. Its header.
   Header drop_oldest();

@@ -43,7 +43,7 @@ std::uint64_t Session::queued_bytes(std::size_t lane) const {
 
 std::uint64_t Session::queued_bytes() const {
   std::uint64_t sum = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) sum += queued_bytes(lane);
+  for (const std::size_t lane : occupied_) sum += queued_bytes(lane);
   return sum;
 }
 
@@ -57,12 +57,12 @@ Time Session::probe_deadline() const {
 }
 
 Time Session::next_timeout(Time now) {
-  Time next = kNever;
-  if (queued_bytes() > 0) next = next_expiry_;
+  forget_idle_lanes();
+  Time next = occupied_.empty() ? kNever : next_expiry_;
   if (!open_) return next;
   next = std::min({next, ack_at_, sent_.loss_time(), probe_deadline()});
   if (rtt_.known()) next = std::min(next, mtu_.next_probe(datagram_max()));
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+  for (const std::size_t lane : occupied_) {
     if (wants_to_send(lane)) next = std::min(next, ready_at(now, lane));
   }
   return next;

@@ -16,6 +16,7 @@
 #include "router/link/congestion.h"
 #include "router/link/lane_receiver.h"
 #include "router/link/lane_sender.h"
+#include "router/link/lane_set.h"
 #include "router/link/packet_window.h"
 #include "router/link/path_mtu.h"
 #include "router/link/record.h"
@@ -128,7 +129,10 @@ class Session final : private PacketFate {
   void set_rates();
   [[nodiscard]] std::size_t datagram_max() const;
   [[nodiscard]] Time ready_at(Time now, std::size_t lane);
+  [[nodiscard]] bool has_something_to_send() const;
   [[nodiscard]] bool wants_to_send(std::size_t lane) const;
+  [[nodiscard]] bool is_idle(std::size_t lane) const;
+  void forget_idle_lanes();
   void put_ack(Time now, Packet& packet);
   void put_skip(Packet& packet);
   static void put_ping(Packet& packet);
@@ -146,6 +150,7 @@ class Session final : private PacketFate {
 
   std::array<LaneSender, kLanes> lanes_;
   std::array<SampleSender, core::kClasses> samples_;
+  LaneSet occupied_;  // all others are idle
   std::uint32_t last_sample_ = 0;
   bool sample_first_ = false;  // of a class: its samples and its messages take turns
   SentPackets sent_;

@@ -45,6 +45,7 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
   while (!has_room()) {
     if (!make_room(now, lane)) return core::Outcome::kQueueFull;
   }
+  occupied_.add(lane);
   queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
   if (sample) {
@@ -72,6 +73,7 @@ bool Session::make_room(Time now, std::size_t lane) {
 
 void Session::send_control(Time now, std::span<const std::byte> message) {
   if (!lanes_[kControlLane].has_room(message.size())) return;
+  occupied_.add(kControlLane);
   lanes_[kControlLane].push(now, {}, message, ~std::uint64_t{0});
 }
 
@@ -125,10 +127,29 @@ bool Session::wants_to_send(std::size_t lane) const {
   return lane < core::kClasses && !samples_[lane].empty();
 }
 
+bool Session::has_something_to_send() const {
+  if (ack_now_ || probe_packets_ > 0) return true;
+  for (const std::size_t lane : occupied_) {
+    if (wants_to_send(lane)) return true;
+  }
+  return false;
+}
+
+bool Session::is_idle(std::size_t lane) const {
+  return lanes_[lane].is_idle() && (lane >= core::kClasses || samples_[lane].empty());
+}
+
+void Session::forget_idle_lanes() {
+  for (const std::size_t lane : occupied_) {
+    if (is_idle(lane)) occupied_.remove(lane);
+  }
+}
+
 // --- a packet
 
 std::size_t Session::build(Time now, std::uint64_t token, std::span<std::byte> out,
                            const KeepAlive* keep_alive) {
+  if (keep_alive == nullptr && !has_something_to_send()) return 0;
   // A probe after silence is small: large ones may be what the path loses.
   const std::size_t size =
       std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : datagram_size());
@@ -170,7 +191,7 @@ void Session::put_ack(Time now, Packet& packet) {
 }
 
 void Session::put_skip(Packet& packet) {
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+  for (const std::size_t lane : occupied_) {
     const auto to = lanes_[lane].skip();
     if (!to || packet.record.skip_lane < kLanes || packet.out.room() < kSkipSize) continue;
     put(packet.out, SkipFrame{static_cast<std::uint8_t>(lane), *to});
@@ -183,8 +204,7 @@ void Session::put_skip(Packet& packet) {
 
 void Session::put_lanes(Time now, Packet& packet) {
   bool first = true;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const std::size_t lane = kLanes - 1 - i;
+  for (const std::size_t lane : occupied_) {
     if (!wants_to_send(lane)) continue;
     const bool has_samples = lane < core::kClasses && !samples_[lane].empty();
     if (ready_at(now, lane) > now) {
