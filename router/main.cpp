@@ -18,13 +18,13 @@
 #include "router/io/admin.h"
 #include "router/io/arguments.h"
 #include "router/io/client_port.h"
+#include "router/io/event_log.h"
 #include "router/io/facts.h"
 #include "router/io/http/http_port.h"
 #include "router/io/link_log.h"
 #include "router/io/link_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
-#include "router/io/report_json.h"
 #include "router/io/service.h"
 #include "router/io/switchboard.h"
 #include "router/io/tcp_port.h"
@@ -120,31 +120,6 @@ io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
 }
 
-void log_event(io::Log& log, io::LinkLog& link_log, const core::Event& event,
-               const AddressWidths& widths) {
-  using Kind = core::EventKind;
-  switch (event.kind) {
-    case Kind::kClientRefused:
-    case Kind::kAddressRefused:
-    case Kind::kMailboxLimit:
-    case Kind::kDeleteRefused:
-    case Kind::kWatchdogClosed:
-    case Kind::kProtocolError:
-    case Kind::kLinkRefused:
-    case Kind::kDuplicateAddress:
-    case Kind::kDuplicateRouter:
-    case Kind::kLoop:
-      return log.warning(io::event_text(event, widths));
-    case Kind::kLinkUp:
-    case Kind::kLinkDown:
-    case Kind::kUplinkChanged:
-      return link_log.on_event(event.at, event);
-    default:
-      // A restart of the fleet brings a hundred thousand of these.
-      if (log.writes(config::LogLevel::kDebug)) log.debug(io::event_text(event, widths));
-  }
-}
-
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
   if (error == Errc::kAddressInUse)
     return fmt::format("cannot listen on {}: address in use; another router? `--set {}=...`", where,
@@ -168,7 +143,7 @@ class Program {
     router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
       desk_.event_happened();
-      log_event(log_, link_log_, event, configuration_.config.address.widths);
+      io::log_event(log_, link_log_, event, configuration_.config.address.widths);
     });
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
       desk_.ask(os::now(), from, request);
@@ -324,7 +299,7 @@ class Program {
                        {random_number(), random_number()},
                        switchboard_};
   io::WaitingMemory memory_{waiting_bytes(configuration_.config)};
-  io::ClientPort local_{loop_.context(),
+  io::ClientPort local_{loop_,
                         router_,
                         end_turn_,
                         {.path = configuration_.config.unix.path,
@@ -332,21 +307,19 @@ class Program {
                          .router = router_settings(configuration_.config, epoch_).address,
                          .epoch = epoch_,
                          .message_max = configuration_.config.message.bytes_max}};
-  io::TcpPort tcp_{loop_.context(),
+  io::TcpPort tcp_{loop_,
                    router_,
                    log_,
                    memory_.pool(),
                    end_turn_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
-  io::LinkPort links_{loop_.context(),
-                      router_,
-                      log_,
-                      memory_.pool(),
-                      end_turn_,
-                      {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
+  io::LinkPort links_{
+      loop_,     router_,
+      log_,      memory_.pool(),
+      end_turn_, {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
   io::Facts facts_{router_, loop_, switchboard_, local_, links_, configuration_};
-  io::HttpPort http_{loop_.context(),
+  io::HttpPort http_{loop_,
                      router_,
                      log_,
                      memory_.pool(),
@@ -357,9 +330,8 @@ class Program {
                       .ping_interval = configuration_.config.lifesign.interval}};
   io::AdminDesk desk_{facts_};
   io::Tracer tracer_;
-  io::ServiceManager manager_{loop_.context()};
-  io::Signals signals_{loop_.context(),
-                       {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
+  io::ServiceManager manager_{loop_};
+  io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
   Time drain_deadline_ = kNever;  // set when the router is to end
 };
 

@@ -9,11 +9,10 @@
 #include <sys/socket.h>
 
 #include "os/bind.h"
+#include "os/clock.h"
 
 namespace tims::io {
 namespace {
-
-using boost::system::error_code;
 
 constexpr int kBacklog = 4096;
 constexpr int kConnectionsPerTurn = 64;
@@ -63,16 +62,14 @@ Error cannot_listen(const config::Endpoint& where) {
 
 }  // namespace
 
-Acceptor::Acceptor(boost::asio::io_context& loop, Log& log, OnConnection on_connection,
+Acceptor::Acceptor(Loop& loop, Log& log, OnConnection on_connection,
                    std::function<void()> on_turned_away)
-    : log_(log),
+    : loop_(loop),
+      log_(log),
       on_connection_(std::move(on_connection)),
       on_turned_away_(std::move(on_turned_away)),
-      socket_(loop),
-      pause_(loop),
+      pause_(loop, [this] { watch_->set(Interest::kReading); }),
       spare_(open_spare()) {}
-
-Acceptor::~Acceptor() { stop(); }
 
 Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   SocketAddress address = to_address(where);
@@ -88,32 +85,21 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
   ::getsockname(file.get(), address.get(), &address.size);
   file_ = std::move(file);
-  socket_.assign(file_.get());
-  wait();
+  watch_.emplace(loop_, file_.get(), [this](Ready) { accept(); });
   return to_endpoint(address);
 }
 
 void Acceptor::stop() {
-  socket_.release();
-  file_.reset();
   pause_.cancel();
+  watch_.reset();
+  file_.reset();
 }
 
-void Acceptor::wait() {
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [this](const error_code& error) {
-                       if (error) return;
-                       const Next next = accept_some();
-                       if (!file_) return;
-                       next == Next::kPause ? pause() : wait();
-                     });
-}
-
-void Acceptor::pause() {
-  pause_.expires_after(kPause);
-  pause_.async_wait([this](const error_code& error) {
-    if (!error) wait();
-  });
+void Acceptor::accept() {
+  const Next next = accept_some();
+  if (!file_ || next != Next::kPause) return;
+  watch_->set(Interest::kNothing);
+  pause_.set(os::now() + kPause);
 }
 
 Acceptor::Next Acceptor::accept_some() {

@@ -4,15 +4,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 
 #include "os/file.h"
 #include "router/config/config.h"
 #include "router/io/log.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
 #include "tims/result.h"
 
 namespace tims::io {
@@ -23,11 +22,10 @@ class Acceptor {
   using OnConnection = std::function<void(os::File socket, std::string peer)>;
 
   Acceptor(
-      boost::asio::io_context& loop, Log& log, OnConnection on_connection,
+      Loop& loop, Log& log, OnConnection on_connection,
       std::function<void()> on_turned_away = [] {});
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
-  ~Acceptor();
 
   // Where it listens: the port that the system chose when 0 was asked for.
   Result<config::Endpoint> listen(const config::Endpoint& where);
@@ -40,18 +38,18 @@ class Acceptor {
     kPause,  // nothing can be accepted at the moment
   };
 
-  void wait();
-  void pause();
+  void accept();
   Next accept_some();
   Next accept_failed(int error);
   Next turn_one_away();
 
+  Loop& loop_;
   Log& log_;
   OnConnection on_connection_;
   std::function<void()> on_turned_away_;
   os::File file_;
-  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
-  boost::asio::steady_timer pause_;
+  std::optional<Watch> watch_;
+  Timer pause_;
   os::File spare_;  // given up for a moment to accept, and close, what there is no descriptor for
 };
 

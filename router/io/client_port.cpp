@@ -22,56 +22,38 @@ constexpr Duration kReturnGrace = 10s;
 
 }  // namespace
 
-ClientPort::ClientPort(boost::asio::io_context& loop, core::Router& router,
-                       std::function<void(Time)> end_turn, ClientPortSettings settings)
+ClientPort::ClientPort(Loop& loop, core::Router& router, std::function<void(Time)> end_turn,
+                       ClientPortSettings settings)
     : loop_(loop),
       router_(router),
       end_turn_(std::move(end_turn)),
       settings_(std::move(settings)),
-      listener_(loop),
       spare_(::open("/dev/null", O_RDONLY | O_CLOEXEC)),
-      sweep_(loop),
+      sweep_(loop, [this] { sweep_orphans(); }),
       // Another start, another range: a client of the former router keeps its number.
       last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),
       record_(wire::kRecordBytesMax),
       copies_(kCopiesBytes) {}
 
 ClientPort::~ClientPort() {
-  if (!listener_file_) return;
-  listener_.release();
+  if (!listener_) return;
   ::unlink(settings_.path.c_str());
 }
 
 Result<void> ClientPort::listen() {
   auto listener = os::listen_unix(settings_.path, settings_.everybody ? 0666 : 0660);
   if (!listener) return listener.error();
-  listener_file_ = std::move(*listener);
-  listener_.assign(listener_file_.get());
-  accept();
-  sweep_.expires_after(kReturnGrace);
-  sweep_.async_wait([this](const boost::system::error_code& error) {
-    if (!error) sweep_orphans();
-  });
+  listener_ = std::move(*listener);
+  listener_watch_.emplace(loop_, listener_.get(), [this](Ready) { take_connections(); });
+  sweep_.set(os::now() + kReturnGrace);
   return {};
 }
 
-void ClientPort::stop_accepting() {
-  boost::system::error_code ignored;
-  listener_.cancel(ignored);
-}
-
-void ClientPort::accept() {
-  listener_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                       [this](const boost::system::error_code& error) {
-                         if (error) return;
-                         take_connections();
-                         accept();
-                       });
-}
+void ClientPort::stop_accepting() { listener_watch_.reset(); }
 
 void ClientPort::take_connections() {
   for (;;) {
-    auto socket = os::accept_unix(listener_file_);
+    auto socket = os::accept_unix(listener_);
     if (!socket) {
       if (socket.error() == Errc::kSystem) refuse_for_lack_of_descriptors();
       return;
@@ -83,30 +65,26 @@ void ClientPort::take_connections() {
       token = free_tokens_.back();
       free_tokens_.pop_back();
     }
-    clients_[token] = std::make_unique<LocalClient>(loop_, std::move(*socket));
-    clients_[token]->token = token;
-    receive(*clients_[token]);
+    clients_[token] = std::make_unique<LocalClient>();
+    LocalClient& client = *clients_[token];
+    client.token = token;
+    client.socket = std::move(*socket);
+    client.socket_watch.emplace(loop_, client.socket.get(),
+                                [this, &client](Ready) { on_records(client); });
   }
 }
 
 // Without this the connection would wait in the backlog and wake the loop again and again.
 void ClientPort::refuse_for_lack_of_descriptors() {
   spare_.reset();
-  (void)os::accept_unix(listener_file_);
+  (void)os::accept_unix(listener_);
   spare_ = os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC));
 }
 
-// What is to go out goes before the next wait is set up: somebody may be waiting for it.
-void ClientPort::receive(LocalClient& client) {
-  client.socket.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, token = client.token, self = &client](const boost::system::error_code& error) {
-        if (error || clients_[token].get() != self) return;
-        begin_turn();
-        receive_some(*self);
-        end_turn();
-        if (clients_[token].get() == self) receive(*self);
-      });
+void ClientPort::on_records(LocalClient& client) {
+  begin_turn();
+  receive_some(client);
+  end_turn();
 }
 
 void ClientPort::begin_turn() { now_ = os::now(); }
@@ -120,7 +98,7 @@ void ClientPort::end_turn() {
 void ClientPort::receive_some(LocalClient& client) {
   const std::uint32_t token = client.token;
   for (int n = 0; n < kRecordsPerTurn; ++n) {
-    auto received = os::receive_record(client.socket_file.get(), record_, false);
+    auto received = os::receive_record(client.socket.get(), record_, false);
     if (!received && received.error() == Errc::kEmpty) return;
     if (!received || received->size == 0) return drop(token, core::CloseReason::kPeerClosed);
     auto decoded = wire::decode(std::span(record_).first(received->size));

@@ -9,19 +9,18 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
 #include "router/io/local_client.h"
 #include "router/io/local_segments.h"
 #include "router/io/port.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
 #include "wire/local_protocol.h"
 
 namespace tims::io {
@@ -37,8 +36,8 @@ struct ClientPortSettings {
 class ClientPort final : public Port {
  public:
   // `end_turn` flushes all ports: called after every batch.
-  ClientPort(boost::asio::io_context& loop, core::Router& router,
-             std::function<void(Time)> end_turn, ClientPortSettings settings);
+  ClientPort(Loop& loop, core::Router& router, std::function<void(Time)> end_turn,
+             ClientPortSettings settings);
   ~ClientPort() override;
 
   Result<void> listen();
@@ -56,10 +55,9 @@ class ClientPort final : public Port {
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
 
  private:
-  void accept();
   void take_connections();
   void refuse_for_lack_of_descriptors();
-  void receive(LocalClient& client);
+  void on_records(LocalClient& client);
   void receive_some(LocalClient& client);
   void drop(std::uint32_t token, core::CloseReason reason);
   void forget(LocalClient& client);
@@ -82,7 +80,7 @@ class ClientPort final : public Port {
   std::uint32_t writer_for(std::uint32_t wish);
 
   // client_uplink.cpp
-  void listen_to_doorbell(LocalClient& client);
+  void on_doorbell(LocalClient& client);
   void drain(LocalClient& client);
   void forward(LocalClient& client, const shm::Taken& taken);
   void continue_later(LocalClient& client);
@@ -92,14 +90,14 @@ class ClientPort final : public Port {
 
   void sweep_orphans();
 
-  boost::asio::io_context& loop_;
+  Loop& loop_;
   core::Router& router_;
   const std::function<void(Time)> end_turn_;
   const ClientPortSettings settings_;
-  os::File listener_file_;
-  boost::asio::posix::stream_descriptor listener_;
+  os::File listener_;
+  std::optional<Watch> listener_watch_;
   os::File spare_;  // a descriptor for the moment when there are none left
-  boost::asio::steady_timer sweep_;
+  Timer sweep_;
   std::vector<std::unique_ptr<LocalClient>> clients_;  // by token
   std::vector<std::uint32_t> free_tokens_;
   std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token

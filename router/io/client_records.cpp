@@ -34,7 +34,7 @@ bool ClientPort::hello(LocalClient& client, std::uint32_t request, const wire::H
     (void)send(client, request, wire::Refused{text});
     return false;
   }
-  const os::PeerCredentials who = os::peer_credentials(client.socket_file.get());
+  const os::PeerCredentials who = os::peer_credentials(client.socket.get());
   client.id = router_.connect(now_, {.port = core::PortKind::kLocal,
                                      .token = client.token,
                                      .pid = static_cast<std::uint32_t>(who.pid),
@@ -176,8 +176,8 @@ bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
     auto uplink = Uplink::make(settings_.message_max);
     if (!uplink) return false;
     client.uplink = std::move(*uplink);
-    client.doorbell.assign(client.uplink->doorbell().get());
-    listen_to_doorbell(client);
+    client.doorbell_watch.emplace(loop_, client.uplink->doorbell().get(),
+                                  [this, &client](Ready) { on_doorbell(client); });
   }
   const std::array files{client.uplink->memfd().get(), client.uplink->doorbell().get()};
   return send(client, request, wire::Uplink{}, files);
@@ -189,7 +189,7 @@ bool ClientPort::send(LocalClient& client, std::uint32_t request, const wire::Re
                       std::span<const int> files) {
   std::vector<std::byte> bytes;
   wire::encode({request, record}, bytes);
-  return os::send_record(client.socket_file.get(), bytes, files, false).ok();
+  return os::send_record(client.socket.get(), bytes, files, false).ok();
 }
 
 }  // namespace tims::io

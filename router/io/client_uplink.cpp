@@ -1,8 +1,6 @@
 // Messages that local clients cannot deliver themselves.
 #include <cstring>
 
-#include <boost/asio/post.hpp>
-
 #include "os/event_fd.h"
 #include "router/io/client_port.h"
 
@@ -15,17 +13,11 @@ constexpr int kMessagesPerTurn = 512;
 
 }  // namespace
 
-void ClientPort::listen_to_doorbell(LocalClient& client) {
-  client.doorbell.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, token = client.token, self = &client](const boost::system::error_code& error) {
-        if (error || clients_[token].get() != self) return;
-        os::drain_event_fd(self->uplink->doorbell().get());
-        begin_turn();
-        drain(*self);
-        end_turn();
-        if (clients_[token].get() == self) listen_to_doorbell(*self);
-      });
+void ClientPort::on_doorbell(LocalClient& client) {
+  os::drain_event_fd(client.uplink->doorbell().get());
+  begin_turn();
+  drain(client);
+  end_turn();
 }
 
 // Until the uplink is empty and its doorbell armed, or others should have their turn.
@@ -47,7 +39,7 @@ void ClientPort::drain(LocalClient& client) {
 }
 
 void ClientPort::continue_later(LocalClient& client) {
-  boost::asio::post(loop_, [this, token = client.token, id = client.id] {
+  loop_.post([this, token = client.token, id = client.id] {
     if (!clients_[token] || clients_[token]->id != id) return;
     begin_turn();
     drain(*clients_[token]);

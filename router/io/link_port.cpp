@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-#include <boost/asio/post.hpp>
 #include <fmt/core.h>
 
 #include "os/clock.h"
@@ -11,7 +10,6 @@ namespace tims::io {
 namespace {
 
 using namespace std::chrono_literals;
-using Wait = boost::asio::posix::stream_descriptor;
 
 constexpr std::size_t kPartsBytes = 256 << 20;  // address space, not memory
 // Links that do not come up: their names may mean something else by now.
@@ -35,16 +33,14 @@ static_assert(static_cast<int>(config::Link::Kind::kSub) == static_cast<int>(cor
 
 }  // namespace
 
-LinkPort::LinkPort(boost::asio::io_context& loop, core::Router& router, Log& log,
-                   core::BlockPool& pool, std::function<void(Time)> end_turn,
-                   const link::LinksSetup& setup)
+LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+                   std::function<void(Time)> end_turn, const link::LinksSetup& setup)
     : loop_(loop),
       log_(log),
       end_turn_(std::move(end_turn)),
       parts_(kPartsBytes),
       memory_(parts_.bytes()),
       links_(router, pool, memory_, setup),
-      descriptor_(loop),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
@@ -52,7 +48,6 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   auto socket = UdpSocket::open(where);
   if (!socket) return socket.error();
   socket_ = std::move(*socket);
-  descriptor_.assign(::dup(socket_->fd()));
   if (socket_->is_early())
     log_.warning("udp " + where.to_string() +
                  ": this host has no such address yet; waiting for it");
@@ -65,7 +60,7 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   }
   if (const auto watching = interfaces_.start(); !watching)
     log_.warning("changes of the network are not seen: " + watching.error().detail());
-  wait_for_input();
+  watch_.emplace(loop_, socket_->fd(), [this](Ready ready) { on_ready(ready); });
   return socket_->local().to_string();
 }
 
@@ -115,22 +110,18 @@ void LinkPort::on_network_change() {
 
 // --- datagrams in
 
-void LinkPort::wait_for_input() {
-  descriptor_.async_wait(Wait::wait_read, [this](const boost::system::error_code& error) {
-    if (!error) on_input();
-  });
+void LinkPort::on_ready(Ready ready) {
+  const Time now = os::now();
+  if (ready.to_write && std::exchange(waits_for_writable_, false)) watch_->set(Interest::kReading);
+  if (ready.to_read && socket_->receive(datagrams_)) take_datagrams(now);
+  end_turn_(now);
 }
 
-void LinkPort::on_input() {
-  const Time now = os::now();
-  if (socket_->receive(datagrams_)) {
-    read_wall_clock(now);
-    datagrams_.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> datagram) {
-      links_.on_datagram(now, from, datagram);
-    });
-  }
-  end_turn_(now);
-  wait_for_input();
+void LinkPort::take_datagrams(Time now) {
+  read_wall_clock(now);
+  datagrams_.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> datagram) {
+    links_.on_datagram(now, from, datagram);
+  });
 }
 
 void LinkPort::read_wall_clock(Time now) {
@@ -158,17 +149,13 @@ bool LinkPort::send(Time now, const link::Train& train) {
 }
 
 void LinkPort::wait_for_writable() {
-  if (std::exchange(waits_for_writable_, true)) return;
-  descriptor_.async_wait(Wait::wait_write, [this](const boost::system::error_code& error) {
-    waits_for_writable_ = false;
-    if (!error) end_turn_(os::now());
-  });
+  if (!std::exchange(waits_for_writable_, true)) watch_->set(Interest::kBoth);
 }
 
 // Others have their turn first.
 void LinkPort::continue_later() {
   if (std::exchange(continues_, true)) return;
-  boost::asio::post(loop_, [this] {
+  loop_.post([this] {
     continues_ = false;
     const Time now = os::now();
     links_.set_now(now);

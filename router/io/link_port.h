@@ -11,9 +11,6 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-
 #include "router/config/config.h"
 #include "router/io/log.h"
 #include "router/io/net/datagrams.h"
@@ -22,6 +19,7 @@
 #include "router/io/net/udp_socket.h"
 #include "router/io/port.h"
 #include "router/io/waiting_memory.h"
+#include "router/io/watch.h"
 #include "router/link/impairment.h"
 #include "router/link/links.h"
 
@@ -30,7 +28,7 @@ namespace tims::io {
 class LinkPort final : public Port {
  public:
   // `end_turn` flushes all ports: called when a turn is over.
-  LinkPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+  LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
            std::function<void(Time)> end_turn, const link::LinksSetup& setup);
 
   // Opens the socket; where it listens.
@@ -82,8 +80,8 @@ class LinkPort final : public Port {
     }
   };
 
-  void wait_for_input();
-  void on_input();
+  void on_ready(Ready ready);
+  void take_datagrams(Time now);
   void wait_for_writable();
   void continue_later();
   bool send(Time now, const link::Train& train);
@@ -94,14 +92,14 @@ class LinkPort final : public Port {
   void on_network_change();
   void read_wall_clock(Time now);
 
-  boost::asio::io_context& loop_;
+  Loop& loop_;
   Log& log_;
   const std::function<void(Time)> end_turn_;
   WaitingMemory parts_;  // messages that come in parts
   link::MessageMemory memory_;
   link::Links links_;
   std::optional<UdpSocket> socket_;
-  boost::asio::posix::stream_descriptor descriptor_;
+  std::optional<Watch> watch_;
   Datagrams datagrams_;
   bool waits_for_writable_ = false;
   bool continues_ = false;

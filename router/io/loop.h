@@ -1,16 +1,30 @@
 // The one thread everything runs in. A turn is one thing that happened (bytes came, a timer ran
-// out) and all that follows from it; it begins with the only reading of the clock.
+// out) and all that follows from it; it begins with a reading of the clock and ends with
+// end_turn().
+//
+// Descriptors are watched once and for all (watch.h), and the system's timer is set only when the
+// next deadline comes earlier than before: what a message costs beside its own system calls is one
+// epoll_wait(). With a time-out of its own that would set a timer each time, which in a virtual
+// machine takes as long as a message.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <functional>
+#include <set>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
+#include <sys/epoll.h>
 
+#include "os/file.h"
 #include "tims/time.h"
 
 namespace tims::io {
+
+class Timer;
+class Watch;
 
 class Loop {
  public:
@@ -21,8 +35,8 @@ class Loop {
   };
 
   Loop();
-
-  boost::asio::io_context& context() { return context_; }
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
 
   // To be set up before run(). What is done at the end of each turn, in this order.
   void at_turn_end(std::function<void(Time)> step) { steps_.push_back(std::move(step)); }
@@ -30,22 +44,42 @@ class Loop {
 
   // Whoever handles something calls this when done; `began` is when its turn did.
   void end_turn(Time began);
+  // A turn of its own, when others have had theirs.
+  void post(std::function<void()> action) { posted_.push_back(std::move(action)); }
 
+  // Until stop().
   void run();
-  void stop() { context_.stop(); }
+  // Waits once, until about `limit` at most, and handles what is ready then.
+  void run_once(Time limit);
+  void stop() { stopped_ = true; }
 
   [[nodiscard]] Duration longest_turn() const { return longest_turn_; }
 
  private:
-  void arm_timer();
-  void on_timer();
+  friend Timer;
+  friend Watch;
+  static constexpr int kEventsMax = 64;
 
-  boost::asio::io_context context_;
-  boost::asio::steady_timer timer_;
-  Time armed_ = kNever;  // when timer_ runs out
+  [[nodiscard]] Time next_deadline() const;
+  void arm(Time at);
+  void hand_out(std::span<epoll_event> events);
+  void run_posted();
+  void on_time(Time now);
+  void run_timer(Timer& timer);
+  void forget(const Watch& watch);
+
+  os::File epoll_;
+  os::File alarm_;                                // a timerfd
+  Time armed_ = kNever;                           // when it runs out
+  std::array<epoll_event, kEventsMax> events_{};  // of which some are not handed out yet
+  std::vector<std::function<void()>> posted_;
+  std::vector<std::function<void()>> running_;  // that were posted before
+  std::set<std::pair<Time, Timer*>> timers_;    // that are set
+  Timer* timer_at_work_ = nullptr;
   std::vector<std::function<void(Time)>> steps_;
   std::vector<Deadlines> deadlines_;
   Duration longest_turn_{};
+  bool stopped_ = false;
 };
 
 }  // namespace tims::io

@@ -17,13 +17,16 @@
 namespace tims::io {
 namespace {
 
-using boost::system::error_code;
-
 sigset_t handled_signals() {
   sigset_t set;
   ::sigemptyset(&set);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) ::sigaddset(&set, signal);
   return set;
+}
+
+os::File block_and_open(const sigset_t& signals) {
+  ::sigprocmask(SIG_BLOCK, &signals, nullptr);
+  return os::File(::signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC));
 }
 
 long long number_in(const char* name) {
@@ -45,25 +48,10 @@ std::chrono::microseconds watchdog_interval() {
 
 // --- Signals
 
-Signals::Signals(boost::asio::io_context& loop, Actions actions)
-    : actions_(std::move(actions)), socket_(loop) {
-  const sigset_t set = handled_signals();
-  ::sigprocmask(SIG_BLOCK, &set, nullptr);
-  file_ = os::File(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
-  socket_.assign(file_.get());
-  wait();
-}
-
-Signals::~Signals() { socket_.release(); }
-
-void Signals::wait() {
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [this](const error_code& error) {
-                       if (error) return;
-                       take();
-                       wait();
-                     });
-}
+Signals::Signals(Loop& loop, Actions actions)
+    : actions_(std::move(actions)),
+      file_(block_and_open(handled_signals())),
+      watch_(loop, file_.get(), [this](Ready) { take(); }) {}
 
 void Signals::take() {
   signalfd_siginfo signal{};
@@ -74,14 +62,14 @@ void Signals::take() {
 
 // --- ServiceManager
 
-ServiceManager::ServiceManager(boost::asio::io_context& loop) : timer_(loop) {
+ServiceManager::ServiceManager(Loop& loop) : timer_(loop, [this] { feed(); }) {
   if (const char* path = std::getenv("NOTIFY_SOCKET")) path_ = path;
   if (!path_.empty()) interval_ = watchdog_interval();
 }
 
 void ServiceManager::ready() {
   notify("READY=1");
-  if (interval_.count() > 0) feed();
+  if (interval_.count() > 0) timer_.set(os::now() + interval_);
 }
 
 void ServiceManager::reloading() {
@@ -93,12 +81,8 @@ void ServiceManager::reloading() {
 void ServiceManager::stopping() { notify("STOPPING=1"); }
 
 void ServiceManager::feed() {
-  timer_.expires_after(interval_);
-  timer_.async_wait([this](const error_code& error) {
-    if (error) return;
-    notify("WATCHDOG=1");
-    feed();
-  });
+  notify("WATCHDOG=1");
+  timer_.set(os::now() + interval_);
 }
 
 void ServiceManager::notify(std::string_view text) const {

@@ -5,11 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
-
 #include "os/file.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
 #include "tims/result.h"
 
 namespace tims::io {
@@ -21,24 +19,20 @@ class Signals {
     std::function<void()> stop;
     std::function<void()> reload;
   };
-  Signals(boost::asio::io_context& loop, Actions actions);
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  ~Signals();
+  Signals(Loop& loop, Actions actions);
 
  private:
-  void wait();
   void take();
 
   Actions actions_;
   os::File file_;
-  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
+  Watch watch_;
 };
 
 // What systemd wants to hear, as datagrams to $NOTIFY_SOCKET (sd_notify(3)); nothing without it.
 class ServiceManager {
  public:
-  explicit ServiceManager(boost::asio::io_context& loop);
+  explicit ServiceManager(Loop& loop);
 
   // The watchdog, when the unit has one, is fed from here on.
   void ready();
@@ -51,7 +45,7 @@ class ServiceManager {
 
   std::string path_;
   std::chrono::microseconds interval_{};  // 0: no watchdog
-  boost::asio::steady_timer timer_;
+  Timer timer_;
 };
 
 // As many file descriptors as the system lets this process have.

@@ -45,22 +45,17 @@ bool is_on_this_host(int socket) {
 
 }  // namespace
 
-TcpConnection::TcpConnection(boost::asio::io_context& loop, os::File socket_file,
-                             std::uint32_t message_max, core::BlockPool& pool,
+TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max, core::BlockPool& pool,
                              std::uint64_t queue_bytes_max)
-    : file(std::move(socket_file)),
-      socket(loop),
+    : socket(std::move(its_socket)),
       reader(message_max),
-      output(file.get(), pool, queue_bytes_max) {
-  set(file.get(), IPPROTO_TCP, TCP_NODELAY, 1);
-  if (!is_on_this_host(file.get())) {
-    set(file.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
+      output(socket.get(), pool, queue_bytes_max) {
+  set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
+  if (!is_on_this_host(socket.get())) {
+    set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
   }
-  find_dead_peers(file.get());
-  socket.assign(file.get());
+  find_dead_peers(socket.get());
 }
-
-TcpConnection::~TcpConnection() { socket.release(); }
 
 TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
   const std::span<std::byte> room = reader.room();
@@ -70,7 +65,7 @@ TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
   msghdr message{};
   message.msg_iov = pieces.data() + (to_room ? 0 : 1);
   message.msg_iovlen = to_room ? 2 : 1;
-  const ssize_t n = ::recvmsg(file.get(), &message, MSG_DONTWAIT);
+  const ssize_t n = ::recvmsg(socket.get(), &message, MSG_DONTWAIT);
   if (n == 0) return {ReadStatus::kClosed, {}};
   if (n < 0) {
     const bool later = errno == EAGAIN || errno == EINTR;

@@ -18,36 +18,29 @@ CloseReason reason_for(Status status) {
 
 }  // namespace
 
-void TcpPort::wait_for_input(TcpConnection& connection) {
-  connection.socket.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, token = connection.token, id = connection.id](const boost::system::error_code& error) {
-        if (!error) on_input(token, id);
-      });
+void TcpPort::on_ready(TcpConnection& connection, Ready ready) {
+  const Time now = os::now();
+  touch(connection);
+  if (ready.to_write) write_more(connection);
+  if (ready.to_read) read_some(now, connection);
+  end_turn_(now);
 }
 
-void TcpPort::on_input(std::uint32_t token, core::ClientId id) {
-  TcpConnection* connection = find(token, id);
-  if (connection == nullptr) return;
-  const Time now = os::now();
-  touch(*connection);
-  const TcpConnection::Read read = connection->read(scratch_->bytes);
+void TcpPort::read_some(Time now, TcpConnection& connection) {
+  const TcpConnection::Read read = connection.read(scratch_->bytes);
   switch (read.status) {
     case TcpConnection::ReadStatus::kSome:
-      take_messages(now, *connection, read.chunk);
+      take_messages(now, connection, read.chunk);
       break;
     case TcpConnection::ReadStatus::kNothing:
       break;
     case TcpConnection::ReadStatus::kClosed:
-      on_end_of_input(now, *connection, CloseReason::kPeerClosed);
+      on_end_of_input(now, connection, CloseReason::kPeerClosed);
       break;
     case TcpConnection::ReadStatus::kLost:
-      on_end_of_input(now, *connection, CloseReason::kConnectionLost);
+      on_end_of_input(now, connection, CloseReason::kConnectionLost);
       break;
   }
-  end_turn_(now);
-  connection = find(token, id);
-  if (connection != nullptr && !connection->closing) wait_for_input(*connection);
 }
 
 void TcpPort::take_messages(Time now, TcpConnection& connection, std::span<std::byte> chunk) {

@@ -8,10 +8,8 @@
 namespace tims::io {
 namespace {
 
-using boost::system::error_code;
 using core::CloseReason;
 using core::Outcome;
-using Descriptor = boost::asio::posix::stream_descriptor;
 
 constexpr std::size_t kKeptBytes = 64 << 10;
 // What the router itself says to a slow reader does not wait behind what others send to it: a
@@ -20,9 +18,8 @@ constexpr std::uint8_t kReplyPriority = 255;
 
 }  // namespace
 
-TcpPort::TcpPort(boost::asio::io_context& loop, core::Router& router, Log& log,
-                 core::BlockPool& pool, std::function<void(Time)> end_turn,
-                 const TcpPortSettings& settings)
+TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+                 std::function<void(Time)> end_turn, const TcpPortSettings& settings)
     : loop_(loop),
       router_(router),
       pool_(pool),
@@ -53,12 +50,13 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
   if (!id) {
     free_tokens_.push_back(token);
   } else {
-    connections_[token] = std::make_unique<TcpConnection>(
-        loop_, std::move(socket), settings_.message_max, pool_, settings_.queue_bytes_max);
+    connections_[token] = std::make_unique<TcpConnection>(std::move(socket), settings_.message_max,
+                                                          pool_, settings_.queue_bytes_max);
     TcpConnection& connection = *connections_[token];
     connection.id = id;
     connection.token = token;
-    wait_for_input(connection);
+    connection.watch.emplace(loop_, connection.socket.get(),
+                             [this, &connection](Ready ready) { on_ready(connection, ready); });
   }
   end_turn_(now);
 }
@@ -126,9 +124,10 @@ void TcpPort::settle(Time now, TcpConnection& connection) {
   report_losses(now, connection);
   switch (connection.output.state()) {
     case TcpOutput::State::kIdle:
+      connection.watch->set(Interest::kReading);
       break;
     case TcpOutput::State::kWaiting:
-      if (!connection.closing) wait_for_writable(connection);
+      connection.watch->set(Interest::kBoth);
       break;
     case TcpOutput::State::kBroken:
       forget(now, connection, CloseReason::kConnectionLost);
@@ -140,23 +139,8 @@ void TcpPort::settle(Time now, TcpConnection& connection) {
   if (connection.closing) erase(now, connection);
 }
 
-void TcpPort::wait_for_writable(TcpConnection& connection) {
-  if (connection.waits_for_writable) return;
-  connection.waits_for_writable = true;
-  connection.socket.async_wait(
-      Descriptor::wait_write,
-      [this, token = connection.token, id = connection.id](const error_code& error) {
-        if (!error) on_writable(token, id);
-      });
-}
-
-void TcpPort::on_writable(std::uint32_t token, core::ClientId id) {
-  TcpConnection* connection = find(token, id);
-  if (connection == nullptr) return;
-  connection->waits_for_writable = false;
-  if (connection->output.write_queue() > 0) router_.on_progress(id);
-  touch(*connection);
-  end_turn_(os::now());
+void TcpPort::write_more(TcpConnection& connection) {
+  if (connection.output.write_queue() > 0) router_.on_progress(connection.id);
 }
 
 void TcpPort::report_losses(Time now, TcpConnection& connection) {

@@ -12,8 +12,6 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-
 #include "router/config/config.h"
 #include "router/core/block_pool.h"
 #include "router/core/router.h"
@@ -32,7 +30,7 @@ struct TcpPortSettings {
 class TcpPort final : public Port {
  public:
   // `end_turn` flushes all ports: called when a turn is over.
-  TcpPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+  TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
           std::function<void(Time)> end_turn, const TcpPortSettings& settings);
 
   // Where it listens.
@@ -58,15 +56,14 @@ class TcpPort final : public Port {
   void welcome(os::File socket, const std::string& peer);
   std::uint32_t free_token();
 
-  void wait_for_input(TcpConnection& connection);
-  void on_input(std::uint32_t token, core::ClientId id);
+  void on_ready(TcpConnection& connection, Ready ready);
+  void read_some(Time now, TcpConnection& connection);
   void take_messages(Time now, TcpConnection& connection, std::span<std::byte> chunk);
   void take_message(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
   void refuse_length(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
   void on_end_of_input(Time now, TcpConnection& connection, core::CloseReason reason);
 
-  void wait_for_writable(TcpConnection& connection);
-  void on_writable(std::uint32_t token, core::ClientId id);
+  void write_more(TcpConnection& connection);
   void settle(Time now, TcpConnection& connection);
   void report_losses(Time now, TcpConnection& connection);
   void forget(Time now, TcpConnection& connection, core::CloseReason reason);
@@ -76,7 +73,7 @@ class TcpPort final : public Port {
   void touch(TcpConnection& connection);
   std::span<std::byte> keep(std::span<const std::byte> bytes);
 
-  boost::asio::io_context& loop_;
+  Loop& loop_;
   core::Router& router_;
   core::BlockPool& pool_;
   const std::function<void(Time)> end_turn_;

@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <utility>
 
-#include <boost/asio/post.hpp>
 #include <sys/socket.h>
 
 #include "os/clock.h"
@@ -13,59 +12,56 @@
 namespace tims::io {
 namespace {
 
-using Descriptor = boost::asio::posix::stream_descriptor;
-
 bool is_later(int error) { return error == EAGAIN || error == EINTR; }
 
 }  // namespace
 
-HttpConnection::HttpConnection(boost::asio::io_context& loop, os::File socket, std::string peer,
+HttpConnection::HttpConnection(Loop& loop, os::File socket, std::string peer,
                                const HttpTimeouts& timeouts, Owner& owner)
     : loop_(loop),
-      file_(std::move(socket)),
-      socket_(loop, file_.get()),
+      socket_(std::move(socket)),
       peer_(std::move(peer)),
       timeouts_(timeouts),
       owner_(owner) {}
 
-HttpConnection::~HttpConnection() {
-  if (socket_.is_open()) socket_.release();
-}
-
 void HttpConnection::start(Time now) {
   deadline_ = now + timeouts_.request;
-  schedule();
+  watch_.emplace(loop_, socket_.get(), [this](Ready) { take_turn(); });
 }
 
 os::File HttpConnection::take_socket() {
-  socket_.release();
+  watch_.reset();
   state_ = State::kDone;
-  return std::move(file_);
+  return std::move(socket_);
 }
 
 // --- Turns
 
-// The owner may forget the connection at any time: then the handler comes too late.
 void HttpConnection::schedule() {
-  const auto later = [weak = weak_from_this()](const boost::system::error_code& error = {}) {
-    const auto self = weak.lock();
-    if (self && !error) self->take_turn();
-  };
   switch (state_) {
     case State::kReading:
     case State::kGoodbye:
-      return socket_.async_wait(Descriptor::wait_read, later);
+      return watch_->set(Interest::kReading);
     case State::kWriting:
-      return socket_.async_wait(Descriptor::wait_write, later);
+      return watch_->set(Interest::kWriting);
     case State::kServing:
       // One request a turn: others wait, too.
-      return boost::asio::post(loop_, [later] { later(); });
+      watch_->set(Interest::kNothing);
+      return take_turn_later();
     case State::kDone:
-      return;
+      return watch_.reset();
   }
 }
 
+// The owner may forget the connection at any time: then it is too late.
+void HttpConnection::take_turn_later() {
+  loop_.post([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->take_turn();
+  });
+}
+
 void HttpConnection::take_turn() {
+  const auto self = shared_from_this();  // until the end of this turn
   const Time now = os::now();
   switch (state_) {
     case State::kReading:
@@ -91,7 +87,7 @@ void HttpConnection::take_turn() {
 
 void HttpConnection::read(Time now) {
   const auto room = reader_.room();
-  const ssize_t n = ::recv(file_.get(), room.data(), room.size(), MSG_DONTWAIT);
+  const ssize_t n = ::recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
   if (n < 0 && is_later(errno)) return;
   if (n <= 0) return finish();
   // From its first byte on: whoever sends byte by byte does not win time.
@@ -138,7 +134,7 @@ void HttpConnection::answer(Time now, const HttpResponse& response, HttpFraming 
 }
 
 void HttpConnection::write(Time now) {
-  const ssize_t n = ::send(file_.get(), output_.data() + written_, output_.size() - written_,
+  const ssize_t n = ::send(socket_.get(), output_.data() + written_, output_.size() - written_,
                            MSG_DONTWAIT | MSG_NOSIGNAL);
   if (n < 0 && is_later(errno)) return;
   if (n < 0) return finish();
@@ -150,7 +146,7 @@ void HttpConnection::after_answer(Time now) {
   output_ = std::string();
   if (last_answer_) {
     // Closing while something unread has come would reset the connection, and with it the answer.
-    ::shutdown(file_.get(), SHUT_WR);
+    ::shutdown(socket_.get(), SHUT_WR);
     state_ = State::kGoodbye;
     deadline_ = now + timeouts_.goodbye;
     return;
@@ -163,7 +159,7 @@ void HttpConnection::after_answer(Time now) {
 
 void HttpConnection::read_goodbye() {
   std::array<char, 4096> ignored;
-  const ssize_t n = ::recv(file_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
+  const ssize_t n = ::recv(socket_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
   if (n == 0 || (n < 0 && !is_later(errno))) finish();
 }
 

@@ -4,14 +4,13 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 
 #include "os/file.h"
 #include "router/io/http/http_reader.h"
 #include "router/io/http/http_response.h"
+#include "router/io/watch.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -40,11 +39,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     ~Owner() = default;
   };
 
-  HttpConnection(boost::asio::io_context& loop, os::File socket, std::string peer,
-                 const HttpTimeouts& timeouts, Owner& owner);
-  HttpConnection(const HttpConnection&) = delete;
-  HttpConnection& operator=(const HttpConnection&) = delete;
-  ~HttpConnection();
+  HttpConnection(Loop& loop, os::File socket, std::string peer, const HttpTimeouts& timeouts,
+                 Owner& owner);
 
   void start(Time now);
 
@@ -66,6 +62,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   };
 
   void schedule();
+  void take_turn_later();
   void take_turn();
   void read(Time now);
   void serve(Time now);
@@ -76,9 +73,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void read_goodbye();
   void finish();
 
-  boost::asio::io_context& loop_;
-  os::File file_;
-  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
+  Loop& loop_;
+  os::File socket_;
+  std::optional<Watch> watch_;
   const std::string peer_;
   const HttpTimeouts timeouts_;
   Owner& owner_;

@@ -29,10 +29,10 @@ Clocks read_clocks() {
 
 }  // namespace
 
-HttpPort::HttpPort(boost::asio::io_context& loop, core::Router& router, Log& log,
-                   core::BlockPool& pool, std::function<void(Time)> end_turn,
-                   const AdminSource& source, const HttpPortSettings& settings)
-    : loop_(loop),
+HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+                   std::function<void(Time)> end_turn, const AdminSource& source,
+                   const HttpPortSettings& settings)
+    : guest_(loop),
       router_(router),
       pool_(pool),
       end_turn_(std::move(end_turn)),
@@ -139,7 +139,7 @@ HttpPort::Client::Client(HttpPort& its_port, std::string from)
 void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
   auto client = std::make_unique<Client>(*this, peer);
   client->session = WebSocketSession::start(
-      loop_, std::move(socket), request,
+      guest_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
   if (!client->session) return;
   client->token = free_token();

@@ -14,8 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-
 #include "router/core/block_pool.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
@@ -36,7 +34,7 @@ struct HttpPortSettings {
 class HttpPort final : public Port {
  public:
   // `end_turn` flushes all ports: called when a turn is over. `source`: what the pages tell.
-  HttpPort(boost::asio::io_context& loop, core::Router& router, Log& log, core::BlockPool& pool,
+  HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
            std::function<void(Time)> end_turn, const AdminSource& source,
            const HttpPortSettings& settings);
   ~HttpPort() override;
@@ -102,7 +100,7 @@ class HttpPort final : public Port {
   void touch(Client& client);
   std::uint32_t free_token();
 
-  boost::asio::io_context& loop_;
+  AsioGuest guest_;
   core::Router& router_;
   core::BlockPool& pool_;
   const std::function<void(Time)> end_turn_;

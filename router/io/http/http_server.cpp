@@ -7,7 +7,7 @@
 
 namespace tims::io {
 
-HttpServer::HttpServer(boost::asio::io_context& loop, Log& log, HttpPages pages, Actions actions,
+HttpServer::HttpServer(Loop& loop, Log& log, HttpPages pages, Actions actions,
                        const HttpTimeouts& timeouts)
     : loop_(loop),
       pages_(std::move(pages)),

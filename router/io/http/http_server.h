@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-
 #include "router/io/acceptor.h"
 #include "router/io/http/http_connection.h"
 #include "router/io/http/http_pages.h"
@@ -27,8 +25,7 @@ class HttpServer final : private HttpConnection::Owner {
     std::function<void(Time began)> end_turn;
   };
 
-  HttpServer(boost::asio::io_context& loop, Log& log, HttpPages pages, Actions actions,
-             const HttpTimeouts& timeouts);
+  HttpServer(Loop& loop, Log& log, HttpPages pages, Actions actions, const HttpTimeouts& timeouts);
 
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
   // No new connections; those there are end with their next answer.
@@ -51,7 +48,7 @@ class HttpServer final : private HttpConnection::Owner {
   void welcome(os::File socket, std::string peer);
   void drop_most_urgent();
 
-  boost::asio::io_context& loop_;
+  Loop& loop_;
   const HttpPages pages_;
   const Actions actions_;
   const HttpTimeouts timeouts_;

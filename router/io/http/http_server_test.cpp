@@ -59,7 +59,7 @@ class Client {
 class HttpServerTest : public testing::Test {
  protected:
   void start(const HttpTimeouts& timeouts = {}) {
-    server_.emplace(loop_.context(), log_,
+    server_.emplace(loop_, log_,
                     HttpPages{.metrics = [this] { return metrics_; },
                               .not_ready = [] { return std::string(); },
                               .ask = [](const std::string&) { return std::string(); }},
@@ -79,7 +79,7 @@ class HttpServerTest : public testing::Test {
     const Time limit = os::now() + kPatience;
     while (!condition()) {
       if (os::now() >= limit) return testing::AssertionFailure() << "it did not happen";
-      loop_.context().run_one_for(10ms);
+      loop_.run_once(os::now() + 10ms);
     }
     return testing::AssertionSuccess();
   }

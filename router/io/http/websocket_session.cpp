@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
@@ -17,8 +16,11 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include "os/clock.h"
 #include "router/io/http/tcp_progress.h"
 #include "router/io/http/websocket_output.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
 
 namespace tims::io {
 
@@ -61,7 +63,6 @@ http::request<http::empty_body> to_beast(const HttpRequest& request) {
 }
 
 CloseReason reason_for(const error_code& error) {
-  if (error == beast::error::timeout) return CloseReason::kWatchdog;  // in a handshake
   if (error == websocket::error::message_too_big) return CloseReason::kTooLong;
   if (error == websocket::error::closed || error == asio::error::eof)
     return CloseReason::kPeerClosed;
@@ -71,12 +72,13 @@ CloseReason reason_for(const error_code& error) {
 
 class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
  public:
-  Session(asio::io_context& loop, int fd, const Settings& settings, Listener& listener)
-      : stream_(to_asio(loop, fd)),
+  Session(AsioGuest& guest, int fd, const Settings& settings, Listener& listener)
+      : guest_(guest),
+        stream_(to_asio(guest.context(), fd)),
         listener_(&listener),
         settings_(settings),
-        ping_timer_(loop),
-        close_timer_(loop),
+        life_timer_(guest.loop(), [this] { ask_whether_it_lives(); }),
+        close_timer_(guest.loop(), [this] { cut(); }),
         input_(settings.message_max + kKeptBufferBytes) {
     stream_.read_message_max(settings.message_max);
     stream_.auto_fragment(false);
@@ -84,10 +86,12 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
     stream_.set_option(websocket::stream_base::decorator(
         [](websocket::response_type& answer) { answer.set(http::field::server, "tims-router"); }));
     stream_.set_option(
-        websocket::stream_base::timeout{.handshake_timeout = settings.handshake_timeout,
+        websocket::stream_base::timeout{.handshake_timeout = websocket::stream_base::none(),
                                         .idle_timeout = websocket::stream_base::none(),
                                         .keep_alive_pings = false});
     stream_.control_callback([this](websocket::frame_type, beast::string_view) { heard_ = true; });
+    watch_.emplace(
+        guest.loop(), fd, [&guest](Ready) { guest.wake(); }, Interest::kChanges);
   }
 
   void accept(const HttpRequest& request);
@@ -100,7 +104,7 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
  private:
   void read();
   void on_read();
-  void ask_later();
+  void ask_after(Duration time);
   void ask_whether_it_lives();
   void fail(CloseReason reason);
   void end_when_quiet();
@@ -109,11 +113,13 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
   template <typename Action>
   auto finish(Action action);
 
+  AsioGuest& guest_;
   Stream stream_;
-  Listener* listener_;  // null: nobody listens any more
+  std::optional<Watch> watch_;  // of its socket
+  Listener* listener_;          // null: nobody listens any more
   Settings settings_;
-  asio::steady_timer ping_timer_;
-  asio::steady_timer close_timer_;
+  Timer life_timer_;
+  Timer close_timer_;
   beast::flat_buffer input_;
   std::array<asio::const_buffer, kFramePiecesMax> output_;
   int pending_ = 0;  // operations that will call back
@@ -130,6 +136,7 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
 template <typename Action>
 auto Session::finish(Action action) {
   ++pending_;
+  guest_.wake();
   return [self = shared_from_this(), action](const error_code& error, std::size_t = 0) {
     --self->pending_;
     if (error)
@@ -141,9 +148,10 @@ auto Session::finish(Action action) {
 }
 
 void Session::accept(const HttpRequest& request) {
+  life_timer_.set(os::now() + settings_.handshake_timeout);
   stream_.async_accept(to_beast(request), finish([](Session& self) {
                          self.open_ = true;
-                         self.ask_later();
+                         self.ask_after(self.settings_.ping_interval);
                          self.listener_->on_open();
                          self.read();
                        }));
@@ -180,28 +188,24 @@ void Session::on_read() {
 
 void Session::set_ping_interval(Duration interval) {
   settings_.ping_interval = interval;
-  if (open_) ask_later();
+  if (open_) ask_after(interval);
 }
 
-void Session::ask_later() {
-  ping_timer_.expires_after(settings_.ping_interval);
-  ping_timer_.async_wait([self = shared_from_this()](const error_code& error) {
-    if (!error) self->ask_whether_it_lives();
-  });
-}
+void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
+  const auto self = shared_from_this();  // until we have told that it is over
   const std::uint64_t acknowledged =
       bytes_acknowledged(beast::get_lowest_layer(stream_).native_handle());
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
-  if (!std::exchange(heard_, false) && !(writing_ && reads)) {
+  if (!open_ || (!std::exchange(heard_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);
     return end_when_quiet();
   }
   if (!std::exchange(asking_, true))
-    stream_.async_ping({}, finish([](Session& self) { self.asking_ = false; }));
-  ask_later();
+    stream_.async_ping({}, finish([](Session& s) { s.asking_ = false; }));
+  ask_after(settings_.ping_interval);
 }
 
 // --- Writing
@@ -224,10 +228,7 @@ void Session::close(WebSocketClose code, std::string reason) {
   closing_ = true;
   reason.resize(std::min(reason.size(), websocket::reason_string::static_capacity));
   // Beast's own time-out begins when the frame before is written, which may be never.
-  close_timer_.expires_after(settings_.close_timeout);
-  close_timer_.async_wait([self = shared_from_this()](const error_code& error) {
-    if (!error) self->cut();
-  });
+  close_timer_.set(os::now() + settings_.close_timeout);
   stream_.async_close({static_cast<websocket::close_code>(code), beast::string_view(reason)},
                       finish([](Session& self) { self.fail(CloseReason::kNone); }));
 }
@@ -253,20 +254,22 @@ void Session::end_when_quiet() {
 
 void Session::cut() {
   error_code ignored;
-  ping_timer_.cancel();
+  life_timer_.cancel();
   close_timer_.cancel();
+  watch_.reset();
+  guest_.wake();
   beast::get_lowest_layer(stream_).close(ignored);
 }
 
 }  // namespace
 
-std::shared_ptr<WebSocketSession> WebSocketSession::start(asio::io_context& loop, os::File socket,
+std::shared_ptr<WebSocketSession> WebSocketSession::start(AsioGuest& guest, os::File socket,
                                                           const HttpRequest& request,
                                                           const Settings& settings,
                                                           Listener& listener) {
   const int fd = ::fcntl(socket.get(), F_DUPFD_CLOEXEC, 0);  // Asio wants one of its own
   if (fd < 0) return nullptr;
-  auto session = std::make_shared<Session>(loop, fd, settings, listener);
+  auto session = std::make_shared<Session>(guest, fd, settings, listener);
   session->accept(request);
   return session;
 }

@@ -10,10 +10,9 @@
 #include <span>
 #include <string>
 
-#include <boost/asio/io_context.hpp>
-
 #include "os/file.h"
 #include "router/core/event.h"
+#include "router/io/http/asio_guest.h"
 #include "router/io/http/http_request.h"
 #include "tims/time.h"
 
@@ -56,7 +55,7 @@ class WebSocketSession {
 
   // Answers `request`, the upgrade. The listener must stay until on_end() or drop(). Null when
   // there is no free file descriptor.
-  static std::shared_ptr<WebSocketSession> start(boost::asio::io_context& loop, os::File socket,
+  static std::shared_ptr<WebSocketSession> start(AsioGuest& guest, os::File socket,
                                                  const HttpRequest& request,
                                                  const Settings& settings, Listener& listener);
   virtual ~WebSocketSession() = default;

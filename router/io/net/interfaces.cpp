@@ -15,8 +15,6 @@
 namespace tims::io {
 namespace {
 
-using boost::system::error_code;
-
 constexpr unsigned kGroups =
     RTMGRP_LINK | RTMGRP_IPV4_IFADDR | RTMGRP_IPV6_IFADDR | RTMGRP_IPV4_ROUTE | RTMGRP_IPV6_ROUTE;
 constexpr int kReadsPerTurn = 64;
@@ -58,10 +56,8 @@ bool has_change(Bytes rest) {
 
 }  // namespace
 
-InterfaceWatch::InterfaceWatch(boost::asio::io_context& loop, std::function<void()> on_change)
-    : on_change_(std::move(on_change)), socket_(loop), timer_(loop) {}
-
-InterfaceWatch::~InterfaceWatch() { socket_.release(); }
+InterfaceWatch::InterfaceWatch(Loop& loop, std::function<void()> on_change)
+    : loop_(loop), on_change_(std::move(on_change)), timer_(loop, [this] { on_timer(); }) {}
 
 Result<void> InterfaceWatch::start() {
   os::File file(::socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE));
@@ -72,18 +68,10 @@ Result<void> InterfaceWatch::start() {
   if (::bind(file.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     return os::system_error("watching interfaces: netlink groups");
   file_ = std::move(file);
-  socket_.assign(file_.get());
-  wait();
+  watch_.emplace(loop_, file_.get(), [this](Ready) {
+    if (take()) put_off();
+  });
   return {};
-}
-
-void InterfaceWatch::wait() {
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [this](const error_code& error) {
-                       if (error) return;
-                       if (take()) put_off();
-                       wait();
-                     });
 }
 
 // Whether anything has changed. Messages that the socket had no room for (ENOBUFS) count.
@@ -108,14 +96,10 @@ bool InterfaceWatch::take() {
 
 void InterfaceWatch::put_off() {
   debounce_.on_change(os::now());
-  timer_.expires_at(std::chrono::steady_clock::time_point(debounce_.due().time_since_epoch()));
-  timer_.async_wait([this](const error_code& error) {
-    if (!error) on_timer();
-  });
+  timer_.set(debounce_.due());
 }
 
 void InterfaceWatch::on_timer() {
-  if (os::now() < debounce_.due()) return;  // put off when it had already run out
   debounce_.reset();
   on_change_();
 }

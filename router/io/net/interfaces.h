@@ -2,13 +2,12 @@
 #pragma once
 
 #include <functional>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
+#include <optional>
 
 #include "os/file.h"
 #include "router/io/net/debounce.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
 #include "tims/result.h"
 
 namespace tims::io {
@@ -17,24 +16,21 @@ class InterfaceWatch {
  public:
   // Called once for changes close together (Debounce), from the loop. There may have been none that
   // matters, as when a router renews an address: whoever's reaction is costly compares.
-  InterfaceWatch(boost::asio::io_context& loop, std::function<void()> on_change);
-  InterfaceWatch(const InterfaceWatch&) = delete;
-  InterfaceWatch& operator=(const InterfaceWatch&) = delete;
-  ~InterfaceWatch();
+  InterfaceWatch(Loop& loop, std::function<void()> on_change);
 
   // From here on; once.
   Result<void> start();
 
  private:
-  void wait();
   bool take();
   void put_off();
   void on_timer();
 
+  Loop& loop_;
   std::function<void()> on_change_;
   os::File file_;
-  boost::asio::posix::stream_descriptor socket_;  // waits for file_, which closes it
-  boost::asio::steady_timer timer_;
+  std::optional<Watch> watch_;
+  Timer timer_;
   Debounce debounce_;
 };
 

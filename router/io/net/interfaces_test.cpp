@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "os/clock.h"
 #include "router/io/loop.h"
 #include "tests/support/child_process.h"
 #include "tests/support/own_network.h"
@@ -32,16 +33,16 @@ class Interfaces : public testing::Test {
   }
 
   void run_until(int changes) {
-    const auto limit = std::chrono::steady_clock::now() + test::kPatience;
-    while (changes_ < changes && loop_.context().run_one_until(limit) > 0) continue;
-    loop_.context().poll();
+    const Time limit = os::now() + test::kPatience;
+    while (changes_ < changes && os::now() < limit) loop_.run_once(limit);
+    loop_.run_once(Time());
     EXPECT_EQ(changes_, changes);
   }
 
   std::optional<test::OwnNetwork> network_{};
   Loop loop_{};
   int changes_ = 0;
-  InterfaceWatch watch_{loop_.context(), [this] { ++changes_; }};
+  InterfaceWatch watch_{loop_, [this] { ++changes_; }};
 };
 
 TEST_F(Interfaces, AnAddressComesAndGoes) {

@@ -15,7 +15,6 @@
 namespace tims::io {
 namespace {
 
-using boost::system::error_code;
 using link::NetAddress;
 
 constexpr int kNameServerSeconds = 1;  // of silence; who wants the name asks again
@@ -64,8 +63,6 @@ std::optional<Error> refusal(const std::string& host) {
 
 }  // namespace
 
-Resolver::Resolver(boost::asio::io_context& loop) : socket_(loop) {}
-
 Resolver::~Resolver() {
   {
     const std::lock_guard lock(mutex_);
@@ -73,7 +70,6 @@ Resolver::~Resolver() {
   }
   asked_.notify_one();
   if (thread_.joinable()) thread_.join();
-  socket_.release();
 }
 
 void Resolver::resolve(const std::string& host, std::uint16_t port, Callback callback) {
@@ -101,8 +97,7 @@ Result<void> Resolver::start_thread() {
     auto file = os::make_event_fd();
     if (!file) return file.error();
     answered_ = std::move(file).value();
-    socket_.assign(answered_.get());
-    wait();
+    watch_.emplace(loop_, answered_.get(), [this](Ready) { take_answers(); });
   }
   // Signals belong to the loop's thread: this one is born without.
   sigset_t all;
@@ -119,17 +114,8 @@ Result<void> Resolver::start_thread() {
   return started;
 }
 
-void Resolver::wait() {
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [this](const error_code& error) {
-                       if (error) return;
-                       os::drain_event_fd(answered_.get());
-                       take_answers();
-                       wait();
-                     });
-}
-
 void Resolver::take_answers() {
+  os::drain_event_fd(answered_.get());
   std::vector<Answer> answers;
   {
     const std::lock_guard lock(mutex_);

@@ -7,14 +7,13 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-
 #include "os/file.h"
+#include "router/io/watch.h"
 #include "router/link/net_address.h"
 #include "tims/result.h"
 
@@ -25,7 +24,7 @@ class Resolver {
   using Addresses = std::vector<link::NetAddress>;  // the best one first; never empty
   using Callback = std::function<void(Result<Addresses>)>;
 
-  explicit Resolver(boost::asio::io_context& loop);
+  explicit Resolver(Loop& loop) : loop_(loop) {}
   Resolver(const Resolver&) = delete;
   Resolver& operator=(const Resolver&) = delete;
   // Nobody is called any more. Waits for the one name that is being asked for: a few seconds when
@@ -50,12 +49,12 @@ class Resolver {
 
   void ask(const Question& question);
   Result<void> start_thread();
-  void wait();
   void take_answers();
   void work();  // in the thread
 
-  os::File answered_;                             // an eventfd
-  boost::asio::posix::stream_descriptor socket_;  // waits for it
+  Loop& loop_;
+  os::File answered_;  // an eventfd
+  std::optional<Watch> watch_;
   std::map<Question, std::vector<Callback>> waiting_;
   std::thread thread_;  // from the first name on
 

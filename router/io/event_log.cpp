@@ -1,0 +1,31 @@
+#include "router/io/event_log.h"
+
+#include "router/io/report_json.h"
+
+namespace tims::io {
+
+void log_event(Log& log, LinkLog& link_log, const core::Event& event, const AddressWidths& widths) {
+  using Kind = core::EventKind;
+  switch (event.kind) {
+    case Kind::kClientRefused:
+    case Kind::kAddressRefused:
+    case Kind::kMailboxLimit:
+    case Kind::kDeleteRefused:
+    case Kind::kWatchdogClosed:
+    case Kind::kProtocolError:
+    case Kind::kLinkRefused:
+    case Kind::kDuplicateAddress:
+    case Kind::kDuplicateRouter:
+    case Kind::kLoop:
+      return log.warning(event_text(event, widths));
+    case Kind::kLinkUp:
+    case Kind::kLinkDown:
+    case Kind::kUplinkChanged:
+      return link_log.on_event(event.at, event);
+    default:
+      // A restart of the fleet brings a hundred thousand of these.
+      if (log.writes(config::LogLevel::kDebug)) log.debug(event_text(event, widths));
+  }
+}
+
+}  // namespace tims::io

@@ -1,0 +1,13 @@
+// Which of the router's events become lines of the log.
+#pragma once
+
+#include "router/core/event.h"
+#include "router/io/link_log.h"
+#include "router/io/log.h"
+#include "tims/address.h"
+
+namespace tims::io {
+
+void log_event(Log& log, LinkLog& link_log, const core::Event& event, const AddressWidths& widths);
+
+}  // namespace tims::io

@@ -1,0 +1,195 @@
+#include "router/io/loop.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "os/event_fd.h"
+#include "router/io/timer.h"
+#include "router/io/watch.h"
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Time kAtOnce{};
+
+class LoopTest : public testing::Test {
+ protected:
+  os::File ready_ = std::move(*os::make_event_fd());
+  os::File other_ = std::move(*os::make_event_fd());
+  Loop loop_{};
+  int calls_ = 0;
+};
+
+TEST_F(LoopTest, TellsAsLongAsADescriptorIsReady) {
+  const Watch watch(loop_, ready_.get(), [&](Ready ready) {
+    EXPECT_TRUE(ready.to_read);
+    EXPECT_FALSE(ready.to_write);
+    ++calls_;
+  });
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 0);
+  os::signal_event_fd(ready_.get());
+  loop_.run_once(kNever);
+  loop_.run_once(kNever);
+  EXPECT_EQ(calls_, 2);
+  os::drain_event_fd(ready_.get());
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 2);
+}
+
+TEST_F(LoopTest, TellsOnlyWhatSomebodyIsInterestedIn) {
+  Ready last{};
+  Watch watch(
+      loop_, ready_.get(),
+      [&](Ready ready) {
+        last = ready;
+        ++calls_;
+      },
+      Interest::kNothing);
+  os::signal_event_fd(ready_.get());
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 0);
+  watch.set(Interest::kWriting);
+  loop_.run_once(kNever);
+  EXPECT_TRUE(last.to_write && !last.to_read);
+  watch.set(Interest::kBoth);
+  loop_.run_once(kNever);
+  EXPECT_TRUE(last.to_write && last.to_read);
+  EXPECT_EQ(calls_, 2);
+  watch.set(Interest::kNothing);
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 2);
+}
+
+TEST_F(LoopTest, TellsOfAChangeOnce) {
+  const Watch watch(
+      loop_, ready_.get(), [&](Ready) { ++calls_; }, Interest::kChanges);
+  loop_.run_once(kNever);  // it can be written to
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 1);
+  os::signal_event_fd(ready_.get());
+  loop_.run_once(kNever);
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 2);
+}
+
+TEST_F(LoopTest, ABrokenDescriptorIsReadyForBoth) {
+  int sockets[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, sockets), 0);
+  const os::File one(sockets[0]);
+  os::File two(sockets[1]);
+  Ready last{};
+  const Watch watch(loop_, one.get(), [&](Ready ready) { last = ready; });
+  two.reset();
+  loop_.run_once(kNever);
+  EXPECT_TRUE(last.to_read && last.to_write);
+}
+
+// What it captures stays until it returns.
+TEST_F(LoopTest, AWatchMayEndItself) {
+  std::optional<Watch> watch;
+  watch.emplace(loop_, ready_.get(), [&, text = std::string(100, 'x')](Ready) {
+    watch.reset();
+    calls_ += static_cast<int>(text.size());
+  });
+  os::signal_event_fd(ready_.get());
+  loop_.run_once(kNever);
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 100);
+}
+
+TEST_F(LoopTest, AWatchMayEndAnotherThatIsReadyToo) {
+  std::optional<Watch> one;
+  std::optional<Watch> two;
+  one.emplace(loop_, ready_.get(), [&](Ready) {
+    ++calls_;
+    two.reset();
+  });
+  two.emplace(loop_, other_.get(), [&](Ready) {
+    ++calls_;
+    one.reset();
+  });
+  os::signal_event_fd(ready_.get());
+  os::signal_event_fd(other_.get());
+  loop_.run_once(kNever);
+  EXPECT_EQ(calls_, 1);
+}
+
+TEST_F(LoopTest, TimersComeInTheirOrderAndOnce) {
+  std::string order;
+  Timer late(loop_, [&] { order += 'l'; });
+  Timer early(loop_, [&] { order += 'e'; });
+  Timer never(loop_, [&] { order += 'n'; });
+  const Time now = os::now();
+  late.set(now + 2ms);
+  early.set(now + 1ms);
+  never.set(now + 1ms);
+  never.cancel();
+  while (order.size() < 2) loop_.run_once(kNever);
+  EXPECT_GE(os::now(), now + 2ms);
+  loop_.run_once(kAtOnce);
+  EXPECT_EQ(order, "el");
+}
+
+TEST_F(LoopTest, ATimerIsSetAnewOrEndsItself) {
+  std::optional<Timer> timer;
+  timer.emplace(loop_, [&] {
+    ++calls_;
+    calls_ < 3 ? timer->set(os::now()) : timer.reset();
+  });
+  timer->set(os::now());
+  while (timer) loop_.run_once(kNever);
+  EXPECT_EQ(calls_, 3);
+}
+
+TEST_F(LoopTest, WhatIsPostedWaitsForNobodyAndNotForItself) {
+  loop_.post([&] {
+    ++calls_;
+    loop_.post([&] { ++calls_; });
+  });
+  loop_.run_once(kNever);
+  EXPECT_EQ(calls_, 1);
+  loop_.run_once(kNever);
+  EXPECT_EQ(calls_, 2);
+}
+
+TEST_F(LoopTest, DeadlinesAreKeptAlsoWhenSomethingIsAlwaysReady) {
+  const Time at = os::now() + 2ms;
+  bool reached = false;
+  loop_.watch({.next = [&] { return reached ? kNever : at; },
+               .on_timeout =
+                   [&](Time now) {
+                     EXPECT_GE(now, at);
+                     reached = true;
+                   }});
+  const Watch watch(loop_, ready_.get(), [&](Ready) { ++calls_; });
+  os::signal_event_fd(ready_.get());
+  while (!reached) loop_.run_once(kNever);
+  EXPECT_GT(calls_, 1);
+}
+
+TEST_F(LoopTest, EachTimeOutIsATurn) {
+  int turns = 0;
+  loop_.at_turn_end([&](Time) { ++turns; });
+  Timer timer(loop_, [&] { ++calls_; });
+  timer.set(os::now());
+  while (calls_ == 0) loop_.run_once(kNever);
+  EXPECT_EQ(turns, 1);
+}
+
+TEST_F(LoopTest, RunEndsWhenItIsToStop) {
+  Timer timer(loop_, [&] { loop_.stop(); });
+  timer.set(os::now() + 1ms);
+  loop_.run();
+}
+
+}  // namespace
+}  // namespace tims::io
