@@ -314,26 +314,24 @@ void Links::flush(Time now, const Send& send) {
                 .dscp = kDscp[kControlLane]});
   }
   singles_.clear();
-  std::vector<Link*> again;
-  for (Link* touched : touched_) {
-    Link& link = *touched;
-    if (held_.to || !send_trains(now, link, send)) {
-      again.push_back(&link);
-      continue;
-    }
-    std::span probe(scratch_.get(), kDatagramMax);
-    const std::size_t size = link.build_probe(now, probe);
-    if (size > 0)
-      (void)send({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
-    is_touched_[link.slot()] = false;
-    learn_token(link);
-    const Time at = link.next_timeout(now);
-    if (at < wakes_at_[link.slot()]) {
-      wakes_at_[link.slot()] = at;
-      wake_.push({at, link.slot()});
-    }
+  std::erase_if(touched_, [&](Link* link) { return !held_.to && flush_link(now, *link, send); });
+}
+
+// False: it has more to send.
+bool Links::flush_link(Time now, Link& link, const Send& send) {
+  if (!send_trains(now, link, send)) return false;
+  std::span probe(scratch_.get(), kDatagramMax);
+  const std::size_t size = link.build_probe(now, probe);
+  if (size > 0)
+    (void)send({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
+  is_touched_[link.slot()] = false;
+  learn_token(link);
+  const Time at = link.next_timeout(now);
+  if (at < wakes_at_[link.slot()]) {
+    wakes_at_[link.slot()] = at;
+    wake_.push({at, link.slot()});
   }
-  touched_ = std::move(again);
+  return true;
 }
 
 void Links::say_goodbye(Time now) {

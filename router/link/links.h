@@ -132,6 +132,7 @@ class Links final : private LinkSurroundings {
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);
+  bool flush_link(Time now, Link& link, const Send& send);
   bool send_train(const Train& train, const Send& send);
 
   core::Router& router_;
