@@ -33,7 +33,7 @@
 namespace tims::wire {
 
 inline constexpr std::uint32_t kLocalMagic = 0x534D4954;  // "TIMS"
-inline constexpr std::uint16_t kLocalVersion = 1;
+inline constexpr std::uint16_t kLocalVersion = 2;
 inline constexpr std::size_t kRecordBytesMax = 64 << 10;
 inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close or Lookup
 inline constexpr std::size_t kNameMax = 31;
@@ -58,6 +58,7 @@ struct Welcome {
   Address router;
   std::uint64_t epoch = 0;
   std::uint32_t message_max = 0;  // bytes, header included
+  AddressWidths widths;           // of the fleet's addresses
 };
 struct Refused {
   std::string text;  // what, why, and what to do

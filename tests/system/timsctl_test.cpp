@@ -164,12 +164,15 @@ TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
 
 // A fleet with few robots and many components of a kind.
 struct WidthsTest : TimsctlTest {
+  static constexpr AddressWidths kWidths{6, 8, 10, 8};
   WidthsTest() : TimsctlTest({"address.widths=6/8/10/8", "router.system=3", "router.id=30"}) {}
 };
 
+TEST_F(WidthsTest, ASessionKnowsThem) { EXPECT_EQ(session_->address_widths(), kWidths); }
+
 TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
   const Address camera = Address::of(
-      {.system = 3, .class_id = class_id::kLadar, .instance = 500, .local = 2}, {6, 8, 10, 8});
+      {.system = 3, .class_id = class_id::kLadar, .instance = 500, .local = 2}, kWidths);
   auto mailbox = session_->open({.address = camera});
   ASSERT_TRUE(mailbox) << mailbox.error().message();
   EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));
