@@ -162,35 +162,5 @@ TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
   }
 }
 
-// A fleet with few robots and many components of a kind.
-struct WidthsTest : TimsctlTest {
-  static constexpr AddressWidths kWidths{6, 8, 10, 8};
-  WidthsTest() : TimsctlTest({"address.widths=6/8/10/8", "router.system=3", "router.id=30"}) {}
-};
-
-TEST_F(WidthsTest, ASessionKnowsThem) { EXPECT_EQ(session_->address_widths(), kWidths); }
-
-TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
-  const Address camera = Address::of(
-      {.system = 3, .class_id = class_id::kLadar, .instance = 500, .local = 2}, kWidths);
-  auto mailbox = session_->open({.address = camera});
-  ASSERT_TRUE(mailbox) << mailbox.error().message();
-  EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));
-  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/500)"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/499)"}).out, Not(HasSubstr("Ladar(3/")));
-  EXPECT_THAT(timsctl({"mbx", "list"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/501"}).err, HasSubstr("Ladar(3/501)"));
-  EXPECT_THAT(timsctl({"route", "get", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2: deliver"));
-  EXPECT_EQ(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/500:2"}).code, 0);
-  EXPECT_THAT(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/700"}).out,
-              HasSubstr("has Ladar(3/700) registered"));
-  EXPECT_THAT(timsctl({"-r", "Tims(3/30)", "status"}).out, HasSubstr("Tims(3/30)"));
-  EXPECT_THAT(timsctl({"__complete", "route", "get", "L"}).out, HasSubstr("Ladar/3/500:2"));
-  const Run unknown = timsctl({"route", "get", "Ladar/80/0"});
-  EXPECT_EQ(unknown.code, 2) << "there is no system 80 with six bits";
-  EXPECT_THAT(unknown.err, HasSubstr("is no address"));
-}
-
 }  // namespace
 }  // namespace tims::test
