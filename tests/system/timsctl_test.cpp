@@ -36,12 +36,12 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
       {{"msg", "pub", "Ladar/0/0", "-6", "--hex", "01"}, "", "tims/pub/1"},
   };
   for (const Case& c : cases) {
-    const Run person = timsctl(c.words);
+    const Ran person = timsctl(c.words);
     EXPECT_EQ(person.code, 0) << c.words[0] << person.err;
     EXPECT_THAT(person.out, HasSubstr(c.shows));
     auto words = c.words;
     words.emplace_back("--json");
-    const Run program = timsctl(words);
+    const Ran program = timsctl(words);
     EXPECT_EQ(program.code, 0) << c.words[0] << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << program.out;
@@ -51,7 +51,7 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
 }
 
 TEST_F(TimsctlTest, WatchingInJsonIsOneObjectALine) {
-  const Run run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
+  const Ran run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(json_lines(run.out).size(), 3U);
 }
@@ -105,12 +105,12 @@ TEST_F(TimsctlTest, ExitStatusSaysWhatHappened) {
   };
   for (const Case& c : cases) {
     const std::string all = testing::PrintToString(c.words);
-    const Run person = timsctl(c.words);
+    const Ran person = timsctl(c.words);
     EXPECT_EQ(person.code, c.code) << all << person.err;
     EXPECT_THAT(person.err, HasSubstr(c.error == nullptr ? "" : "timsctl: ")) << all;
     auto words = c.words;
     words.emplace_back("-j");
-    const Run program = timsctl(words);
+    const Ran program = timsctl(words);
     EXPECT_EQ(program.code, c.code) << all << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << all << program.out;
@@ -127,7 +127,7 @@ TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
     auto all = words;
     all.insert(all.end(), {"-H", router_.tcp(), "--json", "-i10ms"});
     if (words[0] != "ping") all.pop_back();
-    const Run run = timsctl(all);
+    const Ran run = timsctl(all);
     EXPECT_EQ(run.code, 0) << words[0] << run.out << run.err;
     EXPECT_EQ(json_lines(run.out).size(), 1U);
   }

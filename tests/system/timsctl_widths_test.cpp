@@ -43,7 +43,7 @@ TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
   EXPECT_THAT(timsctl({"-r", "Tims(3/30)", "status"}).out, HasSubstr("Tims(3/30)"));
   EXPECT_THAT(timsctl({"__complete", "route", "get", "L"}).out, HasSubstr("Ladar/3/500:2"));
   for (const char* verb : {"ping", "trace"}) {
-    const Run unknown = timsctl({verb, "Ladar/80/0"});
+    const Ran unknown = timsctl({verb, "Ladar/80/0"});
     EXPECT_EQ(unknown.code, 2) << "there is no system 80 with six bits";
     EXPECT_THAT(unknown.err, HasSubstr("is no address"));
   }
@@ -111,7 +111,7 @@ TEST_F(WidthsTest, EchoListens) {
 // It does not answer the question for the widths: they are the usual ones.
 TEST_F(TimsctlTest, PingAtAnOriginalRouter) {
   const ModelRouter original({});
-  const Run ping = timsctl({"ping", "Camera/3/0", "-n", "1", "-H", original.endpoint()});
+  const Ran ping = timsctl({"ping", "Camera/3/0", "-n", "1", "-H", original.endpoint()});
   EXPECT_EQ(ping.code, 4) << ping.err;
   EXPECT_THAT(ping.out, HasSubstr("Camera(3/0): nobody has registered this address"));
 }
