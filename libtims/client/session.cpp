@@ -34,5 +34,6 @@ Result<std::vector<Mailbox>> Session::open(std::span<const MailboxOptions> optio
 
 bool Session::connected() const { return core_->connected(); }
 Address Session::router() const { return core_->welcome().router; }
+AddressWidths Session::address_widths() const { return core_->welcome().widths; }
 
 }  // namespace tims

@@ -29,13 +29,18 @@ constexpr std::tuple<> none() {
 template <typename T>
 inline constexpr auto kFields = none<T>();
 template <>
+inline constexpr auto kFields<AddressWidths> =
+    std::tuple(&AddressWidths::system, &AddressWidths::class_id, &AddressWidths::instance,
+               &AddressWidths::local);
+template <>
 inline constexpr auto kFields<Place> = std::tuple(&Place::segment, &Place::offset);
 template <>
 inline constexpr auto kFields<Hello> = std::tuple(&Hello::version_min, &Hello::version_max,
                                                   &Hello::writer, Text{&Hello::name, kNameMax});
 template <>
-inline constexpr auto kFields<Welcome> = std::tuple(
-    &Welcome::version, &Welcome::writer, &Welcome::router, &Welcome::epoch, &Welcome::message_max);
+inline constexpr auto kFields<Welcome> =
+    std::tuple(&Welcome::version, &Welcome::writer, &Welcome::router, &Welcome::epoch,
+               &Welcome::message_max, &Welcome::widths);
 template <>
 inline constexpr auto kFields<Refused> = std::tuple(Text{&Refused::text, kTextMax});
 template <>
@@ -131,6 +136,10 @@ class Reader {
     get(number);
     if (number > static_cast<std::uint32_t>(OpenStatus::kNotTried)) return fail("unknown status");
     status = static_cast<OpenStatus>(number);
+  }
+  void get(AddressWidths& widths) {
+    get<AddressWidths>(widths);
+    if (!widths.valid()) fail("address fields that are not 32 bits");
   }
   // Memory only for elements that have come: the count alone is somebody's claim.
   template <typename T>

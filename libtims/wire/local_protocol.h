@@ -57,6 +57,7 @@ struct Welcome {
   Address router;
   std::uint64_t epoch = 0;
   std::uint32_t message_max = 0;  // bytes, header included
+  AddressWidths widths;           // of the fleet's addresses
 };
 struct Refused {
   std::string text;  // what, why, and what to do

@@ -20,7 +20,7 @@ std::vector<Packet> one_of_each() {
   const Place place{0x1122334455667788, 0x8877665544332211};
   return {
       {1, Hello{2, 3, 0x00ABCDEF, "laser"}},
-      {2, Welcome{4, 5, Address(6), 0x99AABBCCDDEEFF00, 1 << 24}},
+      {2, Welcome{4, 5, Address(6), 0x99AABBCCDDEEFF00, 1 << 24, {5, 6, 9, 12}}},
       {3, Refused{"no common version: update the library"}},
       {4, OfferSegment{0x0102030405060708}},
       {5, Open{{{Address(7), place, true}, {Address(8), {9, 10}, false}}}},
@@ -70,12 +70,13 @@ TEST(LocalProtocol, BeginningOfASession) {
   EXPECT_EQ(hello.version_max, 3);
   EXPECT_EQ(hello.writer, 4U);
   EXPECT_EQ(hello.name, "laser");
-  const auto welcome = round_trip(Welcome{5, 6, Address(7), 1ULL << 63, 8});
+  const auto welcome = round_trip(Welcome{5, 6, Address(7), 1ULL << 63, 8, {4, 5, 11, 12}});
   EXPECT_EQ(welcome.version, 5);
   EXPECT_EQ(welcome.writer, 6U);
   EXPECT_EQ(welcome.router, Address(7));
   EXPECT_EQ(welcome.epoch, 1ULL << 63);
   EXPECT_EQ(welcome.message_max, 8U);
+  EXPECT_EQ(welcome.widths, (AddressWidths{4, 5, 11, 12}));
   EXPECT_EQ(round_trip(Refused{"no"}).text, "no");
   EXPECT_EQ(round_trip(OfferSegment{1ULL << 40}).segment, 1ULL << 40);
 }
@@ -149,6 +150,8 @@ TEST(LocalProtocol, RefusesWhatNoEncoderWrites) {
             "a text that is too long");
   EXPECT_EQ(decode(with_u16(bytes_of({1, Opened{{{}}, ""}}), 14, 5)).problem, "unknown status");
   EXPECT_EQ(decode(with_u16(bytes_of({1, Found{}}), 12, 2)).problem, "a yes or no that is neither");
+  EXPECT_EQ(decode(bytes_of({1, Welcome{.router = {}, .widths = {8, 8, 8, 9}}})).problem,
+            "address fields that are not 32 bits");
 }
 
 TEST(LocalProtocol, LimitsFitAndWhatIsBeyondThemIsCut) {

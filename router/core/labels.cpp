@@ -6,14 +6,6 @@
 #include "router/core/outcome.h"
 
 namespace tims::core {
-namespace {
-
-template <typename Enum, std::size_t size>
-const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, Enum value) {
-  return labels[static_cast<std::size_t>(value)];
-}
-
-}  // namespace
 
 std::string_view name(Role role) { return label(kRoles, role).name; }
 std::string_view name(LinkKind kind) { return label(kLinkKinds, kind).name; }

@@ -25,6 +25,12 @@ constexpr bool complete(const std::array<Label<Enum>, size>& labels, Enum last) 
   return true;
 }
 
+// Of a value in a complete list.
+template <typename Enum, std::size_t size>
+constexpr const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, Enum value) {
+  return labels[static_cast<std::size_t>(value)];
+}
+
 // All values of an enum that has `count` of them.
 template <typename Enum, std::size_t count>
 constexpr std::array<Enum, count> values() {

@@ -9,11 +9,6 @@ namespace {
 
 constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace;
 
-Receiver connection_of(const Client& client, std::uint32_t handle = 0) {
-  return {
-      .client = client.id, .port = client.info.port, .token = client.info.token, .handle = handle};
-}
-
 // Nobody on the way knows where it should go: the sender of a command is told.
 bool is_no_way(Outcome outcome) {
   return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
@@ -153,7 +148,7 @@ Outcome Router::answer(Time now, ClientId asker, Message& message) {
   if (!is_for_router(message.header)) {
     outcome = forward(now, nullptr, message);
   } else if (Client* client = clients_.find(asker)) {
-    outcome = hand_over(now, connection_of(*client), *client, message);
+    outcome = hand_over(now, receiver_of(*client), *client, message);
   }
   if (!taken(outcome)) drops_.add(now);
   messages_.add(PortKind::kRouter, message.header.priority,
@@ -178,8 +173,13 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
   const Outcome outcome = forward(now, &sender, message);
   if (is_no_way(outcome) || (!taken(outcome) && leads_over_link(sender, header.dest)))
-    answer_not_available(connection_of(sender, handle), header);
+    answer_not_available(receiver_of(sender, handle), header);
   return outcome;
+}
+
+Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {
+  return {
+      .client = client.id, .port = client.info.port, .token = client.info.token, .handle = handle};
 }
 
 Outcome Router::forward(Time now, Client* from, Message& message) {
@@ -194,7 +194,7 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
     return stop_loop(now, from, *on.to, message);
-  return hand_over(now, connection_of(*on.to, on.handle), *on.to, message);
+  return hand_over(now, receiver_of(*on.to, on.handle), *on.to, message);
 }
 
 Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Message& message) {
@@ -225,7 +225,7 @@ Outcome Router::for_router_itself(Client& sender, std::uint32_t handle, const Me
     return Outcome::kHandled;
   }
   if (message.header.type > 0) {
-    sink_.reply(connection_of(sender, handle), wire::reply_to(message.header, type::kError));
+    sink_.reply(receiver_of(sender, handle), wire::reply_to(message.header, type::kError));
   }
   return Outcome::kUnknownCommand;
 }

@@ -147,6 +147,8 @@ class Router {
 
  private:
   Outcome dispatch(Time now, Client& sender, Message& message);
+  // Without a handle: its connection.
+  static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
   Outcome forward(Time now, Client* from, Message& message);
   Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
   Outcome for_router_itself(Client& sender, std::uint32_t handle, const Message& message);

@@ -5,13 +5,6 @@
 #include "wire/header.h"
 
 namespace tims::core {
-namespace {
-
-Receiver connection_of(const Client& client) {
-  return {.client = client.id, .port = client.info.port, .token = client.info.token};
-}
-
-}  // namespace
 
 Outcome Router::carry_out(Time now, Client& sender, const Message& message) {
   using Verb = LegacyCommand::Verb;
@@ -63,7 +56,7 @@ bool Router::may_delete(const Client& by, const Client& owner) const {
 }
 
 void Router::answer_command(const Client& client, const Header& request, bool success) {
-  sink_.reply(connection_of(client), wire::reply_to(request, success ? type::kOk : type::kError));
+  sink_.reply(receiver_of(client), wire::reply_to(request, success ? type::kOk : type::kError));
 }
 
 void Router::on_progress(ClientId id) {
@@ -86,11 +79,11 @@ void Router::on_timeout(Time now) {
 
 void Router::ask_for_lifesign(const Client& client) {
   count(EventKind::kLifesign);
-  sink_.reply(connection_of(client), {.type = wire::router_command::kLifesign});
+  sink_.reply(receiver_of(client), {.type = wire::router_command::kLifesign});
 }
 
 void Router::give_up(Time now, Client& client, CloseReason reason) {
-  const Receiver connection = connection_of(client);
+  const Receiver connection = receiver_of(client);
   disconnect(now, client.id, reason);
   sink_.close(connection, reason);
 }

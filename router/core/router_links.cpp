@@ -223,11 +223,7 @@ void Router::on_undelivered(Time now, ClientId link, const Header& header, Outco
   // As if it had been refused at once, only later.
   const Way back = way(nullptr, header.src);
   if (back.to == nullptr) return;
-  answer_not_available({.client = back.to->id,
-                        .port = back.to->info.port,
-                        .token = back.to->info.token,
-                        .handle = back.handle},
-                       header);
+  answer_not_available(receiver_of(*back.to, back.handle), header);
 }
 
 }  // namespace tims::core

@@ -52,7 +52,8 @@ bool ClientPort::hello(LocalClient& client, std::uint32_t request, const wire::H
                             .writer = client.writer,
                             .router = settings_.router,
                             .epoch = settings_.epoch,
-                            .message_max = settings_.message_max});
+                            .message_max = settings_.message_max,
+                            .widths = router_.settings().widths});
 }
 
 // The number it had with the former router, when nobody has it now: slots it is writing at this

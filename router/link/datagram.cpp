@@ -10,11 +10,6 @@ namespace {
 constexpr std::string_view kMagic = "TIMS";
 constexpr int kKeepAliveMinMs = 10;
 
-template <typename Enum, std::size_t size>
-const core::Label<Enum>& label(const std::array<core::Label<Enum>, size>& labels, Enum value) {
-  return labels[static_cast<std::size_t>(value)];
-}
-
 template <typename Enum>
 bool get_enum(ByteReader& in, Enum last, Enum& value) {
   const auto number = in.get<std::uint8_t>();
@@ -110,8 +105,8 @@ std::optional<Datagram> decode_data(std::span<std::byte> bytes) {
 
 }  // namespace
 
-std::string_view name(RefuseCode code) { return label(kRefuseCodes, code).name; }
-std::string_view sentence(RefuseCode code) { return label(kRefuseCodes, code).sentence; }
+std::string_view name(RefuseCode code) { return core::label(kRefuseCodes, code).name; }
+std::string_view sentence(RefuseCode code) { return core::label(kRefuseCodes, code).sentence; }
 
 std::optional<Datagram> decode(std::span<std::byte> bytes) {
   ByteReader in(bytes);

@@ -25,18 +25,12 @@ components = ["tims-demo server --at Test(1/0)"]
 
 class FleetTest : public testing::Test {
  protected:
-  struct Run {
-    int code = -1;
-    std::string out;
-    std::string err;
-  };
-
   void SetUp() override {
     if (::geteuid() != 0) GTEST_SKIP() << "network namespaces need root";
-    const Run probe = run({"sim", "show", "--json"});
+    const Ran probe = run({"sim", "show", "--json"});
     ASSERT_EQ(probe.code, 0) << probe.err;
     std::ofstream(file_) << kFleet;
-    const Run up = run({"sim", "up", file_, "--fleet", name_, "--detach"});
+    const Ran up = run({"sim", "up", file_, "--fleet", name_, "--detach"});
     if (up.code == 5) GTEST_SKIP() << "no network namespaces here: " << up.err;
     ASSERT_EQ(up.code, 0) << up.out << up.err;
     EXPECT_THAT(up.out, HasSubstr("2 of 2 links are up"));
@@ -46,25 +40,18 @@ class FleetTest : public testing::Test {
     fs::remove(file_);
   }
 
-  static Run run(std::vector<std::string> arguments) {
+  static Ran run(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
-    auto child =
-        ChildProcess::start(std::move(arguments), {.environment = {"TIMS_HOST="}, .folder = {}});
-    EXPECT_TRUE(child);
-    if (!child) return {};
-    const auto status = child->wait();
-    EXPECT_TRUE(status) << status.error().message();
-    return {.code = status ? status->code : -1,
-            .out = child->standard_output(),
-            .err = child->standard_error()};
+    return finish(
+        ChildProcess::start(std::move(arguments), {.environment = {"TIMS_HOST="}, .folder = {}}));
   }
   // timsctl at a host of the fleet.
-  Run on(const std::string& host, const std::vector<std::string>& arguments) const {
+  Ran on(const std::string& host, const std::vector<std::string>& arguments) const {
     std::vector<std::string> all = {"sim", "exec", "--fleet", name_, host, TIMSCTL_PROGRAM};
     all.insert(all.end(), arguments.begin(), arguments.end());
     return run(all);
   }
-  [[nodiscard]] Run fault(const std::vector<std::string>& words) const {
+  [[nodiscard]] Ran fault(const std::vector<std::string>& words) const {
     std::vector<std::string> all = {"sim", "fault", "--fleet", name_, "robot1-base"};
     all.insert(all.end(), words.begin(), words.end());
     return run(all);
@@ -96,12 +83,12 @@ TEST_F(FleetTest, ShowsHostsAndEndsWithoutATrace) {
   EXPECT_EQ(fleet.at("state"), "running");
   EXPECT_EQ(fleet.at("hosts").as_array().size(), 3U);
   EXPECT_EQ(namespaces().size(), 3U);
-  const Run table = run({"sim", "show", name_});
+  const Ran table = run({"sim", "show", name_});
   EXPECT_THAT(table.out, HasSubstr("10.1.1.2/24"));
   EXPECT_THAT(table.out, HasSubstr(folder() + "/robot1-arm/router.sock"));
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
 
-  const Run again = run({"sim", "up", file_, "--fleet", name_});
+  const Ran again = run({"sim", "up", file_, "--fleet", name_});
   EXPECT_EQ(again.code, 5);
   EXPECT_THAT(again.err, HasSubstr("runs already"));
 
@@ -128,7 +115,7 @@ TEST_F(FleetTest, ALineIsCutAndHealed) {
 
 TEST_F(FleetTest, LossAndRateAreTheKernelsAndDelayIsSomebodys) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
-  const Run said = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
+  const Ran said = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
   EXPECT_EQ(said.code, 0) << said.err;
   EXPECT_THAT(said.err, HasSubstr("loss 1% delay 30ms rate 20Mbit"));
   EXPECT_TRUE(eventually(
@@ -153,7 +140,7 @@ TEST_F(FleetTest, AHostIsKilledAndStarted) {
 
   EXPECT_EQ(run({"sim", "kill", "--fleet", name_, "robot1-arm", "server"}).code, 0);
   EXPECT_TRUE(eventually([&] { return !reachable(); }, "the base notices"));
-  const Run unknown = run({"sim", "kill", "--fleet", name_, "robot1-arm", "servant"});
+  const Ran unknown = run({"sim", "kill", "--fleet", name_, "robot1-arm", "servant"});
   EXPECT_EQ(unknown.code, 4);
   EXPECT_THAT(unknown.err, HasSubstr("servant"));
 }
@@ -166,14 +153,14 @@ TEST_F(FleetTest, WhatACrashLeavesIsRemovedByTheNext) {
   EXPECT_TRUE(eventually([&] { return ::kill(router, 0) != 0; }, "its routers end with it"));
   EXPECT_EQ(state().at("state"), "crashed");
   EXPECT_EQ(namespaces().size(), 3U);
-  const Run up = run({"sim", "up", file_, "--fleet", name_, "--detach"});
+  const Ran up = run({"sim", "up", file_, "--fleet", name_, "--detach"});
   EXPECT_EQ(up.code, 0) << up.err;
   EXPECT_THAT(up.err, HasSubstr("cleaned up what a crash had left"));
   EXPECT_EQ(state().at("state"), "running");
 
   ASSERT_EQ(::kill(static_cast<pid_t>(state().at("pid").as_int64()), SIGKILL), 0);
   EXPECT_TRUE(eventually([&] { return state().at("state") == "crashed"; }, "it is gone"));
-  const Run down = run({"sim", "down", name_});
+  const Ran down = run({"sim", "down", name_});
   EXPECT_EQ(down.code, 0);
   EXPECT_THAT(down.err, HasSubstr("leftovers removed"));
   EXPECT_TRUE(namespaces().empty());

@@ -40,15 +40,30 @@ inline std::vector<json::object> json_lines(const std::string& text) {
   return lines;
 }
 
+// What became of a program.
+struct Ran {
+  int code = -1;
+  std::string out;
+  std::string err;
+};
+inline Ran finish(ChildProcess& child) {
+  const auto status = child.wait();
+  EXPECT_TRUE(status) << status.error().message();
+  EXPECT_EQ(status ? status->signal : 0, 0);
+  Ran run{.code = status ? status->code : -1,
+          .out = child.standard_output(),
+          .err = child.standard_error()};
+  EXPECT_THAT(run.out + run.err, Not(HasSubstr("\033"))) << "no terminal, no escape codes";
+  return run;
+}
+inline Ran finish(Result<ChildProcess> child) {
+  EXPECT_TRUE(child) << child.error().message();
+  return child ? finish(*child) : Ran{};
+}
+
 class TimsctlTest : public testing::Test {
  protected:
   explicit TimsctlTest(std::vector<std::string> settings = {}) : router_(std::move(settings)) {}
-
-  struct Run {
-    int code = -1;
-    std::string out;
-    std::string err;
-  };
 
   void SetUp() override {
     const auto started = router_.start();
@@ -77,21 +92,7 @@ class TimsctlTest : public testing::Test {
                             "NO_COLOR="},
             .folder = {}};
   }
-  static Run finish(ChildProcess& child) {
-    const auto status = child.wait();
-    EXPECT_TRUE(status) << status.error().message();
-    EXPECT_EQ(status ? status->signal : 0, 0);
-    Run run{.code = status ? status->code : -1,
-            .out = child.standard_output(),
-            .err = child.standard_error()};
-    EXPECT_THAT(run.out + run.err, Not(HasSubstr("\033"))) << "no terminal, no escape codes";
-    return run;
-  }
-  Run timsctl(std::vector<std::string> arguments) {
-    auto child = start(std::move(arguments));
-    EXPECT_TRUE(child) << child.error().message();
-    return child ? finish(*child) : Run{};
-  }
+  Ran timsctl(std::vector<std::string> arguments) { return finish(start(std::move(arguments))); }
 
   // The ladar's next request, which must be of this type.
   std::optional<Header> expect_request(std::int8_t type, std::vector<std::byte>* body = nullptr) {

@@ -11,7 +11,7 @@ TEST_F(TimsctlTest, PingMeasuresAComponentThatAnswers) {
   auto child = start({"ping", "Ladar/0/0", "-n", "2", "-i", "10ms"});
   ASSERT_TRUE(child);
   for (int i = 0; i < 2; ++i) answer(type::kGetStatus, type::kEnabled);
-  const Run run = finish(*child);
+  const Ran run = finish(*child);
   EXPECT_EQ(run.code, 0);
   EXPECT_THAT(run.out, HasSubstr("enabled"));
   EXPECT_THAT(run.out, HasSubstr("2 sent, 2 answered, 0% lost"));
@@ -21,7 +21,7 @@ TEST_F(TimsctlTest, PubShowsTheAnswerOfACommand) {
   auto child = start({"msg", "pub", "Ladar/0/0", "off"});
   ASSERT_TRUE(child);
   answer(type::kOff, type::kError);
-  const Run run = finish(*child);
+  const Ran run = finish(*child);
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.out, HasSubstr("type=-1 (error)"));
 }
@@ -57,7 +57,7 @@ TEST_F(TimsctlTest, EchoIsInputForPub) {
     ASSERT_TRUE(ladar_->send(
         {.dest = data, .type = type::kData, .priority = 77, .seq_nr = 9, .body_order = 0}, body));
     end_subscription();
-    const Run run = finish(*echo);
+    const Ran run = finish(*echo);
     ASSERT_EQ(run.code, 0) << run.err;
 
     const std::string file = router_.folder() + "/echo";
@@ -92,7 +92,7 @@ TEST_F(TimsctlTest, CtrlCBeforeTheEndIs130) {
   answer(type::kGetStatus, type::kEnabled);
   ASSERT_TRUE(ping->wait_for_line("enabled"));
   ping->signal(SIGINT);
-  const Run run = finish(*ping);
+  const Ran run = finish(*ping);
   EXPECT_EQ(run.code, 130);
   EXPECT_THAT(run.out, HasSubstr("1 sent, 1 answered"));
 }
@@ -123,7 +123,7 @@ TEST_F(TimsctlTest, HzMeasures) {
     ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData, .seq_nr = 3},
                              std::vector<std::byte>(100)));
   end_subscription();
-  const Run run = finish(*hz);
+  const Ran run = finish(*hz);
   EXPECT_EQ(run.code, 0) << run.err;
   const auto lines = json_lines(run.out);
   ASSERT_EQ(lines.size(), 1U);
@@ -143,9 +143,24 @@ TEST_F(TimsctlTest, ListenRegistersAndAnswersCommandsWithError) {
   const auto answer = expect_request(type::kError);
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->seq_nr, 5);
-  const Run run = finish(*listener);
+  const Ran run = finish(*listener);
   EXPECT_EQ(run.code, 0);
   EXPECT_THAT(run.out, HasSubstr("Ladar(0/0) -> Test(0/1) type=-42 "));
+}
+
+TEST_F(TimsctlTest, StatsTellOfMailboxesAlsoWhenTheyAreGone) {
+  const auto replaced = [this] {
+    const auto lines = json_lines(timsctl({"stats", "-j"}).out);
+    return lines.empty() ? 0 : lines[0].at("mailboxes").at("replaced").to_number<int>();
+  };
+  {
+    auto mailbox = session_->open({.address = kTest, .slots = 1});
+    ASSERT_TRUE(mailbox) << mailbox.error().message();
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(ladar_->send({.dest = kTest, .type = type::kData}));
+    EXPECT_EQ(replaced(), 2);
+  }
+  EXPECT_EQ(replaced(), 2);
+  EXPECT_THAT(timsctl({"stats"}).out, HasSubstr(" 2 replaced, "));
 }
 
 TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
@@ -153,7 +168,7 @@ TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
   ASSERT_TRUE(watch);
   ASSERT_TRUE(watch->wait_for_line("watching"));
   ASSERT_TRUE(session_->open({.address = kTest}));
-  const Run run = finish(*watch);
+  const Ran run = finish(*watch);
   EXPECT_EQ(run.code, 0);
   const auto lines = json_lines(run.out);
   ASSERT_EQ(lines.size(), 2U);
@@ -182,7 +197,7 @@ TEST_F(TimsctlTest, RouteWatchTellsWhoComesAndGoesAlsoAfterARestart) {
   ASSERT_TRUE(again);
   EXPECT_TRUE(watch->wait_for_line("Test(0/1) registered by laser"));
   watch->signal(SIGINT);
-  const Run run = finish(*watch);
+  const Ran run = finish(*watch);
   EXPECT_EQ(run.code, 0);
   EXPECT_THAT(run.out, Not(HasSubstr("Ladar"))) << "the pattern selects";
 }

@@ -36,12 +36,12 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
       {{"msg", "pub", "Ladar/0/0", "-6", "--hex", "01"}, "", "tims/pub/1"},
   };
   for (const Case& c : cases) {
-    const Run person = timsctl(c.words);
+    const Ran person = timsctl(c.words);
     EXPECT_EQ(person.code, 0) << c.words[0] << person.err;
     EXPECT_THAT(person.out, HasSubstr(c.shows));
     auto words = c.words;
     words.emplace_back("--json");
-    const Run program = timsctl(words);
+    const Ran program = timsctl(words);
     EXPECT_EQ(program.code, 0) << c.words[0] << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << program.out;
@@ -51,7 +51,7 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
 }
 
 TEST_F(TimsctlTest, WatchingInJsonIsOneObjectALine) {
-  const Run run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
+  const Ran run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(json_lines(run.out).size(), 3U);
 }
@@ -105,12 +105,12 @@ TEST_F(TimsctlTest, ExitStatusSaysWhatHappened) {
   };
   for (const Case& c : cases) {
     const std::string all = testing::PrintToString(c.words);
-    const Run person = timsctl(c.words);
+    const Ran person = timsctl(c.words);
     EXPECT_EQ(person.code, c.code) << all << person.err;
     EXPECT_THAT(person.err, HasSubstr(c.error == nullptr ? "" : "timsctl: ")) << all;
     auto words = c.words;
     words.emplace_back("-j");
-    const Run program = timsctl(words);
+    const Ran program = timsctl(words);
     EXPECT_EQ(program.code, c.code) << all << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << all << program.out;
@@ -127,7 +127,7 @@ TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
     auto all = words;
     all.insert(all.end(), {"-H", router_.tcp(), "--json", "-i10ms"});
     if (words[0] != "ping") all.pop_back();
-    const Run run = timsctl(all);
+    const Ran run = timsctl(all);
     EXPECT_EQ(run.code, 0) << words[0] << run.out << run.err;
     EXPECT_EQ(json_lines(run.out).size(), 1U);
   }
@@ -160,33 +160,6 @@ TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
     if (core::taken(outcome.value) && outcome.value != core::Outcome::kMailboxReplaced) continue;
     EXPECT_EQ(timsctl({"errors", std::string(outcome.name)}).code, 0) << outcome.name;
   }
-}
-
-// A fleet with few robots and many components of a kind.
-struct WidthsTest : TimsctlTest {
-  WidthsTest() : TimsctlTest({"address.widths=6/8/10/8", "router.system=3", "router.id=30"}) {}
-};
-
-TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
-  const Address camera = Address::of(
-      {.system = 3, .class_id = class_id::kLadar, .instance = 500, .local = 2}, {6, 8, 10, 8});
-  auto mailbox = session_->open({.address = camera});
-  ASSERT_TRUE(mailbox) << mailbox.error().message();
-  EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));
-  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/500)"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/499)"}).out, Not(HasSubstr("Ladar(3/")));
-  EXPECT_THAT(timsctl({"mbx", "list"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2"));
-  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/501"}).err, HasSubstr("Ladar(3/501)"));
-  EXPECT_THAT(timsctl({"route", "get", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2: deliver"));
-  EXPECT_EQ(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/500:2"}).code, 0);
-  EXPECT_THAT(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/700"}).out,
-              HasSubstr("has Ladar(3/700) registered"));
-  EXPECT_THAT(timsctl({"-r", "Tims(3/30)", "status"}).out, HasSubstr("Tims(3/30)"));
-  EXPECT_THAT(timsctl({"__complete", "route", "get", "L"}).out, HasSubstr("Ladar/3/500:2"));
-  const Run unknown = timsctl({"route", "get", "Ladar/80/0"});
-  EXPECT_EQ(unknown.code, 2) << "there is no system 80 with six bits";
-  EXPECT_THAT(unknown.err, HasSubstr("is no address"));
 }
 
 }  // namespace

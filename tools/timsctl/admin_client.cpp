@@ -24,17 +24,6 @@ Exit exit_of(std::string_view code) {
   return Exit::kNo;
 }
 
-// The usual ones when an older router does not say.
-tims::AddressWidths widths_in(const json::object& status) {
-  const json::value* said = at_path(status, "widths");
-  if (said == nullptr || !said->is_array() || said->get_array().size() != 4) return {};
-  const auto bits = [&](std::size_t i) {
-    return static_cast<std::uint8_t>(said->get_array()[i].to_number<double>());
-  };
-  const tims::AddressWidths widths{bits(0), bits(1), bits(2), bits(3)};
-  return widths.valid() ? widths : tims::AddressWidths();
-}
-
 void throw_error(const json::object& answer) {
   if (at_path(answer, "error") == nullptr) return;
   std::string code = text_at(answer, "error.code");
@@ -54,6 +43,16 @@ std::optional<json::object> json_of(const Message& message) {
   return std::move(value.get_object());
 }
 
+tims::AddressWidths widths_in(const json::object& status) {
+  const json::value* said = at_path(status, "widths");
+  if (said == nullptr || !said->is_array() || said->get_array().size() != 4) return {};
+  const auto bits = [&](std::size_t i) {
+    return static_cast<std::uint8_t>(said->get_array()[i].to_number<double>());
+  };
+  const tims::AddressWidths widths{bits(0), bits(1), bits(2), bits(3)};
+  return widths.valid() ? widths : tims::AddressWidths();
+}
+
 json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
   json::object answer = ask_once(question, patience);
   json::object next = question;
@@ -68,11 +67,6 @@ json::object AdminClient::ask(const json::object& question, tims::Duration patie
   return answer;
 }
 
-const tims::AddressWidths& AdminClient::widths() {
-  if (!widths_) widths_ = widths_in(ask({{"ask", "status"}}));
-  return *widths_;
-}
-
 tims::Result<void> AdminClient::send(std::span<const std::byte> body, std::uint8_t seq_nr) {
   const tims::Envelope envelope{.dest = router_.value_or(tims::Address()),
                                 .type = tims::type::kAdminRequest,
@@ -82,7 +76,7 @@ tims::Result<void> AdminClient::send(std::span<const std::byte> body, std::uint8
 }
 
 std::string AdminClient::where() const {
-  return router_ ? router_->to_string() : connection_.where();
+  return router_ ? router_->to_string(widths()) : connection_.where();
 }
 
 json::object AdminClient::ask_once(const json::object& question, tims::Duration patience) {

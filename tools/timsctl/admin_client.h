@@ -11,6 +11,9 @@ namespace timsctl {
 
 // The body as a JSON object, if it is one.
 std::optional<json::object> json_of(const Message& message);
+// Of the fleet's addresses, in the answer to the question "status"; the usual ones when a router
+// does not say.
+tims::AddressWidths widths_in(const json::object& status);
 
 class AdminClient {
  public:
@@ -27,8 +30,7 @@ class AdminClient {
   [[nodiscard]] std::optional<tims::Address> router() const { return router_; }
   [[nodiscard]] tims::Address own_address() const { return connection_.address(); }
 
-  // Of the fleet's addresses: asked once.
-  const tims::AddressWidths& widths();
+  [[nodiscard]] tims::AddressWidths widths() const { return connection_.widths(); }
 
   // The answer, all its pages in one, with "age_ms". `patience` is what the router was asked to
   // wait. Throws Failure: no answer, not understood, or what the router says is wrong.
@@ -43,7 +45,6 @@ class AdminClient {
   const Signals& signals_;
   tims::Duration timeout_;
   std::optional<tims::Address> router_;
-  std::optional<tims::AddressWidths> widths_;
 };
 
 }  // namespace timsctl

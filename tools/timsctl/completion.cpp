@@ -60,7 +60,7 @@ std::vector<std::string> living_addresses(const Context& context) {
   const json::object answer = admin.ask({{"ask", "routes"}});
   for (const json::value& item : items_of(answer))
     if (const auto address = parse_address(text_at(item.as_object(), "address.raw"));
-        address && address->fields().class_id != tims::class_id::kTool)
+        address && address->fields(admin.widths()).class_id != tims::class_id::kTool)
       out.push_back(shell_name(*address, admin.widths()));
   return out;
 }

@@ -3,16 +3,25 @@
 #include <random>
 
 #include "os/clock.h"
+#include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {
 
-tims::Address tool_address(std::uint32_t system) {
+tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
+                              const tims::AddressWidths& widths) {
+  if (!wish.address.empty()) return need_address(wish.address, widths);
   std::random_device random;
   return tims::Address::of({.system = system,
                             .class_id = tims::class_id::kTool,
-                            .instance = 1 + random() % 255,
-                            .local = random() % 256});
+                            .instance = random(),
+                            .local = random()},
+                           widths);
+}
+
+bool may_draw_again(const MailboxWish& wish, int taken) {
+  constexpr int kTries = 16;
+  return wish.address.empty() && taken < kTries;
 }
 
 std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline,

@@ -25,8 +25,9 @@ class Connection {
  public:
   virtual ~Connection() = default;
 
-  [[nodiscard]] virtual tims::Address address() const = 0;  // of its mailbox
-  [[nodiscard]] virtual std::string where() const = 0;      // the router, for people
+  [[nodiscard]] virtual tims::Address address() const = 0;       // of its mailbox
+  [[nodiscard]] virtual tims::AddressWidths widths() const = 0;  // of the fleet's addresses
+  [[nodiscard]] virtual std::string where() const = 0;           // the router, for people
   virtual tims::Result<void> send(const tims::Envelope& envelope,
                                   std::span<const std::byte> body) = 0;
   // To the router itself; `envelope.dest` is filled in.
@@ -49,7 +50,7 @@ class Connection {
 };
 
 struct MailboxWish {
-  std::optional<tims::Address> address;  // default: a free one of class Tool
+  std::string address;  // as people write it; default: a free one of class Tool
   std::uint32_t slots = 64;
   std::uint32_t body_max = 256U << 10;
 };
@@ -62,9 +63,11 @@ std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWis
 std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
                                         tims::Duration timeout);
 
-// A mailbox address of a tool, drawn at random in this system: most are free.
-tims::Address tool_address(std::uint32_t system);
-inline constexpr int kAddressTries = 16;
+// The one wished for, else one drawn at random in this system: most are free.
+tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
+                              const tims::AddressWidths& widths);
+// Whether to try another one, after so many were taken.
+bool may_draw_again(const MailboxWish& wish, int taken);
 
 // The next message; nothing at the deadline. Throws Interrupted on Ctrl-C, Failure when the
 // connection is lost. With `losses`, that of the connection when a question was sent, also when it

@@ -26,6 +26,14 @@ tims::Address need_address(std::string_view text, const tims::AddressWidths& wid
                     "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002");
 }
 
+std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
+                                          const tims::AddressWidths& widths) {
+  std::vector<tims::Address> addresses;
+  addresses.reserve(texts.size());
+  for (const std::string& text : texts) addresses.push_back(need_address(text, widths));
+  return addresses;
+}
+
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto pattern = parse_pattern(text, widths)) return *pattern;
   throw usage_error("\"" + std::string(text) + "\" is no pattern of addresses",

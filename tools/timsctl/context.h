@@ -28,8 +28,10 @@ class Context {
 };
 
 // Throw Failure when the argument is none.
-tims::Address need_address(std::string_view text, const tims::AddressWidths& widths = {});
-tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths = {});
+tims::Address need_address(std::string_view text, const tims::AddressWidths& widths);
+std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
+                                          const tims::AddressWidths& widths);
+tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths);
 std::int8_t need_type(std::string_view text);
 
 }  // namespace timsctl

@@ -154,7 +154,7 @@ class Explainer {
 
 Exit explain(Context& context) {
   const auto& arguments = context.options.arguments;
-  for (const std::string& text : arguments) (void)need_address(text, kAnyWidths);
+  (void)need_addresses(arguments, kAnyWidths);
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
   const tims::AddressWidths widths = admin.widths();

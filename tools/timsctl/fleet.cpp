@@ -54,7 +54,7 @@ class Walk {
   }
 
   std::string add_self(const json::object& item) {
-    const std::string raw = text_at(item, "address.raw");
+    std::string raw = text_at(item, "address.raw");
     json::object& known = place(raw);
     const bool first = order_.size() == 1;
     for (const auto& [key, value] : item)
@@ -117,11 +117,10 @@ std::optional<tims::Address> router_address(const json::object& item) {
 json::object walk_fleet(const AdminClient& first) { return Walk(first).run(); }
 
 tims::Address find_router(const AdminClient& first, std::string_view name) {
-  if (parse_address(name, kAnyWidths)) {
-    AdminClient admin = first;
-    const auto address = parse_address(name, admin.widths());
-    if (address && address->fields(admin.widths()).class_id == kRouterClass) return *address;
-  }
+  const tims::AddressWidths widths = first.widths();
+  if (const auto address = parse_address(name, widths);
+      address && address->fields(widths).class_id == kRouterClass)
+    return *address;
   json::object fleet = walk_fleet(first);
   std::string known;
   for (const json::value& value : items_of(fleet)) {

@@ -49,6 +49,7 @@ class LocalConnection final : public Connection {
   }
 
   [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
+  [[nodiscard]] tims::AddressWidths widths() const override { return session_.address_widths(); }
   [[nodiscard]] std::string where() const override { return path_; }
   [[nodiscard]] std::uint64_t losses() const override { return losses_->count(); }
   [[nodiscard]] int descriptor() const override { return mailbox_.event_fd(); }
@@ -105,12 +106,14 @@ void check_socket(const std::string& path) {
 tims::Mailbox open(tims::Session& session, const MailboxWish& wish, const std::string& path) {
   tims::MailboxOptions options{
       .address = {}, .slots = wish.slots, .body_max = wish.body_max, .event_fd = true};
-  for (int attempt = 1;; ++attempt) {
-    options.address = wish.address.value_or(tool_address(session.router().fields().system));
+  const tims::AddressWidths widths = session.address_widths();
+  const std::uint32_t system = session.router().fields(widths).system;
+  for (int taken = 1;; ++taken) {
+    options.address = mailbox_address(wish, system, widths);
     auto mailbox = session.open(options);
     if (mailbox) return std::move(*mailbox);
-    const bool taken = mailbox.error().code() == tims::Errc::kAddressInUse;
-    if (!taken || wish.address || attempt == kAddressTries) throw failure_of(mailbox.error(), path);
+    const bool in_use = mailbox.error().code() == tims::Errc::kAddressInUse;
+    if (!in_use || !may_draw_again(wish, taken)) throw failure_of(mailbox.error(), path);
   }
 }
 

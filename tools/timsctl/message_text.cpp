@@ -123,7 +123,7 @@ Draft read_json_line(std::size_t line, std::string_view text) {
   if (!body || !type) refuse(line, "type or body_hex is not one");
   const auto number = [&](std::string_view name) {
     const double n = number_or_zero(object, name);
-    if (!(n >= 0 && n <= 255)) refuse(line, fmt::format("{} is no such number", name));
+    if (n < 0 || n > 255) refuse(line, fmt::format("{} is no such number", name));
     return static_cast<std::uint8_t>(n);
   };
   return {.type = *type,
@@ -140,9 +140,10 @@ std::string dump(const Message& message, WallTime time, const DumpStyle& style) 
   const std::string_view name = type_name(header.type);
   std::string out =
       fmt::format("{}{} {} -> {} type={}{} priority={} seq={} order={} bytes={}\n", kMark,
-                  time_of_day(time, style.utc), header.src.to_string(), header.dest.to_string(),
-                  header.type, name.empty() ? "" : fmt::format(" ({})", name), header.priority,
-                  header.seq_nr, is_little(header) ? "little" : "big", message.body.size());
+                  time_of_day(time, style.utc), header.src.to_string(style.widths),
+                  header.dest.to_string(style.widths), header.type,
+                  name.empty() ? "" : fmt::format(" ({})", name), header.priority, header.seq_nr,
+                  is_little(header) ? "little" : "big", message.body.size());
   const auto shown = std::span(message.body).first(std::min(message.body.size(), style.bytes_max));
   for (std::size_t at = 0; at < shown.size(); at += kRow)
     append_row(out, at, shown.subspan(at, std::min(kRow, shown.size() - at)));
@@ -152,23 +153,25 @@ std::string dump(const Message& message, WallTime time, const DumpStyle& style) 
   return out;
 }
 
-json::object message_json(const Message& message, WallTime time) {
+json::object message_json(const Message& message, WallTime time,
+                          const tims::AddressWidths& widths) {
   const tims::Header& header = message.header;
-  const auto address = [](tims::Address a) {
-    return json::object{{"name", a.to_string()}, {"raw", a.to_hex()}};
-  };
   const std::string_view name = type_name(header.type);
   return {{"schema", "tims/message/1"},
           {"time", rfc3339(time)},
           {"type", header.type},
           {"type_name", name.empty() ? json::value() : json::value(name)},
-          {"src", address(header.src)},
-          {"dest", address(header.dest)},
+          {"src", address_json(header.src, widths)},
+          {"dest", address_json(header.dest, widths)},
           {"priority", header.priority},
           {"seq_nr", header.seq_nr},
           {"body_order", is_little(header) ? "little" : "big"},
           {"body_bytes", message.body.size()},
           {"body_hex", to_hex(message.body)}};
+}
+
+json::object address_json(tims::Address address, const tims::AddressWidths& widths) {
+  return {{"name", address.to_string(widths)}, {"raw", address.to_hex()}};
 }
 
 bool is_recorded(std::string_view text) {

@@ -15,6 +15,7 @@
 namespace timsctl {
 
 struct DumpStyle {
+  tims::AddressWidths widths{};
   bool utc = false;
   std::size_t bytes_max = SIZE_MAX;  // of the body
 };
@@ -22,7 +23,10 @@ struct DumpStyle {
 // -- 02:15:00.123 Ladar(3/0) -> Tool(3/7):9 type=-6 (data) priority=1 seq=0 order=little bytes=4
 //    0000  01 02 03 04                                       |....|
 std::string dump(const Message& message, WallTime time, const DumpStyle& style);
-json::object message_json(const Message& message, WallTime time);
+json::object message_json(const Message& message, WallTime time, const tims::AddressWidths& widths);
+
+// {"name": "Ladar(3/0)", "raw": "0x03140000"}
+json::object address_json(tims::Address address, const tims::AddressWidths& widths);
 
 // What is needed to send it again.
 struct Draft {

@@ -52,8 +52,16 @@ TEST(MessageText, LooksLikeThis) {
             "   0000  01 02 41 42                                       |..AB|\n");
 }
 
+TEST(MessageText, AddressesAreDividedAsTheFleetDoes) {
+  constexpr tims::AddressWidths kWidths{6, 8, 10, 8};
+  Message m = message(0);
+  m.header.src = tims::Address::of({.system = 3, .class_id = 0x14, .instance = 500}, kWidths);
+  EXPECT_THAT(dump(m, kTime, {.widths = kWidths}), HasSubstr(" Ladar(3/500) -> "));
+  EXPECT_EQ(text_at(message_json(m, kTime, kWidths), "src.name"), "Ladar(3/500)");
+}
+
 TEST(MessageText, WhatIsWrittenCanBeRead) {
-  for (const std::size_t bytes : {0, 1, 15, 16, 17, 1000, 70'000}) {
+  for (const std::size_t bytes : {0U, 1U, 15U, 16U, 17U, 1000U, 70'000U}) {
     const Message m = message(bytes);
     const std::string text = dump(m, kTime, {});
     ASSERT_TRUE(is_recorded(text));
@@ -72,8 +80,8 @@ TEST(MessageText, SeveralMessagesAndBothOrders) {
 
 TEST(MessageText, JsonCanBeReadToo) {
   const Message m = message(40, 0);
-  const std::string lines =
-      to_text(message_json(m, kTime)) + "\n" + to_text(message_json(message(3), kTime)) + "\n";
+  const std::string lines = to_text(message_json(m, kTime, {})) + "\n" +
+                            to_text(message_json(message(3), kTime, {})) + "\n";
   ASSERT_TRUE(is_recorded(lines));
   const auto drafts = parse_recorded(lines);
   ASSERT_EQ(drafts.size(), 2U);

@@ -8,6 +8,7 @@
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/subscription.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -17,8 +18,9 @@ constexpr std::size_t kTerminalBytes = 256;  // of a body; all of it with -o wid
 
 class Echo {
  public:
-  explicit Echo(Context& context)
+  Echo(Context& context, Connection& connection)
       : context_(context),
+        connection_(connection),
         left_(context.options.count.value_or(UINT64_MAX)),
         end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
                                      : tims::kNever) {}
@@ -28,14 +30,18 @@ class Echo {
 
  private:
   void tell(const Message& message);
-  void note_missed(const Connection& connection);
+  void note_missed();
   void note_changes(const Subscriptions& subscriptions);
+  [[nodiscard]] std::string name_of(tims::Address address) const {
+    return address.to_string(connection_.widths());
+  }
   [[nodiscard]] Exit end() const {
     const bool complete = !context_.options.count || left_ == 0;
     return complete && (told_ > 0 || !context_.options.run_for) ? Exit::kDone : Exit::kTimeout;
   }
 
   Context& context_;
+  Connection& connection_;
   std::uint64_t left_;
   std::uint64_t told_ = 0;
   tims::Time end_;
@@ -47,21 +53,23 @@ void Echo::tell(const Message& message) {
   --left_;
   ++told_;
   const WallTime now = wall_now();
-  if (context_.out.json()) return context_.out.write(message_json(message, now));
+  const tims::AddressWidths widths = connection_.widths();
+  if (context_.out.json()) return context_.out.write(message_json(message, now, widths));
   const bool shorten = context_.out.terminal() && context_.out.look().format != Format::kWide;
-  context_.out.write(
-      dump(message, now,
-           {.utc = context_.options.utc, .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
+  context_.out.write(dump(message, now,
+                          {.widths = widths,
+                           .utc = context_.options.utc,
+                           .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
 }
 
 // Too many, or too large for the mailbox.
-void Echo::note_missed(const Connection& connection) {
-  if (connection.missed() == missed_) return;
+void Echo::note_missed() {
+  if (connection_.missed() == missed_) return;
   context_.out.note(
       fmt::format("{} messages were lost: too fast for this output, or larger than "
                   "--body-max",
-                  connection.missed() - missed_));
-  missed_ = connection.missed();
+                  connection_.missed() - missed_));
+  missed_ = connection_.missed();
 }
 
 // What does not come says why. Alone and without -n or --for, an address that nobody has is an
@@ -74,7 +82,7 @@ void Echo::note_changes(const Subscriptions& subscriptions) {
     if (state == states_[i]) continue;
     const bool first = states_[i] == Subscription::State::kAsking;
     states_[i] = state;
-    const std::string who = all[i].component().to_string();
+    const std::string who = name_of(all[i].component());
     if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
       throw Failure(Exit::kNoSuch, "no_such_mailbox", who + ": nobody has registered this address",
                     "`timsctl mbx list` shows all");
@@ -91,43 +99,36 @@ void Echo::note_changes(const Subscriptions& subscriptions) {
 }
 
 Exit Echo::subscribe() {
-  std::vector<tims::Address> components;
-  for (const std::string& text : context_.options.arguments)
-    components.push_back(need_address(text));
-  const auto connection =
-      context_.connect({.address = {}, .body_max = context_.options.body_max_bytes});
+  const auto components = need_addresses(context_.options.arguments, connection_.widths());
   const auto period =
       std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
-  Subscriptions subscriptions(*connection, components, static_cast<std::uint32_t>(period.count()));
+  Subscriptions subscriptions(connection_, components, static_cast<std::uint32_t>(period.count()));
   const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
   while (left_ > 0 && tims::os::now() < end_) {
     const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
     const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
     note_changes(subscriptions);
-    note_missed(*connection);
+    note_missed();
     if (data) tell(data->message);
     const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
     if (components.size() == 1 && asking && tims::os::now() > patience)
       throw Failure(Exit::kTimeout, "timeout",
-                    components.front().to_string() + " does not answer GET_CONT_DATA",
+                    name_of(components.front()) + " does not answer GET_CONT_DATA",
                     "is its owner busy? `timsctl mbx show ADDR` shows what waits");
   }
   return end();
 }
 
 Exit Echo::listen() {
-  const tims::Address address = need_address(context_.options.listen);
-  const auto connection =
-      context_.connect({.address = address, .body_max = context_.options.body_max_bytes});
-  context_.out.note(address.to_string() + " is registered, Ctrl-C ends");
+  context_.out.note(name_of(connection_.address()) + " is registered, Ctrl-C ends");
   while (left_ > 0) {
-    const auto message = receive(*connection, context_.signals, end_);
+    const auto message = receive(connection_, context_.signals, end_);
     if (!message) break;
     tell(*message);
-    note_missed(*connection);
+    note_missed();
     // Who sends a command waits for an answer; this one is of nobody who can carry it out.
     if (message->header.type > 0)
-      (void)connection->send({.dest = message->header.src,
+      (void)connection_.send({.dest = message->header.src,
                               .type = tims::type::kError,
                               .priority = message->header.priority,
                               .seq_nr = message->header.seq_nr},
@@ -139,10 +140,16 @@ Exit Echo::listen() {
 }  // namespace
 
 Exit msg_echo(Context& context) {
-  const bool has_arguments = !context.options.arguments.empty();
-  if (context.options.listen.empty() != has_arguments)
+  const Options& options = context.options;
+  const bool listens = !options.listen.empty();
+  if (listens != options.arguments.empty())
     throw usage_error("msg echo: either ADDR... or --listen ADDR");
-  return has_arguments ? Echo(context).subscribe() : Echo(context).listen();
+  if (listens) (void)need_address(options.listen, kAnyWidths);
+  (void)need_addresses(options.arguments, kAnyWidths);
+  const auto connection =
+      context.connect({.address = options.listen, .body_max = options.body_max_bytes});
+  Echo echo(context, *connection);
+  return listens ? echo.listen() : echo.subscribe();
 }
 
 }  // namespace timsctl

@@ -1,8 +1,9 @@
 // timsctl msg pub: sends messages.
-#include <cstring>
+#include <cerrno>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -19,9 +20,10 @@ namespace timsctl {
 namespace {
 
 // Classes whose components move something.
-bool is_actuator(tims::Address address) {
+bool is_actuator(tims::Address address, const tims::AddressWidths& widths) {
+  const std::uint32_t class_id = address.fields(widths).class_id;
   for (const char* name : {"Chassis", "Pilot", "ServoDrive", "PtzDrive", "Vehicle"})
-    if (tims::class_id_of(name) == address.fields().class_id) return true;
+    if (tims::class_id_of(name) == class_id) return true;
   return false;
 }
 
@@ -29,20 +31,23 @@ std::string read_all(const std::string& name) {
   std::ifstream file;
   if (name != "-") {
     file.open(name, std::ios::binary);
-    if (!file) throw Failure(Exit::kNoSuch, "no_such_file", name + ": " + std::strerror(errno));
+    if (!file)
+      throw Failure(Exit::kNoSuch, "no_such_file",
+                    name + ": " + std::generic_category().message(errno));
   }
   std::istream& in = name == "-" ? std::cin : file;
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
 struct Arguments {
-  tims::Address target;
+  std::string target;
   std::optional<std::int8_t> type;
   std::string file;  // "-": stdin; empty: none
 };
 
 Arguments read_arguments(const Options& options) {
-  Arguments out{.target = need_address(options.arguments[0]), .type = {}, .file = options.file};
+  Arguments out{.target = options.arguments[0], .type = {}, .file = options.file};
+  (void)need_address(out.target, kAnyWidths);
   for (const std::string& word : std::span(options.arguments).subspan(1)) {
     if (word == "-")
       out.file = word;
@@ -84,9 +89,9 @@ std::vector<Draft> load_drafts(const Arguments& arguments, const Options& option
   return drafts;
 }
 
-void confirm(const Context& context, tims::Address target) {
-  if (!is_actuator(target) || context.options.yes || ::isatty(STDIN_FILENO) == 0) return;
-  std::cerr << target.to_string() << " moves something. Send? [y/N] " << std::flush;
+void confirm(const Context& context, tims::Address target, const tims::AddressWidths& widths) {
+  if (!is_actuator(target, widths) || context.options.yes || ::isatty(STDIN_FILENO) == 0) return;
+  std::cerr << target.to_string(widths) << " moves something. Send? [y/N] " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
   if (answer != "y" && answer != "Y" && answer != "yes")
@@ -96,7 +101,10 @@ void confirm(const Context& context, tims::Address target) {
 class Publisher {
  public:
   Publisher(Context& context, tims::Address target, Connection& connection)
-      : context_(context), target_(target), connection_(connection) {}
+      : context_(context),
+        target_(target),
+        target_name_(target.to_string(connection.widths())),
+        connection_(connection) {}
 
   // Data to nobody would be dropped without a word to the sender.
   void check_route(std::int8_t type);
@@ -109,6 +117,7 @@ class Publisher {
  private:
   Context& context_;
   tims::Address target_;
+  std::string target_name_;
   Connection& connection_;
   std::uint64_t sent_ = 0;
   std::uint64_t bytes_ = 0;
@@ -125,7 +134,7 @@ void Publisher::check_route(std::int8_t type) {
   }
   if (text_at(route, "verdict") != "no_route") return;
   throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                target_.to_string() + ": nobody has registered this address",
+                target_name_ + ": nobody has registered this address",
                 "`timsctl mbx list` shows all");
 }
 
@@ -137,7 +146,7 @@ void Publisher::send(const Draft& draft) {
                                 .seq_nr = draft.seq_nr,
                                 .body_order = order},
                                draft.body);
-  if (!sent) throw failure_of(sent.error(), target_.to_string());
+  if (!sent) throw failure_of(sent.error(), target_name_);
   ++sent_;
   bytes_ += draft.body.size();
 }
@@ -171,27 +180,26 @@ Exit Publisher::wait_for_answer() {
         message->header.type == tims::type::kError || message->header.type == tims::type::kTimeout;
     return failed ? Exit::kNo : Exit::kDone;
   }
-  throw Failure(Exit::kTimeout, "timeout",
-                target_.to_string() + " did not answer within the timeout",
+  throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
                 "a longer --timeout, or --no-wait");
 }
 
 void Publisher::report(const Message* answer) {
+  const tims::AddressWidths widths = connection_.widths();
   if (context_.out.json()) {
     const json::value reply =
-        answer == nullptr ? json::value() : json::value(message_json(*answer, wall_now()));
-    return context_.out.write(
-        json::object{{"schema", "tims/pub/1"},
-                     {"target", {{"name", target_.to_string()}, {"raw", target_.to_hex()}}},
-                     {"sent", sent_},
-                     {"sent_bytes", bytes_},
-                     {"answer", reply}});
+        answer == nullptr ? json::value() : json::value(message_json(*answer, wall_now(), widths));
+    return context_.out.write(json::object{{"schema", "tims/pub/1"},
+                                           {"target", address_json(target_, widths)},
+                                           {"sent", sent_},
+                                           {"sent_bytes", bytes_},
+                                           {"answer", reply}});
   }
   if (answer != nullptr)
-    context_.out.write(dump(*answer, wall_now(), {.utc = context_.options.utc}));
+    context_.out.write(dump(*answer, wall_now(), {.widths = widths, .utc = context_.options.utc}));
   else
     context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
-                                  target_.to_string(), human_bytes(static_cast<double>(bytes_))));
+                                  target_name_, human_bytes(static_cast<double>(bytes_))));
 }
 
 }  // namespace
@@ -199,10 +207,11 @@ void Publisher::report(const Message* answer) {
 Exit msg_pub(Context& context) {
   const Arguments arguments = read_arguments(context.options);
   const std::vector<Draft> drafts = load_drafts(arguments, context.options);
-  confirm(context, arguments.target);
   const auto connection =
       context.connect({.address = {}, .body_max = context.options.body_max_bytes});
-  Publisher publisher(context, arguments.target, *connection);
+  const tims::Address target = need_address(arguments.target, connection->widths());
+  confirm(context, target, connection->widths());
+  Publisher publisher(context, target, *connection);
   publisher.check_route(drafts.front().type);
   try {
     publisher.send_all(drafts);

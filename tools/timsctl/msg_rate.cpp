@@ -6,8 +6,10 @@
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/humanize.h"
+#include "tools/timsctl/message_text.h"
 #include "tools/timsctl/rate_meter.h"
 #include "tools/timsctl/subscription.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -44,9 +46,9 @@ json::value or_null(const std::optional<double>& value) {
   return value ? json::value(*value) : json::value();
 }
 
-json::object item_json(const Subscription& subscription, const RateReport& report) {
-  const tims::Address address = subscription.component();
-  json::object item{{"address", {{"name", address.to_string()}, {"raw", address.to_hex()}}},
+json::object item_json(const Subscription& subscription, const RateReport& report,
+                       const tims::AddressWidths& widths) {
+  json::object item{{"address", address_json(subscription.component(), widths)},
                     {"state", subscription.state_name()},
                     {"messages", report.messages},
                     {"messages_total", report.messages_total},
@@ -74,6 +76,7 @@ class RateWatch {
   RateWatch(Context& context, Connection& connection, const std::vector<tims::Address>& components,
             std::span<const Column> columns)
       : context_(context),
+        widths_(connection.widths()),
         columns_(columns),
         subscriptions_(connection, components, period_ms(context.options)),
         meters_(components.size(), RateMeter(tims::os::now())) {}
@@ -91,6 +94,7 @@ class RateWatch {
   [[nodiscard]] Exit verdict() const;
 
   Context& context_;
+  tims::AddressWidths widths_;
   std::span<const Column> columns_;
   Subscriptions subscriptions_;
   std::vector<RateMeter> meters_;
@@ -110,7 +114,7 @@ void RateWatch::check_reachable() const {
   for (const Subscription& s : all)
     if (s.state() != Subscription::State::kNoMailbox) return;
   throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                all.front().component().to_string() + ": nobody has registered this address",
+                all.front().component().to_string(widths_) + ": nobody has registered this address",
                 "`timsctl mbx list` shows all");
 }
 
@@ -121,7 +125,7 @@ void RateWatch::report() {
   for (std::size_t i = 0; i < meters_.size(); ++i) {
     const RateReport numbers = meters_[i].report(now);
     totals_.push_back(numbers.messages_total);
-    items.push_back(item_json(subscriptions_.all()[i], numbers));
+    items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
   }
   const Look& look = context_.out.look();
   if (look.format == Format::kJson)
@@ -168,11 +172,11 @@ Exit RateWatch::run() {
 }
 
 Exit measure(Context& context, std::span<const Column> columns) {
-  std::vector<tims::Address> components;
-  for (const std::string& text : context.options.arguments)
-    components.push_back(need_address(text));
+  const Options& options = context.options;
+  (void)need_addresses(options.arguments, kAnyWidths);
   const auto connection =
-      context.connect({.address = {}, .slots = 256, .body_max = context.options.body_max_bytes});
+      context.connect({.address = {}, .slots = 256, .body_max = options.body_max_bytes});
+  const auto components = need_addresses(options.arguments, connection->widths());
   return RateWatch(context, *connection, components, columns).run();
 }
 

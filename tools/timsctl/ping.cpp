@@ -164,18 +164,18 @@ std::string answer_text(const tims::Header& header) {
   return name.empty() ? fmt::format("type {}", header.type) : std::string(name);
 }
 
-Exit ping_component(Context& context, tims::Address target) {
-  const auto connection = context.connect();
+Exit ping_component(Context& context, Connection& connection, tims::Address target) {
+  const std::string name = target.to_string(connection.widths());
   const auto ask = [&](std::uint8_t number, tims::Time deadline) -> std::optional<Answer> {
-    auto sent = connection->send({.dest = target,
-                                  .type = tims::type::kGetStatus,
-                                  .priority = context.options.priority,
-                                  .seq_nr = number},
-                                 {});
+    auto sent = connection.send({.dest = target,
+                                 .type = tims::type::kGetStatus,
+                                 .priority = context.options.priority,
+                                 .seq_nr = number},
+                                {});
     if (!sent && sent.error().code() == tims::Errc::kNoMailbox)
       return Answer{"no such mailbox", false};
-    if (!sent) throw failure_of(sent.error(), target.to_string());
-    while (auto message = receive(*connection, context.signals, deadline)) {
+    if (!sent) throw failure_of(sent.error(), name);
+    while (auto message = receive(connection, context.signals, deadline)) {
       // Late answers carry another number.
       if (message->header.src != target || message->header.seq_nr != number) continue;
       return Answer{answer_text(message->header),
@@ -183,14 +183,10 @@ Exit ping_component(Context& context, tims::Address target) {
     }
     return std::nullopt;
   };
-  return Pinger(context, target.to_string(), ask).run();
+  return Pinger(context, name, ask).run();
 }
 
-Exit ping_router(Context& context, std::optional<tims::Address> router) {
-  const auto connection = context.connect();
-  AdminClient admin =
-      router ? AdminClient(*connection, context.signals, context.options.timeout, router)
-             : context.admin(*connection);
+Exit ping_router(Context& context, Connection& connection, AdminClient admin) {
   json::object question{{"ask", "ping"}};
   if (context.options.size_bytes > 0) {
     constexpr std::uint32_t kPadMax = 60'000;
@@ -206,37 +202,37 @@ Exit ping_router(Context& context, std::optional<tims::Address> router) {
       return std::nullopt;
     }
   };
-  return Pinger(context, "router " + (router ? router->to_string() : connection->where()), ask)
-      .run();
+  const std::string name =
+      admin.router() ? admin.router()->to_string(admin.widths()) : connection.where();
+  return Pinger(context, "router " + name, ask).run();
 }
 
 // Every router on the way, the nearest first.
-void ping_hops(Context& context, tims::Address target) {
-  std::vector<tims::Address> routers;
-  {
-    const auto connection = context.connect();
-    const AdminClient admin = context.admin(*connection);
-    for (const Step& step :
-         find_path(admin, connection->address(), target, tims::type::kGetStatus).steps) {
-      if (step.router && *step.router != target) routers.push_back(*step.router);
-    }
-  }
-  for (const tims::Address router : routers) (void)ping_router(context, router);
+void ping_hops(Context& context, Connection& connection, tims::Address target) {
+  const AdminClient admin = context.admin(connection);
+  const Path path = find_path(admin, connection.address(), target, tims::type::kGetStatus);
+  for (const Step& step : path.steps)
+    if (step.router && *step.router != target)
+      (void)ping_router(context, connection, admin.at(step.router));
 }
 
 }  // namespace
 
 Exit ping(Context& context) {
   const std::string& target = context.options.arguments.front();
-  if (target == "router") return ping_router(context, {});
-  const tims::Address address = need_address(target);
-  if (context.options.hops) ping_hops(context, address);
-  const auto fields = address.fields();
+  const bool its_router = target == "router";
+  if (!its_router) (void)need_address(target, kAnyWidths);
+  const auto connection = context.connect();
+  if (its_router) return ping_router(context, *connection, context.admin(*connection));
+  const tims::Address address = need_address(target, connection->widths());
+  if (context.options.hops) ping_hops(context, *connection, address);
+  const auto fields = address.fields(connection->widths());
   if (fields.class_id == tims::class_id::kTims && fields.local == 0)
-    return ping_router(context, address);
+    return ping_router(context, *connection,
+                       {*connection, context.signals, context.options.timeout, address});
   if (context.options.size_bytes > 0)
     throw usage_error("--size is for `ping router`: GET_STATUS has no body");
-  return ping_component(context, address);
+  return ping_component(context, *connection, address);
 }
 
 }  // namespace timsctl

@@ -77,12 +77,12 @@ constexpr double kEventsAsked = 200;
 constexpr std::ptrdiff_t kEventsShown = 5;
 
 // Clients that are command-line tools, among those the events tell of.
-std::set<std::string> tools_in(const json::array& events) {
+std::set<std::string> tools_in(const json::array& events, const tims::AddressWidths& widths) {
   std::set<std::string> tools;
   for (const json::value& value : events) {
     const json::object& event = value.as_object();
     const auto address = tims::Address::parse(text_at(event, "address.raw"));
-    if (address && address->fields().class_id == tims::class_id::kTool)
+    if (address && address->fields(widths).class_id == tims::class_id::kTool)
       tools.insert(text_at(event, "client.client"));
   }
   return tools;
@@ -93,7 +93,7 @@ json::array foreign_events(AdminClient& admin, double last) {
   const auto since = static_cast<std::int64_t>(std::max(0.0, last - kEventsAsked));
   json::object answer = admin.ask({{"ask", "events"}, {"since", since}});
   json::array& events = items_of(answer);
-  const auto tools = tools_in(events);
+  const auto tools = tools_in(events, admin.widths());
   json::array out;
   for (json::value& event : events)
     if (!tools.contains(text_at(event.as_object(), "client.client")))

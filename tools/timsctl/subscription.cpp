@@ -100,7 +100,7 @@ std::optional<Subscriptions::Data> Subscriptions::next(const Signals& signals,
     tims::Time until = deadline;
     for (Subscription& subscription : list_) {
       if (auto sent = subscription.on_time(connection_, now); !sent)
-        throw failure_of(sent.error(), subscription.component().to_string());
+        throw failure_of(sent.error(), subscription.component().to_string(connection_.widths()));
       until = std::min(until, subscription.next_time());
     }
     auto message = receive(connection_, signals, until);

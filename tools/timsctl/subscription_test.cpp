@@ -21,6 +21,7 @@ constexpr tims::Address kOwn(0x030F0102);
 class FakeConnection final : public Connection {
  public:
   [[nodiscard]] tims::Address address() const override { return kOwn; }
+  [[nodiscard]] tims::AddressWidths widths() const override { return {}; }
   [[nodiscard]] std::string where() const override { return "fake"; }
   [[nodiscard]] std::uint64_t missed() const override { return 0; }
   [[nodiscard]] int descriptor() const override { return event_.get(); }

@@ -1,7 +1,9 @@
 // Over TCP, as the original's clients do it: to routers elsewhere, and to original routers.
+#include <algorithm>
 #include <deque>
 
 #include "os/clock.h"
+#include "tools/timsctl/admin_client.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/tcp_socket.h"
@@ -15,18 +17,20 @@ namespace {
 
 namespace command = tims::wire::router_command;
 constexpr std::uint8_t kBodyOrder = tims::flag::kNativeOrder & tims::flag::kBodyLittleEndian;
+constexpr std::uint32_t kAnswerMax = 256U << 10;  // of a router to a question, bytes
 
 class TcpConnection final : public Connection {
  public:
   TcpConnection(TcpSocket socket, std::string where, std::uint32_t body_max, tims::Duration timeout)
       : socket_(std::move(socket)),
         where_(std::move(where)),
-        reader_(body_max + static_cast<std::uint32_t>(tims::kHeaderSize)),
+        reader_(std::max(body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize)),
         timeout_(timeout) {}
 
-  void register_mailbox(const MailboxWish& wish);
+  void begin(const MailboxWish& wish);
 
   [[nodiscard]] tims::Address address() const override { return address_; }
+  [[nodiscard]] tims::AddressWidths widths() const override { return widths_; }
   [[nodiscard]] std::string where() const override { return where_; }
   [[nodiscard]] int descriptor() const override { return socket_.descriptor(); }
 
@@ -49,13 +53,17 @@ class TcpConnection final : public Connection {
                            std::span<const std::byte> body);
   tims::Result<void> read();
   void sort_in(const tims::wire::StreamReader::Item& item);
-  tims::Result<std::int8_t> router_says(tims::Time deadline);
+  void learn_widths(tims::Time deadline);
+  void register_mailbox(const MailboxWish& wish, tims::Time deadline);
+  void send_command(std::int8_t type, tims::Address mailbox);
+  Message router_says(tims::Time deadline);
 
   TcpSocket socket_;
   std::string where_;
   tims::wire::StreamReader reader_;
   tims::Duration timeout_;
   tims::Address address_{};
+  tims::AddressWidths widths_{};
   std::deque<Message> received_;
 };
 
@@ -103,7 +111,7 @@ tims::Result<void> TcpConnection::read() {
       default:
         return tims::Error(tims::Errc::kTooBig,
                            "a message of " + std::to_string(item.header.length) + " bytes from " +
-                               item.header.src.to_string() + "; see --body-max");
+                               item.header.src.to_string(widths_) + "; see --body-max");
     }
   }
 }
@@ -122,30 +130,54 @@ void TcpConnection::sort_in(const tims::wire::StreamReader::Item& item) {
   received_.push_back({item.header, {body.begin(), body.end()}});
 }
 
-tims::Result<std::int8_t> TcpConnection::router_says(tims::Time deadline) {
-  for (;;) {
-    auto message = take();
-    if (message && message->header.dest.raw() == 0) return message->header.type;
-    if (message) continue;
-    if (message.error().code() != tims::Errc::kEmpty) return message.error();
-    if (!socket_.wait_readable(deadline)) return tims::Errc::kTimeout;
-  }
-}
-
-void TcpConnection::register_mailbox(const MailboxWish& wish) {
+void TcpConnection::begin(const MailboxWish& wish) {
   const tims::Time deadline = tims::os::deadline_after(timeout_);
   // A tool that is stopped behind a pager is not dead.
   value_or_fail(write({.dest = {}, .type = command::kDisableWatchdog}, {}, {}), where_);
-  for (int attempt = 1;; ++attempt) {
-    address_ = wish.address.value_or(tool_address(0));
-    const std::uint32_t raw = address_.raw();
-    value_or_fail(
-        write({.dest = {}, .type = command::kMailboxInitWithReply, .body_order = kBodyOrder}, {},
-              std::as_bytes(std::span(&raw, 1))),
-        where_);
-    if (value_or_fail(router_says(deadline), where_) == tims::type::kOk) return;
-    if (wish.address || attempt == kAddressTries)
-      throw failure_of({tims::Errc::kAddressInUse, address_.to_string()}, where_);
+  learn_widths(deadline);
+  register_mailbox(wish, deadline);
+}
+
+// An original router, which has the usual ones, answers commands only. Another one has answered
+// the question when it answers the second command: that one finds it in a later turn.
+void TcpConnection::learn_widths(tims::Time deadline) {
+  constexpr std::string_view kQuestion = R"({"ask":"status"})";
+  value_or_fail(write({.dest = {}, .type = tims::type::kAdminRequest}, {},
+                      std::as_bytes(std::span(kQuestion))),
+                where_);
+  for (int i = 0; i < 2; ++i) {
+    send_command(command::kMailboxDeleteWithReply, {});  // which nobody has
+    Message said = router_says(deadline);
+    for (; said.header.type == tims::type::kAdminReply; said = router_says(deadline))
+      widths_ = widths_in(json_of(said).value_or(json::object()));
+  }
+}
+
+void TcpConnection::register_mailbox(const MailboxWish& wish, tims::Time deadline) {
+  for (int taken = 1;; ++taken) {
+    address_ = mailbox_address(wish, 0, widths_);
+    send_command(command::kMailboxInitWithReply, address_);
+    if (router_says(deadline).header.type == tims::type::kOk) return;
+    if (!may_draw_again(wish, taken))
+      throw failure_of({tims::Errc::kAddressInUse, address_.to_string(widths_)}, where_);
+  }
+}
+
+void TcpConnection::send_command(std::int8_t type, tims::Address mailbox) {
+  const std::uint32_t raw = mailbox.raw();
+  value_or_fail(write({.dest = {}, .type = type, .body_order = kBodyOrder}, {},
+                      std::as_bytes(std::span(&raw, 1))),
+                where_);
+}
+
+// Its next word.
+Message TcpConnection::router_says(tims::Time deadline) {
+  for (;;) {
+    auto message = take();
+    if (message && message->header.dest.raw() == 0) return std::move(*message);
+    if (message) continue;
+    if (message.error().code() != tims::Errc::kEmpty) throw failure_of(message.error(), where_);
+    if (!socket_.wait_readable(deadline)) throw failure_of(tims::Errc::kTimeout, where_);
   }
 }
 
@@ -155,7 +187,7 @@ std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& 
                                         tims::Duration timeout) {
   auto connection = std::make_unique<TcpConnection>(TcpSocket::connect(host, timeout),
                                                     host.to_string(), wish.body_max, timeout);
-  connection->register_mailbox(wish);
+  connection->begin(wish);
   return connection;
 }
 

@@ -34,10 +34,13 @@ std::optional<json::object> record_of(const Message& message) {
 Exit trace(Context& context) {
   if (std::holds_alternative<TcpHost>(context.host))
     throw usage_error("a message that comes over TCP is not traced", "-H unix:PATH on that host");
-  const tims::Address target = need_address(context.options.arguments.front());
+  (void)need_address(context.options.arguments.front(), kAnyWidths);
   const std::int8_t type =
       context.options.type.empty() ? tims::type::kGetStatus : need_type(context.options.type);
   const auto connection = context.connect();
+  const tims::Address target =
+      need_address(context.options.arguments.front(), connection->widths());
+  const std::string name = target.to_string(connection->widths());
   const tims::Time sent = tims::os::now();
   auto result = connection->send({.dest = target,
                                   .type = type,
@@ -45,7 +48,7 @@ Exit trace(Context& context) {
                                   .seq_nr = connection->next_seq_nr(),
                                   .trace = true},
                                  {});
-  if (!result) throw failure_of(result.error(), target.to_string());
+  if (!result) throw failure_of(result.error(), name);
   json::array hops;
   std::optional<Message> answer;
   std::optional<double> seconds;
@@ -65,7 +68,7 @@ Exit trace(Context& context) {
   const bool reached = answer && answer->header.type != tims::type::kNotAvailable;
   if (context.out.json()) {
     context.out.write(json::object{{"schema", "tims/trace/1"},
-                                   {"target", target.to_string()},
+                                   {"target", name},
                                    {"reached", reached},
                                    {"rtt_s", seconds ? json::value(*seconds) : json::value()},
                                    {"items", std::move(hops)}});
@@ -78,7 +81,7 @@ Exit trace(Context& context) {
             : fmt::format("{} after {}",
                           reached ? std::string(type_name(answer->header.type)) : "no such mailbox",
                           human_duration(*seconds));
-    context.out.write(fmt::format("{}: {}\n", target.to_string(), end));
+    context.out.write(fmt::format("{}: {}\n", name, end));
   }
   if (!answer) return Exit::kTimeout;
   return reached ? Exit::kDone : Exit::kNoSuch;

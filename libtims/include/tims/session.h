@@ -52,6 +52,8 @@ class Session {
 
   [[nodiscard]] bool connected() const;
   [[nodiscard]] Address router() const;  // the router's own address
+  // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told.
+  [[nodiscard]] AddressWidths address_widths() const;
 
  private:
   explicit Session(std::shared_ptr<SessionCore> core);

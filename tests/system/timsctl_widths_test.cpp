@@ -1,0 +1,120 @@
+// timsctl at routers that divide addresses in another way, or do not say how.
+#include "tests/support/model_router.h"
+#include "tests/system/timsctl_fixture.h"
+
+namespace tims::test {
+namespace {
+
+// A fleet with few robots and many components of a kind. The ladar is Ladar(3/500):2.
+struct WidthsTest : TimsctlTest {
+  static constexpr AddressWidths kWidths{6, 8, 10, 8};
+
+  WidthsTest() : TimsctlTest({"address.widths=6/8/10/8", "router.system=3", "router.id=30"}) {}
+
+  void SetUp() override {
+    TimsctlTest::SetUp();
+    if (!session_) return;
+    const Address address = Address::of(
+        {.system = 3, .class_id = class_id::kLadar, .instance = 500, .local = 2}, kWidths);
+    auto mailbox = session_->open({.address = address, .slots = 64});
+    ASSERT_TRUE(mailbox) << mailbox.error().message();
+    ladar_.emplace(std::move(*mailbox));
+  }
+
+  // The local socket, and TCP.
+  std::vector<std::string> hosts() const {
+    return {"unix:" + router_.socket_path(), router_.tcp()};
+  }
+};
+
+TEST_F(WidthsTest, ASessionKnowsThem) { EXPECT_EQ(session_->address_widths(), kWidths); }
+
+TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
+  EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));
+  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/500)"}).out, HasSubstr("Ladar(3/500):2"));
+  EXPECT_THAT(timsctl({"route", "show", "Ladar(3/499)"}).out, Not(HasSubstr("Ladar(3/")));
+  EXPECT_THAT(timsctl({"mbx", "list"}).out, HasSubstr("Ladar(3/500):2"));
+  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2"));
+  EXPECT_THAT(timsctl({"mbx", "show", "Ladar/3/501"}).err, HasSubstr("Ladar(3/501)"));
+  EXPECT_THAT(timsctl({"route", "get", "Ladar/3/500:2"}).out, HasSubstr("Ladar(3/500):2: deliver"));
+  EXPECT_EQ(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/500:2"}).code, 0);
+  EXPECT_THAT(timsctl({"explain", "Ladar/3/500:2", "Ladar/3/700"}).out,
+              HasSubstr("has Ladar(3/700) registered"));
+  EXPECT_THAT(timsctl({"-r", "Tims(3/30)", "status"}).out, HasSubstr("Tims(3/30)"));
+  EXPECT_THAT(timsctl({"__complete", "route", "get", "L"}).out, HasSubstr("Ladar/3/500:2"));
+  for (const char* verb : {"ping", "trace"}) {
+    const Ran unknown = timsctl({verb, "Ladar/80/0"});
+    EXPECT_EQ(unknown.code, 2) << "there is no system 80 with six bits";
+    EXPECT_THAT(unknown.err, HasSubstr("is no address"));
+  }
+}
+
+TEST_F(WidthsTest, Ping) {
+  for (const std::string& host : hosts()) {
+    auto ping = start({"ping", "Ladar/3/500:2", "-n", "1", "-H", host});
+    ASSERT_TRUE(ping);
+    answer(type::kGetStatus, type::kEnabled);
+    EXPECT_THAT(finish(*ping).out, HasSubstr("Ladar(3/500):2: 1 sent, 1 answered"));
+    EXPECT_THAT(timsctl({"ping", "Tims/3/30", "-n", "1", "-H", host}).out,
+                HasSubstr("router Tims(3/30): 1 sent, 1 answered"));
+  }
+}
+
+TEST_F(WidthsTest, Trace) {
+  auto trace = start({"trace", "Ladar/3/500:2"});
+  ASSERT_TRUE(trace);
+  answer(type::kGetStatus, type::kEnabled);
+  EXPECT_THAT(finish(*trace).out, HasSubstr("Ladar(3/500):2: enabled"));
+}
+
+TEST_F(WidthsTest, Pub) {
+  for (const std::string& host : hosts()) {
+    auto pub = start({"msg", "pub", "Ladar/3/500:2", "off", "-H", host});
+    ASSERT_TRUE(pub);
+    answer(type::kOff, type::kOk);
+    EXPECT_THAT(finish(*pub).out, HasSubstr(" Ladar(3/500):2 -> Tool("));
+    EXPECT_THAT(timsctl({"msg", "pub", "Ladar/3/501", "off", "-H", host}).err,
+                HasSubstr("Ladar(3/501)"));
+  }
+}
+
+TEST_F(WidthsTest, EchoAndHz) {
+  for (const std::string& host : hosts()) {
+    auto echo = start({"msg", "echo", "Ladar/3/500:2", "-n", "1", "-H", host});
+    ASSERT_TRUE(echo);
+    const Address data = grant_subscription();
+    EXPECT_EQ(data.fields(kWidths).class_id, class_id::kTool);
+    ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}));
+    end_subscription();
+    EXPECT_THAT(finish(*echo).out, HasSubstr(" Ladar(3/500):2 -> Tool("));
+
+    auto hz = start({"msg", "hz", "Ladar/3/500:2", "-n", "1", "-i", "100ms", "-H", host});
+    ASSERT_TRUE(hz);
+    grant_subscription();
+    end_subscription();
+    EXPECT_THAT(finish(*hz).out, HasSubstr("Ladar(3/500):2 "));
+  }
+}
+
+TEST_F(WidthsTest, EchoListens) {
+  const Address own =
+      Address::of({.system = 3, .class_id = class_id::kTest, .instance = 700}, kWidths);
+  for (const std::string& host : hosts()) {
+    auto echo = start({"msg", "echo", "--listen", "Test/3/700", "-n", "1", "-H", host});
+    ASSERT_TRUE(echo);
+    ASSERT_TRUE(echo->wait_for_line("Test(3/700) is registered"));
+    ASSERT_TRUE(ladar_->send({.dest = own, .type = type::kData}));
+    EXPECT_THAT(finish(*echo).out, HasSubstr("Ladar(3/500):2 -> Test(3/700) "));
+  }
+}
+
+// It does not answer the question for the widths: they are the usual ones.
+TEST_F(TimsctlTest, PingAtAnOriginalRouter) {
+  const ModelRouter original({});
+  const Ran ping = timsctl({"ping", "Camera/3/0", "-n", "1", "-H", original.endpoint()});
+  EXPECT_EQ(ping.code, 4) << ping.err;
+  EXPECT_THAT(ping.out, HasSubstr("Camera(3/0): nobody has registered this address"));
+}
+
+}  // namespace
+}  // namespace tims::test
