@@ -124,6 +124,28 @@ TEST(Rate, UrgentMessagesPassASaturatedLink) {
   EXPECT_LE(line.delay(0.99), 5ms);
 }
 
+// The window is full, and the first acknowledgement is 50 ms away.
+TEST(Rate, UrgentMessagesGoBeyondTheWindow) {
+  Line line({.delay = 100ms});
+  line.send(0, 1 << 20);
+  line.run_for(150ms);
+  line.send(255, 64);
+  line.run_for(1s);
+  EXPECT_LT(line.delay(1), 102ms);
+}
+
+TEST(Rate, AfterASilenceItBeginsSlowly) {
+  Line line({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
+  const auto window = [&] { return line.robot->links().uplink()->session().congestion().window(); };
+  line.saturate(20'000, 4 << 20);
+  line.run_for(3s);
+  EXPECT_GT(window(), 20'000U);
+  line.cut("robot", "base");
+  line.run_for(600ms);  // not long enough to be dead
+  ASSERT_NE(line.robot->links().uplink(), nullptr);
+  EXPECT_LT(window(), 10'000U);
+}
+
 TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
   Line line({.delay = 100us, .rate = 50 * kMbit, .queue = 312'500}, {.rate = 50 * kMbit});
   line.ping(5ms);

@@ -53,6 +53,19 @@ TEST(Forged, AnAddressIsNotBelievedForAWrongAnswer) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
+TEST(Forged, ARequestToForgetNamesASession) {
+  Story s;
+  s.begin();
+  const std::size_t events = s.robot->events.size();
+  for (const std::uint64_t token : {std::uint64_t{0}, std::uint64_t{4711}}) {
+    std::array<std::byte, link::kControlDatagramMax> bytes{};
+    const std::size_t size = link::encode(link::Reset{token}, bytes);
+    s.inject(s.base->address(), s.robot->address(), std::span(bytes).first(size));
+  }
+  s.run_for(1s);
+  EXPECT_EQ(s.robot->events.size(), events);
+}
+
 // HELLOs from thousands of addresses, none of which answers.
 TEST(Forged, CallsThatAreNeverConfirmedAreForgotten) {
   Story s;
