@@ -159,6 +159,31 @@ TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
   EXPECT_LE(line.delay(0.99), unloaded + 500us);
 }
 
+// A network that takes everything: only the configuration says no.
+TEST(Rate, AConfiguredRateIsKept) {
+  Line line({.delay = 1ms}, {.rate = 8 * kMbit});
+  line.saturate(20'000, 4 << 20);
+  line.run_for(1s);
+  const std::uint64_t before = line.bytes_sent("robot");
+  line.run_for(5s);
+  const double share = static_cast<double>(line.bytes_sent("robot") - before) / (5 * 8 * kMbit);
+  EXPECT_LE(share, 0.91) << "a tenth is for the upper classes";
+  EXPECT_GE(share, 0.85);
+}
+
+TEST(Rate, TheLowerClassesLeaveAReserve) {
+  Line line({.delay = 1ms}, {.rate = 8 * kMbit, .reserve = 50});
+  line.saturate(20'000, 4 << 20);
+  const double lower = line.goodput(1s, 5s) / (8 * kMbit);
+  EXPECT_LE(lower, 0.5);
+  EXPECT_GE(lower, 0.4);
+  line.saturated = false;
+  for (int i = 0; i < 200; ++i) line.send(128, 20'000);
+  const double both = line.goodput(0s, 3s) / (8 * kMbit);
+  EXPECT_GE(both, 0.8);
+  EXPECT_LE(both, 1.0);
+}
+
 TEST(Rate, WiFiJitterCostsLittle) {
   Line line({.loss = 0.01, .delay = 1ms, .jitter = 10ms, .rate = 50 * kMbit, .queue = 312'500});
   line.saturate(100'000, 8 << 20);
