@@ -25,6 +25,24 @@ TEST(Identity, TwoLivingRoutersHaveOneId) {
   EXPECT_NE(refused->text.view().find("robot"), std::string_view::npos);
 }
 
+// It says seldom that it lives.
+TEST(Identity, TheFirstOfTwoIsGivenTheTimeItNeeds) {
+  World w(9);
+  auto seldom = super_link(address_of(0));
+  seldom.keep_alive = 2s;
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {seldom}});
+  Node& clone = w.add({.name = "clone", .system = 1, .links = {super_link(address_of(0))}});
+  base.start(w.now());
+  robot.start(w.now());
+  w.run_for(1s);
+  clone.start(w.now());
+  w.run_for(20s);
+  EXPECT_EQ(Story::links_up(clone), 0U);
+  EXPECT_EQ(Story::links_up(robot), 1U);
+  EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
+}
+
 TEST(Identity, WhoIsNotAcceptedIsToldWhy) {
   Story s;
   s.begin();

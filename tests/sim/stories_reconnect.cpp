@@ -189,6 +189,31 @@ TEST(Reconnect, EachSideHasItsOwnKeepAlive) {
   EXPECT_EQ(Story::links_up(base), 0U);
 }
 
+// What was agreed on holds for the session: the other side waits as long as it was told.
+TEST(Reconnect, AnotherKeepAliveDoesNotTearALinkDown) {
+  for (const bool above : {false, true}) {
+    Story s;
+    s.begin();
+    Node& node = above ? *s.base : *s.robot;
+    auto links = node.setup().links;
+    for (link::LinkSettings& link : links) link.keep_alive = 2s;
+    node.links().configure(s.now(), links);
+    node.end_turn(s.now());
+    s.run_for(20s);
+    EXPECT_EQ(Story::find_event(*s.base, core::EventKind::kLinkDown), nullptr);
+    // The next session has it.
+    s.cut("robot", "base");
+    s.run_for(10s);
+    s.cut("robot", "base", false);
+    s.run_for(5s);
+    const std::size_t events = s.base->events.size();
+    s.run_for(20s);
+    EXPECT_EQ(s.base->events.size(), events);
+    EXPECT_TRUE(s.gui_reaches_camera());
+    EXPECT_TRUE(s.reaches(*s.host, s.camera, kCamera, *s.base, s.gui, kGui));
+  }
+}
+
 TEST(Reconnect, AnMtuBlackHole) {
   Story s;
   s.begin();
