@@ -51,7 +51,7 @@ void Router::configure(Time now, const RouterSettings& settings) {
 
 ClientId Router::connect(Time now, const ClientInfo& info) {
   // Links are counted and bounded by those who make them.
-  if (info.port != PortKind::kLink && clients_.size() >= settings_.clients_max) {
+  if (info.port != PortKind::kLink && clients_.size() - links_.size() >= settings_.clients_max) {
     refuse(now, info, CloseReason::kTooManyClients);
     return kNoClient;
   }

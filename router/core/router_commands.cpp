@@ -49,10 +49,12 @@ Outcome Router::carry_out(Time now, Client& sender, const Message& message) {
 }
 
 // The original let anybody delete any mailbox. It had no local clients, and theirs stay out of it:
-// other programs send to them without asking the router.
+// other programs send to them without asking the router. So do those of other routers, which would
+// not hear of it.
 bool Router::may_delete(const Client& by, const Client& owner) const {
   if (by.id == owner.id) return true;
-  return settings_.compat_delete && owner.info.port != PortKind::kLocal;
+  return settings_.compat_delete && owner.info.port != PortKind::kLocal &&
+         owner.info.port != PortKind::kLink;
 }
 
 void Router::answer_command(const Client& client, const Header& request, bool success) {

@@ -42,6 +42,27 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
   EXPECT_EQ(events(EventKind::kLinkDown), 1U);
 }
 
+TEST_F(RouterLinksTest, LinksTakeNoPlaceOfClients) {
+  std::vector<ClientId> links;
+  for (int i = 0; i < 200; ++i) links.push_back(link(LinkKind::kSub, 1, "robot"));
+  for (std::uint32_t i = 0; i < router_.settings().clients_max; ++i) EXPECT_TRUE(connect());
+  EXPECT_FALSE(connect());
+  for (const ClientId id : links) router_.disconnect(now_, id, CloseReason::kSilent);
+  EXPECT_FALSE(connect());
+}
+
+TEST_F(RouterLinksTest, NobodyHereDeletesWhatIsBehindALink) {
+  auto settings = router_.settings();
+  settings.compat_delete = true;
+  router_.configure(now_, settings);
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  router_.learn(now_, sub, kLadar, kRobot);
+  send_command(connect(), command::kMailboxDeleteWithReply, kLadar.raw());
+  EXPECT_EQ(owner(kLadar.raw()), sub);
+  ASSERT_EQ(sink_.replies.size(), 1U);
+  EXPECT_EQ(sink_.replies[0].header.type, type::kError);
+}
+
 TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
   const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
   ASSERT_TRUE(router_.learn(now_, peer, kLadar, kRobot));

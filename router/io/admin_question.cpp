@@ -203,7 +203,7 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   for (const auto& [key, value] : body) {
     if (key == "ask") continue;
     const auto argument = std::ranges::find(form.arguments, std::string_view(key), &Argument::name);
-    if (argument == form.arguments.end())
+    if (key.empty() || argument == form.arguments.end())
       return QuestionError{"bad_argument", quoted(form.name) + " has no argument " + quoted(key),
                            "router/io/ADMIN.md lists them"};
     if (auto problem = argument->set(question, value)) return *problem;

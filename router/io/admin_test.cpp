@@ -219,6 +219,7 @@ TEST(Admin, WrongQuestionsAreAnsweredWithTheReason) {
       {R"({"ask":"routes","match":"Ladar("})", "bad_argument"},
       {R"({"ask":"routes","match":3})", "bad_argument"},
       {R"({"ask":"route"})", "bad_argument"},
+      {R"({"ask":"status","":1})", "bad_argument"},
       {R"x({"ask":"route","to":"Ladar(3/0)","type":128})x", "bad_argument"},
       {R"({"ask":"events","wait_ms":30001})", "bad_argument"},
       {R"({"ask":"events","since":-1})", "bad_argument"},

@@ -49,9 +49,14 @@ TEST(Congestion, MuchLossIsNot) {
   std::uint64_t packet = 0;
   for (int i = 0; i < 5; ++i) round(congestion, now, 10ms, packet);
   const std::uint64_t before = congestion.window();
-  for (int i = 0; i < 3; ++i)
-    round(congestion, now, 10ms, packet, static_cast<std::uint32_t>(congestion.window() / 2400));
+  const auto lose_half = [&](int rounds) {
+    for (int i = 0; i < rounds; ++i)
+      round(congestion, now, 10ms, packet, static_cast<std::uint32_t>(congestion.window() / 2400));
+  };
+  lose_half(3);
   EXPECT_LT(congestion.window(), before);
+  lose_half(30);
+  EXPECT_LT(congestion.window(), 10 * 1200U) << "it goes on falling";
 }
 
 TEST(Congestion, SilenceBeginsAnew) {

@@ -98,7 +98,8 @@ void Exchange::tell_changes(Time now) {
   ControlMessage there(control::kAdd);
   const core::Below& below = router_.below();
   const auto flush = [&](ControlMessage& message, std::int8_t type, bool always) {
-    if (!message.full() && !(always && !message.empty())) return;
+    const bool due = message.full() || (always && !message.empty());
+    if (!due) return;
     send(now, message);
     message = ControlMessage(type);
   };

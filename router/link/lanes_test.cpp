@@ -179,6 +179,22 @@ TEST_F(LanesTest, TooFarAheadIsRefused) {
             LaneReceiver::Verdict::kRefused);
 }
 
+TEST_F(LanesTest, NobodySendsWhatTheOtherHasNoRoomFor) {
+  std::vector<std::byte> large(24U << 20);
+  core::BlockPool much(aligned(large));
+  LaneSender own(much);
+  std::vector<std::byte> bytes(1U << 20);
+  wire::encode_header({.length = 1U << 20}, std::span(bytes).first<kHeaderSize>());
+  while (own.bytes() <= kLaneWindow) own.push(now, {}, bytes, kAll);
+  EXPECT_TRUE(own.wants_to_send());
+  std::uint64_t sent = 0;
+  while (const auto range = own.take(now, 60'000, kAll)) sent = range->end;
+  EXPECT_EQ(sent, kLaneWindow);
+  EXPECT_FALSE(own.wants_to_send());
+  own.on_acked({0, 2U << 20});
+  EXPECT_TRUE(own.wants_to_send());
+}
+
 // The window moves on with what has arrived, although the message stays until it is whole.
 TEST_F(LanesTest, AMessageMayBeLargerThanTheWindow) {
   std::vector<std::byte> large(24U << 20);

@@ -64,6 +64,7 @@ void Link::begin_connecting(Time now, Time first) {
 }
 
 void Link::say_hello(Time now) {
+  keep_alive_ = settings_.keep_alive;
   // A little apart from each other, when a thousand do it at once.
   const auto jitter = static_cast<std::int64_t>(around_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
@@ -71,7 +72,7 @@ void Link::say_hello(Time now) {
   Hello hello{.kind = settings_.kind,
               .token = our_token_,
               .resume = their_token_,
-              .keep_alive = settings_.keep_alive,
+              .keep_alive = keep_alive_,
               .who = around_.self()};
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello, bytes));
@@ -113,10 +114,15 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   called_ = false;
   our_token_ = our_token;
   their_token_ = hello.token;
-  their_keep_alive_ = hello.keep_alive;
+  resume(hello);
   peer_ = hello.who;
   address_ = from;
   come_up(now);
+}
+
+void Link::resume(const Hello& hello) {
+  keep_alive_ = settings_.keep_alive;
+  their_keep_alive_ = hello.keep_alive;
 }
 
 void Link::come_up(Time now) {
@@ -294,7 +300,7 @@ std::size_t Link::build(Time now, std::span<std::byte> to) {
   const bool due = now >= next_keep_alive_ && keeps_alive(now);
   if (!is_up() && !due) return 0;
   if (!due) return session_.build(now, their_token_, to);
-  next_keep_alive_ = now + settings_.keep_alive;
+  next_keep_alive_ = now + keep_alive_;
   session_.measure_loss();
   const KeepAlive frame = keep_alive(now);
   return session_.build(now, their_token_, to, &frame);

@@ -70,6 +70,8 @@ class Link final : private Arrivals, private Losses {
 
   // --- the side that accepts: a HELLO was answered and the answer has arrived.
   void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
+  // The session goes on, with the intervals that both have said now.
+  void resume(const Hello& hello);
 
   // --- both
   void on_data(Time now, const NetAddress& from, const Data& data);
@@ -117,6 +119,7 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
   [[nodiscard]] std::uint64_t mailboxes() const { return exchange_.held(); }
   [[nodiscard]] bool heard_within(Time now, Duration time) const { return heard_ + time > now; }
+  [[nodiscard]] Duration their_keep_alive() const { return their_keep_alive_; }
   [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }
 
  private:
@@ -162,6 +165,7 @@ class Link final : private Arrivals, private Losses {
   Time next_hello_ = kNever;
   Time next_keep_alive_ = kNever;
   Time heard_{};
+  Duration keep_alive_{};  // that the other side was told
   Duration their_keep_alive_{};
   std::uint64_t last_sent_ns_ = 0;  // of their last keep-alive
   Time last_keep_alive_{};          // when it came

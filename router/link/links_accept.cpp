@@ -61,6 +61,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   if (link != nullptr && link->peer().epoch != 0) {
     if (link->peer().epoch == hello.who.epoch && hello.resume != 0 &&
         hello.resume == link->our_token() && hello.token == link->their_token()) {
+      link->resume(hello);
       std::array<std::byte, kControlDatagramMax> bytes{};
       const Welcome welcome{.resumed = true,
                             .echo = hello.token,
@@ -147,7 +148,7 @@ Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, 
     conflicts_.erase(address);
     return Rival::kNone;
   }
-  const Duration patience = kRivalKeepAlives * link.settings().keep_alive;
+  const Duration patience = kRivalKeepAlives * link.their_keep_alive();
   auto [conflict, first] = conflicts_.try_emplace(address, now);
   if (now > conflict->second + kRivalForgotten) conflict->second = now;
   if (link.heard() <= conflict->second) {

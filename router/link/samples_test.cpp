@@ -104,6 +104,31 @@ TEST_F(SamplesTest, PartsInAnyOrder) {
   EXPECT_EQ(memory.used_bytes(), 0U);
 }
 
+// Memory was taken for what the first part said.
+TEST_F(SamplesTest, AllPartsSayTheSameSize) {
+  push(1, 5000);
+  auto pieces = take(1000);
+  EXPECT_TRUE(deliver(pieces[0]));
+  pieces[4].frame.total = 500'000;
+  pieces[4].frame.offset = 499'000;
+  EXPECT_FALSE(deliver(pieces[4]));
+  EXPECT_TRUE(arrived.empty());
+}
+
+TEST_F(SamplesTest, WhatIsTooLargeOrNoMessageBreaksTheLink) {
+  assembly.message_max = 5000;
+  push(1, 5000);
+  push(2, 5001);
+  push(3, 100);
+  auto pieces = take(1000);
+  ASSERT_EQ(pieces.size(), 12U);
+  EXPECT_TRUE(deliver(pieces[0]));
+  EXPECT_FALSE(deliver(pieces[5]));
+  pieces[11].bytes.resize(99);
+  pieces[11].frame.total = 99;
+  EXPECT_FALSE(deliver(pieces[11])) << "its header says 100";
+}
+
 TEST_F(SamplesTest, AnOlderOneIsNotHandedOn) {
   push(1, 100);
   push(2, 100);

@@ -1,7 +1,8 @@
 // Two linked routers, and a network that does what the bytes say: sends, loses, repeats, reorders,
-// damages and forges datagrams, lets time pass, restarts a router. Promises: nobody leaves its
-// memory, nobody goes round in a circle; where nothing was damaged, what arrives was sent; and once
-// the network is left alone, both find each other again.
+// damages and forges datagrams, lets time pass, restarts a router, gives it another address or
+// other settings, takes its link down by hand. Promises: nobody leaves its memory, nobody goes
+// round in a circle; where nothing was damaged, what arrives was sent; and once the network is left
+// alone, both find each other again.
 #include <memory>
 #include <vector>
 
@@ -107,9 +108,49 @@ struct Pair : sim::World {
       case 8:
         return run_for(1ms * in.number<std::uint8_t>());
       default:
-        if (what % 20 != 9) return;
+        if (what % 20 != 9) return interfere(node, in);
         node.kill();
         return begin(node);
+    }
+  }
+  void interfere(sim::Node& node, fuzz::Input& in) {
+    const auto what = in.number<std::uint8_t>();
+    const unsigned how = what / 4;
+    switch (what % 4) {
+      case 0:
+        return move(node, sim::address_of((&node == base ? 10 : 20) + how % 8), 1ms * how);
+      case 1:
+        node.links().by_hand(now(), other(node).setup().name, link::Links::Hand(how % 3));
+        return node.end_turn(now());
+      case 2:
+        return configure(node, how);
+      default:
+        // Mailboxes come and go.
+        const Address address = Address(mailbox(node).raw() + 1 + how % 4);
+        if (!node.add_mailbox(now(), client(node), address)) {
+          node.router().remove_mailbox(now(), client(node), address);
+          node.end_turn(now());
+        }
+    }
+  }
+  void configure(sim::Node& node, unsigned how) {
+    std::vector<link::LinkSettings> links = node.setup().links;
+    link::LinkSettings& settings = links.front();
+    if (how % 2 == 1) settings.session.rate = 1000U << how % 8;
+    if (how % 3 == 1) settings.session.lifetime = 50ms;
+    if (how % 5 == 1) settings.keep_alive = 20ms;
+    if (how % 7 == 1) settings.session.queue_bytes_max = 4096;
+    if (how % 11 == 1) settings.session.reserve = 50;
+    node.links().configure(now(), links);
+    node.end_turn(now());
+  }
+  // Nobody meddles any more.
+  void leave_alone() {
+    free = true;
+    for (sim::Node* node : {base, robot}) {
+      node->links().configure(now(), node->setup().links);
+      node->links().by_hand(now(), other(*node).setup().name, link::Links::Hand::kUp);
+      node->end_turn(now());
     }
   }
 
@@ -127,7 +168,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Input in(data, size);
   Pair world;
   for (int n = 0; n < 400 && !in.empty(); ++n) world.act(in);
-  world.free = true;
+  world.leave_alone();
   const auto together = [&] {
     return world.base->router().find(world.mailbox(*world.robot)) != nullptr;
   };

@@ -1,5 +1,7 @@
-// Clients come, go and send anything. Afterwards the table of mailboxes and the clients' own lists
-// still say the same, nobody gets a message that is not theirs, and every limit is kept.
+// Clients and links come, go, announce and send anything. Afterwards the table of mailboxes and the
+// clients' own lists still say the same, and so does the hash of what is told to other routers;
+// nobody gets a message that is not theirs, none goes back or from above to above, and every limit
+// is kept.
 #include <array>
 #include <vector>
 
@@ -19,7 +21,11 @@ class CheckingSink final : public Sink {
  public:
   Outcome deliver(const Receiver& to, const Message& message) override {
     const Table::Entry* entry = router->find(message.header.dest);
-    fuzz::require(entry != nullptr && entry->owner == to.client);
+    const bool link = to.port == PortKind::kLink;
+    fuzz::require(entry == nullptr ? link : entry->owner == to.client);
+    fuzz::require(!link || (to.client != sender && message.hops < kHopsMax));
+    // Whoever configures a route may send messages round.
+    fuzz::require(!goes_up(to.client) || !goes_up(sender) || !router->static_routes().empty());
     return outcome;
   }
   void reply(const Receiver& to, const Header& header) override {
@@ -32,7 +38,15 @@ class CheckingSink final : public Sink {
   void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event& event) override { fuzz::use(event); }
 
+  // Above or beside.
+  [[nodiscard]] bool goes_up(ClientId id) const {
+    const Client* client = router->client(id);
+    return client != nullptr && client->info.port == PortKind::kLink &&
+           client->info.link.kind != LinkKind::kSub;
+  }
+
   const Router* router = nullptr;
+  ClientId sender{};
   Outcome outcome = Outcome::kDelivered;
   std::vector<ClientId> asked;
 };
@@ -52,7 +66,7 @@ class Play {
         router_.disconnect(now_, client(input), CloseReason::kPeerClosed);
         break;
       case 2:
-        fuzz::use(router_.register_mailbox(now_, client(input), address(input), verb));
+        register_mailbox(client(input), address(input), verb);
         break;
       case 3:
         fuzz::use(router_.remove_mailbox(now_, client(input), address(input)));
@@ -61,6 +75,7 @@ class Play {
         router_.purge(now_, client(input));
         break;
       case 5:
+        if (verb / 8 > 0) return step_of_link(input, verb / 8);
         if (now_ >= router_.next_timeout()) router_.on_timeout(now_);
         break;
       case 6:
@@ -76,8 +91,60 @@ class Play {
   void connect(unsigned kind) {
     const ClientId id = router_.connect(
         now_, {.port = PortKind(kind % 3), .token = kind, .lifesign = kind % 2 == 1});
-    fuzz::require(router_.clients().size() <= kClientsMax);
     if (id) ids_.push_back(id);
+  }
+  void connect_link(fuzz::Input& input) {
+    const auto kind = input.number<std::uint8_t>();
+    ids_.push_back(
+        router_.connect(now_, {.port = PortKind::kLink,
+                               .name = std::string_view(kind % 2 == 0 ? "even" : "odd"),
+                               .link = {.kind = LinkKind(kind % 3),
+                                        .role = Role(kind / 3 % 3),
+                                        .system = static_cast<std::uint8_t>(kind / 9 % 4)}}));
+  }
+  // Local clients' mailboxes, and those of others: a link announces its own.
+  void register_mailbox(ClientId id, Address address, std::uint32_t handle) {
+    if (is_link(id)) return;
+    fuzz::use(router_.register_mailbox(now_, id, address, handle));
+  }
+  [[nodiscard]] bool is_link(ClientId id) const {
+    const Client* client = router_.client(id);
+    return client != nullptr && client->info.port == PortKind::kLink;
+  }
+  void step_of_link(fuzz::Input& input, unsigned verb) {
+    if (verb % 8 == 0) return connect_link(input);
+    const ClientId id = client(input);
+    if (verb % 8 == 1 && (is_link(id) || !id)) return router_.set_uplink(now_, id);
+    if (verb % 8 == 2) return set_routes(input);
+    if (!is_link(id)) return;
+    const Address where = address(input);
+    switch (verb % 8) {
+      case 3:
+        return router_.forget(now_, id, where);
+      case 4:
+        return router_.forget_all(now_, id);
+      case 5:
+        return router_.on_undelivered(now_, id, {.type = 3, .dest = where, .src = address(input)},
+                                      Outcome::kExpired);
+      default:
+        learn(input, id, where);
+    }
+  }
+  void learn(fuzz::Input& input, ClientId id, Address where) {
+    const auto who = input.number<std::uint8_t>();
+    const Origin origin{Address(0x03000100U + who % 4), who / 4U % 4,
+                        static_cast<std::uint8_t>(who / 13)};
+    if (router_.learn(now_, id, where, origin))
+      fuzz::require(router_.announced(id, where) == origin);
+    else
+      router_.forget(now_, id, where);
+  }
+  void set_routes(fuzz::Input& input) {
+    StaticRoute route;
+    route.match =
+        *AddressPattern::parse(input.number<std::uint8_t>() % 2 == 0 ? "*" : "Ladar(*/*)");
+    route.via = std::string_view("odd");
+    router_.set_static_routes({route});
   }
   // Mostly somebody who is or was connected.
   ClientId client(fuzz::Input& input) {
@@ -98,7 +165,9 @@ class Play {
     header.length = static_cast<std::uint32_t>(kHeaderSize + input.number<std::uint8_t>() % 49);
     std::ranges::copy(std::as_bytes(input.take(header.body_size())), bytes.begin() + kHeaderSize);
     wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
-    Message message{header, std::span(bytes).first(header.length)};
+    const auto hops = static_cast<std::uint8_t>(is_link(from) ? how : 0);
+    Message message{header, std::span(bytes).first(header.length), hops};
+    sink_.sender = from;
     sink_.outcome = how % 4 == 2 ? Outcome::kQueueFull : Outcome::kDelivered;
     fuzz::use(router_.on_message(now_, from, message));
   }
@@ -107,14 +176,18 @@ class Play {
     std::array<std::byte, kHeaderSize> bytes{};
     Message message{{.type = type::kAdminReply, .dest = address(input)}, bytes};
     wire::encode_header(message.header, bytes);
+    sink_.sender = kNoClient;
     fuzz::use(router_.answer(now_, sink_.asked.back(), message));
     sink_.asked.pop_back();
   }
 
   void check() const {
     std::size_t mailboxes = 0;
+    std::size_t clients = 0;
     router_.clients().for_each([&](const Client& client) {
-      fuzz::require(client.mailboxes.size() <= kMailboxesMax);
+      const bool link = client.info.port == PortKind::kLink;
+      clients += link ? 0 : 1;
+      fuzz::require(link || client.mailboxes.size() <= kMailboxesMax);
       mailboxes += client.mailboxes.size();
       for (const OwnedMailbox& mailbox : client.mailboxes) {
         const Table::Entry* entry = router_.find(mailbox.address);
@@ -122,6 +195,14 @@ class Play {
       }
     });
     fuzz::require(mailboxes == router_.table().size());
+    fuzz::require(clients <= kClientsMax);
+    std::uint32_t hash = 0;
+    std::uint32_t told = 0;
+    router_.for_each_below([&](Address address, const Origin& origin) {
+      hash ^= table_hash(address, origin);
+      ++told;
+    });
+    fuzz::require(hash == router_.below().hash() && told == router_.below().size());
   }
 
   CheckingSink sink_;

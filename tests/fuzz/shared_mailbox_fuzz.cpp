@@ -1,13 +1,16 @@
 // A mailbox whose memory somebody else scribbles into while it is used: whatever is written there,
-// nobody reads or writes outside of it, and no message is larger than a slot.
+// nobody reads or writes outside of it, and no message is larger than its place.
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <vector>
 
 #include "shm/receiver.h"
+#include "shm/reclaim.h"
 #include "shm/sender.h"
 #include "tests/fuzz/fuzz_input.h"
+#include "wire/header.h"
 
 namespace {
 
@@ -15,7 +18,14 @@ using namespace tims;
 using namespace tims::shm;
 
 constexpr std::uint32_t kSlots = 4;
-constexpr std::uint32_t kLengthMax = 48;
+
+struct Kind {
+  std::uint32_t length_max;
+  std::uint32_t long_places;
+  std::uint32_t step;  // of lengths
+};
+// Messages in their slots; long ones apart, a place for each slot; long ones in shared places.
+constexpr std::array<Kind, 3> kKinds{{{48, 0, 1}, {5000, 0, 37}, {5000, 2, 37}}};
 
 struct Free {
   void operator()(std::byte* memory) const { std::free(memory); }
@@ -23,8 +33,9 @@ struct Free {
 
 class HostileMailbox {
  public:
-  HostileMailbox()
-      : memory_(static_cast<std::byte*>(std::aligned_alloc(kMailboxAlign, bytes()))),
+  explicit HostileMailbox(const Kind& kind)
+      : kind_(kind),
+        memory_(static_cast<std::byte*>(std::aligned_alloc(kMailboxAlign, bytes()))),
         view_(lay_out(memory_.get())),
         receiver_(view_),
         sender_(view_, 7) {}
@@ -41,6 +52,7 @@ class HostileMailbox {
         return release();
       case 4:
         fuzz::use(tims::shm::waiting(receiver_.view()));
+        fuzz::use(reclaim(receiver_.view(), [](std::uint32_t writer) { return writer % 2 == 1; }));
         return;
       default:
         return reopen();
@@ -48,15 +60,17 @@ class HostileMailbox {
   }
 
  private:
-  static std::size_t bytes() {
-    const std::size_t exact = Geometry::of(kSlots, kLengthMax).bytes;
+  [[nodiscard]] std::size_t bytes() const {
+    const std::size_t exact = Geometry::of(kSlots, kind_.length_max, kind_.long_places).bytes;
     return (exact + kMailboxAlign - 1) / kMailboxAlign * kMailboxAlign;
   }
-  static MailboxView lay_out(std::byte* memory) {
+  [[nodiscard]] MailboxView lay_out(std::byte* memory) const {
     std::memset(memory, 0, bytes());
-    return MailboxView::create(
-        {memory, bytes()}, 0,
-        {.address = Address(0x03140000), .slots = kSlots, .message_max = kLengthMax});
+    return MailboxView::create({memory, bytes()}, 0,
+                               {.address = Address(0x03140000),
+                                .slots = kSlots,
+                                .message_max = kind_.length_max,
+                                .long_places = kind_.long_places});
   }
 
   void scribble(fuzz::Input& input) {
@@ -66,20 +80,27 @@ class HostileMailbox {
   }
   void send(fuzz::Input& input) {
     Claim claim;
-    const std::uint32_t length = kHeaderSize + input.number<std::uint8_t>() % kLengthMax;
+    const std::uint32_t length =
+        kHeaderSize + input.number<std::uint8_t>() * kind_.step % kind_.length_max;
     const auto priority = input.number<std::uint8_t>();
     if (!tims::shm::taken(sender_.claim(length, priority, claim))) return;
     const std::size_t size = length - kHeaderSize;
-    fuzz::require(length <= kLengthMax && inside({claim.header, kHeaderSize}) &&
+    fuzz::require(length <= kind_.length_max && inside({claim.header, kHeaderSize}) &&
                   inside({claim.body, size}));
-    std::memset(claim.header, input.number<std::uint8_t>(), kHeaderSize);
+    // Every second one is honest about its length.
+    const auto fill = input.number<std::uint8_t>();
+    std::memset(claim.header, fill, kHeaderSize);
+    if (fill % 2 == 0) {
+      const Header header{.priority = priority, .length = length};
+      wire::encode_header(header, std::span<std::byte, kHeaderSize>(claim.header, kHeaderSize));
+    }
     std::memset(claim.body, input.number<std::uint8_t>(), size);
     fuzz::use(sender_.commit(claim));
   }
   void take() {
     const auto message = receiver_.take();
     if (!message) return;
-    fuzz::require(message->body.size() + kHeaderSize <= kLengthMax && inside(message->body));
+    fuzz::require(message->body.size() + kHeaderSize <= kind_.length_max && inside(message->body));
     held_.push_back(*message);
   }
   void release() {
@@ -100,6 +121,7 @@ class HostileMailbox {
     return part.data() >= memory_.get() && part.data() + part.size() <= memory_.get() + bytes();
   }
 
+  Kind kind_;
   std::unique_ptr<std::byte, Free> memory_;
   MailboxView view_;
   Receiver receiver_;
@@ -111,7 +133,7 @@ class HostileMailbox {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
-  HostileMailbox mailbox;
+  HostileMailbox mailbox(kKinds[input.number<std::uint8_t>() % kKinds.size()]);
   while (!input.empty()) mailbox.step(input);
   return 0;
 }

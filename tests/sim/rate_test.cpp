@@ -124,6 +124,28 @@ TEST(Rate, UrgentMessagesPassASaturatedLink) {
   EXPECT_LE(line.delay(0.99), 5ms);
 }
 
+// The window is full, and the first acknowledgement is 50 ms away.
+TEST(Rate, UrgentMessagesGoBeyondTheWindow) {
+  Line line({.delay = 100ms});
+  line.send(0, 1 << 20);
+  line.run_for(150ms);
+  line.send(255, 64);
+  line.run_for(1s);
+  EXPECT_LT(line.delay(1), 102ms);
+}
+
+TEST(Rate, AfterASilenceItBeginsSlowly) {
+  Line line({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
+  const auto window = [&] { return line.robot->links().uplink()->session().congestion().window(); };
+  line.saturate(20'000, 4 << 20);
+  line.run_for(3s);
+  EXPECT_GT(window(), 20'000U);
+  line.cut("robot", "base");
+  line.run_for(600ms);  // not long enough to be dead
+  ASSERT_NE(line.robot->links().uplink(), nullptr);
+  EXPECT_LT(window(), 10'000U);
+}
+
 TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
   Line line({.delay = 100us, .rate = 50 * kMbit, .queue = 312'500}, {.rate = 50 * kMbit});
   line.ping(5ms);
@@ -135,6 +157,31 @@ TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
   report("the same with its rate configured", share, line);
   EXPECT_GE(share, 0.8);
   EXPECT_LE(line.delay(0.99), unloaded + 500us);
+}
+
+// A network that takes everything: only the configuration says no.
+TEST(Rate, AConfiguredRateIsKept) {
+  Line line({.delay = 1ms}, {.rate = 8 * kMbit});
+  line.saturate(20'000, 4 << 20);
+  line.run_for(1s);
+  const std::uint64_t before = line.bytes_sent("robot");
+  line.run_for(5s);
+  const double share = static_cast<double>(line.bytes_sent("robot") - before) / (5 * 8 * kMbit);
+  EXPECT_LE(share, 0.91) << "a tenth is for the upper classes";
+  EXPECT_GE(share, 0.85);
+}
+
+TEST(Rate, TheLowerClassesLeaveAReserve) {
+  Line line({.delay = 1ms}, {.rate = 8 * kMbit, .reserve = 50});
+  line.saturate(20'000, 4 << 20);
+  const double lower = line.goodput(1s, 5s) / (8 * kMbit);
+  EXPECT_LE(lower, 0.5);
+  EXPECT_GE(lower, 0.4);
+  line.saturated = false;
+  for (int i = 0; i < 200; ++i) line.send(128, 20'000);
+  const double both = line.goodput(0s, 3s) / (8 * kMbit);
+  EXPECT_GE(both, 0.8);
+  EXPECT_LE(both, 1.0);
 }
 
 TEST(Rate, WiFiJitterCostsLittle) {

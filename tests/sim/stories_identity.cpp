@@ -25,6 +25,69 @@ TEST(Identity, TwoLivingRoutersHaveOneId) {
   EXPECT_NE(refused->text.view().find("robot"), std::string_view::npos);
 }
 
+// It says seldom that it lives.
+TEST(Identity, TheFirstOfTwoIsGivenTheTimeItNeeds) {
+  World w(9);
+  auto seldom = super_link(address_of(0));
+  seldom.keep_alive = 2s;
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {seldom}});
+  Node& clone = w.add({.name = "clone", .system = 1, .links = {super_link(address_of(0))}});
+  base.start(w.now());
+  robot.start(w.now());
+  w.run_for(1s);
+  clone.start(w.now());
+  w.run_for(20s);
+  EXPECT_EQ(Story::links_up(clone), 0U);
+  EXPECT_EQ(Story::links_up(robot), 1U);
+  EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
+}
+
+TEST(Identity, WhoIsNotAcceptedIsToldWhy) {
+  Story s;
+  s.begin();
+  Node& choosy = s.add({.name = "choosy", .role = core::Role::kTop, .links = {sub_link(4)}});
+  choosy.start(s.now());
+  const auto why_not = [&](const NodeSetup& setup) {
+    Node& node = s.add(setup);
+    node.start(s.now());
+    s.run_for(500ms);
+    EXPECT_EQ(Story::links_up(node), 0U);
+    const core::Event* refused = Story::find_event(node, core::EventKind::kLinkRefused);
+    return refused == nullptr ? std::string() : std::string(refused->text.view());
+  };
+  EXPECT_EQ(why_not({.name = "twin",
+                     .role = core::Role::kSubsystem,
+                     .system = 1,
+                     .links = {super_link(s.robot->address())}}),
+            "Tims(1/1) robot has this system and id already: choose another [router] id");
+  EXPECT_EQ(why_not({.name = "self",
+                     .system = 3,
+                     .links = {peer_link(address_of(s.nodes().size())),
+                               {.kind = core::LinkKind::kPeer, .connects = false}}}),
+            "this is the router itself");
+  EXPECT_EQ(why_not({.name = "low",
+                     .role = core::Role::kSubsystem,
+                     .system = 3,
+                     .links = {super_link(s.base->address())}}),
+            "Tims(0/1) base is a top router, which is no super router for a subsystem router");
+  EXPECT_EQ(why_not({.name = "five", .system = 5, .links = {super_link(choosy.address())}}),
+            "Tims(0/1) choosy accepts system 4, not 5");
+  EXPECT_EQ(why_not({.name = "beside", .system = 6, .links = {peer_link(choosy.address())}}),
+            "Tims(0/1) choosy is a top router, which is no peer router for a system router");
+}
+
+// Its link is begun anew while the network is away, and then it has another address.
+TEST(Identity, ARouterIsNotItsOwnRival) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  s.robot->links().by_hand(s.now(), "base", link::Links::Hand::kReset);
+  s.robot->end_turn(s.now());
+  s.move(*s.robot, address_of(500), 0ms);
+  EXPECT_TRUE(s.run_until([&] { return Story::links_up(*s.robot) == 2; }, kKeepAlive + 50ms));
+}
+
 TEST(Identity, TwoMailboxesHaveOneAddress) {
   Story s;
   s.begin();

@@ -1,6 +1,7 @@
 // Complaints about large messages, full queues and memory that only grows.
 #include <array>
 
+#include "router/link/frame.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {
@@ -47,6 +48,83 @@ TEST(Load, AFullQueueEmptiesAgain) {
       EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() > before; }, 1s));
     }
   }
+}
+
+// The robot gives up after 200 ms what the base did not get.
+void set_lifetime(Story& s) {
+  auto links = s.robot->setup().links;
+  for (link::LinkSettings& link : links) link.session.lifetime = 200ms;
+  s.robot->links().configure(s.now(), links);
+}
+
+TEST(Load, WhatIsTooOldIsGivenUp) {
+  Story s;
+  s.begin();
+  set_lifetime(s);
+  s.cut("robot", "base");
+  const auto stream = static_cast<std::uint8_t>(flag::kNativeOrder | flag::kStream);
+  s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
+  for (int type = 2; type < 102; ++type)  // more samples than are on their way at once
+    s.robot->send(
+        s.now(), s.ladar,
+        {.flags = stream, .type = static_cast<std::int8_t>(-type), .dest = kGui, .src = kLadar},
+        std::vector<std::byte>(1000));
+  s.run_for(180ms);
+  const auto& messages = s.robot->router().messages();
+  EXPECT_EQ(messages.total(core::Outcome::kExpired).messages, 0U);
+  s.run_for(120ms);
+  EXPECT_GT(messages.total(core::Outcome::kExpired).messages, 50U);
+  EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
+}
+
+// The word that something was given up is lost as well, again and again.
+TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
+  Story s;
+  s.begin();
+  set_lifetime(s);
+  s.cut("robot", "base");
+  s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
+  s.run_for(300ms);
+  int dropped = 0;
+  s.tap = [&](Node& from, const NetAddress&, std::span<const std::byte> bytes) {
+    if (&from != s.robot || bytes[0] != std::byte{1} || dropped == 3) return false;
+    std::vector<std::byte> copy(bytes.begin() + link::kDataHeaderSize, bytes.end());
+    link::FrameReader reader(copy);
+    while (const auto frame = reader.next())
+      if (std::holds_alternative<link::SkipFrame>(*frame)) return ++dropped > 0;
+    return false;
+  };
+  s.cut("robot", "base", false);
+  for (int i = 0; i < 20; ++i) {
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar});
+    s.robot->send(s.now(), s.ladar, {.type = -7, .priority = 100, .dest = kGui, .src = kLadar});
+    s.run_for(10ms);
+  }
+  EXPECT_EQ(dropped, 3);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), 40U);
+}
+
+// A router says how large a message it takes.
+TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
+  World w(8);
+  Node& base =
+      w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .message_max = 2000});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
+  for (Node* node : {&base, &robot}) node->start(w.now());
+  const auto gui = base.add_client(w.now(), "gui");
+  base.add_mailbox(w.now(), gui, kGui);
+  const auto ladar = robot.add_client(w.now(), "ladar");
+  robot.add_mailbox(w.now(), ladar, kLadar);
+  w.run_for(1s);
+  const Header command{.type = 3, .dest = kGui, .src = kLadar};
+  EXPECT_EQ(robot.send(w.now(), ladar, command, std::vector<std::byte>(2000 - kHeaderSize)),
+            core::Outcome::kDelivered);
+  EXPECT_EQ(robot.send(w.now(), ladar, command, std::vector<std::byte>(2001 - kHeaderSize)),
+            core::Outcome::kTooBig);
+  w.run_for(1s);
+  EXPECT_EQ(base.arrivals(gui).size(), 1U);
+  EXPECT_EQ(Story::not_available(robot, ladar), 1U);
+  EXPECT_EQ(Story::links_up(robot), 1U);
 }
 
 // Clients and their mailboxes, for days: nobody remembers them.

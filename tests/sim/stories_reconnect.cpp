@@ -166,6 +166,54 @@ TEST(Reconnect, AsymmetricLoss) {
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
 }
 
+// One side says often that it lives, the other seldom.
+TEST(Reconnect, EachSideHasItsOwnKeepAlive) {
+  World w(6);
+  auto sub = sub_link();
+  auto super = super_link(address_of(0));
+  sub.keep_alive = 50ms;
+  super.keep_alive = 1s;
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super}});
+  for (Node* node : {&base, &robot}) node->start(w.now());
+  w.run_for(20s);
+  EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
+  EXPECT_EQ(Story::find_event(robot, core::EventKind::kLinkDown), nullptr);
+  w.cut("robot", "base");
+  w.run_for(100ms);
+  EXPECT_EQ(Story::links_up(robot), 1U);
+  w.run_for(100ms);
+  EXPECT_EQ(Story::links_up(robot), 0U);
+  EXPECT_EQ(Story::links_up(base), 1U);
+  w.run_for(3s);
+  EXPECT_EQ(Story::links_up(base), 0U);
+}
+
+// What was agreed on holds for the session: the other side waits as long as it was told.
+TEST(Reconnect, AnotherKeepAliveDoesNotTearALinkDown) {
+  for (const bool above : {false, true}) {
+    Story s;
+    s.begin();
+    Node& node = above ? *s.base : *s.robot;
+    auto links = node.setup().links;
+    for (link::LinkSettings& link : links) link.keep_alive = 2s;
+    node.links().configure(s.now(), links);
+    node.end_turn(s.now());
+    s.run_for(20s);
+    EXPECT_EQ(Story::find_event(*s.base, core::EventKind::kLinkDown), nullptr);
+    // The next session has it.
+    s.cut("robot", "base");
+    s.run_for(10s);
+    s.cut("robot", "base", false);
+    s.run_for(5s);
+    const std::size_t events = s.base->events.size();
+    s.run_for(20s);
+    EXPECT_EQ(s.base->events.size(), events);
+    EXPECT_TRUE(s.gui_reaches_camera());
+    EXPECT_TRUE(s.reaches(*s.host, s.camera, kCamera, *s.base, s.gui, kGui));
+  }
+}
+
 TEST(Reconnect, AnMtuBlackHole) {
   Story s;
   s.begin();
@@ -177,8 +225,21 @@ TEST(Reconnect, AnMtuBlackHole) {
   s.run_for(2s);
   ASSERT_EQ(s.base->arrivals(s.gui).size(), 1U);
   s.set_faults({.delay = 1ms, .mtu = 1200});
+  EXPECT_GT(s.robot->links().uplink()->session().mtu(), link::kDatagramBase);
   send();
   EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 2; }, 2s));
+  EXPECT_EQ(s.robot->links().uplink()->session().mtu(), link::kDatagramBase);
+}
+
+// Nothing follows that would tell that it is lost: it goes again in small datagrams.
+TEST(Reconnect, OneMessageInAnMtuBlackHole) {
+  Story s;
+  s.begin();
+  s.run_for(1s);
+  s.set_faults({.delay = 1ms, .mtu = 1200});
+  const std::vector<std::byte> body(1350);
+  s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 1; }, 50ms));
 }
 
 TEST(Reconnect, TheWallClockJumps) {
