@@ -279,6 +279,7 @@ json::object Answerer::stats() const {
   for (const auto& report : core::report_event_counts(router_))
     events[core::name(report.kind)] = report.count;
   out["events"] = std::move(events);
+  out["mailboxes"] = to_json(source_.mailbox_counts());
   return out;
 }
 

@@ -69,7 +69,10 @@ class AdminFixture final : public AdminSource {
   [[nodiscard]] const config::Origins& origins() const override { return origins_; }
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
     if (handle != 7) return std::nullopt;
-    return MailboxFill{.slots = 16, .message_max = 1476, .waiting = 3, .received = 900};
+    return MailboxFill{.slots = 16, .message_max = 1476, .waiting = 3, .counts = {.received = 900}};
+  }
+  [[nodiscard]] MailboxCounts mailbox_counts() const override {
+    return {.received = 1000, .replaced = 4, .refused = 3, .too_big = 2, .reclaimed = 1};
   }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port, std::uint32_t) const override {
     return port == core::PortKind::kTcp ? 512 : 0;

@@ -9,6 +9,7 @@
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "router/core/router.h"
+#include "router/io/mailbox_counts.h"
 #include "router/link/impairment.h"
 #include "router/link/links.h"
 #include "tims/time.h"
@@ -44,11 +45,7 @@ struct MailboxFill {
   std::uint32_t slots = 0;
   std::uint32_t message_max = 0;  // bytes, header included
   std::uint64_t waiting = 0;
-  std::uint64_t received = 0;
-  std::uint64_t replaced = 0;
-  std::uint64_t refused = 0;
-  std::uint64_t too_big = 0;
-  std::uint64_t reclaimed = 0;
+  MailboxCounts counts{};
   bool asleep = false;
 };
 
@@ -68,6 +65,8 @@ class AdminSource {
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) const {}
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
+  // Of all of them, those that are gone as well.
+  [[nodiscard]] virtual MailboxCounts mailbox_counts() const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,
                                                    std::uint32_t token) const = 0;
 

@@ -49,6 +49,13 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
   }
 }
 
+TEST(Admin, StatsSumUpMailboxes) {
+  EXPECT_EQ(
+      ask(AdminFixture(), R"({"ask":"stats"})").at("mailboxes"),
+      (json::value{
+          {"received", 1000}, {"replaced", 4}, {"refused", 3}, {"too_big", 2}, {"reclaimed", 1}}));
+}
+
 TEST(Admin, WhatChangesSomethingIsNotAskedByWebPages) {
   const AdminFixture lab;
   for (const char* question :

@@ -193,16 +193,10 @@ std::optional<MailboxFill> ClientPort::fill(std::uint32_t handle) const {
   const LocalSegments::Mailbox* mailbox = segments_.find(handle);
   if (mailbox == nullptr) return std::nullopt;
   const shm::MailboxView& view = mailbox->sender->view();
-  const shm::MailboxHeader& header = view.header();
-  const auto read = [](const shm::Word64& word) { return word.load(std::memory_order_relaxed); };
   return MailboxFill{.slots = view.geometry().slots,
                      .message_max = view.geometry().message_max,
                      .waiting = shm::waiting(view),
-                     .received = read(header.received),
-                     .replaced = read(header.replaced),
-                     .refused = read(header.refused),
-                     .too_big = read(header.too_big),
-                     .reclaimed = read(header.reclaimed),
+                     .counts = LocalSegments::counts(*mailbox),
                      .asleep = mailbox->sender->sleeper() != 0};
 }
 

@@ -54,6 +54,7 @@ class ClientPort final : public Port {
 
   // What is to be seen of a mailbox, by its handle.
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
+  [[nodiscard]] MailboxCounts mailbox_counts() const { return segments_.counts(); }
 
  private:
   void accept();

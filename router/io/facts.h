@@ -48,6 +48,7 @@ class Facts final : public AdminSource {
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const override {
     return local_.fill(handle);
   }
+  [[nodiscard]] MailboxCounts mailbox_counts() const override { return local_.mailbox_counts(); }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port,
                                            std::uint32_t token) const override {
     return ports_.queued_bytes(port, token);

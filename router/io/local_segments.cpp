@@ -41,13 +41,14 @@ Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint
     handle = free_.back();
     free_.pop_back();
   }
-  mailboxes_[handle] = {id, offset, address, std::make_unique<shm::Sender>(*view, kRouterWriter),
-                        std::move(event_fd)};
+  auto sender = std::make_unique<shm::Sender>(*view, kRouterWriter);
+  mailboxes_[handle] = {id, offset, address, std::move(sender), std::move(event_fd)};
   segment.mailboxes.push_back(handle);
   return handle;
 }
 
 void LocalSegments::remove_mailbox(Handle handle) {
+  gone_ += counts(mailboxes_[handle]);
   shm::condemn(mailboxes_[handle].sender->view());
   const SegmentId id = mailboxes_[handle].segment;
   withdraw_mailbox(handle);
@@ -59,6 +60,23 @@ void LocalSegments::withdraw_mailbox(Handle handle) {
   std::erase(segments_.at(mailbox.segment).mailboxes, handle);
   mailbox = {};
   free_.push_back(handle);
+}
+
+MailboxCounts LocalSegments::counts(const Mailbox& mailbox) {
+  const shm::MailboxHeader& header = mailbox.sender->view().header();
+  const auto read = [](const shm::Word64& word) { return word.load(std::memory_order_relaxed); };
+  return {.received = read(header.received),
+          .replaced = read(header.replaced),
+          .refused = read(header.refused),
+          .too_big = read(header.too_big),
+          .reclaimed = read(header.reclaimed)};
+}
+
+MailboxCounts LocalSegments::counts() const {
+  MailboxCounts sum = gone_;
+  for (const Mailbox& mailbox : mailboxes_)
+    if (mailbox.sender) sum += counts(mailbox);
+  return sum;
 }
 
 void LocalSegments::wake(Mailbox& mailbox) {

@@ -10,6 +10,7 @@
 
 #include "os/file.h"
 #include "os/mapping.h"
+#include "router/io/mailbox_counts.h"
 #include "shm/sender.h"
 #include "tims/address.h"
 #include "tims/result.h"
@@ -52,6 +53,10 @@ class LocalSegments {
   }
   [[nodiscard]] const os::File& memfd(SegmentId id) const { return segments_.at(id).memfd; }
 
+  [[nodiscard]] static MailboxCounts counts(const Mailbox& mailbox);
+  // Of all mailboxes, those that are gone as well: counters of a process only grow.
+  [[nodiscard]] MailboxCounts counts() const;
+
   // After a message was put into it.
   static void wake(Mailbox& mailbox);
 
@@ -71,6 +76,7 @@ class LocalSegments {
   std::vector<Mailbox> mailboxes_ =
       std::vector<Mailbox>(1);  // the first is never used: 0 is no handle
   std::vector<Handle> free_;
+  MailboxCounts gone_;  // of mailboxes that were removed
   SegmentId last_ = 0;
 };
 

@@ -185,15 +185,19 @@ json::object to_json(const core::MailboxReport& report, const AddressWidths& wid
   return out;
 }
 
+json::object to_json(const MailboxCounts& counts) {
+  return {{"received", counts.received},
+          {"replaced", counts.replaced},
+          {"refused", counts.refused},
+          {"too_big", counts.too_big},
+          {"reclaimed", counts.reclaimed}};
+}
+
 void add_fill(json::object& mailbox, const MailboxFill& fill) {
   mailbox["slots"] = fill.slots;
   mailbox["message_max_bytes"] = fill.message_max;
   mailbox["waiting"] = fill.waiting;
-  mailbox["received"] = fill.received;
-  mailbox["replaced"] = fill.replaced;
-  mailbox["refused"] = fill.refused;
-  mailbox["too_big"] = fill.too_big;
-  mailbox["reclaimed"] = fill.reclaimed;
+  for (const auto& [name, count] : to_json(fill.counts)) mailbox[name] = count;
   mailbox["asleep"] = fill.asleep;
 }
 

@@ -40,6 +40,7 @@ boost::json::object to_json(const core::CountReport& report);
 boost::json::object to_json(const core::Event& event, const Clocks& clocks,
                             const AddressWidths& widths);
 boost::json::object to_json(const core::StatusReport& report, const ProcessReport& process);
+boost::json::object to_json(const MailboxCounts& counts);
 void add_fill(boost::json::object& mailbox, const MailboxFill& fill);
 
 // One line for people: "Ladar(3/0) registered by laser (pid 811)".

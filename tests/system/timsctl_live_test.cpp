@@ -148,6 +148,21 @@ TEST_F(TimsctlTest, ListenRegistersAndAnswersCommandsWithError) {
   EXPECT_THAT(run.out, HasSubstr("Ladar(0/0) -> Test(0/1) type=-42 "));
 }
 
+TEST_F(TimsctlTest, StatsTellOfMailboxesAlsoWhenTheyAreGone) {
+  const auto replaced = [this] {
+    const auto lines = json_lines(timsctl({"stats", "-j"}).out);
+    return lines.empty() ? 0 : lines[0].at("mailboxes").at("replaced").to_number<int>();
+  };
+  {
+    auto mailbox = session_->open({.address = kTest, .slots = 1});
+    ASSERT_TRUE(mailbox) << mailbox.error().message();
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(ladar_->send({.dest = kTest, .type = type::kData}));
+    EXPECT_EQ(replaced(), 2);
+  }
+  EXPECT_EQ(replaced(), 2);
+  EXPECT_THAT(timsctl({"stats"}).out, HasSubstr(" 2 replaced, "));
+}
+
 TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
   auto watch = start({"route", "watch", "-j", "-n", "2"});
   ASSERT_TRUE(watch);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "tools/timsctl/commands.h"
+#include "tools/timsctl/humanize.h"
 #include "tools/timsctl/show.h"
 
 namespace timsctl {
@@ -70,6 +71,17 @@ json::array grouped(std::span<const json::value> items, std::string_view key) {
   return groups;
 }
 
+// What went past the router, between programs of its host, is counted by the mailboxes alone.
+std::string mailboxes_line(const json::object& answer) {
+  const auto count = [&](std::string_view name) {
+    return human_count(number_or_zero(answer, fmt::format("mailboxes.{}", name)));
+  };
+  return fmt::format(
+      "\nMailboxes of this host: {} received, {} replaced, {} refused, {} too big, "
+      "{} left half-written\n",
+      count("received"), count("replaced"), count("refused"), count("too_big"), count("reclaimed"));
+}
+
 }  // namespace
 
 Exit stats(Context& context) {
@@ -86,7 +98,9 @@ Exit stats(Context& context) {
     return answer;
   };
   const auto draw = [&](const json::object& answer, const Look& look) {
-    return render_items(items_of(answer), columns, look);
+    const std::string table = render_items(items_of(answer), columns, look);
+    const bool for_people = look.format == Format::kTable || look.format == Format::kWide;
+    return for_people ? table + mailboxes_line(answer) : table;
   };
   return show(context, ask, draw);
 }

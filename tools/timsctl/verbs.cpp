@@ -99,7 +99,8 @@ constexpr Verb kVerbs[] = {
      "Clients and their rates, live. Keys: q quits, left and right choose the column.",
      "timsctl top --sort in/s", top},
     {"stats", "", "", 0, 0, "watch count once sort by", false,
-     "What became of messages, by port, class and outcome.", "timsctl stats --by reason", stats},
+     "What became of messages, by port, class and outcome; of those in local mailboxes.",
+     "timsctl stats --by reason", stats},
 
     {"config", "show", "", 0, 0, "watch count once sort origin", false,
      "The values the router runs with.", "timsctl config show --origin", config_show},

@@ -86,6 +86,16 @@ void add_drops_and_events(Page& page, const core::Router& router) {
     page.sample(report.count, {{"event", core::name(report.kind)}});
 }
 
+void add_mailboxes(Page& page, const MailboxCounts& counts) {
+  page.family("tims_mailbox_messages_total", "counter",
+              "Messages to mailboxes in shared memory, whoever sent them, by what became of them.");
+  page.sample(counts.received, {{"outcome", "received"}});
+  page.sample(counts.replaced, {{"outcome", "replaced"}});
+  page.sample(counts.refused, {{"outcome", "refused"}});
+  page.sample(counts.too_big, {{"outcome", "too_big"}});
+  page.sample(counts.reclaimed, {{"outcome", "reclaimed"}});
+}
+
 void add_clients(Page& page, const AdminSource& source) {
   struct Use {
     std::size_t clients = 0;
@@ -158,6 +168,7 @@ std::string metrics_text(const AdminSource& source, Time now) {
   Page page;
   add_messages(page, source.router());
   add_drops_and_events(page, source.router());
+  add_mailboxes(page, source.mailbox_counts());
   add_clients(page, source);
   add_links(page, source);
   add_process(page, source.process(now), core::report_status(source.router(), now));

@@ -34,6 +34,7 @@ struct Source : AdminSource {
   const config::Config& config() const override { return config_; }
   const config::Origins& origins() const override { return origins_; }
   std::optional<MailboxFill> fill(std::uint32_t) const override { return {}; }
+  MailboxCounts mailbox_counts() const override { return {.received = 50, .replaced = 4}; }
   std::uint64_t queued_bytes(core::PortKind port, std::uint32_t token) const override {
     return port == core::PortKind::kTcp ? 100 + token : 0;
   }
@@ -119,6 +120,13 @@ tims_router_events_total{event="loop"} 0
 tims_router_events_total{event="forged_source_tolerated"} 3
 tims_router_events_total{event="not_available"} 1
 tims_router_events_total{event="lifesign"} 0
+# HELP tims_mailbox_messages_total Messages to mailboxes in shared memory, whoever sent them, by what became of them.
+# TYPE tims_mailbox_messages_total counter
+tims_mailbox_messages_total{outcome="received"} 50
+tims_mailbox_messages_total{outcome="replaced"} 4
+tims_mailbox_messages_total{outcome="refused"} 0
+tims_mailbox_messages_total{outcome="too_big"} 0
+tims_mailbox_messages_total{outcome="reclaimed"} 0
 # HELP tims_router_clients Clients that are connected, by port.
 # TYPE tims_router_clients gauge
 tims_router_clients{port="local"} 0
