@@ -41,8 +41,8 @@ Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint
     handle = free_.back();
     free_.pop_back();
   }
-  mailboxes_[handle] = {id, offset, address, std::make_unique<shm::Sender>(*view, kRouterWriter),
-                        std::move(event_fd)};
+  auto sender = std::make_unique<shm::Sender>(*view, kRouterWriter);
+  mailboxes_[handle] = {id, offset, address, std::move(sender), std::move(event_fd)};
   segment.mailboxes.push_back(handle);
   return handle;
 }
