@@ -140,8 +140,8 @@ void LinkPort::flush(Time now) {
 }
 
 bool LinkPort::send(Time now, const link::Train& train) {
-  const auto found = impairments_.find(train.to);
-  if (found != impairments_.end()) return send_spoiled(now, train, found->second);
+  const auto found = spoiled_.find(train.to);
+  if (found != spoiled_.end()) return send_spoiled(now, train, found->second.impairment);
   if (all_impaired_) return send_spoiled(now, train, *all_impaired_);
   if (socket_->send(train) != Sent::kWouldBlock) return true;
   wait_for_writable();
@@ -202,22 +202,25 @@ bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
     if (!off) all_impaired_.emplace(seed).set(faults);
     return true;
   }
-  bool found = false;
+  // It may have had other addresses when it was spoilt.
+  bool found = std::erase_if(spoiled_, [&](const auto& s) { return s.second.link == name; }) > 0;
   links_.for_each([&](const link::Link& link) {
     const bool meant = link.peer().name.view() == name || link.settings().to == name;
     if (!meant) return;
     for (const link::NetAddress& to : {link.address(), link.target()}) {
       if (!to) continue;
       found = true;
-      impairments_.erase(to);
-      if (!off) impairments_.try_emplace(to, seed).first->second.set(faults);
+      spoiled_.erase(to);
+      if (off) continue;
+      const auto added = spoiled_.insert({to, {std::string(name), link::Impairment(seed)}});
+      added.first->second.impairment.set(faults);
     }
   });
   return found;
 }
 
 void LinkPort::heal() {
-  impairments_.clear();
+  spoiled_.clear();
   all_impaired_.reset();
 }
 

@@ -111,7 +111,11 @@ class LinkPort final : public Port {
   Time next_resolve_ = kNever;
   Time wall_read_{};
 
-  std::map<link::NetAddress, link::Impairment> impairments_;
+  struct Spoiled {
+    std::string link{};  // as it was named
+    link::Impairment impairment;
+  };
+  std::map<link::NetAddress, Spoiled> spoiled_;  // by where datagrams go
   std::optional<link::Impairment> all_impaired_;
   std::priority_queue<Delayed, std::vector<Delayed>, std::greater<>> delayed_;
   std::uint64_t order_ = 0;
