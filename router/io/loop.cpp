@@ -41,8 +41,11 @@ void Loop::run_once(Time limit) {
 
 void Loop::hand_out(std::span<epoll_event> events) {
   for (epoll_event& event : events) {
-    if (event.data.ptr == this) on_time(os::now());
-    if (event.data.ptr == this || event.data.ptr == nullptr) continue;
+    if (event.data.ptr == nullptr) continue;  // forgotten meanwhile
+    if (event.data.ptr == this) {
+      on_time(os::now());
+      continue;
+    }
     auto& watch = *static_cast<Watch*>(event.data.ptr);
     const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
     const Ready ready{.to_read = broken || (event.events & (EPOLLIN | EPOLLRDHUP)) != 0,
