@@ -159,6 +159,24 @@ TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
   EXPECT_EQ(Story::links_up(robot), 1U);
 }
 
+TEST(Load, WhatIsUrgentDoesNotGiveWay) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  const std::vector<std::byte> body(1 << 20);
+  const auto send = [&](std::uint8_t priority) {
+    return s.robot->send(s.now(), s.ladar,
+                         {.type = -7, .priority = priority, .dest = kGui, .src = kLadar}, body);
+  };
+  for (int i = 0; i < 40; ++i) send(200);
+  const std::uint64_t lost = s.robot->lost(6);
+  EXPECT_GT(lost, 0U) << "the queue did not become full";
+  EXPECT_EQ(send(100), core::Outcome::kQueueFull);
+  EXPECT_EQ(s.robot->lost(6), lost);
+  EXPECT_EQ(send(255), core::Outcome::kDelivered);
+  EXPECT_GT(s.robot->lost(6), lost);
+}
+
 // Clients and their mailboxes, for days: nobody remembers them.
 TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
   Story s;

@@ -124,6 +124,21 @@ TEST(Routes, TheTopClassOvertakesLargeMessages) {
   EXPECT_LT(s.base->arrivals(s.gui).size(), 6U);
 }
 
+// EF for what is urgent, CS1 for the lowest class.
+TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
+  Story s;
+  s.begin();
+  for (const auto& [priority, dscp] : {std::pair{0, 8}, {64, 10}, {160, 34}, {255, 46}}) {
+    const auto mark = static_cast<std::uint8_t>(dscp);
+    const std::uint64_t before = s.bytes_marked(mark);
+    const Header header{
+        .type = -7, .priority = static_cast<std::uint8_t>(priority), .dest = kGui, .src = kLadar};
+    s.robot->send(s.now(), s.ladar, header, std::vector<std::byte>(10'000));
+    s.run_for(100ms);
+    EXPECT_GT(s.bytes_marked(mark), before + 10'000) << priority;
+  }
+}
+
 TEST(Routes, SamplesKeepTheLatest) {
   Story s;
   s.begin();
