@@ -179,6 +179,18 @@ TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
   EXPECT_EQ(way_of(up, Address(0x02140000)), kNoClient) << "what comes from above goes down only";
 }
 
+TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
+  const ClientId sub = link(LinkKind::kSub, 1, "host");
+  router_.learn(now_, peer, kLadar, kRobot);
+  router_.learn(now_, sub, kPilot, kFar);
+  EXPECT_EQ(way_of(up, kPilot), sub);
+  EXPECT_EQ(way_of(up, kLadar), kNoClient);
+  EXPECT_EQ(router_.way(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
+  EXPECT_EQ(way_of(sub, kLadar), peer);
+}
+
 TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {
   const ClientId up = link(LinkKind::kSuper, 0, "base");
   const ClientId sub = link(LinkKind::kSub, 3, "robot3");
