@@ -241,7 +241,7 @@ TEST(Reconnect, OneMessageInAnMtuBlackHole) {
   s.set_faults({.delay = 1ms, .mtu = 1200});
   const std::vector<std::byte> body(1350);
   s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
-  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 1; }, 50ms));
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 1; }, 15ms));
 }
 
 TEST(Reconnect, TheWallClockJumps) {
