@@ -70,7 +70,7 @@ class MessageQueue {
   std::uint64_t consume_begun(std::uint64_t size);
   std::uint64_t consume_first(std::uint64_t size);
   [[nodiscard]] std::uint32_t length_of_first(const Level& level) const;
-  void took(std::size_t level, std::uint32_t length);
+  void took(std::size_t i, std::uint32_t length);
 
   [[nodiscard]] Level* levels() const { return reinterpret_cast<Level*>(pool_.at(index_)); }
   [[nodiscard]] std::size_t lowest() const;   // kNoLevel when there is none

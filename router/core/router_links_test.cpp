@@ -68,6 +68,23 @@ TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
   ASSERT_TRUE(router_.learn(now_, peer, kLadar, kRobot));
   EXPECT_EQ(owner(kLadar.raw()), peer);
   EXPECT_EQ(router_.told(kLadar), std::nullopt);
+  EXPECT_EQ(router_.below().size(), 1U) << "the router itself";
+}
+
+TEST_F(RouterLinksTest, NobodyElseHasOurAddress) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  router_.learn(now_, sub, kOwn, kRobot);
+  EXPECT_EQ(owner(kOwn.raw()), kNoClient);
+  EXPECT_EQ(router_.told(kOwn)->router, kOwn);
+  EXPECT_EQ(events(EventKind::kDuplicateAddress), 1U);
+}
+
+TEST_F(RouterLinksTest, ALinkCommandsNothing) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  EXPECT_EQ(send_command(sub, command::kMailboxInitWithReply, kLadar.raw()),
+            Outcome::kMalformedCommand);
+  EXPECT_EQ(owner(kLadar.raw()), kNoClient);
+  EXPECT_TRUE(sink_.replies.empty());
 }
 
 TEST_F(RouterLinksTest, TheSecondOwnerWaitsAndBothAreNamed) {
@@ -91,8 +108,29 @@ TEST_F(RouterLinksTest, OfTwoWaysToOneRouterTheShorterIsTaken) {
   router_.learn(now_, shorter, kLadar, {kRobot.router, kRobot.epoch, 2});
   EXPECT_EQ(owner(kLadar.raw()), shorter);
   EXPECT_EQ(events(EventKind::kDuplicateAddress), 0U);
+  router_.learn(now_, link(LinkKind::kSub, 3, "detour"), kLadar, {kRobot.router, kRobot.epoch, 4});
+  EXPECT_EQ(owner(kLadar.raw()), shorter);
   router_.disconnect(now_, shorter, CloseReason::kSilent);
   EXPECT_EQ(owner(kLadar.raw()), longer);
+}
+
+TEST_F(RouterLinksTest, ARouterThatWasRestartedIsNoDuplicateOfItself) {
+  const ClientId before = link(LinkKind::kSub, 1, "before");
+  const ClientId after = link(LinkKind::kSub, 1, "after");
+  router_.learn(now_, before, kLadar, kRobot);
+  router_.learn(now_, after, kLadar, {kRobot.router, kRobot.epoch + 1, kRobot.hops});
+  EXPECT_EQ(events(EventKind::kDuplicateAddress), 0U);
+  router_.disconnect(now_, before, CloseReason::kSilent);
+  EXPECT_EQ(owner(kLadar.raw()), after);
+}
+
+TEST_F(RouterLinksTest, ALinkThatIsGoneWaitsForNothing) {
+  const ClientId first = link(LinkKind::kSub, 1, "robot1");
+  const ClientId second = link(LinkKind::kSub, 2, "robot2");
+  router_.learn(now_, first, kLadar, kRobot);
+  router_.learn(now_, second, kLadar, kFar);
+  router_.disconnect(now_, second, CloseReason::kSilent);
+  EXPECT_EQ(router_.announced(second, kLadar), std::nullopt);
 }
 
 TEST_F(RouterLinksTest, OurOwnMailboxesComingBackAreALoop) {
@@ -100,6 +138,8 @@ TEST_F(RouterLinksTest, OurOwnMailboxesComingBackAreALoop) {
   EXPECT_FALSE(router_.learn(now_, sub, kLadar, {kOwn, router_.settings().epoch, 3}));
   EXPECT_FALSE(router_.learn(now_, sub, kLadar, {kRobot.router, 5, kHopsMax}));
   EXPECT_EQ(events(EventKind::kLoop), 2U);
+  EXPECT_FALSE(router_.learn(now_, sub, kLadar, {kOwn, router_.settings().epoch + 1, 3}));
+  EXPECT_EQ(events(EventKind::kDuplicateRouter), 1U) << "somebody else with our address";
   EXPECT_EQ(owner(kLadar.raw()), kNoClient);
 }
 
@@ -114,6 +154,19 @@ TEST_F(RouterLinksTest, WhatIsNotKnownGoesUpAndNeverBack) {
   ASSERT_EQ(sink_.replies.size(), 1U);
   EXPECT_EQ(sink_.replies[0].to.client, up);
   EXPECT_EQ(sink_.replies[0].header.type, type::kNotAvailable);
+  router_.disconnect(now_, up, CloseReason::kSilent);
+  EXPECT_EQ(router_.uplink(), kNoClient);
+}
+
+// A robot's system router knows all of the robot.
+TEST_F(RouterLinksTest, WhatASystemRouterDoesNotKnowOfItsOwnSystemIsNowhere) {
+  Router robot({.address = Address(0x01000100), .role = Role::kSystem}, {1, 2}, sink_);
+  const ClientId up =
+      robot.connect(now_, {.port = PortKind::kLink, .link = {.kind = LinkKind::kSuper}});
+  robot.set_uplink(now_, up);
+  EXPECT_EQ(robot.way(nullptr, Address(0x02140000)).to->id, up);
+  EXPECT_EQ(robot.way(nullptr, kPilot).to->id, up);
+  EXPECT_EQ(robot.way(nullptr, kLadar).to, nullptr);
 }
 
 TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
@@ -124,6 +177,18 @@ TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
   EXPECT_EQ(way_of(local, Address(0x02140000)), peer);
   EXPECT_EQ(way_of(local, Address(0x03140000)), up);
   EXPECT_EQ(way_of(up, Address(0x02140000)), kNoClient) << "what comes from above goes down only";
+}
+
+TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
+  const ClientId sub = link(LinkKind::kSub, 1, "host");
+  router_.learn(now_, peer, kLadar, kRobot);
+  router_.learn(now_, sub, kPilot, kFar);
+  EXPECT_EQ(way_of(up, kPilot), sub);
+  EXPECT_EQ(way_of(up, kLadar), kNoClient);
+  EXPECT_EQ(router_.way(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
+  EXPECT_EQ(way_of(sub, kLadar), peer);
 }
 
 TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {

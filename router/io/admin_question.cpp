@@ -102,7 +102,7 @@ Problem set_link(Question& question, const json::value& value) {
 Problem set_action(Question& question, const json::value& value) {
   const json::string* text = value.if_string();
   const bool known = text != nullptr && (*text == "up" || *text == "down" || *text == "reset");
-  if (!known) return bad_argument("do", "\"up\", \"down\" or \"reset\"");
+  if (!known) return bad_argument("do", R"("up", "down" or "reset")");
   question.action = std::string(*text);
   return {};
 }
@@ -211,7 +211,7 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   if (question.ask == Ask::kRoute && !question.to)
     return bad_argument("to", "given: the address to look up");
   if (question.ask == Ask::kLinkDo && (question.link.empty() || question.action.empty()))
-    return bad_argument("link and do", "given: which link, and \"up\", \"down\" or \"reset\"");
+    return bad_argument("link and do", R"(given: which link, and "up", "down" or "reset")");
   if (acts(question.ask) && question.ask >= Ask::kRouteAdd && question.pattern.empty())
     return bad_argument("match", "given: the addresses that are meant");
   return question;

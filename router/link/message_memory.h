@@ -23,7 +23,7 @@ class MessageMemory {
 
   // Empty when there is none. Its content is whatever it was.
   [[nodiscard]] std::span<std::byte> allocate(std::size_t size);
-  void release(std::span<std::byte> piece);  // from allocate()
+  void release(std::span<std::byte> bytes);  // from allocate()
 
   [[nodiscard]] std::size_t used_bytes() const { return used_; }
 

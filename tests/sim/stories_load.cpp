@@ -104,6 +104,38 @@ TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 40U);
 }
 
+// Memory for two large messages at a time, and three are on their way.
+TEST(Load, WhatThereIsNoMemoryForComesAgain) {
+  World w(8);
+  Node& base = w.add({.name = "base",
+                      .role = core::Role::kTop,
+                      .links = {sub_link()},
+                      .block_bytes = 256U << 10,
+                      .message_bytes = 256U << 10,
+                      .message_max = 110'000});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
+  w.set_faults({.loss = 0.02, .delay = 2ms});
+  for (Node* node : {&base, &robot}) node->start(w.now());
+  const auto gui = base.add_client(w.now(), "gui");
+  base.add_mailbox(w.now(), gui, kGui);
+  const auto ladar = robot.add_client(w.now(), "ladar");
+  robot.add_mailbox(w.now(), ladar, kLadar);
+  w.run_for(1s);
+  for (int i = 0; i < 30; ++i) {
+    const auto priority = static_cast<std::uint8_t>(i % 3 * 40);
+    robot.send(w.now(), ladar, {.type = -7, .priority = priority, .dest = kGui, .src = kLadar},
+               std::vector<std::byte>(100'000));
+    w.run_for(1ms);
+  }
+  EXPECT_TRUE(w.run_until([&] { return base.arrivals(gui).size() == 30; }, 10s));
+  std::uint64_t refused = 0;
+  base.links().for_each(
+      [&](const link::Link& l) { refused += l.session().counters().packets_refused; });
+  EXPECT_GT(refused, 0U);
+  w.run_for(2s);
+  EXPECT_EQ(base.arrivals(gui).size(), 30U);
+}
+
 // A router says how large a message it takes.
 TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
   World w(8);
@@ -125,6 +157,24 @@ TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
   EXPECT_EQ(base.arrivals(gui).size(), 1U);
   EXPECT_EQ(Story::not_available(robot, ladar), 1U);
   EXPECT_EQ(Story::links_up(robot), 1U);
+}
+
+TEST(Load, WhatIsUrgentDoesNotGiveWay) {
+  Story s;
+  s.begin();
+  s.cut("robot", "base");
+  const std::vector<std::byte> body(1 << 20);
+  const auto send = [&](std::uint8_t priority) {
+    return s.robot->send(s.now(), s.ladar,
+                         {.type = -7, .priority = priority, .dest = kGui, .src = kLadar}, body);
+  };
+  for (int i = 0; i < 40; ++i) send(200);
+  const std::uint64_t lost = s.robot->lost(6);
+  EXPECT_GT(lost, 0U) << "the queue did not become full";
+  EXPECT_EQ(send(100), core::Outcome::kQueueFull);
+  EXPECT_EQ(s.robot->lost(6), lost);
+  EXPECT_EQ(send(255), core::Outcome::kDelivered);
+  EXPECT_GT(s.robot->lost(6), lost);
 }
 
 // Clients and their mailboxes, for days: nobody remembers them.

@@ -235,11 +235,13 @@ TEST(Reconnect, AnMtuBlackHole) {
 TEST(Reconnect, OneMessageInAnMtuBlackHole) {
   Story s;
   s.begin();
-  s.run_for(1s);
+  const auto mtu = [&] { return s.robot->links().uplink()->session().mtu(); };
+  ASSERT_TRUE(s.run_until([&] { return mtu() > 1400; }, 5s));
+  s.run_for(100ms);
   s.set_faults({.delay = 1ms, .mtu = 1200});
   const std::vector<std::byte> body(1350);
   s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
-  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 1; }, 50ms));
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 1; }, 15ms));
 }
 
 TEST(Reconnect, TheWallClockJumps) {

@@ -45,8 +45,26 @@ TEST(Routes, AnotherSuperRouterTakesOver) {
   w.run_for(5s);
   EXPECT_FALSE(Story::knows(a, kLadar));
   w.cut("robot", "a", false);
+  // A link that only just came up may go down again: it is used when it has been there for a while.
+  ASSERT_TRUE(w.run_until([&] { return Story::links_up(robot) == 2; }, 1s));
+  w.run_for(400ms);
+  EXPECT_EQ(robot.links().uplink()->peer().name.view(), "b");
   EXPECT_TRUE(w.run_until([&] { return Story::knows(a, kLadar) && !Story::knows(b, kLadar); },
                           3 * kKeepAlive + 1s));
+}
+
+TEST(Routes, ALinkThatIsConfiguredNoMoreIsGone) {
+  Story s;
+  s.begin();
+  s.robot->links().configure(s.now(), std::vector{sub_link()});
+  s.robot->end_turn(s.now());
+  s.run_for(100ms);
+  EXPECT_EQ(Story::links_up(*s.robot), 1U);
+  EXPECT_FALSE(Story::knows(*s.base, kCamera)) << "the base was told";
+  s.robot->links().configure(s.now(), s.robot->setup().links);
+  s.robot->links().set_target(s.now(), s.base->address().to_string(), s.base->address());
+  s.robot->end_turn(s.now());
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
 }
 
 // A robot below either of two routers goes back to the one it prefers: nothing is lost meanwhile.
@@ -104,6 +122,21 @@ TEST(Routes, TheTopClassOvertakesLargeMessages) {
       100ms));
   EXPECT_LT(s.now() - sent, 10ms);
   EXPECT_LT(s.base->arrivals(s.gui).size(), 6U);
+}
+
+// EF for what is urgent, CS1 for the lowest class.
+TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
+  Story s;
+  s.begin();
+  for (const auto& [priority, dscp] : {std::pair{0, 8}, {64, 10}, {160, 34}, {255, 46}}) {
+    const auto mark = static_cast<std::uint8_t>(dscp);
+    const std::uint64_t before = s.bytes_marked(mark);
+    const Header header{
+        .type = -7, .priority = static_cast<std::uint8_t>(priority), .dest = kGui, .src = kLadar};
+    s.robot->send(s.now(), s.ladar, header, std::vector<std::byte>(10'000));
+    s.run_for(100ms);
+    EXPECT_GT(s.bytes_marked(mark), before + 10'000) << priority;
+  }
 }
 
 TEST(Routes, SamplesKeepTheLatest) {

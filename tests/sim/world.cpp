@@ -269,6 +269,7 @@ void World::cut(const std::string& a, const std::string& b, bool blackout) {
 
 void World::transmit(Node& from, const link::Train& train) {
   std::span<const std::byte> rest = train.bytes;
+  bytes_marked_[train.dscp] += rest.size();
   while (!rest.empty()) {
     const auto one = rest.first(std::min(train.datagram_size, rest.size()));
     rest = rest.subspan(one.size());

@@ -169,6 +169,8 @@ class World {
   // For nodes: a train leaves.
   void transmit(Node& from, const link::Train& train);
   [[nodiscard]] std::uint64_t bytes_sent(const std::string& from) { return bytes_sent_[from]; }
+  // With this mark of differentiated services, by anybody.
+  [[nodiscard]] std::uint64_t bytes_marked(std::uint8_t dscp) { return bytes_marked_[dscp]; }
   [[nodiscard]] std::uint64_t datagrams() const { return datagrams_; }
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
   void schedule(Node& node);
@@ -215,6 +217,7 @@ class World {
   std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::Impairment>> network_;
   Faults faults_{};
   std::map<std::string, std::uint64_t> bytes_sent_;
+  std::map<std::uint8_t, std::uint64_t> bytes_marked_;
   std::uint64_t datagrams_ = 0;
   std::uint64_t steps_ = 0;
   std::uint64_t steps_now_ = 0;  // since the clock stands still
