@@ -98,6 +98,18 @@ TEST_F(TcpOutputTest, MoreThanOneCallCanTakeIsWrittenInBetween) {
   EXPECT_EQ(drain(), expected);
 }
 
+TEST_F(TcpOutputTest, WhatABatchHasNoRoomForIsCounted) {
+  add(message(60'000, 200, 1), 200);
+  add(message(30'000, 200, 2), 200);
+  add(message(50'000, 0, 3), 0);
+  output_->write_batch();
+  const TcpOutput::Lost* lost = output_->lost();
+  ASSERT_NE(lost, nullptr);
+  EXPECT_EQ(lost->refused[0].messages, 1U);
+  EXPECT_EQ(lost->refused[0].bytes, 50'000U);
+  EXPECT_EQ(drain(), (std::vector<std::uint32_t>{1, 2}));
+}
+
 TEST_F(TcpOutputTest, MessagesSideBySideAreOnePiece) {
   Bytes both = message(20, 0, 1);
   const Bytes second = message(30, 0, 2);
