@@ -8,7 +8,7 @@ namespace tims::io {
 
 namespace {
 
-// Of one client, before others have theirs; more than its uplink holds.
+// Of one client, before others have theirs; half of what its uplink holds.
 constexpr int kMessagesPerTurn = 512;
 
 }  // namespace
