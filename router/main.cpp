@@ -31,8 +31,6 @@
 #include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
 
-extern char** environ;
-
 namespace tims {
 namespace {
 
@@ -97,6 +95,7 @@ link::Identity identity(const config::Config& c, std::uint64_t epoch) {
 
 std::vector<core::StaticRoute> static_routes(const config::Config& c) {
   std::vector<core::StaticRoute> routes;
+  routes.reserve(c.routes.size());
   for (const config::Route& route : c.routes) {
     routes.push_back({*AddressPattern::parse(route.match, c.address.widths),
                       std::string_view(route.match), std::string_view(route.via)});

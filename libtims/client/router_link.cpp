@@ -35,7 +35,7 @@ void set_timeout(int socket, Duration timeout) {
 
 }  // namespace
 
-Result<void> Greeting::tell(const wire::Record& record, std::span<const int> files) {
+Result<void> Greeting::tell(const wire::Record& record, std::span<const int> files) const {
   return send_packet(socket_, 0, record, files, true);
 }
 

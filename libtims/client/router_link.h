@@ -29,7 +29,7 @@ struct Answer {
 class Greeting {
  public:
   explicit Greeting(int socket) : socket_(socket) {}
-  Result<void> tell(const wire::Record& record, std::span<const int> files = {});
+  Result<void> tell(const wire::Record& record, std::span<const int> files = {}) const;
   Result<Answer> ask(const wire::Record& record, std::span<const int> files = {});
 
  private:

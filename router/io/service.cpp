@@ -25,15 +25,20 @@ sigset_t handled_signals() {
 }
 
 os::File block_and_open(const sigset_t& signals) {
-  ::sigprocmask(SIG_BLOCK, &signals, nullptr);
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   return os::File(::signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC));
 }
 
-long long number_in(const char* name) {
+std::string environment(const char* name) {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
   const char* text = std::getenv(name);
-  if (text == nullptr) return 0;
+  return text == nullptr ? "" : text;
+}
+
+long long number_in(const char* name) {
+  const std::string text = environment(name);
   long long value = 0;
-  std::from_chars(text, text + std::strlen(text), value);
+  std::from_chars(text.data(), text.data() + text.size(), value);
   return value;
 }
 
@@ -62,8 +67,8 @@ void Signals::take() {
 
 // --- ServiceManager
 
-ServiceManager::ServiceManager(Loop& loop) : timer_(loop, [this] { feed(); }) {
-  if (const char* path = std::getenv("NOTIFY_SOCKET")) path_ = path;
+ServiceManager::ServiceManager(Loop& loop)
+    : path_(environment("NOTIFY_SOCKET")), timer_(loop, [this] { feed(); }) {
   if (!path_.empty()) interval_ = watchdog_interval();
 }
 

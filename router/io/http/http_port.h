@@ -51,7 +51,7 @@ class HttpPort final : public Port {
   // Port
   core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
   void reply(const core::Receiver& to, const Header& header) override;
-  void close(const core::Receiver& client, core::CloseReason reason) override;
+  void close(const core::Receiver& receiver, core::CloseReason reason) override;
   void flush(Time now) override;
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
   void stop_accepting() override;
