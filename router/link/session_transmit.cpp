@@ -97,7 +97,8 @@ void Session::set_rates() {
   if (settings_.rate != 0) {
     const std::uint64_t depth = std::max<std::uint64_t>(datagram, settings_.rate / 4000);
     cap_.set(settings_.rate, depth);
-    lower_cap_.set(settings_.rate * (100U - settings_.reserve) / 100, depth);
+    // Two at once take half the wake-ups; what is urgent waits behind no more than these.
+    lower_cap_.set(settings_.rate * (100U - settings_.reserve) / 100, 2 * depth);
   } else {
     cap_.set(0, 0);
     lower_cap_.set(0, 0);
