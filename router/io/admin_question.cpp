@@ -167,6 +167,12 @@ struct Form {
   std::string_view name;
   Ask ask;
   std::array<Argument, 8> arguments;  // those without a name are not there
+
+  // Null: there is no such argument.
+  [[nodiscard]] const Argument* argument(std::string_view key) const {
+    const auto* const found = std::ranges::find(arguments, key, &Argument::name);
+    return key.empty() || found == arguments.end() ? nullptr : found;
+  }
 };
 constexpr std::array kForms{
     Form{"status", Ask::kStatus, {}},
@@ -202,8 +208,8 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   Question question{.ask = form.ask, .widths = widths};
   for (const auto& [key, value] : body) {
     if (key == "ask") continue;
-    const auto argument = std::ranges::find(form.arguments, std::string_view(key), &Argument::name);
-    if (key.empty() || argument == form.arguments.end())
+    const Argument* const argument = form.argument(key);
+    if (argument == nullptr)
       return QuestionError{"bad_argument", quoted(form.name) + " has no argument " + quoted(key),
                            "router/io/ADMIN.md lists them"};
     if (auto problem = argument->set(question, value)) return *problem;

@@ -112,7 +112,7 @@ void LinkPort::on_network_change() {
 
 void LinkPort::on_ready(Ready ready) {
   const Time now = os::now();
-  if (ready.to_write && std::exchange(waits_for_writable_, false)) watch_->set(Interest::kReading);
+  if (ready.to_write) wait_for_writable(false);
   if (ready.to_read && socket_->receive(datagrams_)) take_datagrams(now);
   end_turn_(now);
 }
@@ -144,12 +144,13 @@ bool LinkPort::send(Time now, const link::Train& train) {
   if (found != spoiled_.end()) return send_spoiled(now, train, found->second.impairment);
   if (all_impaired_) return send_spoiled(now, train, *all_impaired_);
   if (socket_->send(train) != Sent::kWouldBlock) return true;
-  wait_for_writable();
+  wait_for_writable(true);
   return false;
 }
 
-void LinkPort::wait_for_writable() {
-  if (!std::exchange(waits_for_writable_, true)) watch_->set(Interest::kBoth);
+void LinkPort::wait_for_writable(bool waits) {
+  waits_for_writable_ = waits;
+  watch_->set(waits ? Interest::kBoth : Interest::kReading);
 }
 
 // Others have their turn first.

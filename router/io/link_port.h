@@ -82,7 +82,7 @@ class LinkPort final : public Port {
 
   void on_ready(Ready ready);
   void take_datagrams(Time now);
-  void wait_for_writable();
+  void wait_for_writable(bool waits);
   void continue_later();
   bool send(Time now, const link::Train& train);
   void heal();

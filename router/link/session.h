@@ -131,6 +131,7 @@ class Session final : private PacketFate {
   [[nodiscard]] Time ready_at(Time now, std::size_t lane);
   [[nodiscard]] bool has_something_to_send() const;
   [[nodiscard]] bool wants_to_send(std::size_t lane) const;
+  [[nodiscard]] bool has_samples(std::size_t lane) const;
   [[nodiscard]] bool is_idle(std::size_t lane) const;
   void forget_idle_lanes();
   void put_ack(Time now, Packet& packet);

@@ -125,6 +125,10 @@ Time Session::ready_at(Time now, std::size_t lane) {
 
 bool Session::wants_to_send(std::size_t lane) const {
   if (lanes_[lane].wants_to_send() || lanes_[lane].skip()) return true;
+  return has_samples(lane);
+}
+
+bool Session::has_samples(std::size_t lane) const {
   return lane < core::kClasses && !samples_[lane].empty();
 }
 
@@ -137,7 +141,7 @@ bool Session::has_something_to_send() const {
 }
 
 bool Session::is_idle(std::size_t lane) const {
-  return lanes_[lane].is_idle() && (lane >= core::kClasses || samples_[lane].empty());
+  return lanes_[lane].is_idle() && !has_samples(lane);
 }
 
 void Session::forget_idle_lanes() {
@@ -207,20 +211,20 @@ void Session::put_lanes(Time now, Packet& packet) {
   bool first = true;
   for (const std::size_t lane : occupied_) {
     if (!wants_to_send(lane)) continue;
-    const bool has_samples = lane < core::kClasses && !samples_[lane].empty();
+    const bool samples = has_samples(lane);
     if (ready_at(now, lane) > now) {
-      if (has_samples) samples_[lane].congested();
+      if (samples) samples_[lane].congested();
       continue;
     }
     if (std::exchange(first, false)) last_lane_ = lane;
     sample_first_ = !sample_first_;
-    if (sample_first_ && has_samples) {
+    if (sample_first_ && samples) {
       while (put_sample(packet, lane)) {
       }
     }
     while (put_stream(now, packet, lane)) {
     }
-    if (!sample_first_ && has_samples) {
+    if (!sample_first_ && samples) {
       while (put_sample(packet, lane)) {
       }
     }

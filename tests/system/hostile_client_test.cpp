@@ -59,6 +59,10 @@ class RawClient {
     const auto answer = receive();
     return answer && std::holds_alternative<wire::Welcome>(*answer);
   }
+  // As hello(); files() are then the uplink's memory and its doorbell.
+  bool hello_and_uplink() {
+    return hello() && send(wire::UplinkRequest{}) && receive() && files_.size() == 2;
+  }
   // The router has closed the connection.
   bool thrown_out() {
     for (;;) {
@@ -187,10 +191,7 @@ TEST_F(HostileClientTest, AnOwnerThatScribblesOverItsMailboxHurtsOnlyItself) {
 
 TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
   RawClient client(router_.socket_path());
-  ASSERT_TRUE(client.hello());
-  client.send(wire::UplinkRequest{});
-  ASSERT_TRUE(client.receive().has_value());
-  ASSERT_EQ(client.files().size(), 2U);
+  ASSERT_TRUE(client.hello_and_uplink());
   const os::Mapping mapping = std::move(*os::Mapping::of(client.files()[0]));
   const os::File doorbell = std::move(client.files()[1]);
   std::mt19937 random(5);
@@ -206,10 +207,7 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
 // The flags of a shared descriptor are shared: the router must not wait where it reads it.
 TEST_F(HostileClientTest, AClientThatEmptiesItsDoorbellBeforeTheRouterDoes) {
   RawClient client(router_.socket_path());
-  ASSERT_TRUE(client.hello());
-  client.send(wire::UplinkRequest{});
-  ASSERT_TRUE(client.receive().has_value());
-  ASSERT_EQ(client.files().size(), 2U);
+  ASSERT_TRUE(client.hello_and_uplink());
   const os::File doorbell = std::move(client.files()[1]);
   ::fcntl(doorbell.get(), F_SETFL, 0);
   for (int round = 0; round < 1000; ++round) {
@@ -227,9 +225,7 @@ TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
   ASSERT_TRUE(tcp.ok());
   ASSERT_TRUE(tcp->register_mailbox(Address(9)).ok());
   RawClient client(router_.socket_path());
-  ASSERT_TRUE(client.hello());
-  client.send(wire::UplinkRequest{});
-  ASSERT_TRUE(client.receive().has_value());
+  ASSERT_TRUE(client.hello_and_uplink());
   const os::Mapping mapping = std::move(*os::Mapping::of(client.files().front()));
   shm::Sender sender(*shm::MailboxView::open(mapping.bytes(), 0), 77);
   shm::Claim claim;
