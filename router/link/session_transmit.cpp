@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kUrgentLane = 6;  // from here on: beyond the window, if need be
 constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
 constexpr std::uint64_t kTrain = 64 << 10;
+// What goes between two waits of a fast link: setting a timer costs as much as a train of datagrams.
+constexpr std::uint64_t kBurstMax = 4 * kTrain;
 // Bytes a second from which on the largest datagram takes less than half a millisecond.
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
 constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
@@ -108,7 +110,7 @@ void Session::set_rates() {
     return;
   }
   const std::uint64_t rate = congestion_.pacing_rate(rtt_.smoothed());
-  pacer_.set(rate, std::clamp<std::uint64_t>(rate / 1000, 2 * datagram, kTrain));
+  pacer_.set(rate, std::clamp<std::uint64_t>(rate / 1000, 2 * datagram, kBurstMax));
 }
 
 // When something of this lane may go; kNever: only an acknowledgement can bring that about.
