@@ -90,8 +90,9 @@ void tims_disconnect(tims_session* session);
 tims_mailbox* tims_open(tims_session* session, const struct tims_mailbox_options* options);
 /* Senders learn it with their next message. */
 void tims_close(tims_mailbox* mailbox);
-/* For an event loop: readable when a message has come. Receive with timeout 0 until TIMS_EEMPTY
- * after each wake-up: that arms it again. -1 without the option. */
+/* For an event loop: a descriptor to poll, and for nothing else, which is readable when a message
+ * has come. Receive with timeout 0 until TIMS_EEMPTY after each wake-up: that arms it again. -1
+ * without the option. */
 int tims_event_fd(const tims_mailbox* mailbox);
 
 /* Sends header->dest, type, priority, seq_nr, flags; src and length are filled in. Never blocks. */
