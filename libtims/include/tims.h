@@ -117,10 +117,15 @@ void tims_release(tims_guard* guard);
 /* Throws away every waiting message; returns how many. */
 int64_t tims_clean(tims_mailbox* mailbox);
 
-/* "Ladar(3/0)" or "0x03140000"; 0 or TIMS_EINVALID. */
-int tims_parse_address(const char* text, uint32_t* address);
+/* An address is a number of four fields: system, class, instance, local. How many bits each has is
+ * the same in a whole fleet (address.widths of its routers): a session knows it from its router.
+ * session NULL, as long as there is none: 8 bits each, as in fleets that say nothing else. */
+
+/* "Ladar(3/0)", "Ladar(3/0):2" or "0x03140002"; 0 or TIMS_EINVALID. */
+int tims_parse_address(const tims_session* session, const char* text, uint32_t* address);
 /* Writes at most size bytes, NUL included; returns the length without NUL. */
-size_t tims_format_address(uint32_t address, char* buffer, size_t size);
+size_t tims_format_address(const tims_session* session, uint32_t address, char* buffer,
+                           size_t size);
 
 #ifdef __cplusplus
 }
