@@ -6,8 +6,8 @@
 #include <sched.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
 #include "os/futex.h"
+#include "os/waker.h"
 
 namespace tims {
 
@@ -27,7 +27,8 @@ MailboxCore::MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<O
       address_(segment_->mailboxes[index].address),
       priority_(options.priority),
       linger_(options.linger),
-      event_fd_(segment_->mailboxes[index].event_fd.get()),
+      event_fd_(segment_->mailboxes[index].wake.woken.get()),
+      waker_(segment_->mailboxes[index].wake.waker.get()),
       receiver_(view_of(*segment_, index)) {}
 
 void MailboxCore::close() {
@@ -38,7 +39,7 @@ void MailboxCore::close() {
 }
 
 void MailboxCore::wake_own_readers() {
-  if (event_fd_ >= 0) os::signal_event_fd(event_fd_);
+  if (event_fd_ >= 0) os::wake(waker_);
   os::futex_clear_and_wake(*receiver_.view().header().sleep.raw());
 }
 
@@ -74,20 +75,20 @@ void MailboxCore::sleep(Time deadline) {
       pollfd wait{event_fd_, POLLIN, 0};
       const timespec rest = os::to_timespec(Time(deadline - os::now()));
       ::ppoll(&wait, 1, deadline == kNever ? nullptr : &rest, nullptr);
-      os::drain_event_fd(event_fd_);
+      os::drain_wakes(event_fd_);
     }
   }
   receiver_.disarm();
 }
 
-// The caller goes back to its event loop: the next message must make the eventfd readable.
+// The caller goes back to its event loop: the next message must make the descriptor readable.
 Result<shm::Taken> MailboxCore::arm_event_fd() {
-  os::drain_event_fd(event_fd_);
+  os::drain_wakes(event_fd_);
   receiver_.arm();
   if (receiver_.nothing_came()) return Errc::kEmpty;
   receiver_.disarm();
   if (auto taken = receiver_.take()) return *taken;
-  os::signal_event_fd(event_fd_);  // a hint without a message; look again at once
+  os::wake(waker_);  // a hint without a message; look again at once
   return Errc::kEmpty;
 }
 

@@ -52,7 +52,8 @@ class MailboxCore {
   const Address address_;
   const std::uint8_t priority_;
   const Duration linger_;
-  const int event_fd_;
+  const int event_fd_;  // -1: a futex wakes
+  const int waker_;
   std::atomic<bool> closed_ = false;
 
   std::timed_mutex seat_;  // held by the one thread that takes or sleeps

@@ -46,7 +46,7 @@ struct Target {
   shm::Sender sender;
   PeerSegment& segment;
   bool uplink = false;
-  os::File event_fd;
+  os::File waker;  // an uplink's is its doorbell; none: a futex
   // The router connection that last confirmed it.
   std::atomic<std::uint64_t> confirmed = 0;
 };

@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
 #include "os/futex.h"
 #include "os/unix_socket.h"
 #include "shm/checked_view.h"
@@ -29,7 +28,7 @@ SessionOptions with_defaults(SessionOptions options) {
 std::size_t place(std::span<const MailboxOptions> options, OwnSegment& segment) {
   std::size_t at = 0;
   for (const MailboxOptions& o : options) {
-    segment.mailboxes.push_back({.address = o.address, .offset = at, .event_fd = {}});
+    segment.mailboxes.push_back({.address = o.address, .offset = at, .wake = {}});
     const auto bytes = shm::Geometry::of(o.slots, o.body_max + kHeaderSize).bytes;
     at += (bytes + shm::kMailboxAlign - 1) / shm::kMailboxAlign * shm::kMailboxAlign;
   }
@@ -60,15 +59,15 @@ Result<std::shared_ptr<OwnSegment>> make_segment(std::span<const MailboxOptions>
     const MailboxOptions& o = options[i];
     OwnSegment::Mailbox& mailbox = segment->mailboxes[i];
     if (o.event_fd) {
-      auto event = os::make_event_fd();
-      if (!event) return event.error();
-      mailbox.event_fd = std::move(*event);
+      auto wake = os::make_wake_pair();
+      if (!wake) return wake.error();
+      mailbox.wake = std::move(*wake);
     }
     shm::MailboxView::create(segment->mapping.bytes(), mailbox.offset,
                              {.address = o.address,
                               .slots = o.slots,
                               .message_max = o.body_max + static_cast<std::uint32_t>(kHeaderSize),
-                              .wake = o.event_fd ? shm::WakeKind::kEventFd : shm::WakeKind::kFutex,
+                              .wake = o.event_fd ? shm::WakeKind::kSocket : shm::WakeKind::kFutex,
                               .owner_pid = static_cast<std::uint32_t>(::getpid())});
   }
   return segment;
@@ -86,9 +85,10 @@ std::vector<Batch> batches(const OwnSegment& segment) {
     if (all.empty() || all.back().open.entries.size() == wire::kBatchMax ||
         all.back().files.size() == os::kRecordFilesMax)
       all.emplace_back();
-    const bool event = static_cast<bool>(mailbox.event_fd);
-    all.back().open.entries.push_back({mailbox.address, {segment.id, mailbox.offset}, event});
-    if (event) all.back().files.push_back(mailbox.event_fd.get());
+    const os::File& waker = mailbox.wake.waker;
+    const bool given = static_cast<bool>(waker);
+    all.back().open.entries.push_back({mailbox.address, {segment.id, mailbox.offset}, given});
+    if (given) all.back().files.push_back(waker.get());
   }
   return all;
 }

@@ -12,6 +12,7 @@
 #include "client/route.h"
 #include "client/router_link.h"
 #include "os/mapping.h"
+#include "os/waker.h"
 #include "tims/session.h"
 
 namespace tims {
@@ -21,7 +22,7 @@ struct OwnSegment {
   struct Mailbox {
     Address address;
     std::uint64_t offset = 0;
-    os::File event_fd;
+    os::WakePair wake;  // none: a futex
     bool open = true;
   };
   std::uint64_t id = 0;

@@ -6,6 +6,7 @@
 #include "os/clock.h"
 #include "os/event_fd.h"
 #include "os/futex.h"
+#include "os/waker.h"
 
 namespace tims {
 
@@ -81,7 +82,7 @@ Result<Target*> SessionCore::install(Route& route, Answer& answer) {
 }
 
 Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answer) {
-  const std::size_t files = found.has_event_fd ? 2 : 1;
+  const std::size_t files = found.has_waker ? 2 : 1;
   if (answer.files.size() != files) return Error(Errc::kVersion, "a descriptor is missing");
   auto segment = peer_segment(answer.files[0]);
   if (!segment) return segment.error();
@@ -89,7 +90,7 @@ Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answ
   if (!view) return view.error();
   segment.value()->use(found.place.offset);
   targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, **segment));
-  if (found.has_event_fd) targets_.back()->event_fd = std::move(answer.files[1]);
+  if (found.has_waker) targets_.back()->waker = std::move(answer.files[1]);
   return targets_.back().get();
 }
 
@@ -117,7 +118,7 @@ Result<Target*> SessionCore::uplink() {
   segment.value()->use(granted->place.offset);
   targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, **segment));
   targets_.back()->uplink = true;
-  targets_.back()->event_fd = std::move(answer.files[1]);
+  targets_.back()->waker = std::move(answer.files[1]);
   uplink_.store(targets_.back().get(), std::memory_order_release);
   return targets_.back().get();
 }
@@ -128,18 +129,13 @@ void SessionCore::retire(Target& target) {
 }
 
 // Every kind wakes first and clears the sign after it, or both at once: a sender that dies in
-// between leaves the owner woken, or the sign standing for the next sender.
+// between leaves the owner woken, or the sign standing for the next sender. Which kind it is says
+// the router, not the memory, which the owner can change: a waker is checked, a doorbell is the
+// router's own.
 void SessionCore::wake_sleeper(Target& target, std::uint32_t sleep) {
   shm::Word32& word = target.sender.view().header().sleep;
-  switch (target.sender.view().wake()) {
-    case shm::WakeKind::kFutex:
-      os::futex_clear_and_wake(*word.raw());
-      return;
-    case shm::WakeKind::kEventFd:
-    case shm::WakeKind::kDoorbell:
-      os::signal_event_fd(target.event_fd.get());
-      break;
-  }
+  if (!target.waker) return os::futex_clear_and_wake(*word.raw());
+  target.uplink ? os::signal_event_fd(target.waker.get()) : os::wake(target.waker.get());
   word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
 }
 

@@ -59,6 +59,10 @@ tims::Envelope envelope_of(const tims_header& h) {
           .body_order = static_cast<std::uint8_t>(h.flags & TIMS_BODY_LITTLE_ENDIAN)};
 }
 
+tims::AddressWidths widths_of(const tims_session* session) {
+  return session == nullptr ? tims::AddressWidths() : session->session.address_widths();
+}
+
 void give_header(const Header& from, tims_header* to) {
   if (to != nullptr)
     *to = {from.dest.raw(), from.src.raw(), from.length, from.flags,
@@ -149,8 +153,8 @@ void tims_release(tims_guard* guard) { delete guard; }
 
 int64_t tims_clean(tims_mailbox* mailbox) { return static_cast<int64_t>(mailbox->mailbox.clean()); }
 
-int tims_parse_address(const char* text, uint32_t* address) {
-  const auto parsed = Address::parse(text);
+int tims_parse_address(const tims_session* session, const char* text, uint32_t* address) {
+  const auto parsed = Address::parse(text, widths_of(session));
   if (!parsed) {
     std::string problem(text);
     problem += " is no address; write Ladar(3/0) or 0x03140000";
@@ -160,8 +164,9 @@ int tims_parse_address(const char* text, uint32_t* address) {
   return 0;
 }
 
-size_t tims_format_address(uint32_t address, char* buffer, size_t size) {
-  const std::string text = Address(address).to_string();
+size_t tims_format_address(const tims_session* session, uint32_t address, char* buffer,
+                           size_t size) {
+  const std::string text = Address(address).to_string(widths_of(session));
   if (size > 0) {
     const size_t n = std::min(size - 1, text.size());
     std::memcpy(buffer, text.data(), n);

@@ -90,8 +90,9 @@ void tims_disconnect(tims_session* session);
 tims_mailbox* tims_open(tims_session* session, const struct tims_mailbox_options* options);
 /* Senders learn it with their next message. */
 void tims_close(tims_mailbox* mailbox);
-/* For an event loop: readable when a message has come. Receive with timeout 0 until TIMS_EEMPTY
- * after each wake-up: that arms it again. -1 without the option. */
+/* For an event loop: a descriptor to poll, and for nothing else, which is readable when a message
+ * has come. Receive with timeout 0 until TIMS_EEMPTY after each wake-up: that arms it again. -1
+ * without the option. */
 int tims_event_fd(const tims_mailbox* mailbox);
 
 /* Sends header->dest, type, priority, seq_nr, flags; src and length are filled in. Never blocks. */
@@ -116,10 +117,15 @@ void tims_release(tims_guard* guard);
 /* Throws away every waiting message; returns how many. */
 int64_t tims_clean(tims_mailbox* mailbox);
 
-/* "Ladar(3/0)" or "0x03140000"; 0 or TIMS_EINVALID. */
-int tims_parse_address(const char* text, uint32_t* address);
+/* An address is a number of four fields: system, class, instance, local. How many bits each has is
+ * the same in a whole fleet (address.widths of its routers): a session knows it from its router.
+ * session NULL, as long as there is none: 8 bits each, as in fleets that say nothing else. */
+
+/* "Ladar(3/0)", "Ladar(3/0):2" or "0x03140002"; 0 or TIMS_EINVALID. */
+int tims_parse_address(const tims_session* session, const char* text, uint32_t* address);
 /* Writes at most size bytes, NUL included; returns the length without NUL. */
-size_t tims_format_address(uint32_t address, char* buffer, size_t size);
+size_t tims_format_address(const tims_session* session, uint32_t address, char* buffer,
+                           size_t size);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,5 @@
-// An eventfd: a wake-up that an event loop can wait for.
+// An eventfd: a wake-up that an event loop can wait for. Between programs: waker.h, unless who made
+// it is trusted by all.
 #pragma once
 
 #include <cstdint>

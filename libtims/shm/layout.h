@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kRingSpare = TIMS_RING_SPARE;
 // How a sender wakes the owner.
 enum class WakeKind : std::uint32_t {
   kFutex,     // on MailboxHeader::sleep
-  kEventFd,   // the owner's eventfd
+  kSocket,    // a socket of the owner's (os/waker.h)
   kDoorbell,  // an eventfd that came with it: the mailbox is a client's uplink to the router
 };
 

@@ -47,7 +47,7 @@ template <>
 inline constexpr auto kFields<OfferSegment> = std::tuple(&OfferSegment::segment);
 template <>
 inline constexpr auto kFields<OpenEntry> =
-    std::tuple(&OpenEntry::address, &OpenEntry::place, &OpenEntry::has_event_fd);
+    std::tuple(&OpenEntry::address, &OpenEntry::place, &OpenEntry::has_waker);
 template <>
 inline constexpr auto kFields<Open> = std::tuple(&Open::entries);
 template <>
@@ -61,7 +61,7 @@ template <>
 inline constexpr auto kFields<Lookup> = std::tuple(&Lookup::addresses);
 template <>
 inline constexpr auto kFields<Found> =
-    std::tuple(&Found::address, &Found::local, &Found::place, &Found::has_event_fd);
+    std::tuple(&Found::address, &Found::local, &Found::place, &Found::has_waker);
 template <>
 inline constexpr auto kFields<Uplink> = std::tuple(&Uplink::place);
 template <>

@@ -5,12 +5,12 @@
 //     Hello                            ->
 //                                      <-    Welcome | Refused
 //     OfferSegment  + memfd            ->                        (no answer)
-//     Open[...] (+ eventfd)            ->
+//     Open[...] (+ wakers)             ->
 //                                      <-    Opened[...]
 //     Close[...]                       ->
 //                                      <-    Closed
 //     Lookup[...]                      ->
-//                                      <-    Found (+ memfd, eventfd)     one for each address
+//                                      <-    Found (+ memfd, waker)       one for each address
 //     UplinkRequest                    ->
 //                                      <-    Uplink + memfd, eventfd
 //                                      <-    Moved                (look this address up again)
@@ -32,7 +32,7 @@
 namespace tims::wire {
 
 inline constexpr std::uint32_t kLocalMagic = 0x534D4954;  // "TIMS"
-inline constexpr std::uint16_t kLocalVersion = 2;
+inline constexpr std::uint16_t kLocalVersion = 3;
 inline constexpr std::size_t kRecordBytesMax = 64 << 10;
 inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close or Lookup
 inline constexpr std::size_t kNameMax = 31;
@@ -68,7 +68,7 @@ struct OfferSegment {
 struct OpenEntry {
   Address address = {};
   Place place = {};
-  bool has_event_fd = false;  // then the eventfds come beside the record, in order
+  bool has_waker = false;  // then the wakers (os/waker.h) come beside the record, in order
 };
 struct Open {
   std::vector<OpenEntry> entries;
@@ -93,7 +93,7 @@ struct Found {
   Address address = {};
   bool local = false;  // false: send through the uplink
   Place place = {};    // segment ids here are the router's, unique on this host
-  bool has_event_fd = false;
+  bool has_waker = false;
 };
 struct UplinkRequest {};
 struct Uplink {

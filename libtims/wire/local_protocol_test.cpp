@@ -86,10 +86,10 @@ TEST(LocalProtocol, OpeningAndClosing) {
   ASSERT_EQ(open.entries.size(), 2U);
   EXPECT_EQ(open.entries[0].address, Address(1));
   EXPECT_EQ(open.entries[0].place, (Place{2, 3}));
-  EXPECT_TRUE(open.entries[0].has_event_fd);
+  EXPECT_TRUE(open.entries[0].has_waker);
   EXPECT_EQ(open.entries[1].address, Address(4));
   EXPECT_EQ(open.entries[1].place, (Place{5, 6}));
-  EXPECT_FALSE(open.entries[1].has_event_fd);
+  EXPECT_FALSE(open.entries[1].has_waker);
   const auto opened = round_trip(Opened{{{Address(7), OpenStatus::kTooMany}}, "pid 9 (laser)"});
   ASSERT_EQ(opened.entries.size(), 1U);
   EXPECT_EQ(opened.entries[0].address, Address(7));
@@ -105,7 +105,7 @@ TEST(LocalProtocol, LookingUp) {
   EXPECT_EQ(found.address, Address(4));
   EXPECT_TRUE(found.local);
   EXPECT_EQ(found.place, (Place{5, 6}));
-  EXPECT_FALSE(found.has_event_fd);
+  EXPECT_FALSE(found.has_waker);
   EXPECT_EQ(round_trip(Uplink{{7, 8}}).place, (Place{7, 8}));
   EXPECT_EQ(round_trip(Moved{Address(9)}).address, Address(9));
 }

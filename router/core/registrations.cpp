@@ -1,44 +1,54 @@
 #include "router/core/registrations.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace tims::core {
 namespace {
 
+bool is_link(const Client& owner) { return owner.info.port == PortKind::kLink; }
+
 // Mailboxes above and beside us are not ours to tell of.
 bool is_below(const Client& owner) {
-  return owner.info.port != PortKind::kLink || owner.info.link.kind == LinkKind::kSub;
+  return !is_link(owner) || owner.info.link.kind == LinkKind::kSub;
 }
 
 }  // namespace
 
 Origin Registrations::origin(const Client& owner, const Table::Entry& entry) const {
-  return owner.info.port == PortKind::kLink ? origins_.at(entry.handle) : here_;
-}
-
-void Registrations::told(const Client& owner, Address address, std::uint32_t handle, bool added) {
-  const bool link = owner.info.port == PortKind::kLink;
-  if (is_below(owner)) {
-    const Origin& origin = link ? origins_.at(handle) : here_;
-    added ? below_.added(address, origin) : below_.removed(address, origin);
-  }
-  if (link && !added) origins_.release(handle);
+  return is_link(owner) ? origins_.at(entry.handle) : here_;
 }
 
 void Registrations::add(Time now, Client& owner, Address address, std::uint32_t handle) {
+  assert(!is_link(owner));
+  insert(now, owner, address, handle);
+  below_.added(address, here_);
+}
+
+void Registrations::add(Time now, Client& link, Address address, const Origin& origin) {
+  assert(is_link(link));
+  insert(now, link, address, origins_.hold(origin));
+  if (is_below(link)) below_.added(address, origin);
+}
+
+void Registrations::withdraw(const Client& owner, const Table::Entry& entry) {
+  if (is_below(owner)) below_.removed(entry.address, origin(owner, entry));
+  if (is_link(owner)) origins_.release(entry.handle);
+}
+
+void Registrations::insert(Time now, Client& owner, Address address, std::uint32_t number) {
   const auto since = std::chrono::floor<std::chrono::seconds>(now.time_since_epoch());
   table_.insert({.address = address,
                  .owner = owner.id,
-                 .handle = handle,
+                 .handle = number,
                  .position = static_cast<std::uint32_t>(owner.mailboxes.size())});
   owner.mailboxes.push_back(
       {.address = address, .registered_s = static_cast<std::uint32_t>(since.count())});
-  told(owner, address, handle, true);
 }
 
 void Registrations::remove(Client& owner, Address address) {
   const Table::Entry* entry = table_.find(address);
-  told(owner, address, entry->handle, false);
+  withdraw(owner, *entry);
   // The last of the list takes the place of the one that goes.
   const std::uint32_t position = entry->position;
   table_.erase(entry);
@@ -53,7 +63,7 @@ Address Registrations::remove_last(Client& owner) {
   const Address address = owner.mailboxes.back().address;
   owner.mailboxes.pop_back();
   const Table::Entry* entry = table_.find(address);
-  told(owner, address, entry->handle, false);
+  withdraw(owner, *entry);
   table_.erase(entry);
   return address;
 }

@@ -29,8 +29,10 @@ class Registrations {
   [[nodiscard]] const Below& below() const { return below_; }
   Below& below() { return below_; }
 
-  // Nobody owns the address. `handle` of a link's mailbox: hold_origin().
+  // Nobody owns the address. A client's mailbox, with its port's number for it; or one behind a
+  // link, with the router it lives at.
   void add(Time now, Client& owner, Address address, std::uint32_t handle);
+  void add(Time now, Client& link, Address address, const Origin& origin);
   // It is one of the owner's.
   void remove(Client& owner, Address address);
   // The owner's last one; it has at least one. All of them go in time proportional to their number.
@@ -38,8 +40,6 @@ class Registrations {
 
   // Where a mailbox lives; `here` for those of this host.
   [[nodiscard]] Origin origin(const Client& owner, const Table::Entry& entry) const;
-  [[nodiscard]] std::uint32_t hold_origin(const Origin& origin) { return origins_.hold(origin); }
-  void release_origin(std::uint32_t number) { origins_.release(number); }
   void set_here(const Origin& here) { here_ = here; }
   [[nodiscard]] const Origin& here() const { return here_; }
 
@@ -57,7 +57,8 @@ class Registrations {
   [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
 
  private:
-  void told(const Client& owner, Address address, std::uint32_t handle, bool added);
+  void insert(Time now, Client& owner, Address address, std::uint32_t number);
+  void withdraw(const Client& owner, const Table::Entry& entry);
 
   Table table_;
   Origins origins_;

@@ -36,6 +36,21 @@ TEST_F(RegistrationsTest, RememberWhenAMailboxCame) {
   EXPECT_EQ(registrations_.find(Address(3))->handle, 4U);
 }
 
+TEST_F(RegistrationsTest, OfALinkTheyRememberTheRouterTheyLiveAt) {
+  Client client{.id = {1}};
+  Client link{.id = {2}, .info = {.port = PortKind::kLink, .link = {.kind = LinkKind::kSub}}};
+  const Origin far{.router = Address(0x01000100), .epoch = 5, .hops = 2};
+  registrations_.add(Time{}, client, Address(3), 4);
+  registrations_.add(Time{}, link, Address(6), far);
+  EXPECT_EQ(registrations_.origin(client, *registrations_.find(Address(3))), registrations_.here());
+  EXPECT_EQ(registrations_.origin(link, *registrations_.find(Address(6))), far);
+  EXPECT_EQ(registrations_.below().size(), 2U);
+  registrations_.remove(link, Address(6));
+  registrations_.remove_last(client);
+  EXPECT_EQ(registrations_.below().size(), 0U);
+  EXPECT_EQ(registrations_.below().hash(), 0U) << "what was added is what was removed";
+}
+
 TEST_F(RegistrationsTest, TableAndListsStayInStep) {
   std::mt19937 generator(3);
   const auto random = [&] { return static_cast<std::uint32_t>(generator()); };

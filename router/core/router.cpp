@@ -88,7 +88,8 @@ Registration Router::register_mailbox(Time now, ClientId id, Address address,
                                       std::uint32_t handle) {
   using Status = Registration::Status;
   Client* client = clients_.find(id);
-  if (client == nullptr) return {Status::kNoSuchClient, kNoClient};
+  if (client == nullptr || client->info.port == PortKind::kLink)
+    return {Status::kNoSuchClient, kNoClient};
   Registration result;
   if (const Table::Entry* entry = find(address)) {
     result = {Status::kAddressInUse, entry->owner};

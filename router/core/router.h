@@ -67,6 +67,7 @@ class Router {
   // Withdraws its mailboxes. Nothing happens when the router has given the client up itself.
   void disconnect(Time now, ClientId id, CloseReason reason);
 
+  // Of a client of this host. What links announce: learn().
   Registration register_mailbox(Time now, ClientId id, Address address, std::uint32_t handle = 0);
   Removal remove_mailbox(Time now, ClientId by, Address address);
   void purge(Time now, ClientId id);  // all mailboxes of the client

@@ -123,7 +123,7 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   }
   const Table::Entry* entry = find(address);
   if (entry == nullptr && address != settings_.address) {
-    registrations_.add(now, *from, address, registrations_.hold_origin(origin));
+    registrations_.add(now, *from, address, origin);
     happened({.at = now,
               .kind = EventKind::kRegistered,
               .address = address,

@@ -83,6 +83,8 @@ TEST_F(RouterLinksTest, ALinkCommandsNothing) {
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   EXPECT_EQ(send_command(sub, command::kMailboxInitWithReply, kLadar.raw()),
             Outcome::kMalformedCommand);
+  EXPECT_EQ(router_.register_mailbox(now_, sub, kLadar, 7).status,
+            Registration::Status::kNoSuchClient);
   EXPECT_EQ(owner(kLadar.raw()), kNoClient);
   EXPECT_TRUE(sink_.replies.empty());
 }

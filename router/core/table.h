@@ -30,7 +30,7 @@ class Table {
   struct Entry {
     Address address;
     ClientId owner;              // kNoClient: this entry is empty
-    std::uint32_t handle = 0;    // the port's number for the mailbox
+    std::uint32_t handle = 0;    // the port's number for the mailbox; of a link's, of its origin
     std::uint32_t position = 0;  // in the owner's list
   };
   static_assert(sizeof(Entry) == 16);

@@ -10,6 +10,7 @@
 
 #include "os/bind.h"
 #include "os/clock.h"
+#include "router/io/describe.h"
 
 namespace tims::io {
 namespace {
@@ -79,9 +80,7 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   ::setsockopt(file.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   const os::Bound bound = os::bind_even_early(file.get(), address.get(), address.size);
   if (bound == os::Bound::kNo) return cannot_listen(where);
-  if (bound == os::Bound::kAddressNotHereYet)
-    log_.warning("tcp " + where.to_string() +
-                 ": this host has no such address yet; waiting for it");
+  if (bound == os::Bound::kAddressNotHereYet) log_.warning(waits_for_address("tcp", where));
   if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
   ::getsockname(file.get(), address.get(), &address.size);
   file_ = std::move(file);

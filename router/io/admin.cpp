@@ -329,25 +329,21 @@ json::object Answerer::ping() const {
 
 // --- links
 
-// Slots of links as text are what pages go on with.
+// What a page goes on with is the slot of the first link that had no room.
 template <typename Item>
 void fill_page(json::object& out, const link::Links* links, const Question& question, Page& page,
                Item item) {
-  std::uint32_t after = 0;
-  const bool goes_on = !question.after.empty();
-  std::from_chars(question.after.data(), question.after.data() + question.after.size(), after);
+  std::uint32_t first = 0;
+  std::from_chars(question.after.data(), question.after.data() + question.after.size(), first);
   bool full = false;
   if (links == nullptr) return;
   links->for_each([&](const link::Link& link) {
-    if (full || (goes_on && link.slot() <= after)) return;
+    if (full || link.slot() < first) return;
     if (!question.link.empty() && link.peer().name.view() != question.link &&
         link.settings().to != question.link)
       return;
     full = page.size() == question.limit || !page.add(item(link));
-    if (full)
-      out["next"] = std::to_string(after);
-    else
-      after = link.slot();
+    if (full) out["next"] = std::to_string(link.slot());
   });
 }
 

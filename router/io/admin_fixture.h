@@ -24,7 +24,7 @@ class QuietSink final : public core::Sink {
 
 // The router Tims(3/1) at second 100; clients "laser" (local, Ladar(3/0)) and 127.0.0.1:50000
 // (TCP, Pilot(3/0)).
-class AdminFixture final : public AdminSource {
+class AdminFixture : public AdminSource {
  public:
   AdminFixture() {
     config_.router.name = "lab";

@@ -69,7 +69,7 @@ class ClientPort final : public Port {
   bool offer(LocalClient& client, const wire::OfferSegment& offer, std::vector<os::File>& files);
   bool open(LocalClient& client, std::uint32_t request, const wire::Open& open,
             std::vector<os::File>& files);
-  wire::OpenStatus open_one(LocalClient& client, const wire::OpenEntry& entry, os::File event_fd,
+  wire::OpenStatus open_one(LocalClient& client, const wire::OpenEntry& entry, os::File waker,
                             std::string& text);
   void close_mailbox(LocalClient& client, Address address);
   bool close_mailboxes(LocalClient& client, std::uint32_t request, const wire::Close& close);

@@ -86,10 +86,10 @@ bool ClientPort::open(LocalClient& client, std::uint32_t request, const wire::Op
   std::size_t done = 0;
   for (; ok && done < open.entries.size(); ++done) {
     const wire::OpenEntry& entry = open.entries[done];
-    os::File event_fd;
-    if (entry.has_event_fd && file == files.end()) return false;
-    if (entry.has_event_fd) event_fd = std::move(*file++);
-    opened.entries[done].status = open_one(client, entry, std::move(event_fd), opened.text);
+    os::File waker;
+    if (entry.has_waker && file == files.end()) return false;
+    if (entry.has_waker) waker = std::move(*file++);
+    opened.entries[done].status = open_one(client, entry, std::move(waker), opened.text);
     ok = opened.entries[done].status == wire::OpenStatus::kOk;
   }
   if (!ok) {
@@ -102,14 +102,14 @@ bool ClientPort::open(LocalClient& client, std::uint32_t request, const wire::Op
 }
 
 wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry& entry,
-                                      os::File event_fd, std::string& text) {
+                                      os::File waker, std::string& text) {
   const auto offered = client.offered.find(entry.place.segment);
   if (offered == client.offered.end()) {
     text = "no such segment was offered";
     return wire::OpenStatus::kBadPlace;
   }
-  auto handle = segments_.add_mailbox(offered->second, entry.place.offset, entry.address,
-                                      std::move(event_fd));
+  auto handle =
+      segments_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
   if (!handle) {
     text = entry.address.to_string(router_.settings().widths) + ": " + handle.error().message();
     return wire::OpenStatus::kBadPlace;
@@ -162,13 +162,13 @@ bool ClientPort::found(LocalClient& client, std::uint32_t request, Address addre
     return send(client, request, wire::Found{address, false, {}, false});
   const LocalSegments::Mailbox& mailbox = segments_.mailbox(entry->handle);
   std::vector<int> files{segments_.memfd(mailbox.segment).get()};
-  if (mailbox.event_fd) files.push_back(mailbox.event_fd.get());
+  if (mailbox.waker) files.push_back(mailbox.waker.get());
   client.known.insert(mailbox.segment);
   return send(client, request,
               wire::Found{.address = address,
                           .local = true,
                           .place = {mailbox.segment, mailbox.offset},
-                          .has_event_fd = static_cast<bool>(mailbox.event_fd)},
+                          .has_waker = static_cast<bool>(mailbox.waker)},
               files);
 }
 

@@ -1,12 +1,14 @@
-// A client in words: "pid 4711 (laser)", "127.0.0.1:40312".
+// What several ports say in the same words.
 #pragma once
 
 #include <string>
 
+#include "router/config/config.h"
 #include "router/core/event.h"
 
 namespace tims::io {
 
+// A client: "pid 4711 (laser)", "127.0.0.1:40312".
 inline std::string describe(const core::Party& party) {
   if (!party.id) return "the router itself";
   std::string text;
@@ -14,6 +16,12 @@ inline std::string describe(const core::Party& party) {
   if (!party.peer.empty()) text.append(text.empty() ? "" : " ").append(party.peer.view());
   if (!party.name.empty()) text.append(" (").append(party.name.view()).append(")");
   return text;
+}
+
+// Of a socket that was bound early (os/bind.h).
+inline std::string waits_for_address(const char* protocol, const config::Endpoint& where) {
+  return std::string(protocol) + " " + where.to_string() +
+         ": this host has no such address yet; waiting for it";
 }
 
 }  // namespace tims::io

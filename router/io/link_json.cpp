@@ -11,6 +11,10 @@ json::value text_or_null(std::string_view text) {
   return text.empty() ? json::value() : json::value(as_utf8(text));
 }
 
+json::value where_or_null(const link::NetAddress& address) {
+  return address ? json::value(address.to_string()) : json::value();
+}
+
 json::object identity_json(const link::Identity& who) {
   return {{"name", text_or_null(who.name.view())},
           {"role", core::name(who.role)},
@@ -76,8 +80,7 @@ json::object link_json(const link::Links& links, const link::Link& link, const c
   out["connects"] = link.settings().connects;
   out["active"] = &link == links.uplink();
   out["path"] = "udp";
-  out["peer_address"] =
-      text_or_null(link.address() ? link.address().to_string() : link.target().to_string());
+  out["peer_address"] = where_or_null(link.address() ? link.address() : link.target());
   out["refusal"] = text_or_null(link.refusal().view());
   out["heard_s"] =
       link.heard() == Time() ? json::value() : json::value(seconds(now - link.heard()));

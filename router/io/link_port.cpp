@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "os/clock.h"
+#include "router/io/describe.h"
 
 namespace tims::io {
 namespace {
@@ -48,9 +49,7 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   auto socket = UdpSocket::open(where);
   if (!socket) return socket.error();
   socket_ = std::move(*socket);
-  if (socket_->is_early())
-    log_.warning("udp " + where.to_string() +
-                 ": this host has no such address yet; waiting for it");
+  if (socket_->is_early()) log_.warning(waits_for_address("udp", where));
   const std::uint32_t asked = socket_->asked_buffer_bytes();
   if (socket_->receive_buffer_bytes() < asked || socket_->send_buffer_bytes() < asked) {
     log_.info(fmt::format(

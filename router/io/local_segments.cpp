@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "os/event_fd.h"
 #include "os/futex.h"
+#include "os/waker.h"
 #include "shm/reclaim.h"
 
 namespace tims::io {
@@ -19,7 +19,7 @@ void LocalSegments::drop_if_empty(SegmentId id) {
 }
 
 Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint64_t offset,
-                                                         Address address, os::File event_fd) {
+                                                         Address address, os::File waker) {
   const auto found = segments_.find(id);
   if (found == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
   Segment& segment = found->second;
@@ -31,9 +31,12 @@ Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint
   auto view = shm::MailboxView::open(segment.mapping.bytes(), offset);
   if (!view) return view.error();
   if (view->address() != address) return Error(Errc::kBadLayout, "another address in the layout");
-  if ((view->wake() == shm::WakeKind::kEventFd) != static_cast<bool>(event_fd) ||
+  if ((view->wake() == shm::WakeKind::kSocket) != static_cast<bool>(waker) ||
       view->wake() == shm::WakeKind::kDoorbell)
     return Error(Errc::kBadLayout, "the kind of waking does not fit");
+  // For everybody who will send to it.
+  if (waker && !os::is_waker(waker.get()))
+    return Error(Errc::kBadLayout, "what wakes its owner is no Unix datagram socket");
   Handle handle = static_cast<Handle>(mailboxes_.size());
   if (free_.empty()) {
     mailboxes_.emplace_back();
@@ -42,7 +45,7 @@ Result<LocalSegments::Handle> LocalSegments::add_mailbox(SegmentId id, std::uint
     free_.pop_back();
   }
   auto sender = std::make_unique<shm::Sender>(*view, kRouterWriter);
-  mailboxes_[handle] = {id, offset, address, std::move(sender), std::move(event_fd)};
+  mailboxes_[handle] = {id, offset, address, std::move(sender), std::move(waker)};
   segment.mailboxes.push_back(handle);
   return handle;
 }
@@ -83,8 +86,8 @@ void LocalSegments::wake(Mailbox& mailbox) {
   const std::uint32_t sleep = mailbox.sender->sleeper();
   if (sleep == 0) return;
   shm::Word32& word = mailbox.sender->view().header().sleep;
-  if (mailbox.event_fd) {
-    os::signal_event_fd(mailbox.event_fd.get());
+  if (mailbox.waker) {
+    os::wake(mailbox.waker.get());
     word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
   } else {
     os::futex_clear_and_wake(*word.raw());

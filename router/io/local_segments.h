@@ -32,8 +32,7 @@ class LocalSegments {
   [[nodiscard]] bool knows(SegmentId id) const { return segments_.contains(id); }
 
   // Maps the segment when that has not happened yet, and checks the mailbox's layout.
-  Result<Handle> add_mailbox(SegmentId id, std::uint64_t offset, Address address,
-                             os::File event_fd);
+  Result<Handle> add_mailbox(SegmentId id, std::uint64_t offset, Address address, os::File waker);
   // Senders learn that it is gone; its segment goes with the last mailbox.
   void remove_mailbox(Handle handle);
   // Undoes add_mailbox() for one that was not registered; its memory stays as it is.
@@ -44,7 +43,7 @@ class LocalSegments {
     std::uint64_t offset = 0;
     Address address;
     std::unique_ptr<shm::Sender> sender;
-    os::File event_fd;
+    os::File waker;  // none: a futex
   };
   [[nodiscard]] Mailbox& mailbox(Handle handle) { return mailboxes_[handle]; }
   // Null when the handle is no mailbox's (any more).

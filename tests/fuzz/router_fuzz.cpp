@@ -104,8 +104,8 @@ class Play {
   }
   // Local clients' mailboxes, and those of others: a link announces its own.
   void register_mailbox(ClientId id, Address address, std::uint32_t handle) {
-    if (is_link(id)) return;
-    fuzz::use(router_.register_mailbox(now_, id, address, handle));
+    const Registration result = router_.register_mailbox(now_, id, address, handle);
+    fuzz::require(!is_link(id) || result.status == Registration::Status::kNoSuchClient);
   }
   [[nodiscard]] bool is_link(ClientId id) const {
     const Client* client = router_.client(id);

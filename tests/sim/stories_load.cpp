@@ -106,57 +106,38 @@ TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
 
 // Memory for two large messages at a time, and three are on their way.
 TEST(Load, WhatThereIsNoMemoryForComesAgain) {
-  World w(8);
-  Node& base = w.add({.name = "base",
-                      .role = core::Role::kTop,
-                      .links = {sub_link()},
-                      .block_bytes = 256U << 10,
-                      .message_bytes = 256U << 10,
-                      .message_max = 110'000});
-  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
-  w.set_faults({.loss = 0.02, .delay = 2ms});
-  for (Node* node : {&base, &robot}) node->start(w.now());
-  const auto gui = base.add_client(w.now(), "gui");
-  base.add_mailbox(w.now(), gui, kGui);
-  const auto ladar = robot.add_client(w.now(), "ladar");
-  robot.add_mailbox(w.now(), ladar, kLadar);
-  w.run_for(1s);
+  Story s(8, {.block_bytes = 256U << 10, .message_bytes = 256U << 10, .message_max = 110'000});
+  s.begin();
+  s.set_faults({.loss = 0.02, .delay = 2ms});
   for (int i = 0; i < 30; ++i) {
     const auto priority = static_cast<std::uint8_t>(i % 3 * 40);
-    robot.send(w.now(), ladar, {.type = -7, .priority = priority, .dest = kGui, .src = kLadar},
-               std::vector<std::byte>(100'000));
-    w.run_for(1ms);
+    s.robot->send(s.now(), s.ladar, {.type = -7, .priority = priority, .dest = kGui, .src = kLadar},
+                  std::vector<std::byte>(100'000));
+    s.run_for(1ms);
   }
-  EXPECT_TRUE(w.run_until([&] { return base.arrivals(gui).size() == 30; }, 10s));
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 30; }, 10s));
   std::uint64_t refused = 0;
-  base.links().for_each(
+  s.base->links().for_each(
       [&](const link::Link& l) { refused += l.session().counters().packets_refused; });
   EXPECT_GT(refused, 0U);
-  w.run_for(2s);
-  EXPECT_EQ(base.arrivals(gui).size(), 30U);
+  s.run_for(2s);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), 30U);
 }
 
 // A router says how large a message it takes.
 TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
-  World w(8);
-  Node& base =
-      w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .message_max = 2000});
-  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
-  for (Node* node : {&base, &robot}) node->start(w.now());
-  const auto gui = base.add_client(w.now(), "gui");
-  base.add_mailbox(w.now(), gui, kGui);
-  const auto ladar = robot.add_client(w.now(), "ladar");
-  robot.add_mailbox(w.now(), ladar, kLadar);
-  w.run_for(1s);
-  const Header command{.type = 3, .dest = kGui, .src = kLadar};
-  EXPECT_EQ(robot.send(w.now(), ladar, command, std::vector<std::byte>(2000 - kHeaderSize)),
-            core::Outcome::kDelivered);
-  EXPECT_EQ(robot.send(w.now(), ladar, command, std::vector<std::byte>(2001 - kHeaderSize)),
-            core::Outcome::kTooBig);
-  w.run_for(1s);
-  EXPECT_EQ(base.arrivals(gui).size(), 1U);
-  EXPECT_EQ(Story::not_available(robot, ladar), 1U);
-  EXPECT_EQ(Story::links_up(robot), 1U);
+  Story s(8, {.message_max = 2000});
+  s.begin();
+  const auto send = [&](std::size_t size) {
+    return s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar},
+                         std::vector<std::byte>(size - kHeaderSize));
+  };
+  EXPECT_EQ(send(2000), core::Outcome::kDelivered);
+  EXPECT_EQ(send(2001), core::Outcome::kTooBig);
+  s.run_for(1s);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), 1U);
+  EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
+  EXPECT_EQ(Story::links_up(*s.robot), 2U);
 }
 
 TEST(Load, WhatIsUrgentDoesNotGiveWay) {

@@ -20,8 +20,12 @@ inline constexpr Address kChassis{0x02110000};  // at the other robot
 inline constexpr Duration kKeepAlive = 300ms;
 
 struct Story : World {
-  explicit Story(std::uint64_t seed = 1) : World(seed) {
-    base = &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  // `base_setup`: what the base has little of, if anything.
+  explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {}) : World(seed) {
+    base_setup.name = "base";
+    base_setup.role = core::Role::kTop;
+    base_setup.links = {sub_link()};
+    base = &add(base_setup);
     robot = &add({.name = "robot",
                   .role = core::Role::kSystem,
                   .system = 1,

@@ -1,6 +1,7 @@
 // tims.h, used as a C program would.
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -13,6 +14,7 @@ namespace {
 
 class CApiTest : public testing::Test {
  protected:
+  explicit CApiTest(std::vector<std::string> settings = {}) : router_(std::move(settings)) {}
   void SetUp() override {
     ASSERT_TRUE(router_.start().ok());
     session_ = tims_connect(router_.socket_path().c_str(), "c-test", kPatience.count());
@@ -112,14 +114,32 @@ TEST_F(CApiTest, EventFd) {
 }
 
 TEST_F(CApiTest, Addresses) {
+  for (const tims_session* session : {session_, static_cast<tims_session*>(nullptr)}) {
+    std::uint32_t address = 0;
+    ASSERT_EQ(tims_parse_address(session, "Ladar(3/0)", &address), 0);
+    EXPECT_EQ(address, 0x03140000U);
+    EXPECT_EQ(tims_parse_address(session, "Ladar(3", &address), TIMS_EINVALID);
+    EXPECT_EQ(tims_parse_address(session, "Ladar(3/500)", &address), TIMS_EINVALID);
+    char text[8];
+    EXPECT_EQ(tims_format_address(session, 0x03140000, text, sizeof text), 10U);
+    EXPECT_STREQ(text, "Ladar(3");
+    EXPECT_EQ(tims_format_address(session, 0x03140000, nullptr, 0), 10U);
+  }
+}
+
+// A fleet with few robots and many components of a kind.
+struct CApiWidthsTest : CApiTest {
+  CApiWidthsTest() : CApiTest({"address.widths=6/8/10/8"}) {}
+};
+
+TEST_F(CApiWidthsTest, AddressesAreDividedAsTheFleetDividesThem) {
   std::uint32_t address = 0;
-  ASSERT_EQ(tims_parse_address("Ladar(3/0)", &address), 0);
-  EXPECT_EQ(address, 0x03140000U);
-  EXPECT_EQ(tims_parse_address("Ladar(3", &address), TIMS_EINVALID);
-  char text[8];
-  EXPECT_EQ(tims_format_address(0x03140000, text, sizeof text), 10U);
-  EXPECT_STREQ(text, "Ladar(3");
-  EXPECT_EQ(tims_format_address(0x03140000, nullptr, 0), 10U);
+  ASSERT_EQ(tims_parse_address(session_, "Ladar(3/500):2", &address), 0) << tims_error_text();
+  EXPECT_EQ(address, 3U << 26 | 0x14U << 18 | 500U << 8 | 2U);
+  char text[32];
+  tims_format_address(session_, address, text, sizeof text);
+  EXPECT_STREQ(text, "Ladar(3/500):2");
+  EXPECT_EQ(tims_parse_address(session_, "Ladar(64/0)", &address), TIMS_EINVALID);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "os/mapping.h"
 #include "os/unix_socket.h"
 #include "shm/checked_view.h"
+#include "shm/receiver.h"
 #include "shm/sender.h"
 #include "tests/support/eventually.h"
 #include "tests/support/router_process.h"
@@ -136,9 +137,10 @@ TEST_F(HostileClientTest, ARoutersOwnWords) {
 
 // Offers `memfd` and asks for a mailbox at `offset` of it; what the router says.
 std::optional<wire::OpenStatus> try_open(RawClient& client, const os::File& memfd,
-                                         std::uint64_t offset, Address address = Address(5)) {
+                                         std::uint64_t offset, const os::File& waker = {}) {
   client.send(wire::OfferSegment{1}, {memfd.get()});
-  client.send(wire::Open{{{address, {1, offset}, false}}});
+  const auto files = waker ? std::vector{waker.get()} : std::vector<int>{};
+  client.send(wire::Open{{{Address(5), {1, offset}, static_cast<bool>(waker)}}}, files);
   const auto answer = client.receive();
   if (!answer || !std::holds_alternative<wire::Opened>(*answer)) return std::nullopt;
   return std::get<wire::Opened>(*answer).entries.front().status;
@@ -187,6 +189,74 @@ TEST_F(HostileClientTest, AnOwnerThatScribblesOverItsMailboxHurtsOnlyItself) {
   ::fallocate(memfd.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0,
               static_cast<off_t>(bytes));
   ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
+}
+
+// Descriptors that take nothing more, and make whoever writes to them wait.
+struct Trap {
+  std::string kind;
+  os::File in;
+  os::File out;  // kept, so that somebody could read
+};
+Trap full(std::string kind, std::array<int, 2> ends) {
+  Trap trap{std::move(kind), os::File(ends[1]), os::File(ends[0])};
+  std::array<std::byte, 4096> much{};
+  ::fcntl(trap.in.get(), F_SETFL, O_NONBLOCK);
+  while (::write(trap.in.get(), much.data(), much.size()) > 0) {
+  }
+  while (::write(trap.in.get(), much.data(), 1) > 0) {
+  }
+  ::fcntl(trap.in.get(), F_SETFL, 0);
+  return trap;
+}
+std::vector<Trap> traps() {
+  std::vector<Trap> all;
+  os::File event(::eventfd(0, EFD_CLOEXEC));
+  ::eventfd_write(event.get(), ~eventfd_t{0} - 1);
+  all.push_back({"eventfd", std::move(event), {}});
+  std::array<int, 2> ends{};
+  for (const auto& [kind, type] :
+       {std::pair{"datagrams", SOCK_DGRAM}, {"records", SOCK_SEQPACKET}, {"stream", SOCK_STREAM}})
+    if (::socketpair(AF_UNIX, type | SOCK_CLOEXEC, 0, ends.data()) == 0)
+      all.push_back(full(kind, ends));
+  if (::pipe2(ends.data(), O_CLOEXEC) == 0) all.push_back(full("pipe", ends));
+  return all;
+}
+
+// Nobody waits for the owner of a mailbox, whatever it says that it is to be woken by.
+TEST_F(HostileClientTest, AnOwnerWhoseWakerTakesNothing) {
+  auto tcp = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(tcp.ok());
+  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
+  ASSERT_TRUE(session.ok());
+  auto neighbour = session->open({.address = Address(6)});
+  ASSERT_TRUE(neighbour.ok());
+  for (const Trap& trap : traps()) {
+    const std::size_t bytes = shm::Geometry::of(4, 80).bytes;
+    const os::File memfd = std::move(*os::make_memfd("trap", bytes));
+    const os::Mapping mapping = std::move(*os::Mapping::of(memfd));
+    auto view = shm::MailboxView::create(
+        mapping.bytes(), 0,
+        {.address = Address(5), .slots = 4, .message_max = 80, .wake = shm::WakeKind::kSocket});
+    RawClient client(router_.socket_path());
+    ASSERT_TRUE(client.hello());
+    const auto opened = try_open(client, memfd, 0, trap.in);
+    if (trap.kind != "datagrams") {
+      EXPECT_EQ(opened, wire::OpenStatus::kBadPlace) << trap.kind;
+      continue;
+    }
+    EXPECT_EQ(opened, wire::OpenStatus::kOk);
+    const auto sleep = [&] { view.header().sleep.store(1, std::memory_order_seq_cst); };
+    sleep();
+    ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
+    EXPECT_TRUE(eventually([&] { return shm::waiting(view) == 1; }, "the router's message"));
+    ASSERT_TRUE(client.send(wire::Lookup{{Address(5)}}));
+    ASSERT_TRUE(client.receive().has_value()) << "the router waits";
+    // The memory says something else by the time a neighbour looks into it.
+    view.header().wake = shm::WakeKind::kDoorbell;
+    sleep();
+    EXPECT_TRUE(neighbour->send({.dest = Address(5), .type = -7}).ok());
+    EXPECT_EQ(shm::waiting(view), 2U);
+  }
 }
 
 TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {

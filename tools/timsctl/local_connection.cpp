@@ -3,7 +3,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include <fcntl.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -21,21 +21,29 @@ namespace {
 class Losses {
  public:
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  // From now on each loss makes `event_fd` readable.
-  void wake(int event_fd) {
-    file_ = tims::os::File(::fcntl(event_fd, F_DUPFD_CLOEXEC, 0));
-    wake_ = file_.get();
-  }
+  // Readable from a loss until seen().
+  [[nodiscard]] int descriptor() const { return event_.get(); }
+  void seen() const { tims::os::drain_event_fd(event_.get()); }
   void happened() {
     ++count_;
-    if (const int fd = wake_; fd >= 0) tims::os::signal_event_fd(fd);
+    tims::os::signal_event_fd(event_.get());
   }
 
  private:
   std::atomic<std::uint64_t> count_ = 0;
-  std::atomic<int> wake_ = -1;
-  tims::os::File file_;
+  tims::os::File event_ = std::move(*tims::os::make_event_fd());
 };
+
+// Readable when one of them is.
+tims::os::File either(int one, int other) {
+  tims::os::File both(::epoll_create1(EPOLL_CLOEXEC));
+  for (const int fd : {one, other}) {
+    epoll_event readable{.events = EPOLLIN, .data = {}};
+    if (::epoll_ctl(both.get(), EPOLL_CTL_ADD, fd, &readable) != 0)
+      throw failure_of(tims::os::system_error("epoll"), "this host");
+  }
+  return both;
+}
 
 class LocalConnection final : public Connection {
  public:
@@ -44,15 +52,14 @@ class LocalConnection final : public Connection {
       : session_(std::move(session)),
         mailbox_(std::move(mailbox)),
         path_(std::move(path)),
-        losses_(std::move(losses)) {
-    losses_->wake(mailbox_.event_fd());
-  }
+        losses_(std::move(losses)),
+        descriptor_(either(mailbox_.event_fd(), losses_->descriptor())) {}
 
   [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
   [[nodiscard]] tims::AddressWidths widths() const override { return session_.address_widths(); }
   [[nodiscard]] std::string where() const override { return path_; }
   [[nodiscard]] std::uint64_t losses() const override { return losses_->count(); }
-  [[nodiscard]] int descriptor() const override { return mailbox_.event_fd(); }
+  [[nodiscard]] int descriptor() const override { return descriptor_.get(); }
 
   [[nodiscard]] std::uint64_t missed() const override {
     const tims::MailboxCounters counters = mailbox_.counters();
@@ -70,7 +77,10 @@ class LocalConnection final : public Connection {
   }
   tims::Result<Message> take() override {
     auto guard = mailbox_.try_peek();
-    if (!guard) return guard.error();
+    if (!guard) {
+      losses_->seen();
+      return guard.error();
+    }
     return Message{guard->header(), {guard->body().begin(), guard->body().end()}};
   }
 
@@ -79,6 +89,7 @@ class LocalConnection final : public Connection {
   tims::Mailbox mailbox_;
   std::string path_;
   std::shared_ptr<Losses> losses_;
+  tims::os::File descriptor_;
 };
 
 // A session would wait for a router to appear; a person wants to know at once that there is none.

@@ -147,8 +147,9 @@ class Mailbox {
 
   [[nodiscard]] MailboxCounters counters() const;
 
-  // With MailboxOptions::event_fd: readable when a message has come. Call try_receive or try_peek
-  // until kEmpty after each wake-up: that arms it again. -1 without the option.
+  // With MailboxOptions::event_fd: a descriptor to poll, and for nothing else, which is readable
+  // when a message has come. Call try_receive or try_peek until kEmpty after each wake-up: that
+  // arms it again. -1 without the option.
   [[nodiscard]] int event_fd() const;
 
  private:

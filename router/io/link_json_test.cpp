@@ -1,0 +1,106 @@
+#include "router/io/link_json.h"
+
+#include <map>
+
+#include <boost/json/parse.hpp>
+#include <gtest/gtest.h>
+
+#include "router/io/linked_fixture.h"
+
+namespace tims::io {
+namespace {
+
+namespace json = boost::json;
+using test::LinkedFixture;
+
+json::object ask(const LinkedFixture& lab, const std::string& question) {
+  return json::parse(answer_admin(question, lab, LinkedFixture::clocks())).as_object();
+}
+// The items of all pages of `limit`, by what they are known as: their name, else where they are.
+std::map<std::string, json::object> items(const LinkedFixture& lab, const std::string& question,
+                                          int limit = 1000) {
+  std::map<std::string, json::object> all;
+  std::string after;
+  for (int page = 0; page < 20; ++page) {
+    const auto answer = ask(lab, R"({"ask":")" + question + R"(","limit":)" +
+                                     std::to_string(limit) + R"(,"after":")" + after + "\"}");
+    for (const auto& item : answer.at("items").as_array()) {
+      const auto& name = item.at("name").is_null() ? item.at("to") : item.at("name");
+      EXPECT_TRUE(all.emplace(name.as_string(), item.as_object()).second) << "told twice: " << name;
+    }
+    if (!answer.contains("next")) return all;
+    after = answer.at("next").as_string();
+  }
+  ADD_FAILURE() << "pages without end";
+  return all;
+}
+
+TEST(LinkJson, EveryStateCanBeTold) {
+  const LinkedFixture lab;
+  std::map<std::string, std::string> states;
+  for (const auto& [name, link] : items(lab, "links")) states[name] = link.at("state").as_string();
+  EXPECT_EQ(states, (std::map<std::string, std::string>{{"base", "up"},
+                                                        {"arm", "up"},
+                                                        {"head", "silent"},
+                                                        {LinkedFixture::to_refuser, "refused"},
+                                                        {LinkedFixture::to_nobody, "connecting"},
+                                                        {LinkedFixture::to_unknown, "idle"},
+                                                        {LinkedFixture::to_taken_down, "down"}}));
+}
+
+TEST(LinkJson, ALinkThatIsUpTellsOfItsSession) {
+  const LinkedFixture lab;
+  auto link = items(lab, "links").at("base");
+  EXPECT_EQ(link.at("kind"), "super");
+  EXPECT_EQ(link.at("role"), "top");
+  EXPECT_EQ(link.at("peer_address"), LinkedFixture::to_base);
+  EXPECT_EQ(link.at("connects"), true);
+  EXPECT_EQ(link.at("active"), true);
+  EXPECT_TRUE(link.at("refusal").is_null());
+  EXPECT_LE(link.at("heard_s").to_number<double>(), 0.4) << "a keep-alive is not longer ago";
+  EXPECT_GT(link.at("packets_in").to_number<int>(), 0);
+  EXPECT_GT(link.at("wire_bytes_out").to_number<int>(), 0);
+  EXPECT_EQ(link.at("queue_bytes").as_array().size(), link::kLanes);
+  EXPECT_TRUE(link.at("clock").is_object());
+}
+
+TEST(LinkJson, ALinkThatWasNeverUpTellsOfItsAttempts) {
+  const LinkedFixture lab;
+  const auto links = items(lab, "links");
+  const json::object& refused = links.at(LinkedFixture::to_refuser);
+  EXPECT_EQ(refused.at("refusal"), "Tims(0/3) refuser accepts system 9, not 3");
+  for (const char* field : {"peer", "epoch", "address", "heard_s", "rtt_s", "clock"})
+    EXPECT_TRUE(refused.at(field).is_null()) << field;
+  EXPECT_EQ(refused.at("packets_in"), 0);
+  EXPECT_TRUE(links.at(LinkedFixture::to_unknown).at("peer_address").is_null());
+}
+
+TEST(LinkJson, ASilentLinkRemembersWhoItWas) {
+  const LinkedFixture lab;
+  auto link = items(lab, "links").at("head");
+  EXPECT_EQ(link.at("connects"), false);
+  EXPECT_TRUE(link.at("to").is_null());
+  EXPECT_EQ(link.at("address").at("name"), "Tims(3/12)");
+  EXPECT_NEAR(link.at("heard_s").to_number<double>(), 40, 1);
+  EXPECT_TRUE(link.at("clock").is_null()) << "of a path that is no more";
+}
+
+TEST(LinkJson, TheRouterItselfIsTheFirstOfTheFleet) {
+  const LinkedFixture lab;
+  const auto answer = ask(lab, R"({"ask":"routers"})");
+  const auto& self = answer.at("items").at(0);
+  EXPECT_EQ(self.at("kind"), "self");
+  EXPECT_EQ(self.at("name"), "lab");
+  EXPECT_EQ(answer.at("items").as_array().size(), 8U);
+}
+
+TEST(LinkJson, PagesJoinToTheWhole) {
+  const LinkedFixture lab;
+  for (const int limit : {1, 2, 3}) {
+    EXPECT_EQ(items(lab, "links", limit).size(), 7U) << limit;
+    EXPECT_EQ(items(lab, "routers", limit).size(), 8U) << limit;
+  }
+}
+
+}  // namespace
+}  // namespace tims::io
