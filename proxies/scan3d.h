@@ -47,6 +47,8 @@ struct Scan3dData {
   Tail<ScanPoint, kScan3dPointsMax> points = {};
   Tail<std::byte, kScan3dPointsMax* 20> compressedPoints = {};  // specification, section 13
 
+  static constexpr std::size_t kBodyMax = 68 + kScan3dPointsMax * 20;
+
   [[nodiscard]] std::array<std::int64_t, 2> tail_sizes() const {
     if (compressed != 0) return {0, compressed};
     return {pointNum, 0};

@@ -71,7 +71,7 @@ static_assert(wire_size<FeatureMapDataPoint>() == 72 && is_plain<FeatureMapDataP
 static_assert(wire_size<FeatureMapFeature>() == 80);
 static_assert(wire_size<FeatureMapLayerData>() == 4);
 static_assert(wire_size<FileName>() == 4);
-static_assert(FileName::kWholeSize == 132);
+static_assert(body_max<FileName>() == 132);
 
 static_assert(wire_size<GpsData>() == 100);
 

@@ -6,6 +6,7 @@
 //   kWholeSize            originals also send it this long: the whole table of a C program, used or
 //                         not. With kPads = true we send it so, too.
 //   kSurplus              originals also send this many bytes behind it
+//   kBodyMax              its largest size, where not all tails can be long at once
 //
 // Any length in a body may be a lie: a field is named when it is refused, and no memory is taken
 // for elements that are not there.

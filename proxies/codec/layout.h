@@ -82,21 +82,30 @@ consteval std::size_t wire_size() {
   }
 }
 
-// Bytes with every sequence and tail at its largest: what a mailbox must hold to get any of them.
-template <typename T>
+// Bytes of the elements of all sequences and tails at their largest.
+template <Struct T>
+consteval std::size_t elements_max() {
+  return reflect::sum_over_fields<T>([]<typename Field, std::size_t>() -> std::size_t {
+    if constexpr (kIsVariable<Field>) {
+      return Field::kMax * wire_size<typename Field::Element>();
+    } else {
+      return 0;
+    }
+  });
+}
+
+// The largest body of this message: what a mailbox must hold to get any of them.
+template <Struct T>
 consteval std::size_t body_max() {
-  std::size_t size = wire_size<T>();
-  if constexpr (Struct<T>) {
-    size += reflect::sum_over_fields<T>([]<typename Field, std::size_t>() -> std::size_t {
-      if constexpr (kIsVariable<Field>) {
-        return Field::kMax * wire_size<typename Field::Element>();
-      } else {
-        return 0;
-      }
-    });
-    if constexpr (requires { T::kSurplus; }) size += T::kSurplus;
+  if constexpr (requires { T::kBodyMax; }) {
+    return T::kBodyMax;
+  } else if constexpr (requires { T::kWholeSize; }) {
+    return T::kWholeSize;
+  } else if constexpr (requires { T::kSurplus; }) {
+    return wire_size<T>() + elements_max<T>() + T::kSurplus;
+  } else {
+    return wire_size<T>() + elements_max<T>();
   }
-  return size;
 }
 
 // In memory exactly as on the wire (in native order), so that it may be copied as a whole.
