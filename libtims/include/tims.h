@@ -46,7 +46,9 @@ enum tims_error {
   TIMS_EBAD_LAYOUT = -12,       /* shared memory that does not look like a mailbox */
   TIMS_EVERSION = -13,          /* client and router share no protocol version */
   TIMS_EINVALID = -14,          /* the call itself is wrong */
-  TIMS_ESYSTEM = -15            /* the operating system refused */
+  TIMS_ESYSTEM = -15,           /* the operating system refused */
+  TIMS_EANSWERED_ERROR = -16,   /* the component answered ERROR */
+  TIMS_EMALFORMED = -17         /* bytes that are not the message they should be */
 };
 
 /* Bits of flags (others travel untouched). */

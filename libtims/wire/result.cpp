@@ -29,6 +29,8 @@ constexpr Words kWords[] = {
     {Errc::kVersion, "version", "client and router share no protocol version"},
     {Errc::kInvalidArgument, "invalid_argument", "invalid argument"},
     {Errc::kSystem, "system", "the operating system refused"},
+    {Errc::kAnsweredError, "answered_error", "the component answered with an error"},
+    {Errc::kMalformed, "malformed", "the bytes are no such message"},
 };
 
 constexpr bool table_is_in_order() {
@@ -38,7 +40,7 @@ constexpr bool table_is_in_order() {
   return true;
 }
 static_assert(table_is_in_order());
-static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kSystem) + 1);
+static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kMalformed) + 1);
 
 // A code may have come out of a C API or a damaged file.
 const Words& words(Errc code) {

@@ -34,9 +34,28 @@ inline constexpr std::uint32_t kTool = 0x0F;  // mailboxes of command-line tools
 inline constexpr std::uint32_t kTest = 0x10;
 inline constexpr std::uint32_t kChassis = 0x11;
 inline constexpr std::uint32_t kOdometry = 0x12;
+inline constexpr std::uint32_t kPosition = 0x13;
 inline constexpr std::uint32_t kLadar = 0x14;
+inline constexpr std::uint32_t kCamera = 0x15;
+inline constexpr std::uint32_t kGps = 0x16;
 inline constexpr std::uint32_t kJoystick = 0x17;
 inline constexpr std::uint32_t kPilot = 0x18;
+inline constexpr std::uint32_t kScan2d = 0x19;
+inline constexpr std::uint32_t kDatalog = 0x1A;
+inline constexpr std::uint32_t kObjRecog = 0x1B;
+inline constexpr std::uint32_t kClock = 0x1C;
+inline constexpr std::uint32_t kVehicle = 0x1D;
+inline constexpr std::uint32_t kGyro = 0x1E;
+inline constexpr std::uint32_t kIo = 0x1F;
+inline constexpr std::uint32_t kServoDrive = 0x20;
+inline constexpr std::uint32_t kScan3d = 0x21;
+inline constexpr std::uint32_t kPlanner = 0x22;
+inline constexpr std::uint32_t kFeatureMap = 0x23;
+inline constexpr std::uint32_t kGridMap = 0x24;
+inline constexpr std::uint32_t kPath = 0x25;
+inline constexpr std::uint32_t kMcl = 0x26;
+inline constexpr std::uint32_t kPtzDrive = 0x27;
+inline constexpr std::uint32_t kCompass = 0x28;
 }  // namespace class_id
 
 class Address {

@@ -27,6 +27,8 @@ enum class Errc : std::uint8_t {
   kVersion,          // client and router share no protocol version
   kInvalidArgument,  // the call itself is wrong
   kSystem,           // the operating system refused; the detail has its words
+  kAnsweredError,    // the component answered ERROR; it says why in its text messages
+  kMalformed,        // bytes that are not the message they should be; the detail names the field
 };
 
 // One word for scripts and JSON ("address_in_use") and one sentence for people.

@@ -1,0 +1,51 @@
+// Makes the catalogue's description of a message struct. Only for the sources of the catalogue:
+// each struct costs compile time.
+#pragma once
+
+#include "proxies/catalogue.h"
+#include "proxies/codec/codec.h"
+#include "proxies/codec/print.h"
+
+namespace rack {
+
+namespace body_info {
+
+using Bytes = BodyInfo::Bytes;
+
+template <Struct T>
+Result<std::string> json(Bytes body, std::endian order, std::size_t elements_max) {
+  const auto value = decode<T>(body, order);
+  if (!value) return value.error();
+  return to_json(*value, elements_max);
+}
+
+template <Struct T>
+Result<std::string> text(Bytes body, std::endian order, std::size_t elements_max) {
+  const auto value = decode<T>(body, order);
+  if (!value) return value.error();
+  return to_text(*value, elements_max);
+}
+
+template <Struct T>
+Result<std::vector<std::byte>> recode(Bytes body, std::endian from, std::endian to) {
+  const auto value = decode<T>(body, from);
+  if (!value) return value.error();
+  std::vector<std::byte> bytes(encoded_size(*value));
+  if (const auto size = encode(*value, bytes, to); !size) return size.error();
+  return bytes;
+}
+
+template <Struct T>
+inline constexpr BodyInfo kInfo = {.name = reflect::kTypeName<T>,
+                                   .body_max = body_max<T>(),
+                                   .json = json<T>,
+                                   .text = text<T>,
+                                   .recode = recode<T>,
+                                   .columns = columns<T>};
+
+}  // namespace body_info
+
+template <Struct T>
+inline constexpr const BodyInfo* kBody = &body_info::kInfo<T>;
+
+}  // namespace rack

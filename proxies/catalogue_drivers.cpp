@@ -1,0 +1,69 @@
+#include "proxies/body_info.h"
+#include "proxies/camera.h"
+#include "proxies/catalogue_tables.h"
+#include "proxies/chassis.h"
+#include "proxies/clock.h"
+#include "proxies/compass.h"
+#include "proxies/gps.h"
+#include "proxies/gyro.h"
+#include "proxies/io.h"
+#include "proxies/joystick.h"
+#include "proxies/ladar.h"
+#include "proxies/ptz_drive.h"
+#include "proxies/servo_drive.h"
+#include "proxies/vehicle.h"
+
+namespace rack {
+
+namespace {
+
+using namespace tims::class_id;
+constexpr i8 kData = tims::type::kData;
+
+constexpr MessageInfo kMessages[] = {
+    {kCamera, kData, "DATA", kBody<CameraData>},
+    {kCamera, CameraType::kGetParameter, "GET_PARAMETER"},
+    {kCamera, CameraType::kSetFormat, "SET_FORMAT", kBody<CameraFormatData>},
+    {kCamera, CameraType::kParameter, "PARAMETER", kBody<CameraParamData>},
+    {kCamera, CameraType::kFormat, "FORMAT", kBody<CameraFormatData>},
+
+    {kChassis, kData, "DATA", kBody<ChassisData>},
+    {kChassis, ChassisType::kMove, "MOVE", kBody<ChassisMoveData>},
+    {kChassis, ChassisType::kGetParameter, "GET_PARAMETER"},
+    {kChassis, ChassisType::kSetActivePilot, "SET_ACTIVE_PILOT", kBody<ChassisSetActivePilotData>},
+    {kChassis, ChassisType::kParameter, "PARAMETER", kBody<ChassisParamData>},
+
+    {kClock, kData, "DATA", kBody<ClockData>},
+    {kCompass, kData, "DATA", kBody<CompassData>},
+    {kGps, kData, "DATA", kBody<GpsData>},
+    {kGyro, kData, "DATA", kBody<GyroData>},
+
+    {kIo, kData, "DATA", kBody<IoData>},
+    {kIo, IoType::kSetData, "SET_DATA", kBody<IoData>},
+
+    {kJoystick, kData, "DATA", kBody<JoystickData>},
+    {kLadar, kData, "DATA", kBody<LadarData>},
+
+    {kPtzDrive, kData, "DATA", kBody<PtzDriveData>},
+    {kPtzDrive, PtzDriveType::kHome, "HOME"},
+    {kPtzDrive, PtzDriveType::kMovePos, "MOVE_POS", kBody<PtzDriveMovePosData>},
+    {kPtzDrive, PtzDriveType::kMoveVel, "MOVE_VEL", kBody<PtzDriveMoveVelData>},
+    {kPtzDrive, PtzDriveType::kInformReached, "INFORM_REACHED"},
+    {kPtzDrive, PtzDriveType::kPositionReached, "POSITION_REACHED"},
+
+    {kServoDrive, kData, "DATA", kBody<ServoDriveData>},
+    {kServoDrive, ServoDriveType::kHome, "HOME"},
+    {kServoDrive, ServoDriveType::kMovePos, "MOVE_POS", kBody<ServoDriveMovePosData>},
+    {kServoDrive, ServoDriveType::kMoveVel, "MOVE_VEL", kBody<ServoDriveMoveVelData>},
+    {kServoDrive, ServoDriveType::kInformReached, "INFORM_REACHED"},
+    {kServoDrive, ServoDriveType::kPositionReached, "POSITION_REACHED"},
+
+    {kVehicle, kData, "DATA", kBody<VehicleData>},
+    {kVehicle, VehicleType::kSetValue, "SET_VALUE", kBody<VehicleSetValueData>},
+};
+
+}  // namespace
+
+std::span<const MessageInfo> driver_messages() { return kMessages; }
+
+}  // namespace rack

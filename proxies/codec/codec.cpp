@@ -1,0 +1,59 @@
+#include "proxies/codec/codec.h"
+
+#include <string>
+
+namespace rack::codec {
+
+namespace {
+
+// Whoever reads it is not who can mend it.
+constexpr std::string_view kAdvice =
+    "; its sender is broken, or has another version of this message";
+
+std::string name(Place place) { return std::string(place.type).append(".").append(place.field); }
+
+tims::Error malformed(std::string text) {
+  return {tims::Errc::kMalformed, std::move(text.append(kAdvice))};
+}
+
+std::string bytes(std::size_t count) { return std::to_string(count) + " bytes"; }
+
+}  // namespace
+
+tims::Error too_short(std::string_view type, std::size_t needed, std::size_t there) {
+  return malformed(std::string(type) + " has at least " + bytes(needed) + ", not " + bytes(there));
+}
+
+tims::Error surplus(std::string_view type, std::size_t expected, std::size_t there) {
+  return malformed(std::string(type) + " is " + bytes(expected) + " long by its own counts, not " +
+                   bytes(there));
+}
+
+tims::Error bad_count(Place place, std::int64_t count, std::size_t max) {
+  return malformed(name(place) + " is " + std::to_string(count) + ", allowed are 0 to " +
+                   std::to_string(max));
+}
+
+tims::Error elements_missing(Place place, std::size_t needed, std::size_t there) {
+  return malformed(name(place) + " promises " + bytes(needed) + ", only " + bytes(there) +
+                   " follow");
+}
+
+tims::Error too_many(Place place, std::size_t count, std::size_t max) {
+  return {tims::Errc::kInvalidArgument, name(place) + " has " + std::to_string(count) +
+                                            " elements, allowed are " + std::to_string(max) +
+                                            ": send fewer"};
+}
+
+tims::Error wrong_tail(Place place, std::size_t count, std::int64_t stated) {
+  return {tims::Errc::kInvalidArgument, name(place) + " has " + std::to_string(count) +
+                                            " elements, the other fields say " +
+                                            std::to_string(stated) + ": make them agree"};
+}
+
+tims::Error buffer_too_small(std::string_view type, std::size_t needed, std::size_t there) {
+  return {tims::Errc::kBufferTooSmall,
+          std::string(type) + " needs " + bytes(needed) + ", the buffer has " + bytes(there)};
+}
+
+}  // namespace rack::codec

@@ -1,0 +1,104 @@
+#include "proxies/codec/print.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "proxies/codec/quantity.h"
+
+namespace rack {
+namespace {
+
+struct Pose {
+  Millimetres<i32> x = 0;
+  Radians<f32> rho = 0;
+};
+
+struct Sample {
+  TimeStamp recordingTime = 0;
+  Pose pos = {};
+  tims::Address who = {};
+  Text<16> name = {};
+  std::array<f64, 2> pair = {};
+  Count pointNum = {};
+  Sequence<Pose, 10> points = {};
+  Tail<std::byte, 10> image = {};
+};
+
+Sample sample() {
+  return {.recordingTime = 7,
+          .pos = {.x = -5, .rho = 0.1F},
+          .who = tims::Address(0x00180100),
+          .name = "a\"b",
+          .pair = {1.5, std::numeric_limits<f64>::quiet_NaN()},
+          .points = {{.x = 1, .rho = 2}, {.x = 3, .rho = 4}},
+          .image = {std::byte{0x0A}, std::byte{0xFF}}};
+}
+
+TEST(Print, Json) {
+  EXPECT_EQ(to_json(sample()),
+            R"~({"recordingTime":7,"pos":{"x":-5,"rho":0.1},"who":"Pilot(0/1)","name":"a\"b",)~"
+            R"~("pair":[1.5,null],"pointNum":2,"points":[{"x":1,"rho":2},{"x":3,"rho":4}],)~"
+            R"~("image":"0aff"})~");
+}
+
+TEST(Print, JsonOfTheFirstElements) {
+  EXPECT_TRUE(
+      to_json(sample(), 1)
+          .ends_with(R"("pair":[1.5,null],"pointNum":2,"points":[{"x":1,"rho":2}],"image":"0a"})"));
+}
+
+TEST(Print, TextWithUnits) {
+  EXPECT_EQ(to_text(sample()),
+            "recordingTime: 7 ms\n"
+            "pos.x: -5 mm\n"
+            "pos.rho: 0.1 rad\n"
+            "who: \"Pilot(0/1)\"\n"
+            "name: \"a\\\"b\"\n"
+            "pair: 1.5 null\n"
+            "pointNum: 2\n"
+            "points[0]: x 1 mm, rho 2 rad\n"
+            "points[1]: x 3 mm, rho 4 rad\n"
+            "image: \"0aff\"\n");
+}
+
+TEST(Print, TextSaysWhatItLeavesOut) {
+  EXPECT_TRUE(to_text(sample(), 1)
+                  .ends_with("points[0]: x 1 mm, rho 2 rad\n"
+                             "points: 1 more\n"
+                             "image: \"0a\"\n"));
+}
+
+TEST(Print, Columns) {
+  const std::vector<Column> expected = {{"recordingTime", "ms"},
+                                        {"pos.x", "mm"},
+                                        {"pos.rho", "rad"},
+                                        {"who", ""},
+                                        {"name", ""},
+                                        {"pair[0]", ""},
+                                        {"pair[1]", ""},
+                                        {"pointNum", ""},
+                                        {"points[].x", "mm"},
+                                        {"points[].rho", "rad"},
+                                        {"image[]", ""}};
+  EXPECT_EQ(columns<Sample>(), expected);
+}
+
+TEST(Print, HostileTextsStayWithinTheirQuotes) {
+  std::string out;
+  print::append_quoted(out, "\x1B[31m\n\xFF\\");
+  EXPECT_EQ(out, "\"\\u001b[31m\\u000a\\u00ff\\\\\"");
+}
+
+TEST(Print, NumbersReadBackTheSame) {
+  std::string out;
+  print::append(out, 0.1F);
+  out += ' ';
+  print::append(out, std::numeric_limits<double>::max());
+  out += ' ';
+  print::append(out, std::numeric_limits<std::int64_t>::min());
+  EXPECT_EQ(out, "0.1 1.7976931348623157e+308 -9223372036854775808");
+}
+
+}  // namespace
+}  // namespace rack

@@ -1,0 +1,106 @@
+#include "proxies/proxy.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "os/clock.h"
+#include "proxies/answer.h"
+
+namespace rack {
+
+namespace {
+
+using tims::Errc;
+using tims::Error;
+
+constexpr i8 kOk[] = {tims::type::kOk};
+
+Error error_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNotAvailable:
+      return {Errc::kNoMailbox, "is it running, and is there a route to it?"};
+    case Verdict::kTimeout:
+      return {Errc::kAnsweredError, "it waited for another component in vain"};
+    default:
+      return {Errc::kAnsweredError, "its text messages say why"};
+  }
+}
+
+Result<void> without_body(const Result<tims::PeekGuard>& answer) {
+  return answer ? Result<void>() : answer.error();
+}
+
+}  // namespace
+
+Result<void> Proxy::on() { return without_body(ask(tims::type::kOn, kOk, timeouts_.on)); }
+
+Result<void> Proxy::off() { return without_body(ask(tims::type::kOff, kOk, timeouts_.off)); }
+
+Result<Status> Proxy::status() {
+  static constexpr i8 kAnswers[] = {tims::type::kEnabled, tims::type::kDisabled,
+                                    tims::type::kError};
+  const auto answer = ask(tims::type::kGetStatus, kAnswers, timeouts_.data);
+  if (!answer) return answer.error();
+  return static_cast<Status>(answer->header().type);
+}
+
+Result<ParameterList> Proxy::get_param() {
+  return query<ParameterList>(tims::type::kGetParam, tims::type::kParam);
+}
+
+Result<void> Proxy::set_param(const Parameter& parameter) {
+  ParameterList list;
+  list.parameters.push_back(parameter);
+  return command(tims::type::kSetParam, list);
+}
+
+Result<Milliseconds<u32>> Proxy::get_cont_data(Milliseconds<u32> period,
+                                               tims::Address data_mailbox) {
+  const auto granted = query<ContDataReply>(
+      tims::type::kGetContData, GetContDataRequest{period, data_mailbox}, tims::type::kContData);
+  if (!granted) return granted.error();
+  return granted->periodTime;
+}
+
+Result<void> Proxy::stop_cont_data(tims::Address data_mailbox) {
+  return command(tims::type::kStopContData, StopContDataRequest{data_mailbox});
+}
+
+Result<void> Proxy::command(i8 type) { return without_body(ask(type, kOk, timeouts_.data)); }
+
+Result<tims::PeekGuard> Proxy::ask(i8 type, std::span<const i8> answers, tims::Duration timeout) {
+  return finish(begin({type, 0}), type, answers, timeout);
+}
+
+Result<tims::Loan> Proxy::begin(Request request) {
+  ++seq_nr_;
+  return work_->loan({.dest = component_, .type = request.type, .seq_nr = seq_nr_},
+                     static_cast<u32>(request.body_size));
+}
+
+// One deadline for the whole call, whatever arrives in between.
+Result<tims::PeekGuard> Proxy::finish(Result<tims::Loan> loan, i8 type, std::span<const i8> answers,
+                                      tims::Duration timeout) {
+  if (!loan) return named(loan.error(), type);
+  if (const auto sent = loan->send(); !sent) return named(sent.error(), type);
+  const Question question{component_, seq_nr_, answers};
+  const tims::Time deadline = tims::os::deadline_after(timeout);
+  for (;;) {
+    const tims::Duration left = std::max(deadline - tims::os::now(), tims::Duration::zero());
+    auto message = work_->peek_for(left);
+    if (!message) return named(message.error(), type);
+    const Verdict verdict = judge(question, message->header());
+    if (verdict == Verdict::kAnswer) return message;
+    if (verdict != Verdict::kUnrelated) return named(error_of(verdict), type);
+  }
+}
+
+// "Chassis(0/0), type 21: ..."
+Error Proxy::named(const Error& error, i8 type) const {
+  std::string detail = component_.to_string() + ", type " + std::to_string(type);
+  if (!error.detail().empty()) detail.append(": ").append(error.detail());
+  return {error.code(), std::move(detail)};
+}
+
+}  // namespace rack

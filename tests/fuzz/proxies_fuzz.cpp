@@ -1,0 +1,48 @@
+// The body of any message of any class: what was understood is written and read again in both byte
+// orders without a difference, within the bounds of its struct, and can be printed.
+#include <string>
+#include <vector>
+
+#include "proxies/catalogue.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+using rack::BodyInfo;
+using tims::fuzz::require;
+
+std::endian other(std::endian order) {
+  return order == std::endian::little ? std::endian::big : std::endian::little;
+}
+
+void check(const BodyInfo& body, std::span<const std::byte> bytes, std::endian order) {
+  const auto there = body.recode(bytes, order, other(order));
+  const auto json = body.json(bytes, order, rack::kAllElements);
+  require(there.ok() == json.ok());
+  if (!there) {
+    require(!there.error().detail().empty());
+    return;
+  }
+  require(there->size() <= body.body_max);
+  const auto back = body.recode(*there, other(order), order);
+  require(back.ok() && back->size() == there->size());
+  const auto again = body.recode(*back, order, other(order));
+  require(again.ok() && *again == *there);
+  // What is only printed must not depend on the way here.
+  require(*body.json(*there, other(order), rack::kAllElements) == *json);
+  require(body.text(*back, order, 4).ok());
+}
+
+}  // namespace
+
+// Class, type, order (bit 0: little endian), body.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  tims::fuzz::Input input(data, size);
+  const auto class_id = input.number<std::uint8_t>();
+  const auto type = input.number<std::int8_t>();
+  const std::endian order =
+      (input.number<std::uint8_t>() & 1U) != 0 ? std::endian::little : std::endian::big;
+  const rack::MessageInfo* message = rack::find_message(class_id, type);
+  if (message != nullptr && message->body != nullptr) check(*message->body, input.rest(), order);
+  return 0;
+}
