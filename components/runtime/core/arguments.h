@@ -1,0 +1,26 @@
+// The command line of a component: long options with one or two dashes, as in the original
+// (`--name value`, `--name=value`, `-name value`), or as much of a name as is unique.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "components/runtime/core/parameters.h"
+#include "tims/result.h"
+
+namespace rack {
+
+struct Arguments {
+  bool help = false;
+  std::string router{};  // --router; empty: as the environment says
+};
+
+// Sets what is given. kInvalidArgument names the argument and what it should have been.
+tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
+                                        Parameters& parameters);
+
+// For --help: every parameter with its default and what it may be.
+std::string usage(const Parameters& parameters, std::string_view purpose);
+
+}  // namespace rack

@@ -1,0 +1,76 @@
+// The life of a component: off, on, in error, and trying again (specification, section 5.2).
+//
+// Pure. The command task brings commands, the data task asks what to do next and says how it went;
+// the shell (module.cpp) sees to it that they do so one after the other.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+
+#include "proxies/generic.h"
+#include "tims/message.h"
+#include "tims/time.h"
+
+namespace rack {
+
+class LifeCycle {
+ public:
+  // error_retry: how long to wait after an error; nothing: 2 to 4 seconds, drawn anew each time.
+  LifeCycle(std::optional<tims::Duration> error_retry, std::uint32_t seed);
+
+  // --- the command task
+
+  // ON. The type to answer with now; nothing: the data task answers `request` when it is on.
+  // While an earlier ON is under way, or after an error: kError at once, and it goes on trying.
+  std::optional<std::int8_t> turn_on(const tims::Header& request);
+  // OFF is always answered kOk at once. Returns the request of an ON that will not come about now,
+  // which is to be answered kError.
+  std::optional<tims::Header> turn_off();
+  [[nodiscard]] Status status() const;
+  [[nodiscard]] bool wants_on() const { return wants_on_; }
+
+  // --- the data task
+
+  enum class Step : std::uint8_t {
+    kWait,  // until wait_until(), or until a command has come
+    kTurnOn,
+    kLoop,
+    kTurnOff,
+  };
+  [[nodiscard]] Step next(tims::Time now);
+  [[nodiscard]] tims::Time wait_until() const;
+
+  // What a step led to.
+  struct Change {
+    enum class Kind : std::uint8_t {
+      kNone,
+      kOn,
+      kOff,
+      kCannotTurnOn,  // clean up with module_off
+      kError,         // while it was on: clean up with module_off
+    };
+    Kind kind = Kind::kNone;
+    // A waiting ON, and the answer to it.
+    std::optional<tims::Header> request{};
+    std::int8_t answer = tims::type::kOk;
+  };
+  Change turned_on(tims::Time now, bool success);
+  Change looped(tims::Time now, bool success);
+  Change turned_off();
+
+ private:
+  enum class State : std::uint8_t { kDisabled, kEnabled, kErrorWait };
+
+  Change change(Change::Kind kind, std::int8_t answer);
+  void fail(tims::Time now);
+
+  const std::optional<tims::Duration> error_retry_;
+  std::minstd_rand random_;
+  State state_ = State::kDisabled;
+  bool wants_on_ = false;
+  tims::Time retry_at_{};
+  std::optional<tims::Header> request_;  // ON, not answered yet
+};
+
+}  // namespace rack

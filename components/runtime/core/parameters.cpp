@@ -1,0 +1,169 @@
+#include "components/runtime/core/parameters.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace rack {
+namespace {
+
+constexpr double kLowest = -2147483648.0;
+constexpr double kHighest = 2147483647.0;
+
+// Order and names as every module of the original has them.
+const std::array<ParameterInfo, 8> kCommon = {{
+    {"system", 0, "system id", 0, 255},
+    {"instance", 0, "instance id", 0, 255},
+    {"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4},
+    {"targetStatus", 0, "1: turn on at start", 0, 1},
+    {"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99},
+    {"dataTaskPrio", 1, "real-time priority of the data task, 1: none; and of its messages", 0, 99},
+    {"cpu", 0, "which the tasks run on, when they have a real-time priority", 0, 1023},
+    {"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance", -1},
+}};
+
+template <typename Number>
+std::optional<Number> number(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string to_text(const ParameterValue& value) {
+  return std::visit([](const auto& v) { return fmt::format("{}", v); }, value);
+}
+
+tims::Error refused(const ParameterInfo& info, std::string_view value) {
+  return {tims::Errc::kInvalidArgument,
+          fmt::format("{} = {}: must be {}", info.name, value, allowed(info))};
+}
+
+// The number in a record, whatever its type says: Java programs send what their table holds.
+std::optional<ParameterValue> value_of(const Parameter& record, const ParameterValue& like) {
+  const bool text = std::holds_alternative<std::string>(like);
+  if (text != (record.type == Parameter::kString)) return std::nullopt;
+  if (text) return std::string(record.valueString.view());
+  const bool real = record.type == Parameter::kFloat;
+  if (!real && record.type != Parameter::kInt) return std::nullopt;
+  if (std::holds_alternative<float>(like))
+    return real ? record.valueFloat : static_cast<float>(record.valueInt);
+  if (!real) return record.valueInt;
+  const double value = std::round(static_cast<double>(record.valueFloat));
+  if (!(value >= kLowest && value <= kHighest)) return std::nullopt;
+  return static_cast<std::int32_t>(value);
+}
+
+}  // namespace
+
+std::span<const ParameterInfo> common_parameters() { return kCommon; }
+
+std::string allowed(const ParameterInfo& info) {
+  if (std::holds_alternative<std::string>(info.initial)) return "a text of at most 79 bytes";
+  const std::string_view kind =
+      std::holds_alternative<std::int32_t>(info.initial) ? "a whole number" : "a number";
+  const bool low = info.min > kLowest;
+  const bool high = info.max < kHighest;
+  if (low && high) return fmt::format("{} from {} to {}", kind, info.min, info.max);
+  if (low) return fmt::format("{}, at least {}", kind, info.min);
+  if (high) return fmt::format("{}, at most {}", kind, info.max);
+  return std::string(kind);
+}
+
+Parameters::Parameters(std::string_view program, std::span<const ParameterInfo> own)
+    : program_(program) {
+  for (const auto infos : {common_parameters(), own}) {
+    for (const ParameterInfo& info : infos) entries_.push_back({&info, info.initial});
+  }
+}
+
+// --- reading
+
+Parameters::Entry* Parameters::find(std::string_view name) {
+  const auto found = std::ranges::find(entries_, name, [](const Entry& e) { return e.info->name; });
+  return found == entries_.end() ? nullptr : &*found;
+}
+
+const Parameters::Entry& Parameters::entry(std::string_view name) const {
+  const auto found = std::ranges::find(entries_, name, [](const Entry& e) { return e.info->name; });
+  assert(found != entries_.end() && "every parameter is declared");
+  return *found;
+}
+
+std::int32_t Parameters::integer(std::string_view name) const {
+  return std::get<std::int32_t>(entry(name).value);
+}
+
+float Parameters::real(std::string_view name) const { return std::get<float>(entry(name).value); }
+
+const std::string& Parameters::text(std::string_view name) const {
+  return std::get<std::string>(entry(name).value);
+}
+
+ParameterList Parameters::list() const {
+  ParameterList list;
+  Parameter record;
+  record.name = "name";
+  record.type = Parameter::kString;
+  (void)record.valueString.assign(program_);
+  list.parameters.push_back(record);
+  for (const Entry& entry : entries_) {
+    record = {};
+    (void)record.name.assign(entry.info->name);
+    record.type = static_cast<i32>(entry.value.index());
+    if (const auto* whole = std::get_if<std::int32_t>(&entry.value)) record.valueInt = *whole;
+    if (const auto* real = std::get_if<float>(&entry.value)) record.valueFloat = *real;
+    if (const auto* text = std::get_if<std::string>(&entry.value)) (void)record.valueString.assign(*text);
+    list.parameters.push_back(record);
+  }
+  return list;
+}
+
+// --- writing
+
+tims::Result<void> Parameters::set(std::string_view name, std::string_view value) {
+  Entry* entry = find(name);
+  if (entry == nullptr)
+    return tims::Error(tims::Errc::kInvalidArgument, fmt::format("no parameter {}", name));
+  ParameterValue next = std::string(value);
+  if (std::holds_alternative<std::int32_t>(entry->value)) {
+    const auto whole = number<std::int32_t>(value);
+    if (!whole) return refused(*entry->info, value);
+    next = *whole;
+  } else if (std::holds_alternative<float>(entry->value)) {
+    const auto real = number<float>(value);
+    if (!real) return refused(*entry->info, value);
+    next = *real;
+  }
+  return assign(*entry, std::move(next));
+}
+
+tims::Result<bool> Parameters::set(const Parameter& record) {
+  Entry* entry = find(record.name.view());
+  if (entry == nullptr) return false;
+  auto value = value_of(record, entry->value);
+  if (!value) return refused(*entry->info, "a value of another type");
+  if (const auto good = assign(*entry, std::move(*value)); !good) return good.error();
+  return true;
+}
+
+tims::Result<void> Parameters::assign(Entry& entry, ParameterValue value) {
+  const ParameterInfo& info = *entry.info;
+  const auto in_range = [&](double number) { return number >= info.min && number <= info.max; };
+  bool good = true;
+  if (const auto* whole = std::get_if<std::int32_t>(&value)) good = in_range(*whole);
+  if (const auto* real = std::get_if<float>(&value))
+    good = std::isfinite(*real) && in_range(static_cast<double>(*real));
+  if (const auto* text = std::get_if<std::string>(&value))
+    good = text->size() < Text<80>::kBytes && text->find('\0') == std::string::npos;
+  if (!good) return refused(info, to_text(value));
+  entry.value = std::move(value);
+  entry.given = true;
+  return {};
+}
+
+}  // namespace rack

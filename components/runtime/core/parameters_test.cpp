@@ -1,0 +1,123 @@
+#include "components/runtime/core/parameters.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+namespace rack {
+namespace {
+
+using testing::Test;
+
+const std::array<ParameterInfo, 4> kOwn = {{
+    {"vxMax", 700, "largest speed, mm/s", 0, 10000},
+    {"scale", 1.5F, "a factor", -2, 2},
+    {"mapFile", std::string(), "the map"},
+    {"anything", 0, "any number"},
+}};
+
+struct ParametersTest : Test {
+  Parameters parameters{"ChassisSim", kOwn};
+
+  static Parameter record(std::string_view name, i32 type) {
+    Parameter made;
+    EXPECT_TRUE(made.name.assign(name));
+    made.type = type;
+    return made;
+  }
+  static Parameter whole(std::string_view name, i32 value) {
+    Parameter made = record(name, Parameter::kInt);
+    made.valueInt = value;
+    return made;
+  }
+  static Parameter real(std::string_view name, f32 value) {
+    Parameter made = record(name, Parameter::kFloat);
+    made.valueFloat = value;
+    return made;
+  }
+};
+
+TEST_F(ParametersTest, BeginWithWhatWasDeclared) {
+  EXPECT_EQ(parameters.integer("gdosLevel"), 2);
+  EXPECT_EQ(parameters.integer("errorTimeout"), -1);
+  EXPECT_EQ(parameters.integer("vxMax"), 700);
+  EXPECT_EQ(parameters.real("scale"), 1.5F);
+  EXPECT_EQ(parameters.text("mapFile"), "");
+}
+
+TEST_F(ParametersTest, AreListedInTheOrderOfTheOriginal) {
+  const ParameterList list = parameters.list();
+  const std::array<std::string_view, 13> names = {
+      "name",         "system", "instance",     "gdosLevel", "targetStatus", "cmdTaskPrio",
+      "dataTaskPrio", "cpu",    "errorTimeout", "vxMax",     "scale",        "mapFile",
+      "anything"};
+  ASSERT_EQ(list.parameters.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(list.parameters[i].name, names[i]);
+  EXPECT_EQ(list.parameters[0].type, Parameter::kString);
+  EXPECT_EQ(list.parameters[0].valueString, "ChassisSim");
+  EXPECT_EQ(list.parameters[9].type, Parameter::kInt);
+  EXPECT_EQ(list.parameters[9].valueInt, 700);
+  EXPECT_EQ(list.parameters[10].type, Parameter::kFloat);
+  EXPECT_EQ(list.parameters[10].valueFloat, 1.5F);
+}
+
+TEST_F(ParametersTest, TakeTexts) {
+  EXPECT_TRUE(parameters.set("vxMax", "10000"));
+  EXPECT_TRUE(parameters.set("scale", "-2"));
+  EXPECT_TRUE(parameters.set("mapFile", "/maps/hall.dxf"));
+  EXPECT_TRUE(parameters.set("anything", "-2147483648"));
+  EXPECT_EQ(parameters.integer("vxMax"), 10000);
+  EXPECT_EQ(parameters.real("scale"), -2.0F);
+  EXPECT_EQ(parameters.text("mapFile"), "/maps/hall.dxf");
+  EXPECT_EQ(parameters.integer("anything"), -2147483648);
+}
+
+TEST_F(ParametersTest, RefuseWhatIsOutOfRangeAndKeepTheOldValue) {
+  for (const std::string_view bad : {"-1", "10001", "fast", "1.5", "", "7 ", "99999999999"}) {
+    const auto set = parameters.set("vxMax", bad);
+    ASSERT_FALSE(set) << bad;
+    EXPECT_EQ(set.error().detail(),
+              "vxMax = " + std::string(bad) + ": must be a whole number from 0 to 10000");
+  }
+  EXPECT_EQ(parameters.integer("vxMax"), 700);
+  EXPECT_FALSE(parameters.set("scale", "2.01"));
+  EXPECT_FALSE(parameters.set("scale", "nan"));
+  EXPECT_FALSE(parameters.set("mapFile", std::string(80, 'x')));
+  EXPECT_TRUE(parameters.set("mapFile", std::string(79, 'x')));
+  EXPECT_FALSE(parameters.set("nothing", "1"));
+}
+
+TEST_F(ParametersTest, TakeRecords) {
+  EXPECT_TRUE(parameters.set(whole("vxMax", 800)).value());
+  EXPECT_EQ(parameters.integer("vxMax"), 800);
+  EXPECT_TRUE(parameters.set(real("scale", 0.5F)).value());
+  EXPECT_EQ(parameters.real("scale"), 0.5F);
+  Parameter text = record("mapFile", Parameter::kString);
+  text.valueString = "a.dxf";
+  EXPECT_TRUE(parameters.set(text).value());
+  EXPECT_EQ(parameters.text("mapFile"), "a.dxf");
+  EXPECT_FALSE(parameters.set(whole("unknown", 1)).value()) << "not ours, no error";
+}
+
+TEST_F(ParametersTest, TakeEitherKindOfNumber) {
+  EXPECT_TRUE(parameters.set(real("vxMax", 42.0F)));
+  EXPECT_EQ(parameters.integer("vxMax"), 42);
+  EXPECT_TRUE(parameters.set(whole("scale", 2)));
+  EXPECT_EQ(parameters.real("scale"), 2.0F);
+}
+
+TEST_F(ParametersTest, RefuseRecordsOfTheWrongKind) {
+  EXPECT_FALSE(parameters.set(whole("vxMax", 10001)));
+  EXPECT_FALSE(parameters.set(whole("mapFile", 1)));
+  EXPECT_FALSE(parameters.set(record("vxMax", Parameter::kString)));
+  EXPECT_FALSE(parameters.set(record("vxMax", 7)));
+  EXPECT_FALSE(parameters.set(real("vxMax", std::numeric_limits<f32>::quiet_NaN())));
+  EXPECT_FALSE(parameters.set(real("anything", 1e20F)));
+  EXPECT_FALSE(parameters.set(real("scale", std::numeric_limits<f32>::infinity())));
+  EXPECT_EQ(parameters.integer("vxMax"), 700);
+  EXPECT_EQ(parameters.integer("anything"), 0);
+}
+
+}  // namespace
+}  // namespace rack

@@ -1,0 +1,326 @@
+#include "proxies/gdos.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "proxies/codec/bytes.h"
+
+namespace rack::gdos {
+namespace {
+
+// A conversion in a format, or a run of plain characters.
+struct Part {
+  std::string_view text;  // without the %
+  char conversion = 0;    // 0: plain
+};
+
+// Walks a format. A width or precision is stepped over, as the original's own formatter does.
+class Format {
+ public:
+  explicit Format(std::string_view format) : left_(format) {}
+
+  std::optional<Part> next() {
+    if (left_.empty()) return std::nullopt;
+    if (left_[0] != '%') return plain(std::min(left_.find('%'), left_.size()));
+    std::size_t at = 1;
+    while (at < left_.size() && (std::isdigit(static_cast<unsigned char>(left_[at])) != 0 ||
+                                 left_[at] == '.' || left_[at] == '-'))
+      ++at;
+    if (at == left_.size()) return plain(at);
+    const Part part{left_.substr(0, at + 1), left_[at]};
+    left_.remove_prefix(at + 1);
+    if (part.conversion == '%') return Part{part.text.substr(0, 1)};
+    return part;
+  }
+
+ private:
+  Part plain(std::size_t size) {
+    const Part part{left_.substr(0, size)};
+    left_.remove_prefix(size);
+    return part;
+  }
+  std::string_view left_;
+};
+
+// Bytes of an argument; a text: 0. No conversion of ours: nothing.
+std::optional<std::size_t> size_of(char conversion, std::size_t pointer) {
+  switch (conversion) {
+    case 'd':
+    case 'i':
+    case 'u':
+    case 'x':
+    case 'X':
+    case 'b':
+    case 'n':
+      return 4;
+    case 'p':
+      return pointer;
+    case 'f':
+    case 'a':
+    case 'L':
+      return 8;
+    case 's':
+      return 0;
+    default:
+      return std::nullopt;
+  }
+}
+
+// --- writing
+
+template <typename To>
+To number(const Argument::Value& value) {
+  return std::visit(
+      [](const auto& v) -> To {
+        using From = std::remove_cvref_t<decltype(v)>;
+        if constexpr (std::is_arithmetic_v<From>) return static_cast<To>(v);
+        if constexpr (std::is_same_v<From, tims::Address>) return static_cast<To>(v.raw());
+        return To{};
+      },
+      value);
+}
+
+class Writer {
+ public:
+  explicit Writer(Body& body) : body_(body) {}
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t room() const { return body_.size() - size_; }
+
+  template <typename T>
+  void put(const T& value) {
+    if (room() < sizeof value) return;
+    std::memcpy(&body_[size_], &value, sizeof value);
+    size_ += sizeof value;
+  }
+  // With its NUL, and at most `max` bytes.
+  void put_text(std::string_view text, std::size_t max) {
+    max = std::min(max, room());
+    if (max == 0) return;
+    const std::size_t size = std::min(text.substr(0, text.find('\0')).size(), max - 1);
+    if (size > 0) std::memcpy(&body_[size_], text.data(), size);
+    size_ += size;
+    body_[size_++] = std::byte{0};
+  }
+
+ private:
+  Body& body_;
+  std::size_t size_ = 0;
+};
+
+void put_argument(Writer& out, char conversion, const Argument::Value& value, std::size_t reserve) {
+  switch (conversion) {
+    case 'f':
+    case 'a':
+      return out.put(number<double>(value));
+    case 'L':
+      return out.put(number<std::int64_t>(value));
+    case 's': {
+      const auto* text = std::get_if<std::string_view>(&value);
+      const std::size_t room = out.room() > reserve ? out.room() - reserve : 0;
+      return out.put_text(text == nullptr ? std::string_view() : *text, room);
+    }
+    default:
+      return out.put(number<std::int32_t>(value));
+  }
+}
+
+// What the conversions of a format need at least: a text its NUL.
+std::size_t least_size(Format format) {
+  std::size_t size = 0;
+  while (const auto part = format.next()) {
+    if (part->conversion == 0) continue;
+    const auto needed = size_of(part->conversion, 8);
+    if (needed) size += std::max<std::size_t>(*needed, 1);
+  }
+  return size;
+}
+
+// --- reading
+
+// How a sender may have laid out the arguments.
+struct Layout {
+  std::size_t pointer = 8;
+  bool texts_without_end = false;  // C of the original: the next argument overwrites the NUL
+};
+
+class Reader {
+ public:
+  Reader(std::span<const std::byte> left, std::endian order, const tims::AddressWidths& widths,
+         const Layout& layout)
+      : left_(left), order_(order), widths_(widths), layout_(layout) {}
+
+  // False: the arguments are not what the format says. The text is what there was.
+  bool run(std::string_view format) {
+    Format rest(format);
+    while (const auto part = rest.next()) {
+      if (part->conversion == 0) {
+        text_ += part->text;
+      } else if (!argument(part->conversion, rest)) {
+        text_ += part->text;
+        return false;
+      }
+    }
+    return left_.size() == (stray_ ? 1U : 0U);
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  template <typename T>
+  T take() {
+    T value{};
+    (void)bytes::read(left_.data(), order_, value);
+    left_ = left_.subspan(sizeof value);
+    return value;
+  }
+
+  bool argument(char conversion, const Format& rest) {
+    const auto size = size_of(conversion, layout_.pointer);
+    if (!size || *size > left_.size()) return false;
+    switch (conversion) {
+      case 's':
+        return text_argument(rest);
+      case 'x':
+      case 'X':
+        text_ += fmt::format("{:x}", take<std::uint32_t>());
+        return true;
+      case 'b':
+        text_ += fmt::format("{:b}", take<std::uint32_t>());
+        return true;
+      case 'n':
+        text_ += tims::Address(take<std::uint32_t>()).to_string(widths_);
+        return true;
+      case 'p':
+        text_ += fmt::format("{:#x}", *size == 8 ? take<std::uint64_t>() : take<std::uint32_t>());
+        return true;
+      case 'f':
+        text_ += fmt::format("{:.3f}", take<double>());
+        return true;
+      case 'a':
+        text_ += fmt::format("{:.2f}", take<double>() * 180 / std::numbers::pi);
+        return true;
+      case 'L':
+        text_ += fmt::format("{}", take<std::int64_t>());
+        return true;
+      default:
+        text_ += fmt::format("{}", take<std::int32_t>());
+        return true;
+    }
+  }
+
+  bool text_argument(const Format& rest) {
+    const std::string_view all(reinterpret_cast<const char*>(left_.data()), left_.size());
+    std::size_t size = all.find('\0');
+    std::size_t used = size + 1;
+    const std::size_t behind = fixed_size(rest);
+    if (layout_.texts_without_end && behind > 0) {
+      // One byte is left over at the end, where the NUL was counted.
+      if (behind + 1 > all.size()) return false;
+      used = size = all.size() - behind - 1;
+      stray_ = true;
+    } else if (size == std::string_view::npos) {
+      return false;
+    }
+    text_ += all.substr(0, size);
+    left_ = left_.subspan(used);
+    return true;
+  }
+  // Of all arguments to come; 0 when there are none, or one of them is a text.
+  [[nodiscard]] std::size_t fixed_size(Format rest) const {
+    std::size_t size = 0;
+    while (const auto part = rest.next()) {
+      if (part->conversion == 0) continue;
+      const auto needed = size_of(part->conversion, layout_.pointer);
+      if (needed.value_or(0) == 0) return 0;
+      size += *needed;
+    }
+    return size;
+  }
+
+  std::span<const std::byte> left_;
+  std::endian order_;
+  const tims::AddressWidths& widths_;
+  const Layout layout_;
+  std::string text_;
+  bool stray_ = false;
+};
+
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < ' ' || c == 0x7F) c = ' ';
+  }
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+constexpr Level kLevels[] = {Level::kPrint, Level::kError, Level::kWarning, Level::kInfo,
+                             Level::kDetail};
+constexpr Layout kLayouts[] = {{8, false}, {4, false}, {8, true}, {4, true}};
+
+}  // namespace
+
+std::string_view name(Level level) {
+  switch (level) {
+    case Level::kPrint:
+      return "print";
+    case Level::kError:
+      return "error";
+    case Level::kWarning:
+      return "warning";
+    case Level::kInfo:
+      return "info";
+    case Level::kDetail:
+      return "detail";
+  }
+  return "unknown";
+}
+
+std::optional<Level> level_of(std::int8_t message_type) {
+  if (message_type > static_cast<std::int8_t>(Level::kPrint)) return std::nullopt;
+  return static_cast<Level>(message_type);
+}
+
+std::optional<Level> level_of(std::string_view text) {
+  for (const Level level : kLevels) {
+    if (name(level) == text) return level;
+  }
+  return std::nullopt;
+}
+
+std::size_t encode(Body& body, std::string_view format, std::span<const Argument> arguments) {
+  Writer out(body);
+  // The arguments have their room before a long format.
+  const std::size_t least = least_size(Format(format));
+  out.put_text(format, kBodyMax > least ? kBodyMax - least : 1);
+  Format rest(format);
+  std::size_t next = 0;
+  while (const auto part = rest.next()) {
+    if (part->conversion == 0 || !size_of(part->conversion, 8)) continue;
+    const bool given = next < arguments.size();
+    const Argument::Value value = given ? arguments[next].value() : Argument::Value(0);
+    ++next;
+    put_argument(out, part->conversion, value, least_size(rest));
+  }
+  return out.size();
+}
+
+tims::Result<std::string> decode(std::span<const std::byte> body, std::endian order,
+                                 const tims::AddressWidths& widths) {
+  const std::string_view all(reinterpret_cast<const char*>(body.data()), body.size());
+  const std::size_t end = all.find('\0');
+  const std::string_view format = all.substr(0, end);
+  const auto arguments = body.subspan(std::min(body.size(), format.size() + 1));
+  std::string first;
+  for (const Layout& layout : kLayouts) {
+    Reader reader(arguments, order, widths, layout);
+    if (reader.run(format)) return one_line(reader.text());
+    if (first.empty()) first = reader.text();
+  }
+  return tims::Error(tims::Errc::kMalformed, one_line(std::move(first)));
+}
+
+}  // namespace rack::gdos
