@@ -24,6 +24,7 @@ class LifeCycle {
   // ON. The type to answer with now; nothing: the data task answers `request` when it is on.
   // While an earlier ON is under way, or after an error: kError at once, and it goes on trying.
   std::optional<std::int8_t> turn_on(const tims::Header& request);
+  void turn_on() { wants_on_ = true; }  // nobody waits for an answer
   // OFF is always answered kOk at once. Returns the request of an ON that will not come about now,
   // which is to be answered kError.
   std::optional<tims::Header> turn_off();

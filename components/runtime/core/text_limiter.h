@@ -1,0 +1,37 @@
+// Keeps a component that has much to say from flooding those who read it: a burst, then a steady
+// rate; what is too much is counted and told once there is room again. Pure.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "tims/time.h"
+
+namespace rack {
+
+class TextLimiter {
+ public:
+  static constexpr std::uint32_t kBurst = 50;
+  static constexpr tims::Duration kEach = std::chrono::milliseconds(100);  // from then on
+
+  // Whether a text may go now.
+  bool take(tims::Time now) {
+    // The time up to which texts are paid for runs ahead of `now` by at most a burst.
+    paid_ = std::max(paid_, now);
+    if (paid_ + kEach > now + kBurst * kEach) {
+      ++suppressed_;
+      return false;
+    }
+    paid_ += kEach;
+    return true;
+  }
+  // How many were kept back since the last time this was asked.
+  std::uint32_t take_suppressed() { return std::exchange(suppressed_, 0); }
+
+ private:
+  tims::Time paid_{};
+  std::uint32_t suppressed_ = 0;
+};
+
+}  // namespace rack

@@ -1,0 +1,196 @@
+#include "components/runtime/data_module.h"
+
+#include <algorithm>
+
+namespace rack {
+namespace {
+
+tims::Error refused(std::string text) {
+  return {tims::Errc::kInvalidArgument, std::move(text)};
+}
+
+}  // namespace
+
+DataModuleBase::DataModuleBase(const ModuleInfo& info, const DataInfo& data)
+    : Module(info),
+      data_(data),
+      history_(data.history, data.size_max),
+      listeners_(data.listeners),
+      due_(data.listeners),
+      answer_(data.size_max) {}
+
+// --- the data task
+
+Result<void> DataModuleBase::module_on() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (period_ms_ == 0) return refused("a period of 0 ms");
+    history_.clear();
+    listeners_.clear();
+  }
+  while (history_.size() == 0 && !is_stopping()) {
+    if (auto looped = module_loop(); !looped) return looped;
+  }
+  return {};
+}
+
+void DataModuleBase::turned_off() {
+  std::span<Listener> all;
+  {
+    const std::lock_guard lock(mutex_);
+    std::ranges::copy(listeners_.all(), due_.begin());
+    all = std::span(due_).first(listeners_.all().size());
+    listeners_.clear();
+  }
+  for (const Listener& listener : all) {
+    (void)command_mailbox().send({.dest = listener.mailbox,
+                                  .type = tims::type::kError,
+                                  .priority = listener.priority,
+                                  .seq_nr = listener.seq_nr});
+  }
+}
+
+void DataModuleBase::set_period(std::chrono::milliseconds period) {
+  const std::lock_guard lock(mutex_);
+  period_ms_ = static_cast<std::uint32_t>(std::max<std::int64_t>(period.count(), 0));
+}
+
+std::chrono::milliseconds DataModuleBase::period() const {
+  const std::lock_guard lock(mutex_);
+  return std::chrono::milliseconds(period_ms_);
+}
+
+void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
+  std::span<const std::byte> body;
+  std::span<Listener> due;
+  {
+    const std::lock_guard lock(mutex_);
+    history_.publish(recorded, size);
+    body = history_.newest().body;
+    due = listeners_.take_due(due_);
+  }
+  for (const Listener& listener : due) {
+    const auto sent = command_mailbox().send({.dest = listener.mailbox,
+                                              .type = tims::type::kData,
+                                              .priority = listener.priority,
+                                              .seq_nr = listener.seq_nr,
+                                              .stream = data_.samples && !listener.once},
+                                             body);
+    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop_listener(listener.mailbox);
+  }
+}
+
+// Its mailbox is gone.
+void DataModuleBase::drop_listener(tims::Address mailbox) {
+  const std::lock_guard lock(mutex_);
+  if (listeners_.remove(mailbox)) log().info("Listener %n is gone", mailbox);
+}
+
+// --- the command task
+
+Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
+  switch (message.header.type) {
+    case tims::type::kGetData:
+      return get_data(message);
+    case tims::type::kGetContData:
+      return get_cont_data(message);
+    case tims::type::kStopContData:
+      return stop_cont_data(message);
+    case tims::type::kGetNextData:
+      return get_next_data(message);
+    case tims::type::kNotAvailable:
+      drop_listener(message.header.src);
+      return {};
+    default:
+      return Module::module_command(message);
+  }
+}
+
+Result<void> DataModuleBase::get_data(const tims::MessageView& message) {
+  const auto request = decode<GetDataRequest>(message.body, message.header.body_order());
+  if (!request) return request.error();
+  if (!is_on()) return refused("no data while it is off");
+  Result<std::size_t> size = std::size_t{0};
+  {
+    const std::lock_guard lock(mutex_);
+    if (history_.size() == 0) return refused("there are no data yet");
+    if (request->recordingTime.raw() != 0) {
+      size = data_at(request->recordingTime, answer_);
+    } else {
+      std::ranges::copy(history_.newest().body, answer_.begin());
+      size = history_.newest().body.size();
+    }
+  }
+  if (!size) return size.error();
+  reply(message.header, tims::type::kData, std::span(answer_).first(*size));
+  return {};
+}
+
+Result<std::size_t> DataModuleBase::data_at(TimeStamp time, std::span<std::byte> to) const {
+  const auto found = history_.nearest(time, 2 * std::chrono::milliseconds(period_ms_));
+  if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
+  const auto& body = std::get<DataHistory::Entry>(found).body;
+  std::ranges::copy(body, to.begin());
+  return body.size();
+}
+
+tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
+  const std::string at = std::to_string(time.raw());
+  switch (miss) {
+    case DataHistory::Miss::kTooOld:
+      return refused("no data of " + at + " ms any more");
+    case DataHistory::Miss::kTooNew:
+      return refused("no data of " + at + " ms yet");
+    case DataHistory::Miss::kEmpty:
+      break;
+  }
+  return refused("there are no data yet");
+}
+
+Result<void> DataModuleBase::get_cont_data(const tims::MessageView& message) {
+  const auto request = decode<GetContDataRequest>(message.body, message.header.body_order());
+  if (!request) return request.error();
+  if (!is_on()) return refused("no data while it is off");
+  std::uint32_t granted = 0;
+  Listeners::Added added{};
+  {
+    const std::lock_guard lock(mutex_);
+    const std::uint32_t each = reduction(request->periodTime, period_ms_);
+    granted = each * period_ms_;
+    added = listeners_.add(message.header, request->dataMbxAdr, each);
+  }
+  if (const auto good = check_added(added, request->dataMbxAdr); !good) return good;
+  reply(message.header, tims::type::kContData, ContDataReply{granted});
+  return {};
+}
+
+Result<void> DataModuleBase::check_added(Listeners::Added added, tims::Address mailbox) {
+  if (added == Listeners::Added::kFull)
+    return refused("it has " + std::to_string(data_.listeners) + " listeners already, no more fit");
+  if (added == Listeners::Added::kAgain) log().warning("Listener %n is already in list", mailbox);
+  return {};
+}
+
+Result<void> DataModuleBase::stop_cont_data(const tims::MessageView& message) {
+  const auto request = decode<StopContDataRequest>(message.body, message.header.body_order());
+  if (!request) return request.error();
+  {
+    const std::lock_guard lock(mutex_);
+    listeners_.remove(request->dataMbxAdr);
+  }
+  reply(message.header, tims::type::kOk);
+  return {};
+}
+
+Result<void> DataModuleBase::get_next_data(const tims::MessageView& message) {
+  if (!is_on()) return refused("no data while it is off");
+  Listeners::Added added{};
+  {
+    const std::lock_guard lock(mutex_);
+    added = listeners_.add_once(message.header);
+  }
+  if (added == Listeners::Added::kFull) return check_added(added, message.header.src);
+  return {};
+}
+
+}  // namespace rack

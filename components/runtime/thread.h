@@ -1,0 +1,41 @@
+// A thread with a name and, when wanted, a real-time priority on one CPU.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <pthread.h>
+
+#include "tims/result.h"
+
+namespace rack {
+
+struct ThreadSettings {
+  std::string name{};    // at most 15 characters are kept
+  int priority = 0;      // SCHED_FIFO 2 to 99; below: an ordinary thread
+  int cpu = 0;           // of real-time threads; one that does not exist: 0
+};
+
+class Thread {
+ public:
+  Thread() = default;
+  Thread(const Thread&) = delete;
+  Thread& operator=(const Thread&) = delete;
+  ~Thread() { join(); }
+
+  // kSystem when the priority is not allowed; the text says what would allow it.
+  tims::Result<void> start(const ThreadSettings& settings, std::function<void()> body);
+  void join();
+
+ private:
+  static void* run(void* self);
+
+  std::function<void()> body_;
+  pthread_t id_{};
+  bool running_ = false;
+};
+
+// Keeps all memory of this process in RAM: what is touched once never faults again.
+tims::Result<void> lock_memory();
+
+}  // namespace rack

@@ -1,0 +1,83 @@
+#include "components/sim/chassis_model.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace rack::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+ChassisParamData limits() {
+  ChassisParamData limits;
+  limits.vxMax = 700;
+  limits.vxMin = 50;
+  limits.accMax = 500;
+  limits.decMax = 1000;
+  limits.omegaMax = 0.5F;
+  return limits;
+}
+
+float speed_after(i32 wish) {
+  ChassisModel model(limits(), false);
+  model.move({.vx = wish});
+  return model.step(0, 100ms).vx;
+}
+
+TEST(ChassisModel, StandsAtFirst) {
+  ChassisModel model(limits(), false);
+  const ChassisData data = model.step(1234, 100ms);
+  EXPECT_EQ(data.recordingTime, TimeStamp(1234));
+  EXPECT_EQ(data.vx, 0.0F);
+  EXPECT_EQ(data.activePilot, kNoPilot);
+}
+
+TEST(ChassisModel, KeepsToItsLimits) {
+  EXPECT_EQ(speed_after(0), 0.0F);
+  EXPECT_EQ(speed_after(1), 50.0F);
+  EXPECT_EQ(speed_after(-1), -50.0F);
+  EXPECT_EQ(speed_after(50), 50.0F);
+  EXPECT_EQ(speed_after(700), 700.0F);
+  EXPECT_EQ(speed_after(701), 700.0F);
+  EXPECT_EQ(speed_after(std::numeric_limits<i32>::min()), -700.0F);
+  ChassisModel model(limits(), false);
+  model.move({.vy = 100, .omega = -3.0F});
+  const ChassisData data = model.step(0, 100ms);
+  EXPECT_EQ(data.vy, 0.0F) << "it cannot go sideways";
+  EXPECT_EQ(data.omega, -0.5F);
+  model.move({.omega = std::numeric_limits<f32>::quiet_NaN()});
+  EXPECT_EQ(model.step(0, 100ms).omega, 0.0F);
+}
+
+TEST(ChassisModel, MovesByItsSpeed) {
+  ChassisModel model(limits(), false);
+  model.move({.vx = 200, .omega = 0.1F});
+  const ChassisData data = model.step(0, 50ms);
+  EXPECT_FLOAT_EQ(data.deltaX, 10.0F);
+  EXPECT_FLOAT_EQ(data.deltaRho, 0.005F);
+}
+
+TEST(ChassisModel, ANewPilotStopsIt) {
+  ChassisModel model(limits(), false);
+  model.move({.vx = 200});
+  model.set_active_pilot(tims::Address(0x00180100));
+  const ChassisData data = model.step(0, 50ms);
+  EXPECT_EQ(data.vx, 0.0F);
+  EXPECT_EQ(data.activePilot, tims::Address(0x00180100));
+}
+
+TEST(ChassisModel, AcceleratesAndBrakesWhenWanted) {
+  ChassisModel model(limits(), true);
+  model.move({.vx = 600});
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 50.0F);
+  for (int i = 0; i < 20; ++i) (void)model.step(0, 100ms);
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 600.0F);
+  model.move({.vx = 0});
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 500.0F);
+  model.move({.vx = -600});
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 400.0F) << "it brakes before it turns round";
+}
+
+}  // namespace
+}  // namespace rack::sim
