@@ -3,6 +3,7 @@
 #include <map>
 
 #include <boost/json/parse.hpp>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "router/io/linked_fixture.h"
@@ -22,8 +23,8 @@ std::map<std::string, json::object> items(const LinkedFixture& lab, const std::s
   std::map<std::string, json::object> all;
   std::string after;
   for (int page = 0; page < 20; ++page) {
-    const auto answer = ask(lab, R"({"ask":")" + question + R"(","limit":)" +
-                                     std::to_string(limit) + R"(,"after":")" + after + "\"}");
+    const auto answer =
+        ask(lab, fmt::format(R"({{"ask":"{}","limit":{},"after":"{}"}})", question, limit, after));
     for (const auto& item : answer.at("items").as_array()) {
       const auto& name = item.at("name").is_null() ? item.at("to") : item.at("name");
       EXPECT_TRUE(all.emplace(name.as_string(), item.as_object()).second) << "told twice: " << name;

@@ -2,8 +2,6 @@
 // other is in tests/sim.
 #include "router/link/session.h"
 
-#include <memory>
-
 #include <gtest/gtest.h>
 
 namespace tims::link {
@@ -25,14 +23,14 @@ struct SessionTest : testing::Test {
   // A packet that wants an acknowledgement and has nothing else in it.
   void receive(std::uint32_t packet) {
     std::array frames{static_cast<std::byte>(FrameType::kProbe)};
-    ASSERT_TRUE(session->is_new(packet));
-    ASSERT_EQ(session->on_data(now, {.header = {.packet = packet}, .frames = frames}),
+    ASSERT_TRUE(session.is_new(packet));
+    ASSERT_EQ(session.on_data(now, {.header = {.packet = packet}, .frames = frames}),
               Session::Verdict::kTaken);
   }
   // The ranges of the acknowledgement that is sent now; none: nothing is.
   std::size_t acknowledged_ranges() {
     std::array<std::byte, kDatagramMax> datagram{};
-    const std::size_t size = session->build(now, 1, datagram);
+    const std::size_t size = session.build(now, 1, datagram);
     if (size == 0) return 0;
     FrameReader reader{std::span(datagram).first(size).subspan(kDataHeaderSize)};
     const auto frame = reader.next();
@@ -44,8 +42,7 @@ struct SessionTest : testing::Test {
   MessageMemory memory{{}};
   std::vector<MessageBuffer> done;
   Nobody nobody;
-  std::unique_ptr<Session> session =
-      std::make_unique<Session>(pool, memory, done, SessionSettings(), nobody, nobody);
+  Session session{pool, memory, done, SessionSettings(), nobody, nobody};
   Time now{100s};
 };
 
@@ -60,9 +57,9 @@ TEST_F(SessionTest, EverySecondPacketIsAcknowledgedAtOnce) {
 
 TEST_F(SessionTest, OnePacketAloneIsAcknowledgedAfterAMoment) {
   receive(0);
-  EXPECT_EQ(session->next_timeout(now), now + RttEstimator::kAckDelayMax);
+  EXPECT_EQ(session.next_timeout(now), now + RttEstimator::kAckDelayMax);
   now += RttEstimator::kAckDelayMax;
-  session->on_timeout(now);
+  session.on_timeout(now);
   EXPECT_EQ(acknowledged_ranges(), 1U);
 }
 
