@@ -47,6 +47,8 @@ inline constexpr u32 kGrbg = 514;
 inline constexpr u32 kBggr = 515;
 }  // namespace bayer
 
+inline constexpr std::size_t kCameraBytesMax = 3932160;  // 1280 * 1024 pixels of 24 bits
+
 struct CameraData {
   TimeStamp recordingTime = 0;
   Pixels<u16> width = 0;                        // originals: up to 1280
@@ -54,7 +56,7 @@ struct CameraData {
   Quantity<u16, unit::BitPerPixel> depth = 0;   // originals: up to 24
   u16 mode = 0;                                 // of camera_mode
   u32 colorFilterId = 0;                        // of bayer; kJpeg: the number of bytes of the image
-  Tail<std::byte, 1280 * 1024 * 3> image = {};  // words of pixels are never swapped
+  Tail<std::byte, kCameraBytesMax> image = {};  // words of pixels are never swapped
 
   [[nodiscard]] std::array<std::int64_t, 1> tail_sizes() const {
     if (mode == camera_mode::kJpeg) return {std::int64_t{colorFilterId}};

@@ -63,7 +63,7 @@ struct PilotRevertData {
 
 struct PilotMultiDestData {
   Count pointNum = {};
-  Sequence<DestinationPoint, 1000> points = {};
+  Sequence<DestinationPoint, 1000> points = {};  // our bound; the original states none
 };
 
 class PilotProxy : public DataProxy<PilotData> {
@@ -82,6 +82,7 @@ class PilotProxy : public DataProxy<PilotData> {
   Result<void> revert_command(Milliseconds<u32> revert_time) {
     return command(PilotType::kRevertCommand, PilotRevertData{revert_time});
   }
+  // What PilotData says, without its splines; status() tells whether the pilot is on.
   Result<PilotStatusData> get_status() {
     return query<PilotStatusData>(PilotType::kGetStatus, PilotType::kStatus);
   }

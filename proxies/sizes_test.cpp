@@ -64,7 +64,8 @@ static_assert(wire_size<CompassData>() == 12);
 
 static_assert(wire_size<DatalogData>() == 48);
 static_assert(wire_size<DatalogLogInfo>() == 64);
-static_assert(body_max<DatalogData>() == DatalogData::kWholeSize);
+static_assert(wire_size<DatalogData>() + elements_max<DatalogData>() == DatalogData::kWholeSize);
+static_assert(body_max<DatalogData>() == 6448);
 
 static_assert(wire_size<FeatureMapData>() == 32);
 static_assert(wire_size<FeatureMapDataPoint>() == 72 && is_plain<FeatureMapDataPoint>());
@@ -111,8 +112,10 @@ static_assert(wire_size<PilotRevertData>() == 4);
 static_assert(wire_size<PilotMultiDestData>() == 4);
 
 static_assert(wire_size<PlannerString>() == 84);
-static_assert(body_max<PlannerData>() == 4212 && PlannerData::kWholeSize == 4212);
-static_assert(body_max<PlannerCommand>() == 4204 && PlannerCommand::kWholeSize == 4204);
+static_assert(wire_size<PlannerData>() + elements_max<PlannerData>() == 4212);
+static_assert(body_max<PlannerData>() == 4212);
+static_assert(wire_size<PlannerCommand>() + elements_max<PlannerCommand>() == 4204);
+static_assert(body_max<PlannerCommand>() == 4204);
 
 static_assert(wire_size<PositionData>() == 52);
 static_assert(wire_size<PositionWgs84Data>() == 24);

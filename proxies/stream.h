@@ -15,7 +15,7 @@ Result<void> check_data(const tims::Header& header, tims::Address producer);
 // check_data(), and the data itself (kMalformed). Allocates nothing when `data` has the room.
 template <Struct Data>
 Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data) {
-  if (const auto good = check_data(message.header, producer); !good) return good;
+  if (auto good = check_data(message.header, producer); !good) return good;
   return decode(message.body, message.header.body_order(), data);
 }
 

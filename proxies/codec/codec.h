@@ -94,7 +94,6 @@ class Decoder {
       take(bytes::read(left_.data(), order_, count_));
       return {};
     } else if constexpr (kIsSequence<Field>) {
-      // Fields between count and elements are still to come: they were checked with wire_size.
       return read_elements<I>(field, count_, sequence_name<I>());
     } else if constexpr (kIsTail<Field>) {
       return read_elements<I>(field, value.tail_sizes()[tails_before<T, I>()],
