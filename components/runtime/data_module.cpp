@@ -5,9 +5,7 @@
 namespace rack {
 namespace {
 
-tims::Error refused(std::string text) {
-  return {tims::Errc::kInvalidArgument, std::move(text)};
-}
+tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
 
 }  // namespace
 
@@ -74,7 +72,8 @@ void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
                                               .type = tims::type::kData,
                                               .priority = listener.priority,
                                               .seq_nr = listener.seq_nr,
-                                              .stream = data_.samples && !listener.once},
+                                              .stream = data_.samples && !listener.once,
+                                              .tell_if_gone = true},
                                              body);
     if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop_listener(listener.mailbox);
   }

@@ -1,5 +1,5 @@
-// A component that produces data: the last data sets are kept, sent to listeners, and found again by
-// their time (specification, section 6).
+// A component that produces data: the last data sets are kept, sent to listeners, and found again
+// by their time (specification, section 6).
 //
 //   class Scanner : public rack::DataModule<rack::LadarData> {
 //     Result<void> module_loop() override {

@@ -6,7 +6,8 @@
 //    private:
 //     Result<void> module_on() override;     // what it needs while it is on
 //     Result<void> module_loop() override;   // again and again while it is on
-//     void module_off() override;            // also after a module_on() or module_loop() that failed
+//     void module_off() override;            // also after a module_on() or module_loop() that
+//     failed
 //   };
 //   int main(int argc, char** argv) {
 //     Sweeper sweeper;
@@ -74,7 +75,8 @@ class Module {
   virtual void module_cleanup() {}
   virtual Result<void> module_on() { return {}; }
   virtual void module_off() {}
-  // May wait at most as long as people are ready to wait for OFF. An error: off, and on again later.
+  // May wait at most as long as people are ready to wait for OFF. An error: off, and on again
+  // later.
   virtual Result<void> module_loop() = 0;
   // A command that is not common to all. An error is answered by ERROR. Called by the command task.
   virtual Result<void> module_command(const tims::MessageView& message);
@@ -133,7 +135,7 @@ class Module {
   std::deque<tims::Mailbox> mailboxes_;
   std::uint32_t last_local_ = 0;
 
-  std::optional<LifeCycle> cycle_;        // under mutex_
+  std::optional<LifeCycle> cycle_;         // under mutex_
   std::condition_variable_any commanded_;  // with mutex_
   tims::Time next_period_{};
   std::atomic<bool> stopping_ = false;

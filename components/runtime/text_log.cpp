@@ -34,7 +34,8 @@ void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
   Text text;
   while (take(text)) {
     if (!limiter_.take(now)) continue;
-    if (const std::uint32_t kept_back = limiter_.take_suppressed()) say_suppressed(mailbox, kept_back);
+    if (const std::uint32_t kept_back = limiter_.take_suppressed())
+      say_suppressed(mailbox, kept_back);
     pass_on(text, mailbox);
   }
   std::uint32_t lost = 0;
@@ -65,8 +66,8 @@ void TextLog::say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
 void TextLog::pass_on(const Text& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
   // Texts are the least important of all, and nobody may be there to read them.
-  (void)mailbox.send({.dest = gdos::kSink, .type = static_cast<std::int8_t>(text.level), .priority = 0},
-                     body);
+  (void)mailbox.send(
+      {.dest = gdos::kSink, .type = static_cast<std::int8_t>(text.level), .priority = 0}, body);
   const auto words = gdos::decode(body, std::endian::native);
   std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string().c_str(),
                std::string(gdos::name(text.level)).c_str(),

@@ -1,12 +1,12 @@
 #include "components/runtime/thread.h"
 
-#include <sched.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <system_error>
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace rack {
 namespace {
@@ -49,8 +49,7 @@ tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<v
   if (settings.priority >= kFirstRealTime) set_real_time(attributes, settings);
   const int code = ::pthread_create(&id_, &attributes, &Thread::run, this);
   ::pthread_attr_destroy(&attributes);
-  if (code != 0)
-    return refused("thread with priority " + std::to_string(settings.priority), code);
+  if (code != 0) return refused("thread with priority " + std::to_string(settings.priority), code);
   running_ = true;
   ::pthread_setname_np(id_, settings.name.substr(0, 15).c_str());
   return {};

@@ -11,9 +11,9 @@
 namespace rack {
 
 struct ThreadSettings {
-  std::string name{};    // at most 15 characters are kept
-  int priority = 0;      // SCHED_FIFO 2 to 99; below: an ordinary thread
-  int cpu = 0;           // of real-time threads; one that does not exist: 0
+  std::string name{};  // at most 15 characters are kept
+  int priority = 0;    // SCHED_FIFO 2 to 99; below: an ordinary thread
+  int cpu = 0;         // of real-time threads; one that does not exist: 0
 };
 
 class Thread {

@@ -68,7 +68,8 @@ inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t bod
   const std::uint8_t order = envelope.body_order & flag::kBodyLittleEndian;
   const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
   const std::uint8_t trace = envelope.trace ? flag::kTrace : 0;
-  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace),
+  const std::uint8_t tell = envelope.tell_if_gone ? flag::kTellIfGone : 0;
+  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace | tell),
                   .type = envelope.type,
                   .priority = envelope.priority.value_or(priority_),
                   .seq_nr = envelope.seq_nr,

@@ -7,12 +7,18 @@
 namespace tims::core {
 namespace {
 
-constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace;
+constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace | flag::kTellIfGone;
 
 // Nobody on the way knows where it should go: the sender of a command is told.
 bool is_no_way(Outcome outcome) {
   return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
          outcome == Outcome::kHopLimit;
+}
+
+// That nobody owns the destination. Original programs set our flags as they like.
+bool wants_to_know(const Client& sender, const Header& header) {
+  const bool asks = (header.flags & flag::kTellIfGone) != 0;
+  return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
 }
 
 EventKind kind_of(Registration::Status status) {
@@ -173,7 +179,9 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
   const Outcome outcome = forward(now, &sender, message);
-  if (is_no_way(outcome) || (!taken(outcome) && leads_over_link(sender, header.dest)))
+  if (is_no_way(outcome)
+          ? wants_to_know(sender, header)
+          : header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest))
     answer_not_available(receiver_of(sender, handle), header);
   return outcome;
 }
@@ -232,7 +240,6 @@ Outcome Router::for_router_itself(Client& sender, std::uint32_t handle, const Me
 }
 
 void Router::answer_not_available(const Receiver& to, const Header& request) {
-  if (request.type <= 0) return;
   count(EventKind::kNotAvailable);
   sink_.reply(to, wire::reply_to(request, type::kNotAvailable));
 }

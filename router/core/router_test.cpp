@@ -182,14 +182,35 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   router_.register_mailbox(now_, tcp, kLaser);
   router_.register_mailbox(now_, local, kPilot);
   router_.register_mailbox(now_, web, Address(5));
-  const std::uint8_t flags = flag::kNativeOrder | flag::kStream | flag::kTrace | 0xC0;
+  const std::uint8_t flags =
+      flag::kNativeOrder | flag::kStream | flag::kTrace | flag::kTellIfGone | 0x80;
   send(local, {.flags = flags, .dest = kLaser, .src = kPilot});
   send(local, {.flags = flags, .dest = Address(5), .src = kPilot});
   send(tcp, {.flags = flags, .dest = kLaser, .src = kLaser});
   ASSERT_EQ(sink_.delivered.size(), 3U);
-  EXPECT_EQ(sink_.delivered[0].header.flags, flag::kNativeOrder | 0xC0);
+  EXPECT_EQ(sink_.delivered[0].header.flags, flag::kNativeOrder | 0x80);
   EXPECT_EQ(sink_.delivered[1].header.flags, flags);
   EXPECT_EQ(sink_.delivered[2].header.flags, flags);
+}
+
+TEST_F(RouterTest, AProducerThatAsksIsToldThatItsListenerIsGone) {
+  const ClientId tcp = connect();
+  const ClientId local = connect(PortKind::kLocal);
+  router_.register_mailbox(now_, tcp, kLaser);
+  router_.register_mailbox(now_, local, kPilot);
+  const std::uint8_t asks = flag::kNativeOrder | flag::kTellIfGone;
+  send(local,
+       {.flags = flag::kNativeOrder, .type = type::kData, .dest = Address(5), .src = kPilot});
+  EXPECT_TRUE(sink_.replies.empty());
+  send(local, {.flags = asks, .type = type::kData, .dest = kLaser, .src = kPilot});
+  EXPECT_TRUE(sink_.replies.empty()) << "it is there";
+  send(tcp, {.flags = asks, .type = type::kData, .dest = Address(5), .src = kLaser});
+  EXPECT_TRUE(sink_.replies.empty()) << "original programs set flags as they like";
+  send(local, {.flags = asks, .type = type::kData, .dest = Address(5), .src = kPilot});
+  ASSERT_EQ(sink_.replies.size(), 1U);
+  EXPECT_EQ(sink_.replies[0].header.type, type::kNotAvailable);
+  EXPECT_EQ(sink_.replies[0].header.src, Address(5));
+  EXPECT_EQ(sink_.replies[0].header.dest, kPilot);
 }
 
 TEST_F(RouterTest, OnlyOurOwnProgramsAreTraced) {

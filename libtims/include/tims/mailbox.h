@@ -39,6 +39,8 @@ struct Envelope {
   std::uint8_t seq_nr = 0;
   bool stream = false;  // a sample: a newer one may replace it where a link is short of bandwidth
   bool trace = false;   // every router on the way tells the sender (type::kHopRecord)
+  // NOT_AVAILABLE when nobody owns `dest`, as for commands.
+  bool tell_if_gone = false;
   // Order of the body's numbers: flag::kBodyLittleEndian or 0.
   std::uint8_t body_order = flag::kNativeOrder & flag::kBodyLittleEndian;
 };
