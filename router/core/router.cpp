@@ -179,9 +179,9 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
   const Outcome outcome = forward(now, &sender, message);
-  if (is_no_way(outcome)
-          ? wants_to_know(sender, header)
-          : header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest))
+  const bool lost_command =
+      header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest);
+  if (lost_command || (is_no_way(outcome) && wants_to_know(sender, header)))
     answer_not_available(receiver_of(sender, handle), header);
   return outcome;
 }

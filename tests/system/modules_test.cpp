@@ -1,0 +1,204 @@
+// The runtime of components, as others see it: commands, parameters, data, texts and ends.
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+#include "proxies/chassis.h"
+#include "proxies/gdos.h"
+#include "tests/support/eventually.h"
+#include "tests/system/modules_fixture.h"
+
+namespace tims::test {
+namespace {
+
+using rack::ChassisData;
+using rack::ChassisProxy;
+using rack::Status;
+
+constexpr std::uint32_t kChassis = 0x00110000;
+constexpr std::uint32_t kPilot = 0x00180000;
+constexpr std::uint32_t kData = 0x00180002;
+
+class ModulesProgramsTest : public ModulesTest {
+ protected:
+  ChassisProxy chassis() { return proxy<ChassisProxy>(kChassis); }
+  void start_chassis() { start("ChassisSim", {"--periodTime=20"}); }
+
+  // The next message of a stream.
+  static Header next_header(Mailbox& data) {
+    const auto message = data.peek_for(kPatience);
+    EXPECT_TRUE(message) << message.error().message();
+    return message ? message->header() : Header{};
+  }
+  std::string status() {
+    const auto status = chassis().status();
+    return status ? std::string(name(*status)) : status.error().message();
+  }
+};
+
+TEST_F(ModulesProgramsTest, GoOnAndOff) {
+  start_chassis();
+  EXPECT_EQ(status(), "disabled");
+  EXPECT_TRUE(chassis().on());
+  EXPECT_EQ(status(), "enabled");
+  EXPECT_TRUE(chassis().get_data()) << "who is on has data";
+  EXPECT_TRUE(chassis().on()) << "it is on already";
+  EXPECT_TRUE(chassis().off());
+  EXPECT_TRUE(eventually([&] { return status() == "disabled"; }, "off"));
+  EXPECT_FALSE(chassis().get_data());
+}
+
+TEST_F(ModulesProgramsTest, DoWhatTheyAreTold) {
+  start_chassis();
+  auto told = chassis();
+  ASSERT_TRUE(told.on());
+  EXPECT_FALSE(told.move(100, 0, 0)) << "not the active pilot";
+  ASSERT_TRUE(told.set_active_pilot(Address(kWork)));
+  ASSERT_TRUE(told.move(100, 0, 0.1F));
+  const auto data = told.get_next_data(kPatience);
+  ASSERT_TRUE(data) << data.error().message();
+  EXPECT_EQ(data->vx.raw(), 100.0F);
+  EXPECT_EQ(data->activePilot, Address(kWork & ~0xFFU));
+}
+
+TEST_F(ModulesProgramsTest, SendStreams) {
+  start_chassis();
+  auto producer = chassis();
+  Mailbox data = open(*session_, kData);
+  EXPECT_FALSE(producer.get_cont_data(0, data.address())) << "it is off";
+  ASSERT_TRUE(producer.on());
+  const auto period = producer.get_cont_data(50, data.address());
+  ASSERT_TRUE(period) << period.error().message();
+  EXPECT_EQ(period->raw(), 40U);
+  ChassisData first;
+  ChassisData second;
+  ASSERT_TRUE(producer.decode_stream(*data.peek_for(kPatience), first));
+  ASSERT_TRUE(producer.decode_stream(*data.peek_for(kPatience), second));
+  EXPECT_GE(second.recordingTime - first.recordingTime, 30ms);
+  ASSERT_TRUE(producer.stop_cont_data(data.address()));
+}
+
+TEST_F(ModulesProgramsTest, TellTheirListenersWhenTheyGoOff) {
+  start_chassis();
+  Mailbox data = open(*session_, kData);
+  ASSERT_TRUE(chassis().on());
+  ASSERT_TRUE(chassis().get_cont_data(0, data.address()));
+  ASSERT_TRUE(chassis().off());
+  EXPECT_TRUE(eventually([&] { return next_header(data).type == type::kError; }, "ERROR"));
+}
+
+TEST_F(ModulesProgramsTest, ForgetListenersThatAreGone) {
+  auto& program = start("ChassisSim", {"--periodTime=20", "--gdosLevel=3"});
+  ASSERT_TRUE(chassis().on());
+  {
+    Mailbox data = open(*session_, kData);
+    ASSERT_TRUE(chassis().get_cont_data(0, data.address()));
+    EXPECT_EQ(next_header(data).type, type::kData);
+  }
+  const auto gone = program.wait_for_line("Listener Pilot(0/0):2 is gone");
+  EXPECT_TRUE(gone) << gone.error().message();
+}
+
+TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
+  start_chassis();
+  auto producer = chassis();
+  ASSERT_TRUE(producer.on());
+  constexpr int kMax = 64;
+  std::vector<Mailbox> listeners;
+  int taken = 0;
+  for (int i = 0; i < 200; ++i) {
+    listeners.push_back(
+        open(*session_, 0x00190000U + static_cast<std::uint32_t>(i), {.slots = 2, .body_max = 64}));
+    if (producer.get_cont_data(0, listeners.back().address())) ++taken;
+  }
+  EXPECT_EQ(taken, kMax);
+  EXPECT_EQ(status(), "enabled") << "listeners that never read stop nobody";
+}
+
+TEST_F(ModulesProgramsTest, TakeParameters) {
+  start_chassis();
+  auto told = chassis();
+  const auto list = told.get_param();
+  ASSERT_TRUE(list) << list.error().message();
+  EXPECT_EQ(list->parameters.at(0).valueString, "ChassisSim");
+  rack::Parameter speed;
+  ASSERT_TRUE(speed.name.assign("vxMax"));
+  speed.valueInt = 900;
+  EXPECT_TRUE(told.set_param(speed));
+  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900);
+  speed.valueInt = -1;
+  EXPECT_FALSE(told.set_param(speed));
+  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900) << "the old value stays";
+}
+
+TEST_F(ModulesProgramsTest, TakeManyParametersInOneMessage) {
+  start_chassis();
+  rack::ParameterList list;
+  for (const char* name : {"vxMax", "vxMin", "nobodyKnowsThis"}) {
+    auto& record = list.parameters.emplace_back();
+    ASSERT_TRUE(record.name.assign(name));
+    record.valueInt = 77;
+  }
+  std::vector<std::byte> body(rack::encoded_size(list));
+  ASSERT_TRUE(rack::encode(list, body));
+  ASSERT_TRUE(work_->send({.dest = Address(kChassis), .type = type::kSetParam}, body));
+  EXPECT_EQ(next_header(*work_).type, type::kOk);
+  EXPECT_EQ(chassis().get_parameter()->vxMax.raw(), 77);
+  EXPECT_EQ(chassis().get_parameter()->vxMin.raw(), 77);
+}
+
+TEST_F(ModulesProgramsTest, AnswerBodiesOfAnyLength) {
+  start_chassis();
+  ASSERT_TRUE(chassis().on());
+  for (const std::int8_t command : {type::kGetData, type::kGetContData, type::kStopContData,
+                                    type::kSetParam, std::int8_t{21}, std::int8_t{23}}) {
+    for (const std::size_t size : {0U, 1U, 3U, 5U, 239U, 240U, 8192U}) {
+      const std::vector<std::byte> body(size, std::byte{0xFF});
+      ASSERT_TRUE(work_->send({.dest = Address(kChassis), .type = command}, body));
+      EXPECT_EQ(next_header(*work_).type, type::kError) << int{command} << ", " << size << " bytes";
+    }
+  }
+  ASSERT_TRUE(work_->send({.dest = Address(kChassis), .type = 99}));
+  EXPECT_EQ(next_header(*work_).type, type::kError);
+  EXPECT_EQ(status(), "enabled");
+}
+
+TEST_F(ModulesProgramsTest, SpeakToTheSink) {
+  Mailbox sink = open(*session_, rack::gdos::kSink.raw());
+  start_chassis();
+  const auto text = sink.peek_for(kPatience);
+  ASSERT_TRUE(text);
+  EXPECT_EQ(text->header().src, Address(kChassis));
+  EXPECT_EQ(text->header().priority, 0);
+  EXPECT_EQ(rack::gdos::level_of(text->header().type), rack::gdos::Level::kPrint);
+  EXPECT_EQ(*rack::gdos::decode(text->body(), text->header().body_order()), "Init");
+}
+
+TEST_F(ModulesProgramsTest, EndWhenAskedTo) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    auto& program = start("ChassisSim", {"--targetStatus=1"});
+    ASSERT_TRUE(program.wait_for_line("Module on"));
+    const auto status = program.stop(signal);
+    ASSERT_TRUE(status) << status.error().message();
+    EXPECT_TRUE(status->success()) << status->to_string();
+    EXPECT_NE(program.output().find("Module off"), std::string::npos);
+    EXPECT_NE(program.output().find("Terminated"), std::string::npos);
+  }
+}
+
+TEST_F(ModulesProgramsTest, SayWhyTheyCannotStart) {
+  start_chassis();
+  const std::string program = std::string(TIMS_PROGRAMS) + "/ChassisSim";
+  auto second = ChildProcess::start({program}, at_router());
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->wait()->code, 1);
+  EXPECT_NE(second->output().find("address in use: Chassis(0/0)"), std::string::npos)
+      << second->output();
+  auto wrong = ChildProcess::start({program, "--vxMax=fast"}, at_router());
+  ASSERT_TRUE(wrong);
+  EXPECT_EQ(wrong->wait()->code, 2);
+  EXPECT_NE(wrong->output().find("--vxMax = fast: must be"), std::string::npos) << wrong->output();
+}
+
+}  // namespace
+}  // namespace tims::test
