@@ -342,6 +342,11 @@ std::string Module::text(std::string_view name) const {
   return parameters_.text(name);
 }
 
+void Module::set_parameter(std::string_view name, std::int32_t value) {
+  const std::lock_guard lock(mutex_);
+  (void)parameters_.set(name, std::to_string(value));
+}
+
 bool Module::is_on() const {
   const std::lock_guard lock(mutex_);
   return cycle_->status() == Status::kEnabled;

@@ -88,6 +88,8 @@ class Module {
   [[nodiscard]] std::int32_t integer(std::string_view name) const;
   [[nodiscard]] float real(std::string_view name) const;
   [[nodiscard]] std::string text(std::string_view name) const;
+  // Of what a component has found out itself; must be a number that its parameter allows.
+  void set_parameter(std::string_view name, std::int32_t value);
 
   // With the next local id, and the priority of the data task. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);

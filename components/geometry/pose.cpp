@@ -1,0 +1,59 @@
+#include "components/geometry/pose.h"
+
+#include <cmath>
+
+namespace rack {
+
+Pose Pose::of(const Position3d& position) {
+  return {static_cast<double>(position.x.raw()),
+          static_cast<double>(position.y.raw()),
+          static_cast<double>(position.z.raw()),
+          position.phi.raw(),
+          position.psi.raw(),
+          position.rho.raw()};
+}
+
+Position3d Pose::position() const {
+  const auto mm = [](double value) { return Millimetres<i32>::from_si(value / 1000); };
+  return {.x = mm(x),
+          .y = mm(y),
+          .z = mm(z),
+          .phi = static_cast<f32>(signed_angle(phi)),
+          .psi = static_cast<f32>(signed_angle(psi)),
+          .rho = static_cast<f32>(heading(rho))};
+}
+
+Pose operator+(const Pose& frame, const Pose& local) {
+  const double c = std::cos(frame.rho);
+  const double s = std::sin(frame.rho);
+  return {frame.x + local.x * c - local.y * s,
+          frame.y + local.x * s + local.y * c,
+          frame.z + local.z,
+          frame.phi + local.phi,
+          frame.psi + local.psi,
+          heading(frame.rho + local.rho)};
+}
+
+Pose operator-(const Pose& to, const Pose& from) {
+  const double c = std::cos(from.rho);
+  const double s = std::sin(from.rho);
+  const double dx = to.x - from.x;
+  const double dy = to.y - from.y;
+  return {dx * c + dy * s,   dy * c - dx * s,   to.z - from.z,
+          to.phi - from.phi, to.psi - from.psi, heading(to.rho - from.rho)};
+}
+
+Pose between(const Pose& a, const Pose& b, double part) {
+  const auto line = [part](double from, double to) { return from + (to - from) * part; };
+  const auto turn = [part](double from, double to) {
+    return from + signed_angle(to - from) * part;
+  };
+  return {line(a.x, b.x),
+          line(a.y, b.y),
+          line(a.z, b.z),
+          signed_angle(turn(a.phi, b.phi)),
+          signed_angle(turn(a.psi, b.psi)),
+          heading(turn(a.rho, b.rho))};
+}
+
+}  // namespace rack

@@ -1,0 +1,64 @@
+// Positions in the world of the robot, said as coordinates of the Earth and back (specification,
+// section 10.5). Pure.
+#pragma once
+
+#include <string>
+
+#include "proxies/position.h"
+#include "tims/result.h"
+
+namespace rack::navigation {
+
+// What x and y of a position are.
+enum class PositionReference : i32 {
+  kWgs84 = 0,         // metres by a scale for each degree
+  kGaussKrueger = 1,  // northing and easting
+  kUtm = 2,
+};
+
+struct CoordinateSettings {
+  PositionReference reference = PositionReference::kWgs84;
+  double offset_latitude = 0;   // deg
+  double offset_longitude = 0;  // deg
+  double scale_latitude = 0;    // m/deg
+  double scale_longitude = 0;   // m/deg
+  i32 offset_northing = 0;      // m
+  i32 offset_easting = 0;       // m
+  i32 utm_zone = 32;
+  i32 utm_band = 18;
+};
+
+class Coordinates {
+ public:
+  // auto_offset: the first northing and easting converted, rounded to 100 m, become the offset.
+  Coordinates(const CoordinateSettings& settings, bool auto_offset)
+      : settings_(settings), auto_offset_(auto_offset) {}
+
+  tims::Result<PositionData> from(const PositionWgs84Data& wgs84);
+  tims::Result<PositionData> from(const PositionGkData& gk);
+  tims::Result<PositionData> from(const PositionUtmData& utm);
+
+  // kInvalidArgument: the settings do not allow it.
+  [[nodiscard]] tims::Result<PositionWgs84Data> to_wgs84(const PositionData& position) const;
+  [[nodiscard]] tims::Result<PositionGkData> to_gk(const PositionData& position) const;
+  [[nodiscard]] tims::Result<PositionUtmData> to_utm(const PositionData& position) const;
+
+  // With the offsets found.
+  [[nodiscard]] const CoordinateSettings& settings() const { return settings_; }
+
+ private:
+  // As northing and easting, m; the zone of UTM is the one set.
+  struct Plane {
+    double northing = 0;
+    double easting = 0;
+  };
+  PositionData on_plane(const Plane& plane, i32 altitude, f32 heading);
+  [[nodiscard]] Plane plane_of(const PositionData& position) const;
+  [[nodiscard]] PositionGkData gk_of(const PositionData& position) const;
+  [[nodiscard]] PositionUtmData utm_of(const PositionData& position) const;
+
+  CoordinateSettings settings_;
+  bool auto_offset_;
+};
+
+}  // namespace rack::navigation

@@ -1,0 +1,108 @@
+// OdometryChassis: adds up what a chassis says it has moved.
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <variant>
+
+#include "components/navigation/dead_reckoning.h"
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+
+namespace rack::navigation {
+namespace {
+
+const std::array<ParameterInfo, 5> kParameters = {{
+    {"chassisSys", 0, "system id of the chassis", 0, 255},
+    {"chassisInst", 0, "instance of the chassis", 0, 255},
+    {"initPosX", 0, "where it is when it is turned on, mm"},
+    {"initPosY", 0, "mm"},
+    {"initPosRho", 0, "deg"},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "OdometryChassis",
+    .purpose = "Odometry: adds up what a chassis says it has moved.",
+    .class_id = tims::class_id::kOdometry,
+    .parameters = kParameters,
+};
+
+class OdometryChassis : public DataModule<OdometryData> {
+ public:
+  OdometryChassis() : DataModule(kInfo, {.history = 1000}) {}
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    const auto stream = create_mailbox(4, wire_size<ChassisData>());
+    if (!stream) return stream.error();
+    chassis_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    {
+      const std::lock_guard lock(reckoning_mutex_);
+      reckoning_.emplace(start());
+    }
+    const auto granted = chassis_->start(
+        address_of(tims::class_id::kChassis, integer("chassisSys"), integer("chassisInst")));
+    if (!granted) return granted.error();
+    set_period(*granted);
+    ahead_ = *granted;
+    return DataModule::module_on();
+  }
+
+  void module_off() override { chassis_->stop(); }
+
+  Result<void> module_loop() override {
+    if (auto come = chassis_->next(movement_, 2 * period()); !come) return come;
+    {
+      const std::lock_guard lock(reckoning_mutex_);
+      get_local_buffer() = reckoning_->add(movement_);
+    }
+    return put_local_buffer();
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != OdometryType::kReset) return DataModule::module_command(message);
+    {
+      const std::lock_guard lock(reckoning_mutex_);
+      if (reckoning_) reckoning_->reset();
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const override {
+    const auto found = history().around(time, ahead_.load());
+    if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
+    const auto& pair = std::get<DataHistory::Pair>(found);
+    const auto before = decode<OdometryData>(pair.before.body);
+    const auto after = decode<OdometryData>(pair.after.body);
+    if (!before) return before.error();
+    if (!after) return after.error();
+    return encode(interpolated(*before, *after, time), to);
+  }
+
+  [[nodiscard]] Pose start() const {
+    return {.x = static_cast<double>(integer("initPosX")),
+            .y = static_cast<double>(integer("initPosY")),
+            .rho = heading(radians(integer("initPosRho")))};
+  }
+
+  std::optional<Input<ChassisProxy>> chassis_;
+  ChassisData movement_;
+  std::atomic<std::chrono::milliseconds> ahead_{};  // how far beyond the newest data it guesses
+  PriorityMutex reckoning_mutex_;
+  std::optional<DeadReckoning> reckoning_;
+};
+
+}  // namespace
+}  // namespace rack::navigation
+
+int main(int argc, char** argv) {
+  rack::navigation::OdometryChassis odometry;
+  return odometry.run(argc, argv);
+}

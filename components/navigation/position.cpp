@@ -1,0 +1,188 @@
+// Position: where the robot is in the world.
+#include <array>
+#include <mutex>
+#include <optional>
+
+#include "components/navigation/coordinates.h"
+#include "components/navigation/reference.h"
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+
+namespace rack::navigation {
+namespace {
+
+const std::array<ParameterInfo, 16> kParameters = {{
+    {"odometrySys", 0, "system id of the odometry", 0, 255},
+    {"odometryInst", 0, "instance of the odometry", 0, 255},
+    {"updateInterpol", 0, "time an update takes to have its full effect, ms", 0, 3600000},
+    {"offsetLatitude", 0.0F, "of x = 0, deg", -90, 90},
+    {"offsetLongitude", 0.0F, "of y = 0, deg", -180, 180},
+    {"scaleLatitude", 0, "length of a degree of latitude, m", 0, 1e6},
+    {"scaleLongitude", 0, "length of a degree of longitude, m", 0, 1e6},
+    {"offsetNorthing", 0, "of x = 0, m"},
+    {"offsetEasting", 0, "of y = 0, m"},
+    {"utmZone", 32, "of the world", 1, 60},
+    {"utmBand", 18, "of the world: index into ABCDEFGHJKLMNPQRSTUVWXYZ", 0, 23},
+    {"positionReference", 0, "what x and y are: 0 WGS84, 1 Gauss-Krueger, 2 UTM", 0, 2},
+    {"autoOffset", 0, "1: the first place that is converted becomes the offset, to 100 m", 0, 1},
+    {"odometryStdDevX", 50, "how uncertain a way along x is, mm/m", 0, 1e6},
+    {"odometryStdDevY", 50, "and one along y, mm/m", 0, 1e6},
+    {"odometryStdDevRho", 0.0F, "not used, as in the original"},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "Position",
+    .purpose = "Position in the world: what was known once, and the odometry since.",
+    .class_id = tims::class_id::kPosition,
+    .parameters = kParameters,
+    .command_slots = 8,
+};
+
+class Position : public DataModule<PositionData> {
+ public:
+  Position() : DataModule(kInfo, {.history = 1000}) {}
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    const auto stream = create_mailbox(4, wire_size<OdometryData>());
+    if (!stream) return stream.error();
+    odometry_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    if (const auto subscribed = subscribe(); !subscribed) return subscribed;
+    return DataModule::module_on();
+  }
+
+  Result<void> subscribe() {
+    const std::lock_guard lock(state_mutex_);
+    const Drift drift{static_cast<double>(integer("odometryStdDevX")),
+                      static_cast<double>(integer("odometryStdDevY"))};
+    reference_.emplace(drift, std::chrono::milliseconds(integer("updateInterpol")));
+    coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
+    if (auto on = odometry_->turn_on(
+            address_of(tims::class_id::kOdometry, integer("odometrySys"), integer("odometryInst")));
+        !on)
+      return on;
+    const auto first = odometry_->proxy().get_data();
+    if (!first) return first.error();
+    (void)reference_->follow(*first);
+    const auto granted = odometry_->subscribe();
+    if (!granted) return granted.error();
+    set_period(*granted);
+    return {};
+  }
+
+  void module_off() override {
+    const std::lock_guard lock(state_mutex_);
+    odometry_->stop();
+  }
+
+  Result<void> module_loop() override {
+    OdometryData odometry;
+    if (auto come = odometry_->next(odometry, 5 * period()); !come) return come;
+    {
+      const std::lock_guard lock(state_mutex_);
+      get_local_buffer() = reference_->follow(odometry);
+    }
+    return put_local_buffer();
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case PositionType::kUpdate:
+        return update(message);
+      case PositionType::kWgs84ToPos:
+        return to_position<PositionWgs84Data>(message);
+      case PositionType::kGkToPos:
+        return to_position<PositionGkData>(message);
+      case PositionType::kUtmToPos:
+        return to_position<PositionUtmData>(message);
+      case PositionType::kPosToWgs84:
+        return from_position(message, PositionType::kWgs84, &Coordinates::to_wgs84);
+      case PositionType::kPosToGk:
+        return from_position(message, PositionType::kGk, &Coordinates::to_gk);
+      case PositionType::kPosToUtm:
+        return from_position(message, PositionType::kUtm, &Coordinates::to_utm);
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  Result<void> update(const tims::MessageView& message) {
+    const auto known = decode<PositionData>(message.body, message.header.body_order());
+    if (!known) return known.error();
+    if (!is_on())
+      return tims::Error(tims::Errc::kInvalidArgument, "there is no odometry while off");
+    {
+      const std::lock_guard lock(state_mutex_);
+      if (!odometry_->started())
+        return tims::Error(tims::Errc::kInvalidArgument, "just turned off");
+      const auto then = odometry_->proxy().get_data(known->recordingTime);
+      if (!then) return then.error();
+      reference_->update(*known, *then);
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  template <typename From>
+  Result<void> to_position(const tims::MessageView& message) {
+    const auto from = decode<From>(message.body, message.header.body_order());
+    if (!from) return from.error();
+    const std::lock_guard lock(state_mutex_);
+    auto position = coordinates().from(*from);
+    if (!position) return position.error();
+    set_parameter("offsetNorthing", coordinates().settings().offset_northing);
+    set_parameter("offsetEasting", coordinates().settings().offset_easting);
+    reply(message.header, PositionType::kPos, *position);
+    return {};
+  }
+
+  template <typename To>
+  Result<void> from_position(const tims::MessageView& message, i8 type,
+                             Result<To> (Coordinates::*convert)(const PositionData&) const) {
+    const auto position = decode<PositionData>(message.body, message.header.body_order());
+    if (!position) return position.error();
+    const std::lock_guard lock(state_mutex_);
+    const auto converted = (coordinates().*convert)(*position);
+    if (!converted) return converted.error();
+    reply(message.header, type, *converted);
+    return {};
+  }
+
+  // Also before it was ever on.
+  Coordinates& coordinates() {
+    if (!coordinates_) coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
+    return *coordinates_;
+  }
+
+  [[nodiscard]] CoordinateSettings coordinate_settings() const {
+    return {.reference = static_cast<PositionReference>(integer("positionReference")),
+            .offset_latitude = real("offsetLatitude"),
+            .offset_longitude = real("offsetLongitude"),
+            .scale_latitude = static_cast<double>(integer("scaleLatitude")),
+            .scale_longitude = static_cast<double>(integer("scaleLongitude")),
+            .offset_northing = integer("offsetNorthing"),
+            .offset_easting = integer("offsetEasting"),
+            .utm_zone = integer("utmZone"),
+            .utm_band = integer("utmBand")};
+  }
+
+  std::optional<Input<OdometryProxy>> odometry_;
+  // Of what follows, and of the work mailbox: an update asks the odometry, too.
+  PriorityMutex state_mutex_;
+  std::optional<Reference> reference_;
+  std::optional<Coordinates> coordinates_;
+};
+
+}  // namespace
+}  // namespace rack::navigation
+
+int main(int argc, char** argv) {
+  rack::navigation::Position position;
+  return position.run(argc, argv);
+}

@@ -1,0 +1,50 @@
+#include "components/navigation/reference.h"
+
+#include <cmath>
+
+namespace rack::navigation {
+
+PositionData Reference::follow(const OdometryData& odometry) {
+  const Pose now = Pose::of(odometry.pos);
+  if (followed_) grow(Pose::of(newest_.pos), now);
+  followed_ = true;
+  newest_ = odometry;
+
+  Pose pose = frame_.at(now);
+  const auto since = odometry.recordingTime - updated_;
+  blends_ = blends_ && since < blending_;
+  if (blends_) {
+    const double part = std::max(0.0, std::chrono::duration<double>(since) / blending_);
+    pose = between(earlier_.at(now), pose, part);
+  }
+  const auto mm = [](double value) { return Millimetres<i32>::from_si(value / 1000); };
+  Position3d deviation = known_deviation_;
+  deviation.x = mm(deviation_.x);
+  deviation.y = mm(deviation_.y);
+  deviation.rho = static_cast<f32>(deviation_.rho);
+  return {.recordingTime = odometry.recordingTime, .pos = pose.position(), .var = deviation};
+}
+
+void Reference::update(const PositionData& known, const OdometryData& then) {
+  if (blending_.count() > 0 && followed_) {
+    // Where it says it is now is where it starts from, also in the middle of an earlier update.
+    const Pose now = Pose::of(newest_.pos);
+    earlier_ = {Pose::of(follow(newest_).pos), now};
+    blends_ = true;
+    updated_ = newest_.recordingTime;
+  }
+  frame_ = {Pose::of(known.pos), Pose::of(then.pos)};
+  known_deviation_ = known.var;
+  deviation_ = {static_cast<double>(known.var.x), static_cast<double>(known.var.y), known.var.rho};
+  if (followed_) grow(Pose::of(then.pos), Pose::of(newest_.pos));
+}
+
+void Reference::grow(const Pose& from, const Pose& to) {
+  const double dx = std::abs(to.x - from.x);
+  const double dy = std::abs(to.y - from.y);
+  deviation_.x += drift_.x * dx / 1000 + drift_.y * dy / 5000;
+  deviation_.y += drift_.y * dy / 1000 + drift_.x * dx / 5000;
+  deviation_.rho += 0.1 * std::abs(signed_angle(to.rho - from.rho)) + (dx + dy) / 100000;
+}
+
+}  // namespace rack::navigation

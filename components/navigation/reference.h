@@ -1,0 +1,58 @@
+// A position in the world: one that was known once, and the movement since (specification, section
+// 10.5). Pure.
+#pragma once
+
+#include <chrono>
+
+#include "components/geometry/pose.h"
+#include "proxies/odometry.h"
+#include "proxies/position.h"
+
+namespace rack::navigation {
+
+// How fast a position becomes uncertain.
+struct Drift {
+  double x = 50;  // mm for each metre along x
+  double y = 50;  // and y; a fifth of it for each metre across
+};
+
+class Reference {
+ public:
+  // Until something better is known, the world is where the odometry began.
+  Reference(const Drift& drift, std::chrono::milliseconds blending)
+      : drift_(drift), blending_(blending) {}
+
+  // Where it is now. The first one is taken as it is.
+  PositionData follow(const OdometryData& odometry);
+
+  // It was at `known` when the odometry said `then`. With blending, what follow() says goes there
+  // bit by bit.
+  void update(const PositionData& known, const OdometryData& then);
+
+ private:
+  // Where the frame of the odometry lies in the world.
+  struct Frame {
+    Pose world{};
+    Pose odometry{};
+    [[nodiscard]] Pose at(const Pose& now) const { return world + (now - odometry); }
+  };
+  struct Deviation {
+    double x = 0;
+    double y = 0;
+    double rho = 0;
+  };
+  void grow(const Pose& from, const Pose& to);
+
+  Drift drift_;
+  std::chrono::milliseconds blending_;
+  Frame frame_;
+  Frame earlier_;  // left behind bit by bit
+  bool blends_ = false;
+  TimeStamp updated_ = 0;
+  bool followed_ = false;
+  OdometryData newest_{};
+  Position3d known_deviation_{};  // z, phi and psi stay as they were known
+  Deviation deviation_;
+};
+
+}  // namespace rack::navigation
