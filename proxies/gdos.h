@@ -47,10 +47,10 @@ class Argument {
   template <std::integral T>
   constexpr Argument(T value)  // NOLINT(google-explicit-constructor)
       : value_(make(value)) {}
-  constexpr Argument(double value) : value_(value) {}            // NOLINT
-  constexpr Argument(tims::Address value) : value_(value) {}     // NOLINT
-  constexpr Argument(std::string_view value) : value_(value) {}  // NOLINT
-  Argument(const std::string& value) : value_(value) {}          // NOLINT
+  constexpr Argument(double value) : value_(value) {}                         // NOLINT
+  constexpr Argument(tims::Address value) : value_(value) {}                  // NOLINT
+  constexpr Argument(std::string_view value) : value_(value) {}               // NOLINT
+  Argument(const std::string& value) : value_(value) {}                       // NOLINT
   constexpr Argument(const char* value) : value_(std::string_view(value)) {}  // NOLINT
 
   [[nodiscard]] constexpr const Value& value() const { return value_; }

@@ -1,10 +1,10 @@
 #include "proxies/gdos.h"
 
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <initializer_list>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "proxies/codec/bytes.h"
 

@@ -12,7 +12,7 @@
 namespace rack::navigation {
 namespace {
 
-const std::array<ParameterInfo, 5> kParameters = {{
+constexpr std::array<ParameterInfo, 5> kParameters = {{
     {"chassisSys", 0, "system id of the chassis", 0, 255},
     {"chassisInst", 0, "instance of the chassis", 0, 255},
     {"initPosX", 0, "where it is when it is turned on, mm"},

@@ -11,7 +11,7 @@
 namespace rack::navigation {
 namespace {
 
-const std::array<ParameterInfo, 16> kParameters = {{
+constexpr std::array<ParameterInfo, 16> kParameters = {{
     {"odometrySys", 0, "system id of the odometry", 0, 255},
     {"odometryInst", 0, "instance of the odometry", 0, 255},
     {"updateInterpol", 0, "time an update takes to have its full effect, ms", 0, 3600000},

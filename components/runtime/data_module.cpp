@@ -158,7 +158,7 @@ Result<void> DataModuleBase::get_cont_data(const tims::MessageView& message) {
     granted = each * period_ms_;
     added = listeners_.add(message.header, request->dataMbxAdr, each);
   }
-  if (const auto good = check_added(added, request->dataMbxAdr); !good) return good;
+  if (auto good = check_added(added, request->dataMbxAdr); !good) return good;
   reply(message.header, tims::type::kContData, ContDataReply{granted});
   return {};
 }

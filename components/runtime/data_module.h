@@ -14,9 +14,9 @@
 #include <variant>
 #include <vector>
 
-#include "components/runtime/core/data_history.h"
-#include "components/runtime/core/listeners.h"
 #include "components/runtime/module.h"
+#include "components/runtime/rules/data_history.h"
+#include "components/runtime/rules/listeners.h"
 
 namespace rack {
 

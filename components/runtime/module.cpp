@@ -10,7 +10,7 @@
 #include <poll.h>
 #include <sys/signalfd.h>
 
-#include "components/runtime/core/arguments.h"
+#include "components/runtime/rules/arguments.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
 #include "os/event_fd.h"
@@ -88,7 +88,7 @@ Result<void> Module::start(const std::string& router) {
   if (!mailbox) return mailbox.error();
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
-  if (const auto ready = module_init(); !ready) return ready;
+  if (auto ready = module_init(); !ready) return ready;
   return start_tasks();
 }
 
@@ -116,8 +116,7 @@ Result<void> Module::start_tasks() {
     settings.priority = 0;
     return thread->start(settings, body);
   };
-  if (const auto good = start_task(command_thread_, "C", command_priority, &Module::command_task);
-      !good)
+  if (auto good = start_task(command_thread_, "C", command_priority, &Module::command_task); !good)
     return good;
   return start_task(data_thread_, "D", data_priority, &Module::data_task);
 }

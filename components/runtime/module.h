@@ -28,9 +28,9 @@
 #include <span>
 #include <string_view>
 
-#include "components/runtime/core/life_cycle.h"
-#include "components/runtime/core/parameters.h"
 #include "components/runtime/priority_mutex.h"
+#include "components/runtime/rules/life_cycle.h"
+#include "components/runtime/rules/parameters.h"
 #include "components/runtime/text_log.h"
 #include "components/runtime/thread.h"
 #include "os/file.h"

@@ -8,8 +8,8 @@
 #include <atomic>
 #include <mutex>
 
-#include "components/runtime/core/text_limiter.h"
 #include "components/runtime/priority_mutex.h"
+#include "components/runtime/rules/text_limiter.h"
 #include "os/file.h"
 #include "proxies/gdos.h"
 #include "tims/mailbox.h"

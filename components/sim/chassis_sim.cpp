@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMax = 1e6;
 
-const std::array<ParameterInfo, 24> kParameters = {{
+constexpr std::array<ParameterInfo, 24> kParameters = {{
     {"vxMax", 700, "largest speed, mm/s", 0, kMax},
     {"vxMin", 50, "smallest speed that is not 0, mm/s", 0, kMax},
     {"vyMax", 0, "largest speed to the side, mm/s", 0, kMax},

@@ -225,7 +225,8 @@ Result<T> decode(std::span<const std::byte> body, std::endian order = std::endia
   return value;
 }
 
-// Room for the longest message: decoding into `value`, or filling it, allocates nothing from now on.
+// Room for the longest message: decoding into `value`, or filling it, allocates nothing from now
+// on.
 template <Struct T>
 void reserve_all(T& value) {
   reflect::all_fields(value, [](auto& field, auto) {

@@ -56,10 +56,10 @@ class RecordingSink final : public Sink {
   }
   void reply(const Receiver& to, const Header& header) override { replies.push_back({to, header}); }
   void close(const Receiver& client, CloseReason reason) override {
-    closed.push_back({client.client, reason});
+    closed.emplace_back(client.client, reason);
   }
   void admin(ClientId from, const Message& request) override {
-    questions.push_back({from, request.header.src});
+    questions.emplace_back(from, request.header.src);
   }
   void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
   void event(const Event& event) override { events.push_back(event); }

@@ -324,6 +324,7 @@ TEST_F(RouterTest, ComingAndGoingIsTold) {
   router_.register_mailbox(now_, laser, kLaser);
   router_.disconnect(at(120), laser, CloseReason::kConnectionLost);
   std::vector<EventKind> kinds;
+  kinds.reserve(sink_.events.size());
   for (const Event& event : sink_.events) kinds.push_back(event.kind);
   EXPECT_EQ(kinds, (std::vector{EventKind::kClientCame, EventKind::kRegistered,
                                 EventKind::kWithdrawn, EventKind::kClientWent}));

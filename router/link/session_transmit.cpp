@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t kUrgentLane = 6;  // from here on: beyond the window, if need be
 constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
 constexpr std::uint64_t kTrain = 64 << 10;
-// What goes between two waits of a fast link: setting a timer costs as much as a train of datagrams.
+// What goes between two waits of a fast link: setting a timer costs as much as a train of
+// datagrams.
 constexpr std::uint64_t kBurstMax = 4 * kTrain;
 // Bytes a second from which on the largest datagram takes less than half a millisecond.
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;

@@ -13,10 +13,8 @@ namespace {
 
 using rack::ChassisData;
 using rack::ChassisProxy;
-using rack::Status;
 
 constexpr std::uint32_t kChassis = 0x00110000;
-constexpr std::uint32_t kPilot = 0x00180000;
 constexpr std::uint32_t kData = 0x00180002;
 
 class ModulesProgramsTest : public ModulesTest {

@@ -20,8 +20,8 @@ inline constexpr std::uint8_t kHeaderLittleEndian = 0x01;
 inline constexpr std::uint8_t kBodyLittleEndian = 0x02;
 inline constexpr std::uint8_t kStream = 0x10;  // sample of a continuous stream
 inline constexpr std::uint8_t kTrace = 0x20;   // asks every router on the way for a hop record
-// Whoever finds that nobody owns the destination answers NOT_AVAILABLE, also when this is no command:
-// so a producer learns that a listener has gone.
+// Whoever finds that nobody owns the destination answers NOT_AVAILABLE, also when this is no
+// command: so a producer learns that a listener has gone.
 inline constexpr std::uint8_t kTellIfGone = 0x40;
 // What a native program sets: the order of its own machine for header and body.
 inline constexpr std::uint8_t kNativeOrder =

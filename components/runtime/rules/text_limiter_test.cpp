@@ -1,4 +1,4 @@
-#include "components/runtime/core/text_limiter.h"
+#include "components/runtime/rules/text_limiter.h"
 
 #include <gtest/gtest.h>
 

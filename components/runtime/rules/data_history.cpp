@@ -1,4 +1,4 @@
-#include "components/runtime/core/data_history.h"
+#include "components/runtime/rules/data_history.h"
 
 #include <algorithm>
 
@@ -9,9 +9,7 @@ DataHistory::DataHistory(std::uint32_t places, std::size_t size_max)
       bytes_(std::make_unique<std::byte[]>(std::max(places, 2U) * size_max)),
       entries_(std::max(places, 2U)) {}
 
-std::span<std::byte> DataHistory::workspace() {
-  return {&bytes_[workspace_ * stride_], stride_};
-}
+std::span<std::byte> DataHistory::workspace() { return {&bytes_[workspace_ * stride_], stride_}; }
 
 void DataHistory::publish(TimeStamp recorded, std::size_t size) {
   entries_[workspace_] = {recorded, workspace().first(size)};
@@ -22,8 +20,8 @@ void DataHistory::publish(TimeStamp recorded, std::size_t size) {
 void DataHistory::clear() { held_ = 0; }
 
 // How many data sets before the newest the last one lies that is not after `time`.
-std::variant<std::uint32_t, DataHistory::Miss> DataHistory::not_after(TimeStamp time,
-                                                                      std::chrono::milliseconds ahead) const {
+std::variant<std::uint32_t, DataHistory::Miss> DataHistory::not_after(
+    TimeStamp time, std::chrono::milliseconds ahead) const {
   if (held_ == 0) return Miss::kEmpty;
   if (time - newest().recorded > ahead) return Miss::kTooNew;
   if (time < oldest().recorded) return Miss::kTooOld;
@@ -43,8 +41,8 @@ std::variant<DataHistory::Entry, DataHistory::Miss> DataHistory::nearest(
   return after.recorded - time <= time - before.recorded ? after : before;
 }
 
-std::variant<DataHistory::Pair, DataHistory::Miss> DataHistory::around(TimeStamp time,
-                                                                       std::chrono::milliseconds ahead) const {
+std::variant<DataHistory::Pair, DataHistory::Miss> DataHistory::around(
+    TimeStamp time, std::chrono::milliseconds ahead) const {
   const auto found = not_after(time, ahead);
   if (const auto* miss = std::get_if<Miss>(&found)) return *miss;
   const std::uint32_t n = std::get<std::uint32_t>(found);

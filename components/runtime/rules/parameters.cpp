@@ -1,12 +1,10 @@
-#include "components/runtime/core/parameters.h"
+#include "components/runtime/rules/parameters.h"
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <charconv>
 #include <cmath>
-
-#include <fmt/format.h>
 
 namespace rack {
 namespace {
@@ -15,7 +13,7 @@ constexpr double kLowest = -2147483648.0;
 constexpr double kHighest = 2147483647.0;
 
 // Order and names as every module of the original has them.
-const std::array<ParameterInfo, 8> kCommon = {{
+constexpr std::array<ParameterInfo, 8> kCommon = {{
     {"system", 0, "system id", 0, 255},
     {"instance", 0, "instance id", 0, 255},
     {"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4},
@@ -34,13 +32,27 @@ std::optional<Number> number(std::string_view text) {
   return value;
 }
 
+template <typename Number>
+std::string plain(Number value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
 std::string to_text(const ParameterValue& value) {
-  return std::visit([](const auto& v) { return fmt::format("{}", v); }, value);
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* whole = std::get_if<std::int32_t>(&value)) return plain(*whole);
+  return plain(std::get<float>(value));
 }
 
 tims::Error refused(const ParameterInfo& info, std::string_view value) {
   return {tims::Errc::kInvalidArgument,
-          fmt::format("{} = {}: must be {}", info.name, value, allowed(info))};
+          std::string(info.name) + " = " + std::string(value) + ": must be " + allowed(info)};
+}
+
+ParameterValue initial_of(const ParameterInfo& info) {
+  if (const auto* text = std::get_if<std::string_view>(&info.initial)) return std::string(*text);
+  if (const auto* whole = std::get_if<std::int32_t>(&info.initial)) return *whole;
+  return std::get<float>(info.initial);
 }
 
 // The number in a record, whatever its type says: Java programs send what their table holds.
@@ -62,22 +74,28 @@ std::optional<ParameterValue> value_of(const Parameter& record, const ParameterV
 
 std::span<const ParameterInfo> common_parameters() { return kCommon; }
 
+std::string default_of(const ParameterInfo& info) {
+  if (info.required) return "required";
+  std::string text = to_text(initial_of(info));
+  return text.empty() ? "none" : text;
+}
+
 std::string allowed(const ParameterInfo& info) {
-  if (std::holds_alternative<std::string>(info.initial)) return "a text of at most 79 bytes";
-  const std::string_view kind =
+  if (std::holds_alternative<std::string_view>(info.initial)) return "a text of at most 79 bytes";
+  const std::string kind =
       std::holds_alternative<std::int32_t>(info.initial) ? "a whole number" : "a number";
   const bool low = info.min > kLowest;
   const bool high = info.max < kHighest;
-  if (low && high) return fmt::format("{} from {} to {}", kind, info.min, info.max);
-  if (low) return fmt::format("{}, at least {}", kind, info.min);
-  if (high) return fmt::format("{}, at most {}", kind, info.max);
-  return std::string(kind);
+  if (low && high) return kind + " from " + plain(info.min) + " to " + plain(info.max);
+  if (low) return kind + ", at least " + plain(info.min);
+  if (high) return kind + ", at most " + plain(info.max);
+  return kind;
 }
 
 Parameters::Parameters(std::string_view program, std::span<const ParameterInfo> own)
     : program_(program) {
   for (const auto infos : {common_parameters(), own}) {
-    for (const ParameterInfo& info : infos) entries_.push_back({&info, info.initial});
+    for (const ParameterInfo& info : infos) entries_.push_back({&info, initial_of(info)});
   }
 }
 
@@ -117,7 +135,8 @@ ParameterList Parameters::list() const {
     record.type = static_cast<i32>(entry.value.index());
     if (const auto* whole = std::get_if<std::int32_t>(&entry.value)) record.valueInt = *whole;
     if (const auto* real = std::get_if<float>(&entry.value)) record.valueFloat = *real;
-    if (const auto* text = std::get_if<std::string>(&entry.value)) (void)record.valueString.assign(*text);
+    if (const auto* text = std::get_if<std::string>(&entry.value))
+      (void)record.valueString.assign(*text);
     list.parameters.push_back(record);
   }
   return list;
@@ -128,7 +147,7 @@ ParameterList Parameters::list() const {
 tims::Result<void> Parameters::set(std::string_view name, std::string_view value) {
   Entry* entry = find(name);
   if (entry == nullptr)
-    return tims::Error(tims::Errc::kInvalidArgument, fmt::format("no parameter {}", name));
+    return tims::Error(tims::Errc::kInvalidArgument, "no parameter " + std::string(name));
   ParameterValue next = std::string(value);
   if (std::holds_alternative<std::int32_t>(entry->value)) {
     const auto whole = number<std::int32_t>(value);

@@ -1,4 +1,4 @@
-#include "components/runtime/core/life_cycle.h"
+#include "components/runtime/rules/life_cycle.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "components/runtime/core/listeners.h"
+#include "components/runtime/rules/listeners.h"
 
 #include <algorithm>
 

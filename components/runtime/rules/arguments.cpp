@@ -1,9 +1,8 @@
-#include "components/runtime/core/arguments.h"
+#include "components/runtime/rules/arguments.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace rack {
 namespace {
@@ -29,21 +28,18 @@ tims::Result<std::string_view> option(std::string_view text, const Parameters& p
     if (!text.empty() && name.starts_with(text)) found.push_back(name);
   }
   if (found.size() == 1) return found.front();
-  if (found.empty()) return wrong(fmt::format("unknown option --{}", text));
-  return wrong(fmt::format("--{} can be --{}", text, fmt::join(found, " or --")));
-}
-
-std::string default_of(const ParameterInfo& info) {
-  if (info.required) return "required";
-  if (const auto* text = std::get_if<std::string>(&info.initial))
-    return text->empty() ? "none" : *text;
-  return std::visit([](const auto& value) { return fmt::format("{}", value); }, info.initial);
+  if (found.empty()) return wrong("unknown option --" + std::string(text));
+  std::string can_be = "--" + std::string(text) + " can be";
+  for (const std::string_view name : found)
+    can_be += (name == found.front() ? " --" : " or --") + std::string(name);
+  return wrong(std::move(can_be));
 }
 
 tims::Result<void> nothing_missing(const Parameters& parameters) {
   for (const auto& entry : parameters.entries()) {
     if (entry.info->required && !entry.given)
-      return wrong(fmt::format("--{} is missing: {}", entry.info->name, entry.info->help));
+      return wrong("--" + std::string(entry.info->name) +
+                   " is missing: " + std::string(entry.info->help));
   }
   return {};
 }
@@ -56,7 +52,7 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string_view argument = arguments[i];
     if (!argument.starts_with('-'))
-      return wrong(fmt::format("{} is no option: they begin with --", argument));
+      return wrong(std::string(argument) + " is no option: they begin with --");
     const std::string_view text = argument.substr(argument.starts_with("--") ? 2 : 1);
     const std::size_t equals = text.find('=');
     const auto name = option(text.substr(0, equals), parameters);
@@ -68,7 +64,7 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
     std::optional<std::string_view> value;
     if (equals != std::string_view::npos) value = text.substr(equals + 1);
     if (!value && i + 1 < arguments.size()) value = arguments[++i];
-    if (!value) return wrong(fmt::format("--{} needs a value", *name));
+    if (!value) return wrong("--" + std::string(*name) + " needs a value");
     if (*name == kRouter) {
       result.router = *value;
     } else if (const auto set = parameters.set(*name, *value); !set) {
@@ -80,14 +76,18 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
 }
 
 std::string usage(const Parameters& parameters, std::string_view purpose) {
-  std::string text = fmt::format("{} [--OPTION VALUE]...\n\n{}\n\n", parameters.program(), purpose);
+  constexpr std::size_t kHelpColumn = 24;
+  std::string text =
+      parameters.program() + " [--OPTION VALUE]...\n\n" + std::string(purpose) + "\n\n";
   const auto line = [&](std::string_view name, std::string_view help) {
-    text += fmt::format("  --{:<22} {}\n", name, help);
+    std::string option(name);
+    option.resize(std::max(kHelpColumn, option.size() + 1), ' ');
+    text += "  --" + option + std::string(help) + "\n";
   };
   line(kRouter, "unix:PATH or HOST:PORT (default: $TIMS_ROUTER, else this host's socket)");
   for (const auto& entry : parameters.entries()) {
-    line(entry.info->name, fmt::format("{} ({}; {})", entry.info->help, default_of(*entry.info),
-                                       allowed(*entry.info)));
+    line(entry.info->name, std::string(entry.info->help) + " (" + default_of(*entry.info) + "; " +
+                               allowed(*entry.info) + ")");
   }
   line(kHelp, "this");
   return text;

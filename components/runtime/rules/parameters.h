@@ -20,9 +20,9 @@ using ParameterValue = std::variant<std::int32_t, std::string, float>;  // as Pa
 // What a component says about one of its parameters.
 struct ParameterInfo {
   std::string_view name;
-  ParameterValue initial;  // its type is the parameter's
-  std::string_view help;   // one line, with the unit
-  double min = -2147483648.0;  // of numbers
+  std::variant<std::int32_t, std::string_view, float> initial;  // its type is the parameter's
+  std::string_view help;                                        // one line, with the unit
+  double min = -2147483648.0;                                   // of numbers
   double max = 2147483647.0;
   bool required = false;  // as an argument
 };
@@ -66,6 +66,8 @@ class Parameters {
   std::vector<Entry> entries_;
 };
 
+// For people: "700", "none", "required".
+std::string default_of(const ParameterInfo& info);
 // What is allowed: "0 to 255", "at least 1", "any number", "a text".
 std::string allowed(const ParameterInfo& info);
 

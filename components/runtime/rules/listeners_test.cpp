@@ -1,8 +1,8 @@
-#include "components/runtime/core/listeners.h"
-
-#include <gtest/gtest.h>
+#include "components/runtime/rules/listeners.h"
 
 #include <array>
+
+#include <gtest/gtest.h>
 
 namespace rack {
 namespace {

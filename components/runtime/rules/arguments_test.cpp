@@ -1,13 +1,13 @@
-#include "components/runtime/core/arguments.h"
-
-#include <gtest/gtest.h>
+#include "components/runtime/rules/arguments.h"
 
 #include <array>
+
+#include <gtest/gtest.h>
 
 namespace rack {
 namespace {
 
-const std::array<ParameterInfo, 3> kOwn = {{
+constexpr std::array<ParameterInfo, 3> kOwn = {{
     {"scan2dInst", 0, "instance of the scanner", 0, 255, true},
     {"scan2dSys", 0, "its system", 0, 255},
     {"vxMax", 700, "largest speed, mm/s", 0, 10000},
@@ -44,7 +44,8 @@ TEST_F(ArgumentsTest, AsMuchOfANameAsIsUnique) {
 
 TEST_F(ArgumentsTest, SayWhatIsWrong) {
   EXPECT_EQ(error({"--vMax", "1"}), "unknown option --vMax (--help lists the options)");
-  EXPECT_EQ(error({"vxMax=1"}), "vxMax=1 is no option: they begin with -- (--help lists the options)");
+  EXPECT_EQ(error({"vxMax=1"}),
+            "vxMax=1 is no option: they begin with -- (--help lists the options)");
   EXPECT_EQ(error({"--vxMax"}), "--vxMax needs a value (--help lists the options)");
   EXPECT_EQ(error({"--vxMax", "-1"}),
             "--vxMax = -1: must be a whole number from 0 to 10000 (--help lists the options)");

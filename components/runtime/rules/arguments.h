@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "components/runtime/core/parameters.h"
+#include "components/runtime/rules/parameters.h"
 #include "tims/result.h"
 
 namespace rack {

@@ -1,19 +1,19 @@
-#include "components/runtime/core/parameters.h"
-
-#include <gtest/gtest.h>
+#include "components/runtime/rules/parameters.h"
 
 #include <array>
 #include <limits>
+
+#include <gtest/gtest.h>
 
 namespace rack {
 namespace {
 
 using testing::Test;
 
-const std::array<ParameterInfo, 4> kOwn = {{
+constexpr std::array<ParameterInfo, 4> kOwn = {{
     {"vxMax", 700, "largest speed, mm/s", 0, 10000},
     {"scale", 1.5F, "a factor", -2, 2},
-    {"mapFile", std::string(), "the map"},
+    {"mapFile", "", "the map"},
     {"anything", 0, "any number"},
 }};
 
@@ -49,9 +49,9 @@ TEST_F(ParametersTest, BeginWithWhatWasDeclared) {
 TEST_F(ParametersTest, AreListedInTheOrderOfTheOriginal) {
   const ParameterList list = parameters.list();
   const std::array<std::string_view, 13> names = {
-      "name",         "system", "instance",     "gdosLevel", "targetStatus", "cmdTaskPrio",
-      "dataTaskPrio", "cpu",    "errorTimeout", "vxMax",     "scale",        "mapFile",
-      "anything"};
+      "name",        "system",       "instance", "gdosLevel",    "targetStatus",
+      "cmdTaskPrio", "dataTaskPrio", "cpu",      "errorTimeout", "vxMax",
+      "scale",       "mapFile",      "anything"};
   ASSERT_EQ(list.parameters.size(), names.size());
   for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(list.parameters[i].name, names[i]);
   EXPECT_EQ(list.parameters[0].type, Parameter::kString);

@@ -1,8 +1,8 @@
-#include "components/runtime/core/data_history.h"
-
-#include <gtest/gtest.h>
+#include "components/runtime/rules/data_history.h"
 
 #include <cstring>
+
+#include <gtest/gtest.h>
 
 namespace rack {
 namespace {

@@ -22,7 +22,8 @@ class DataHistory {
   };
   enum class Miss : std::uint8_t { kEmpty, kTooOld, kTooNew };
 
-  // `places`: data sets it can hold, the workspace included; at least 2. `size_max`: of each, bytes.
+  // `places`: data sets it can hold, the workspace included; at least 2. `size_max`: of each,
+  // bytes.
   DataHistory(std::uint32_t places, std::size_t size_max);
 
   [[nodiscard]] std::span<std::byte> workspace();
@@ -36,7 +37,8 @@ class DataHistory {
 
   // The data set recorded nearest to `time`; of two equally near the later one. kTooNew: more than
   // `ahead` after the newest.
-  [[nodiscard]] std::variant<Entry, Miss> nearest(TimeStamp time, std::chrono::milliseconds ahead) const;
+  [[nodiscard]] std::variant<Entry, Miss> nearest(TimeStamp time,
+                                                  std::chrono::milliseconds ahead) const;
 
   // The neighbours of `time`: `before` is the last one not after it, except that with a time after
   // the newest both are the newest two.
@@ -44,14 +46,16 @@ class DataHistory {
     Entry before;
     Entry after;
   };
-  [[nodiscard]] std::variant<Pair, Miss> around(TimeStamp time, std::chrono::milliseconds ahead) const;
+  [[nodiscard]] std::variant<Pair, Miss> around(TimeStamp time,
+                                                std::chrono::milliseconds ahead) const;
 
  private:
   // n data sets before the newest.
   [[nodiscard]] const Entry& entry(std::uint32_t n) const {
     return entries_[(workspace_ + entries_.size() - 1 - n) % entries_.size()];
   }
-  [[nodiscard]] std::variant<std::uint32_t, Miss> not_after(TimeStamp time, std::chrono::milliseconds ahead) const;
+  [[nodiscard]] std::variant<std::uint32_t, Miss> not_after(TimeStamp time,
+                                                            std::chrono::milliseconds ahead) const;
 
   const std::size_t stride_;
   std::unique_ptr<std::byte[]> bytes_;
