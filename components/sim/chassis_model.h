@@ -1,5 +1,5 @@
-// A vehicle that does what it is told: speeds within limits, reached at once or, when wanted, at the
-// acceleration it has (specification, section 10.1). Pure.
+// A vehicle that does what it is told: speeds within limits, reached at once or, when wanted, at
+// the acceleration it has (specification, section 10.1). Pure.
 #pragma once
 
 #include <chrono>

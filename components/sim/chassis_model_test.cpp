@@ -1,8 +1,8 @@
 #include "components/sim/chassis_model.h"
 
-#include <gtest/gtest.h>
-
 #include <limits>
+
+#include <gtest/gtest.h>
 
 namespace rack::sim {
 namespace {
