@@ -1,0 +1,74 @@
+// What LadarSim and Scan2dSim share: scans of a floor plan from where the odometry says the robot
+// is.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+#include "components/sim/scan_model.h"
+#include "proxies/odometry.h"
+
+namespace rack::sim {
+
+inline constexpr std::size_t kMapScannerParameters = 8;
+inline const std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
+    {"odometrySys", 0, "system id of the odometry", 0, 255},
+    {"odometryInst", 0, "instance of the odometry", 0, 255},
+    {"maxRange", 10000, "how far it sees, mm", 1, 1e6},
+    {"angleRes", 1, "between two rays, deg", 1, 360},
+    {"mapFile", "", "the floor plan, DXF as text", 0, 0, true},
+    {"mapScaleFactor", 1000, "mm for each unit of the plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+}};
+
+// Nothing but what could be read of it, said in the log.
+FloorMap load_map(const std::string& path, double scale, double offset_x, double offset_y,
+                  TextLog& log);
+
+template <Struct Scan>
+class MapScanner : public DataModule<Scan> {
+ public:
+  explicit MapScanner(const ModuleInfo& info) : DataModule<Scan>(info, {.history = 10}) {}
+
+ private:
+  virtual Result<ScanSettings> settings() const = 0;
+
+  Result<void> module_init() override {
+    const auto work = this->create_mailbox(1, 128);
+    if (!work) return work.error();
+    const auto stream = this->create_mailbox(1, wire_size<OdometryData>());
+    if (!stream) return stream.error();
+    odometry_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    const auto wanted = settings();
+    if (!wanted) return wanted.error();
+    model_.emplace(load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
+                            this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log()),
+                   *wanted);
+    const auto granted = odometry_->start(this->address_of(
+        tims::class_id::kOdometry, this->integer("odometrySys"), this->integer("odometryInst")));
+    if (!granted) return granted.error();
+    this->set_period(*granted);
+    return DataModule<Scan>::module_on();
+  }
+
+  void module_off() override { odometry_->stop(); }
+
+  Result<void> module_loop() override {
+    OdometryData position;
+    if (auto come = odometry_->next(position, 5 * this->period()); !come) return come;
+    model_->see(position, this->period(), this->get_local_buffer());
+    return this->put_local_buffer();
+  }
+
+  std::optional<Input<OdometryProxy>> odometry_;
+  std::optional<ScanModel> model_;
+};
+
+}  // namespace rack::sim

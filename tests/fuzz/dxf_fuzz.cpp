@@ -1,0 +1,28 @@
+// Any text is refused with a line number, or becomes lines of bounded number with finite ends, and
+// a map that can be looked at.
+#include <array>
+#include <cmath>
+
+#include "components/geometry/angle.h"
+#include "components/geometry/floor_map.h"
+#include "tests/fuzz/fuzz_input.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using tims::fuzz::require;
+  tims::fuzz::Input input(data, size);
+  const auto drawing = rack::read_dxf(input.text());
+  if (!drawing) {
+    require(!drawing.error().detail().empty());
+    return 0;
+  }
+  require(drawing->lines.size() <= rack::DxfDrawing::kLinesMax);
+  require(drawing->skipped.size() <= rack::DxfDrawing::kSkippedMax);
+  for (const auto& line : drawing->lines) {
+    require(std::isfinite(line.from.x) && std::isfinite(line.from.y));
+    require(std::isfinite(line.to.x) && std::isfinite(line.to.y));
+  }
+  std::array<double, 37> ranges{};
+  rack::FloorMap(*drawing, 1000, 0, 0).cast({{}, -rack::kPi, rack::radians(10)}, 10000, ranges);
+  for (const double range : ranges) require(range >= 0 && range <= 10000);
+  return 0;
+}
