@@ -4,7 +4,7 @@
 namespace rack::sim {
 namespace {
 
-const std::array<ParameterInfo, kMapScannerParameters + 2> kParameters = [] {
+constexpr std::array<ParameterInfo, kMapScannerParameters + 2> kParameters = [] {
   std::array<ParameterInfo, kMapScannerParameters + 2> all{};
   auto* own = std::ranges::copy(kMapScanner, all.begin()).out;
   *own++ = {"angleMin", -180, "first ray, deg", -360, 360};

@@ -13,7 +13,7 @@
 namespace rack::sim {
 
 inline constexpr std::size_t kMapScannerParameters = 8;
-inline const std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
+inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
     {"odometrySys", 0, "system id of the odometry", 0, 255},
     {"odometryInst", 0, "instance of the odometry", 0, 255},
     {"maxRange", 10000, "how far it sees, mm", 1, 1e6},
