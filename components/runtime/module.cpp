@@ -75,7 +75,7 @@ Result<void> Module::start(const std::string& router) {
   stop_ = std::move(*stop);
   log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
 
-  auto session = tims::Session::connect({.name = parameters_.program(), .socket_path = router});
+  auto session = tims::Session::connect({.name = parameters_.program(), .router = router});
   if (!session) return session.error();
   session_.emplace(std::move(*session));
   address_ =

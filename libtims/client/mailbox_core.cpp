@@ -115,7 +115,7 @@ shm::SendOutcome MailboxCore::wait_for_room(Draft& draft) {
   return outcome;
 }
 
-Error MailboxCore::not_sent(shm::SendOutcome outcome, Address dest) {
+Error MailboxCore::not_sent(shm::SendOutcome outcome, Address dest) const {
   switch (outcome) {
     case shm::SendOutcome::kFull:
       return Errc::kFull;
@@ -124,7 +124,7 @@ Error MailboxCore::not_sent(shm::SendOutcome outcome, Address dest) {
     case shm::SendOutcome::kReclaimed:
       return Errc::kReclaimed;
     default:
-      return {Errc::kNoMailbox, dest.to_string()};
+      return {Errc::kNoMailbox, dest.to_string(session_->welcome().widths)};
   }
 }
 

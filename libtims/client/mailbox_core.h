@@ -41,7 +41,7 @@ class MailboxCore {
  private:
   Result<void> claim_slot(Draft& draft);
   shm::SendOutcome wait_for_room(Draft& draft);
-  static Error not_sent(shm::SendOutcome outcome, Address dest);
+  [[nodiscard]] Error not_sent(shm::SendOutcome outcome, Address dest) const;
   Result<shm::Taken> arm_event_fd();
   std::optional<shm::Taken> linger(Time deadline);
   void sleep(Time deadline);
@@ -91,7 +91,7 @@ inline Result<void> MailboxCore::claim_slot(Draft& draft) {
     if (shm::taken(outcome)) return {};
     if (outcome != shm::SendOutcome::kClosed) return not_sent(outcome, header.dest);
   }
-  return Error(Errc::kNoMailbox, header.dest.to_string());
+  return not_sent(shm::SendOutcome::kClosed, header.dest);
 }
 
 inline Result<void> MailboxCore::commit(const Draft& draft) {

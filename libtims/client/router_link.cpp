@@ -8,6 +8,7 @@
 
 #include "os/clock.h"
 #include "os/event_fd.h"
+#include "os/tcp_socket.h"
 #include "os/unix_socket.h"
 
 namespace tims::client {
@@ -50,9 +51,9 @@ Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> fi
   return Answer{std::move(decoded.packet->record), std::move(received->files)};
 }
 
-RouterLink::RouterLink(std::string socket_path, std::string name, Listener& listener)
-    : path_(std::move(socket_path)),
-      name_(std::move(name)),
+RouterLink::RouterLink(Settings settings, Listener& listener)
+    : settings_(std::move(settings)),
+      where_(wire::to_string(settings_.router)),
       listener_(listener),
       buffer_(wire::kRecordBytesMax) {}
 
@@ -73,7 +74,7 @@ Result<void> RouterLink::wait_connected(Time deadline) {
   if (deadline == kNever) {
     changed_.wait(lock, settled);
   } else if (!changed_.wait_for(lock, deadline - os::now(), settled)) {
-    return Error(Errc::kTimeout, "no router at " + path_);
+    return Error(Errc::kTimeout, "no router at " + where_);
   }
   if (refused_) return *refused_;
   return {};
@@ -83,7 +84,7 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
                                                  std::span<const int> files, std::size_t answers) {
   Pending pending{.expected = answers, .answers = {}, .failed = false};
   std::unique_lock lock(mutex_);
-  if (!connected_) return Error(Errc::kNoRouter, "no router at " + path_);
+  if (!connected_) return Error(Errc::kNoRouter, "no router at " + where_);
   const std::uint32_t request = ++last_request_;
   // Sent under the lock: the socket cannot be replaced meanwhile.
   if (auto sent = send_packet(socket_.get(), request, record, files, true); !sent)
@@ -94,7 +95,7 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
   });
   pending_.erase(request);
   if (!done || pending.failed)
-    return Error(Errc::kNoRouter, "the router at " + path_ + " did not answer");
+    return Error(Errc::kNoRouter, "the router at " + where_ + " did not answer");
   return std::move(pending.answers);
 }
 
@@ -115,10 +116,11 @@ void RouterLink::run() {
     if (connect()) {
       serve();
       disconnect();
-      wait = kRetryFirst;
+      // Who closes every connection at once is not asked again as fast as it goes.
+      if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
       said = true;  // "lost" was the message
     } else if (!said) {
-      listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + path_);
+      listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + where_);
       said = true;
     }
     if (stopping_within(wait)) return;
@@ -127,7 +129,7 @@ void RouterLink::run() {
 }
 
 bool RouterLink::connect() {
-  auto socket = os::connect_unix(path_);
+  auto socket = dial();
   if (!socket) return false;
   set_timeout(socket->get(), kAnswerTimeout);
   if (auto greeted = hello(socket->get()); !greeted) {
@@ -149,19 +151,38 @@ bool RouterLink::connect() {
     connected_ = true;
     changed_.notify_all();
   }
-  listener_.event(SessionEvent::Kind::kConnected, "connected to the router at " + path_);
+  listener_.event(SessionEvent::Kind::kConnected, "connected to the router at " + where_);
   return true;
+}
+
+Result<os::File> RouterLink::dial() {
+  if (const auto* tcp = std::get_if<wire::TcpEndpoint>(&settings_.router)) return dial(*tcp);
+  return os::connect_unix(std::get<wire::UnixEndpoint>(settings_.router).path);
+}
+
+// The session talks to a bridge as it would to a router.
+Result<os::File> RouterLink::dial(const wire::TcpEndpoint& router) {
+  bridge_.reset();  // its connection has ended
+  auto socket =
+      os::connect_tcp(router.host, router.port, os::deadline_after(kAnswerTimeout), stop_.get());
+  if (!socket) return socket.error();
+  auto ends = os::make_record_pair();
+  if (!ends) return ends.error();
+  bridge_ = std::make_unique<TcpBridge>(
+      std::move(*socket), std::move(ends->other),
+      TcpBridge::Settings{.where = where_, .message_max = settings_.tcp_message_max});
+  return std::move(ends->one);
 }
 
 Result<void> RouterLink::hello(int socket) {
   Greeting greeting(socket);
-  auto answer = greeting.ask(wire::Hello{.writer = welcome().writer, .name = name_});
+  auto answer = greeting.ask(wire::Hello{.writer = welcome().writer, .name = settings_.name});
   if (!answer) return answer.error();
   if (const auto* no = std::get_if<wire::Refused>(&answer->record))
     return Error(Errc::kRefused, no->text);
   const auto* yes = std::get_if<wire::Welcome>(&answer->record);
   if (yes == nullptr || yes->version != wire::kLocalVersion)
-    return Error(Errc::kVersion, "the router at " + path_ + " speaks another protocol");
+    return Error(Errc::kVersion, "the router at " + where_ + " speaks another protocol");
   const std::lock_guard lock(mutex_);
   welcome_ = *yes;
   return {};
@@ -207,7 +228,7 @@ void RouterLink::disconnect() {
     changed_.notify_all();
   }
   listener_.lost();
-  listener_.event(SessionEvent::Kind::kLost, "lost the router at " + path_ + ", trying again");
+  listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
 }
 
 bool RouterLink::stopping_within(Duration wait) {

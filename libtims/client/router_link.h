@@ -12,10 +12,12 @@
 #include <thread>
 #include <vector>
 
+#include "client/tcp_bridge.h"
 #include "os/file.h"
 #include "tims/result.h"
 #include "tims/session.h"
 #include "tims/time.h"
+#include "wire/endpoint.h"
 #include "wire/local_protocol.h"
 
 namespace tims::client {
@@ -48,7 +50,12 @@ class RouterLink {
     virtual void event(SessionEvent::Kind kind, const std::string& text) = 0;
   };
 
-  RouterLink(std::string socket_path, std::string name, Listener& listener);
+  struct Settings {
+    wire::Endpoint router;
+    std::string name;                   // of this program
+    std::uint32_t tcp_message_max = 0;  // header included
+  };
+  RouterLink(Settings settings, Listener& listener);
   ~RouterLink();
 
   void start();
@@ -76,6 +83,8 @@ class RouterLink {
 
   void run();
   bool connect();
+  Result<os::File> dial();
+  Result<os::File> dial(const wire::TcpEndpoint& router);
   Result<void> hello(int socket);
   void serve();
   bool receive();
@@ -83,10 +92,11 @@ class RouterLink {
   void disconnect();
   bool stopping_within(Duration wait);
 
-  const std::string path_;
-  const std::string name_;
+  const Settings settings_;
+  const std::string where_;  // the router, for people
   Listener& listener_;
-  os::File stop_;  // eventfd
+  os::File stop_;                      // eventfd
+  std::unique_ptr<TcpBridge> bridge_;  // of the last connection over TCP
   std::vector<std::byte> buffer_;
 
   mutable std::mutex mutex_;  // what follows

@@ -6,7 +6,13 @@
 namespace tims {
 
 Result<Session> Session::connect(SessionOptions options) {
-  auto core = std::make_shared<SessionCore>(std::move(options));
+  if (options.router.empty()) options.router = default_router();
+  auto router = wire::parse_endpoint(options.router);
+  if (!router) return router.error();
+  constexpr std::uint32_t kMax = shm::kMessageMax;
+  if (options.tcp_message_max < kHeaderSize || options.tcp_message_max > kMax)
+    return Error(Errc::kInvalidArgument, "tcp_message_max is 16 bytes to 1 GiB");
+  auto core = std::make_shared<SessionCore>(std::move(options), std::move(*router));
   if (auto connected = core->connect(); !connected) return connected.error();
   return Session(std::move(core));
 }

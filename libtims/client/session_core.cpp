@@ -20,7 +20,6 @@ namespace {
 SessionOptions with_defaults(SessionOptions options) {
   if (options.name.empty()) options.name = program_invocation_short_name;
   if (options.name.size() > wire::kNameMax) options.name.resize(wire::kNameMax);
-  if (options.socket_path.empty()) options.socket_path = default_socket_path();
   return options;
 }
 
@@ -35,18 +34,17 @@ std::size_t place(std::span<const MailboxOptions> options, OwnSegment& segment) 
   return at;
 }
 
-Result<void> check(std::span<const MailboxOptions> options) {
+Result<void> check(std::span<const MailboxOptions> options, const AddressWidths& widths) {
   for (const MailboxOptions& o : options)
     if (o.body_max > shm::kMessageMax - kHeaderSize ||
         !shm::Geometry::valid(o.slots, o.body_max + kHeaderSize))
-      return Error(Errc::kInvalidArgument,
-                   o.address.to_string() + ": a mailbox has 1 to 65535 slots of at most 1 GiB");
+      return Error(Errc::kInvalidArgument, o.address.to_string(widths) +
+                                               ": a mailbox has 1 to 65535 slots of at most 1 GiB");
   return {};
 }
 
 Result<std::shared_ptr<OwnSegment>> make_segment(std::span<const MailboxOptions> options,
                                                  const std::string& name) {
-  if (auto valid = check(options); !valid) return valid.error();
   auto segment = std::make_shared<OwnSegment>();
   const std::size_t bytes = place(options, *segment);
   auto memfd = os::make_memfd("tims-" + name, bytes);
@@ -111,7 +109,7 @@ bool all_ok(const wire::Opened& opened) {
 
 }  // namespace
 
-std::string default_socket_path() {
+std::string default_router() {
   if (const char* given = std::getenv("TIMS_ROUTER"); given != nullptr && *given != 0) return given;
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != 0) {
     std::string path = std::string(runtime) + "/tims/router.sock";
@@ -120,9 +118,12 @@ std::string default_socket_path() {
   return "/run/tims/router.sock";
 }
 
-SessionCore::SessionCore(SessionOptions options)
+SessionCore::SessionCore(SessionOptions options, wire::Endpoint router)
     : options_(with_defaults(std::move(options))),
-      link_(options_.socket_path, options_.name, *this) {}
+      link_({.router = std::move(router),
+             .name = options_.name,
+             .tcp_message_max = options_.tcp_message_max},
+            *this) {}
 
 Result<void> SessionCore::connect() {
   link_.start();
@@ -130,6 +131,7 @@ Result<void> SessionCore::connect() {
 }
 
 Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOptions> options) {
+  if (auto valid = check(options, link_.welcome().widths); !valid) return valid.error();
   auto segment = make_segment(options, options_.name);
   if (!segment) return segment.error();
   {

@@ -34,7 +34,7 @@ struct OwnSegment {
 class SessionCore final : public std::enable_shared_from_this<SessionCore>,
                           private client::RouterLink::Listener {
  public:
-  explicit SessionCore(SessionOptions options);
+  SessionCore(SessionOptions options, wire::Endpoint router);
 
   Result<void> connect();
   Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options);

@@ -73,9 +73,9 @@ void give_header(const Header& from, tims_header* to) {
 
 const char* tims_error_text(void) { return last_error.c_str(); }
 
-tims_session* tims_connect(const char* socket_path, const char* name, int64_t timeout_ns) {
+tims_session* tims_connect(const char* router, const char* name, int64_t timeout_ns) {
   tims::SessionOptions options;
-  if (socket_path != nullptr) options.socket_path = socket_path;
+  if (router != nullptr) options.router = router;
   if (name != nullptr) options.name = name;
   options.timeout = wait_of(timeout_ns);
   auto session = tims::Session::connect(std::move(options));

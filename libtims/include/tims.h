@@ -83,9 +83,10 @@ typedef struct tims_loaned tims_loaned;
 /* The sentence for the calling thread's last failure; valid until its next failure. */
 const char* tims_error_text(void);
 
-/* socket_path NULL: $TIMS_ROUTER, the user's, or /run/tims/router.sock. name NULL: the program's.
- * Waits for a router at most timeout_ns. NULL on failure. */
-tims_session* tims_connect(const char* socket_path, const char* name, int64_t timeout_ns);
+/* router: "unix:PATH", "/PATH" or "HOST:PORT"; NULL: $TIMS_ROUTER, the user's socket, or
+ * /run/tims/router.sock. name NULL: the program's. Waits for a router at most timeout_ns. NULL on
+ * failure. */
+tims_session* tims_connect(const char* router, const char* name, int64_t timeout_ns);
 void tims_disconnect(tims_session* session);
 
 /* NULL on failure, e.g. TIMS_EADDRESS_IN_USE: tims_error_text() names the owner. */

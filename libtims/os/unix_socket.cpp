@@ -60,6 +60,13 @@ Result<File> connect_unix(const std::string& path) {
   return socket;
 }
 
+Result<RecordPair> make_record_pair() {
+  std::array<int, 2> ends{};
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    return system_error("socketpair");
+  return RecordPair{File(ends[0]), File(ends[1])};
+}
+
 Result<File> listen_unix(const std::string& path, mode_t mode) {
   const auto address = socket_address(path);
   if (!address) return bad_path(path);

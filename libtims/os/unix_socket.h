@@ -17,6 +17,12 @@ inline constexpr std::size_t kRecordFilesMax = 64;  // beside one record
 
 // Connected to a listener at `path`. Paths are limited by the system to 107 bytes.
 Result<File> connect_unix(const std::string& path);
+// Two ends of one connection within this process.
+struct RecordPair {
+  File one;
+  File other;
+};
+Result<RecordPair> make_record_pair();
 // Listening. Takes the place of a socket nobody listens at any more; refuses a living one
 // (kAddressInUse). `mode`: who may connect. Makes the parent folder when it is missing.
 Result<File> listen_unix(const std::string& path, mode_t mode);

@@ -14,7 +14,7 @@ constexpr Address kOwn = Address::of({.class_id = class_id::kTool, .instance = 0
 
 Result<Admin> Admin::open(const std::string& socket) {
   auto session = Session::connect({.name = "bench-admin",
-                                   .socket_path = socket,
+                                   .router = socket,
                                    .timeout = kPatience,
                                    .on_event = [](const SessionEvent&) {}});
   if (!session) return session.error();

@@ -53,7 +53,7 @@ struct Comers {
   bool come(const std::string& socket, std::uint32_t client) {
     SessionOptions options;
     options.name = "bench-" + std::to_string(client);
-    options.socket_path = socket;
+    options.router = socket;
     options.timeout = kPatience;
     options.on_event = [](const SessionEvent&) {};
     auto session = Session::connect(std::move(options));

@@ -21,7 +21,7 @@ class TimsLink {
   };
 
   static Result<TimsLink> open(const Plan& plan, Way way) {
-    SessionOptions options{.name = "bench-" + plan.role, .socket_path = plan.socket};
+    SessionOptions options{.name = "bench-" + plan.role, .router = plan.socket};
     options.timeout = std::chrono::seconds(5);
     auto session = Session::connect(std::move(options));
     if (!session) return session.error();

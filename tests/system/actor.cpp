@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
       {"hold-loans", hold_loans}, {"hold-peek", hold_peek}, {"flood", flood}, {"echo", echo}};
   if (argc != 4 || !roles.contains(argv[1])) return 2;
   auto session = tims::Session::connect(
-      {.name = argv[1], .socket_path = argv[2], .timeout = tims::test::kPatience});
+      {.name = argv[1], .router = argv[2], .timeout = tims::test::kPatience});
   if (!session) return 3;
   auto mailbox = session->open({.address = *Address::parse(argv[3]), .slots = 8, .body_max = 64});
   if (!mailbox) return 4;

@@ -18,7 +18,7 @@ class DeathTest : public testing::Test {
   void SetUp() override {
     const auto started = router_.start();
     ASSERT_TRUE(started.ok()) << started.error().message();
-    auto session = Session::connect({.socket_path = router_.socket_path(),
+    auto session = Session::connect({.router = router_.socket_path(),
                                      .timeout = kPatience,
                                      .on_event = [](const SessionEvent&) {}});
     ASSERT_TRUE(session.ok());

@@ -85,7 +85,7 @@ class HostileClientTest : public testing::Test {
   void SetUp() override { ASSERT_TRUE(router_.start().ok()); }
   void TearDown() override {
     // Whatever happened: the router serves others as before.
-    auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
+    auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
     ASSERT_TRUE(session.ok());
     auto mailbox = session->open({.address = Address(0x7F000001)});
     ASSERT_TRUE(mailbox.ok());
@@ -226,7 +226,7 @@ std::vector<Trap> traps() {
 TEST_F(HostileClientTest, AnOwnerWhoseWakerTakesNothing) {
   auto tcp = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(tcp.ok());
-  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
+  auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok());
   auto neighbour = session->open({.address = Address(6)});
   ASSERT_TRUE(neighbour.ok());
@@ -289,7 +289,7 @@ TEST_F(HostileClientTest, AClientThatEmptiesItsDoorbellBeforeTheRouterDoes) {
 }
 
 TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
-  auto session = Session::connect({.socket_path = router_.socket_path(), .timeout = kPatience});
+  auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok());
   auto tcp = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(tcp.ok());

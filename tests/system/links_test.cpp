@@ -50,7 +50,7 @@ class Host {
 
   Session session(const std::string& name) {
     auto connected = Session::connect({.name = name,
-                                       .socket_path = socket(),
+                                       .router = socket(),
                                        .timeout = kPatience,
                                        .on_event = [](const SessionEvent&) {}});
     EXPECT_TRUE(connected.ok()) << connected.error().message();

@@ -26,7 +26,7 @@ class LocalTest : public testing::Test {
 
   Session session(const std::string& name = "test") {
     auto connected = Session::connect({.name = name,
-                                       .socket_path = router_.socket_path(),
+                                       .router = router_.socket_path(),
                                        .timeout = kPatience,
                                        .on_event = [](const SessionEvent&) {}});
     EXPECT_TRUE(connected.ok()) << connected.error().message();

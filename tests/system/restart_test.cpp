@@ -67,7 +67,7 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
   std::optional<Result<Session>> connected;
   std::thread program([&] {
     connected.emplace(Session::connect({.name = "early",
-                                        .socket_path = router_.socket_path(),
+                                        .router = router_.socket_path(),
                                         .timeout = kPatience,
                                         .on_event = [&](const SessionEvent& e) {
                                           if (e.kind == SessionEvent::Kind::kWaiting)
@@ -82,9 +82,8 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
 
 TEST_F(RestartTest, WithoutARouterConnectEndsAtItsTime) {
   router_.kill();
-  const auto refused = Session::connect({.socket_path = router_.socket_path(),
-                                         .timeout = 50ms,
-                                         .on_event = [](const SessionEvent&) {}});
+  const auto refused = Session::connect(
+      {.router = router_.socket_path(), .timeout = 50ms, .on_event = [](const SessionEvent&) {}});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code(), Errc::kTimeout);
   EXPECT_NE(refused.error().message().find(router_.socket_path()), std::string::npos);

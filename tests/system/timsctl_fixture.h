@@ -68,9 +68,8 @@ class TimsctlTest : public testing::Test {
   void SetUp() override {
     const auto started = router_.start();
     ASSERT_TRUE(started) << started.error().message();
-    auto session = Session::connect({.name = "laser",
-                                     .socket_path = router_.socket_path(),
-                                     .on_event = [](const SessionEvent&) {}});
+    auto session = Session::connect(
+        {.name = "laser", .router = router_.socket_path(), .on_event = [](const SessionEvent&) {}});
     ASSERT_TRUE(session) << session.error().message();
     session_.emplace(std::move(*session));
     auto mailbox = session_->open({.address = kLadar, .slots = 64});

@@ -68,7 +68,7 @@ TEST_F(WebSocketTest, APageAndATcpClient) {
 
 TEST_F(WebSocketTest, APageAndANativeProgram) {
   start();
-  auto session = Session::connect({.socket_path = router_->socket_path(), .timeout = kPatience});
+  auto session = Session::connect({.router = router_->socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok());
   auto mailbox = session->open({.address = kLadar});
   ASSERT_TRUE(mailbox.ok());

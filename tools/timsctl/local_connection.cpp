@@ -135,7 +135,7 @@ std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWis
   check_socket(host.path);
   tims::SessionOptions options;
   options.name = "timsctl";
-  options.socket_path = host.path;
+  options.router = host.path;
   options.timeout = timeout;
   auto losses = std::make_shared<Losses>();
   options.on_event = [log = std::move(log), losses](const tims::SessionEvent& event) {

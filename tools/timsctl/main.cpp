@@ -17,12 +17,12 @@ bool no_color() {
   return (asked != nullptr && *asked != 0) || term == nullptr || std::string_view(term) == "dumb";
 }
 
-// -H, else $TIMS_HOST, else the router of this host.
+// -H, else $TIMS_HOST, else the router that programs of this host use.
 Host router_of(const Options& options) {
   if (!options.host.empty()) return parse_host(options.host);
   const char* host = std::getenv("TIMS_HOST");
   if (host != nullptr && *host != 0) return parse_host(host);
-  return UnixHost{tims::default_socket_path()};
+  return parse_host(tims::default_router());
 }
 
 // Errors of the command line are answered as JSON too, when it asks for JSON.

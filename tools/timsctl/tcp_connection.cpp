@@ -186,7 +186,7 @@ Message TcpConnection::router_says(tims::Time deadline) {
 std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
                                         tims::Duration timeout) {
   auto connection = std::make_unique<TcpConnection>(TcpSocket::connect(host, timeout),
-                                                    host.to_string(), wish.body_max, timeout);
+                                                    to_string(host), wish.body_max, timeout);
   connection->begin(wish);
   return connection;
 }

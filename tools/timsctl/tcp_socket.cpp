@@ -2,16 +2,13 @@
 
 #include <cerrno>
 #include <cstring>
-#include <memory>
 #include <string>
 
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/tcp_socket.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {
@@ -25,46 +22,13 @@ bool wait_for(int fd, short events, tims::Time deadline) {
   return ::ppoll(&wait, 1, &limit, nullptr) > 0;
 }
 
-using AddressList = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
-
-AddressList look_up(const TcpHost& host) {
-  addrinfo wanted{};
-  wanted.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.name.c_str(), host.port.c_str(), &wanted, &found);
-      error != 0)
-    throw Failure(Exit::kNoRouter, "no_router", host.name + ": " + ::gai_strerror(error),
-                  "check the name, or give the address");
-  return {found, ::freeaddrinfo};
-}
-
-// 0, or the errno that says why not.
-int try_connect(int fd, const addrinfo& address, tims::Time deadline) {
-  if (::connect(fd, address.ai_addr, address.ai_addrlen) == 0) return 0;
-  if (errno != EINPROGRESS) return errno;
-  if (!wait_for(fd, POLLOUT, deadline)) return ETIMEDOUT;
-  int error = 0;
-  socklen_t size = sizeof error;
-  ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
-}
-
 }  // namespace
 
 TcpSocket TcpSocket::connect(const TcpHost& host, tims::Duration timeout) {
-  const auto addresses = look_up(host);
-  const tims::Time deadline = tims::os::deadline_after(timeout);
-  int error = 0;
-  for (const addrinfo* a = addresses.get(); a != nullptr; a = a->ai_next) {
-    tims::os::File file(::socket(a->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    error = try_connect(file.get(), *a, deadline);
-    if (error != 0) continue;
-    const int on = 1;
-    ::setsockopt(file.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    return TcpSocket(std::move(file));
-  }
+  auto file = tims::os::connect_tcp(host.host, host.port, tims::os::deadline_after(timeout));
+  if (file) return TcpSocket(std::move(*file));
   throw Failure(Exit::kNoRouter, "no_router",
-                "no router at " + host.to_string() + ": " + std::strerror(error),
+                "no router at " + to_string(host) + ": " + file.error().detail(),
                 "a fresh router listens on loopback only: tcp.listen in its configuration");
 }
 

@@ -1,8 +1,14 @@
-// A program's connection to the router of its host. It waits for a router that is not there yet,
-// and registers its mailboxes again when the router was restarted; meanwhile mailboxes of this
-// host that know each other go on talking.
+// A program's connection to a router: that of its host, or one that is reached over TCP. It waits
+// for a router that is not there yet, and registers its mailboxes again when the router was
+// restarted; meanwhile mailboxes of this host that know each other go on talking.
+//
+// Over TCP the session is an original client to the router, which may be an original one too: what
+// it sends, also from one of its mailboxes to another, goes through the router; the protocol tells
+// neither the router's address nor the fleet's widths. Sending ends with kTooBig beyond
+// tcp_message_max.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -17,7 +23,7 @@ namespace tims {
 
 struct SessionEvent {
   enum class Kind {
-    kWaiting,      // no router at the socket; trying again
+    kWaiting,      // no router answers; trying again
     kConnected,    // to a router, for the first time or again
     kLost,         // the router went away; trying again
     kMailboxLost,  // after a reconnect somebody else owns the address
@@ -28,8 +34,13 @@ struct SessionEvent {
 
 struct SessionOptions {
   std::string name = {};  // of this program, as `timsctl` shows it; default: the process name
-  std::string socket_path = {};  // default: default_socket_path()
-  Duration timeout = kForever;   // for connect(): how long to wait for a router
+  // "unix:PATH", "/PATH", "HOST:PORT", "HOST" (port 2000), "[IPv6]:PORT". Default:
+  // default_router().
+  std::string router = {};
+  Duration timeout = kForever;  // for connect(): how long to wait for a router
+  // The largest message that a router reached over TCP takes, header included; it does not say so
+  // itself, and closes the connection of whoever sends a larger one. Default: the original's.
+  std::uint32_t tcp_message_max = 256U << 10;
   // Called from the session's own thread. Default: kWaiting, kLost and kMailboxLost go to stderr.
   std::function<void(const SessionEvent&)> on_event = {};
 };
@@ -38,7 +49,7 @@ class SessionCore;
 
 class Session {
  public:
-  // Waits until the router answers (kTimeout, kVersion, kRefused).
+  // Waits until the router answers (kTimeout, kVersion, kRefused; kInvalidArgument: `router`).
   static Result<Session> connect(SessionOptions options = {});
 
   Session(Session&&) noexcept;
@@ -51,8 +62,9 @@ class Session {
   Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options);
 
   [[nodiscard]] bool connected() const;
-  [[nodiscard]] Address router() const;  // the router's own address
-  // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told.
+  [[nodiscard]] Address router() const;  // the router's own address; over TCP 0
+  // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told. Over TCP
+  // the usual ones.
   [[nodiscard]] AddressWidths address_widths() const;
 
  private:
@@ -62,6 +74,6 @@ class Session {
 
 // $TIMS_ROUTER; else $XDG_RUNTIME_DIR/tims/router.sock when it exists; else
 // /run/tims/router.sock.
-std::string default_socket_path();
+std::string default_router();
 
 }  // namespace tims

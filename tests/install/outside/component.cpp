@@ -10,7 +10,7 @@ int main() {
   const auto address = tims::Address::parse("Ladar(3/0)");
   if (!address || address->to_string() != "Ladar(3/0)") return 1;
   const auto session = tims::Session::connect({.name = "outside",
-                                               .socket_path = "/nonexistent/router.sock",
+                                               .router = "/nonexistent/router.sock",
                                                .timeout = std::chrono::milliseconds(1),
                                                .on_event = [](const tims::SessionEvent&) {}});
   if (session.ok()) return 1;

@@ -1,0 +1,86 @@
+// Between a session and a router that is reached over TCP. Towards the session it speaks as the
+// router of its host would (wire/local_protocol.h), towards the router as an original client does
+// (wire/router_commands.h): so a session knows one way only, and every message takes it.
+//
+// One thread, which ends with either of the two connections, and closes the other.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/tcp_mailboxes.h"
+#include "client/tcp_uplink.h"
+#include "os/file.h"
+#include "wire/local_protocol.h"
+#include "wire/stream_reader.h"
+
+namespace tims::client {
+
+class TcpBridge {
+ public:
+  struct Settings {
+    std::string where;              // the router, for people
+    std::uint32_t message_max = 0;  // that it takes, header included
+  };
+  // `router`: connected, non-blocking. `session`: the other end of the session's socket.
+  TcpBridge(os::File router, os::File session, Settings settings);
+  TcpBridge(const TcpBridge&) = delete;
+  TcpBridge& operator=(const TcpBridge&) = delete;
+  ~TcpBridge();  // one of the connections must be closed
+
+ private:
+  // An answer to the session for which the router has to say something first. The router answers
+  // in the order of what it was asked.
+  struct Asked {
+    std::uint32_t request = 0;
+    wire::Record answer;
+    std::size_t missing = 0;  // of the router's words
+  };
+
+  void run();
+  bool turn();
+
+  // Towards the session: tcp_bridge_session.cpp.
+  bool read_session();
+  void on_record(std::uint32_t request, const wire::Record& record, std::vector<os::File> files);
+  void open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files);
+  wire::Opened add_mailboxes(const wire::Open& wish, std::vector<os::File> files);
+  void close(std::uint32_t request, const wire::Close& wish);
+  void grant_uplink(std::uint32_t request);
+  void on_router_word(bool good);
+  void settle(wire::Opened& opened);
+  void answer(std::uint32_t request, const wire::Record& record, std::span<const int> files = {});
+
+  // Towards the router.
+  bool write_router();
+  bool flush();
+  [[nodiscard]] bool written() const { return written_ == output_.size(); }
+  void command(std::int8_t type, Address mailbox);
+  bool read_router();
+  bool take_messages(std::span<std::byte> chunk);
+  void on_router_command(const Header& header);
+
+  const Settings settings_;
+  os::File router_;
+  os::File session_;
+  bool failed_ = false;  // the session takes no more
+
+  std::deque<Asked> asked_;
+  TcpMailboxes mailboxes_;
+  std::unique_ptr<TcpUplink> uplink_;
+  wire::StreamReader reader_;
+  std::vector<std::byte> scratch_;
+  std::vector<std::byte> output_;
+  std::size_t written_ = 0;  // of output_
+  bool more_ = false;        // there may be more in the uplink
+
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace tims::client

@@ -1,0 +1,60 @@
+#include "client/tcp_mailboxes.h"
+
+#include <cstring>
+
+#include "os/futex.h"
+#include "os/waker.h"
+#include "wire/header.h"
+
+namespace tims::client {
+
+Result<void> TcpMailboxes::offer(std::uint64_t segment, const os::File& memfd) {
+  auto mapping = os::Mapping::of(memfd);
+  if (!mapping) return mapping.error();
+  segments_[segment] = {.mapping = std::move(*mapping)};
+  return {};
+}
+
+Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker) {
+  if (mailboxes_.contains(entry.address))
+    return Error(Errc::kAddressInUse, entry.address.to_string() + " belongs to this session");
+  const auto segment = segments_.find(entry.place.segment);
+  if (segment == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
+  auto view = shm::MailboxView::open(segment->second.mapping.bytes(), entry.place.offset);
+  if (!view) return view.error();
+  ++segment->second.mailboxes;
+  mailboxes_[entry.address] = {segment->first, std::make_unique<shm::Sender>(*view, kTcpWriter),
+                               std::move(waker)};
+  return {};
+}
+
+bool TcpMailboxes::remove(Address address) {
+  const auto found = mailboxes_.find(address);
+  if (found == mailboxes_.end()) return false;
+  const auto segment = segments_.find(found->second.segment);
+  mailboxes_.erase(found);
+  if (--segment->second.mailboxes == 0) segments_.erase(segment);
+  return true;
+}
+
+void TcpMailboxes::deliver(const Header& header, std::span<const std::byte> body) {
+  const auto found = mailboxes_.find(header.dest);
+  if (found == mailboxes_.end()) return;  // closed a moment ago
+  shm::Sender& sender = *found->second.sender;
+  shm::Claim claim;
+  if (!shm::taken(sender.claim(header.length, header.priority, claim))) return;
+  wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+  if (!body.empty()) std::memcpy(claim.body, body.data(), body.size());
+  if (sender.commit(claim) == shm::SendOutcome::kOk) wake(found->second);
+}
+
+void TcpMailboxes::wake(const Mailbox& mailbox) {
+  const std::uint32_t sleep = mailbox.sender->sleeper();
+  if (sleep == 0) return;
+  shm::Word32& word = mailbox.sender->view().header().sleep;
+  if (!mailbox.waker) return os::futex_clear_and_wake(*word.raw());
+  os::wake(mailbox.waker.get());
+  word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
+}
+
+}  // namespace tims::client

@@ -1,0 +1,35 @@
+// Where a router is, as people write it:
+//
+//   unix:PATH, /PATH or ./PATH              the Unix socket of this host's router
+//   HOST:PORT, HOST, [IPv6]:PORT or IPv6    over TCP; port 2000 unless it is given
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "tims/result.h"
+
+namespace tims::wire {
+
+struct UnixEndpoint {
+  std::string path;
+  bool operator==(const UnixEndpoint&) const = default;
+};
+struct TcpEndpoint {
+  static constexpr std::uint16_t kDefaultPort = 2000;  // the original's
+
+  std::string host;
+  std::uint16_t port = kDefaultPort;
+  bool operator==(const TcpEndpoint&) const = default;
+};
+using Endpoint = std::variant<UnixEndpoint, TcpEndpoint>;
+
+// kInvalidArgument: the detail says what is wrong, and which forms there are.
+Result<Endpoint> parse_endpoint(std::string_view text);
+// "/run/tims/router.sock", "robot:2000", "[::1]:2000"
+std::string to_string(const TcpEndpoint& endpoint);
+std::string to_string(const Endpoint& endpoint);
+
+}  // namespace tims::wire
