@@ -116,6 +116,9 @@ void RouterLink::run() {
     if (connect()) {
       serve();
       disconnect();
+      if (stopping_within({})) return;
+      listener_.lost();
+      listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
       // Who closes every connection at once is not asked again as fast as it goes.
       if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
       said = true;  // "lost" was the message
@@ -227,8 +230,6 @@ void RouterLink::disconnect() {
     for (auto& [request, pending] : pending_) pending->failed = true;
     changed_.notify_all();
   }
-  listener_.lost();
-  listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
 }
 
 bool RouterLink::stopping_within(Duration wait) {
