@@ -32,6 +32,15 @@ Exit route_del(Context& context);
 Exit mbx_list(Context& context);
 Exit mbx_show(Context& context);
 
+Exit component_list(Context& context);
+Exit component_status(Context& context);
+Exit component_on(Context& context);
+Exit component_off(Context& context);
+Exit component_param(Context& context);
+Exit component_data(Context& context);
+
+Exit log_follow(Context& context);
+
 Exit ping(Context& context);
 Exit explain(Context& context);
 Exit trace(Context& context);

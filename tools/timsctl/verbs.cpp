@@ -60,6 +60,29 @@ constexpr Verb kVerbs[] = {
     {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
      "timsctl mbx show Ladar/3/0", mbx_show},
 
+    {"component", "list", "[GLOB]", 0, 1, kShowOptions, false,
+     "Components, and whether they are on: all that have a mailbox here or behind a link.",
+     "timsctl component list 'Ladar(*/*)'", component_list},
+    {"component", "status", "ADDR...", 1, 64, "", false,
+     "Whether components are on. Exit status 1: one is not.",
+     "timsctl component status Chassis/1/0 Pilot/1/0", component_status},
+    {"component", "on", "ADDR...", 1, 64, "", false,
+     "Turns components on, one after the other, and waits until each has done so.",
+     "timsctl component on Pilot/1/1", component_on},
+    {"component", "off", "ADDR...", 1, 64, "", false, "Turns components off.",
+     "timsctl component off Pilot/1/1", component_off},
+    {"component", "param", "get|set ADDR [NAME] [VALUE]", 2, 4, "", false,
+     "Parameters of a component: all, one, or a new value for one.",
+     "timsctl component param set Chassis/1/0 vxMax 500", component_param},
+    {"component", "data", "ADDR", 1, 1, "body-max", false,
+     "The newest data of a component, field by field.", "timsctl component data Position/1/0",
+     component_data},
+
+    {"log", "follow", "", 0, 0, "count once for", true,
+     "What components say: time, who, how important, and the words. Only one program can listen: "
+     "the console of the original is another.",
+     "timsctl log follow", log_follow},
+
     {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
      "Round trips to a component or a router. A component is asked GET_STATUS, a router (`router`, "
      "or an address such as Tims/1/1) the admin ping; 4 times unless -n or --for says otherwise. "

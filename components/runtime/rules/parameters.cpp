@@ -32,16 +32,17 @@ std::optional<Number> number(std::string_view text) {
   return value;
 }
 
-template <typename Number>
-std::string plain(Number value) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+std::string plain(std::int32_t value) { return std::to_string(value); }
+std::string plain(double value) {
+  std::array<char, 400> text{};  // the largest double has 309 digits
+  const auto format = std::chars_format::fixed;
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
 }
 
 std::string to_text(const ParameterValue& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return *text;
   if (const auto* whole = std::get_if<std::int32_t>(&value)) return plain(*whole);
-  return plain(std::get<float>(value));
+  return plain(static_cast<double>(std::get<float>(value)));
 }
 
 tims::Error refused(const ParameterInfo& info, std::string_view value) {

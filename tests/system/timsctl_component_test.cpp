@@ -1,0 +1,71 @@
+// timsctl component and log: a real component is looked at and told what to do.
+#include "tests/support/eventually.h"
+#include "tests/system/timsctl_fixture.h"
+
+namespace tims::test {
+namespace {
+
+class TimsctlComponentTest : public TimsctlTest {
+ protected:
+  void SetUp() override {
+    TimsctlTest::SetUp();
+    auto started = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/ChassisSim"}, options());
+    ASSERT_TRUE(started) << started.error().message();
+    chassis_.emplace(std::move(*started));
+    const auto ready = chassis_->wait_for_line("Init");
+    ASSERT_TRUE(ready) << ready.error().message();
+  }
+  std::optional<ChildProcess> chassis_;
+};
+
+TEST_F(TimsctlComponentTest, ListTellsWhoIsOn) {
+  // The ladar of the test answers nothing.
+  const Ran ran = timsctl({"component", "list", "Chassis", "--json"});
+  EXPECT_EQ(ran.code, 0);
+  const json::object& first = json_lines(ran.out).at(0).at("items").as_array().at(0).as_object();
+  EXPECT_EQ(first.at("state").as_string(), "off");
+  EXPECT_EQ(first.at("address").as_object().at("name").as_string(), "Chassis(0/0)");
+}
+
+TEST_F(TimsctlComponentTest, OnStatusDataOff) {
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).code, 1);
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).out, "Chassis(0/0) ok\n");
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) on\n");
+  EXPECT_THAT(timsctl({"component", "data", "Chassis/0/0"}).out, HasSubstr("vx: 0 mm/s\n"));
+  const Ran data = timsctl({"component", "data", "Chassis/0/0", "--json"});
+  EXPECT_EQ(json_lines(data.out).at(0).at("battery").as_int64(), 0);
+  EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
+  EXPECT_TRUE(eventually([&] { return timsctl({"component", "data", "Chassis/0/0"}).code == 1; },
+                         "no data when it is off"));
+}
+
+TEST_F(TimsctlComponentTest, Parameters) {
+  EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0"}).out, HasSubstr("vxMax "));
+  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "900"}).code, 0);
+  EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out,
+              HasSubstr("900"));
+  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "-1"}).code, 1);
+  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "fast"}).code, 2);
+  EXPECT_EQ(timsctl({"component", "param", "get", "Chassis/0/0", "nothing"}).code, 4);
+  EXPECT_EQ(timsctl({"component", "param", "delete", "Chassis/0/0"}).code, 2);
+}
+
+TEST_F(TimsctlComponentTest, NobodyThere) {
+  const Ran ran = timsctl({"component", "on", "Pilot/0/0"});
+  EXPECT_EQ(ran.code, 4);
+  EXPECT_THAT(ran.err, HasSubstr("Pilot(0/0): nobody has registered this address"));
+}
+
+TEST_F(TimsctlComponentTest, LogShowsWhatIsSaid) {
+  auto follow = start({"log", "follow", "-n", "1"});
+  ASSERT_TRUE(follow);
+  // It listens when its mailbox is there.
+  EXPECT_TRUE(eventually([&] { return timsctl({"route", "get", "GDOS/0/0"}).code == 0; }, "sink"));
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  const Ran ran = finish(*follow);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("Chassis(0/0)       print   Module on\n"));
+}
+
+}  // namespace
+}  // namespace tims::test

@@ -1,0 +1,263 @@
+// timsctl component: what components do, and telling them what to do.
+#include <algorithm>
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "os/clock.h"
+#include "proxies/catalogue.h"
+#include "proxies/codec/codec.h"
+#include "proxies/generic.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/component_call.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/message_text.h"
+#include "tools/timsctl/show.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+
+namespace {
+
+// Below are routers, the sink of texts, and people's programs.
+constexpr std::uint32_t kFirstComponentClass = tims::class_id::kTest;
+constexpr tims::Duration kOnPatience = std::chrono::seconds(5);
+
+constexpr Column kList[] = {
+    {"ADDRESS", "address.name"},
+    {"RAW", "address.raw", As::kText, true},
+    {"STATE", "state"},
+    {"PROGRAM", "owner.name"},
+    {"PID", "owner.pid"},
+    {"VIA", "via"},
+    {"AGE", "age_s", As::kDuration},
+};
+
+constexpr Column kParameters[] = {
+    {"PARAMETER", "name"},
+    {"VALUE", "value"},
+    {"TYPE", "type", As::kText, true},
+};
+
+bool is_component(tims::Address address, const tims::AddressWidths& widths) {
+  const auto fields = address.fields(widths);
+  return fields.local == 0 && fields.class_id >= kFirstComponentClass;
+}
+
+// The routers' items of components, each with its state.
+void add_states(json::object& answer, ComponentCall& call, const tims::AddressWidths& widths) {
+  json::array components;
+  std::vector<tims::Address> addresses;
+  for (const json::value& item : items_of(std::as_const(answer))) {
+    const auto address = parse_address(text_at(item.as_object(), "address.raw"), widths);
+    if (!address || !is_component(*address, widths)) continue;
+    addresses.push_back(*address);
+    components.push_back(item);
+  }
+  const auto states = call.states(addresses);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    components[i].as_object()["state"] = states[i] ? state_text(*states[i]) : "silent";
+  answer["items"] = std::move(components);
+}
+
+Exit switch_all(Context& context, std::int8_t type, tims::Duration patience) {
+  const auto connection = context.connect();
+  ComponentCall call(context, *connection);
+  Exit exit = Exit::kDone;
+  for (const tims::Address component :
+       need_addresses(context.options.arguments, connection->widths())) {
+    const Message answer =
+        call.ask(component, type, {}, std::max(patience, context.options.timeout));
+    const bool good = answer.header.type == tims::type::kOk;
+    if (!good) exit = Exit::kNo;
+    if (context.out.json()) {
+      context.out.write(json::object{{"schema", "tims/component_switched/1"},
+                                     {"address", address_json(component, connection->widths())},
+                                     {"done", good}});
+    } else {
+      context.out.write(fmt::format("{} {}\n", call.name_of(component), good ? "ok" : "error"));
+    }
+    if (!good)
+      context.out.note(call.name_of(component) + " says no; `timsctl log follow` shows its words");
+  }
+  return exit;
+}
+
+// --- parameters
+
+json::object parameter_json(const rack::Parameter& parameter) {
+  json::object item{{"name", parameter.name.view()}};
+  switch (parameter.type) {
+    case rack::Parameter::kInt:
+      item["type"] = "int";
+      item["value"] = parameter.valueInt;
+      break;
+    case rack::Parameter::kFloat:
+      item["type"] = "float";
+      item["value"] = parameter.valueFloat;
+      break;
+    default:
+      item["type"] = "string";
+      item["value"] = parameter.valueString.view();
+  }
+  return item;
+}
+
+rack::ParameterList get_parameters(ComponentCall& call, tims::Address component) {
+  const Message answer = call.ask(component, tims::type::kGetParam);
+  return value_or_fail(rack::decode<rack::ParameterList>(answer.body, answer.header.body_order()),
+                       call.name_of(component));
+}
+
+const rack::Parameter& find(const rack::ParameterList& list, std::string_view name,
+                            const std::string& component) {
+  const auto found = std::ranges::find_if(
+      list.parameters, [&](const rack::Parameter& p) { return p.name.view() == name; });
+  if (found == list.parameters.end())
+    throw Failure(Exit::kNoSuch, "no_such_parameter",
+                  fmt::format("{} has no parameter {}", component, name),
+                  "`timsctl component param get ADDR` shows all");
+  return *found;
+}
+
+template <typename Number>
+Number number(std::string_view text, std::string_view name) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw usage_error(fmt::format("{} is no value for {}", text, name));
+  return value;
+}
+
+void assign(rack::Parameter& parameter, std::string_view text) {
+  const std::string_view name = parameter.name.view();
+  if (parameter.type == rack::Parameter::kInt) {
+    parameter.valueInt = number<std::int32_t>(text, name);
+  } else if (parameter.type == rack::Parameter::kFloat) {
+    parameter.valueFloat = number<float>(text, name);
+  } else if (!parameter.valueString.assign(text)) {
+    throw usage_error(fmt::format("{} is too long for {}: at most 79 bytes", text, name));
+  }
+}
+
+Exit param_get(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
+  ComponentCall call(context, *connection);
+  const tims::Address component = need_address(arguments[1], connection->widths());
+  const rack::ParameterList list = get_parameters(call, component);
+  json::array items;
+  if (arguments.size() > 2) {
+    items.push_back(parameter_json(find(list, arguments[2], call.name_of(component))));
+  } else {
+    for (const rack::Parameter& parameter : list.parameters)
+      items.push_back(parameter_json(parameter));
+  }
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/parameters/1"},
+                                   {"address", address_json(component, connection->widths())},
+                                   {"items", items}});
+  } else {
+    context.out.write(render_items(items, kParameters, context.out.look()));
+  }
+  return Exit::kDone;
+}
+
+Exit param_set(Context& context) {
+  const auto& arguments = context.options.arguments;
+  if (arguments.size() != 4) throw usage_error("component param set ADDR NAME VALUE");
+  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
+  ComponentCall call(context, *connection);
+  const tims::Address component = need_address(arguments[1], connection->widths());
+  const std::string name = call.name_of(component);
+  rack::ParameterList wish;
+  wish.parameters.push_back(find(get_parameters(call, component), arguments[2], name));
+  assign(wish.parameters[0], arguments[3]);
+  std::vector<std::byte> body(rack::encoded_size(wish));
+  (void)value_or_fail(rack::encode(wish, body), name);
+  if (call.ask(component, tims::type::kSetParam, body).header.type != tims::type::kOk)
+    throw Failure(Exit::kNo, "refused",
+                  fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
+                  "its --help says what it may be; `timsctl log follow` shows its words");
+  context.out.note(fmt::format("{}: {} = {}; most take effect at the next ON", name, arguments[2],
+                               arguments[3]));
+  return Exit::kDone;
+}
+
+}  // namespace
+
+Exit component_list(Context& context) {
+  const auto connection = context.connect();
+  ComponentCall call(context, *connection);
+  const auto ask = [&](AdminClient& admin) {
+    json::object answer = admin.ask(with_match({{"ask", "mailboxes"}}, context.options));
+    add_states(answer, call, admin.widths());
+    const std::string& by = context.options.sort;
+    if (!by.empty()) sort_items(items_of(answer), kList, by);
+    return answer;
+  };
+  const auto draw = [&](const json::object& answer, const Look& look) {
+    return render_items(items_of(answer), kList, look);
+  };
+  return show(context, ask, draw);
+}
+
+// Exit status 1: one of them is not on.
+Exit component_status(Context& context) {
+  const auto connection = context.connect();
+  ComponentCall call(context, *connection);
+  const auto components = need_addresses(context.options.arguments, connection->widths());
+  const auto states = call.states(components);
+  Exit exit = Exit::kDone;
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    const std::string state = states[i] ? state_text(*states[i]) : "silent";
+    if (state != "on") exit = Exit::kNo;
+    if (context.out.json()) {
+      context.out.write(json::object{{"schema", "tims/component_status/1"},
+                                     {"address", address_json(components[i], connection->widths())},
+                                     {"state", state}});
+    } else {
+      context.out.write(fmt::format("{} {}\n", call.name_of(components[i]), state));
+    }
+  }
+  return exit;
+}
+
+Exit component_on(Context& context) { return switch_all(context, tims::type::kOn, kOnPatience); }
+Exit component_off(Context& context) { return switch_all(context, tims::type::kOff, {}); }
+
+Exit component_param(Context& context) {
+  const std::string& verb = context.options.arguments.front();
+  if (verb == "get") return param_get(context);
+  if (verb == "set") return param_set(context);
+  throw usage_error("component param get ADDR [NAME], or component param set ADDR NAME VALUE");
+}
+
+Exit component_data(Context& context) {
+  const auto connection =
+      context.connect({.address = {}, .body_max = context.options.body_max_bytes});
+  ComponentCall call(context, *connection);
+  const tims::Address component =
+      need_address(context.options.arguments.front(), connection->widths());
+  const std::vector<std::byte> newest(sizeof(std::uint32_t));  // GET_DATA of time 0
+  const Message answer = call.ask(component, tims::type::kGetData, newest);
+  if (answer.header.type != tims::type::kData)
+    throw Failure(Exit::kNo, "no_data", call.name_of(component) + " has no data",
+                  "is it on? `timsctl component status ADDR`");
+  const rack::MessageInfo* info = rack::find_message(answer.header, connection->widths());
+  if (info == nullptr || info->body == nullptr)
+    throw Failure(Exit::kNo, "unknown_class",
+                  call.name_of(component) + ": data of an unknown class",
+                  "`timsctl msg echo ADDR -n 1` shows the bytes");
+  const auto order = answer.header.body_order();
+  const auto print = context.out.json() ? info->body->json : info->body->text;
+  const std::size_t most = context.out.terminal() ? 20 : rack::kAllElements;
+  std::string text =
+      value_or_fail(print(answer.body, order, context.out.json() ? rack::kAllElements : most),
+                    call.name_of(component));
+  if (!text.ends_with('\n')) text += '\n';
+  context.out.write(text);
+  return Exit::kDone;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,64 @@
+#include "tools/timsctl/component_call.h"
+
+#include <algorithm>
+
+#include "os/clock.h"
+#include "tools/timsctl/failure.h"
+
+namespace timsctl {
+
+Message ComponentCall::ask(tims::Address component, std::int8_t type,
+                           std::span<const std::byte> body, std::optional<tims::Duration> timeout) {
+  const std::uint8_t seq_nr = connection_.next_seq_nr();
+  const std::uint64_t losses = connection_.losses();
+  value_or_fail(connection_.send({.dest = component, .type = type, .seq_nr = seq_nr}, body),
+                name_of(component));
+  const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
+  while (auto message = receive(connection_, context_.signals, deadline, losses)) {
+    if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
+    if (message->header.type == tims::type::kNotAvailable)
+      throw Failure(Exit::kNoSuch, "no_such_mailbox",
+                    name_of(component) + ": nobody has registered this address",
+                    "`timsctl component list` shows all");
+    return std::move(*message);
+  }
+  throw Failure(Exit::kTimeout, "timeout", name_of(component) + " did not answer",
+                "a longer --timeout? `timsctl explain` shows whether it can be reached");
+}
+
+std::vector<std::optional<std::int8_t>> ComponentCall::states(
+    std::span<const tims::Address> components) {
+  std::vector<std::optional<std::int8_t>> states(components.size());
+  for (const tims::Address component : components)
+    value_or_fail(connection_.send({.dest = component, .type = tims::type::kGetStatus}, {}),
+                  name_of(component));
+  const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
+  std::size_t missing = components.size();
+  while (missing > 0) {
+    const auto message = receive(connection_, context_.signals, deadline);
+    if (!message) break;
+    const auto asked = std::ranges::find(components, message->header.src);
+    if (asked == components.end()) continue;
+    auto& state = states[static_cast<std::size_t>(asked - components.begin())];
+    if (!state) --missing;
+    state = message->header.type;
+  }
+  return states;
+}
+
+std::string state_text(std::int8_t state) {
+  switch (state) {
+    case tims::type::kEnabled:
+      return "on";
+    case tims::type::kDisabled:
+      return "off";
+    case tims::type::kError:
+      return "error";
+    case tims::type::kNotAvailable:
+      return "gone";
+    default:
+      return "answer " + std::to_string(state);
+  }
+}
+
+}  // namespace timsctl
