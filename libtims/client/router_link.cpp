@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -27,11 +28,22 @@ Result<void> send_packet(int socket, std::uint32_t request, const wire::Record& 
   return os::send_record(socket, bytes, files, wait);
 }
 
+// Of sending; zero: none.
 void set_timeout(int socket, Duration timeout) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
   const timeval value{us / 1'000'000, us % 1'000'000};
-  ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &value, sizeof value);
   ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &value, sizeof value);
+}
+
+bool readable_before_stop(int socket, int stop) {
+  const Time end = os::deadline_after(kAnswerTimeout);
+  std::array<pollfd, 2> waits{{{socket, POLLIN, 0}, {stop, POLLIN, 0}}};
+  int ready = -1;
+  do {
+    const timespec rest = os::to_timespec(Time(std::max(end - os::now(), Duration::zero())));
+    ready = ::ppoll(waits.data(), waits.size(), &rest, nullptr);
+  } while (ready < 0 && errno == EINTR);
+  return ready > 0 && waits[1].revents == 0;
 }
 
 }  // namespace
@@ -43,7 +55,9 @@ Result<void> Greeting::tell(const wire::Record& record, std::span<const int> fil
 Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> files) {
   if (auto sent = tell(record, files); !sent) return sent.error();
   std::vector<std::byte> buffer(wire::kRecordBytesMax);
-  auto received = os::receive_record(socket_, buffer, true);
+  if (!readable_before_stop(socket_, stop_))
+    return Error(Errc::kNoRouter, "the router did not answer");
+  auto received = os::receive_record(socket_, buffer, false);
   if (!received) return Error(Errc::kNoRouter, "the router did not answer");
   if (received->size == 0) return Error(Errc::kNoRouter, "the router closed the connection");
   auto decoded = wire::decode(std::span(buffer).first(received->size));
@@ -142,7 +156,7 @@ bool RouterLink::connect() {
     changed_.notify_all();
     return false;
   }
-  Greeting greeting(socket->get());
+  Greeting greeting(socket->get(), stop_.get());
   listener_.greet(greeting);
   set_timeout(socket->get(), Duration::zero());
   {
@@ -178,7 +192,7 @@ Result<os::File> RouterLink::dial(const wire::TcpEndpoint& router) {
 }
 
 Result<void> RouterLink::hello(int socket) {
-  Greeting greeting(socket);
+  Greeting greeting(socket, stop_.get());
   auto answer = greeting.ask(wire::Hello{.writer = welcome().writer, .name = settings_.name});
   if (!answer) return answer.error();
   if (const auto* no = std::get_if<wire::Refused>(&answer->record))

@@ -27,15 +27,16 @@ struct Answer {
   std::vector<os::File> files;
 };
 
-// Asks and waits, on a connection that is not shared yet.
+// Asks and waits, on a connection that is not shared yet; not longer than until `stop` is readable.
 class Greeting {
  public:
-  explicit Greeting(int socket) : socket_(socket) {}
+  Greeting(int socket, int stop) : socket_(socket), stop_(stop) {}
   Result<void> tell(const wire::Record& record, std::span<const int> files = {}) const;
   Result<Answer> ask(const wire::Record& record, std::span<const int> files = {});
 
  private:
   int socket_;
+  int stop_;
 };
 
 class RouterLink {

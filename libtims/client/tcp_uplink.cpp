@@ -53,7 +53,7 @@ bool TcpUplink::take(std::vector<std::byte>& out) {
       continue;
     }
     receiver_.arm();
-    if (receiver_.nothing_came()) break;
+    if (receiver_.nothing_came() || receiver_.closed()) break;  // closed: by a session that left
     receiver_.disarm();
   }
   return out.size() > before;

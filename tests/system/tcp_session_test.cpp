@@ -1,0 +1,291 @@
+// Sessions that reach their router over TCP: the same calls, the same order, the same errors.
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include "os/clock.h"
+#include "proxies/chassis.h"
+#include "tests/support/eventually.h"
+#include "tests/support/tcp_socket.h"
+#include "tests/system/local_fixture.h"
+
+namespace tims::test {
+namespace {
+
+constexpr std::uint32_t kTcpMax = 256 << 10;  // by default, header included
+
+class TcpSessionTest : public LocalTest {
+ protected:
+  Session tcp_session(SessionOptions options = {}) {
+    options.name = "far";
+    options.router = router_.tcp();
+    options.timeout = kPatience;
+    if (!options.on_event) options.on_event = [](const SessionEvent&) {};
+    auto connected = Session::connect(std::move(options));
+    EXPECT_TRUE(connected.ok()) << connected.error().message();
+    return std::move(*connected);
+  }
+};
+
+TEST_F(TcpSessionTest, TalksToMailboxesOfTheRoutersHostAndBack) {
+  Session far = tcp_session();
+  Session near = session();
+  EXPECT_TRUE(far.connected());
+  EXPECT_EQ(far.router(), Address());
+  EXPECT_EQ(far.address_widths(), AddressWidths());
+  Mailbox a = open(far, 1);
+  Mailbox b = open(near, 2);
+  ASSERT_TRUE(a.send({.dest = Address(2), .type = 21, .priority = 3, .seq_nr = 7}, bytes_of("hi")));
+  auto request = b.peek_for(kPatience);
+  ASSERT_TRUE(request.ok());
+  EXPECT_EQ(text_of(request->body()), "hi");
+  EXPECT_EQ(request->header().src, Address(1));
+  ASSERT_TRUE(b.reply(request->header(), type::kOk, bytes_of("ho")));
+  const auto answer = a.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_EQ(text_of(answer->body()), "ho");
+  EXPECT_EQ(answer->header().priority, 3);
+  EXPECT_EQ(answer->header().seq_nr, 7);
+}
+
+TEST_F(TcpSessionTest, TwoSessionsAndTwoMailboxesOfOne) {
+  Session s = tcp_session();
+  Session t = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2);
+  Mailbox c = open(t, 3);
+  ASSERT_TRUE(send(a, 2, "within a session"));
+  EXPECT_EQ(receive(b), "within a session");
+  ASSERT_TRUE(send(a, 1, "to itself"));
+  EXPECT_EQ(receive(a), "to itself");
+  ASSERT_TRUE(send(a, 3, "between sessions"));
+  EXPECT_EQ(receive(c), "between sessions");
+}
+
+TEST_F(TcpSessionTest, MessagesWaitInTheOrderOfTheirPriority) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.slots = 3});
+  // One after the other: how they wait is the receiver's business.
+  std::uint64_t sent = 0;
+  for (const auto& [text, priority] : std::vector<std::pair<std::string, std::uint8_t>>{
+           {"low", 1}, {"high", 9}, {"high too", 9}}) {
+    ASSERT_TRUE(send(a, 2, text, priority));
+    ++sent;
+    ASSERT_TRUE(eventually([&] { return b.counters().waiting == sent; }, text));
+  }
+  ASSERT_TRUE(send(a, 2, "highest", 10));
+  ASSERT_TRUE(eventually([&] { return b.counters().replaced == 1; }, "the lowest goes"));
+  EXPECT_EQ(receive(b), "highest");
+  EXPECT_EQ(receive(b), "high");
+  EXPECT_EQ(receive(b), "high too");
+}
+
+TEST_F(TcpSessionTest, AMessageWakesItsReaderAndItsDescriptor) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.event_fd = true});
+  EXPECT_EQ(b.try_receive({}).error().code(), Errc::kEmpty);
+  ASSERT_TRUE(send(a, 2, "x"));
+  pollfd wait{b.event_fd(), POLLIN, 0};
+  EXPECT_EQ(::poll(&wait, 1, static_cast<int>(kPatience / 1ms)), 1);
+  EXPECT_EQ(receive(b), "x");
+}
+
+TEST_F(TcpSessionTest, ACommandToNobodyIsAnswered) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  ASSERT_TRUE(a.send({.dest = Address(99), .type = 21, .seq_nr = 4}));
+  const auto answer = a.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_EQ(answer->header().type, type::kNotAvailable);
+  EXPECT_EQ(answer->header().src, Address(99));
+  EXPECT_EQ(answer->header().seq_nr, 4);
+}
+
+TEST_F(TcpSessionTest, AMessageMayBeAsLargeAsTheLimit) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.body_max = 1 << 20});
+  const std::string largest(kTcpMax - kHeaderSize, 'x');
+  for (int i = 0; i < 20; ++i) {  // more than the uplink has places for
+    ASSERT_TRUE(send(a, 2, largest));
+    EXPECT_EQ(receive(b), largest);
+  }
+  EXPECT_EQ(send(a, 2, largest + "x").error().code(), Errc::kTooBig);
+  EXPECT_TRUE(s.connected());
+  Session larger = tcp_session({.tcp_message_max = 1 << 20});
+  Mailbox c = open(larger, 3);
+  ASSERT_TRUE(send(c, 2, largest + "x"));
+  EXPECT_EQ(receive(b), largest + "x");
+}
+
+TEST_F(TcpSessionTest, WhatAMailboxDoesNotTakeIsCounted) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2, {.slots = 1, .body_max = 10});
+  ASSERT_TRUE(send(a, 2, "more than ten bytes"));
+  EXPECT_TRUE(eventually([&] { return b.counters().too_big == 1; }, "too big"));
+  ASSERT_TRUE(send(a, 2, "first", 5));
+  ASSERT_TRUE(send(a, 2, "second", 4));
+  EXPECT_TRUE(eventually([&] { return b.counters().refused == 1; }, "refused"));
+  EXPECT_EQ(receive(b), "first");
+}
+
+TEST_F(TcpSessionTest, ALoanIsSentToo) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  auto loan = a.loan({.dest = Address(1), .type = 5}, 3);
+  ASSERT_TRUE(loan.ok());
+  std::ranges::copy(bytes_of("abc"), loan->body().begin());
+  ASSERT_TRUE(loan->send());
+  EXPECT_EQ(receive(a), "abc");
+}
+
+TEST_F(TcpSessionTest, AnAddressHasOneOwner) {
+  Session s = tcp_session();
+  Session t = tcp_session();
+  std::optional<Mailbox> a = open(s, 1);
+  const auto taken = t.open({.address = Address(1)});
+  ASSERT_FALSE(taken.ok());
+  EXPECT_EQ(taken.error().code(), Errc::kAddressInUse);
+  EXPECT_NE(taken.error().detail().find(router_.tcp()), std::string::npos);
+  EXPECT_EQ(s.open({.address = Address(1)}).error().code(), Errc::kAddressInUse);
+  // All or none.
+  const std::vector<MailboxOptions> both{{.address = Address(7)}, {.address = Address(1)}};
+  EXPECT_EQ(t.open(both).error().code(), Errc::kAddressInUse);
+  Mailbox b = open(t, 7);
+  ASSERT_TRUE(send(b, 1, "still there"));
+  EXPECT_EQ(receive(*a), "still there");
+  a.reset();
+  Mailbox successor = open(t, 1);
+  ASSERT_TRUE(send(b, 1, "to the next owner"));
+  EXPECT_EQ(receive(successor), "to the next owner");
+}
+
+TEST_F(TcpSessionTest, WhatIsSentBeforeTheEndArrives) {
+  Session near = session();
+  Mailbox b = open(near, 2, {.slots = 200});
+  {
+    Session s = tcp_session();
+    Mailbox a = open(s, 1);
+    for (int i = 0; i < 100; ++i) ASSERT_TRUE(send(a, 2, std::to_string(i)));
+  }
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(receive(b), std::to_string(i));
+}
+
+TEST_F(TcpSessionTest, TheRouterMayDieAndComeBack) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(s, 2);
+  ASSERT_TRUE(send(a, 2, "before"));
+  EXPECT_EQ(receive(b), "before");
+  router_.kill();
+  EXPECT_TRUE(eventually([&] { return !s.connected(); }, "router missed"));
+  EXPECT_EQ(send(a, 2, "x").error().code(), Errc::kNoRouter);
+  ASSERT_TRUE(router_.start().ok());
+  EXPECT_TRUE(eventually([&] { return s.connected(); }, "back"));
+  ASSERT_TRUE(send(a, 2, "after"));
+  EXPECT_EQ(receive(b), "after");
+  auto old = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(old.ok());
+  ASSERT_TRUE(old->send({.type = 21, .dest = Address(2), .src = Address(7)}, bytes_of("tcp")));
+  EXPECT_EQ(receive(b), "tcp");  // registered again
+}
+
+TEST_F(TcpSessionTest, AnAddressThatSomebodyElseHasAfterwardsIsReported) {
+  std::atomic<bool> lost = false;
+  Session s = tcp_session({.on_event = [&](const SessionEvent& event) {
+    if (event.kind == SessionEvent::Kind::kMailboxLost) lost = true;
+  }});
+  std::optional<Mailbox> a = open(s, 1);
+  // The router comes back, and somebody else is there first.
+  std::optional<TcpClient> other;
+  for (bool first = false; !first;) {
+    router_.kill();
+    ASSERT_TRUE(router_.start().ok());
+    auto client = TcpClient::connect(router_.tcp());
+    ASSERT_TRUE(client.ok());
+    other.emplace(std::move(*client));
+    first = other->register_mailbox(Address(1)).ok();
+  }
+  EXPECT_TRUE(eventually([&] { return lost.load(); }, "told"));
+  // To close it does not take it away from its owner.
+  a.reset();
+  Mailbox b = open(s, 2);
+  ASSERT_TRUE(send(b, 1, "yours"));
+  const auto message = other->receive();
+  ASSERT_TRUE(message.ok());
+  EXPECT_EQ(text_of(message->body), "yours");
+}
+
+TEST_F(TcpSessionTest, ARouterThatStandsStillKeepsNoSenderForLong) {
+  Session s = tcp_session();
+  Mailbox a = open(s, 1);
+  const std::string large(100'000, 'x');
+  ASSERT_TRUE(send(a, 1, "so that the way is known"));
+  EXPECT_EQ(receive(a), "so that the way is known");
+  router_.process().signal(SIGSTOP);
+  Errc outcome = Errc::kEmpty;
+  while (outcome != Errc::kFull) {  // what the sockets hold, and the uplink
+    const Time begin = os::now();
+    const auto sent = send(a, 1, large);
+    EXPECT_LT(os::now() - begin, 200ms + kPatience / 10);
+    if (!sent) outcome = sent.error().code();
+    ASSERT_TRUE(sent.ok() || outcome == Errc::kFull) << sent.error().message();
+  }
+  router_.process().signal(SIGCONT);
+  EXPECT_TRUE(eventually([&] { return send(a, 1, "again").ok(); }, "room again"));
+}
+
+TEST_F(TcpSessionTest, LifesignsAreAnswered) {
+  router_.kill();
+  RouterProcess strict({lifesign_interval(100ms)});
+  const auto started = strict.start();
+  ASSERT_TRUE(started.ok()) << started.error().message();
+  std::atomic<int> lost = 0;
+  auto s = Session::connect({.router = strict.tcp(), .on_event = [&](const SessionEvent& event) {
+                               if (event.kind == SessionEvent::Kind::kLost) ++lost;
+                             }});
+  ASSERT_TRUE(s.ok());
+  auto silent = TcpClient::connect(strict.tcp());
+  ASSERT_TRUE(silent.ok());
+  silent->set_answers_lifesigns(false);
+  EXPECT_TRUE(silent->wait_for_close().ok());
+  EXPECT_EQ(lost, 0);
+  EXPECT_TRUE(s->connected());
+}
+
+TEST_F(TcpSessionTest, TextsThatNameNoRouterAreRefused) {
+  const auto refused = Session::connect({.router = "robot:x"});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code(), Errc::kInvalidArgument);
+  const auto nobody =
+      Session::connect({.router = "127.0.0.1:1", .timeout = 50ms, .on_event = [](const auto&) {}});
+  ASSERT_FALSE(nobody.ok());
+  EXPECT_EQ(nobody.error().code(), Errc::kTimeout);
+  EXPECT_NE(nobody.error().message().find("127.0.0.1:1"), std::string::npos);
+}
+
+TEST_F(TcpSessionTest, AComponentDoesWithoutARouterOfItsHost) {
+  auto chassis = ChildProcess::start({TIMS_CHASSIS_SIM_PROGRAM, "--router", router_.tcp()});
+  ASSERT_TRUE(chassis.ok());
+  Session s = session();
+  Mailbox work = open(s, 0x00180101);
+  rack::ChassisProxy proxy(work, Address(0x00110000),
+                           {.on = kPatience, .off = kPatience, .data = kPatience});
+  ASSERT_TRUE(eventually([&] { return proxy.status().ok(); }, "a chassis"));
+  ASSERT_TRUE(proxy.on());
+  const auto data = proxy.get_data();
+  EXPECT_TRUE(data.ok()) << data.error().message();
+  const auto status = chassis->stop(SIGTERM);
+  ASSERT_TRUE(status.ok()) << status.error().message();
+  EXPECT_TRUE(status->success()) << chassis->output();
+}
+
+}  // namespace
+}  // namespace tims::test
