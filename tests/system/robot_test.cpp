@@ -1,0 +1,108 @@
+// The simulated robot drives along walls, by itself and by joystick, and survives the death of its
+// odometry.
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "components/geometry/floor_map.h"
+#include "tests/system/robot_fixture.h"
+
+namespace tims::test {
+namespace {
+
+constexpr double kHull = 354;  // of ChassisSim, its corners, mm
+
+rack::FloorMap floor() {
+  std::ifstream file(FLOOR_PLAN);
+  const auto drawing = rack::read_dxf(std::string(std::istreambuf_iterator<char>(file), {}));
+  EXPECT_TRUE(drawing.ok());
+  return {*drawing, 1000, 0, 0};
+}
+
+class DrivingTest : public RobotTest {
+ protected:
+  void start_robot() {
+    start("ChassisSim", {"--periodTime", "20"});
+    start("OdometryChassis");
+    start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
+    start("Position");
+  }
+  void start_wall_following(const std::string& mode) {
+    start("PilotWallFollowing",
+          {"--instance", "1", "--scan2dInst", "0", "--maxSpeed", "700", "--mode", mode});
+  }
+
+  // The order of the graphical interface.
+  void let_drive(const std::string& pilot) {
+    ASSERT_TRUE(turned_on("Chassis(0/0)"));
+    auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+    const auto active = chassis.set_active_pilot(*Address::parse(pilot));
+    ASSERT_TRUE(active.ok()) << active.error().message();
+    ASSERT_TRUE(turned_on(pilot));
+  }
+
+  // Waits until the robot is more than `way` mm away from where it is now, and looks all the time
+  // how far the walls are.
+  testing::AssertionResult moves(double way) {
+    auto position = proxy<rack::PositionProxy>("Position(0/0)");
+    std::optional<rack::Position3d> from;
+    return eventually([&]() -> std::string {
+      const auto now = position.get_data();
+      if (!now) return now.error().message();
+      if (!from) from = now->pos;
+      const double x = now->pos.x;
+      const double y = now->pos.y;
+      clearance_ = std::min(clearance_, map_.clearance({x, y}));
+      const double gone = std::hypot(x - from->x, y - from->y);
+      return gone > way ? "" : "it has moved by " + std::to_string(gone) + " mm";
+    });
+  }
+
+  rack::FloorMap map_ = floor();
+  double clearance_ = 1e9;
+};
+
+TEST_F(DrivingTest, AlongWalls) {
+  start_robot();
+  start_wall_following("0");
+  let_drive("Pilot(0/1)");
+  EXPECT_TRUE(moves(2000));
+  EXPECT_GT(clearance_, kHull);
+  const auto pilot = proxy<rack::PilotProxy>("Pilot(0/1)").get_data();
+  ASSERT_TRUE(pilot.ok()) << pilot.error().message();
+  EXPECT_NE(pilot->pos.x, 0);
+}
+
+TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
+  start_robot();
+  start_wall_following("1");
+  let_drive("Pilot(0/1)");
+  EXPECT_TRUE(moves(200));
+  kill("OdometryChassis");
+  auto pilot = proxy<rack::PilotProxy>("Pilot(0/1)");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.status();
+        return status && *status == rack::Status::kError;
+      },
+      "the pilot in error"));
+  auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto data = chassis.get_data();
+        return data && data->vx == 0.0F;
+      },
+      "standing: nobody drives blindly"));
+  start("OdometryChassis");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.status();
+        return status && *status == rack::Status::kEnabled;
+      },
+      "the pilot on again"));
+  EXPECT_TRUE(moves(200));
+  EXPECT_GT(clearance_, kHull);
+}
+
+}  // namespace
+}  // namespace tims::test
