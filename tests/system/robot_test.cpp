@@ -1,10 +1,17 @@
 // The simulated robot drives along walls, by itself and by joystick, and survives the death of its
 // odometry.
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include "components/geometry/floor_map.h"
+#include "os/file.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
@@ -101,6 +108,52 @@ TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
       },
       "the pilot on again"));
   EXPECT_TRUE(moves(200));
+  EXPECT_GT(clearance_, kHull);
+}
+
+// A joystick device in the hands of the test.
+class Stick {
+ public:
+  explicit Stick(const std::string& path) {
+    EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    pipe_ = os::File(::open(path.c_str(), O_RDWR | O_CLOEXEC));  // does not wait for the reader
+  }
+  void push(std::uint8_t type, std::uint8_t number, std::int16_t value) {
+    std::array<std::byte, 8> event{};
+    std::memcpy(&event[4], &value, sizeof value);
+    event[6] = std::byte(type);
+    event[7] = std::byte(number);
+    EXPECT_EQ(::write(pipe_.get(), event.data(), event.size()), 8);
+  }
+
+ private:
+  os::File pipe_;
+};
+
+TEST_F(DrivingTest, ByJoystick) {
+  const std::string device = router_.folder() + "/js0";
+  Stick stick(device);
+  start_robot();
+  start("Joystick", {"--device", device, "--periodTime", "20"});
+  start("PilotJoystick", {"--scan2dInst", "0", "--mode", "1", "--maxSpeed", "700"});
+  let_drive("Pilot(0/0)");
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  constexpr std::uint8_t kAxis = 2;
+  constexpr std::uint8_t kForward = 1;
+  stick.push(kAxis, kForward, -32767);
+  EXPECT_TRUE(moves(1000));
+  auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+  const auto speed = [&] {
+    const auto data = chassis.get_data();
+    return data ? data->vx.raw() : -1.0F;
+  };
+  stick.push(kAxis, kForward, 0);
+  EXPECT_TRUE(eventually([&] { return speed() == 0.0F; }, "standing"));
+  // A pilot without joystick does not drive on.
+  stick.push(kAxis, kForward, -32767);
+  EXPECT_TRUE(eventually([&] { return speed() > 100.0F; }, "driving"));
+  kill("Joystick");
+  EXPECT_TRUE(eventually([&] { return speed() == 0.0F; }, "standing without joystick"));
   EXPECT_GT(clearance_, kHull);
 }
 
