@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 
@@ -12,6 +13,8 @@
 
 #include "components/geometry/floor_map.h"
 #include "os/file.h"
+#include "proxies/clock.h"
+#include "proxies/scan2d.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
@@ -109,6 +112,32 @@ TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
       "the pilot on again"));
   EXPECT_TRUE(moves(200));
   EXPECT_GT(clearance_, kHull);
+}
+
+TEST_F(DrivingTest, ScansOfALadarArePoints) {
+  start_robot();
+  start("LadarSim", {"--mapFile", FLOOR_PLAN, "--angleMin", "-90", "--angleMax", "90"});
+  start("Scan2d", {"--instance", "1", "--ladarInst", "0", "--positionInst", "0"});
+  ASSERT_TRUE(turned_on("Scan2d(0/1)"));
+  ASSERT_TRUE(turned_on("Scan2d(0/0)"));
+  const auto scan = proxy<rack::Scan2dProxy>("Scan2d(0/1)").get_data();
+  const auto simulated = proxy<rack::Scan2dProxy>("Scan2d(0/0)").get_data();
+  ASSERT_TRUE(scan.ok() && simulated.ok());
+  ASSERT_EQ(scan->points.size(), 181U);
+  ASSERT_EQ(simulated->points.size(), 361U);
+  EXPECT_NE(scan->recordingTime, rack::TimeStamp(0));
+  for (std::size_t i = 0; i < scan->points.size(); ++i) {
+    EXPECT_NEAR(scan->points[i].x, simulated->points[i + 90].x, 2);
+    EXPECT_NEAR(scan->points[i].y, simulated->points[i + 90].y, 2);
+  }
+}
+
+TEST_F(DrivingTest, TellsTheTime) {
+  start("ClockSystem");
+  ASSERT_TRUE(turned_on("Clock(0/0)"));
+  const auto clock = proxy<rack::ClockProxy>("Clock(0/0)").get_data();
+  ASSERT_TRUE(clock.ok()) << clock.error().message();
+  EXPECT_NEAR(static_cast<double>(clock->utcTime), static_cast<double>(::time(nullptr)), 60);
 }
 
 // A joystick device in the hands of the test.
