@@ -1,0 +1,36 @@
+#include "components/clock/calendar.h"
+
+#include <gtest/gtest.h>
+
+namespace rack::clock {
+namespace {
+
+TEST(Calendar, TheBeginning) {
+  const ClockData clock = clock_of(std::chrono::seconds(0));
+  EXPECT_EQ(clock.day, 1);
+  EXPECT_EQ(clock.month, 1);
+  EXPECT_EQ(clock.year, 70);
+  EXPECT_EQ(clock.dayOfWeek, 4) << "a Thursday";
+}
+
+TEST(Calendar, ALeapDayAndASunday) {
+  const ClockData clock = clock_of(std::chrono::seconds(1709251199));  // 2024-02-29 23:59:59
+  EXPECT_EQ(clock.hour, 23);
+  EXPECT_EQ(clock.minute, 59);
+  EXPECT_EQ(clock.second, 59);
+  EXPECT_EQ(clock.day, 29);
+  EXPECT_EQ(clock.month, 2);
+  EXPECT_EQ(clock.year, 24);
+  EXPECT_EQ(clock.utcTime, 1709251199);
+  EXPECT_EQ(clock.dayOfWeek, 4);
+  EXPECT_EQ(clock_of(std::chrono::seconds(1709251199 + 3 * 86400)).dayOfWeek, 7);
+}
+
+TEST(Calendar, BeforeTheBeginning) {
+  const ClockData clock = clock_of(std::chrono::seconds(-1));
+  EXPECT_EQ(clock.second, 59);
+  EXPECT_EQ(clock.year, 69);
+}
+
+}  // namespace
+}  // namespace rack::clock

@@ -1,0 +1,70 @@
+#include "components/joystick/js_events.h"
+
+#include <cstring>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace rack::joystick {
+namespace {
+
+std::vector<std::byte> event(i16 value, u8 type, u8 number) {
+  std::vector<std::byte> bytes(8);
+  std::memcpy(&bytes[4], &value, sizeof value);
+  bytes[6] = std::byte(type);
+  bytes[7] = std::byte(number);
+  return bytes;
+}
+
+TEST(JsEvents, Axes) {
+  JsEvents stick({});
+  stick.push(event(-32767, 2, 1));
+  stick.push(event(16384, 2, 0));
+  stick.push(event(-32768, 2, 2));
+  EXPECT_EQ(stick.position().x, 100) << "forward";
+  EXPECT_EQ(stick.position().y, 50) << "to the right";
+  EXPECT_EQ(stick.position().z, -100);
+  stick.push(event(1000, 2, 0));
+  EXPECT_EQ(stick.position().y, 0) << "nearly in the middle";
+}
+
+TEST(JsEvents, Buttons) {
+  JsEvents stick({});
+  stick.push(event(1, 1 | 0x80, 0));
+  stick.push(event(1, 1, 31));
+  stick.push(event(1, 1, 32));
+  EXPECT_EQ(stick.buttons(), static_cast<i32>(0x80000001));
+  stick.push(event(0, 1, 0));
+  EXPECT_EQ(stick.buttons(), static_cast<i32>(0x80000000));
+  stick.release();
+  EXPECT_EQ(stick.buttons(), 0);
+}
+
+TEST(JsEvents, ComeInPieces) {
+  JsEvents stick({});
+  const auto bytes = event(32767, 2, 0);
+  for (const std::byte byte : bytes) {
+    EXPECT_EQ(stick.position().y, 0);
+    stick.push({&byte, 1});
+  }
+  EXPECT_EQ(stick.position().y, 100);
+}
+
+TEST(JsEvents, OtherAxesAndNone) {
+  JsEvents stick({.x = 255, .y = -1, .z = 300});
+  stick.push(event(32767, 2, 255));
+  stick.push(event(32767, 2, 0));
+  EXPECT_EQ(stick.position().x, -100);
+  EXPECT_EQ(stick.position().y, 0);
+  EXPECT_EQ(stick.position().z, 0);
+}
+
+TEST(JsEvents, OfUnknownTypesAreLeftOut) {
+  JsEvents stick({});
+  stick.push(event(32767, 7, 0));
+  EXPECT_EQ(stick.position().y, 0);
+  EXPECT_EQ(stick.buttons(), 0);
+}
+
+}  // namespace
+}  // namespace rack::joystick

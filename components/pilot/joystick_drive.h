@@ -1,0 +1,32 @@
+// What a stick wants a vehicle to do (specification, section 10.6). Pure.
+#pragma once
+
+#include "components/pilot/safe_speed.h"
+#include "proxies/joystick.h"
+#include "proxies/pilot.h"
+
+namespace rack::pilot {
+
+struct Drive {
+  i32 speed = 0;      // mm/s
+  i32 speed_max = 0;  // mm/s, that would be safe
+  f32 omega = 0;      // rad/s
+};
+
+struct JoystickDriveSettings {
+  i32 speed_max = 4000;          // mm/s
+  i32 side_speed_max = 0;        // mm/s
+  bool turns_at_rest = false;    // y is a turning speed; else it is a curve
+  i32 turning_radius_min = 300;  // mm
+  double x_exponent = 0;         // 0: as far as the stick; more: finer near the middle
+  double y_exponent = 0;
+};
+
+// `scan`: nothing looks where it goes.
+Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& settings,
+                     const ChassisParamData& chassis, const Scan2dData* scan);
+
+// As pilots publish it: as far as the stick wishes to go in a second, on a straight line.
+void describe(const Drive& drive, PilotData& data);
+
+}  // namespace rack::pilot

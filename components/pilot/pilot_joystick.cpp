@@ -1,0 +1,165 @@
+// PilotJoystick: drives as a joystick says, and brakes before obstacles.
+#include <array>
+#include <optional>
+
+#include "components/pilot/joystick_drive.h"
+#include "components/runtime/clock.h"
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+
+namespace rack::pilot {
+namespace {
+
+constexpr auto kPeriod = std::chrono::milliseconds(100);
+constexpr int kSilence = 10;  // periods without a message of an input
+constexpr std::uint32_t kScanMax = body_max<Scan2dData>();
+
+const std::array<ParameterInfo, 12> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, 255},
+    {"scan2dInst", 0, "instance of the scan, -1: none, no braking", -1, 255, true},
+    {"chassisSys", 0, "system id of the chassis", 0, 255},
+    {"chassisInst", 0, "instance of the chassis", 0, 255},
+    {"joystickSys", 0, "system id of the joystick", 0, 255},
+    {"joystickInst", 0, "instance of the joystick", 0, 255},
+    {"maxSpeed", 4000, "with the stick all the way forward, mm/s", 0, 1e6},
+    {"maxSpeedSide", 0, "not used yet, mm/s", 0, 1e6},
+    {"mode", 0, "to the side the stick means: 0 a curve, 1 a turning speed", 0, 1},
+    {"chassisMinTurnRadius", 300, "of the narrowest curve, mm", 1, 1e6},
+    {"joystickExpX", 0.0F, "more than 0: finer near the middle", 0, 20},
+    {"joystickExpY", 0.0F, "the same to the side", 0, 20},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "PilotJoystick",
+    .purpose = "Drives as a joystick says, and brakes before obstacles.",
+    .class_id = tims::class_id::kPilot,
+    .parameters = kParameters,
+};
+
+class PilotJoystick : public DataModule<PilotData> {
+ public:
+  PilotJoystick() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto joystick = create_mailbox(10, wire_size<JoystickData>());
+    if (!joystick) return joystick.error();
+    const auto scan = create_mailbox(2, kScanMax);
+    if (!scan) return scan.error();
+    const auto work = create_mailbox(10, wire_size<ChassisParamData>());
+    if (!work) return work.error();
+    work_ = *work;
+    joystick_.emplace(**work, **joystick);
+    scan_.emplace(**work, **scan);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    set_period(kPeriod);
+    if (auto good = turn_on_chassis(); !good) return good;
+    if (auto good = turn_on_joystick(); !good) return good;
+    looks_ = integer("scan2dInst") >= 0;
+    seen_ = false;
+    scan_silence_ = 0;
+    if (looks_) {
+      const auto scan = scan_->start(
+          address_of(tims::class_id::kScan2d, integer("scan2dSys"), integer("scan2dInst")));
+      if (!scan) return scan.error();
+    }
+    return DataModule::module_on();
+  }
+
+  Result<void> turn_on_chassis() {
+    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, integer("chassisSys"),
+                                        integer("chassisInst")));
+    if (auto on = chassis_->on(); !on) return on;
+    const auto limits = chassis_->get_parameter();
+    if (!limits) return limits.error();
+    limits_ = *limits;
+    settings_ = {.speed_max = std::min(integer("maxSpeed"), limits_.vxMax.raw()),
+                 .side_speed_max = integer("maxSpeedSide"),
+                 .turns_at_rest = integer("mode") == 1,
+                 .turning_radius_min = integer("chassisMinTurnRadius"),
+                 .x_exponent = real("joystickExpX"),
+                 .y_exponent = real("joystickExpY")};
+    return {};
+  }
+
+  Result<void> turn_on_joystick() {
+    if (auto on = joystick_->turn_on(
+            address_of(tims::class_id::kJoystick, integer("joystickSys"), integer("joystickInst")));
+        !on)
+      return on;
+    if (auto asked = joystick_->proxy().get_data(stick_); !asked) return asked;
+    if (stick_.position.x != 0 || stick_.position.y != 0)
+      return tims::Error(tims::Errc::kInvalidArgument, "let go of the joystick first");
+    joystick_silence_ = 0;
+    const auto granted = joystick_->subscribe();
+    return granted ? Result<void>() : granted.error();
+  }
+
+  void module_off() override {
+    if (chassis_) (void)chassis_->move(0, 0, 0);  // who drove it lets go
+    joystick_->stop();
+    scan_->stop();
+  }
+
+  Result<void> module_loop() override {
+    sleep_until_next(kPeriod);
+    if (auto good = look(*joystick_, stick_, joystick_silence_); !good) return good.error();
+    if (looks_) {
+      const auto come = look(*scan_, scan_data_, scan_silence_);
+      if (!come) return come.error();
+      seen_ = seen_ || *come;
+    }
+    // Before the first scan it does not know what is there.
+    Drive drive;
+    if (!looks_ || seen_)
+      drive = joystick_drive(stick_, settings_, limits_, looks_ ? &scan_data_ : nullptr);
+    // The original's chassis take the second number for a limit; those that go sideways do not.
+    const i32 second = limits_.vyMax == 0 ? drive.speed_max : 0;
+    if (auto moved = chassis_->move(drive.speed, second, drive.omega); !moved) return moved;
+    PilotData& data = get_local_buffer();
+    data.recordingTime = time_stamp();
+    describe(drive, data);
+    return put_local_buffer();
+  }
+
+  template <typename Proxy, typename Data>
+  Result<bool> look(Input<Proxy>& input, Data& data, int& silence) {
+    auto come = input.newest(data);
+    if (!come) return come;
+    silence = *come ? 0 : silence + 1;
+    if (silence >= kSilence)
+      return tims::Error(tims::Errc::kTimeout,
+                         "no data of " + input.proxy().component().to_string());
+    return come;
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != PilotType::kSetDestination)
+      return DataModule::module_command(message);
+    return tims::Error(tims::Errc::kInvalidArgument, "a joystick has no destination");
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<ChassisProxy> chassis_;
+  std::optional<Input<JoystickProxy>> joystick_;
+  std::optional<Input<Scan2dProxy>> scan_;
+  ChassisParamData limits_;
+  JoystickDriveSettings settings_;
+  JoystickData stick_;
+  Scan2dData scan_data_;
+  bool looks_ = false;
+  bool seen_ = false;
+  int joystick_silence_ = 0;
+  int scan_silence_ = 0;
+};
+
+}  // namespace
+}  // namespace rack::pilot
+
+int main(int argc, char** argv) {
+  rack::pilot::PilotJoystick pilot;
+  return pilot.run(argc, argv);
+}

@@ -1,0 +1,109 @@
+// PilotWallFollowing: drives along walls.
+#include <array>
+#include <optional>
+
+#include "components/geometry/angle.h"
+#include "components/pilot/wall_follower.h"
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+#include "proxies/position.h"
+
+namespace rack::pilot {
+namespace {
+
+const std::array<ParameterInfo, 11> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, 255},
+    {"scan2dInst", 0, "instance of the scan", 0, 255, true},
+    {"chassisSys", 0, "system id of the chassis", 0, 255},
+    {"chassisInst", 0, "instance of the chassis", 0, 255},
+    {"positionSys", 0, "system id of the position", 0, 255},
+    {"positionInst", 0, "instance of the position", 0, 255},
+    {"maxSpeed", 500, "mm/s", 0, 1e6},
+    {"omegaMax", 20, "deg/s", 0, 3600},
+    {"mode", 1, "0: keeps the wall on its left, 1: turns away from walls", 0, 1},
+    {"distance", 1000, "to the wall, mm", 1, 1e6},
+    {"testDis", 1000, "beyond it a wall does not matter yet, mm", 1, 1e6},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "PilotWallFollowing",
+    .purpose = "Drives along walls.",
+    .class_id = tims::class_id::kPilot,
+    .parameters = kParameters,
+};
+
+class PilotWallFollowing : public DataModule<PilotData> {
+ public:
+  PilotWallFollowing() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto scan = create_mailbox(2, body_max<Scan2dData>());
+    if (!scan) return scan.error();
+    const auto work = create_mailbox(10, wire_size<ChassisParamData>());
+    if (!work) return work.error();
+    work_ = *work;
+    scan_.emplace(**work, **scan);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, integer("chassisSys"),
+                                        integer("chassisInst")));
+    if (auto on = chassis_->on(); !on) return on;
+    const auto limits = chassis_->get_parameter();
+    if (!limits) return limits.error();
+    follower_.emplace(settings(limits->vxMax), *limits);
+    position_.emplace(*work_, address_of(tims::class_id::kPosition, integer("positionSys"),
+                                         integer("positionInst")));
+    if (auto on = position_->on(); !on) return on;
+    const auto granted = scan_->start(
+        address_of(tims::class_id::kScan2d, integer("scan2dSys"), integer("scan2dInst")));
+    if (!granted) return granted.error();
+    set_period(*granted);
+    return DataModule::module_on();
+  }
+
+  void module_off() override {
+    if (chassis_) (void)chassis_->move(0, 0, 0);  // who drove it lets go
+    scan_->stop();
+  }
+
+  Result<void> module_loop() override {
+    if (auto come = scan_->next(scan_data_, 5 * period()); !come) return come;
+    const Drive drive = follower_->follow(scan_data_, period());
+    if (auto moved = chassis_->move(drive.speed, 0, drive.omega); !moved) return moved;
+    const auto position = position_->get_data();
+    if (!position) return position.error();
+    PilotData& data = get_local_buffer();
+    data.recordingTime = scan_data_.recordingTime;
+    data.pos = position->pos;
+    data.speed = drive.speed;
+    data.curve = drive.speed == 0 ? 0 : drive.omega / static_cast<f32>(drive.speed);
+    data.distanceToDest = -1;
+    return put_local_buffer();
+  }
+
+  [[nodiscard]] WallFollowerSettings settings(i32 chassis_speed_max) const {
+    return {.mode = static_cast<WallFollowerSettings::Mode>(integer("mode")),
+            .speed_max = std::min(integer("maxSpeed"), chassis_speed_max),
+            .omega_max = radians(integer("omegaMax")),
+            .distance = integer("distance"),
+            .test_distance = integer("testDis")};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<ChassisProxy> chassis_;
+  std::optional<PositionProxy> position_;
+  std::optional<Input<Scan2dProxy>> scan_;
+  Scan2dData scan_data_;
+  std::optional<WallFollower> follower_;
+};
+
+}  // namespace
+}  // namespace rack::pilot
+
+int main(int argc, char** argv) {
+  rack::pilot::PilotWallFollowing pilot;
+  return pilot.run(argc, argv);
+}

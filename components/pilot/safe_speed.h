@@ -1,0 +1,20 @@
+// How fast a vehicle may go among what a scan sees (specification, section 10.6). Pure.
+#pragma once
+
+#include "proxies/chassis.h"
+#include "proxies/scan2d.h"
+
+namespace rack::pilot {
+
+enum class Direction : std::uint8_t { kForward, kBackward };
+
+// The largest speed, mm/s and not negative, with which it still stops in time. Landmarks and points
+// that are no measurement do not count; what moves keeps it three times as far away.
+i32 safe_speed(Direction direction, const ChassisParamData& chassis, const Scan2dData& scan);
+
+// The largest at which it can still turn with that curvature, 1/mm.
+double speed_for_curve(double curve, const ChassisParamData& chassis);
+
+inline constexpr i32 kBackwardMax = 500;  // mm/s
+
+}  // namespace rack::pilot

@@ -1,0 +1,115 @@
+// Scan2d: the scans of a ladar as points of the robot.
+#include <array>
+#include <optional>
+
+#include "components/geometry/angle.h"
+#include "components/runtime/data_module.h"
+#include "components/runtime/input.h"
+#include "components/scan2d/ladar_scan.h"
+#include "proxies/position.h"
+
+namespace rack::scan2d {
+namespace {
+
+constexpr auto kSilence = std::chrono::seconds(1);
+
+const std::array<ParameterInfo, 15> kParameters = {{
+    {"ladarSys", 0, "system id of the ladar", 0, 255},
+    {"ladarInst", 0, "instance of the ladar", 0, 255, true},
+    {"positionSys", 0, "system id of the position", 0, 255},
+    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, 255},
+    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
+    {"ladarOffsetY", 0, "mm"},
+    {"ladarOffsetRho", 0, "where it looks, deg / ladarOffsetRhoDivider"},
+    {"ladarOffsetRhoDivider", 1, "for fractions of degrees", 1, 1e6},
+    {"ladarUpsideDown", 0, "1: it hangs upside down", 0, 1},
+    {"maxRange", 30000, "mm", 1, 1e9},
+    {"reduce", 1, "each so many-th point", 1, 10000},
+    {"angleMin", -180, "of the ladar, deg", -360, 360},
+    {"angleMax", 180, "of the ladar, deg", -360, 360},
+    {"medianFilter", 0, "1: single points that stick out are noise", 0, 1},
+    {"reflectorFilter", 0, "1: single reflectors are noise", 0, 1},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "Scan2d",
+    .purpose = "The scans of a ladar as points of the robot.",
+    .class_id = tims::class_id::kScan2d,
+    .parameters = kParameters,
+};
+
+class Scan2d : public DataModule<Scan2dData> {
+ public:
+  Scan2d() : DataModule(kInfo, {.history = 10}) { reserve_all(ladar_data_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    const auto stream = create_mailbox(1, body_max<LadarData>());
+    if (!stream) return stream.error();
+    work_ = *work;
+    ladar_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    read_parameters();
+    const auto granted = ladar_->start(
+        address_of(tims::class_id::kLadar, integer("ladarSys"), integer("ladarInst")));
+    if (!granted) return granted.error();
+    set_period(*granted);
+    position_.reset();
+    get_local_buffer().refPos = {};
+    if (integer("positionInst") >= 0) {
+      position_.emplace(*work_, address_of(tims::class_id::kPosition, integer("positionSys"),
+                                           integer("positionInst")));
+      if (auto on = position_->on(); !on) return on;
+    }
+    return DataModule::module_on();
+  }
+
+  void read_parameters() {
+    mounting_ = {.x = integer("ladarOffsetX"),
+                 .y = integer("ladarOffsetY"),
+                 .rho = radians(static_cast<double>(integer("ladarOffsetRho")) /
+                                integer("ladarOffsetRhoDivider")),
+                 .upside_down = integer("ladarUpsideDown") != 0};
+    // Half a thousandth of a degree more: the ends are meant.
+    filter_ = {.range_max = integer("maxRange"),
+               .reduce = integer("reduce"),
+               .angle_min = radians(integer("angleMin") - 0.0005),
+               .angle_max = radians(integer("angleMax") + 0.0005),
+               .median = integer("medianFilter") != 0,
+               .reflectors = integer("reflectorFilter") != 0};
+  }
+
+  void module_off() override { ladar_->stop(); }
+
+  Result<void> module_loop() override {
+    if (auto come = ladar_->next(ladar_data_, kSilence); !come) return come;
+    Scan2dData& scan = get_local_buffer();
+    convert(ladar_data_, mounting_, filter_, scan);
+    if (position_) {
+      const auto position = position_->get_data(scan.recordingTime);
+      if (!position) return position.error();
+      scan.refPos = position->pos;
+    }
+    return put_local_buffer();
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<LadarProxy>> ladar_;
+  std::optional<PositionProxy> position_;
+  LadarData ladar_data_;
+  LadarMounting mounting_;
+  ScanFilter filter_;
+};
+
+}  // namespace
+}  // namespace rack::scan2d
+
+int main(int argc, char** argv) {
+  rack::scan2d::Scan2d scan;
+  return scan.run(argc, argv);
+}

@@ -1,0 +1,190 @@
+// The simulated robot drives along walls, by itself and by joystick, and survives the death of its
+// odometry.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "components/geometry/floor_map.h"
+#include "os/file.h"
+#include "proxies/clock.h"
+#include "proxies/scan2d.h"
+#include "tests/system/robot_fixture.h"
+
+namespace tims::test {
+namespace {
+
+constexpr double kHull = 354;  // of ChassisSim, its corners, mm
+
+rack::FloorMap floor() {
+  std::ifstream file(FLOOR_PLAN);
+  const auto drawing = rack::read_dxf(std::string(std::istreambuf_iterator<char>(file), {}));
+  EXPECT_TRUE(drawing.ok());
+  return {*drawing, 1000, 0, 0};
+}
+
+class DrivingTest : public RobotTest {
+ protected:
+  void start_robot() {
+    start("ChassisSim", {"--periodTime", "20"});
+    start("OdometryChassis");
+    start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
+    start("Position");
+  }
+  void start_wall_following(const std::string& mode) {
+    start("PilotWallFollowing",
+          {"--instance", "1", "--scan2dInst", "0", "--maxSpeed", "700", "--mode", mode});
+  }
+
+  // The order of the graphical interface.
+  void let_drive(const std::string& pilot) {
+    ASSERT_TRUE(turned_on("Chassis(0/0)"));
+    auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+    const auto active = chassis.set_active_pilot(*Address::parse(pilot));
+    ASSERT_TRUE(active.ok()) << active.error().message();
+    ASSERT_TRUE(turned_on(pilot));
+  }
+
+  // Waits until the robot is more than `way` mm away from where it is now, and looks all the time
+  // how far the walls are.
+  testing::AssertionResult moves(double way) {
+    auto position = proxy<rack::PositionProxy>("Position(0/0)");
+    std::optional<rack::Position3d> from;
+    return eventually([&]() -> std::string {
+      const auto now = position.get_data();
+      if (!now) return now.error().message();
+      if (!from) from = now->pos;
+      const double x = now->pos.x;
+      const double y = now->pos.y;
+      clearance_ = std::min(clearance_, map_.clearance({x, y}));
+      const double gone = std::hypot(x - from->x, y - from->y);
+      return gone > way ? "" : "it has moved by " + std::to_string(gone) + " mm";
+    });
+  }
+
+  rack::FloorMap map_ = floor();
+  double clearance_ = 1e9;
+};
+
+TEST_F(DrivingTest, AlongWalls) {
+  start_robot();
+  start_wall_following("0");
+  let_drive("Pilot(0/1)");
+  EXPECT_TRUE(moves(2000));
+  EXPECT_GT(clearance_, kHull);
+  const auto pilot = proxy<rack::PilotProxy>("Pilot(0/1)").get_data();
+  ASSERT_TRUE(pilot.ok()) << pilot.error().message();
+  EXPECT_NE(pilot->pos.x, 0);
+}
+
+TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
+  start_robot();
+  start_wall_following("1");
+  let_drive("Pilot(0/1)");
+  EXPECT_TRUE(moves(200));
+  kill("OdometryChassis");
+  auto pilot = proxy<rack::PilotProxy>("Pilot(0/1)");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.status();
+        return status && *status == rack::Status::kError;
+      },
+      "the pilot in error"));
+  auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto data = chassis.get_data();
+        return data && data->vx == 0.0F;
+      },
+      "standing: nobody drives blindly"));
+  start("OdometryChassis");
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.status();
+        return status && *status == rack::Status::kEnabled;
+      },
+      "the pilot on again"));
+  EXPECT_TRUE(moves(200));
+  EXPECT_GT(clearance_, kHull);
+}
+
+TEST_F(DrivingTest, ScansOfALadarArePoints) {
+  start_robot();
+  start("LadarSim", {"--mapFile", FLOOR_PLAN, "--angleMin", "-90", "--angleMax", "90"});
+  start("Scan2d", {"--instance", "1", "--ladarInst", "0", "--positionInst", "0"});
+  ASSERT_TRUE(turned_on("Scan2d(0/1)"));
+  ASSERT_TRUE(turned_on("Scan2d(0/0)"));
+  const auto scan = proxy<rack::Scan2dProxy>("Scan2d(0/1)").get_data();
+  const auto simulated = proxy<rack::Scan2dProxy>("Scan2d(0/0)").get_data();
+  ASSERT_TRUE(scan.ok() && simulated.ok());
+  ASSERT_EQ(scan->points.size(), 181U);
+  ASSERT_EQ(simulated->points.size(), 361U);
+  EXPECT_NE(scan->recordingTime, rack::TimeStamp(0));
+  for (std::size_t i = 0; i < scan->points.size(); ++i) {
+    EXPECT_NEAR(scan->points[i].x, simulated->points[i + 90].x, 2);
+    EXPECT_NEAR(scan->points[i].y, simulated->points[i + 90].y, 2);
+  }
+}
+
+TEST_F(DrivingTest, TellsTheTime) {
+  start("ClockSystem");
+  ASSERT_TRUE(turned_on("Clock(0/0)"));
+  const auto clock = proxy<rack::ClockProxy>("Clock(0/0)").get_data();
+  ASSERT_TRUE(clock.ok()) << clock.error().message();
+  EXPECT_NEAR(static_cast<double>(clock->utcTime), static_cast<double>(::time(nullptr)), 60);
+}
+
+// A joystick device in the hands of the test.
+class Stick {
+ public:
+  explicit Stick(const std::string& path) {
+    EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    pipe_ = os::File(::open(path.c_str(), O_RDWR | O_CLOEXEC));  // does not wait for the reader
+  }
+  void push(std::uint8_t type, std::uint8_t number, std::int16_t value) {
+    std::array<std::byte, 8> event{};
+    std::memcpy(&event[4], &value, sizeof value);
+    event[6] = std::byte(type);
+    event[7] = std::byte(number);
+    EXPECT_EQ(::write(pipe_.get(), event.data(), event.size()), 8);
+  }
+
+ private:
+  os::File pipe_;
+};
+
+TEST_F(DrivingTest, ByJoystick) {
+  const std::string device = router_.folder() + "/js0";
+  Stick stick(device);
+  start_robot();
+  start("Joystick", {"--device", device, "--periodTime", "20"});
+  start("PilotJoystick", {"--scan2dInst", "0", "--mode", "1", "--maxSpeed", "700"});
+  let_drive("Pilot(0/0)");
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  constexpr std::uint8_t kAxis = 2;
+  constexpr std::uint8_t kForward = 1;
+  stick.push(kAxis, kForward, -32767);
+  EXPECT_TRUE(moves(1000));
+  auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+  const auto speed = [&] {
+    const auto data = chassis.get_data();
+    return data ? data->vx.raw() : -1.0F;
+  };
+  stick.push(kAxis, kForward, 0);
+  EXPECT_TRUE(eventually([&] { return speed() == 0.0F; }, "standing"));
+  // A pilot without joystick does not drive on.
+  stick.push(kAxis, kForward, -32767);
+  EXPECT_TRUE(eventually([&] { return speed() > 100.0F; }, "driving"));
+  kill("Joystick");
+  EXPECT_TRUE(eventually([&] { return speed() == 0.0F; }, "standing without joystick"));
+  EXPECT_GT(clearance_, kHull);
+}
+
+}  // namespace
+}  // namespace tims::test
