@@ -16,7 +16,7 @@
 namespace rack::joystick {
 namespace {
 
-const std::array<ParameterInfo, 6> kParameters = {{
+constexpr std::array<ParameterInfo, 6> kParameters = {{
     {"device", "/dev/input/js0", "joystick device, or a pipe of its events; -: the keyboard"},
     {"axisX", 1, "of the device: backward and forward, -1: none", -1, 255},
     {"axisY", 0, "of the device: left and right", -1, 255},

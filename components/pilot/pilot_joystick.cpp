@@ -14,7 +14,7 @@ constexpr auto kPeriod = std::chrono::milliseconds(100);
 constexpr int kSilence = 10;  // periods without a message of an input
 constexpr std::uint32_t kScanMax = body_max<Scan2dData>();
 
-const std::array<ParameterInfo, 12> kParameters = {{
+constexpr std::array<ParameterInfo, 12> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, 255},
     {"scan2dInst", 0, "instance of the scan, -1: none, no braking", -1, 255, true},
     {"chassisSys", 0, "system id of the chassis", 0, 255},

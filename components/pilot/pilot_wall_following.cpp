@@ -11,7 +11,7 @@
 namespace rack::pilot {
 namespace {
 
-const std::array<ParameterInfo, 11> kParameters = {{
+constexpr std::array<ParameterInfo, 11> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, 255},
     {"scan2dInst", 0, "instance of the scan", 0, 255, true},
     {"chassisSys", 0, "system id of the chassis", 0, 255},

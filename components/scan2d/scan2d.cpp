@@ -13,7 +13,7 @@ namespace {
 
 constexpr auto kSilence = std::chrono::seconds(1);
 
-const std::array<ParameterInfo, 15> kParameters = {{
+constexpr std::array<ParameterInfo, 15> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, 255},
     {"ladarInst", 0, "instance of the ladar", 0, 255, true},
     {"positionSys", 0, "system id of the position", 0, 255},

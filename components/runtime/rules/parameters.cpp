@@ -5,6 +5,7 @@
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <concepts>
 
 namespace rack {
 namespace {
@@ -33,7 +34,8 @@ std::optional<Number> number(std::string_view text) {
 }
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
-std::string plain(double value) {
+template <std::floating_point Number>
+std::string plain(Number value) {
   std::array<char, 400> text{};  // the largest double has 309 digits
   const auto format = std::chars_format::fixed;
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
@@ -42,7 +44,7 @@ std::string plain(double value) {
 std::string to_text(const ParameterValue& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return *text;
   if (const auto* whole = std::get_if<std::int32_t>(&value)) return plain(*whole);
-  return plain(static_cast<double>(std::get<float>(value)));
+  return plain(std::get<float>(value));
 }
 
 tims::Error refused(const ParameterInfo& info, std::string_view value) {
