@@ -22,7 +22,8 @@ TEST_F(TimsctlComponentTest, ListTellsWhoIsOn) {
   // The ladar of the test answers nothing.
   const Ran ran = timsctl({"component", "list", "Chassis", "--json"});
   EXPECT_EQ(ran.code, 0);
-  const json::object& first = json_lines(ran.out).at(0).at("items").as_array().at(0).as_object();
+  const json::object answer = json_lines(ran.out).at(0);
+  const json::object& first = answer.at("items").as_array().at(0).as_object();
   EXPECT_EQ(first.at("state").as_string(), "off");
   EXPECT_EQ(first.at("address").as_object().at("name").as_string(), "Chassis(0/0)");
 }
