@@ -121,7 +121,8 @@ class Joystick : public DataModule<JoystickData> {
     std::array<std::byte, 512> bytes{};
     for (;;) {
       const ssize_t size = ::read(file_.get(), bytes.data(), bytes.size());
-      if (size < 0) return errno == EAGAIN || errno == EINTR ? Result<void>() : system_error("joystick");
+      if (size < 0)
+        return errno == EAGAIN || errno == EINTR ? Result<void>() : system_error("joystick");
       if (size == 0) return ended();
       events_->push(std::span(bytes).first(static_cast<std::size_t>(size)));
     }

@@ -36,15 +36,17 @@ TEST_F(TimsctlComponentTest, OnStatusDataOff) {
   const Ran data = timsctl({"component", "data", "Chassis/0/0", "--json"});
   EXPECT_EQ(json_lines(data.out).at(0).at("battery").as_int64(), 0);
   EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
-  EXPECT_TRUE(eventually([&] { return timsctl({"component", "data", "Chassis/0/0"}).code == 1; },
-                         "no data when it is off"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"component", "data", "Chassis/0/0"}).code == 1;
+      },
+      "no data when it is off"));
 }
 
 TEST_F(TimsctlComponentTest, Parameters) {
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0"}).out, HasSubstr("vxMax "));
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "900"}).code, 0);
-  EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out,
-              HasSubstr("900"));
+  EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("900"));
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "-1"}).code, 1);
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "fast"}).code, 2);
   EXPECT_EQ(timsctl({"component", "param", "get", "Chassis/0/0", "nothing"}).code, 4);
