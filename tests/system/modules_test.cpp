@@ -5,6 +5,7 @@
 
 #include "proxies/chassis.h"
 #include "proxies/gdos.h"
+#include "proxies/scan2d.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"
 
@@ -196,6 +197,25 @@ TEST_F(ModulesProgramsTest, SayWhyTheyCannotStart) {
   ASSERT_TRUE(wrong);
   EXPECT_EQ(wrong->wait()->code, 2);
   EXPECT_NE(wrong->output().find("--vxMax = fast: must be"), std::string::npos) << wrong->output();
+}
+
+// The components that the paper prints.
+TEST_F(ModulesProgramsTest, ExamplesRun) {
+  auto& simple = start("SimpleModule");
+  rack::Proxy module(*work_, Address(0x00100000));
+  ASSERT_TRUE(module.on());
+  EXPECT_TRUE(simple.wait_for_line("init something"));
+
+  start_chassis();
+  start("OdometryChassis");
+  start("LadarSim", {"--mapFile", TIMS_SOURCES "/deploy/robots/floor.dxf"});
+  start("Scan2dModule");
+  auto scan2d = proxy<rack::Scan2dProxy>(0x00190000);
+  const auto on = scan2d.on();
+  ASSERT_TRUE(on) << on.error().message();
+  const auto scan = scan2d.get_data();
+  ASSERT_TRUE(scan) << scan.error().message();
+  EXPECT_EQ(scan->points.size(), 361U);
 }
 
 }  // namespace
