@@ -60,24 +60,42 @@ void add_states(json::object& answer, ComponentCall& call, const tims::AddressWi
   answer["items"] = std::move(components);
 }
 
-Exit switch_all(Context& context, std::int8_t type, tims::Duration patience) {
+// A component answers OFF before it is off.
+void wait_until_off(Context& context, ComponentCall& call, tims::Address component) {
+  const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
+  while (call.ask(component, tims::type::kGetStatus).header.type != tims::type::kDisabled) {
+    if (tims::os::now() > deadline)
+      throw Failure(Exit::kTimeout, "timeout", call.name_of(component) + " is not off yet",
+                    "a longer --timeout, or --no-wait");
+    context.signals.sleep_until(tims::os::deadline_after(std::chrono::milliseconds(20)));
+  }
+}
+
+bool turn(Context& context, ComponentCall& call, tims::Address component, bool on) {
+  const auto patience =
+      on ? std::max(kOnPatience, context.options.timeout) : context.options.timeout;
+  const std::int8_t type = on ? tims::type::kOn : tims::type::kOff;
+  if (call.ask(component, type, {}, patience).header.type != tims::type::kOk) return false;
+  if (!on && !context.options.no_wait) wait_until_off(context, call, component);
+  return true;
+}
+
+Exit turn_all(Context& context, bool on) {
   const auto connection = context.connect();
   ComponentCall call(context, *connection);
   Exit exit = Exit::kDone;
   for (const tims::Address component :
        need_addresses(context.options.arguments, connection->widths())) {
-    const Message answer =
-        call.ask(component, type, {}, std::max(patience, context.options.timeout));
-    const bool good = answer.header.type == tims::type::kOk;
-    if (!good) exit = Exit::kNo;
+    const bool done = turn(context, call, component, on);
+    if (!done) exit = Exit::kNo;
     if (context.out.json()) {
       context.out.write(json::object{{"schema", "tims/component_switched/1"},
                                      {"address", address_json(component, connection->widths())},
-                                     {"done", good}});
+                                     {"done", done}});
     } else {
-      context.out.write(fmt::format("{} {}\n", call.name_of(component), good ? "ok" : "error"));
+      context.out.write(fmt::format("{} {}\n", call.name_of(component), done ? "ok" : "error"));
     }
-    if (!good)
+    if (!done)
       context.out.note(call.name_of(component) + " says no; `timsctl log follow` shows its words");
   }
   return exit;
@@ -223,8 +241,8 @@ Exit component_status(Context& context) {
   return exit;
 }
 
-Exit component_on(Context& context) { return switch_all(context, tims::type::kOn, kOnPatience); }
-Exit component_off(Context& context) { return switch_all(context, tims::type::kOff, {}); }
+Exit component_on(Context& context) { return turn_all(context, true); }
+Exit component_off(Context& context) { return turn_all(context, false); }
 
 Exit component_param(Context& context) {
   const std::string& verb = context.options.arguments.front();
