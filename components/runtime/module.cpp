@@ -1,14 +1,14 @@
 #include "components/runtime/module.h"
 
+#include <poll.h>
+#include <sys/signalfd.h>
+
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <random>
-
-#include <poll.h>
-#include <sys/signalfd.h>
 
 #include "components/runtime/core/arguments.h"
 #include "components/runtime/thread.h"
@@ -78,13 +78,13 @@ Result<void> Module::start(const std::string& router) {
   auto session = tims::Session::connect({.name = parameters_.program(), .router = router});
   if (!session) return session.error();
   session_.emplace(std::move(*session));
-  address_ =
-      address_of(info_.class_id, parameters_.integer("system"), parameters_.integer("instance"));
-  auto mailbox =
-      session_->open({.address = address_,
-                      .slots = info_.command_slots,
-                      .body_max = info_.command_body_max,
-                      .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
+  address_ = address_of(info_.class_id, parameters_.integer("system"),
+                        parameters_.integer("instance"));
+  auto mailbox = session_->open(
+      {.address = address_,
+       .slots = info_.command_slots,
+       .body_max = info_.command_body_max,
+       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
@@ -125,8 +125,9 @@ Result<void> Module::start_tasks() {
 void Module::wait_for_end() {
   const sigset_t signals = end_signals();
   const tims::os::File signal(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
-  std::array<pollfd, 3> wait{
-      {{signal.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}, {log_.descriptor(), POLLIN, 0}}};
+  std::array<pollfd, 3> wait{{{signal.get(), POLLIN, 0},
+                              {stop_.get(), POLLIN, 0},
+                              {log_.descriptor(), POLLIN, 0}}};
   while (wait[0].revents == 0 && wait[1].revents == 0) {
     log_.pass_on(tims::os::now(), *command_mailbox_);
     if (::poll(wait.data(), wait.size(), -1) < 0 && errno != EINTR) break;
@@ -366,11 +367,11 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
     return tims::Error(tims::Errc::kInvalidArgument, "a component has at most 255 mailboxes");
   auto fields = address_.fields(session_->address_widths());
   fields.local = ++last_local_;
-  auto mailbox =
-      session_->open({.address = tims::Address::of(fields, session_->address_widths()),
-                      .slots = slots,
-                      .body_max = body_max,
-                      .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
+  auto mailbox = session_->open(
+      {.address = tims::Address::of(fields, session_->address_widths()),
+       .slots = slots,
+       .body_max = body_max,
+       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
   return &mailboxes_.emplace_back(std::move(*mailbox));
 }
