@@ -11,7 +11,7 @@
 namespace rack {
 namespace {
 
-constexpr std::size_t kStack = 512 << 10;
+constexpr std::size_t kStack = 2 << 20;
 constexpr std::size_t kTouched = 256 << 10;  // of it, before the thread's work begins
 constexpr int kFirstRealTime = 2;            // 1 is the original's default: nothing special
 
