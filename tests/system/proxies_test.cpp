@@ -99,7 +99,7 @@ class ProxiesTest : public LocalTest {
 
 TEST_F(ProxiesTest, CommandsOfEveryComponent) {
   std::vector<i8> seen;
-  const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
+  auto fake = component([&](Mailbox& from, const PeekGuard& request) {
     seen.push_back(request.header().type);
     const bool status = request.header().type == type::kGetStatus;
     EXPECT_TRUE(from.reply(request.header(), status ? type::kDisabled : type::kOk));
@@ -111,6 +111,7 @@ TEST_F(ProxiesTest, CommandsOfEveryComponent) {
   ASSERT_TRUE(status);
   EXPECT_EQ(*status, rack::Status::kDisabled);
   EXPECT_TRUE(chassis.stop_cont_data(Address(kStream)));
+  fake.reset();  // its thread has ended: what it has seen may be read
   EXPECT_EQ(seen, (std::vector<i8>{type::kOn, type::kOff, type::kGetStatus, type::kStopContData}));
 }
 
@@ -123,12 +124,13 @@ TEST_F(ProxiesTest, ErrorIsAStatus) {
 
 TEST_F(ProxiesTest, ACommandArrivesWithItsBody) {
   rack::ChassisMoveData seen;
-  const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
+  auto fake = component([&](Mailbox& from, const PeekGuard& request) {
     EXPECT_EQ(request.header().type, rack::ChassisType::kMove);
     seen = decoded<rack::ChassisMoveData>(request);
     EXPECT_TRUE(from.reply(request.header(), type::kOk));
   });
   ASSERT_TRUE(proxy().move_radius(500, -2000));
+  fake.reset();
   EXPECT_EQ(seen.vx, 500);
   EXPECT_EQ(seen.omega, -0.25F);
 }
