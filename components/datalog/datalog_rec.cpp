@@ -1,0 +1,250 @@
+// DatalogRec: writes the data of other modules to files.
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <utility>
+
+#include "components/datalog/log_list.h"
+#include "components/datalog/recorder.h"
+#include "components/runtime/clock.h"
+#include "components/runtime/data_module.h"
+#include "os/clock.h"
+
+namespace rack::datalog {
+namespace {
+
+constexpr std::uint32_t kSmall = 20 << 10;
+constexpr std::uint32_t kLarge = 1 << 20;
+constexpr auto kIdle = std::chrono::milliseconds(200);
+constexpr auto kLook = std::chrono::milliseconds(20);  // for large messages meanwhile
+
+constexpr std::array<ParameterInfo, 3> kParameters = {{
+    {"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"},
+    {"logPathName", "", "in front of each file name, with its slash; at most 39 characters"},
+    {"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "DatalogRec",
+    .purpose = "Writes the data of other modules to files.",
+    .class_id = tims::class_id::kDatalog,
+    .parameters = kParameters,
+};
+
+class DatalogRec : public DataModule<DatalogData> {
+ public:
+  DatalogRec() : DataModule(kInfo, {.history = 10}) {}
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    const auto small = create_mailbox(500, kSmall);
+    if (!small) return small.error();
+    const auto large = create_mailbox(10, kLarge);
+    if (!large) return large.error();
+    work_ = *work;
+    small_ = *small;
+    large_ = *large;
+    return make_list();
+  }
+
+  // --- the list
+
+  Result<void> make_list() {
+    const std::string path = text("logInfoFileName");
+    std::vector<DatalogLogInfo> list;
+    if (path.empty()) {
+      list = built_in();
+    } else {
+      std::ifstream file(path);
+      if (!file) return tims::os::system_error(path);
+      const auto read = read_list(std::string(std::istreambuf_iterator<char>(file), {}));
+      if (!read) return tims::Error(read.error().code(), path + ", " + read.error().detail());
+      list = *read;
+    }
+    const std::lock_guard lock(list_mutex_);
+    list_.logInfo.assign(list.begin(), list.end());
+    if (!list_.logPathName.assign(text("logPathName")))
+      return tims::Error(tims::Errc::kInvalidArgument, "logPathName has more than 39 characters");
+    return {};
+  }
+
+  [[nodiscard]] std::vector<DatalogLogInfo> built_in() const {
+    std::vector<DatalogLogInfo> list;
+    for (const RecordedClass& recorded : recorded_classes()) {
+      for (std::int32_t i = 0; i < recorded.instances; ++i) {
+        DatalogLogInfo info{.moduleMbx = address_of(recorded.class_id, integer("system"), i),
+                            .maxDataLen = static_cast<i32>(recorded.body_max)};
+        (void)info.filename.assign(std::string(recorded.name) + "_" + std::to_string(i) + ".dat");
+        list.push_back(info);
+      }
+    }
+    return list;
+  }
+
+  // --- recording
+
+  Result<void> module_on() override {
+    first_ = true;
+    binary_io_ = integer("binaryIo") != 0;
+    {
+      const std::lock_guard lock(list_mutex_);
+      small_->clean();
+      large_->clean();
+      if (auto started = start_recorders(); !started) return started;
+    }
+    return DataModule::module_on();
+  }
+
+  Result<void> start_recorders() {
+    auto shortest = std::chrono::milliseconds(1000);
+    for (DatalogLogInfo& info : list_.logInfo) {
+      if (info.logEnable == 0) continue;
+      const RecordedClass* recorded = recorded_class(info.moduleMbx.fields().class_id);
+      if (recorded == nullptr)
+        return bad("data of " + info.moduleMbx.to_string() + " are not recorded");
+      info.bytesLogged = 0;
+      info.setsLogged = 0;
+      const auto& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
+      Recorder& recorder = recorders_.emplace_back(info, *recorded, *work_, stream->address());
+      const std::string path =
+          std::string(list_.logPathName.view()) + std::string(info.filename.view());
+      if (auto created = recorder.create(path); !created) {
+        // A full disk may have room later; no such folder will not.
+        log().error("%s", created.error().message());
+        if (created.error().detail().find("No space") == std::string::npos) return created;
+      }
+      if (auto on = recorder.subscribe(tims::os::now()); !on) return on;
+      shortest = std::min(shortest, recorder.period());
+    }
+    set_period(shortest);
+    return {};
+  }
+
+  void module_off() override {
+    const std::lock_guard lock(list_mutex_);
+    for (Recorder& recorder : recorders_) recorder.stop();
+    recorders_.clear();
+  }
+
+  Result<void> module_loop() override {
+    if (std::exchange(first_, false)) return publish_list();
+    const tims::Time end = tims::os::now() + kIdle;
+    for (tims::Time now = tims::os::now(); now < end; now = tims::os::now()) {
+      const auto large = large_->try_peek();
+      if (large) return take(*large);
+      const auto small = small_->peek_for(kLook);
+      if (small) return take(*small);
+    }
+    ask_silent_ones();
+    return {};
+  }
+
+  Result<void> take(const tims::PeekGuard& message) {
+    {
+      const std::lock_guard lock(list_mutex_);
+      const auto from = std::ranges::find(recorders_, message.header().src, &Recorder::module);
+      if (from == recorders_.end()) return {};
+      from->take({message.header(), message.body()}, tims::os::now(), binary_io_, log());
+    }
+    ask_silent_ones();
+    return publish_list();
+  }
+
+  void ask_silent_ones() {
+    const std::lock_guard lock(list_mutex_);
+    const tims::Time now = tims::os::now();
+    for (Recorder& recorder : recorders_) {
+      if (recorder.is_silent(now)) recorder.ask_again(now, log());
+    }
+  }
+
+  Result<void> publish_list() {
+    {
+      const std::lock_guard lock(list_mutex_);
+      get_local_buffer() = list_;
+    }
+    get_local_buffer().recordingTime = time_stamp();
+    return put_local_buffer();
+  }
+
+  // --- commands
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case DatalogType::kInitLog:
+        if (!is_on()) {
+          if (auto made = make_list(); !made) return made;
+        }
+        reply(message.header, tims::type::kOk);
+        return {};
+      case DatalogType::kSetLog:
+        return set_log(message);
+      case DatalogType::kGetLogStatus:
+        return get_log_status(message);
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  // Takes effect with the next ON, as everything that is set.
+  Result<void> set_log(const tims::MessageView& message) {
+    const auto wanted = decode<DatalogData>(message.body, message.header.body_order());
+    if (!wanted) return wanted.error();
+    if (is_on()) return bad("turn it off first");
+    {
+      const std::lock_guard lock(list_mutex_);
+      if (wanted->logInfo.size() != list_.logInfo.size())
+        return bad("the list has " + std::to_string(list_.logInfo.size()) + " modules");
+      list_ = *wanted;
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  Result<void> get_log_status(const tims::MessageView& message) {
+    std::vector<std::byte> body(DatalogData::kWholeSize);
+    {
+      const std::lock_guard lock(list_mutex_);
+      if (recorders_.empty()) forget_absent();
+      list_.recordingTime = time_stamp();
+      if (const auto size = encode(list_, body); !size) return size.error();
+    }
+    reply(message.header, DatalogType::kLogStatus, body);
+    return {};
+  }
+
+  // Modules that do not say how they are.
+  void forget_absent() {
+    std::erase_if(list_.logInfo, [this](const DatalogLogInfo& info) {
+      Proxy module(*work_, info.moduleMbx, {.data = std::chrono::seconds(1)});
+      const auto status = module.status();
+      return !status || *status == Status::kError;
+    });
+  }
+
+  static tims::Error bad(std::string text) {
+    return {tims::Errc::kInvalidArgument, std::move(text)};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  tims::Mailbox* small_ = nullptr;
+  tims::Mailbox* large_ = nullptr;
+  bool binary_io_ = false;
+  bool first_ = true;
+  PriorityMutex list_mutex_;  // of what follows, and of the work mailbox
+  DatalogData list_;
+  std::deque<Recorder> recorders_;  // of those in the list that are enabled, while it is on
+};
+
+}  // namespace
+}  // namespace rack::datalog
+
+int main(int argc, char** argv) {
+  rack::datalog::DatalogRec recorder;
+  return recorder.run(argc, argv);
+}

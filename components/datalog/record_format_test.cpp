@@ -1,0 +1,108 @@
+#include "components/datalog/record_format.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "components/datalog/record_line.h"
+#include "proxies/camera.h"
+#include "proxies/gps.h"
+#include "proxies/io.h"
+#include "proxies/mcl.h"
+#include "proxies/path.h"
+#include "proxies/pilot.h"
+#include "proxies/position.h"
+#include "proxies/scan2d.h"
+#include "proxies/scan3d.h"
+
+namespace rack::datalog {
+namespace {
+
+template <Struct Data>
+Record recorded(std::uint32_t class_id, const Data& data, bool binary_io = false) {
+  std::vector<std::byte> body(encoded_size(data));
+  EXPECT_TRUE(encode(data, body));
+  auto record = recorded_class(class_id)->record({.header = {}, .body = body}, 3, binary_io);
+  EXPECT_TRUE(record.ok()) << record.error().message();
+  return record ? *std::move(record) : Record{};
+}
+
+std::size_t numbers(const std::string& line) {
+  return 1 + static_cast<std::size_t>(std::ranges::count(line, ' '));
+}
+
+TEST(RecordFormat, AllFieldsInTheirOrder) {
+  const PositionData data{.recordingTime = 4000000000U,
+                          .pos = {.x = 1, .y = -2, .z = 3, .phi = 0.5F, .rho = 1.25F},
+                          .var = {.x = 9}};
+  EXPECT_EQ(recorded(tims::class_id::kPosition, data).line,
+            "4000000000 1 -2 3 0.500000 0.000000 1.250000 9 0 0 0.000000 0.000000 0.000000\n");
+}
+
+TEST(RecordFormat, PlacesOnEarthAreExact) {
+  const Record record = recorded(tims::class_id::kGps, GpsData{.latitude = 0.5, .utcTime = 1});
+  EXPECT_TRUE(record.line.starts_with("0 0 0.5000000000000000 0.0000000000000000 0 0.000000 "));
+  EXPECT_EQ(numbers(record.line), 22U);
+}
+
+TEST(RecordFormat, Sequences) {
+  PilotData pilot;
+  pilot.splines.resize(2);
+  EXPECT_EQ(numbers(recorded(tims::class_id::kPilot, pilot).line), 1 + 6 + 6 + 3 + 1 + 2 * 31U);
+  PathData path;
+  path.splines.resize(2);
+  EXPECT_EQ(numbers(recorded(tims::class_id::kPath, path).line), 1 + 1 + 2 * 28U);
+  MclData mcl;
+  mcl.points.resize(3);
+  EXPECT_EQ(numbers(recorded(tims::class_id::kMcl, mcl).line), 1 + 6 + 1 + 3 * 4U);
+}
+
+TEST(RecordFormat, PointsHaveAFileOfTheirOwn) {
+  Scan2dData scan{.recordingTime = 7};
+  scan.points = {{.x = 1, .y = -2, .z = 3, .type = 16, .segment = 4, .intensity = 5}, {}};
+  const Record record = recorded(tims::class_id::kScan2d, scan);
+  EXPECT_EQ(record.line, "7 0 0 1 0 0 0 0 0.000000 0.000000 0.000000 2 3\n");
+  EXPECT_EQ(record.suffix, ".2d");
+  EXPECT_EQ(record.file, "1 -2 3 16 4 5\n0 0 0 0 0 0\n");
+  EXPECT_EQ(record.raw_suffix, "");
+  const Record binary = recorded(tims::class_id::kScan3d, Scan3dData{}, true);
+  EXPECT_EQ(binary.suffix, ".3d");
+  EXPECT_EQ(binary.raw_suffix, ".3d.raw");
+  EXPECT_EQ(binary.raw.size(), 68U);
+}
+
+TEST(RecordFormat, Pictures) {
+  CameraData picture{.width = 2, .height = 1, .depth = 8};
+  picture.image = {std::byte('a'), std::byte('b')};
+  EXPECT_EQ(recorded(tims::class_id::kCamera, picture).suffix, ".raw");
+  EXPECT_EQ(recorded(tims::class_id::kCamera, picture).file, "ab");
+  picture.mode = camera_mode::kJpeg;
+  picture.colorFilterId = 2;
+  EXPECT_EQ(recorded(tims::class_id::kCamera, picture).suffix, ".jpg");
+}
+
+TEST(RecordFormat, BytesAsNumbersOrAsTheyAre) {
+  IoData io;
+  io.values = {1, 255};
+  EXPECT_EQ(recorded(tims::class_id::kIo, io).line, "0 2 1 255\n");
+  EXPECT_EQ(recorded(tims::class_id::kIo, io, true).line, "0 2 3\n");
+  EXPECT_EQ(recorded(tims::class_id::kIo, io, true).file.size(), 10U);
+}
+
+TEST(RecordFormat, Headings) {
+  const RecordedClass* odometry = recorded_class(tims::class_id::kOdometry);
+  EXPECT_EQ(heading(*odometry, *tims::Address::parse("Odometry(0/2)")),
+            "% Odometry(0/2)\n% recordingTime pos.x pos.y pos.z pos.phi pos.psi pos.rho\n");
+  EXPECT_EQ(recorded_class(tims::class_id::kJoystick), nullptr);
+  std::int32_t all = 0;
+  for (const RecordedClass& recorded : recorded_classes()) all += recorded.instances;
+  EXPECT_EQ(all, 63);
+}
+
+TEST(RecordFormat, RefusesWhatIsNoMessage) {
+  const auto record = recorded_class(tims::class_id::kOdometry)->record({}, 1, false);
+  EXPECT_FALSE(record.ok());
+}
+
+}  // namespace
+}  // namespace rack::datalog

@@ -1,0 +1,61 @@
+// DatalogRec writes what a real component sends.
+#include "proxies/datalog.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/system/modules_fixture.h"
+
+namespace tims::test {
+namespace {
+
+constexpr std::uint32_t kDatalog = 0x001A0000;
+
+class DatalogTest : public ModulesTest {
+ protected:
+  // Records the chassis, and nothing else, to `folder` + `file`.
+  ChildProcess& record(const std::string& folder, const std::string& file) {
+    start("ChassisSim", {"--periodTime=20"});
+    auto& recorder = start("DatalogRec", {"--logPathName=" + folder});
+    auto datalog = proxy<rack::DatalogProxy>(kDatalog);
+    auto log = datalog.get_log_status(kPatience);
+    EXPECT_TRUE(log) << log.error().message();
+    EXPECT_EQ(log->logInfo.size(), 1U) << "only what is there";
+    log->logInfo.at(0).logEnable = 1;
+    EXPECT_TRUE(log->logInfo.at(0).filename.assign(file));
+    EXPECT_TRUE(datalog.set_log(*log));
+    const auto on = datalog.on();
+    EXPECT_TRUE(on) << on.error().message();
+    return recorder;
+  }
+};
+
+TEST_F(DatalogTest, AFileOfTheOriginal) {
+  const TemporaryFolder folder;
+  record(folder.path().string() + "/", "c.dat");
+  std::vector<std::string> lines;
+  EXPECT_TRUE(eventually(
+      [&] {
+        lines.clear();
+        std::ifstream file(folder.path() / "c.dat");
+        for (std::string line; std::getline(file, line);) lines.push_back(line);
+        return lines.size() >= 5;
+      },
+      "three data sets"));
+  EXPECT_EQ(lines.at(0), "% Chassis(0/0)");
+  EXPECT_TRUE(lines.at(1).starts_with("% recordingTime deltaX")) << lines.at(1);
+  EXPECT_EQ(std::ranges::count(lines.at(2), ' '), 8) << lines.at(2);
+}
+
+TEST_F(DatalogTest, AFullDiskIsSaidAndStopsNobody) {
+  auto& recorder = record("/dev/", "full");
+  EXPECT_TRUE(recorder.wait_for_line("No space left on device"));
+  const auto status = proxy<rack::DatalogProxy>(kDatalog).status();
+  ASSERT_TRUE(status);
+  EXPECT_EQ(*status, rack::Status::kEnabled);
+}
+
+}  // namespace
+}  // namespace tims::test
