@@ -9,6 +9,7 @@
 #include "proxies/camera.h"
 #include "proxies/datalog.h"
 #include "proxies/feature_map.h"
+#include "proxies/gdos_log.h"
 #include "proxies/grid_map.h"
 #include "proxies/io.h"
 #include "proxies/ladar.h"
@@ -58,9 +59,10 @@ struct WithSequence {
 template <typename T>
 class BoundsTest : public testing::Test {};
 using Messages =
-    testing::Types<ParameterList, LadarData, Scan2dData, PilotData, PilotMultiDestData, PathData,
-                   PathRddfData, FeatureMapData, FeatureMapLayerData, FileName, MclData,
-                   ObjRecogData, IoData, DatalogData, PlannerData, PlannerCommand>;
+    testing::Types<ParameterList, RuntimeData, ListenersData, LadarData, Scan2dData, PilotData,
+                   PilotMultiDestData, PathData, PathRddfData, FeatureMapData, FeatureMapLayerData,
+                   FileName, MclData, ObjRecogData, IoData, DatalogData, PlannerData,
+                   PlannerCommand, GdosData>;
 TYPED_TEST_SUITE(BoundsTest, Messages);
 
 TYPED_TEST(BoundsTest, UpToTheLimitAndNotBeyond) {

@@ -21,6 +21,8 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kDisabled, "DISABLED"},
     {kEveryClass, type::kContData, "CONT_DATA", kBody<ContDataReply>},
     {kEveryClass, type::kParam, "PARAM", kBody<ParameterList>},
+    {kEveryClass, type::kRuntime, "RUNTIME", kBody<RuntimeData>},
+    {kEveryClass, type::kListeners, "LISTENERS", kBody<ListenersData>},
     {kEveryClass, type::kOn, "ON"},
     {kEveryClass, type::kOff, "OFF"},
     {kEveryClass, type::kGetStatus, "GET_STATUS"},
@@ -30,6 +32,8 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetNextData, "GET_NEXT_DATA"},
     {kEveryClass, type::kGetParam, "GET_PARAM"},
     {kEveryClass, type::kSetParam, "SET_PARAM", kBody<ParameterList>},
+    {kEveryClass, type::kGetRuntime, "GET_RUNTIME"},
+    {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
 };
 
 }  // namespace

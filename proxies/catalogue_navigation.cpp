@@ -1,6 +1,7 @@
 #include "proxies/body_info.h"
 #include "proxies/catalogue_tables.h"
 #include "proxies/datalog.h"
+#include "proxies/gdos_log.h"
 #include "proxies/odometry.h"
 #include "proxies/path.h"
 #include "proxies/pilot.h"
@@ -20,6 +21,10 @@ constexpr MessageInfo kMessages[] = {
     {kDatalog, DatalogType::kSetLog, "SET_LOG", kBody<DatalogData>},
     {kDatalog, DatalogType::kGetLogStatus, "GET_LOG_STATUS"},
     {kDatalog, DatalogType::kLogStatus, "LOG_STATUS", kBody<DatalogData>},
+
+    {kGdos, kData, "DATA", kBody<GdosData>},
+    {kGdos, GdosLogType::kGetLog, "GET_LOG"},
+    {kGdos, GdosLogType::kLog, "LOG", kBody<GdosLogAddress>},
 
     {kOdometry, kData, "DATA", kBody<OdometryData>},
     {kOdometry, OdometryType::kReset, "RESET"},

@@ -34,7 +34,8 @@ std::optional<Level> level_of(std::string_view name);
 constexpr Level level_of_parameter(int value) { return static_cast<Level>(-124 - value); }
 
 inline constexpr std::size_t kBodyMax = 256;
-inline constexpr tims::Address kSink{0x00010000};
+inline constexpr std::size_t kTextMax = 1024;  // of its words; numbers can become longer than that
+inline constexpr tims::Address kSink = tims::kTextSink;
 
 // What a conversion is filled with:
 //   %d %i %u %x %X %b   an integer of 32 bits      %L   one of 64 bits

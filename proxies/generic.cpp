@@ -14,4 +14,18 @@ std::string_view name(Status status) {
   return "unknown";
 }
 
+std::string_view name(WatchDepth depth) {
+  switch (depth) {
+    case WatchDepth::kOff:
+      return "off";
+    case WatchDepth::kCounts:
+      return "counts";
+    case WatchDepth::kFaultPlaces:
+      return "places of page faults";
+    case WatchDepth::kAllPlaces:
+      return "places";
+  }
+  return "unknown";
+}
+
 }  // namespace rack

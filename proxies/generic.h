@@ -54,6 +54,56 @@ struct ParameterList {
   Sequence<Parameter, 128> parameters = {};
 };
 
+// --- of our own runtime, which programs of the original do not know
+
+// What a component can see of its own real-time behaviour.
+enum class WatchDepth : u8 {
+  kOff,
+  kCounts,       // how often
+  kFaultPlaces,  // also where page faults are
+  kAllPlaces,    // also where it gives its CPU away
+};
+std::string_view name(WatchDepth depth);
+
+// Where the loop of a component was not in real time.
+struct RuntimePlace {
+  i32 kind = 0;
+  i64 count = 0;         // as far as places were looked up
+  Text<200> where = {};  // functions, the innermost first
+
+  static constexpr i32 kBlocked = 0;
+  static constexpr i32 kPageFault = 1;
+  static constexpr std::size_t kWhereMax = 199;
+};
+
+struct RuntimeData {
+  TimeStamp since = 0;  // when its state became what it is
+  i32 watch = 0;        // WatchDepth
+  i64 loops = 0;        // that were watched
+  i64 blocked = 0;      // gave its CPU away in the middle of a loop
+  i64 preempted = 0;    // lost it to somebody more important
+  i64 pageFaults = 0;
+  i64 lost = 0;  // came faster than they were counted
+  Count placeNum = {};
+  Sequence<RuntimePlace, 16> places = {};  // the worst first
+};
+
+// Who gets the data of a component.
+struct ListenerInfo {
+  tims::Address mailbox = {};
+  Milliseconds<u32> periodTime = 0;  // as granted
+  i32 priority = 0;
+};
+
+struct ListenersData {
+  Milliseconds<u32> periodTime = 0;  // of the data
+  i64 dataSets = 0;                  // since it was started
+  Count listenerNum = {};
+  Sequence<ListenerInfo, 256> listeners = {};
+};
+
+// ---
+
 // What GET_STATUS is answered with: the type of the reply.
 enum class Status : i8 {
   kEnabled = tims::type::kEnabled,

@@ -115,7 +115,7 @@ Result<void> Proxy::command(i8 type, const Body& body) {
 template <Struct Answer>
 Result<void> Proxy::read(const Result<tims::PeekGuard>& message, Answer& answer) const {
   if (!message) return message.error();
-  const auto good = decode(message->body(), message->header().body_order(), answer);
+  const auto good = decode({message->header(), message->body()}, answer);
   return good ? good : named(good.error(), message->header().type);
 }
 

@@ -6,6 +6,7 @@
 #include "proxies/datalog.h"
 #include "proxies/feature_map.h"
 #include "proxies/file_name.h"
+#include "proxies/gdos_log.h"
 #include "proxies/gps.h"
 #include "proxies/grid_map.h"
 #include "proxies/gyro.h"
@@ -47,6 +48,10 @@ static_assert(wire_size<ContDataReply>() == 4);
 static_assert(wire_size<StopContDataRequest>() == 4);
 static_assert(wire_size<Parameter>() == 172);
 static_assert(wire_size<ParameterList>() == 4);
+static_assert(wire_size<RuntimeData>() == 52);
+static_assert(wire_size<RuntimePlace>() == 212);
+static_assert(wire_size<ListenersData>() == 16);
+static_assert(wire_size<ListenerInfo>() == 12);
 
 static_assert(wire_size<ChassisData>() == 36 && is_plain<ChassisData>());
 static_assert(wire_size<ChassisMoveData>() == 12);
@@ -73,6 +78,9 @@ static_assert(wire_size<FeatureMapFeature>() == 80);
 static_assert(wire_size<FeatureMapLayerData>() == 4);
 static_assert(wire_size<FileName>() == 4);
 static_assert(body_max<FileName>() == 132);
+
+static_assert(wire_size<GdosData>() == 16);
+static_assert(wire_size<GdosLogAddress>() == 8);
 
 static_assert(wire_size<GpsData>() == 100);
 

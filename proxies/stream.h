@@ -16,7 +16,7 @@ Result<void> check_data(const tims::Header& header, tims::Address producer);
 template <Struct Data>
 Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data) {
   if (auto good = check_data(message.header, producer); !good) return good;
-  return decode(message.body, message.header.body_order(), data);
+  return decode(message, data);
 }
 
 }  // namespace rack

@@ -329,7 +329,7 @@ class Program {
                       .ping_interval = configuration_.config.lifesign.interval}};
   io::AdminDesk desk_{facts_};
   io::Tracer tracer_;
-  io::ServiceManager manager_{loop_};
+  io::Service manager_{loop_};
   io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
   Time drain_deadline_ = kNever;  // set when the router is to end
 };

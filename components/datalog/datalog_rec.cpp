@@ -69,7 +69,7 @@ class DatalogRec : public DataModule<DatalogData> {
     const std::lock_guard lock(list_mutex_);
     list_.logInfo.assign(list.begin(), list.end());
     if (!list_.logPathName.assign(text("logPathName")))
-      return tims::Error(tims::Errc::kInvalidArgument, "logPathName has more than 39 characters");
+      return refused("logPathName has more than 39 characters");
     return {};
   }
 
@@ -106,7 +106,7 @@ class DatalogRec : public DataModule<DatalogData> {
       if (info.logEnable == 0) continue;
       const RecordedClass* recorded = recorded_class(info.moduleMbx.fields().class_id);
       if (recorded == nullptr)
-        return bad("data of " + info.moduleMbx.to_string() + " are not recorded");
+        return refused("data of " + info.moduleMbx.to_string() + " are not recorded");
       info.bytesLogged = 0;
       info.setsLogged = 0;
       const auto& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
@@ -116,7 +116,7 @@ class DatalogRec : public DataModule<DatalogData> {
       if (auto created = recorder.create(path); !created) {
         // A full disk may have room later; no such folder will not.
         log().error("%s", created.error().message());
-        if (created.error().detail().find("No space") == std::string::npos) return created;
+        if (created.error().code() != tims::Errc::kDiskFull) return created;
       }
       if (auto on = recorder.subscribe(tims::os::now()); !on) return on;
       shortest = std::min(shortest, recorder.period());
@@ -193,13 +193,13 @@ class DatalogRec : public DataModule<DatalogData> {
 
   // Takes effect with the next ON, as everything that is set.
   Result<void> set_log(const tims::MessageView& message) {
-    const auto wanted = decode<DatalogData>(message.body, message.header.body_order());
+    const auto wanted = decode<DatalogData>(message);
     if (!wanted) return wanted.error();
-    if (is_on()) return bad("turn it off first");
+    if (is_on()) return refused("turn it off first");
     {
       const std::lock_guard lock(list_mutex_);
       if (wanted->logInfo.size() != list_.logInfo.size())
-        return bad("the list has " + std::to_string(list_.logInfo.size()) + " modules");
+        return refused("the list has " + std::to_string(list_.logInfo.size()) + " modules");
       list_ = *wanted;
     }
     reply(message.header, tims::type::kOk);
@@ -225,10 +225,6 @@ class DatalogRec : public DataModule<DatalogData> {
       const auto status = module.status();
       return !status || *status == Status::kError;
     });
-  }
-
-  static tims::Error bad(std::string text) {
-    return {tims::Errc::kInvalidArgument, std::move(text)};
   }
 
   tims::Mailbox* work_ = nullptr;

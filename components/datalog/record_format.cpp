@@ -142,7 +142,7 @@ Record record_of(const Scan3dData& data, u32 file_number, bool binary_io) {
 
 template <Struct Data>
 Result<Record> record(const MessageView& message, u32 file_number, bool binary_io) {
-  const auto data = decode<Data>(message.body, message.header.body_order());
+  const auto data = decode<Data>(message);
   if (!data) return data.error();
   return record_of(*data, file_number, binary_io);
 }

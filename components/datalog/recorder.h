@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "components/datalog/log_file.h"
 #include "components/datalog/record_format.h"
+#include "components/files/log_file.h"
 #include "components/runtime/text_log.h"
 #include "proxies/datalog.h"
 #include "proxies/proxy.h"

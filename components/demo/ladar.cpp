@@ -1,35 +1,99 @@
-#include <cstring>
+#include <algorithm>
+#include <array>
 
 #include "components/demo/program.h"
 #include "components/demo/scan.h"
-#include "components/demo/subscriptions.h"
+#include "components/runtime/rules/listeners.h"
+#include "proxies/codec/bytes.h"
+#include "proxies/codec/codec.h"
+#include "proxies/generic.h"
 
 namespace tims::demo {
 
 namespace {
 
-std::span<const std::byte> bytes_of(const std::uint32_t& number) {
-  return std::as_bytes(std::span(&number, 1));
-}
+constexpr std::size_t kListenersMax = 64;
 
-void answer(Mailbox& mailbox, const PeekGuard& request, Subscriptions& subscriptions,
-            std::uint32_t sample_ms) {
+// A component as small as one can be: no life, no parameters, and each scan built where its
+// receiver reads it. rack::DataModule is what robots are made of.
+class Ladar {
+ public:
+  Ladar(Mailbox& mailbox, std::uint32_t sample_ms) : mailbox_(mailbox), sample_ms_(sample_ms) {}
+
+  void answer(const PeekGuard& request);
+  void send_scan(std::uint32_t number, std::uint32_t time_ms);
+
+ private:
+  Result<void> subscribe(const PeekGuard& request);
+  Result<void> unsubscribe(const PeekGuard& request);
+  Result<void> refuse(const Header& request) { return mailbox_.reply(request, type::kError); }
+  Result<void> send_to(const rack::Listener& to, std::uint32_t number, std::uint32_t time_ms);
+
+  Mailbox& mailbox_;
+  const std::uint32_t sample_ms_;
+  rack::Listeners listeners_{kListenersMax};
+  std::array<rack::Listener, kListenersMax> due_{};
+};
+
+void Ladar::answer(const PeekGuard& request) {
   const Header& header = request.header();
   if (header.type <= 0) return;
   Result<void> sent;
-  if (header.type == type::kGetStatus) {
-    sent = mailbox.reply(header, type::kEnabled);
-  } else if (header.type == type::kStopContData) {
-    subscriptions.remove(header, request.body());
-    sent = mailbox.reply(header, type::kOk);
-  } else if (const auto period = header.type == type::kGetContData
-                                     ? subscriptions.add(header, request.body(), sample_ms)
-                                     : std::nullopt) {
-    sent = mailbox.reply(header, type::kContData, bytes_of(*period));
-  } else {
-    sent = mailbox.reply(header, type::kError);
+  switch (header.type) {
+    case type::kGetStatus:
+      sent = mailbox_.reply(header, type::kEnabled);
+      break;
+    case type::kGetContData:
+      sent = subscribe(request);
+      break;
+    case type::kStopContData:
+      sent = unsubscribe(request);
+      break;
+    default:
+      sent = refuse(header);
   }
   if (!sent) std::fprintf(stderr, "ladar: %s\n", sent.error().message().c_str());
+}
+
+Result<void> Ladar::subscribe(const PeekGuard& request) {
+  const Header& header = request.header();
+  const auto wanted = rack::decode<rack::GetContDataRequest>(request.body(), header.body_order());
+  if (!wanted) return refuse(header);
+  const std::uint32_t each = rack::reduction(wanted->periodTime, sample_ms_);
+  if (listeners_.add(header, wanted->dataMbxAdr, each) == rack::Listeners::Added::kFull)
+    return refuse(header);
+  // A body of one field is read and written by itself: the path analyser loses its way in the
+  // codec.
+  const std::uint32_t granted = each * sample_ms_;
+  return mailbox_.reply(header, type::kContData, std::as_bytes(std::span(&granted, 1)));
+}
+
+Result<void> Ladar::unsubscribe(const PeekGuard& request) {
+  const Header& header = request.header();
+  std::uint32_t mailbox = 0;
+  if (request.body().size() != rack::wire_size<rack::StopContDataRequest>()) return refuse(header);
+  (void)rack::bytes::read(request.body().data(), header.body_order(), mailbox);
+  listeners_.remove(Address(mailbox));
+  return mailbox_.reply(header, type::kOk);
+}
+
+void Ladar::send_scan(std::uint32_t number, std::uint32_t time_ms) {
+  for (const rack::Listener& to : listeners_.take_due(due_)) {
+    const auto sent = send_to(to, number, time_ms);
+    if (!sent && sent.error() == Errc::kNoMailbox) listeners_.remove(to.mailbox);
+  }
+}
+
+Result<void> Ladar::send_to(const rack::Listener& to, std::uint32_t number, std::uint32_t time_ms) {
+  auto loan = mailbox_.loan({.dest = to.mailbox,
+                             .type = type::kData,
+                             .priority = to.priority,
+                             .seq_nr = to.seq_nr,
+                             .stream = true},
+                            kScanBytes);
+  if (!loan) return loan.error();
+  write_scan(number, time_ms, loan->body().first<kScanBytes>());
+  return loan->send();
 }
 
 }  // namespace
@@ -39,23 +103,11 @@ int run_ladar(Session& session, const StopSignals& signals, const Arguments& arg
       std::max<std::int64_t>(arguments.period / std::chrono::milliseconds(1), 1));
   auto mailbox = session.open({.address = *arguments.at, .slots = 20, .body_max = 240});
   if (!mailbox) return failed("ladar", mailbox.error());
-  Subscriptions subscriptions;
+  Ladar ladar(*mailbox, sample_ms);
   Time next = now();
   for (std::uint32_t number = 0;; ++number) {
-    while (auto request = mailbox->try_peek()) answer(*mailbox, *request, subscriptions, sample_ms);
-    const auto time_ms = static_cast<std::uint32_t>(std::time(nullptr) * 1000);
-    // Each scan is built where its receiver will read it.
-    subscriptions.deliver(now(), [&](const Subscriptions::Subscriber& to) {
-      auto loan = mailbox->loan({.dest = to.data_mailbox,
-                                 .type = type::kData,
-                                 .priority = to.priority,
-                                 .seq_nr = to.seq_nr,
-                                 .stream = true},
-                                kScanBytes);
-      if (!loan) return !(loan.error() == Errc::kNoMailbox);
-      write_scan(number, time_ms, loan->body().first<kScanBytes>());
-      return loan->send().ok();
-    });
+    while (auto request = mailbox->try_peek()) ladar.answer(*request);
+    ladar.send_scan(number, static_cast<std::uint32_t>(std::time(nullptr) * 1000));
     next += arguments.period;
     if (signals.stop_within(std::max(next - now(), Duration{}))) return 0;
   }

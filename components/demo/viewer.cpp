@@ -2,6 +2,8 @@
 
 #include "components/demo/program.h"
 #include "components/demo/scan.h"
+#include "proxies/codec/codec.h"
+#include "proxies/generic.h"
 
 namespace tims::demo {
 
@@ -10,8 +12,9 @@ namespace {
 using namespace std::chrono_literals;
 
 Result<void> subscribe(Mailbox& mailbox, Address ladar) {
-  const std::array<std::uint32_t, 2> body{0, mailbox.address().raw()};
-  return mailbox.send({.dest = ladar, .type = type::kGetContData}, std::as_bytes(std::span(body)));
+  std::array<std::byte, rack::wire_size<rack::GetContDataRequest>()> body{};
+  (void)rack::encode(rack::GetContDataRequest{0, mailbox.address()}, body);
+  return mailbox.send({.dest = ladar, .type = type::kGetContData}, body);
 }
 
 }  // namespace

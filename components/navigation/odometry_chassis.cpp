@@ -46,8 +46,7 @@ class OdometryChassis : public DataModule<OdometryData> {
       const std::lock_guard lock(reckoning_mutex_);
       reckoning_.emplace(start());
     }
-    const auto granted = chassis_->start(
-        address_of(tims::class_id::kChassis, integer("chassisSys"), integer("chassisInst")));
+    const auto granted = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
     if (!granted) return granted.error();
     set_period(*granted);
     ahead_ = *granted;

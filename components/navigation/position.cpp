@@ -53,7 +53,7 @@ class Position : public DataModule<PositionData> {
   }
 
   Result<void> module_on() override {
-    if (const auto subscribed = subscribe(); !subscribed) return subscribed;
+    if (auto subscribed = subscribe(); !subscribed) return subscribed;
     return DataModule::module_on();
   }
 
@@ -63,9 +63,7 @@ class Position : public DataModule<PositionData> {
                       static_cast<double>(integer("odometryStdDevY"))};
     reference_.emplace(drift, std::chrono::milliseconds(integer("updateInterpol")));
     coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
-    if (auto on = odometry_->turn_on(
-            address_of(tims::class_id::kOdometry, integer("odometrySys"), integer("odometryInst")));
-        !on)
+    if (auto on = odometry_->turn_on(address_of(tims::class_id::kOdometry, "odometry")); !on)
       return on;
     const auto first = odometry_->proxy().get_data();
     if (!first) return first.error();
@@ -113,14 +111,12 @@ class Position : public DataModule<PositionData> {
   }
 
   Result<void> update(const tims::MessageView& message) {
-    const auto known = decode<PositionData>(message.body, message.header.body_order());
+    const auto known = decode<PositionData>(message);
     if (!known) return known.error();
-    if (!is_on())
-      return tims::Error(tims::Errc::kInvalidArgument, "there is no odometry while off");
+    if (!is_on()) return refused("there is no odometry while off");
     {
       const std::lock_guard lock(state_mutex_);
-      if (!odometry_->started())
-        return tims::Error(tims::Errc::kInvalidArgument, "just turned off");
+      if (!odometry_->started()) return refused("just turned off");
       const auto then = odometry_->proxy().get_data(known->recordingTime);
       if (!then) return then.error();
       reference_->update(*known, *then);
@@ -131,7 +127,7 @@ class Position : public DataModule<PositionData> {
 
   template <typename From>
   Result<void> to_position(const tims::MessageView& message) {
-    const auto from = decode<From>(message.body, message.header.body_order());
+    const auto from = decode<From>(message);
     if (!from) return from.error();
     const std::lock_guard lock(state_mutex_);
     auto position = coordinates().from(*from);
@@ -145,7 +141,7 @@ class Position : public DataModule<PositionData> {
   template <typename To>
   Result<void> from_position(const tims::MessageView& message, i8 type,
                              Result<To> (Coordinates::*convert)(const PositionData&) const) {
-    const auto position = decode<PositionData>(message.body, message.header.body_order());
+    const auto position = decode<PositionData>(message);
     if (!position) return position.error();
     const std::lock_guard lock(state_mutex_);
     const auto converted = (coordinates().*convert)(*position);

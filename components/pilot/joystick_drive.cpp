@@ -36,7 +36,9 @@ Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& set
     keep_to(speed_for_curve(curve, chassis));
     omega = curve * speed;
   }
+  const double side = settings.side_speed_max * deflection(stick.position.z, 0);
   return {.speed = static_cast<i32>(std::lround(speed)),
+          .side = static_cast<i32>(std::lround(side)),
           .speed_max = safe,
           .omega = static_cast<f32>(omega)};
 }

@@ -9,6 +9,7 @@ namespace rack::pilot {
 
 struct Drive {
   i32 speed = 0;      // mm/s
+  i32 side = 0;       // mm/s, to the right; no scan looks there
   i32 speed_max = 0;  // mm/s, that would be safe
   f32 omega = 0;      // rad/s
 };

@@ -46,6 +46,15 @@ TEST(JoystickDrive, AStickHasAnEnd) {
   EXPECT_FLOAT_EQ(drive.omega, -0.5F);
 }
 
+TEST(JoystickDrive, GoesSidewaysWhenItMay) {
+  JoystickDriveSettings sideways = settings(true);
+  JoystickData pushed = stick(0, 0);
+  pushed.position.z = -50;
+  EXPECT_EQ(joystick_drive(pushed, sideways, chassis(), nullptr).side, 0);
+  sideways.side_speed_max = 300;
+  EXPECT_EQ(joystick_drive(pushed, sideways, chassis(), nullptr).side, -150);
+}
+
 TEST(JoystickDrive, BrakesUnlessAButtonSaysNo) {
   Scan2dData scan;
   scan.points = {{.x = 300}};

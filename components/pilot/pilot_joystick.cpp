@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 
+#include "components/pilot/driven_chassis.h"
 #include "components/pilot/joystick_drive.h"
 #include "components/runtime/clock.h"
 #include "components/runtime/data_module.h"
@@ -22,7 +23,8 @@ constexpr std::array<ParameterInfo, 12> kParameters = {{
     {"joystickSys", 0, "system id of the joystick", 0, 255},
     {"joystickInst", 0, "instance of the joystick", 0, 255},
     {"maxSpeed", 4000, "with the stick all the way forward, mm/s", 0, 1e6},
-    {"maxSpeedSide", 0, "not used yet, mm/s", 0, 1e6},
+    {"maxSpeedSide", 0, "with its third axis all the way, to the side, mm/s; nothing brakes there",
+     0, 1e6},
     {"mode", 0, "to the side the stick means: 0 a curve, 1 a turning speed", 0, 1},
     {"chassisMinTurnRadius", 300, "of the narrowest curve, mm", 1, 1e6},
     {"joystickExpX", 0.0F, "more than 0: finer near the middle", 0, 20},
@@ -62,22 +64,18 @@ class PilotJoystick : public DataModule<PilotData> {
     seen_ = false;
     scan_silence_ = 0;
     if (looks_) {
-      const auto scan = scan_->start(
-          address_of(tims::class_id::kScan2d, integer("scan2dSys"), integer("scan2dInst")));
+      const auto scan = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
       if (!scan) return scan.error();
     }
     return DataModule::module_on();
   }
 
   Result<void> turn_on_chassis() {
-    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, integer("chassisSys"),
-                                        integer("chassisInst")));
-    if (auto on = chassis_->on(); !on) return on;
-    const auto limits = chassis_->get_parameter();
+    const auto limits = chassis_.take(*work_, address_of(tims::class_id::kChassis, "chassis"));
     if (!limits) return limits.error();
     limits_ = *limits;
     settings_ = {.speed_max = std::min(integer("maxSpeed"), limits_.vxMax.raw()),
-                 .side_speed_max = integer("maxSpeedSide"),
+                 .side_speed_max = std::min(integer("maxSpeedSide"), limits_.vyMax.raw()),
                  .turns_at_rest = integer("mode") == 1,
                  .turning_radius_min = integer("chassisMinTurnRadius"),
                  .x_exponent = real("joystickExpX"),
@@ -86,20 +84,19 @@ class PilotJoystick : public DataModule<PilotData> {
   }
 
   Result<void> turn_on_joystick() {
-    if (auto on = joystick_->turn_on(
-            address_of(tims::class_id::kJoystick, integer("joystickSys"), integer("joystickInst")));
-        !on)
+    if (auto on = joystick_->turn_on(address_of(tims::class_id::kJoystick, "joystick")); !on)
       return on;
     if (auto asked = joystick_->proxy().get_data(stick_); !asked) return asked;
-    if (stick_.position.x != 0 || stick_.position.y != 0)
-      return tims::Error(tims::Errc::kInvalidArgument, "let go of the joystick first");
+    const JoystickAxes& at = stick_.position;
+    if (at.x != 0 || at.y != 0 || (settings_.side_speed_max > 0 && at.z != 0))
+      return refused("let go of the joystick first");
     joystick_silence_ = 0;
     const auto granted = joystick_->subscribe();
     return granted ? Result<void>() : granted.error();
   }
 
   void module_off() override {
-    if (chassis_) (void)chassis_->move(0, 0, 0);  // who drove it lets go
+    chassis_.let_go();
     joystick_->stop();
     scan_->stop();
   }
@@ -117,7 +114,7 @@ class PilotJoystick : public DataModule<PilotData> {
     if (!looks_ || seen_)
       drive = joystick_drive(stick_, settings_, limits_, looks_ ? &scan_data_ : nullptr);
     // The original's chassis take the second number for a limit; those that go sideways do not.
-    const i32 second = limits_.vyMax == 0 ? drive.speed_max : 0;
+    const i32 second = limits_.vyMax == 0 ? drive.speed_max : drive.side;
     if (auto moved = chassis_->move(drive.speed, second, drive.omega); !moved) return moved;
     PilotData& data = get_local_buffer();
     data.recordingTime = time_stamp();
@@ -139,11 +136,11 @@ class PilotJoystick : public DataModule<PilotData> {
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != PilotType::kSetDestination)
       return DataModule::module_command(message);
-    return tims::Error(tims::Errc::kInvalidArgument, "a joystick has no destination");
+    return refused("a joystick has no destination");
   }
 
   tims::Mailbox* work_ = nullptr;
-  std::optional<ChassisProxy> chassis_;
+  DrivenChassis chassis_;
   std::optional<Input<JoystickProxy>> joystick_;
   std::optional<Input<Scan2dProxy>> scan_;
   ChassisParamData limits_;

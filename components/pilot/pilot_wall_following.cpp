@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "components/geometry/angle.h"
+#include "components/pilot/driven_chassis.h"
 #include "components/pilot/wall_follower.h"
 #include "components/runtime/data_module.h"
 #include "components/runtime/input.h"
@@ -48,24 +49,19 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   Result<void> module_on() override {
-    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, integer("chassisSys"),
-                                        integer("chassisInst")));
-    if (auto on = chassis_->on(); !on) return on;
-    const auto limits = chassis_->get_parameter();
+    const auto limits = chassis_.take(*work_, address_of(tims::class_id::kChassis, "chassis"));
     if (!limits) return limits.error();
     follower_.emplace(settings(limits->vxMax), *limits);
-    position_.emplace(*work_, address_of(tims::class_id::kPosition, integer("positionSys"),
-                                         integer("positionInst")));
+    position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
     if (auto on = position_->on(); !on) return on;
-    const auto granted = scan_->start(
-        address_of(tims::class_id::kScan2d, integer("scan2dSys"), integer("scan2dInst")));
+    const auto granted = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
     if (!granted) return granted.error();
     set_period(*granted);
     return DataModule::module_on();
   }
 
   void module_off() override {
-    if (chassis_) (void)chassis_->move(0, 0, 0);  // who drove it lets go
+    chassis_.let_go();
     scan_->stop();
   }
 
@@ -93,7 +89,7 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   tims::Mailbox* work_ = nullptr;
-  std::optional<ChassisProxy> chassis_;
+  DrivenChassis chassis_;
   std::optional<PositionProxy> position_;
   std::optional<Input<Scan2dProxy>> scan_;
   Scan2dData scan_data_;

@@ -3,11 +3,6 @@
 #include <algorithm>
 
 namespace rack {
-namespace {
-
-tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
-
-}  // namespace
 
 DataModuleBase::DataModuleBase(const ModuleInfo& info, const DataInfo& data)
     : Module(info),
@@ -64,6 +59,7 @@ void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
   {
     const std::lock_guard lock(mutex_);
     history_.publish(recorded, size);
+    ++data_sets_;
     body = history_.newest().body;
     due = listeners_.take_due(due_);
   }
@@ -97,6 +93,9 @@ Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
       return stop_cont_data(message);
     case tims::type::kGetNextData:
       return get_next_data(message);
+    case tims::type::kGetListeners:
+      reply(message.header, tims::type::kListeners, listeners_data());
+      return {};
     case tims::type::kNotAvailable:
       drop_listener(message.header.src);
       return {};
@@ -106,7 +105,7 @@ Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
 }
 
 Result<void> DataModuleBase::get_data(const tims::MessageView& message) {
-  const auto request = decode<GetDataRequest>(message.body, message.header.body_order());
+  const auto request = decode<GetDataRequest>(message);
   if (!request) return request.error();
   if (!is_on()) return refused("no data while it is off");
   Result<std::size_t> size = std::size_t{0};
@@ -147,7 +146,7 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
 }
 
 Result<void> DataModuleBase::get_cont_data(const tims::MessageView& message) {
-  const auto request = decode<GetContDataRequest>(message.body, message.header.body_order());
+  const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
   if (!is_on()) return refused("no data while it is off");
   std::uint32_t granted = 0;
@@ -171,7 +170,7 @@ Result<void> DataModuleBase::check_added(Listeners::Added added, tims::Address m
 }
 
 Result<void> DataModuleBase::stop_cont_data(const tims::MessageView& message) {
-  const auto request = decode<StopContDataRequest>(message.body, message.header.body_order());
+  const auto request = decode<StopContDataRequest>(message);
   if (!request) return request.error();
   {
     const std::lock_guard lock(mutex_);
@@ -179,6 +178,18 @@ Result<void> DataModuleBase::stop_cont_data(const tims::MessageView& message) {
   }
   reply(message.header, tims::type::kOk);
   return {};
+}
+
+ListenersData DataModuleBase::listeners_data() const {
+  const std::lock_guard lock(mutex_);
+  ListenersData data{.periodTime = period_ms_, .dataSets = data_sets_};
+  for (const Listener& listener : listeners_.all()) {
+    if (data.listeners.size() == decltype(data.listeners)::kMax) break;
+    data.listeners.push_back({.mailbox = listener.mailbox,
+                              .periodTime = listener.reduction * period_ms_,
+                              .priority = listener.priority});
+  }
+  return data;
 }
 
 Result<void> DataModuleBase::get_next_data(const tims::MessageView& message) {

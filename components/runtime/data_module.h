@@ -60,12 +60,14 @@ class DataModuleBase : public Module {
   Result<void> get_next_data(const tims::MessageView& message);
   Result<void> check_added(Listeners::Added added, tims::Address mailbox);
   void drop_listener(tims::Address mailbox);
+  [[nodiscard]] ListenersData listeners_data() const;
 
   const DataInfo data_;
   // Under mutex_, but for the workspace, which is the data task's.
   DataHistory history_;
   Listeners listeners_;
   std::uint32_t period_ms_ = 1000;
+  std::int64_t data_sets_ = 0;
 
   std::vector<Listener> due_;      // data task
   std::vector<std::byte> answer_;  // command task

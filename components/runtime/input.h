@@ -59,7 +59,7 @@ class Input {
       const auto left = std::max(end - tims::os::now(), tims::Duration(0));
       const auto message = stream_->peek_for(left);
       if (!message) return named(message.error());
-      const auto good = proxy_->decode_stream(*message, data);
+      auto good = proxy_->decode_stream(*message, data);
       if (good || good.error().code() != tims::Errc::kInvalidArgument) return good;
     }
   }

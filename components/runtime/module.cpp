@@ -4,29 +4,41 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <memory>
 #include <random>
 
 #include <poll.h>
 #include <sys/signalfd.h>
 
+#include "components/runtime/clock.h"
+#include "components/runtime/crash.h"
 #include "components/runtime/rules/arguments.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
 #include "os/event_fd.h"
+#include "os/waiting.h"
 
 namespace rack {
 namespace {
 
-constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
 constexpr std::uint32_t kLocalMax = 255;
+constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // also over a slow network
+constexpr int kReportEach = 250;  // ms; a real-time task does not stop to wake anybody
 
 sigset_t end_signals() {
   sigset_t set;
   ::sigemptyset(&set);
-  ::sigaddset(&set, SIGTERM);
-  ::sigaddset(&set, SIGINT);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) ::sigaddset(&set, signal);
   return set;
+}
+
+bool end_is_wanted() {
+  sigset_t pending;
+  ::sigpending(&pending);
+  return ::sigismember(&pending, SIGTERM) == 1 || ::sigismember(&pending, SIGINT) == 1 ||
+         ::sigismember(&pending, SIGHUP) == 1;
 }
 
 int fail(std::string_view program, const tims::Error& error, ExitCode code) {
@@ -39,7 +51,10 @@ int fail(std::string_view program, const tims::Error& error, ExitCode code) {
 }  // namespace
 
 Module::Module(const ModuleInfo& info)
-    : info_(info), parameters_(info.program, info.parameters), log_(gdos::Level::kWarning) {}
+    : info_(info),
+      parameters_(info.program, info.parameters),
+      log_(gdos::Level::kWarning),
+      manager_(tims::os::ServiceManager::of_environment()) {}
 
 Module::~Module() = default;
 
@@ -50,6 +65,8 @@ int Module::run(int argc, char** argv) {
 }
 
 int Module::run(std::span<const char* const> arguments) {
+  install_crash_report();
+  const CrashStack crash_stack;
   const auto parsed = parse_arguments(arguments, parameters_);
   if (!parsed) return fail(info_.program, parsed.error(), ExitCode::kUsage);
   if (parsed->help) {
@@ -58,7 +75,7 @@ int Module::run(std::span<const char* const> arguments) {
   }
   const auto started = start(parsed->router);
   if (started) {
-    wait_for_end();
+    if (session_) wait_for_end();
     end();
     return static_cast<int>(ExitCode::kGood);
   }
@@ -75,9 +92,8 @@ Result<void> Module::start(const std::string& router) {
   stop_ = std::move(*stop);
   log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
 
-  auto session = tims::Session::connect({.name = parameters_.program(), .router = router});
-  if (!session) return session.error();
-  session_.emplace(std::move(*session));
+  if (auto connected = connect(router); !connected) return connected;
+  if (!session_) return {};  // told to end before there was a router
   address_ =
       address_of(info_.class_id, parameters_.integer("system"), parameters_.integer("instance"));
   auto mailbox =
@@ -89,7 +105,33 @@ Result<void> Module::start(const std::string& router) {
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
   if (auto ready = module_init(); !ready) return ready;
-  return start_tasks();
+  if (auto tasks = start_tasks(); !tasks) return tasks;
+  manager_.tell("READY=1");
+  return {};
+}
+
+// Until there is a router, or somebody wants an end.
+Result<void> Module::connect(const std::string& router) {
+  auto said = std::make_shared<std::atomic<bool>>(false);
+  const auto say_once = [said, program = parameters_.program()](const tims::SessionEvent& event) {
+    const bool waiting = event.kind == tims::SessionEvent::Kind::kWaiting;
+    const bool worth = event.kind != tims::SessionEvent::Kind::kConnected;
+    if (worth && !(waiting && said->exchange(true)))
+      std::fprintf(stderr, "%s: %s\n", program.c_str(), event.text.c_str());
+    if (!waiting) said->store(false);
+  };
+  while (!session_ && !end_is_wanted()) {
+    auto session = tims::Session::connect({.name = parameters_.program(),
+                                           .router = router,
+                                           .timeout = kRouterWait,
+                                           .on_event = say_once});
+    if (session) {
+      session_.emplace(std::move(*session));
+    } else if (session.error().code() != tims::Errc::kTimeout) {
+      return session.error();
+    }
+  }
+  return {};
 }
 
 Result<void> Module::start_tasks() {
@@ -98,10 +140,11 @@ Result<void> Module::start_tasks() {
   if (retry >= 0) error_retry = std::chrono::milliseconds(retry);
   cycle_.emplace(error_retry, std::random_device()());
   if (parameters_.integer("targetStatus") != 0) cycle_->turn_on();
+  state_since_ = time_stamp();
 
   const int command_priority = parameters_.integer("cmdTaskPrio");
   const int data_priority = parameters_.integer("dataTaskPrio");
-  if (std::max(command_priority, data_priority) > 1) {
+  if (std::max(command_priority, data_priority) >= kFirstRealTime) {
     if (const auto locked = lock_memory(); !locked) log_.warning("%s", locked.error().detail());
   }
   const auto start_task = [&](std::optional<Thread>& thread, const char* letter, int priority,
@@ -127,8 +170,10 @@ void Module::wait_for_end() {
   std::array<pollfd, 3> wait{
       {{signal.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}, {log_.descriptor(), POLLIN, 0}}};
   while (wait[0].revents == 0 && wait[1].revents == 0) {
+    watch_.report(log_);
     log_.pass_on(tims::os::now(), *command_mailbox_);
-    if (::poll(wait.data(), wait.size(), -1) < 0 && errno != EINTR) break;
+    const int patience_ms = watch_.on() ? kReportEach : -1;
+    if (::poll(wait.data(), wait.size(), patience_ms) < 0 && errno != EINTR) break;
   }
   signalfd_siginfo info;
   while (::read(signal.get(), &info, sizeof info) > 0) {
@@ -155,175 +200,6 @@ void Module::end() {
   log_.pass_on(tims::os::now(), *command_mailbox_);
 }
 
-// --- the command task
-
-void Module::command_task() {
-  while (!is_stopping()) {
-    const auto message = command_mailbox_->peek_for(kCommandWait);
-    if (message) {
-      on_command({message->header(), message->body()});
-    } else if (message.error().code() != tims::Errc::kTimeout) {
-      log_.error("Error, no commands: %s", message.error().message());
-      return stop();
-    }
-  }
-}
-
-void Module::on_command(const tims::MessageView& message) {
-  const tims::Header& header = message.header;
-  switch (header.type) {
-    case tims::type::kOn: {
-      std::optional<std::int8_t> answer;
-      {
-        const std::lock_guard lock(mutex_);
-        answer = cycle_->turn_on(header);
-      }
-      commanded_.notify_all();
-      if (answer) reply(header, *answer);
-      return;
-    }
-    case tims::type::kOff: {
-      std::optional<tims::Header> unanswered;
-      {
-        const std::lock_guard lock(mutex_);
-        unanswered = cycle_->turn_off();
-      }
-      commanded_.notify_all();
-      reply(header, tims::type::kOk);
-      if (unanswered) reply(*unanswered, tims::type::kError);
-      return;
-    }
-    case tims::type::kGetStatus: {
-      const std::lock_guard lock(mutex_);
-      return reply(header, static_cast<std::int8_t>(cycle_->status()));
-    }
-    case tims::type::kGetParam: {
-      ParameterList list;
-      {
-        const std::lock_guard lock(mutex_);
-        list = parameters_.list();
-      }
-      return reply(header, tims::type::kParam, list);
-    }
-    case tims::type::kSetParam:
-      return set_parameters(message);
-    default:
-      break;
-  }
-  if (const auto done = module_command(message); !done && header.type > 0) {
-    log_.warning("Command %i from %n: %s", header.type, header.src, done.error().message());
-    reply(header, tims::type::kError);
-  }
-}
-
-Result<void> Module::module_command(const tims::MessageView&) {
-  return tims::Error(tims::Errc::kInvalidArgument, "not known here");
-}
-
-// Takes what is good of a list, and says what is not.
-void Module::set_parameters(const tims::MessageView& message) {
-  const auto list = decode<ParameterList>(message.body, message.header.body_order());
-  bool good = list.ok();
-  if (!list) log_.error("Parameters from %n: %s", message.header.src, list.error().message());
-  for (const Parameter& record : good ? list->parameters : Sequence<Parameter, 128>()) {
-    Result<bool> set = false;
-    {
-      const std::lock_guard lock(mutex_);
-      set = parameters_.set(record);
-      if (set) log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
-    }
-    if (!set) log_.error("%s", set.error().detail());
-    good = good && set.ok();
-  }
-  reply(message.header, good ? tims::type::kOk : tims::type::kError);
-}
-
-void Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
-  // Who has gone meanwhile needs no answer.
-  (void)command_mailbox_->reply(request, type, body);
-}
-
-// --- the data task
-
-void Module::data_task() {
-  std::unique_lock lock(mutex_);
-  while (!is_stopping()) {
-    const LifeCycle::Step step = cycle_->next(tims::os::now());
-    if (step == LifeCycle::Step::kWait) {
-      const tims::Time until = cycle_->wait_until();
-      if (until == tims::kNever) {
-        commanded_.wait(lock);
-      } else {
-        commanded_.wait_for(lock, until - tims::os::now());
-      }
-      continue;
-    }
-    lock.unlock();
-    take_step(step);
-    lock.lock();
-  }
-  const bool on = cycle_->status() == Status::kEnabled;
-  lock.unlock();
-  if (on) take_step(LifeCycle::Step::kTurnOff);
-}
-
-void Module::take_step(LifeCycle::Step step) {
-  LifeCycle::Change change;
-  Result<void> result;
-  if (step == LifeCycle::Step::kTurnOn) {
-    next_period_ = {};
-    result = module_on();
-    const std::lock_guard lock(mutex_);
-    change = cycle_->turned_on(tims::os::now(), result.ok());
-  } else if (step == LifeCycle::Step::kLoop) {
-    result = module_loop();
-    const std::lock_guard lock(mutex_);
-    change = cycle_->looped(tims::os::now(), result.ok());
-  } else {
-    const std::lock_guard lock(mutex_);
-    change = cycle_->turned_off();
-  }
-  apply(change, result ? nullptr : &result.error());
-}
-
-void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
-  using Kind = LifeCycle::Change::Kind;
-  // The graphical interface of the original knows these words.
-  switch (change.kind) {
-    case Kind::kNone:
-      break;
-    case Kind::kOn:
-      log_.print("Module on");
-      break;
-    case Kind::kOff:
-      turned_off();
-      module_off();
-      log_.print("Module off");
-      break;
-    case Kind::kCannotTurnOn:
-      log_.print("Error, can't turn on module: %s", why->message());
-      turned_off();
-      module_off();
-      break;
-    case Kind::kError:
-      log_.print("Error: %s", why->message());
-      turned_off();
-      module_off();
-      break;
-  }
-  if (change.request) reply(*change.request, change.answer);
-}
-
-void Module::sleep_until_next(tims::Duration period) {
-  const tims::Time now = tims::os::now();
-  if (next_period_ == tims::Time{}) next_period_ = now;
-  next_period_ += period;
-  if (next_period_ < now) next_period_ += (now - next_period_) / period * period + period;
-  const timespec until = tims::os::to_timespec(next_period_);
-  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
-
 // --- what a component uses
 
 std::int32_t Module::integer(std::string_view name) const {
@@ -346,10 +222,7 @@ void Module::set_parameter(std::string_view name, std::int32_t value) {
   (void)parameters_.set(name, std::to_string(value));
 }
 
-bool Module::is_on() const {
-  const std::lock_guard lock(mutex_);
-  return cycle_->status() == Status::kEnabled;
-}
+bool Module::is_on() const { return status() == Status::kEnabled; }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
                                  std::int32_t instance) const {
@@ -359,6 +232,11 @@ tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
                            session_->address_widths());
 }
 
+tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) const {
+  const std::string parameter(name);
+  return address_of(class_id, integer(parameter + "Sys"), integer(parameter + "Inst"));
+}
+
 tims::Address Module::component_of(tims::Address mailbox) const {
   auto fields = mailbox.fields(session_->address_widths());
   fields.local = 0;
@@ -366,8 +244,7 @@ tims::Address Module::component_of(tims::Address mailbox) const {
 }
 
 Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
-  if (last_local_ == kLocalMax)
-    return tims::Error(tims::Errc::kInvalidArgument, "a component has at most 255 mailboxes");
+  if (last_local_ == kLocalMax) return refused("a component has at most 255 mailboxes");
   auto fields = address_.fields(session_->address_widths());
   fields.local = ++last_local_;
   auto mailbox =
@@ -377,6 +254,27 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
                       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
   return &mailboxes_.emplace_back(std::move(*mailbox));
+}
+
+void Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
+  // Who has gone meanwhile needs no answer.
+  (void)command_mailbox_->reply(request, type, body);
+}
+
+tims::Time Module::sleep_until_next(tims::Duration period) {
+  const tims::Time now = tims::os::now();
+  if (next_period_ == tims::Time{}) next_period_ = now;
+  next_period_ += period;
+  if (next_period_ < now) next_period_ += (now - next_period_) / period * period + period;
+  const timespec until = tims::os::to_timespec(next_period_);
+  const tims::os::Waiting waiting;
+  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+  return next_period_;
+}
+
+Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) {
+  return session_->open(options);
 }
 
 }  // namespace rack

@@ -29,11 +29,13 @@
 #include <string_view>
 
 #include "components/runtime/priority_mutex.h"
+#include "components/runtime/real_time_watch.h"
 #include "components/runtime/rules/life_cycle.h"
 #include "components/runtime/rules/parameters.h"
 #include "components/runtime/text_log.h"
 #include "components/runtime/thread.h"
 #include "os/file.h"
+#include "os/service_manager.h"
 #include "proxies/codec/codec.h"
 #include "tims/session.h"
 
@@ -44,7 +46,7 @@ struct ModuleInfo {
   std::string_view program;  // "ChassisSim"; the first of its parameters
   std::string_view purpose;  // for --help
   std::uint32_t class_id = 0;
-  std::span<const ParameterInfo> parameters{};  // its own
+  std::span<const ParameterInfo> parameters{};  // its own, and common ones with another default
   std::uint32_t command_slots = 16;
   std::uint32_t command_body_max = 8192;  // takes 47 parameters at once
 };
@@ -59,7 +61,9 @@ class Module {
   Module& operator=(const Module&) = delete;
   virtual ~Module();
 
-  // All of a program's life: arguments, router, tasks, until SIGTERM, SIGINT or stop().
+  // All of a program's life: arguments, router, tasks, until SIGTERM, SIGINT, SIGHUP or
+  // stop(). A service manager (sd_notify(3)) is told when it is ready, and its status: on, off,
+  // error.
   int run(int argc, char** argv);
   int run(std::span<const char* const> arguments);
   void stop();  // from any thread
@@ -93,22 +97,31 @@ class Module {
 
   // With the next local id, and the priority of the data task. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
+  // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
+  Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
   [[nodiscard]] tims::Mailbox& command_mailbox() { return *command_mailbox_; }
   // Of a component of this fleet, local id 0.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::int32_t system,
                                          std::int32_t instance) const;
+  // Of the one that parameters name: "chassis" stands for chassisSys and chassisInst.
+  [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
+  [[nodiscard]] tims::AddressWidths address_widths() const { return session_->address_widths(); }
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
 
   void reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
   template <Struct Body>
   void reply(const tims::Header& request, std::int8_t type, const Body& body);
+  // Why it does not do what it is asked, for the log.
+  static tims::Error refused(std::string text) {
+    return {tims::Errc::kInvalidArgument, std::move(text)};
+  }
 
   [[nodiscard]] bool is_on() const;
   [[nodiscard]] bool is_stopping() const { return stopping_.load(std::memory_order_relaxed); }
   // The data task sleeps until the next multiple of `period` since it was turned on; late ones are
-  // left out, not made up for.
-  void sleep_until_next(tims::Duration period);
+  // left out, not made up for. Returns that time.
+  tims::Time sleep_until_next(tims::Duration period);
 
   // --- DataModule only: between a component and the runtime
   virtual void turned_off() {}   // before module_off()
@@ -116,6 +129,7 @@ class Module {
 
  private:
   Result<void> start(const std::string& router);
+  Result<void> connect(const std::string& router);
   Result<void> start_tasks();
   void wait_for_end();
   void end();
@@ -123,14 +137,20 @@ class Module {
   void command_task();
   void on_command(const tims::MessageView& message);
   void set_parameters(const tims::MessageView& message);
+  [[nodiscard]] Status status() const;
+  [[nodiscard]] ParameterList parameter_list() const;
+  [[nodiscard]] RuntimeData runtime_data() const;
 
   void data_task();
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
+  void tell_status(std::string_view status, const tims::Error* why = nullptr);
+  Result<void> watched_loop();
 
   const ModuleInfo& info_;
   Parameters parameters_;
   TextLog log_;
+  tims::os::ServiceManager manager_;
   tims::Address address_{};
   std::optional<tims::Session> session_;
   std::optional<tims::Mailbox> command_mailbox_;
@@ -139,6 +159,8 @@ class Module {
 
   std::optional<LifeCycle> cycle_;         // under mutex_
   std::condition_variable_any commanded_;  // with mutex_
+  std::atomic<TimeStamp> state_since_ = TimeStamp(0);
+  RealTimeWatch watch_;  // of the data task
   tims::Time next_period_{};
   std::atomic<bool> stopping_ = false;
   tims::os::File stop_;  // eventfd

@@ -8,12 +8,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "components/runtime/crash.h"
+
 namespace rack {
 namespace {
 
 constexpr std::size_t kStack = 2 << 20;
 constexpr std::size_t kTouched = 256 << 10;  // of it, before the thread's work begins
-constexpr int kFirstRealTime = 2;            // 1 is the original's default: nothing special
 
 tims::Error refused(const std::string& what, int code) {
   std::string text = what + ": " + std::generic_category().message(code);
@@ -56,6 +57,7 @@ tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<v
 }
 
 void* Thread::run(void* self) {
+  const CrashStack crash_stack;
   touch_stack();
   static_cast<Thread*>(self)->body_();
   return nullptr;
@@ -68,8 +70,9 @@ void Thread::join() {
 }
 
 tims::Result<void> lock_memory() {
-  // Mailboxes are large and mostly never touched: ON_FAULT locks what is.
-  if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0)
+  // What is there is brought in now. What comes later is mostly mailboxes of others, large and
+  // never touched as a whole: ON_FAULT locks what is.
+  if (::mlockall(MCL_CURRENT) != 0 || ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0)
     return refused("locking memory", errno);
   return {};
 }

@@ -10,9 +10,12 @@
 
 namespace rack {
 
+// From here on SCHED_FIFO. 1 is the original's default: nothing special.
+inline constexpr int kFirstRealTime = 2;
+
 struct ThreadSettings {
   std::string name{};  // at most 15 characters are kept
-  int priority = 0;    // SCHED_FIFO 2 to 99; below: an ordinary thread
+  int priority = 0;    // up to 99; below kFirstRealTime: an ordinary thread
   int cpu = 0;         // of real-time threads; one that does not exist: 0
 };
 
@@ -35,7 +38,8 @@ class Thread {
   bool running_ = false;
 };
 
-// Keeps all memory of this process in RAM: what is touched once never faults again.
+// Keeps all memory of this process in RAM. What it has now never faults again; what comes later
+// faults when it is touched first.
 tims::Result<void> lock_memory();
 
 }  // namespace rack

@@ -55,15 +55,13 @@ class Scan2d : public DataModule<Scan2dData> {
 
   Result<void> module_on() override {
     read_parameters();
-    const auto granted = ladar_->start(
-        address_of(tims::class_id::kLadar, integer("ladarSys"), integer("ladarInst")));
+    const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
     if (!granted) return granted.error();
     set_period(*granted);
     position_.reset();
     get_local_buffer().refPos = {};
     if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, integer("positionSys"),
-                                           integer("positionInst")));
+      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
       if (auto on = position_->on(); !on) return on;
     }
     return DataModule::module_on();

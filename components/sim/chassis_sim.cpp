@@ -1,9 +1,9 @@
 // ChassisSim: a chassis without wheels.
 #include <array>
 #include <mutex>
-#include <numbers>
 #include <optional>
 
+#include "components/geometry/angle.h"
 #include "components/runtime/clock.h"
 #include "components/runtime/data_module.h"
 #include "components/sim/chassis_model.h"
@@ -91,13 +91,13 @@ class ChassisSim : public DataModule<ChassisData> {
   }
 
   Result<void> move(const tims::MessageView& message) {
-    const auto wish = decode<ChassisMoveData>(message.body, message.header.body_order());
+    const auto wish = decode<ChassisMoveData>(message);
     if (!wish) return wish.error();
     {
       const std::lock_guard lock(model_mutex_);
-      if (!model_) return tims::Error(tims::Errc::kInvalidArgument, "the chassis is off");
+      if (!model_) return refused("the chassis is off");
       if (component_of(message.header.src) != model_->active_pilot())
-        return tims::Error(tims::Errc::kInvalidArgument, "not from the active pilot");
+        return refused("not from the active pilot");
       model_->move(*wish);
     }
     reply(message.header, tims::type::kOk);
@@ -105,7 +105,7 @@ class ChassisSim : public DataModule<ChassisData> {
   }
 
   Result<void> set_active_pilot(const tims::MessageView& message) {
-    const auto wish = decode<ChassisSetActivePilotData>(message.body, message.header.body_order());
+    const auto wish = decode<ChassisSetActivePilotData>(message);
     if (!wish) return wish.error();
     {
       const std::lock_guard lock(model_mutex_);
@@ -123,7 +123,7 @@ class ChassisSim : public DataModule<ChassisData> {
     limits.vyMin = integer("vyMin");
     limits.accMax = integer("accMax");
     limits.decMax = integer("decMax");
-    limits.omegaMax = static_cast<float>(integer("omegaMax")) * std::numbers::pi_v<float> / 180;
+    limits.omegaMax = static_cast<float>(radians(integer("omegaMax")));
     limits.minTurningRadius = integer("minTurningRadius");
     limits.breakConstant = static_cast<float>(integer("breakConstant")) / 100;
     limits.safetyMargin = integer("safetyMargin");

@@ -29,8 +29,7 @@ class LadarSim : public MapScanner<LadarData> {
                               .first = integer("angleMin"),
                               .last = integer("angleMax"),
                               .step = integer("angleRes")};
-    if (wanted.last < wanted.first)
-      return tims::Error(tims::Errc::kInvalidArgument, "angleMax is before angleMin");
+    if (wanted.last < wanted.first) return refused("angleMax is before angleMin");
     return wanted;
   }
 };

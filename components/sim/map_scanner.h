@@ -51,8 +51,7 @@ class MapScanner : public DataModule<Scan> {
     model_.emplace(load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
                             this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log()),
                    *wanted);
-    const auto granted = odometry_->start(this->address_of(
-        tims::class_id::kOdometry, this->integer("odometrySys"), this->integer("odometryInst")));
+    const auto granted = odometry_->start(this->address_of(tims::class_id::kOdometry, "odometry"));
     if (!granted) return granted.error();
     this->set_period(*granted);
     return DataModule<Scan>::module_on();

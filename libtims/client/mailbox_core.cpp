@@ -7,6 +7,7 @@
 
 #include "os/clock.h"
 #include "os/futex.h"
+#include "os/waiting.h"
 #include "os/waker.h"
 
 namespace tims {
@@ -47,6 +48,8 @@ Result<shm::Taken> MailboxCore::take_before(Time deadline) {
   std::unique_lock seat(seat_, std::try_to_lock);
   if (!seat.owns_lock() && deadline == kNever) seat.lock();
   if (!seat.owns_lock() && !seat.try_lock_for(deadline - os::now())) return Errc::kTimeout;
+  if (auto taken = receiver_.take()) return *taken;
+  const os::Waiting waiting;
   for (;;) {
     if (auto taken = receiver_.take()) return *taken;
     if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;

@@ -52,9 +52,7 @@ bool TcpUplink::take(std::vector<std::byte>& out) {
       receiver_.release(taken->hint);
       continue;
     }
-    receiver_.arm();
-    if (receiver_.nothing_came() || receiver_.closed()) break;  // closed: by a session that left
-    receiver_.disarm();
+    if (receiver_.rest()) break;
   }
   return out.size() > before;
 }

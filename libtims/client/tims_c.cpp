@@ -26,6 +26,7 @@ struct tims_loaned {
 static_assert(TIMS_EEMPTY == -1 - static_cast<int>(Errc::kEmpty));
 static_assert(TIMS_EFULL == -1 - static_cast<int>(Errc::kFull));
 static_assert(TIMS_EMALFORMED == -1 - static_cast<int>(Errc::kMalformed));
+static_assert(TIMS_EDISKFULL == -1 - static_cast<int>(Errc::kDiskFull));
 static_assert(TIMS_BODY_LITTLE_ENDIAN == tims::flag::kBodyLittleEndian);
 static_assert(TIMS_STREAM == tims::flag::kStream);
 

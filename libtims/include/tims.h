@@ -48,7 +48,8 @@ enum tims_error {
   TIMS_EINVALID = -14,          /* the call itself is wrong */
   TIMS_ESYSTEM = -15,           /* the operating system refused */
   TIMS_EANSWERED_ERROR = -16,   /* the component answered ERROR */
-  TIMS_EMALFORMED = -17         /* bytes that are not the message they should be */
+  TIMS_EMALFORMED = -17,        /* bytes that are not the message they should be */
+  TIMS_EDISKFULL = -18          /* no room for a file */
 };
 
 /* Bits of flags (others travel untouched). */

@@ -234,6 +234,18 @@ TEST_F(MailboxTest, ClosedMailboxSaysSo) {
   EXPECT_EQ(send(sender, "x"), SendOutcome::kClosed);
 }
 
+TEST_F(MailboxTest, AnOwnerRestsWhenAllIsTakenClosedOrNot) {
+  make(4);
+  Sender sender(view_, 1);
+  EXPECT_TRUE(receiver_->rest());
+  send(sender, "a");
+  EXPECT_FALSE(receiver_->rest());
+  EXPECT_EQ(receive(), "a");
+  receiver_->close();
+  EXPECT_FALSE(receiver_->nothing_came()) << "who sleeps without a doorbell must see it";
+  EXPECT_TRUE(receiver_->rest());
+}
+
 TEST_F(MailboxTest, CleanThrowsAwayWhatWaits) {
   make(4);
   Sender sender(view_, 1);

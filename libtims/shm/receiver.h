@@ -42,6 +42,10 @@ class Receiver {
   std::uint32_t arm();
   void disarm();
   [[nodiscard]] bool nothing_came() const;
+  // For who is woken by a doorbell. True: it is armed, and nothing is to be done until it rings.
+  // False: take() again. Closed or not: that is for anybody to write who shares the memory, and
+  // must not keep its owner busy.
+  [[nodiscard]] bool rest();
 
   void close() { view_.header().closed.store(1, std::memory_order_release); }
   [[nodiscard]] bool closed() const {
@@ -51,6 +55,7 @@ class Receiver {
 
  private:
   [[nodiscard]] bool first_is_in_hand() const;
+  [[nodiscard]] bool all_is_taken() const;
   [[nodiscard]] const std::byte* body_of(std::uint32_t index, std::uint32_t length) const;
   std::optional<Taken> take_front();
   void ingest();
@@ -194,10 +199,19 @@ inline std::uint32_t Receiver::arm() {
 
 inline void Receiver::disarm() { view_.header().sleep.store(sleeps_, std::memory_order_relaxed); }
 
-inline bool Receiver::nothing_came() const {
+inline bool Receiver::nothing_came() const { return all_is_taken() && !closed(); }
+
+inline bool Receiver::all_is_taken() const {
   const Hint next = Hint::unpack(view_.arrival(arrival_head_).load(std::memory_order_seq_cst));
   return next.lap != view_.geometry().lap_of(arrival_head_) &&
-         view_.header().rescans.load(std::memory_order_seq_cst) == rescans_seen_ && !closed();
+         view_.header().rescans.load(std::memory_order_seq_cst) == rescans_seen_;
+}
+
+inline bool Receiver::rest() {
+  arm();
+  if (all_is_taken()) return true;
+  disarm();
+  return false;
 }
 
 // Readable messages at this moment, by looking at every slot.

@@ -31,6 +31,7 @@ constexpr Words kWords[] = {
     {Errc::kSystem, "system", "the operating system refused"},
     {Errc::kAnsweredError, "answered_error", "the component answered with an error"},
     {Errc::kMalformed, "malformed", "the bytes are no such message"},
+    {Errc::kDiskFull, "disk_full", "the disk is full"},
 };
 
 constexpr bool table_is_in_order() {
@@ -40,7 +41,7 @@ constexpr bool table_is_in_order() {
   return true;
 }
 static_assert(table_is_in_order());
-static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kMalformed) + 1);
+static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kDiskFull) + 1);
 
 // A code may have come out of a C API or a damaged file.
 const Words& words(Errc code) {

@@ -11,7 +11,7 @@ namespace {
 TEST(Errc, EveryCodeHasItsOwnNameAndSentence) {
   std::set<std::string_view> names;
   std::set<std::string_view> sentences;
-  const int count = static_cast<int>(Errc::kMalformed) + 1;
+  const int count = static_cast<int>(Errc::kDiskFull) + 1;
   for (int i = 0; i < count; ++i) {
     const Errc code{static_cast<std::uint8_t>(i)};
     EXPECT_NE(name(code), "unknown");

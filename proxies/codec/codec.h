@@ -21,6 +21,7 @@
 
 #include "proxies/codec/bytes.h"
 #include "proxies/codec/layout.h"
+#include "tims/message.h"
 #include "tims/result.h"
 
 namespace rack {
@@ -169,7 +170,7 @@ Result<void> check(const T& value) {
 template <typename T, std::size_t I, typename Field>
 std::byte* write_field(std::byte* to, std::endian order, const T& value, const Field& field) {
   if constexpr (kIsCount<Field>) {
-    const auto& sequence = boost::pfr::get<sequence_of_count<T, I>()>(value);
+    const auto& sequence = reflect::field_of<sequence_of_count<T, I>()>(value);
     return bytes::write(to, order, static_cast<std::int32_t>(sequence.size()));
   } else if constexpr (kIsVariable<Field>) {
     return bytes::write_all(to, order, field);
@@ -223,6 +224,17 @@ Result<T> decode(std::span<const std::byte> body, std::endian order = std::endia
   T value{};
   if (const auto good = decode(body, order, value); !good) return good.error();
   return value;
+}
+
+// A message's body, in the order its header states.
+template <Struct T>
+Result<void> decode(const tims::MessageView& message, T& value) {
+  return decode(message.body, message.header.body_order(), value);
+}
+
+template <Struct T>
+Result<T> decode(const tims::MessageView& message) {
+  return decode<T>(message.body, message.header.body_order());
 }
 
 // Room for the longest message: decoding into `value`, or filling it, allocates nothing from now

@@ -122,6 +122,14 @@ TEST(Codec, ReadsBackBothOrders) {
   }
 }
 
+TEST(Codec, ReadsMessagesInTheOrderTheirHeaderStates) {
+  const auto body = encoded(scan(), std::endian::big);
+  tims::Header header{.flags = 0};
+  EXPECT_EQ(decode<Scan>(tims::MessageView{header, body})->utc, scan().utc);
+  header.flags = tims::flag::kBodyLittleEndian;
+  EXPECT_FALSE(decode<Scan>(tims::MessageView{header, body}));
+}
+
 TEST(Codec, SizesAreKnownWithoutAnObject) {
   static_assert(wire_size<Point>() == 8);
   static_assert(wire_size<Scan>() == 26);

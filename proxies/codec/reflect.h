@@ -21,11 +21,27 @@ using Field = boost::pfr::tuple_element_t<I, T>;
 template <std::size_t I>
 using Index = std::integral_constant<std::size_t, I>;
 
+// Clang's path analyser loses the references that Boost.PFR passes on, and takes what they refer to
+// for uninitialised: it is shown no more than that there is a field.
+template <std::size_t I, typename T>
+using FieldReference =
+    std::conditional_t<std::is_const_v<T>, const Field<std::remove_const_t<T>, I>&,
+                       Field<std::remove_const_t<T>, I>&>;
+#if defined(__clang_analyzer__)
+template <std::size_t I, typename T>
+FieldReference<I, T> field_of(T& value);
+#else
+template <std::size_t I, typename T>
+constexpr FieldReference<I, T> field_of(T& value) {
+  return boost::pfr::get<I>(value);
+}
+#endif
+
 // visit(field, Index<I>) for each field in order, until one returns false. True: all were visited.
 template <typename T, typename Visit>
 constexpr bool all_fields(T& value, Visit&& visit) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
-    return (... && visit(boost::pfr::get<I>(value), Index<I>()));
+    return (... && visit(field_of<I>(value), Index<I>()));
   }(std::make_index_sequence<kFieldCount<std::remove_const_t<T>>>());
 }
 

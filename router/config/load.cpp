@@ -179,6 +179,7 @@ class Loader {
         return parse_value(option.kind, option.range, std::to_string(*number));
       return wants(option.kind, std::to_string(*number));
     }
+    if (std::holds_alternative<double>(raw)) return wants(option.kind, "a number with a fraction");
     return wants(option.kind, std::get<Foreign>(raw).what);
   }
 

@@ -15,7 +15,7 @@ Raw raw_value(const toml::node& node) {
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* flag = node.as_boolean()) return flag->get();
   if (const auto* number = node.as_integer()) return number->get();
-  if (node.is_floating_point()) return Foreign{"a number with a fraction"};
+  if (const auto* fraction = node.as_floating_point()) return fraction->get();
   if (node.is_table()) return Foreign{"a table"};
   if (node.is_array_of_tables()) return Foreign{"an array of tables"};
   if (node.is_array()) return Foreign{"an array"};

@@ -59,11 +59,14 @@ TEST(TomlSource, NamesTheTypesNoOptionTakes) {
     const TomlText text = parse_toml({"f", "x = " + value + "\n"});
     return std::string(std::get<Foreign>(text.assignments.at(0).value).what);
   };
-  EXPECT_EQ(what("1.5"), "a number with a fraction");
-  EXPECT_EQ(what("nan"), "a number with a fraction");
   EXPECT_EQ(what("[1, 2]"), "an array");
   EXPECT_EQ(what("[{a = 1}, 2]"), "an array");
   EXPECT_EQ(what("07:32:00"), "a date or time");
+}
+
+TEST(TomlSource, ReadsFractions) {
+  const TomlText text = parse_toml({"f", "x = -1.5\n"});
+  EXPECT_EQ(std::get<double>(text.assignments.at(0).value), -1.5);
 }
 
 TEST(TomlSource, ATextThatIsNotTomlGivesNothingButItsProblem) {

@@ -13,6 +13,10 @@ bool is_below(const Client& owner) {
   return !is_link(owner) || owner.info.link.kind == LinkKind::kSub;
 }
 
+bool is_told(const Client& owner, Address address) {
+  return is_below(owner) && address != kTextSink;
+}
+
 }  // namespace
 
 Origin Registrations::origin(const Client& owner, const Table::Entry& entry) const {
@@ -22,17 +26,17 @@ Origin Registrations::origin(const Client& owner, const Table::Entry& entry) con
 void Registrations::add(Time now, Client& owner, Address address, std::uint32_t handle) {
   assert(!is_link(owner));
   insert(now, owner, address, handle);
-  below_.added(address, here_);
+  if (is_told(owner, address)) below_.added(address, here_);
 }
 
 void Registrations::add(Time now, Client& link, Address address, const Origin& origin) {
   assert(is_link(link));
   insert(now, link, address, origins_.hold(origin));
-  if (is_below(link)) below_.added(address, origin);
+  if (is_told(link, address)) below_.added(address, origin);
 }
 
 void Registrations::withdraw(const Client& owner, const Table::Entry& entry) {
-  if (is_below(owner)) below_.removed(entry.address, origin(owner, entry));
+  if (is_told(owner, entry.address)) below_.removed(entry.address, origin(owner, entry));
   if (is_link(owner)) origins_.release(entry.handle);
 }
 

@@ -101,7 +101,7 @@ void Router::set_uplink(Time now, ClientId link) {
 std::optional<Origin> Router::told(Address address) const {
   if (address == settings_.address) return registrations_.here();
   const Table::Entry* entry = find(address);
-  if (entry == nullptr) return std::nullopt;
+  if (entry == nullptr || address == kTextSink) return std::nullopt;
   const Client& owner = *clients_.find(entry->owner);
   if (only_down(&owner)) return std::nullopt;
   return registrations_.origin(owner, *entry);
@@ -109,7 +109,7 @@ std::optional<Origin> Router::told(Address address) const {
 
 bool Router::learn(Time now, ClientId link, Address address, const Origin& origin) {
   Client* from = clients_.find(link);
-  if (from == nullptr) return false;
+  if (from == nullptr || address == kTextSink) return false;
   const Origin& here = registrations_.here();
   if (origin.router == here.router || origin.hops >= kHopsMax) {
     // Our own mailboxes come back to us, or somebody else's go round; or somebody has our address.

@@ -71,6 +71,25 @@ TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
   EXPECT_EQ(router_.below().size(), 1U) << "the router itself";
 }
 
+// Every robot has its own, at the same address.
+TEST_F(RouterLinksTest, TheSinkOfTextsIsEachRoutersOwn) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  router_.set_uplink(now_, up);
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
+  EXPECT_EQ(way_of(sub, kTextSink), up) << "nobody here reads texts";
+  const std::uint32_t hash = router_.below().hash();
+  const ClientId log = connect();
+  send_command(log, command::kMailboxInitWithReply, kTextSink.raw());
+  EXPECT_EQ(way_of(sub, kTextSink), log);
+  EXPECT_EQ(router_.told(kTextSink), std::nullopt);
+  EXPECT_EQ(router_.below().hash(), hash);
+  EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
+  router_.disconnect(now_, log, CloseReason::kPeerClosed);
+  EXPECT_EQ(router_.below().hash(), hash);
+  EXPECT_EQ(events(EventKind::kDuplicateAddress), 0U);
+}
+
 TEST_F(RouterLinksTest, NobodyElseHasOurAddress) {
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   router_.learn(now_, sub, kOwn, kRobot);

@@ -31,9 +31,7 @@ void ClientPort::drain(LocalClient& client) {
       client.uplink->release(*taken);
       continue;
     }
-    receiver.arm();
-    if (receiver.nothing_came()) return;
-    receiver.disarm();
+    if (receiver.rest()) return;
   }
   continue_later(client);
 }

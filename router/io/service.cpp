@@ -2,17 +2,14 @@
 
 #include <charconv>
 #include <csignal>
-#include <cstdlib>
-#include <cstring>
 
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "os/environment.h"
 
 namespace tims::io {
 namespace {
@@ -29,14 +26,8 @@ os::File block_and_open(const sigset_t& signals) {
   return os::File(::signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC));
 }
 
-std::string environment(const char* name) {
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
-  const char* text = std::getenv(name);
-  return text == nullptr ? "" : text;
-}
-
 long long number_in(const char* name) {
-  const std::string text = environment(name);
+  const std::string text = os::environment(name);
   long long value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
   return value;
@@ -65,42 +56,29 @@ void Signals::take() {
   }
 }
 
-// --- ServiceManager
+// --- Service
 
-ServiceManager::ServiceManager(Loop& loop)
-    : path_(environment("NOTIFY_SOCKET")), timer_(loop, [this] { feed(); }) {
-  if (!path_.empty()) interval_ = watchdog_interval();
+Service::Service(Loop& loop)
+    : manager_(os::ServiceManager::of_environment()), timer_(loop, [this] { feed(); }) {
+  if (manager_.listens()) interval_ = watchdog_interval();
 }
 
-void ServiceManager::ready() {
-  notify("READY=1");
+void Service::ready() {
+  manager_.tell("READY=1");
   if (interval_.count() > 0) timer_.set(os::now() + interval_);
 }
 
-void ServiceManager::reloading() {
+void Service::reloading() {
   const auto now =
       std::chrono::duration_cast<std::chrono::microseconds>(os::now().time_since_epoch());
-  notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}", now.count()));
+  manager_.tell(fmt::format("RELOADING=1\nMONOTONIC_USEC={}", now.count()));
 }
 
-void ServiceManager::stopping() { notify("STOPPING=1"); }
+void Service::stopping() { manager_.tell("STOPPING=1"); }
 
-void ServiceManager::feed() {
-  notify("WATCHDOG=1");
+void Service::feed() {
+  manager_.tell("WATCHDOG=1");
   timer_.set(os::now() + interval_);
-}
-
-void ServiceManager::notify(std::string_view text) const {
-  sockaddr_un address{};
-  if (path_.empty() || path_.size() >= sizeof address.sun_path) return;
-  address.sun_family = AF_UNIX;
-  std::memcpy(address.sun_path, path_.data(), path_.size());
-  if (path_[0] == '@') address.sun_path[0] = '\0';  // an abstract name
-  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
-  const os::File socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  // A manager that does not listen is no reason to stop.
-  ::sendto(socket.get(), text.data(), text.size(), MSG_NOSIGNAL,
-           reinterpret_cast<const sockaddr*>(&address), size);
 }
 
 void raise_descriptor_limit() {

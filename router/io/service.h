@@ -1,11 +1,11 @@
 // The process as a service: signals, the service manager, limits.
 #pragma once
 
+#include <chrono>
 #include <functional>
-#include <string>
-#include <string_view>
 
 #include "os/file.h"
+#include "os/service_manager.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
 #include "tims/result.h"
@@ -29,10 +29,10 @@ class Signals {
   Watch watch_;
 };
 
-// What systemd wants to hear, as datagrams to $NOTIFY_SOCKET (sd_notify(3)); nothing without it.
-class ServiceManager {
+// The service manager is kept informed, and its watchdog fed.
+class Service {
  public:
-  explicit ServiceManager(Loop& loop);
+  explicit Service(Loop& loop);
 
   // The watchdog, when the unit has one, is fed from here on.
   void ready();
@@ -40,10 +40,9 @@ class ServiceManager {
   void stopping();
 
  private:
-  void notify(std::string_view text) const;
   void feed();
 
-  std::string path_;
+  os::ServiceManager manager_;
   std::chrono::microseconds interval_{};  // 0: no watchdog
   Timer timer_;
 };

@@ -19,6 +19,11 @@ constexpr std::uint64_t kBurstMax = 4 * kTrain;
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
 constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
 
+// Texts for people are the least of all, though originals send them as urgently as their data.
+std::size_t lane_of(const Header& header) {
+  return header.dest == kTextSink ? 0 : core::class_of(header.priority);
+}
+
 }  // namespace
 
 // A packet in the making.
@@ -35,7 +40,7 @@ struct Session::Packet {
 
 core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& header,
                             std::span<const std::byte> message) {
-  const std::size_t lane = core::class_of(header.priority);
+  const std::size_t lane = lane_of(header);
   const bool sample = (header.flags & flag::kStream) != 0;
   const auto has_room = [&] {
     // Counted anew only when it may matter: acknowledgements make the bound too high, never too

@@ -15,6 +15,8 @@ enum class Shape {
   kRoundTrip,  // ping and echo
   kStream,     // a source and its sinks
   kPulse,      // a pulse and its gauge, perhaps beside a stream of large messages
+  kScan,       // a scanner and its listeners
+  kClock,      // one process that keeps time, and those that are in its way
   kAlone,      // one process with a role of its own
   kIdle,       // nothing but the router
   kIdleLink,   // nothing but two routers
@@ -40,6 +42,7 @@ struct Experiment {
   std::uint32_t subscribers = 1;
   std::uint32_t pairs = 1;  // of source and sink, side by side
   std::uint64_t count = 0;
+  Duration every = std::chrono::milliseconds(5);  // of what has a period
   std::size_t bulk = 0;    // bytes of the messages beside a pulse; 0: there are none
   Cable cable{};           // between two hosts
   bool rate_told = false;  // to the routers: what the cable carries

@@ -12,7 +12,9 @@ namespace {
 constexpr Duration kPatience = std::chrono::seconds(30);
 
 Duration length_of(const Experiment& experiment, const Setting& setting) {
-  if (experiment.shape == Shape::kPulse) return setting.link;
+  const bool single = experiment.shape == Shape::kPulse || experiment.shape == Shape::kScan ||
+                      experiment.shape == Shape::kClock;
+  if (single) return setting.link;
   return experiment.shape == Shape::kRoundTrip ? setting.round_trip : setting.stream;
 }
 
@@ -23,6 +25,7 @@ Plan plan_of(const Experiment& experiment, const Setting& setting) {
   plan.window = window_of(experiment.payload);
   plan.subscribers = experiment.subscribers;
   plan.count = experiment.count;
+  plan.every = experiment.every;
   plan.seconds = length_of(experiment, setting);
   return plan;
 }
@@ -45,6 +48,22 @@ std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
           with_role(plan, "pulse")};
 }
 
+// The scanner ends when it has scanned enough, and with it its listeners.
+std::vector<Plan> scan_roles(Plan plan, std::uint32_t listeners) {
+  std::vector<Plan> roles{with_role(plan, "scanner")};
+  for (plan.index = 0; plan.index < listeners; ++plan.index)
+    roles.push_back(with_role(plan, "listener"));
+  return roles;
+}
+
+std::vector<Plan> clock_roles(const Plan& plan) {
+  Plan busy = with_role(plan, "burn");
+  busy.link = busy.role;
+  std::vector<Plan> roles(std::thread::hardware_concurrency(), busy);
+  roles.push_back(with_role(plan, plan.link.c_str()));
+  return roles;
+}
+
 // Receivers first: a sender that starts finds them.
 std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting) {
   Plan plan = plan_of(experiment, setting);
@@ -53,6 +72,8 @@ std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting)
     return {plan};
   }
   if (experiment.shape == Shape::kPulse) return pulse_roles(plan, experiment);
+  if (experiment.shape == Shape::kScan) return scan_roles(plan, experiment.subscribers);
+  if (experiment.shape == Shape::kClock) return clock_roles(plan);
   const bool stream = experiment.shape == Shape::kStream;
   std::vector<Plan> receivers;
   std::vector<Plan> senders;

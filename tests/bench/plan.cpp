@@ -23,6 +23,7 @@ void each_member(P& plan, Visit visit) {
   visit("--priority", plan.priority);
   visit("--count", plan.count);
   visit("--nanoseconds", plan.seconds);
+  visit("--every", plan.every);
 }
 
 std::string text_of(const std::string& value) { return value; }

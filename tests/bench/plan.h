@@ -27,6 +27,7 @@ struct Plan {
   std::uint32_t priority = 0;     // of what is sent
   std::uint64_t count = 0;        // of mailboxes or routers, where a role asks for a number
   Duration seconds = std::chrono::milliseconds(500);
+  Duration every = std::chrono::milliseconds(5);  // of what has a period
 
   // Streams are gathered and may wait a moment before they sleep; round trips are sent at once.
   [[nodiscard]] bool streaming() const { return role == "source" || role == "sink"; }

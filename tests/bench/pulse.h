@@ -28,14 +28,13 @@ class Pulse {
   }
 
  private:
-  static constexpr Duration kEvery = std::chrono::milliseconds(5);
   static constexpr Duration kPatience = std::chrono::seconds(12);
 
   std::uint64_t beat() {
     std::uint64_t sent = 0;
     Time now = os::now();
     Time next = now;
-    for (const Time until = now + plan_.seconds; now < until; ++sent, next += kEvery) {
+    for (const Time until = now + plan_.seconds; now < until; ++sent, next += plan_.every) {
       if (next > now) std::this_thread::sleep_for(next - now);
       now = os::now();
       say({.kind = Kind::kData, .seq = static_cast<std::uint64_t>(now.time_since_epoch().count())});

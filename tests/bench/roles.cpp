@@ -5,12 +5,15 @@
 
 #include <sys/prctl.h>
 
+#include "tests/bench/components.h"
+#include "tests/bench/cyclictest.h"
 #include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
 #include "tests/bench/pulse.h"
 #include "tests/bench/register_bench.h"
 #include "tests/bench/relay.h"
 #include "tests/bench/ring_link.h"
+#include "tests/bench/robot_start.h"
 #include "tests/bench/round_trip.h"
 #include "tests/bench/self.h"
 #include "tests/bench/stream.h"
@@ -59,6 +62,12 @@ constexpr Alone kAlone[] = {
     {"register-tcp", "register-tcp", register_over_tcp},
     {"register-unix", "register-unix", register_over_unix},
     {"fleet", "fleet", play_fleet},
+    {"scanner", "scan", play_scanner},
+    {"listener", "scan", play_listener},
+    {"clockwork", "clockwork", play_clockwork},
+    {"cyclictest", "cyclictest", run_cyclictest},
+    {"burn", "burn", burn},
+    {"robot", "robot", start_robot},
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},

@@ -1,5 +1,6 @@
 #include "tests/bench/scenarios.h"
 
+#include "tests/bench/cyclictest.h"
 #include "tests/bench/trace.h"
 
 namespace tims::bench {
@@ -40,6 +41,11 @@ constexpr double kIdleBytes = 500;
 constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
 constexpr double kConvergenceSeconds = 2;
 constexpr std::uint64_t kRobots = 1000;
+constexpr std::size_t kScanBytes = 24 + 361 * 16;  // of a ladar with 361 points
+constexpr double kModuleRatio = 1.3;
+constexpr double kModulePercent = 2;
+constexpr double kJitterRatio = 1.5;
+constexpr double kRobotSeconds = 2;
 constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
 
 struct Sizes {
@@ -227,6 +233,53 @@ Case convergence() {
           .rows = {{"tims", "known_again_s", "", {.at_most = kConvergenceSeconds}}}};
 }
 
+// A DataModule beside bare sending of as many bytes.
+Case component_latency(bool one_cpu) {
+  Experiment module{.shape = Shape::kScan, .link = "scan", .between = Between::kRouter};
+  Experiment bare = pulse("tims", Between::kRouter, {});
+  bare.payload = kScanBytes;
+  module.one_cpu = bare.one_cpu = one_cpu;
+  return {.scenario = one_cpu ? "component_latency@1cpu" : "component_latency",
+          .payload = kScanBytes,
+          .contenders = {{"tims-module", module}, {"tims", bare}},
+          .rows = {{"tims-module", "p50_us", "tims", {.ratio_max = kModuleRatio}},
+                   {"tims-module", "p99_us", "tims", {}}}};
+}
+
+Case component_cpu() {
+  const Experiment scans{.shape = Shape::kScan,
+                         .link = "scan",
+                         .between = Between::kRouter,
+                         .subscribers = 8,
+                         .every = std::chrono::nanoseconds(1'000'000'000 / 75)};
+  return {.scenario = "component_cpu",
+          .payload = kScanBytes,
+          .contenders = {{"tims-module", scans}},
+          .rows = {{"tims-module", "cpu_percent", "", {.at_most = kModulePercent}}}};
+}
+
+Case component_jitter() {
+  const auto keeper = [](const char* who) {
+    return Experiment{.shape = Shape::kClock,
+                      .link = who,
+                      .between = Between::kRouter,
+                      .every = std::chrono::milliseconds(1)};
+  };
+  return {
+      .scenario = "component_jitter",
+      .payload = 0,
+      .contenders = {{"tims-module", keeper("clockwork")}, {"cyclictest", keeper("cyclictest")}},
+      .rows = {{"tims-module", "p50_us", "cyclictest", {}},
+               {"tims-module", "p999_us", "cyclictest", {.ratio_max = kJitterRatio}}}};
+}
+
+Case robot_start() {
+  return {.scenario = "robot_start",
+          .payload = 0,
+          .contenders = {{"tims", alone("robot", Between::kRouter)}},
+          .rows = {{"tims", "on_s", "", {.at_most = kRobotSeconds}}}};
+}
+
 Case registration(const char* scenario, const char* role) {
   return {.scenario = scenario,
           .payload = 0,
@@ -286,6 +339,11 @@ std::vector<ScenarioText> scenario_texts() {
       {"link_idle", "bytes a second over a link that nobody uses, headers included"},
       {"link_death", "seconds from the cut of a cable until the other end has withdrawn"},
       {"convergence", "a router above 1000 with 100 mailboxes each is killed and comes back"},
+      {"component_latency", "from put of a DataModule to its listener, one way; beside bare send"},
+      {"component_latency@1cpu", "the same, both on one CPU"},
+      {"component_cpu", "of a DataModule: 361 points at 75 Hz to eight listeners"},
+      {"component_jitter", "lateness of a 1 kHz DataModule under load; beside cyclictest"},
+      {"robot_start", "from `timsctl up` until all of twelve components are on"},
       {"register_tcp",
        "1000 clients with 100 mailboxes each, TCP: seconds until all are confirmed"},
       {"register_unix", "the same through libtims"},
@@ -308,6 +366,10 @@ std::vector<Case> local_cases(bool quick) {
     for (const std::size_t payload : with.round_trip) cases.push_back(router_rtt(payload, one_cpu));
   for (const std::size_t payload : with.stream) cases.push_back(router_throughput(payload, 1));
   cases.push_back(router_throughput(64, 8));
+  for (const bool one_cpu : {false, true}) cases.push_back(component_latency(one_cpu));
+  cases.push_back(component_cpu());
+  if (has_cyclictest()) cases.push_back(component_jitter());
+  cases.push_back(robot_start());
   cases.push_back(registration("register_tcp", "register-tcp"));
   cases.push_back(registration("register_unix", "register-unix"));
   for (const std::uint64_t mailboxes : {std::uint64_t{10}, std::uint64_t{1000}, kManyMailboxes})

@@ -7,8 +7,8 @@
 
 #include "tests/bench/metrics.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/process.h"
 #include "tools/timsctl/sim/network.h"
-#include "tools/timsctl/sim/process.h"
 #include "tools/timsctl/sim/rules.h"
 #include "tools/timsctl/sim/state.h"
 
@@ -50,7 +50,7 @@ sim::LineEnd end_of(const std::string& host, TwoHosts::Side side) {
 std::string why_no_hosts() {
   if (::geteuid() != 0) return "network namespaces need root";
   for (const char* program : {"ip", "tc", "nft"}) {
-    const auto found = tried([&] { (void)sim::run({.command = {program, "-V"}}); });
+    const auto found = tried([&] { (void)timsctl::run({.command = {program, "-V"}}); });
     if (!found) return found.error().detail();
   }
   const auto made = TwoHosts::make({});
@@ -80,10 +80,10 @@ Result<std::unique_ptr<TwoHosts>> TwoHosts::make(const Cable& cable) {
 TwoHosts::TwoHosts() : base_(end_of("base", Side::kBase)), robot_(end_of("robot", Side::kRobot)) {}
 
 void TwoHosts::set_up(const Cable& cable) const {
-  sim::run_or_fail({.command = {"ip", "-batch", "-"}},
-                   "netns add " + base_.network + "\nnetns add " + robot_.network +
-                       "\nlink add name " + kDevice + " netns " + base_.network +
-                       " type veth peer name " + kDevice + " netns " + robot_.network + "\n");
+  timsctl::run_or_fail({.command = {"ip", "-batch", "-"}},
+                       "netns add " + base_.network + "\nnetns add " + robot_.network +
+                           "\nlink add name " + kDevice + " netns " + base_.network +
+                           " type veth peer name " + kDevice + " netns " + robot_.network + "\n");
   set_up(base_, cable);
   set_up(robot_, cable);
 }
@@ -95,11 +95,11 @@ void TwoHosts::set_up(const sim::LineEnd& end, const Cable& cable) const {
   // Loss is of datagrams, not of the trains they are sent in.
   if (cable.loss > 0) commands += device + " gso_max_segs 1\n";
   commands += "address add " + end.address + "/24 dev " + kDevice + "\n" + device + " up\n";
-  sim::run_or_fail({.command = {"ip", "-n", end.network, "-batch", "-"}}, commands);
-  if (cable.rate_bits > 0) sim::run_or_fail({.command = sim::shaping(end, cable, false)});
+  timsctl::run_or_fail({.command = {"ip", "-n", end.network, "-batch", "-"}}, commands);
+  if (cable.rate_bits > 0) timsctl::run_or_fail({.command = sim::shaping(end, cable, false)});
   if (cable.loss > 0)
-    sim::run_or_fail({.command = {"nft", "-f", "-"}, .network = end.network},
-                     sim::dropping(end, cable));
+    timsctl::run_or_fail({.command = {"nft", "-f", "-"}, .network = end.network},
+                         sim::dropping(end, cable));
 }
 
 const sim::LineEnd& TwoHosts::end(Side side) const { return side == Side::kBase ? base_ : robot_; }
@@ -112,7 +112,7 @@ std::vector<std::string> TwoHosts::enter(Side side) const {
 
 Result<void> TwoHosts::cut() const {
   return tried([this] {
-    sim::run_or_fail(
+    timsctl::run_or_fail(
         {.command = {"ip", "-n", robot_.network, "link", "set", "dev", kDevice, "down"}});
   });
 }
@@ -120,7 +120,7 @@ Result<void> TwoHosts::cut() const {
 Result<double> TwoHosts::received(Side side) const {
   std::string text;
   auto read = tried([&] {
-    text = sim::run({.command = {"cat", "/proc/net/dev"}, .network = end(side).network}).output;
+    text = timsctl::run({.command = {"cat", "/proc/net/dev"}, .network = end(side).network}).output;
   });
   if (!read) return read.error();
   return received_bytes(text, kDevice);

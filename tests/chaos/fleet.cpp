@@ -25,12 +25,12 @@ std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-sim::Ran run_timsctl(std::vector<std::string> words) {
+timsctl::Ran run_timsctl(std::vector<std::string> words) {
   words.insert(words.begin(), TIMSCTL_PROGRAM);
-  return sim::run({.command = std::move(words), .environment = {"TIMS_HOST="}});
+  return timsctl::run({.command = std::move(words), .environment = {"TIMS_HOST="}});
 }
 
-bool ends(const sim::Child& child) {
+bool ends(const timsctl::Child& child) {
   pollfd ready{child.descriptor(), POLLIN, 0};
   return ::poll(&ready, 1, test::kPatienceMs) > 0;
 }
@@ -40,7 +40,7 @@ bool ends(const sim::Child& child) {
 Fleet::Fleet(std::string name, const std::string& file, const std::string& folder)
     : name_(std::move(name)),
       log_(folder + "/fleet.log"),
-      child_(sim::Child::start(
+      child_(timsctl::Child::start(
           {.command = {TIMSCTL_PROGRAM, "sim", "up", file, "--fleet", name_, "--json"},
            .log = log_})) {
   for (;;) {
@@ -61,7 +61,7 @@ void Fleet::sim(std::vector<std::string> words) const {
   words.insert(words.begin(), "sim");
   words.insert(words.end(), {"--fleet", name_});
   const std::string text = fmt::format("timsctl {}", fmt::join(words, " "));
-  const sim::Ran ran = run_timsctl(std::move(words));
+  const timsctl::Ran ran = run_timsctl(std::move(words));
   if (ran.code != 0) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
 }
 
@@ -76,7 +76,7 @@ std::vector<std::string> Fleet::ended() const {
 std::vector<pid_t> Fleet::processes() const {
   std::vector<pid_t> all;
   for (const std::string& network : sim::networks_of(name_))
-    for (const pid_t pid : sim::processes_in(network)) all.push_back(pid);
+    for (const pid_t pid : timsctl::processes_in(network)) all.push_back(pid);
   return all;
 }
 
@@ -93,7 +93,7 @@ std::vector<std::string> Fleet::take_down() {
   up_ = false;
   std::vector<std::string> left;
   const std::vector<pid_t> pids = processes();
-  const sim::Ran down = run_timsctl({"sim", "down", name_});
+  const timsctl::Ran down = run_timsctl({"sim", "down", name_});
   if (down.code != 0) left.push_back("timsctl sim down: " + down.output);
   if (!ends(child_)) left.emplace_back("the process of the fleet does not end");
   for (const std::string& network : sim::networks_of(name_)) left.push_back("namespace " + network);

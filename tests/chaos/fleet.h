@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/timsctl/sim/process.h"
+#include "tools/timsctl/process.h"
 
 namespace tims::chaos {
 
@@ -34,7 +34,7 @@ class Fleet {
   const std::string name_;
   const std::string log_;
   bool up_ = true;
-  timsctl::sim::Child child_;
+  timsctl::Child child_;
 };
 
 }  // namespace tims::chaos

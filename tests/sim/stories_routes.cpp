@@ -139,6 +139,17 @@ TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
   }
 }
 
+// Originals send them with the priority of their data.
+TEST(Routes, TextsForPeopleAreTheLowestClass) {
+  Story s;
+  s.begin();
+  const std::uint64_t before = s.bytes_marked(8);
+  const Header text{.type = -126, .priority = 255, .dest = kTextSink, .src = kLadar};
+  for (int i = 0; i < 100; ++i) s.robot->send(s.now(), s.ladar, text, std::vector<std::byte>(100));
+  s.run_for(100ms);
+  EXPECT_GT(s.bytes_marked(8), before + 10'000);
+}
+
 TEST(Routes, SamplesKeepTheLatest) {
   Story s;
   s.begin();

@@ -1,7 +1,9 @@
 // A program of this host that does not keep to the local protocol: it is thrown out, and nobody
 // else notices.
 #include <cstring>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <random>
 #include <string>
@@ -9,6 +11,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -272,6 +275,38 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
     os::signal_event_fd(doorbell.get());
     if (!client.send(wire::Lookup{{Address(5)}}) || !client.receive()) break;  // it is awake
   }
+}
+
+// 'R': it runs, 'S': it waits for something to do.
+char state_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::size_t name_end = text.rfind(')');
+  return name_end + 2 < text.size() ? text[name_end + 2] : '?';
+}
+bool has_rung(const os::File& doorbell) {
+  pollfd look{doorbell.get(), POLLIN, 0};
+  return ::poll(&look, 1, 0) == 1;
+}
+
+// A closed mailbox is one whose owner need not wait: the router is the owner, and waits all the
+// same.
+TEST_F(HostileClientTest, AClientThatClosesItsUplink) {
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello_and_uplink());
+  const os::Mapping mapping = std::move(*os::Mapping::of(client.files()[0]));
+  const os::File doorbell = std::move(client.files()[1]);
+  shm::MailboxView::open(mapping.bytes(), 0)->header().closed.store(1U, std::memory_order_release);
+  os::signal_event_fd(doorbell.get());
+  // It sleeps when it is found so again and again.
+  int asleep = 0;
+  EXPECT_TRUE(eventually(
+      [&] {
+        const bool sleeps = !has_rung(doorbell) && state_of(router_.process().pid()) == 'S';
+        asleep = sleeps ? asleep + 1 : 0;
+        return asleep == 20;
+      },
+      "the router sleeps"));
 }
 
 // The flags of a shared descriptor are shared: the router must not wait where it reads it.

@@ -1,7 +1,8 @@
 // Programs of components at a router of the test's own, and proxies to talk to them.
 #pragma once
 
-#include <memory>
+#include <csignal>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,10 +31,15 @@ class ModulesTest : public LocalTest {
     command.insert(command.end(), arguments.begin(), arguments.end());
     auto child = ChildProcess::start(std::move(command), at_router());
     EXPECT_TRUE(child) << child.error().message();
-    auto& kept = programs_.emplace_back(std::make_unique<ChildProcess>(std::move(*child)));
-    const auto ready = kept->wait_for_line("Init");
+    ChildProcess& kept =
+        programs_.insert_or_assign(program, std::move(child).value()).first->second;
+    const auto ready = kept.wait_for_line("Init");
     EXPECT_TRUE(ready) << ready.error().message();
-    return *kept;
+    return kept;
+  }
+  void kill(const std::string& program) {
+    EXPECT_TRUE(programs_.at(program).stop(SIGKILL));
+    programs_.erase(program);
   }
 
   template <typename P>
@@ -45,7 +51,7 @@ class ModulesTest : public LocalTest {
   std::optional<Mailbox> work_;
 
  private:
-  std::vector<std::unique_ptr<ChildProcess>> programs_;
+  std::map<std::string, ChildProcess> programs_;  // one of each
 };
 
 }  // namespace tims::test

@@ -99,7 +99,7 @@ TEST_F(ModulesProgramsTest, ForgetListenersThatAreGone) {
 }
 
 TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
-  start_chassis();
+  auto& program = start("ChassisSim", {"--periodTime=20"});
   auto producer = chassis();
   ASSERT_TRUE(producer.on());
   constexpr int kMax = 64;
@@ -111,6 +111,7 @@ TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
     if (producer.get_cont_data(0, listeners.back().address())) ++taken;
   }
   EXPECT_EQ(taken, kMax);
+  EXPECT_TRUE(program.wait_for_line("it has 64 listeners already, no more fit"));
   EXPECT_EQ(status(), "enabled") << "listeners that never read stop nobody";
 }
 

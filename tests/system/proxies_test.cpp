@@ -64,7 +64,7 @@ std::vector<std::byte> encoded(const T& value, std::endian order = std::endian::
 
 template <typename T>
 T decoded(const PeekGuard& message) {
-  auto value = rack::decode<T>(message.body(), message.header().body_order());
+  auto value = rack::decode<T>({message.header(), message.body()});
   EXPECT_TRUE(value) << value.error().message();
   return value ? *std::move(value) : T{};
 }

@@ -1,45 +1,30 @@
 // A simulated robot: real components around a real router, and proxies to all of them.
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
 #include "proxies/chassis.h"
 #include "proxies/pilot.h"
 #include "proxies/position.h"
-#include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
-#include "tests/system/local_fixture.h"
+#include "tests/system/modules_fixture.h"
 
 namespace tims::test {
 
-class RobotTest : public LocalTest {
+class RobotTest : public ModulesTest {
  protected:
-  void SetUp() override {
-    LocalTest::SetUp();
-    session_.emplace(session());
-    work_.emplace(open(*session_, 0x000F0100, {.slots = 4, .body_max = 1U << 20}));
-  }
-
-  // Of bin/, ready for commands.
+  // Components that try again soon after an error.
   void start(const std::string& program, std::vector<std::string> arguments = {}) {
-    arguments.insert(arguments.begin(), {std::string(PROGRAMS) + "/" + program, "--router",
-                                         router_.socket_path(), "--errorTimeout", "100"});
-    auto started = ChildProcess::start(arguments);
-    ASSERT_TRUE(started.ok()) << started.error().message();
-    programs_.insert_or_assign(program, std::move(*started));
-  }
-  void kill(const std::string& program) {
-    EXPECT_TRUE(programs_.at(program).stop(SIGKILL).ok());
-    programs_.erase(program);
+    arguments.insert(arguments.begin(), "--errorTimeout=100");
+    ModulesTest::start(program, std::move(arguments));
   }
 
   template <typename Proxy>
   Proxy proxy(const std::string& address) {
     return Proxy(*work_, *Address::parse(address));
   }
-  // Programs take a while to start.
+  // What it lives on may not be ready yet.
   testing::AssertionResult turned_on(const std::string& address) {
     rack::Proxy component(*work_, *Address::parse(address));
     return eventually([&]() -> std::string {
@@ -47,10 +32,6 @@ class RobotTest : public LocalTest {
       return on ? "" : address + " is not on: " + on.error().message();
     });
   }
-
-  std::optional<Session> session_;
-  std::optional<Mailbox> work_;
-  std::map<std::string, ChildProcess> programs_;
 };
 
 }  // namespace tims::test

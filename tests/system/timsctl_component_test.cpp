@@ -49,6 +49,52 @@ TEST_F(TimsctlComponentTest, Parameters) {
   EXPECT_EQ(timsctl({"component", "param", "delete", "Chassis/0/0"}).code, 2);
 }
 
+TEST_F(TimsctlComponentTest, ShowTellsAll) {
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  const Ran text = timsctl({"component", "show", "Chassis/0/0"});
+  EXPECT_EQ(text.code, 0);
+  for (const char* part : {"State:", "Since:", "Watched:", "Period:", "vxMax "})
+    EXPECT_THAT(text.out, HasSubstr(part));
+  const json::object shown =
+      json_lines(timsctl({"component", "show", "Chassis/0/0", "--json"}).out).at(0);
+  EXPECT_EQ(shown.at("state").as_string(), "on");
+  EXPECT_TRUE(shown.at("member").as_bool());
+  EXPECT_EQ(shown.at("data").as_object().at("period_s").as_double(), 0.1);
+  EXPECT_EQ(shown.at("real_time").as_object().at("watch").as_string(), "off");
+}
+
+// The ladar of the test stands for an original one: it knows nothing but what those know.
+TEST_F(TimsctlComponentTest, ShowOfAnOriginalOne) {
+  auto child = start({"component", "show", "Ladar/0/0"});
+  ASSERT_TRUE(child);
+  answer(type::kGetStatus, type::kDisabled);
+  answer(type::kGetRuntime, type::kError);
+  const auto request = expect_request(type::kGetParam);
+  ASSERT_TRUE(request);
+  const std::uint32_t none = 0;
+  EXPECT_TRUE(ladar_->reply(*request, type::kParam, std::as_bytes(std::span(&none, 1))));
+  const Ran ran = finish(*child);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("off"));
+  EXPECT_THAT(ran.out, HasSubstr("not made with this runtime"));
+}
+
+TEST_F(TimsctlComponentTest, ShowNamesTheOffender) {
+  ChildOptions watched = options();
+  watched.environment.emplace_back("RACK_WATCH=1");
+  auto started = ChildProcess::start(
+      {std::string(TIMS_PROGRAMS) + "/tims-test-offender", "--targetStatus=1", "--deed=1"},
+      watched);
+  ASSERT_TRUE(started) << started.error().message();
+  EXPECT_TRUE(started->wait_for_line("Module on"));
+  if (timsctl({"component", "show", "Clock/0/0"}).out.find("Watched:      places\n") ==
+      std::string::npos)
+    GTEST_SKIP() << "the kernel shows no places here";
+  EXPECT_TRUE(started->wait_for_line("Not in real time: blocked in"));
+  const Ran ran = timsctl({"component", "show", "Clock/0/0"});
+  EXPECT_THAT(ran.out, HasSubstr("rack::deeds::takes_a_nap"));
+}
+
 TEST_F(TimsctlComponentTest, NobodyThere) {
   const Ran ran = timsctl({"component", "on", "Pilot/0/0"});
   EXPECT_EQ(ran.code, 4);

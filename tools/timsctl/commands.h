@@ -34,11 +34,18 @@ Exit mbx_show(Context& context);
 
 Exit component_list(Context& context);
 Exit component_status(Context& context);
+Exit component_show(Context& context);
 Exit component_on(Context& context);
 Exit component_off(Context& context);
 Exit component_param(Context& context);
 Exit component_data(Context& context);
+Exit component_pilot(Context& context);
 
+Exit up(Context& context);
+Exit down(Context& context);
+Exit robot_show(Context& context);
+
+Exit log_show(Context& context);
 Exit log_follow(Context& context);
 
 Exit ping(Context& context);

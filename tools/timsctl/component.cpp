@@ -10,6 +10,7 @@
 #include "proxies/generic.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/component_call.h"
+#include "tools/timsctl/component_parameters.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/show.h"
@@ -31,12 +32,6 @@ constexpr Column kList[] = {
     {"PID", "owner.pid"},
     {"VIA", "via"},
     {"AGE", "age_s", As::kDuration},
-};
-
-constexpr Column kParameters[] = {
-    {"PARAMETER", "name"},
-    {"VALUE", "value"},
-    {"TYPE", "type", As::kText, true},
 };
 
 bool is_component(tims::Address address, const tims::AddressWidths& widths) {
@@ -86,7 +81,7 @@ Exit turn_all(Context& context, bool on) {
   Exit exit = Exit::kDone;
   for (const tims::Address component :
        need_addresses(context.options.arguments, connection->widths())) {
-    const bool done = turn(context, call, component, on);
+    const bool done = waited(context, [&] { return turn(context, call, component, on); });
     if (!done) exit = Exit::kNo;
     if (context.out.json()) {
       context.out.write(json::object{{"schema", "tims/component_switched/1"},
@@ -102,30 +97,6 @@ Exit turn_all(Context& context, bool on) {
 }
 
 // --- parameters
-
-json::object parameter_json(const rack::Parameter& parameter) {
-  json::object item{{"name", parameter.name.view()}};
-  switch (parameter.type) {
-    case rack::Parameter::kInt:
-      item["type"] = "int";
-      item["value"] = parameter.valueInt;
-      break;
-    case rack::Parameter::kFloat:
-      item["type"] = "float";
-      item["value"] = parameter.valueFloat;
-      break;
-    default:
-      item["type"] = "string";
-      item["value"] = parameter.valueString.view();
-  }
-  return item;
-}
-
-rack::ParameterList get_parameters(ComponentCall& call, tims::Address component) {
-  const Message answer = call.ask(component, tims::type::kGetParam);
-  return value_or_fail(rack::decode<rack::ParameterList>(answer.body, answer.header.body_order()),
-                       call.name_of(component));
-}
 
 const rack::Parameter& find(const rack::ParameterList& list, std::string_view name,
                             const std::string& component) {
@@ -176,7 +147,7 @@ Exit param_get(Context& context) {
                                    {"address", address_json(component, connection->widths())},
                                    {"items", items}});
   } else {
-    context.out.write(render_items(items, kParameters, context.out.look()));
+    context.out.write(parameter_table(items, context.out.look()));
   }
   return Exit::kDone;
 }
@@ -191,9 +162,7 @@ Exit param_set(Context& context) {
   rack::ParameterList wish;
   wish.parameters.push_back(find(get_parameters(call, component), arguments[2], name));
   assign(wish.parameters[0], arguments[3]);
-  std::vector<std::byte> body(rack::encoded_size(wish));
-  (void)value_or_fail(rack::encode(wish, body), name);
-  if (call.ask(component, tims::type::kSetParam, body).header.type != tims::type::kOk)
+  if (call.ask(component, tims::type::kSetParam, wish).header.type != tims::type::kOk)
     throw Failure(Exit::kNo, "refused",
                   fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
                   "its --help says what it may be; `timsctl log follow` shows its words");
@@ -208,8 +177,12 @@ Exit component_list(Context& context) {
   const auto connection = context.connect();
   ComponentCall call(context, *connection);
   const auto ask = [&](AdminClient& admin) {
-    json::object answer = admin.ask(with_match({{"ask", "mailboxes"}}, context.options));
-    add_states(answer, call, admin.widths());
+    json::object answer;
+    waited(context, [&] {
+      answer = admin.ask(with_match({{"ask", "mailboxes"}}, context.options));
+      add_states(answer, call, admin.widths());
+      return !items_of(std::as_const(answer)).empty();
+    });
     const std::string& by = context.options.sort;
     if (!by.empty()) sort_items(items_of(answer), kList, by);
     return answer;
@@ -225,7 +198,12 @@ Exit component_status(Context& context) {
   const auto connection = context.connect();
   ComponentCall call(context, *connection);
   const auto components = need_addresses(context.options.arguments, connection->widths());
-  const auto states = call.states(components);
+  std::vector<std::optional<std::int8_t>> states;
+  waited(context, [&] {
+    states = call.states(components);
+    return std::ranges::all_of(states,
+                               [](const auto& state) { return state == tims::type::kEnabled; });
+  });
   Exit exit = Exit::kDone;
   for (std::size_t i = 0; i < components.size(); ++i) {
     const std::string state = states[i] ? state_text(*states[i]) : "silent";
@@ -258,7 +236,11 @@ Exit component_data(Context& context) {
   const tims::Address component =
       need_address(context.options.arguments.front(), connection->widths());
   const std::vector<std::byte> newest(sizeof(std::uint32_t));  // GET_DATA of time 0
-  const Message answer = call.ask(component, tims::type::kGetData, newest);
+  Message answer;
+  waited(context, [&] {
+    answer = call.ask(component, tims::type::kGetData, newest);
+    return answer.header.type == tims::type::kData;
+  });
   if (answer.header.type != tims::type::kData)
     throw Failure(Exit::kNo, "no_data", call.name_of(component) + " has no data",
                   "is it on? `timsctl component status ADDR`");

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "os/clock.h"
-#include "tools/timsctl/failure.h"
 
 namespace timsctl {
 
@@ -44,6 +43,21 @@ std::vector<std::optional<std::int8_t>> ComponentCall::states(
     state = message->header.type;
   }
   return states;
+}
+
+bool waited(const Context& context, const std::function<bool()>& attempt) {
+  constexpr tims::Duration kPause = std::chrono::milliseconds(50);
+  const tims::Time deadline =
+      tims::os::deadline_after(context.options.wait.value_or(tims::Duration{}));
+  for (;;) {
+    try {
+      if (attempt()) return true;
+      if (tims::os::now() >= deadline) return false;
+    } catch (const Failure&) {
+      if (tims::os::now() >= deadline) throw;
+    }
+    context.signals.sleep_until(tims::os::now() + kPause);
+  }
 }
 
 std::string state_text(std::int8_t state) {

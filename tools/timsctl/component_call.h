@@ -1,11 +1,14 @@
 // A command to a component and its answer: one question at a time on a connection.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
+#include "proxies/codec/codec.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/context.h"
+#include "tools/timsctl/failure.h"
 
 namespace timsctl {
 
@@ -18,9 +21,17 @@ class ComponentCall {
   Message ask(tims::Address component, std::int8_t type, std::span<const std::byte> body = {},
               std::optional<tims::Duration> timeout = {});
 
+  template <rack::Struct Body>
+  Message ask(tims::Address component, std::int8_t type, const Body& body) {
+    std::vector<std::byte> bytes(rack::encoded_size(body));
+    (void)value_or_fail(rack::encode(body, bytes), name_of(component));
+    return ask(component, type, std::span<const std::byte>(bytes));
+  }
+
   // The states of many at once, in their order; who does not answer in time has none.
   std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components);
 
+  [[nodiscard]] const Context& context() const { return context_; }
   [[nodiscard]] std::string name_of(tims::Address address) const {
     return address.to_string(connection_.widths());
   }
@@ -29,6 +40,10 @@ class ComponentCall {
   Context& context_;
   Connection& connection_;
 };
+
+// Whether it is so: asked once, and with --wait again and again until it is or the time is over.
+// What the last attempt throws is thrown.
+bool waited(const Context& context, const std::function<bool()>& attempt);
 
 // "on", "off", "error"; "answer -7" for what is none of these.
 std::string state_text(std::int8_t state);

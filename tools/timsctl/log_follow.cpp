@@ -1,74 +1,177 @@
-// timsctl log follow: what components say to people.
+// timsctl log follow: what components say to people, as they say it.
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "proxies/gdos.h"
+#include "proxies/gdos_log.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
+#include "tools/timsctl/failure.h"
 #include "tools/timsctl/humanize.h"
-#include "tools/timsctl/message_text.h"
+#include "tools/timsctl/missed.h"
+#include "tools/timsctl/subscription.h"
+#include "tools/timsctl/text_filter.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
 namespace {
 
-Tone tone_of(rack::gdos::Level level) {
-  switch (level) {
-    case rack::gdos::Level::kError:
-      return Tone::kBad;
-    case rack::gdos::Level::kWarning:
-      return Tone::kWarning;
-    case rack::gdos::Level::kInfo:
-      return Tone::kGood;
-    case rack::gdos::Level::kDetail:
-      return Tone::kDim;
-    case rack::gdos::Level::kPrint:
-      break;
-  }
-  return Tone::kPlain;
+using rack::gdos::Record;
+
+rack::gdos::RecordTime now_ms() {
+  return std::chrono::floor<std::chrono::milliseconds>(wall_now());
 }
 
-void tell(Context& context, const Connection& connection, const Message& message,
-          rack::gdos::Level level) {
-  const auto widths = connection.widths();
-  const auto decoded = rack::gdos::decode(message.body, message.header.body_order(), widths);
-  const std::string text = decoded ? *decoded : decoded.error().detail() + " (malformed)";
-  const WallTime now = wall_now();
-  if (context.out.json())
-    return context.out.write(json::object{{"schema", "tims/text/1"},
-                                          {"time", rfc3339(now)},
-                                          {"address", address_json(message.header.src, widths)},
-                                          {"level", rack::gdos::name(level)},
-                                          {"text", text}});
-  const std::string line =
-      fmt::format("{} {:<18} {:<7} {}", time_of_day(now, context.options.utc),
-                  message.header.src.to_string(widths), rack::gdos::name(level), text);
-  context.out.write(paint(line, tone_of(level), context.out.look().colour) + "\n");
+class Follower {
+ public:
+  explicit Follower(Context& context)
+      : context_(context),
+        left_(context.options.count.value_or(UINT64_MAX)),
+        end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
+                                     : tims::kNever) {}
+
+  Exit own_sink(Connection& connection);
+  Exit subscribe(Connection& connection, tims::Address log);
+
+ private:
+  void tell(const Record& record);
+  std::optional<Record> text_of(const Message& message, const tims::AddressWidths& widths) const;
+  static std::optional<Record> record_of(const Message& message, const tims::AddressWidths& widths);
+  void note_state(const Subscription& log, const std::string& name);
+  [[nodiscard]] Exit end() const {
+    return left_ > 0 && context_.options.count ? Exit::kTimeout : Exit::kDone;
+  }
+
+  Context& context_;
+  std::uint64_t left_;
+  tims::Time end_;
+  TextFilter filter_;
+  Missed missed_{"texts"};
+  Subscription::State state_ = Subscription::State::kAsking;
+};
+
+void Follower::tell(const Record& record) {
+  if (!filter_.passes(record)) return;
+  --left_;
+  show_text(context_.out, record, false);
+}
+
+// --- as the owner of the sink
+
+std::optional<Record> Follower::text_of(const Message& message,
+                                        const tims::AddressWidths& widths) const {
+  const auto level = rack::gdos::level_of(message.header.type);
+  if (!level) return std::nullopt;
+  const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
+  return Record{.time = now_ms(),
+                .address = message.header.src,
+                .component = message.header.src.to_string(widths),
+                .level = *level,
+                .text = words ? *words : words.error().detail() + " (malformed)"};
+}
+
+Exit Follower::own_sink(Connection& connection) {
+  filter_ = text_filter(context_.options, connection.widths(), now_ms());
+  while (left_ > 0) {
+    const auto message = receive(connection, context_.signals, end_);
+    if (!message) break;
+    missed_.note(connection, context_.out);
+    if (const auto record = text_of(*message, connection.widths())) tell(*record);
+  }
+  return end();
+}
+
+// --- as a listener of the log
+
+// Its clock may be another one: the time is the log's own, in the turn of the counter nearest to
+// ours.
+std::optional<Record> Follower::record_of(const Message& message,
+                                          const tims::AddressWidths& widths) {
+  rack::GdosData data;
+  if (message.header.type != tims::type::kData) return std::nullopt;
+  if (!rack::decode(message.body, message.header.body_order(), data)) return std::nullopt;
+  const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
+  if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
+  const auto now = now_ms();
+  const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
+  return Record{.time = now - age,
+                .address = data.sender,
+                .component = data.sender.to_string(widths),
+                .level = *level,
+                .text = std::string(data.words())};
+}
+
+void Follower::note_state(const Subscription& log, const std::string& name) {
+  if (log.state() == state_) return;
+  const bool first = state_ == Subscription::State::kAsking;
+  state_ = log.state();
+  if (state_ == Subscription::State::kNoMailbox && first)
+    throw Failure(Exit::kNoSuch, "no_such_mailbox", name + ": nobody has registered this address",
+                  "`timsctl component list GDOS` shows all logs");
+  if (state_ == Subscription::State::kOff || state_ == Subscription::State::kNoMailbox)
+    context_.out.note(name + " has no texts now, waiting");
+}
+
+Exit Follower::subscribe(Connection& connection, tims::Address log) {
+  filter_ = text_filter(context_.options, connection.widths(), now_ms());
+  const std::string name = log.to_string(connection.widths());
+  Subscriptions subscriptions(connection, {log}, 0);
+  const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
+  while (left_ > 0 && tims::os::now() < end_) {
+    const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
+    const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
+    note_state(subscriptions.all().front(), name);
+    missed_.note(connection, context_.out);
+    const auto record = data ? record_of(data->message, connection.widths()) : std::nullopt;
+    if (record) tell(*record);
+    if (state_ == Subscription::State::kAsking && tims::os::now() > patience)
+      throw Failure(Exit::kTimeout, "timeout", name + " does not answer GET_CONT_DATA");
+  }
+  return end();
+}
+
+// Who keeps the texts says where they are to be had; another owner of the sink says nothing.
+std::optional<tims::Address> ask_for_log(Context& context, Connection& connection) {
+  const std::uint8_t seq_nr = connection.next_seq_nr();
+  if (!connection.send(
+          {.dest = rack::gdos::kSink, .type = rack::GdosLogType::kGetLog, .seq_nr = seq_nr}, {}))
+    return std::nullopt;
+  const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
+  while (const auto message = receive(connection, context.signals, deadline)) {
+    if (message->header.src != rack::gdos::kSink || message->header.seq_nr != seq_nr) continue;
+    if (message->header.type != rack::GdosLogType::kLog) return std::nullopt;
+    const auto answer =
+        rack::decode<rack::GdosLogAddress>(message->body, message->header.body_order());
+    return answer ? std::optional(answer->log) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
 Exit log_follow(Context& context) {
-  // The sink has an address of its own, and one owner.
-  const auto connection =
-      context.connect({.address = rack::gdos::kSink.to_hex(), .slots = 1024, .body_max = 1024});
-  std::uint64_t left = context.options.count.value_or(UINT64_MAX);
-  const tims::Time end =
-      context.options.run_for ? tims::os::deadline_after(*context.options.run_for) : tims::kNever;
-  std::uint64_t missed = 0;
-  while (left > 0) {
-    const auto message = receive(*connection, context.signals, end);
-    if (!message) break;
-    if (const std::uint64_t all = connection->missed(); all != missed) {
-      context.out.note(fmt::format("{} texts were lost: too fast for this output", all - missed));
-      missed = all;
-    }
-    const auto level = rack::gdos::level_of(message->header.type);
-    if (!level) continue;
-    --left;
-    tell(context, *connection, *message, *level);
+  const MailboxWish listener{.address = {}, .slots = 1024, .body_max = 2048};
+  Follower follower(context);
+  if (!context.options.arguments.empty()) {
+    const std::string& log = context.options.arguments.front();
+    (void)need_address(log, kAnyWidths);
+    const auto connection = context.connect(listener);
+    return follower.subscribe(*connection, need_address(log, connection->widths()));
   }
-  return left > 0 && context.options.count ? Exit::kTimeout : Exit::kDone;
+  std::unique_ptr<Connection> sink;
+  std::optional<Failure> in_use;
+  try {
+    sink =
+        context.connect({.address = rack::gdos::kSink.to_hex(), .slots = 1024, .body_max = 1024});
+  } catch (const Failure& failure) {
+    if (failure.exit != Exit::kDenied) throw;
+    in_use = failure;
+  }
+  if (sink) return follower.own_sink(*sink);
+  const auto connection = context.connect(listener);
+  const auto log = ask_for_log(context, *connection);
+  if (!log) throw Failure(*in_use);
+  return follower.subscribe(*connection, *log);
 }
 
 }  // namespace timsctl

@@ -7,6 +7,7 @@
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/message_text.h"
+#include "tools/timsctl/missed.h"
 #include "tools/timsctl/subscription.h"
 #include "tools/timsctl/values.h"
 
@@ -30,7 +31,6 @@ class Echo {
 
  private:
   void tell(const Message& message);
-  void note_missed();
   void note_changes(const Subscriptions& subscriptions);
   [[nodiscard]] std::string name_of(tims::Address address) const {
     return address.to_string(connection_.widths());
@@ -46,7 +46,7 @@ class Echo {
   std::uint64_t told_ = 0;
   tims::Time end_;
   std::vector<Subscription::State> states_;
-  std::uint64_t missed_ = 0;
+  Missed missed_{"messages"};
 };
 
 void Echo::tell(const Message& message) {
@@ -60,16 +60,6 @@ void Echo::tell(const Message& message) {
                           {.widths = widths,
                            .utc = context_.options.utc,
                            .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
-}
-
-// Too many, or too large for the mailbox.
-void Echo::note_missed() {
-  if (connection_.missed() == missed_) return;
-  context_.out.note(
-      fmt::format("{} messages were lost: too fast for this output, or larger than "
-                  "--body-max",
-                  connection_.missed() - missed_));
-  missed_ = connection_.missed();
 }
 
 // What does not come says why. Alone and without -n or --for, an address that nobody has is an
@@ -108,7 +98,7 @@ Exit Echo::subscribe() {
     const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
     const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
     note_changes(subscriptions);
-    note_missed();
+    missed_.note(connection_, context_.out);
     if (data) tell(data->message);
     const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
     if (components.size() == 1 && asking && tims::os::now() > patience)
@@ -125,7 +115,7 @@ Exit Echo::listen() {
     const auto message = receive(connection_, context_.signals, end_);
     if (!message) break;
     tell(*message);
-    note_missed();
+    missed_.note(connection_, context_.out);
     // Who sends a command waits for an answer; this one is of nobody who can carry it out.
     if (message->header.type > 0)
       (void)connection_.send({.dest = message->header.src,

@@ -36,9 +36,9 @@ std::uint32_t size(string_view text) {
   return need(parse_size(text), "a size such as 64, 4KiB or 1MiB", text);
 }
 std::uint64_t count(string_view text) { return need(parse_count(text), "a count", text); }
-std::uint8_t priority(string_view text) {
+std::uint8_t byte(string_view what, string_view text) {
   const auto value = count(text);
-  if (value > 255) refuse("a priority from 0 to 255", text);
+  if (value > 255) refuse(what, text);
   return static_cast<std::uint8_t>(value);
 }
 double rate(string_view text) {
@@ -47,7 +47,8 @@ double rate(string_view text) {
     value = std::stod(std::string(text));
   } catch (const std::exception&) {
   }
-  if (!(value > 0 && value <= 100'000)) refuse("a rate in Hz, above 0 and up to 100000", text);
+  const bool good = value > 0 && value <= 100'000;  // NaN is not
+  if (!good) refuse("a rate in Hz, above 0 and up to 100000", text);
   return value;
 }
 
@@ -115,7 +116,7 @@ constexpr OptionRow kRows[] = {
     {"rate", 0, "HZ", "send again and again",
      [](Options& o, string_view v) { o.rate_hz = rate(v); }},
     {"priority", 0, "P", "0 to 255; higher is more urgent",
-     [](Options& o, string_view v) { o.priority = priority(v); }},
+     [](Options& o, string_view v) { o.priority = byte("a priority from 0 to 255", v); }},
     {"size", 's', "BYTES", "bytes to add to each question to the router",
      [](Options& o, string_view v) { o.size_bytes = size(v); }},
     {"body-max", 0, "SIZE", "largest body to receive (default 4MiB)",
@@ -139,6 +140,24 @@ constexpr OptionRow kRows[] = {
      [](Options& o, string_view v) { o.fleet = v; }},
     {"link", 0, "NAME", "a link of the router that is asked, by the other router's name; or all",
      [](Options& o, string_view v) { o.link = v; }},
+    {"system", 0, "N", "the robot's number, 0 to 255, in place of the file's",
+     [](Options& o, string_view v) { o.system = byte("a system from 0 to 255", v); }},
+    {"on", 0, "HOST", "only what the file has for this host, here",
+     [](Options& o, string_view v) { o.on = v; }},
+    {"wait", 0, "[30s]", "try again until it is so, at most 30 seconds or as long as said",
+     [](Options& o, string_view v) { o.wait = duration(v); }},
+    {"component", 'c', "GLOB", "only texts of these components",
+     [](Options& o, string_view v) { o.component = v; }},
+    {"level", 'l', "LEVEL",
+     "print, error, warning, info or detail: this and what is more important",
+     [](Options& o, string_view v) {
+       o.level = need(rack::gdos::level_of(v), "one of print, error, warning, info, detail", v);
+     }},
+    {"since", 'S', "TIME", "not before: 10min (ago), 03:15, 2026-11-22, '2026-11-22 03:15'",
+     [](Options& o, string_view v) { o.since = v; }},
+    {"until", 'U', "TIME", "not later than this", [](Options& o, string_view v) { o.until = v; }},
+    {"directory", 'D', "DIR", "where gdos-log keeps its files",
+     [](Options& o, string_view v) { o.directory = v; }},
     {"detach", 0, "", "go on in the background once it is up",
      [](Options& o, string_view) { o.detach = true; }},
 };

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "proxies/gdos.h"
 #include "tims/time.h"
 
 namespace timsctl {
@@ -48,6 +49,14 @@ struct Options {
   std::string style;  // doctor --format
   std::string fleet;  // of sim
   std::string link;   // of sim fault
+  std::string on;     // of up: a host
+  std::optional<std::int64_t> system;
+  std::optional<tims::Duration> wait;  // of component
+  std::string component;               // of log: whose texts
+  std::optional<rack::gdos::Level> level;
+  std::string since;
+  std::string until;
+  std::string directory;
   bool yes = false;
   bool raw = false;
   bool no_wait = false;

@@ -1,16 +1,14 @@
 // timsctl sim: a fleet of robots on this machine, in network namespaces.
+#include <filesystem>
 #include <fstream>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "os/clock.h"
-#include "os/file.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
-#include "tools/timsctl/sim/process.h"
+#include "tools/timsctl/detach.h"
+#include "tools/timsctl/process.h"
 #include "tools/timsctl/sim/state.h"
 #include "tools/timsctl/sim/supervisor.h"
 
@@ -55,37 +53,6 @@ Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void
   return fleet.failures() == 0 ? Exit::kDone : Exit::kNo;
 }
 
-// The fleet goes on in a process of its own; what it says goes to its log.
-Exit run_detached(Context& context, const sim::Plan& plan) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Failure(Exit::kNo, "system", "pipe: no free file descriptor");
-  const tims::os::File read_end(ends[0]);
-  tims::os::File write_end(ends[1]);
-  const pid_t pid = ::fork();
-  if (pid < 0) throw Failure(Exit::kNo, "system", "fork: the system has no room for a process");
-  if (pid == 0) {
-    ::setsid();
-    return run_fleet(context, plan, [&] {
-      const std::string log = plan.folder + "/log";
-      const tims::os::File file(
-          ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-      const tims::os::File null(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-      ::dup2(null.get(), STDIN_FILENO);
-      ::dup2(file.get(), STDOUT_FILENO);
-      ::dup2(file.get(), STDERR_FILENO);
-      [[maybe_unused]] const ssize_t n = ::write(write_end.get(), "1", 1);
-      write_end.reset();
-    });
-  }
-  write_end.reset();
-  char ready = 0;
-  if (::read(read_end.get(), &ready, 1) == 1) return Exit::kDone;
-  int status = 0;
-  ::waitpid(pid, &status, 0);
-  return WIFEXITED(status) ? static_cast<Exit>(WEXITSTATUS(status)) : Exit::kNo;
-}
-
 Exit ask(Context& context, const json::object& question) {
   sim::need_root();
   const std::string fleet = sim::chosen_fleet(context.options.fleet);
@@ -100,9 +67,13 @@ Exit ask(Context& context, const json::object& question) {
 }  // namespace
 
 Exit sim_up(Context& context) {
-  const sim::Plan plan = sim::make_plan(read_fleet_file(context));
+  sim::Plan plan = sim::make_plan(read_fleet_file(context));
+  plan.programs_folder = std::filesystem::path(context.options.arguments.front()).parent_path();
   sim::need_root();
-  if (context.options.detach) return run_detached(context, plan);
+  if (context.options.detach)
+    return run_detached(plan.folder + "/log", [&](const std::function<void()>& ready) {
+      return run_fleet(context, plan, ready);
+    });
   return run_fleet(context, plan, [&] {
     context.out.note(
         fmt::format("fleet {} is up: `timsctl sim show`, `timsctl sim exec base "

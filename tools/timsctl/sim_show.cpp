@@ -3,7 +3,8 @@
 
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
-#include "tools/timsctl/sim/process.h"
+#include "tools/timsctl/process.h"
+#include "tools/timsctl/sim/plan.h"
 #include "tools/timsctl/sim/quality.h"
 #include "tools/timsctl/sim/state.h"
 
@@ -125,9 +126,9 @@ Exit sim_exec(Context& context) {
     const json::object& host = value.as_object();
     names.push_back(text_at(host, "name"));
     if (names.back() != arguments.front()) continue;
-    sim::become({.command = {arguments.begin() + 1, arguments.end()},
-                 .network = text_at(host, "network"),
-                 .environment = {"TIMS_ROUTER=" + text_at(host, "router"), "TIMS_HOST="}});
+    become({.command = {arguments.begin() + 1, arguments.end()},
+            .network = text_at(host, "network"),
+            .environment = sim::environment_at(text_at(host, "router"))});
   }
   throw sim::no_such("host", arguments.front(),
                      std::vector<std::string_view>(names.begin(), names.end()));

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 #include <poll.h>
 
 #include "os/clock.h"
+#include "proxies/codec/codec.h"
+#include "proxies/generic.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {
@@ -22,10 +23,11 @@ constexpr tims::Duration kAskSilentAgain = 10s;
 constexpr tims::Duration kStopPatience = 300ms;
 constexpr std::uint8_t kStopPriority = 255;  // its answer must not be lost behind data
 
-std::uint32_t read_u32(const Message& message) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, message.body.data(), sizeof value);
-  return message.header.body_order() == std::endian::native ? value : __builtin_bswap32(value);
+template <rack::Struct Body>
+tims::Result<void> send(Connection& connection, const tims::Envelope& envelope, const Body& body) {
+  std::array<std::byte, rack::wire_size<Body>()> bytes{};
+  if (const auto size = rack::encode(body, bytes); !size) return size.error();
+  return connection.send(envelope, bytes);
 }
 
 }  // namespace
@@ -39,9 +41,8 @@ tims::Result<void> Subscription::on_time(Connection& connection, tims::Time now)
   if (now < next_question_) return {};
   next_question_ = now + kAskOffAgain;
   asked_ = true;
-  const std::array<std::uint32_t, 2> body{period_ms_, connection.address().raw()};
-  return connection.send({.dest = component_, .type = tims::type::kGetContData},
-                         std::as_bytes(std::span(body)));
+  return send(connection, {.dest = component_, .type = tims::type::kGetContData},
+              rack::GetContDataRequest{period_ms_, connection.address()});
 }
 
 void Subscription::heard(State state, tims::Time ask_again_at) {
@@ -52,7 +53,9 @@ void Subscription::heard(State state, tims::Time ask_again_at) {
 bool Subscription::on_message(const Message& message, tims::Time now) {
   switch (message.header.type) {
     case tims::type::kContData:
-      if (message.body.size() >= 4) granted_ms_ = read_u32(message);
+      if (const auto reply =
+              rack::decode<rack::ContDataReply>(message.body, message.header.body_order()))
+        granted_ms_ = reply->periodTime;
       heard(State::kRunning, now + kAskSilentAgain);
       return false;
     case tims::type::kError:
@@ -72,10 +75,9 @@ bool Subscription::on_message(const Message& message, tims::Time now) {
 }
 
 void Subscription::stop(Connection& connection) const {
-  const std::uint32_t mailbox = connection.address().raw();
-  (void)connection.send(
-      {.dest = component_, .type = tims::type::kStopContData, .priority = kStopPriority},
-      std::as_bytes(std::span(&mailbox, 1)));
+  (void)send(connection,
+             {.dest = component_, .type = tims::type::kStopContData, .priority = kStopPriority},
+             rack::StopContDataRequest{connection.address()});
 }
 
 Subscriptions::Subscriptions(Connection& connection, const std::vector<tims::Address>& components,

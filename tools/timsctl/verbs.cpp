@@ -60,29 +60,56 @@ constexpr Verb kVerbs[] = {
     {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
      "timsctl mbx show Ladar/3/0", mbx_show},
 
-    {"component", "list", "[GLOB]", 0, 1, kShowOptions, false,
-     "Components, and whether they are on: all that have a mailbox here or behind a link.",
+    {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait", false,
+     "Components, and whether they are on: all that have a mailbox here or behind a link. --wait: "
+     "until there is one.",
      "timsctl component list 'Ladar(*/*)'", component_list},
-    {"component", "status", "ADDR...", 1, 64, "", false,
-     "Whether components are on. Exit status 1: one is not.",
+    {"component", "status", "ADDR...", 1, 64, "wait", false,
+     "Whether components are on. Exit status 1: one is not. --wait: until all are.",
      "timsctl component status Chassis/1/0 Pilot/1/0", component_status},
-    {"component", "on", "ADDR...", 1, 64, "", false,
-     "Turns components on, one after the other, and waits until each has done so.",
-     "timsctl component on Pilot/1/1", component_on},
-    {"component", "off", "ADDR...", 1, 64, "no-wait", false,
+    {"component", "show", "ADDR", 1, 1, "", false,
+     "All about one component: since when it is on, its parameters, who gets its data, and where "
+     "it was not in real time (components with a real-time priority watch themselves, others when "
+     "they are started with RACK_WATCH=1).",
+     "timsctl component show Chassis/1/0", component_show},
+    {"component", "on", "ADDR...", 1, 64, "wait", false,
+     "Turns components on, one after the other, and waits until each has done so. --wait: tries "
+     "again when one is not there yet or says no.",
+     "timsctl component on Pilot/1/1 --wait", component_on},
+    {"component", "off", "ADDR...", 1, 64, "no-wait wait", false,
      "Turns components off, and waits until they are.", "timsctl component off Pilot/1/1",
      component_off},
-    {"component", "param", "get|set ADDR [NAME] [VALUE]", 2, 4, "", false,
+    {"component", "param", "get|set ADDR [NAME] [VALUE]", 2, 4, "wait", false,
      "Parameters of a component: all, one, or a new value for one.",
      "timsctl component param set Chassis/1/0 vxMax 500", component_param},
-    {"component", "data", "ADDR", 1, 1, "body-max", false,
-     "The newest data of a component, field by field.", "timsctl component data Position/1/0",
-     component_data},
+    {"component", "data", "ADDR", 1, 1, "body-max wait", false,
+     "The newest data of a component, field by field. --wait: until it has some.",
+     "timsctl component data Position/1/0", component_data},
+    {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
+     "Which pilot may drive a chassis; with PILOT: it may from now on, and no other.",
+     "timsctl component pilot Chassis/1/0 Pilot/1/1", component_pilot},
 
-    {"log", "follow", "", 0, 0, "count once for", true,
-     "What components say: time, who, how important, and the words. Only one program can listen: "
-     "the console of the original is another.",
-     "timsctl log follow", log_follow},
+    {"up", "", "FILE", 1, 1, "system on for detach", true,
+     "Starts the components of a robot at the router of -H, passes on what they say, and starts "
+     "again what crashes. Runs until Ctrl-C and ends them then. FILE - is stdin. Exit status 1: a "
+     "component ended and stayed down.",
+     "timsctl up deploy/robots/sim.toml --system 1", up},
+    {"down", "", "[NAME]", 0, 1, "", false, "Ends a robot that `up` has started, on this host.",
+     "timsctl down sim-1", down},
+
+    {"log", "show", "", 0, 0, "component level since until count once directory", false,
+     "What components have said, from the files of gdos-log on this host; needs no router. -n: the "
+     "newest. Exit status 1: nothing.",
+     "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
+    {"robot", "show", "", 0, 0, "", false,
+     "Robots that `up` has started on this host: their programs, and how they are.",
+     "timsctl robot", robot_show},
+
+    {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
+     "What components say: time, who, how important, and the words. From gdos-log where it runs, "
+     "also on another robot (ADDR); else from the components themselves, and then only one program "
+     "can listen.",
+     "timsctl log follow GDOS/3/1 -l warning", log_follow},
 
     {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
      "Round trips to a component or a router. A component is asked GET_STATUS, a router (`router`, "

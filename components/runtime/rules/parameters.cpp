@@ -98,7 +98,13 @@ std::string allowed(const ParameterInfo& info) {
 Parameters::Parameters(std::string_view program, std::span<const ParameterInfo> own)
     : program_(program) {
   for (const auto infos : {common_parameters(), own}) {
-    for (const ParameterInfo& info : infos) entries_.push_back({&info, initial_of(info)});
+    for (const ParameterInfo& info : infos) {
+      if (Entry* common = find(info.name)) {
+        *common = {&info, initial_of(info)};
+      } else {
+        entries_.push_back({&info, initial_of(info)});
+      }
+    }
   }
 }
 

@@ -32,7 +32,8 @@ std::span<const ParameterInfo> common_parameters();
 
 class Parameters {
  public:
-  // `program` is what the first record of the list says. The infos must outlive this.
+  // `program` is what the first record of the list says. The infos must outlive this. One of `own`
+  // with a common name takes its place: another default.
   Parameters(std::string_view program, std::span<const ParameterInfo> own);
 
   [[nodiscard]] const std::string& program() const { return program_; }

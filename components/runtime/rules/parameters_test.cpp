@@ -46,6 +46,16 @@ TEST_F(ParametersTest, BeginWithWhatWasDeclared) {
   EXPECT_EQ(parameters.text("mapFile"), "");
 }
 
+TEST(Parameters, ACommonOneCanHaveAnotherDefault) {
+  static constexpr std::array<ParameterInfo, 2> kOfLog = {
+      {{"instance", 1, "instance id", 1, 255}, {"folder", "", "where"}}};
+  Parameters parameters("gdos-log", kOfLog);
+  EXPECT_EQ(parameters.integer("instance"), 1);
+  EXPECT_FALSE(parameters.set("instance", "0")) << "its range, too";
+  EXPECT_EQ(parameters.list().parameters[2].name, "instance") << "in its usual place";
+  EXPECT_EQ(parameters.list().parameters.size(), 1 + common_parameters().size() + 1);
+}
+
 TEST_F(ParametersTest, AreListedInTheOrderOfTheOriginal) {
   const ParameterList list = parameters.list();
   const std::array<std::string_view, 13> names = {

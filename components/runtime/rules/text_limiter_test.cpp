@@ -30,5 +30,18 @@ TEST(TextLimiter, RecoversWhileNothingIsSaid) {
   EXPECT_EQ(passed, TextLimiter::kBurst);
 }
 
+TEST(TextLimiter, BurstAndRateCanBeOthers) {
+  TextLimiter limiter(2, 1s);
+  const tims::Time now(1000s);
+  EXPECT_TRUE(limiter.is_idle(now));
+  EXPECT_TRUE(limiter.take(now));
+  EXPECT_TRUE(limiter.take(now));
+  EXPECT_FALSE(limiter.take(now));
+  EXPECT_FALSE(limiter.is_idle(now + 1h)) << "one is to be told";
+  (void)limiter.take_suppressed();
+  EXPECT_FALSE(limiter.is_idle(now + 1s));
+  EXPECT_TRUE(limiter.is_idle(now + 2s));
+}
+
 }  // namespace
 }  // namespace rack

@@ -100,6 +100,10 @@ class Address {
   std::uint32_t raw_ = 0;
 };
 
+// Where every component of every robot sends its texts for people, whatever the widths. Each router
+// has its own: it is never told to other routers, so a text ends at the nearest one upwards.
+inline constexpr Address kTextSink{0x00010000};
+
 // "*", "Ladar(*/*)", "*(3/0)", "Ladar(3/0):*", "0x03140002". A form with parentheses and without
 // ":local" matches every local id: it names the component.
 class AddressPattern {

@@ -49,6 +49,11 @@ inline constexpr std::int8_t kStopContData = 7;
 inline constexpr std::int8_t kGetNextData = 8;
 inline constexpr std::int8_t kGetParam = 9;
 inline constexpr std::int8_t kSetParam = 10;
+// Of our own runtime: programs of the original answer ERROR.
+inline constexpr std::int8_t kGetRuntime = 15;
+inline constexpr std::int8_t kGetListeners = 16;
+inline constexpr std::int8_t kRuntime = -15;
+inline constexpr std::int8_t kListeners = -16;
 // Router administration: JSON in the body, to dest = src = 0 or to a router's own address.
 inline constexpr std::int8_t kAdminRequest = 64;
 inline constexpr std::int8_t kAdminReply = -64;

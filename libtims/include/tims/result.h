@@ -29,6 +29,7 @@ enum class Errc : std::uint8_t {
   kSystem,           // the operating system refused; the detail has its words
   kAnsweredError,    // the component answered ERROR; it says why in its text messages
   kMalformed,        // bytes that are not the message they should be; the detail names the field
+  kDiskFull,         // no room for a file; the detail names it
 };
 
 // One word for scripts and JSON ("address_in_use") and one sentence for people.

@@ -9,10 +9,9 @@
 
 #include "router/config/load.h"
 #include "tools/timsctl/sim/quality.h"
+#include "tools/timsctl/split_command.h"
 
 namespace timsctl::sim {
-
-using CommandLine = std::vector<std::string>;
 
 // What runs on a host beside its router.
 struct HostPrograms {
@@ -58,8 +57,5 @@ FleetFile read_fleet(const tims::config::File& file);
 inline constexpr std::size_t kFleetNameMax = 15;
 // Small letters and digits, and not too many: it becomes a part of names of namespaces.
 bool is_fleet_name(std::string_view name);
-
-// "tims-demo ladar --at 'Ladar(1/0)'" as a shell would cut it. nothing: a quote is not closed.
-std::optional<CommandLine> split_command(std::string_view text);
 
 }  // namespace timsctl::sim

@@ -5,7 +5,7 @@
 
 #include "tools/timsctl/sim/fleet.h"
 #include "tools/timsctl/sim/names.h"
-#include "tools/timsctl/sim/toml_reader.h"
+#include "tools/timsctl/toml_reader.h"
 
 namespace timsctl::sim {
 
@@ -47,13 +47,7 @@ class FleetReader {
   }
 
  private:
-  FleetFile finish() {
-    FleetFile out{.fleet = std::move(fleet_), .problems = reader_.problems()};
-    std::ranges::stable_sort(out.problems, {}, [](const tims::config::Problem& problem) {
-      return std::pair(problem.at.line, problem.at.column);
-    });
-    return out;
-  }
+  FleetFile finish() { return {.fleet = std::move(fleet_), .problems = reader_.problems()}; }
 
   void fleet_name(const TomlNode& node) {
     reader_.text(node, fleet_.name);

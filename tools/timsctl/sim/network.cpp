@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/sim/process.h"
+#include "tools/timsctl/process.h"
 #include "tools/timsctl/sim/rules.h"
 
 namespace timsctl::sim {

@@ -175,6 +175,11 @@ const Line* Plan::find_line(std::string_view line) const {
   return found == lines.end() ? nullptr : &*found;
 }
 
+std::vector<std::string> environment_at(const std::string& router_socket) {
+  return {"TIMS_ROUTER=" + router_socket,
+          "TIMS_HOST=", "XDG_RUNTIME_DIR=" + router_socket.substr(0, router_socket.rfind('/'))};
+}
+
 Plan make_plan(const Fleet& fleet) { return Planner(fleet).make(); }
 
 std::string network_prefix(std::string_view fleet) { return fmt::format("tims-{}-", fleet); }

@@ -49,6 +49,7 @@ struct Line {
 struct Plan {
   std::string name;
   std::string folder;              // "/run/tims-sim/demo"
+  std::string programs_folder;     // components run there: the fleet file's; empty: timsctl's own
   std::vector<PlannedHost> hosts;  // the base first, a robot's first host before its others
   std::vector<Line> lines;
   Profiles profiles;
@@ -61,6 +62,10 @@ struct Plan {
 inline constexpr std::string_view kSimFolder = "/run/tims-sim";
 
 Plan make_plan(const Fleet& fleet);
+
+// What programs of a host find in their environment: its router, and a folder of its own for what
+// runs there.
+std::vector<std::string> environment_at(const std::string& router_socket);
 
 std::string network_prefix(std::string_view fleet);  // "tims-demo-"
 

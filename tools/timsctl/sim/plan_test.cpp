@@ -148,5 +148,11 @@ TEST(Rules, ARouterAloneDoesEverythingItself) {
   EXPECT_FALSE(all_faults("", {}).contains("link"));
 }
 
+TEST(Plan, ProgramsOfAHostFindWhatIsTheHosts) {
+  EXPECT_EQ(environment_at("/run/tims-sim/demo/base/router.sock"),
+            (std::vector<std::string>{"TIMS_ROUTER=/run/tims-sim/demo/base/router.sock",
+                                      "TIMS_HOST=", "XDG_RUNTIME_DIR=/run/tims-sim/demo/base"}));
+}
+
 }  // namespace
 }  // namespace timsctl::sim

@@ -33,10 +33,11 @@ Launch router_launch(const PlannedHost& host) {
   return launch;
 }
 
-Launch component_launch(const PlannedHost& host, std::size_t number) {
+Launch component_launch(const Plan& plan, const PlannedHost& host, std::size_t number) {
   return {.command = host.components[number].command,
           .network = host.network,
-          .environment = {"TIMS_ROUTER=" + host.socket(), "TIMS_HOST="},
+          .environment = environment_at(host.socket()),
+          .folder = plan.programs_folder,
           .log = fmt::format("{}/component{}.log", host.folder, number + 1)};
 }
 
@@ -58,11 +59,6 @@ bool has_ended(const Child& child, tims::Duration wait) {
 
 }  // namespace
 
-std::string end_text(int status) {
-  return status > 128 ? fmt::format("killed by signal {}", status - 128)
-                      : fmt::format("exit status {}", status);
-}
-
 Programs::Programs(const Plan& plan) {
   for (const PlannedHost& host : plan.hosts) {
     programs_.push_back({.host = &host,
@@ -74,7 +70,7 @@ Programs::Programs(const Plan& plan) {
       programs_.push_back({.host = &host,
                            .router = false,
                            .label = host.components[i].label,
-                           .launch = component_launch(host, i),
+                           .launch = component_launch(plan, host, i),
                            .child = {}});
   }
 }

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "tools/timsctl/json.h"
+#include "tools/timsctl/process.h"
 #include "tools/timsctl/signals.h"
 #include "tools/timsctl/sim/plan.h"
-#include "tools/timsctl/sim/process.h"
 
 namespace timsctl::sim {
 
@@ -58,7 +58,5 @@ class Programs {
 
   std::list<Program> programs_;
 };
-
-std::string end_text(int status);  // "exit status 1", "killed by signal 9"
 
 }  // namespace timsctl::sim

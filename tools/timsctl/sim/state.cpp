@@ -1,17 +1,14 @@
 #include "tools/timsctl/sim/state.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 
-#include <boost/json/parse.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "os/clock.h"
-#include "os/unix_socket.h"
 #include "router/config/nearest.h"
+#include "tools/timsctl/control_socket.h"
 #include "tools/timsctl/sim/network.h"
 #include "tools/timsctl/sim/plan.h"
 
@@ -20,8 +17,6 @@ namespace timsctl::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kAnswerMax = 64 << 10;
 
 // "tims-demo-base": "demo"; empty for names that are not ours.
 std::string fleet_of_network(std::string_view network) {
@@ -56,9 +51,7 @@ std::vector<std::string> fleets() {
   return names;
 }
 
-bool is_running(std::string_view fleet) {
-  return tims::os::connect_unix(control_socket(fleet)).ok();
-}
+bool is_running(std::string_view fleet) { return somebody_listens(control_socket(fleet)); }
 
 json::object read_state(std::string_view fleet) {
   std::ifstream file(folder_of(fleet) + "/state.json");
@@ -82,23 +75,7 @@ bool clean_up(std::string_view fleet) {
 
 json::object ask_fleet(std::string_view fleet, const json::object& question, const Signals& signals,
                        tims::Duration timeout) {
-  auto socket = tims::os::connect_unix(control_socket(fleet));
-  if (!socket) throw not_running(fleet);
-  const std::string text = to_text(question);
-  value_or_fail(tims::os::send_record(socket->get(), std::as_bytes(std::span(text))),
-                control_socket(fleet));
-  std::vector<std::byte> answer(kAnswerMax);
-  if (signals.wait(socket->get(), tims::os::deadline_after(timeout)) == Signals::Woken::kTimeout)
-    throw Failure(Exit::kTimeout, "timeout", fmt::format("fleet {} does not answer", fleet),
-                  "a longer --timeout");
-  const auto received =
-      value_or_fail(tims::os::receive_record(socket->get(), answer, false), control_socket(fleet));
-  json::object object = parse_object({reinterpret_cast<const char*>(answer.data()), received.size});
-  if (at_path(object, "error") != nullptr)
-    throw Failure(static_cast<Exit>(static_cast<int>(number_or_zero(object, "error.exit"))),
-                  text_at(object, "error.code"), text_at(object, "error.message"),
-                  text_at(object, "error.hint"));
-  return object;
+  return ask_control(control_socket(fleet), question, signals, timeout, not_running(fleet));
 }
 
 std::string chosen_fleet(std::string_view name) {
@@ -116,12 +93,6 @@ std::string chosen_fleet(std::string_view name) {
                   "`timsctl sim up FILE` starts one, as root");
   throw usage_error(fmt::format("several fleets run: {}", fmt::join(running, ", ")),
                     "say which one with --fleet NAME");
-}
-
-json::object parse_object(std::string_view text) {
-  boost::system::error_code error;
-  json::value value = json::parse(text, error);
-  return !error && value.is_object() ? std::move(value.get_object()) : json::object();
 }
 
 Failure no_such(std::string_view what, std::string_view name,

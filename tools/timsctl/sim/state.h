@@ -35,9 +35,6 @@ json::object ask_fleet(std::string_view fleet, const json::object& question, con
 // The one that is meant: the name, or the only one that runs. Throws Failure.
 std::string chosen_fleet(std::string_view name);
 
-// The answer or question of the control socket; empty when the text is none.
-json::object parse_object(std::string_view text);
-
 Failure no_such(std::string_view what, std::string_view name,
                 std::span<const std::string_view> known);
 

@@ -175,9 +175,7 @@ void Supervisor::tear_down() {
   programs_.end_all();
   clean_up(plan_.name);
   control_.reset();
-  const std::string text = to_text(json::object{{"schema", "tims/sim_done/1"}, {"done", true}});
-  if (asker_) (void)tims::os::send_record(asker_.get(), std::as_bytes(std::span(text)), {}, false);
-  asker_.reset();
+  asker_.answer({{"schema", "tims/sim_done/1"}, {"done", true}});
 }
 
 // --- what happens to lines and hosts
@@ -285,31 +283,11 @@ void Supervisor::look_after_programs() {
 }
 
 void Supervisor::answer_question() {
-  auto asker = tims::os::accept_unix(control_);
-  if (!asker) return;
-  constexpr tims::Duration kQuestionComes = 1s;
-  if (context_.signals.wait(asker->get(), tims::os::deadline_after(kQuestionComes)) ==
-      Signals::Woken::kTimeout)
-    return;
-  std::array<std::byte, 4096> buffer{};
-  const auto received = tims::os::receive_record(asker->get(), buffer, false);
-  if (!received || received->size == 0) return;  // it only wanted to know whether we are here
-  const std::string_view text(reinterpret_cast<const char*>(buffer.data()), received->size);
-  json::object reply;
-  try {
-    reply = answer(parse_object(text));
-  } catch (const Failure& failure) {
-    reply = {{"error", json::object{{"code", failure.code},
-                                    {"message", failure.message},
-                                    {"hint", failure.hint},
-                                    {"exit", static_cast<int>(failure.exit)}}}};
-  }
-  if (asked_to_end_) {
-    asker_ = std::move(*asker);
-    return;
-  }
-  const std::string line = to_text(reply);
-  (void)tims::os::send_record(asker->get(), std::as_bytes(std::span(line)), {}, false);
+  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
+    const json::object reply = answer(question);
+    if (!asked_to_end_) return asker.answer(reply);
+    asker_ = std::move(asker);
+  });
 }
 
 json::object Supervisor::answer(const json::object& question) {

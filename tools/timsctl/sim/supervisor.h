@@ -7,6 +7,7 @@
 
 #include "os/file.h"
 #include "tools/timsctl/context.h"
+#include "tools/timsctl/control_socket.h"
 #include "tools/timsctl/sim/network.h"
 #include "tools/timsctl/sim/programs.h"
 #include "tools/timsctl/sim/routers.h"
@@ -67,7 +68,7 @@ class Supervisor {
   Programs programs_;
   Routers routers_;
   tims::os::File control_;
-  tims::os::File asker_;  // of `sim down`: told when everything is down
+  Asker asker_;  // of `sim down`: told when everything is down
   std::map<std::string, LineState, std::less<>> states_;
   std::multimap<tims::Time, Action> schedule_;
   // "robot1-main", "base": the router and its link, and what is owed.

@@ -1,0 +1,91 @@
+#include "components/files/log_file.h"
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace rack {
+namespace {
+
+std::string content(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(LogFile, GrowsByLines) {
+  const tims::test::TemporaryFolder folder;
+  const std::string path = folder.path() / "a.dat";
+  LogFile file;
+  ASSERT_TRUE(file.create(path).ok());
+  EXPECT_TRUE(file.append("one\n").ok());
+  EXPECT_TRUE(file.append("two\n").ok());
+  EXPECT_EQ(content(path), "one\ntwo\n");
+  ASSERT_TRUE(file.create(path).ok());
+  EXPECT_EQ(content(path), "") << "anew";
+}
+
+// What the power left of a line: also zeros, which file systems put where data did not arrive.
+TEST(LogFile, GoesOnBehindTheLastWholeLine) {
+  const tims::test::TemporaryFolder folder;
+  const std::string path = folder.path() / "a.dat";
+  for (const std::string& torn : {std::string(), std::string("tw"), std::string(9000, '\0')}) {
+    std::ofstream(path) << "one\n" << torn;
+    LogFile file;
+    const auto cut = file.open(path);
+    ASSERT_TRUE(cut.ok());
+    EXPECT_EQ(*cut, torn.size());
+    EXPECT_TRUE(file.append("two\n").ok());
+    EXPECT_TRUE(file.sync().ok());
+    EXPECT_EQ(content(path), "one\ntwo\n");
+    EXPECT_EQ(file.size(), 8U);
+  }
+  std::ofstream(path) << "no line at all";
+  EXPECT_EQ(*LogFile().open(path), 14U);
+  EXPECT_EQ(*LogFile().open(folder.path() / "new"), 0U);
+  EXPECT_TRUE(sync_folder(folder.path()).ok());
+}
+
+TEST(LogFile, NoPlaceForAFile) {
+  LogFile file;
+  const auto created = file.create("/no/such/folder/a.dat");
+  ASSERT_FALSE(created.ok());
+  EXPECT_EQ(created.error(), tims::Errc::kSystem);
+}
+
+TEST(LogFile, SaysThatTheDiskIsFull) {
+  LogFile file;
+  ASSERT_TRUE(file.create("/dev/full").ok());
+  const auto appended = file.append("one\n");
+  ASSERT_FALSE(appended.ok());
+  EXPECT_EQ(appended.error(), tims::Errc::kDiskFull);
+  EXPECT_NE(appended.error().detail().find("/dev/full: No space left"), std::string::npos);
+}
+
+TEST(LogFile, NeverKeepsHalfALine) {
+  const tims::test::TemporaryFolder folder;
+  const std::string path = folder.path() / "a.dat";
+  LogFile file;
+  ASSERT_TRUE(file.create(path).ok());
+  EXPECT_TRUE(file.append("one\n").ok());
+  // Files may be no larger than this now: as a disk with four bytes left.
+  (void)std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{.rlim_cur = 8, .rlim_max = before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto appended = file.append("a longer line\n");
+  ASSERT_FALSE(appended.ok());
+  EXPECT_EQ(appended.error(), tims::Errc::kDiskFull);
+  EXPECT_EQ(content(path), "one\n");
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_TRUE(file.append("two\n").ok());
+  EXPECT_EQ(content(path), "one\ntwo\n");
+}
+
+}  // namespace
+}  // namespace rack

@@ -1,0 +1,203 @@
+// gdos-log: keeps what components say to people.
+#include "proxies/gdos_log.h"
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "components/gdos_log/journal.h"
+#include "components/gdos_log/text_flood.h"
+#include "components/gdos_log/text_keeper.h"
+#include "components/runtime/data_module.h"
+#include "os/clock.h"
+#include "proxies/gdos_files.h"
+
+namespace rack::gdos_log {
+namespace {
+
+constexpr auto kLook = std::chrono::milliseconds(100);
+constexpr auto kTryAgain = std::chrono::milliseconds(500);  // to own the sink
+// A listener hears at least as often that nothing was said: so it knows that nothing is lost.
+constexpr auto kPeriod = std::chrono::milliseconds(5000);
+constexpr int kAtOnce = 256;
+
+constexpr std::array<ParameterInfo, 8> kParameters = {{
+    // The sink itself is instance 0 of system 0.
+    {"instance", 1, "instance id", 0, 255},
+    {"targetStatus", 1, "1: turn on at start", 0, 1},
+    {"folder", "", "for the files; none: /var/log/tims for root, else ~/.local/state/tims"},
+    {"fileSize", 10240, "KiB of a file; then the next one begins", 1, 1 << 21},
+    {"files", 10, "that are kept, with the one that grows", 1, 100000},
+    {"age", 0, "days until a file goes; 0: it goes when there are more than `files`", 0, 36500},
+    {"syncTime", 1000, "ms of texts that may be lost with the power", 10, 3600000},
+    {"journal", -1, "1: also to journald; 0: not; -1: when it is a service of systemd", -1, 1},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "gdos-log",
+    .purpose = "Keeps what components say to people.",
+    .class_id = tims::class_id::kGdos,
+    .parameters = kParameters,
+};
+
+gdos::RecordTime wall_now() {
+  return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+}
+
+class GdosLog : public DataModule<GdosData> {
+ public:
+  GdosLog() : DataModule(kInfo, {.history = 100, .samples = false}) {}
+
+ private:
+  Result<void> module_init() override {
+    if (address() != gdos::kSink) return {};
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       address().to_string() + " is the sink itself: --instance 1 is free");
+  }
+
+  Result<void> module_on() override {
+    const bool asked = integer("journal") == 1;
+    const bool by_systemd = integer("journal") < 0 && runs_under_journal();
+    keeper_.emplace(log(), std::chrono::milliseconds(integer("syncTime")), asked || by_systemd);
+    const TextFileLimits limits{
+        .bytes = static_cast<std::uint64_t>(integer("fileSize")) << 10,
+        .files = static_cast<std::uint32_t>(integer("files")),
+        .age = std::chrono::days(integer("age")),
+    };
+    if (auto good = keeper_->open(folder(), limits); !good) return good;
+    owner_.clear();
+    next_try_ = next_sign_ = {};
+    set_period(kPeriod);
+    take_sink();
+    return DataModule::module_on();
+  }
+
+  [[nodiscard]] std::filesystem::path folder() const {
+    const std::string given = text("folder");
+    return given.empty() ? gdos::folder_to_write() : std::filesystem::path(given);
+  }
+
+  void module_off() override {
+    sink_.reset();
+    keeper_.reset();
+  }
+
+  Result<void> module_loop() override {
+    if (sink_) {
+      take_texts();
+    } else {
+      sleep_until_next(kLook);
+      take_sink();
+    }
+    const tims::Time now = tims::os::now();
+    for (const auto& [sender, count] : flood_.take_suppressed(now))
+      pass_on(sender, gdos::Level::kWarning,
+              std::to_string(count) + " texts suppressed: too many at once");
+    keeper_->on_time(now);
+    if (now < next_sign_) return {};
+    next_sign_ = now + kPeriod;
+    return publish_data({.address = address(), .level = {}});
+  }
+
+  // --- the sink
+
+  // It has one owner a router. Another one may be there first, such as the console of the original.
+  void take_sink() {
+    const tims::Time now = tims::os::now();
+    if (now < next_try_) return;
+    next_try_ = now + kTryAgain;
+    auto opened = open_mailbox({.address = gdos::kSink, .slots = 1024, .body_max = 1024});
+    if (opened) {
+      sink_.emplace(std::move(*opened));
+      lost_ = 0;
+      owner_.clear();
+      log().print("Texts are kept in %s", folder().string());
+    } else if (owner_ != opened.error().message()) {
+      owner_ = opened.error().message();
+      log().warning("Waits for the sink of texts: %s", owner_);
+    }
+  }
+
+  void take_texts() {
+    auto message = sink_->peek_for(kLook);
+    for (int i = 0; message && i < kAtOnce; ++i) {
+      take(*message);
+      message->release();
+      message = sink_->try_peek();
+    }
+    if (!message && message.error().code() != tims::Errc::kTimeout &&
+        message.error().code() != tims::Errc::kEmpty)
+      return sink_.reset();  // somebody else has it since the router was restarted
+    tell_lost();
+  }
+
+  void take(const tims::PeekGuard& message) {
+    const tims::Header& header = message.header();
+    const auto level = gdos::level_of(header.type);
+    if (!level) return answer(header);
+    if (!flood_.take(tims::os::now(), header.src, *level)) return;
+    const auto words = gdos::decode(message.body(), header.body_order(), address_widths());
+    pass_on(header.src, *level, words ? *words : words.error().detail() + " (malformed)");
+  }
+
+  // Who wants the texts is told where they are to be had.
+  void answer(const tims::Header& request) {
+    if (request.type <= 0) return;
+    std::array<std::byte, wire_size<GdosLogAddress>()> body{};
+    const bool asked = request.type == GdosLogType::kGetLog;
+    if (asked && encode(GdosLogAddress{.log = address()}, body)) {
+      (void)sink_->reply(request, GdosLogType::kLog, body);
+    } else {
+      (void)sink_->reply(request, tims::type::kError);
+    }
+  }
+
+  // Those that came faster than they could be written.
+  void tell_lost() {
+    const tims::MailboxCounters counters = sink_->counters();
+    const std::uint64_t lost = counters.replaced + counters.refused + counters.too_big;
+    if (lost == lost_) return;
+    pass_on(address(), gdos::Level::kWarning,
+            std::to_string(lost - lost_) + " texts lost: too many at once");
+    lost_ = lost;
+  }
+
+  // --- texts
+
+  void pass_on(tims::Address sender, gdos::Level level, const std::string& words) {
+    const gdos::Record record{.time = wall_now(),
+                              .address = sender,
+                              .component = sender.to_string(address_widths()),
+                              .level = level,
+                              .text = gdos::to_utf8(words)};
+    keeper_->keep(record);
+    (void)publish_data(record);
+  }
+
+  Result<void> publish_data(const gdos::Record& record) {
+    GdosData& data = get_local_buffer();
+    data.recordingTime = TimeStamp::of(record.time.time_since_epoch());
+    data.sender = record.address;
+    data.level = static_cast<i32>(record.level);
+    data.text.assign(record.text.begin(), record.text.end());
+    return put_local_buffer();
+  }
+
+  // The data task's.
+  std::optional<TextKeeper> keeper_;
+  std::optional<tims::Mailbox> sink_;
+  TextFlood flood_;
+  std::string owner_;  // of the sink, as last said
+  std::uint64_t lost_ = 0;
+  tims::Time next_try_{};
+  tims::Time next_sign_{};
+};
+
+}  // namespace
+}  // namespace rack::gdos_log
+
+int main(int argc, char** argv) {
+  rack::gdos_log::GdosLog log;
+  return log.run(argc, argv);
+}

@@ -1,0 +1,48 @@
+// Keeps one component that has much to say from filling the disk: each has its own limit, and
+// details do not use up the room of errors. Pure.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <vector>
+
+#include "components/runtime/rules/text_limiter.h"
+#include "proxies/gdos.h"
+
+namespace rack::gdos_log {
+
+class TextFlood {
+ public:
+  // Components that are told apart; what more of them say shares one limit.
+  static constexpr std::size_t kSendersMax = 1024;
+  // Above what a component of ours lets out by itself.
+  static constexpr std::uint32_t kUrgentBurst = 400;
+  static constexpr tims::Duration kUrgentEach = std::chrono::milliseconds(20);
+  static constexpr std::uint32_t kOtherBurst = 100;
+  static constexpr tims::Duration kOtherEach = std::chrono::milliseconds(50);
+  // Between two words about the same flood.
+  static constexpr tims::Duration kTellEach = std::chrono::seconds(1);
+
+  // Whether a text may be kept.
+  bool take(tims::Time now, tims::Address sender, gdos::Level level);
+
+  struct Suppressed {
+    tims::Address sender;
+    std::uint32_t count;
+  };
+  // What has to be said by now of texts that were not kept. Cheap when there is nothing.
+  std::vector<Suppressed> take_suppressed(tims::Time now);
+
+ private:
+  struct Sender {
+    TextLimiter urgent{kUrgentBurst, kUrgentEach};  // print, error, warning
+    TextLimiter other{kOtherBurst, kOtherEach};     // info, detail
+  };
+  Sender& find(tims::Time now, tims::Address sender);
+
+  std::map<tims::Address, Sender> senders_;
+  bool any_suppressed_ = false;
+  tims::Time next_word_{};
+};
+
+}  // namespace rack::gdos_log

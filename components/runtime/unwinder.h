@@ -1,0 +1,31 @@
+// Who called whom, found by the tables that the compiler leaves in every program: also through
+// functions without frame pointers, of a thread that has run on meanwhile.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <ucontext.h>
+
+#include "components/runtime/rules/snapshot.h"
+
+namespace rack {
+
+class Unwinder {
+ public:
+  Unwinder();
+  Unwinder(const Unwinder&) = delete;
+  Unwinder& operator=(const Unwinder&) = delete;
+  ~Unwinder();
+
+  // Innermost first, into `frames`; at least what the snapshot's frame pointers say.
+  std::span<std::uint64_t> frames(const Snapshot& snapshot, std::span<std::uint64_t> frames);
+  // Of the thread that calls this, as it was when a signal came. Allocates nothing, and survives a
+  // damaged stack.
+  std::span<std::uint64_t> frames(const ucontext_t& context, std::span<std::uint64_t> frames);
+
+ private:
+  void* space_;
+};
+
+}  // namespace rack

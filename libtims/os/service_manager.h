@@ -1,0 +1,28 @@
+// What a service manager wants to hear of its programs: datagrams to $NOTIFY_SOCKET, as
+// sd_notify(3) describes them.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "os/file.h"
+
+namespace tims::os {
+
+class ServiceManager {
+ public:
+  // Empty: nobody listens, and all is said to the wind. A name that begins with @ is abstract.
+  explicit ServiceManager(std::string path);
+
+  static ServiceManager of_environment();
+
+  [[nodiscard]] bool listens() const { return !path_.empty(); }
+  // "READY=1", "STATUS=on". Never waits: a manager that does not read is no reason to.
+  void tell(std::string_view text) const;
+
+ private:
+  std::string path_;
+  File socket_;
+};
+
+}  // namespace tims::os

@@ -1,0 +1,79 @@
+// Texts in the journal of the host: a real journald, in a corner of its own of this machine.
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+#include <unistd.h>
+
+#include "tests/system/gdos_log_fixture.h"
+
+namespace tims::test {
+namespace {
+
+namespace json = boost::json;
+
+// What it mounts and starts is gone with it: nobody else sees either.
+constexpr const char* kInItsCorner = R"(
+mount -t tmpfs none /run && mkdir -p /run/systemd/journal /run/log/journal || exit 1
+mount -t tmpfs none /var/log || exit 1
+/lib/systemd/systemd-journald >/dev/null 2>&1 &
+until test -S /run/systemd/journal/socket; do sleep 0.02; done
+exec "$@"
+)";
+
+class GdosLogJournalTest : public GdosLogTest {
+ protected:
+  void SetUp() override {
+    if (::geteuid() != 0) GTEST_SKIP() << "only root may mount";
+    if (::access("/lib/systemd/systemd-journald", X_OK) != 0) GTEST_SKIP() << "no journald here";
+    GdosLogTest::SetUp();
+    ChildOptions options = at_router();
+    options.environment.emplace_back("JOURNAL_STREAM=1:1");  // as systemd sets it
+    auto log = ChildProcess::start(
+        {"unshare", "-m", "-p", "-f", "--kill-child", "bash", "-c", kInItsCorner, "corner",
+         std::string(TIMS_PROGRAMS) + "/gdos-log", "--folder=" + folder().string()},
+        options);
+    ASSERT_TRUE(log) << log.error().message();
+    log_.emplace(std::move(*log));
+    if (!log_->wait_for_line("Texts are kept in")) GTEST_SKIP() << log_->output();
+  }
+  // What the journal has of it, by the fields.
+  std::vector<json::object> journal(const std::string& match) {
+    auto child =
+        ChildProcess::start({"nsenter", "-m", "-t", std::to_string(log_->pid()), "journalctl", "-D",
+                             "/run/log/journal", "-o", "json", "--no-pager", "-q", match});
+    std::vector<json::object> entries;
+    if (!child || !child->wait()) return entries;
+    std::istringstream lines(child->standard_output());
+    for (std::string line; std::getline(lines, line);)
+      entries.push_back(json::parse(line).as_object());
+    return entries;
+  }
+
+  std::optional<ChildProcess> log_;
+};
+
+TEST_F(GdosLogJournalTest, TextsAreFoundByTheirFields) {
+  say("look out", rack::gdos::Level::kWarning);
+  say("two\nlines \x1b[31m", rack::gdos::Level::kError);
+  std::vector<json::object> entries;
+  ASSERT_TRUE(eventually(
+      [&] {
+        entries = journal("TIMS_ADDRESS=0x00020001");
+        return entries.size() == 2;
+      },
+      "both texts in the journal"));
+  const auto field = [&](std::size_t entry, const char* name) {
+    const json::value& value = entries.at(entry).at(name);
+    return value.is_string() ? std::string(value.as_string()) : "no text";
+  };
+  EXPECT_EQ(field(0, "MESSAGE"), "look out");
+  EXPECT_EQ(field(0, "PRIORITY"), "4");
+  EXPECT_EQ(field(0, "SYSLOG_IDENTIFIER"), "GUI(0/0):1");
+  EXPECT_EQ(field(0, "TIMS_COMPONENT"), "GUI(0/0):1");
+  EXPECT_EQ(field(0, "TIMS_LEVEL"), "warning");
+  EXPECT_EQ(field(1, "PRIORITY"), "3");
+  EXPECT_EQ(field(1, "MESSAGE"), "two lines  [31m");
+  EXPECT_TRUE(comes_to_be_kept("look out")) << "and in the files as well";
+}
+
+}  // namespace
+}  // namespace tims::test

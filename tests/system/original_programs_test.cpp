@@ -1,0 +1,254 @@
+// Programs of the original and our components: what they have sent while somebody drove (recording
+// a-gui-drive), byte for byte and in their order, and answers as they expect them.
+#include <ostream>
+#include <set>
+
+#include "proxies/gdos.h"
+#include "proxies/joystick.h"
+#include "tests/support/recording.h"
+#include "tests/system/robot_fixture.h"
+#include "wire/router_commands.h"
+
+namespace tims::test {
+namespace {
+
+constexpr int kGui = 17;  // its connection
+constexpr std::chrono::seconds kModulesEnd(68);
+constexpr Address kJoystick(0x00170000);  // the GUI's own
+constexpr Address kTexts(0x00010000);
+
+bool is_of_gui(Address address) {
+  const std::uint32_t class_id = address.fields().class_id;
+  return class_id == class_id::kGui || class_id == class_id::kJoystick;
+}
+
+// Type and size of the answers to (component, command).
+using Answers = std::set<std::pair<int, std::size_t>>;
+using AnswersTo = std::map<std::pair<std::uint32_t, int>, Answers>;
+
+class Gui {
+ public:
+  explicit Gui(TcpClient client) : client_(std::move(client)) {
+    client_.set_byte_order(std::endian::big);
+  }
+
+  // One of its recorded messages.
+  void say(const MessageView& message, std::span<const std::byte> bytes) {
+    const Header& header = message.header;
+    if (header.dest == Address() && header.type == wire::router_command::kMailboxInitWithReply)
+      return register_at(message);
+    if (header.dest == Address() || is_of_gui(header.dest)) return;  // lifesigns, and to itself
+    if (header.src == kJoystick) return move_stick(message, bytes);
+    if (header.type > 0) ask(header, bytes);
+  }
+
+  AnswersTo answers;
+  std::set<std::string> texts;
+
+ private:
+  void register_at(const MessageView& message) {
+    std::uint32_t address = 0;
+    ASSERT_EQ(message.body.size(), sizeof address);
+    std::memcpy(&address, message.body.data(), sizeof address);
+    const auto registered = client_.register_mailbox(Address(__builtin_bswap32(address)));
+    ASSERT_TRUE(registered) << registered.error().message();
+  }
+
+  // Answers to the pilot are made when it asks; here is what the stick says from now on.
+  void move_stick(const MessageView& message, std::span<const std::byte> bytes) {
+    if (message.header.type != type::kData) return;
+    stick_.assign(message.body.begin(), message.body.end());
+    if (!pilot_listens_) return;
+    ASSERT_TRUE(client_.send_bytes(bytes));
+  }
+
+  void ask(const Header& request, std::span<const std::byte> bytes) {
+    ASSERT_TRUE(client_.send_bytes(bytes));
+    for (;;) {
+      const auto message = client_.receive();
+      ASSERT_TRUE(message) << "no answer of " << request.dest.to_string() << " to "
+                           << int{request.type} << ": " << message.error().message();
+      const Header& header = message->header;
+      if (header.dest == request.src && header.src == request.dest &&
+          header.seq_nr == request.seq_nr && header.type <= 0) {
+        answers[{request.dest.raw(), request.type}].insert({header.type, message->body.size()});
+        return;
+      }
+      take(*message);
+    }
+  }
+
+  void take(const OwnedMessage& message) {
+    if (message.header.dest == kTexts) {
+      const auto words = rack::gdos::decode(message.body, message.header.body_order());
+      EXPECT_TRUE(words) << words.error().message();
+      if (words) texts.insert(message.header.src.to_string() + " " + *words);
+    }
+    if (message.header.dest == kJoystick && message.header.type > 0) answer_pilot(message.header);
+  }
+
+  void answer_pilot(const Header& request) {
+    Header answer{.type = type::kOk,
+                  .priority = request.priority,
+                  .seq_nr = request.seq_nr,
+                  .dest = request.src,
+                  .src = request.dest};
+    std::vector<std::byte> body;
+    if (request.type == type::kGetData) {
+      answer.type = type::kData;
+      body = stick_;
+    } else if (request.type == type::kGetContData) {
+      answer.type = type::kContData;
+      body = {std::byte{0}, std::byte{0}, std::byte{0}, std::byte{50}};  // ms, big-endian
+      pilot_listens_ = true;
+    } else if (request.type == type::kStopContData) {
+      pilot_listens_ = false;
+    }
+    ASSERT_TRUE(client_.send(answer, body));
+  }
+
+  TcpClient client_;
+  std::vector<std::byte> stick_ = std::vector<std::byte>(rack::wire_size<rack::JoystickData>());
+  bool pilot_listens_ = false;
+};
+
+TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
+  const auto recording = read_recording(TIMS_TEST_DATA_DIR "/recordings/a-gui-drive.jsonl.gz");
+  ASSERT_TRUE(recording) << recording.error().message();
+  auto client = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(client) << client.error().message();
+  Gui gui(std::move(*client));
+  start("ChassisSim");
+  start("OdometryChassis");
+  start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
+  start("Position");
+  start("PilotJoystick", {"--scan2dInst=0", "--maxSpeed=1000", "--mode=1"});
+  start("PilotWallFollowing", {"--instance=1", "--scan2dInst=0", "--maxSpeed=1000"});
+
+  for (const recorded::Line& line : recording->lines) {
+    const auto* message = std::get_if<recorded::Message>(&line.event);
+    if (line.conn != kGui || message == nullptr || !message->to_router) continue;
+    if (line.time > kModulesEnd) break;
+    gui.say(message->view(), message->bytes);
+    ASSERT_FALSE(HasFatalFailure()) << "line " << line.number;
+  }
+
+  const Answers done{{type::kOk, 0}};
+  for (const std::uint32_t component :
+       {0x00110000U, 0x00120000U, 0x00130000U, 0x00190000U, 0x00180000U, 0x00180100U}) {
+    EXPECT_EQ((gui.answers[{component, type::kOn}]), done) << std::hex << component;
+    EXPECT_EQ((gui.answers[{component, type::kOff}]), done) << std::hex << component;
+    EXPECT_EQ((gui.answers[{component, type::kGetStatus}]),
+              (Answers{{type::kEnabled, 0}, {type::kDisabled, 0}}))
+        << std::hex << component;
+  }
+  EXPECT_EQ((gui.answers[{0x00110000, rack::ChassisType::kSetActivePilot}]), done);
+  // ERROR while they are off; the sizes are those of the recording.
+  EXPECT_EQ((gui.answers[{0x00120000, type::kGetData}]),
+            (Answers{{type::kError, 0}, {type::kData, 28}}));
+  const Answers scans = gui.answers[{0x00190000, type::kGetNextData}];
+  EXPECT_TRUE(scans.contains({type::kError, 0}));
+  EXPECT_EQ(scans.size(), 2U);
+  for (const char* text :
+       {"Chassis(0/0) Module on", "Pilot(0/0) Module on", "Pilot(0/1) Module off"})
+    EXPECT_TRUE(gui.texts.contains(text)) << text;
+}
+
+// --- modules in C++
+
+bool answers_to(const Header& request, const Header& header) {
+  return header.dest == request.src && header.src == request.dest && header.type <= 0;
+}
+
+// A module of the recording: its connections, and what it asks of others.
+class OriginalModule {
+ public:
+  OriginalModule(const Recording& recording, std::set<int> connections) {
+    for (const recorded::Line& line : recording.lines) {
+      const auto* message = std::get_if<recorded::Message>(&line.event);
+      if (message == nullptr || !connections.contains(line.conn) || line.time > kModulesEnd)
+        continue;
+      message->to_router ? add_request(*message) : add_answer(message->view());
+    }
+  }
+  struct Request {
+    Header header;
+    std::vector<std::byte> bytes;
+  };
+  [[nodiscard]] const std::vector<Request>& requests() const { return requests_; }
+  [[nodiscard]] const std::set<std::uint32_t>& mailboxes() const { return mailboxes_; }
+  AnswersTo answers;  // that it got then
+
+ private:
+  void add_request(const recorded::Message& message) {
+    const Header header = message.view().header;
+    if (header.src != Address()) mailboxes_.insert(header.src.raw());
+    if (header.type <= 0 || header.dest == Address() || header.dest == kJoystick) return;
+    requests_.push_back({header, message.bytes});
+  }
+  void add_answer(const MessageView& message) {
+    for (auto request = requests_.rbegin(); request != requests_.rend(); ++request) {
+      if (!answers_to(request->header, message.header)) continue;
+      answers[{request->header.dest.raw(), request->header.type}].insert(
+          {message.header.type, message.body.size()});
+      return;
+    }
+  }
+
+  std::vector<Request> requests_;
+  std::set<std::uint32_t> mailboxes_;
+};
+
+struct Replaced {
+  const char* program;  // of ours, that is not there
+  std::set<int> connections;
+
+  friend std::ostream& operator<<(std::ostream& out, const Replaced& replaced) {
+    return out << replaced.program;
+  }
+};
+
+class OriginalModules : public RobotTest, public testing::WithParamInterface<Replaced> {};
+
+TEST_P(OriginalModules, LiveOnOurs) {
+  const std::map<std::string, std::vector<std::string>> ours = {
+      {"ChassisSim", {}},
+      {"OdometryChassis", {}},
+      {"Scan2dSim", {"--mapFile", FLOOR_PLAN}},
+      {"Position", {}}};
+  for (const auto& [program, arguments] : ours)
+    if (program != GetParam().program) start(program, arguments);
+  const auto recording = read_recording(TIMS_TEST_DATA_DIR "/recordings/a-gui-drive.jsonl.gz");
+  ASSERT_TRUE(recording) << recording.error().message();
+  const OriginalModule module(*recording, GetParam().connections);
+  auto client = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(client) << client.error().message();
+  for (const std::uint32_t mailbox : module.mailboxes())
+    ASSERT_TRUE(client->register_mailbox(Address(mailbox)));
+  // As the GUI did before.
+  ASSERT_TRUE(turned_on("Chassis(0/0)"));
+  const Address pilot(*module.mailboxes().begin() & ~0xFFU);
+  ASSERT_TRUE(proxy<rack::ChassisProxy>("Chassis(0/0)").set_active_pilot(pilot));
+
+  ASSERT_FALSE(module.requests().empty());
+  for (const OriginalModule::Request& request : module.requests()) {
+    ASSERT_TRUE(client->send_bytes(request.bytes));
+    auto answer = client->receive();
+    while (answer && !answers_to(request.header, answer->header)) answer = client->receive();
+    ASSERT_TRUE(answer) << request.header.dest.to_string() << " to " << int{request.header.type};
+    const Answers& then = module.answers.at({request.header.dest.raw(), request.header.type});
+    EXPECT_TRUE(then.contains({answer->header.type, answer->body.size()}))
+        << describe(answer->view());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, OriginalModules,
+                         testing::Values(Replaced{"OdometryChassis", {1, 2, 3}},
+                                         Replaced{"Scan2dSim", {4, 5, 6}},
+                                         Replaced{"Position", {7, 8, 9}},
+                                         Replaced{"PilotJoystick", {10, 11, 12, 13}},
+                                         Replaced{"PilotWallFollowing", {14, 15, 16}}),
+                         [](const auto& one) { return std::string(one.param.program); });
+
+}  // namespace
+}  // namespace tims::test

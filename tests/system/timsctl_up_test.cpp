@@ -1,0 +1,158 @@
+// timsctl up and down: a robot is started, looked after and ended.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/eventually.h"
+#include "tests/system/timsctl_fixture.h"
+
+namespace tims::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TimsctlUpTest : public TimsctlTest {
+ protected:
+  void SetUp() override {
+    TimsctlTest::SetUp();
+    // Robots that run are found there.
+    options_ = options();
+    options_.environment.push_back("XDG_RUNTIME_DIR=" + router_.folder());
+  }
+  std::string write(const std::string& text) {
+    std::string path = router_.folder() + "/robot.toml";
+    std::ofstream(path) << text;
+    return path;
+  }
+  ChildProcess begin(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
+    auto child = ChildProcess::start(std::move(arguments), options_);
+    EXPECT_TRUE(child) << child.error().message();
+    return std::move(child).value();
+  }
+  Ran run(std::vector<std::string> arguments) {
+    ChildProcess child = begin(std::move(arguments));
+    return finish(child);
+  }
+  static std::string expect_line(ChildProcess& child, std::string_view part) {
+    const auto line = child.wait_for_line(part);
+    EXPECT_TRUE(line) << line.error().message();
+    return line ? *line : std::string();
+  }
+  // The process that owns an address.
+  pid_t owner_of(const std::string& address) {
+    const Ran ran = timsctl({"mbx", "list", address, "--json"});
+    const json::object answer = json_lines(ran.out).at(0);
+    const json::object& first = answer.at("items").as_array().at(0).as_object();
+    return static_cast<pid_t>(first.at("owner").as_object().at("pid").as_int64());
+  }
+
+  ChildOptions options_;
+};
+
+constexpr const char* kOneChassis = R"(
+[[component]]
+program = "ChassisSim"
+)";
+
+TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
+  ChildProcess up = begin({"up", std::string(TIMS_ROBOTS) + "/sim.toml", "--system", "3"});
+  expect_line(up, "sim-3                6 of 6 programs are ready");
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
+  EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0"}).out, "none\n");
+  EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).out, "Pilot(3/1)\n");
+  EXPECT_EQ(timsctl({"component", "on", "Pilot/3/1"}).out, "Pilot(3/1) ok\n");
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"component", "pilot", "Chassis/3/0"}).out == "Pilot(3/1)\n";
+      },
+      "the chassis tells its pilot"));
+  up.signal(SIGINT);
+  const Ran ran = finish(up);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("Chassis(3/0) print: Terminated"));
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "nothing is left";
+}
+
+TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
+  ChildProcess up = begin({"up", write(kOneChassis)});
+  expect_line(up, "1 of 1 programs are ready");
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  expect_line(up, "Module on");
+  ::kill(owner_of("Chassis(0/0)"), SIGKILL);
+  expect_line(up, "killed by signal 9: starts again in 0.2 s");
+  expect_line(up, "Module on");
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0);
+}
+
+TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {
+  const Ran ran =
+      run({"up", write("[[component]]\nprogram = \"ChassisSim\"\nparameters = { vxMx = 1 }"),
+           "--for", "1ms"});
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.out, HasSubstr("vxMx"));
+  EXPECT_THAT(ran.out, HasSubstr("exit status 2: stays down"));
+  EXPECT_THAT(ran.out, HasSubstr("0 of 1 programs are ready, 1 ended"));
+}
+
+TEST_F(TimsctlUpTest, AFileWithMistakesStartsNothing) {
+  const Ran ran = run({"up", write("[[component]]\nprogramm = \"ChassisSim\"")});
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("robot.toml:2:1: unknown key of [[component]] \"programm\""));
+  EXPECT_EQ(run({"up", "/nowhere.toml"}).code, 4);
+}
+
+TEST_F(TimsctlUpTest, AProgramThatIsNotThere) {
+  const Ran ran = run({"up", write("[[component]]\nprogram = \"ChasisSim\"")});
+  EXPECT_EQ(ran.code, 4);
+  EXPECT_THAT(ran.err, HasSubstr("cannot run ChasisSim"));
+}
+
+TEST_F(TimsctlUpTest, InTheBackgroundUntilDown) {
+  const std::string file = write(kOneChassis);
+  EXPECT_EQ(run({"up", file, "--detach"}).code, 0);
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
+  EXPECT_THAT(run({"robot"}).out, HasSubstr("robot  ChassisSim"));
+  const Ran again = run({"up", file});
+  EXPECT_EQ(again.code, 5);
+  EXPECT_THAT(again.err, HasSubstr("robot robot runs already"));
+  EXPECT_EQ(run({"down", "other"}).code, 4);
+  EXPECT_EQ(run({"down"}).code, 0);
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 1);
+  EXPECT_EQ(run({"down"}).code, 4);
+}
+
+TEST_F(TimsctlUpTest, BeforeItsRouterIsThere) {
+  router_.kill();
+  ChildProcess up = begin({"up", write(kOneChassis)});
+  expect_line(up, "ChassisSim: waiting for a router");
+  up.signal(SIGTERM);
+  const auto status = up.wait();
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_TRUE(status->success());
+  EXPECT_THAT(up.output(), HasSubstr("exit status 0")) << "it did not have to be killed";
+}
+
+// ssh is none here: what it would run there runs on this host, until its stdin ends.
+TEST_F(TimsctlUpTest, OnAnotherHost) {
+  const std::string ssh = router_.folder() + "/ssh";
+  std::ofstream(ssh) << "#!/bin/sh\nshift 3\nPATH=" TIMS_PROGRAMS ":$PATH exec \"$@\"\n";
+  fs::permissions(ssh, fs::perms::owner_all);
+  options_.environment.push_back("PATH=" + router_.folder() + ":/usr/bin:/bin");
+  ChildProcess up = begin({"up", write(R"(
+[host.arm]
+ssh = "pi@arm"
+[[component]]
+program = "ChassisSim"
+host = "arm"
+)")});
+  expect_line(up, "1 of 1 programs are ready");
+  expect_line(up, "robot-arm            1 of 1 programs are ready");
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
+  up.signal(SIGINT);
+  EXPECT_EQ(finish(up).code, 0);
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 1);
+}
+
+}  // namespace
+}  // namespace tims::test

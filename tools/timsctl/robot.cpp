@@ -1,0 +1,140 @@
+// timsctl up, down and robot: the components of a robot.
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "os/service_manager.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/detach.h"
+#include "tools/timsctl/robot/running.h"
+#include "tools/timsctl/robot/supervisor.h"
+
+namespace timsctl {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFileMax = 60'000;  // with its end it fits into a pipe
+constexpr tims::Duration kEndAnswers = std::chrono::seconds(30);
+
+// Up to its end, or up to a zero byte: then somebody at the other end holds on to us.
+std::string read_text(std::istream& file, const std::string& name) {
+  std::string text;
+  if (!std::getline(file, text, '\0'))
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", name),
+                  "deploy/robots/sim.toml is one");
+  if (text.size() > kFileMax)
+    throw Failure(Exit::kNo, "bad_robot", fmt::format("{}: larger than {} bytes", name, kFileMax));
+  return text;
+}
+
+struct Given {
+  robot::Robot robot;
+  robot::Place place;
+  bool held = false;  // by whoever wrote the text to stdin, as long as that stays open
+};
+
+// Programs run in another folder than timsctl.
+std::string absolute(Host host) {
+  if (auto* local = std::get_if<UnixHost>(&host)) local->path = fs::absolute(local->path);
+  return to_string(host);
+}
+
+Given read_robot_file(const Context& context) {
+  const std::string& path = context.options.arguments.front();
+  const bool from_stdin = path == "-";
+  std::ifstream file(from_stdin ? "/dev/stdin" : path);
+  Given given;
+  given.place.text = read_text(file, path);
+  given.place.host = context.options.on;
+  given.place.router = absolute(context.host);
+  given.held = from_stdin && !file.eof();
+  if (!from_stdin) given.place.folder = fs::path(path).parent_path();
+  const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
+  auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.text}, name,
+                                context.options.system);
+  std::string text;
+  for (const auto& problem : read.problems)
+    text.append(text.empty() ? "" : "\n").append(problem.to_string());
+  if (!text.empty()) throw Failure(Exit::kNo, "bad_robot", text, "deploy/robots/README.md");
+  given.robot = std::move(read.robot);
+  given.place.name = given.robot.name;
+  if (given.robot.system != 0) given.place.name += fmt::format("-{}", given.robot.system);
+  if (!given.place.host.empty()) given.place.name += "-" + given.place.host;
+  return given;
+}
+
+Exit run_robot(Context& context, const Given& given, const std::function<void()>& ready) {
+  robot::Supervisor supervisor(context, given.robot, given.place);
+  supervisor.start();
+  tims::os::ServiceManager::of_environment().tell("READY=1");
+  ready();
+  supervisor.serve(
+      context.options.run_for ? tims::os::deadline_after(*context.options.run_for) : tims::kNever,
+      given.held ? STDIN_FILENO : -1);
+  return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+std::string chosen_robot(const Context& context) {
+  if (!context.options.arguments.empty()) return context.options.arguments.front();
+  const auto names = robot::running();
+  if (names.size() == 1) return names.front();
+  if (names.empty())
+    throw Failure(Exit::kNoSuch, "no_such_robot", "no robot runs on this host",
+                  "`timsctl up FILE` starts one");
+  throw usage_error(fmt::format("several robots run: {}", fmt::join(names, ", ")),
+                    "say which one: `timsctl down NAME`");
+}
+
+}  // namespace
+
+Exit up(Context& context) {
+  const Given given = read_robot_file(context);
+  const std::string& name = given.place.name;
+  if (context.options.detach)
+    return run_detached(robot::log_file(name), [&](const std::function<void()>& ready) {
+      return run_robot(context, given, ready);
+    });
+  return run_robot(context, given, [&] {
+    context.out.note(fmt::format("robot {} is up: `timsctl component list`; {}", name,
+                                 context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+  });
+}
+
+Exit down(Context& context) {
+  const std::string name = chosen_robot(context);
+  const auto timeout = std::max(context.options.timeout, kEndAnswers);
+  (void)robot::ask(name, {{"do", "down"}}, context.signals, timeout);
+  if (context.out.json())
+    context.out.write(
+        json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
+  context.out.note(fmt::format("robot {}: down", name));
+  return Exit::kDone;
+}
+
+Exit robot_show(Context& context) {
+  constexpr Column kColumns[] = {
+      {"ROBOT", "robot"}, {"PROGRAM", "name"}, {"STATUS", "status"}, {"PID", "pid"}};
+  json::array items;
+  for (const std::string& name : robot::running()) {
+    json::object answer =
+        robot::ask(name, {{"do", "show"}}, context.signals, context.options.timeout);
+    for (json::value& item : items_of(answer)) {
+      item.as_object()["robot"] = name;
+      items.push_back(std::move(item));
+    }
+  }
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/robots/1"}, {"items", std::move(items)}});
+  } else {
+    context.out.write(render_items(items, kColumns, context.out.look()));
+  }
+  return Exit::kDone;
+}
+
+}  // namespace timsctl

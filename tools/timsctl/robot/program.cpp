@@ -1,0 +1,123 @@
+#include "tools/timsctl/robot/program.h"
+
+#include <array>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/robot/status_socket.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+struct Pipe {
+  tims::os::File read;
+  tims::os::File write;
+};
+
+Pipe make_pipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Failure(Exit::kNo, "system", tims::os::system_error("pipe").message());
+  return {tims::os::File(ends[0]), tims::os::File(ends[1])};
+}
+
+constexpr int kCannotExecute = 127;  // as shells say it
+
+bool is_readable(int descriptor) {
+  pollfd ready{descriptor, POLLIN, 0};
+  return ::poll(&ready, 1, 0) > 0;
+}
+
+// "on", and "error: ..." of a component that tries to be on.
+bool wants_to_be_on(std::string_view status) {
+  return status == "on" || status.starts_with("error");
+}
+
+}  // namespace
+
+Program::Program(std::string name, Launch launch, Manner manner)
+    : name_(std::move(name)),
+      launch_(std::move(launch)),
+      manner_(std::move(manner)),
+      policy_(manner_.restart) {}
+
+std::optional<pid_t> Program::pid() const {
+  return child_ ? std::optional(child_->pid()) : std::nullopt;
+}
+
+void Program::start(tims::Time now) {
+  Launch launch = launch_;
+  if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
+  Pipe out = make_pipe();
+  launch.out = out.write.get();
+  Pipe in;
+  if (!manner_.input.empty()) {
+    in = make_pipe();
+    // Less than a pipe holds: this never waits.
+    [[maybe_unused]] const ssize_t n =
+        ::write(in.write.get(), manner_.input.data(), manner_.input.size());
+    launch.in = in.read.get();
+  }
+  child_ = Child::start(launch);
+  input_ = std::move(in.write);
+  output_ = std::move(out.read);
+  ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
+  state_ = manner_.tells ? State::kStarting : State::kReady;
+  status_.clear();
+  started_ = now;
+  start_at_ = tims::kNever;
+}
+
+void Program::hear(std::string_view said) {
+  if (says_ready(said)) state_ = State::kReady;
+  if (auto status = status_in(said)) status_ = std::move(*status);
+}
+
+void Program::signal(int number) const {
+  if (child_) child_->signal(number);
+}
+
+std::vector<int> Program::descriptors() const {
+  if (!child_) return {};
+  if (!output_) return {child_->descriptor()};
+  return {child_->descriptor(), output_.get()};
+}
+
+std::optional<Program::End> Program::ended(tims::Time now) {
+  if (!child_ || !is_readable(child_->descriptor())) return std::nullopt;
+  const int status = child_->reap();
+  child_.reset();
+  input_.reset();
+  return end_with(status, now, now - started_);
+}
+
+Program::End Program::could_not_start(tims::Time now) { return end_with(kCannotExecute, now, {}); }
+
+Program::End Program::end_with(int status, tims::Time now, tims::Duration ran) {
+  state_ = State::kDown;
+  const End end{.status = status, .pause = policy_.ended(status, ran)};
+  start_at_ = end.pause ? now + *end.pause : tims::kNever;
+  return end;
+}
+
+std::vector<std::string> Program::take_lines() {
+  std::vector<std::string> lines;
+  std::array<char, 4096> text{};
+  ssize_t n = 0;
+  while (output_ && (n = ::read(output_.get(), text.data(), text.size())) > 0) {
+    auto more = lines_.add({text.data(), static_cast<std::size_t>(n)});
+    lines.insert(lines.end(), std::make_move_iterator(more.begin()),
+                 std::make_move_iterator(more.end()));
+  }
+  // Nobody writes there any more; or what still does is none of ours.
+  if (output_ && (n == 0 || !child_)) output_.reset();
+  if (output_) return lines;
+  if (std::string rest = lines_.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
+  return lines;
+}
+
+}  // namespace timsctl::robot

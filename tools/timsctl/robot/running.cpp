@@ -1,0 +1,53 @@
+#include "tools/timsctl/robot/running.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "os/environment.h"
+#include "tools/timsctl/control_socket.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/robot/robot.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where only this user may write.
+std::string all_robots() {
+  if (const std::string runtime = tims::os::environment("XDG_RUNTIME_DIR"); !runtime.empty())
+    return runtime + "/tims-robots";
+  if (::geteuid() == 0) return "/run/tims-robots";
+  return fmt::format("/tmp/tims-robots-{}", ::geteuid());
+}
+
+}  // namespace
+
+std::string folder_of(std::string_view robot) { return fmt::format("{}/{}", all_robots(), robot); }
+std::string control_socket(std::string_view robot) { return folder_of(robot) + "/control.sock"; }
+std::string status_socket(std::string_view robot) { return folder_of(robot) + "/status.sock"; }
+std::string log_file(std::string_view robot) { return folder_of(robot) + "/log"; }
+
+std::vector<std::string> running() {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(all_robots(), ignored))
+    if (const std::string name = entry.path().filename(); is_running(name)) names.push_back(name);
+  std::ranges::sort(names);
+  return names;
+}
+
+bool is_running(std::string_view robot) { return somebody_listens(control_socket(robot)); }
+
+json::object ask(std::string_view robot, const json::object& question, const Signals& signals,
+                 tims::Duration timeout) {
+  return ask_control(control_socket(robot), question, signals, timeout,
+                     {Exit::kNoSuch, "no_such_robot", fmt::format("robot {} does not run", robot),
+                      "`timsctl up FILE` starts one"});
+}
+
+}  // namespace timsctl::robot

@@ -1,0 +1,248 @@
+#include "tools/timsctl/robot/supervisor.h"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/epoll.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "os/unix_socket.h"
+#include "tools/timsctl/humanize.h"
+#include "tools/timsctl/robot/running.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr tims::Duration kStartPatience = 10s;  // a router may have to come first
+constexpr tims::Duration kEndPatience = 5s;
+
+double seconds(tims::Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+// Until one of them can be read. A program's descriptors come and go.
+class Readable {
+ public:
+  Readable() : all_(::epoll_create1(EPOLL_CLOEXEC)) {}
+  void add(int descriptor) const {
+    epoll_event event{.events = EPOLLIN, .data = {}};
+    if (descriptor >= 0) ::epoll_ctl(all_.get(), EPOLL_CTL_ADD, descriptor, &event);
+  }
+  [[nodiscard]] int descriptor() const { return all_.get(); }
+  // Ctrl-C or not.
+  void wait(tims::Time deadline) const {
+    pollfd ready{all_.get(), POLLIN, 0};
+    const auto rest = std::max(deadline - tims::os::now(), tims::Duration::zero());
+    const timespec limit = tims::os::to_timespec(tims::Time(rest));
+    ::ppoll(&ready, 1, &limit, nullptr);
+  }
+
+ private:
+  tims::os::File all_;
+};
+
+Readable of(const std::list<Program>& programs) {
+  Readable all;
+  for (const Program& program : programs)
+    for (const int descriptor : program.descriptors()) all.add(descriptor);
+  return all;
+}
+
+// Nobody holds its other end any more.
+bool has_closed(int input) {
+  pollfd ready{input, POLLIN, 0};
+  std::array<char, 256> ignored{};
+  return input >= 0 && ::poll(&ready, 1, 0) > 0 &&
+         ::read(input, ignored.data(), ignored.size()) <= 0;
+}
+
+}  // namespace
+
+Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
+    : context_(context), name_(place.name) {
+  auto control = tims::os::listen_unix(control_socket(name_), 0600);
+  if (!control && control.error().code() == tims::Errc::kAddressInUse)
+    throw Failure(Exit::kDenied, "robot_runs", fmt::format("robot {} runs already", name_),
+                  fmt::format("`timsctl down {}` ends it", name_));
+  control_ = value_or_fail(std::move(control), control_socket(name_));
+  status_.emplace(status_socket(name_));
+  for (const Component& component : robot.components)
+    if (component.host == place.host) add(component, place);
+  if (place.host.empty())
+    for (const Host& host : robot.hosts) add(host, robot, place);
+}
+
+Supervisor::~Supervisor() {
+  try {
+    end_all();
+  } catch (const std::exception&) {
+    // Nobody reads what we say any more: no reason to leave programs behind.
+    for (const Program& program : programs_) program.signal(SIGKILL);
+  }
+  asker_.answer({{"schema", "tims/robot_done/1"}, {"done", true}});
+}
+
+void Supervisor::add(const Component& component, const Place& place) {
+  programs_.emplace_back(component.name,
+                         Launch{.command = component.command,
+                                .environment = {"TIMS_ROUTER=" + place.router, "TIMS_HOST=",
+                                                "NOTIFY_SOCKET=" + status_socket(name_)},
+                                .folder = place.folder},
+                         Program::Manner{.restart = component.restart, .tells = component.tells});
+}
+
+// There timsctl looks after its programs, and ends when its stdin does: when we or the network go.
+void Supervisor::add(const Host& host, const Robot& robot, const Place& place) {
+  CommandLine command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
+  if (!host.router.empty()) command.push_back("--host=" + host.router);
+  for (std::string word : {std::string("up"), std::string("-"), "--on=" + host.name,
+                           fmt::format("--system={}", robot.system), std::string("--no-color")})
+    command.push_back(std::move(word));
+  std::string input = place.text;
+  input += '\0';
+  programs_.emplace_back(
+      host.name, Launch{.command = std::move(command)},
+      Program::Manner{.restart = Restart::kAlways, .tells = false, .input = std::move(input)});
+}
+
+void Supervisor::say(std::string_view event, std::string_view subject, std::string_view text) {
+  const double t = seconds(tims::os::now() - began_);
+  if (context_.out.json())
+    return context_.out.write(json::object{{"schema", "tims/robot_event/1"},
+                                           {"time", rfc3339(wall_now())},
+                                           {"t_s", t},
+                                           {"event", event},
+                                           {"subject", subject},
+                                           {"text", text}});
+  if (context_.options.quiet || event == "state") return;
+  context_.out.write(fmt::format("{:8.2f} s  {:<20} {}\n", t, subject, printable_lines(text)));
+}
+
+void Supervisor::start() {
+  began_ = tims::os::now();
+  for (Program& program : programs_) program.start(tims::os::now());
+  const tims::Time deadline = began_ + kStartPatience;
+  while (is_starting() && !asked_to_end_ && tims::os::now() < deadline) {
+    wait(std::min(deadline, next_start()), -1);
+    look_after_programs();
+  }
+  const auto down = std::ranges::count(programs_, State::kDown, &Program::state);
+  const auto late = std::ranges::count(programs_, State::kStarting, &Program::state);
+  std::string text =
+      fmt::format("{} of {} programs are ready",
+                  programs_.size() - static_cast<std::size_t>(down + late), programs_.size());
+  if (late > 0) text += fmt::format(", {} did not say so", late);
+  if (down > 0) text += fmt::format(", {} ended", down);
+  say("started", name_, text);
+}
+
+void Supervisor::serve(tims::Time until, int input) {
+  while (!asked_to_end_ && tims::os::now() < until) {
+    wait(std::min(until, next_start()), input);
+    look_after_programs();
+    if (has_closed(input)) return;
+  }
+}
+
+bool Supervisor::is_starting() const {
+  return std::ranges::any_of(programs_, [](const Program& program) {
+    return program.state() == State::kStarting || program.start_at() != tims::kNever;
+  });
+}
+
+tims::Time Supervisor::next_start() const {
+  tims::Time next = tims::kNever;
+  for (const Program& program : programs_) next = std::min(next, program.start_at());
+  return next;
+}
+
+void Supervisor::wait(tims::Time deadline, int input) {
+  Readable all = of(programs_);
+  all.add(control_.get());
+  all.add(status_->descriptor());
+  all.add(input);
+  (void)context_.signals.wait(all.descriptor(), deadline);
+}
+
+void Supervisor::look_after_programs() {
+  answer_questions();
+  hear();
+  for (Program& program : programs_) look_after(program);
+}
+
+void Supervisor::look_after(Program& program) {
+  const tims::Time now = tims::os::now();
+  const auto end = program.ended(now);
+  for (const std::string& line : program.take_lines()) say("said", program.name(), line);
+  if (end) take_end(program, *end);
+  if (program.start_at() <= now) start_again(program, now);
+}
+
+// What cannot be executed now may be in a moment: somebody is installing it.
+void Supervisor::start_again(Program& program, tims::Time now) {
+  try {
+    program.start(now);
+    say("restarted", program.name(), "started again");
+  } catch (const Failure& failure) {
+    take_end(program, program.could_not_start(now));
+    say("said", program.name(), failure.message);
+  }
+}
+
+void Supervisor::take_end(Program& program, const Program::End& end) {
+  const std::string how = end_text(end.status);
+  if (end.pause && !ending_)
+    return say("ended", program.name(),
+               fmt::format("{}: starts again in {:g} s", how, seconds(*end.pause)));
+  program.stay_down();
+  if (ending_) return say("ended", program.name(), how);
+  if (end.status != 0) ++failures_;
+  say("ended", program.name(), how + ": stays down");
+}
+
+void Supervisor::hear() {
+  while (const auto said = status_->take()) {
+    const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
+    if (program == programs_.end()) continue;
+    program->hear(said->text);
+    if (!program->status().empty()) say("state", program->name(), program->status());
+  }
+}
+
+void Supervisor::answer_questions() {
+  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
+    if (text_at(question, "do") != "down") return asker.answer(report());
+    asked_to_end_ = true;
+    asker_ = std::move(asker);
+  });
+}
+
+json::object Supervisor::report() const {
+  json::array items;
+  for (const Program& program : programs_) {
+    json::object item{{"name", program.name()}, {"status", program.status()}};
+    if (const auto pid = program.pid()) item["pid"] = *pid;
+    items.push_back(std::move(item));
+  }
+  return {{"schema", "tims/robot/1"}, {"name", name_}, {"items", std::move(items)}};
+}
+
+void Supervisor::end_all() {
+  ending_ = true;
+  for (const Program& program : programs_) program.signal(SIGTERM);
+  const tims::Time deadline = tims::os::now() + kEndPatience;
+  const auto runs = [](const Program& program) { return program.pid().has_value(); };
+  while (std::ranges::any_of(programs_, runs)) {
+    if (tims::os::now() >= deadline)
+      for (const Program& program : programs_) program.signal(SIGKILL);
+    of(programs_).wait(deadline);
+    for (Program& program : programs_) look_after(program);
+  }
+}
+
+}  // namespace timsctl::robot

@@ -1,0 +1,71 @@
+// A robot that runs: starts its programs, passes on what they say, starts again what crashes, and
+// ends them all.
+#pragma once
+
+#include <list>
+#include <optional>
+#include <string>
+
+#include "os/file.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/control_socket.h"
+#include "tools/timsctl/robot/program.h"
+#include "tools/timsctl/robot/robot.h"
+#include "tools/timsctl/robot/status_socket.h"
+
+namespace timsctl::robot {
+
+struct Place {
+  std::string name;    // what `timsctl down` calls it
+  std::string host;    // of the robot, whose components run here; empty: those without a host
+  std::string folder;  // programs run there: the file's
+  std::string router;  // theirs, as in $TIMS_ROUTER
+  std::string text;    // the robot file's, for other hosts
+};
+
+class Supervisor {
+ public:
+  // Takes the name on this host: throws Failure when one of that name runs.
+  Supervisor(Context& context, const Robot& robot, const Place& place);
+  // Ends all programs.
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  // Starts all programs; returns when those of components are ready, or did not become so in time.
+  void start();
+  // Until the time, until `down`, or until `input` ends (-1: none); throws Interrupted on Ctrl-C.
+  void serve(tims::Time until, int input = -1);
+  // Programs that have ended and stay down.
+  [[nodiscard]] std::size_t failures() const { return failures_; }
+
+ private:
+  void add(const Component& component, const Place& place);
+  void add(const Host& host, const Robot& robot, const Place& place);
+  void say(std::string_view event, std::string_view subject, std::string_view text);
+
+  void wait(tims::Time deadline, int input);
+  void look_after_programs();
+  void look_after(Program& program);
+  void start_again(Program& program, tims::Time now);
+  void take_end(Program& program, const Program::End& end);
+  void hear();
+  void answer_questions();
+  [[nodiscard]] json::object report() const;
+  [[nodiscard]] tims::Time next_start() const;
+  [[nodiscard]] bool is_starting() const;
+  void end_all();
+
+  Context& context_;
+  std::string name_;
+  tims::os::File control_;
+  std::optional<StatusSocket> status_;
+  std::list<Program> programs_;
+  Asker asker_;  // of `down`: told when all have ended
+  tims::Time began_{};
+  bool asked_to_end_ = false;
+  bool ending_ = false;
+  std::size_t failures_ = 0;
+};
+
+}  // namespace timsctl::robot

@@ -1,0 +1,32 @@
+// Which texts of components a command shows, and how. Pure, but for the output.
+#pragma once
+
+#include <optional>
+
+#include "proxies/gdos_record.h"
+#include "tools/timsctl/options.h"
+#include "tools/timsctl/output.h"
+
+namespace timsctl {
+
+struct TextFilter {
+  tims::AddressPattern component{};  // of the sender
+  rack::gdos::Level level = rack::gdos::Level::kDetail;
+  std::optional<rack::gdos::RecordTime> since{};
+  std::optional<rack::gdos::RecordTime> until{};
+
+  [[nodiscard]] bool passes(const rack::gdos::Record& record) const;
+};
+// What --component, --level, --since and --until say. Throws Failure.
+TextFilter text_filter(const Options& options, const tims::AddressWidths& widths,
+                       rack::gdos::RecordTime now);
+
+// "10min" (ago), "03:15", "2026-11-22", "2026-11-22 03:15:30", "2026-11-22T03:15:30.5Z": local time
+// unless it ends with Z, or `utc`.
+std::optional<rack::gdos::RecordTime> parse_when(std::string_view text, rack::gdos::RecordTime now,
+                                                 bool utc);
+
+// A line, in the colour of its level; or a line of JSON. With the day, of what is not live.
+void show_text(Output& out, const rack::gdos::Record& record, bool with_day);
+
+}  // namespace timsctl

@@ -1,0 +1,82 @@
+#include "tools/timsctl/text_filter.h"
+
+#include <gtest/gtest.h>
+
+#include "tools/timsctl/failure.h"
+
+namespace timsctl {
+namespace {
+
+using namespace std::chrono_literals;
+using rack::gdos::Level;
+using rack::gdos::Record;
+using rack::gdos::RecordTime;
+
+constexpr RecordTime kNow{1763780400123ms};  // 2025-11-22 03:00:00.123 UTC
+
+std::string when(std::string_view text) {
+  const auto time = parse_when(text, kNow, true);
+  return time ? rack::gdos::to_text(*time) : "none";
+}
+
+TEST(When, AgoAndByTheClock) {
+  EXPECT_EQ(when("10min"), "2025-11-22T02:50:00.123Z");
+  EXPECT_EQ(when("1h"), "2025-11-22T02:00:00.123Z");
+  EXPECT_EQ(when("02:15"), "2025-11-22T02:15:00.000Z");
+  EXPECT_EQ(when("02:15:30"), "2025-11-22T02:15:30.000Z");
+  EXPECT_EQ(when("2025-11-21"), "2025-11-21T00:00:00.000Z");
+  EXPECT_EQ(when("2025-11-21 23:15"), "2025-11-21T23:15:00.000Z");
+  EXPECT_EQ(when("2025-11-21T23:15:30"), "2025-11-21T23:15:30.000Z");
+  EXPECT_EQ(when("2025-11-21T23:15:30.5Z"), "2025-11-21T23:15:30.500Z");
+  for (const char* none : {"", "yesterday", "25:00", "02:15x", "2025-13-01", "2025-11-21T"})
+    EXPECT_EQ(when(none), "none") << none;
+}
+
+TEST(When, LocalTimeUnlessItSaysOtherwise) {
+  ::setenv("TZ", "EET-2", 1);  // two hours before UTC
+  ::tzset();
+  const auto local = parse_when("2025-11-22 02:00", kNow, false);
+  const auto zulu = parse_when("2025-11-22 02:00Z", kNow, false);
+  ::unsetenv("TZ");
+  ::tzset();
+  ASSERT_TRUE(local && zulu);
+  EXPECT_EQ(rack::gdos::to_text(*local), "2025-11-22T00:00:00.000Z");
+  EXPECT_EQ(rack::gdos::to_text(*zulu), "2025-11-22T02:00:00.000Z");
+}
+
+TEST(TextFilter, ComponentLevelAndTime) {
+  Options options;
+  options.utc = true;
+  options.component = "Chassis/*/0";
+  options.level = Level::kWarning;
+  options.since = "10min";
+  options.until = "03:00:00";
+  const TextFilter filter = text_filter(options, {}, kNow);
+  const Record good{
+      .time = kNow - 1s, .address = tims::Address(0x03110000), .level = Level::kError};
+  EXPECT_TRUE(filter.passes(good));
+  const auto without = [&](auto change) {
+    Record record = good;
+    change(record);
+    return filter.passes(record);
+  };
+  EXPECT_TRUE(without([](Record& r) { r.level = Level::kPrint; })) << "more important than all";
+  EXPECT_TRUE(without([](Record& r) { r.address = tims::Address(0x03110002); })) << "its proxies";
+  EXPECT_FALSE(without([](Record& r) { r.level = Level::kInfo; }));
+  EXPECT_FALSE(without([](Record& r) { r.address = tims::Address(0x03140000); }));
+  EXPECT_FALSE(without([](Record& r) { r.address = tims::Address(0x03110100); }));
+  EXPECT_FALSE(without([](Record& r) { r.time = kNow; }));
+  EXPECT_FALSE(without([](Record& r) { r.time = kNow - 11min; }));
+}
+
+TEST(TextFilter, RefusesWhatItDoesNotUnderstand) {
+  Options options;
+  options.since = "soon";
+  EXPECT_THROW(text_filter(options, {}, kNow), Failure);
+  options.since.clear();
+  options.component = "Nobody";
+  EXPECT_THROW(text_filter(options, {}, kNow), Failure);
+}
+
+}  // namespace
+}  // namespace timsctl
