@@ -25,6 +25,7 @@ struct Identity {
   [[nodiscard]] Address address() const {
     return Address::of({.system = system, .instance = id}, widths);
   }
+  bool operator==(const Identity&) const = default;
 };
 
 }  // namespace tims::link

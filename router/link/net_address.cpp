@@ -21,6 +21,16 @@ std::string hex(unsigned value) {
   return {digits.data(), end.ptr};
 }
 
+std::string hex_text(const DdsParticipant& bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 0xFU];
+  }
+  return text;
+}
+
 // RFC 5952: the longest run of zero groups is "::".
 std::string v6_text(const std::array<std::uint8_t, 16>& ip) {
   std::array<unsigned, 8> groups{};
@@ -47,11 +57,14 @@ std::string v6_text(const std::array<std::uint8_t, 16>& ip) {
 
 }  // namespace
 
+std::string_view name(PathKind kind) { return kind == PathKind::kUdp ? "udp" : "dds"; }
+
 bool NetAddress::is_v4() const {
   return std::equal(kV4Prefix.begin(), kV4Prefix.end(), ip.begin());
 }
 
 std::string NetAddress::to_string() const {
+  if (kind == PathKind::kDds) return "dds:" + hex_text(participant());
   const std::string number = ":" + std::to_string(port);
   if (is_v4()) return v4_text(ip) + number;
   const std::string zone = scope == 0 ? "" : "%" + std::to_string(scope);
@@ -66,6 +79,18 @@ NetAddress NetAddress::v4(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::u
   address.ip[13] = b;
   address.ip[14] = c;
   address.ip[15] = d;
+  return address;
+}
+
+DdsParticipant NetAddress::participant() const {
+  DdsParticipant participant{};
+  std::copy_n(ip.begin(), participant.size(), participant.begin());
+  return participant;
+}
+
+NetAddress NetAddress::dds(const DdsParticipant& participant) {
+  NetAddress address{.port = 1, .kind = PathKind::kDds};  // all have one
+  std::ranges::copy(participant, address.ip.begin());
   return address;
 }
 

@@ -25,6 +25,17 @@ TEST(NetAddress, IPv6IsShortened) {
   EXPECT_EQ(full.to_string(), "[102:304:506:708:90a:b0c:d0e:f10]:5");
 }
 
+TEST(NetAddress, ADdsParticipantIsAnAddressToo) {
+  const DdsParticipant participant{1, 15, 0x6E, 0x1F, 10, 0, 0, 0, 1, 0, 0, 0xFF};
+  const NetAddress address = NetAddress::dds(participant);
+  EXPECT_TRUE(address);
+  EXPECT_EQ(address.participant(), participant);
+  EXPECT_EQ(address.to_string(), "dds:010f6e1f0a000000010000ff");
+  NetAddress same_bytes = address;
+  same_bytes.kind = PathKind::kUdp;
+  EXPECT_NE(address, same_bytes);
+}
+
 TEST(NetAddress, WithoutAPortItIsNone) {
   EXPECT_FALSE(NetAddress());
   EXPECT_TRUE(NetAddress::v4(127, 0, 0, 1, 1));
