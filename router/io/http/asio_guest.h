@@ -1,6 +1,6 @@
 // Boost.Beast's WebSocket wants an io_context of Boost.Asio. Here it has neither a thread nor a
-// wait of its own: the router's loop lets it run, when something was asked of it and when one of
-// its sockets has changed (Interest::kChanges). It has no timers, which would need more than that.
+// wait of its own: the router's loop lets it run when something was asked of it and when a
+// GuestSocket is done with something. It has no timers, which would need more than that.
 #pragma once
 
 #include <boost/asio/executor_work_guard.hpp>

@@ -141,7 +141,6 @@ void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::s
   client->session = WebSocketSession::start(
       guest_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
-  if (!client->session) return;
   client->token = free_token();
   clients_[client->token] = std::move(client);
 }

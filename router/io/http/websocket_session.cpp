@@ -6,21 +6,19 @@
 #include <optional>
 #include <utility>
 
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/websocket/stream.hpp>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "router/io/http/guest_socket.h"
 #include "router/io/http/tcp_progress.h"
 #include "router/io/http/websocket_output.h"
 #include "router/io/timer.h"
-#include "router/io/watch.h"
 
 namespace tims::io {
 
@@ -33,8 +31,8 @@ namespace websocket = beast::websocket;
 using beast::error_code;
 using core::CloseReason;
 
-using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
-using Stream = websocket::stream<Socket, false>;  // without compression: it is not for binary data
+// Without compression: it is not for binary data.
+using Stream = websocket::stream<GuestSocket, false>;
 
 // A reader's buffer larger than this goes back after its message.
 constexpr std::size_t kKeptBufferBytes = 64 << 10;
@@ -42,15 +40,10 @@ constexpr std::size_t kKeptBufferBytes = 64 << 10;
 // messages and pings wait behind it.
 constexpr int kUnsentBytes = 128 << 10;
 
-Socket to_asio(asio::io_context& loop, int fd) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+void set_options(const os::File& socket) {
   const int yes = 1;
-  ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  ::setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
-  const auto protocol = address.ss_family == AF_INET6 ? asio::ip::tcp::v6() : asio::ip::tcp::v4();
-  return Socket(loop.get_executor(), protocol, fd);
+  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
 }
 
 http::request<http::empty_body> to_beast(const HttpRequest& request) {
@@ -72,9 +65,9 @@ CloseReason reason_for(const error_code& error) {
 
 class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
  public:
-  Session(AsioGuest& guest, int fd, const Settings& settings, Listener& listener)
+  Session(AsioGuest& guest, os::File socket, const Settings& settings, Listener& listener)
       : guest_(guest),
-        stream_(to_asio(guest.context(), fd)),
+        stream_(guest, std::move(socket)),
         listener_(&listener),
         settings_(settings),
         life_timer_(guest.loop(), [this] { ask_whether_it_lives(); }),
@@ -90,8 +83,6 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
                                         .idle_timeout = websocket::stream_base::none(),
                                         .keep_alive_pings = false});
     stream_.control_callback([this](websocket::frame_type, beast::string_view) { heard_ = true; });
-    watch_.emplace(
-        guest.loop(), fd, [&guest](Ready) { guest.wake(); }, Interest::kChanges);
   }
 
   void accept(const HttpRequest& request);
@@ -115,8 +106,7 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
 
   AsioGuest& guest_;
   Stream stream_;
-  std::optional<Watch> watch_;  // of its socket
-  Listener* listener_;          // null: nobody listens any more
+  Listener* listener_;  // null: nobody listens any more
   Settings settings_;
   Timer life_timer_;
   Timer close_timer_;
@@ -196,8 +186,7 @@ void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
   const auto self = shared_from_this();  // until we have told that it is over
-  const std::uint64_t acknowledged =
-      bytes_acknowledged(beast::get_lowest_layer(stream_).native_handle());
+  const std::uint64_t acknowledged = bytes_acknowledged(stream_.next_layer().fd());
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
   if (!open_ || (!std::exchange(heard_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);
@@ -253,12 +242,9 @@ void Session::end_when_quiet() {
 }
 
 void Session::cut() {
-  error_code ignored;
   life_timer_.cancel();
   close_timer_.cancel();
-  watch_.reset();
-  guest_.wake();
-  beast::get_lowest_layer(stream_).close(ignored);
+  stream_.next_layer().close();
 }
 
 }  // namespace
@@ -267,9 +253,8 @@ std::shared_ptr<WebSocketSession> WebSocketSession::start(AsioGuest& guest, os::
                                                           const HttpRequest& request,
                                                           const Settings& settings,
                                                           Listener& listener) {
-  const int fd = ::fcntl(socket.get(), F_DUPFD_CLOEXEC, 0);  // Asio wants one of its own
-  if (fd < 0) return nullptr;
-  auto session = std::make_shared<Session>(guest, fd, settings, listener);
+  set_options(socket);
+  auto session = std::make_shared<Session>(guest, std::move(socket), settings, listener);
   session->accept(request);
   return session;
 }

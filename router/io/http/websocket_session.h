@@ -53,8 +53,7 @@ class WebSocketSession {
     Duration close_timeout = std::chrono::seconds(5);
   };
 
-  // Answers `request`, the upgrade. The listener must stay until on_end() or drop(). Null when
-  // there is no free file descriptor.
+  // Answers `request`, the upgrade. The listener must stay until on_end() or drop().
   static std::shared_ptr<WebSocketSession> start(AsioGuest& guest, os::File socket,
                                                  const HttpRequest& request,
                                                  const Settings& settings, Listener& listener);

@@ -1,0 +1,102 @@
+// A connected TCP socket for Boost.Beast, watched by the router's loop. Asio's own socket would be
+// watched by Asio's epoll instance too: of two that watch one socket, the one that is woken first
+// may ask the other before that one knows, and nothing would ever ask again.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/any_completion_handler.hpp>
+#include <boost/asio/async_result.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/beast/core/role.hpp>
+#include <boost/system/error_code.hpp>
+#include <sys/uio.h>
+
+#include "os/file.h"
+#include "router/io/http/asio_guest.h"
+#include "router/io/watch.h"
+
+namespace tims::io {
+
+// Beast's AsyncStream. One read and one write at a time.
+class GuestSocket {
+ public:
+  using executor_type = boost::asio::io_context::executor_type;
+  using error_code = boost::system::error_code;
+  using Done = boost::asio::any_completion_handler<void(error_code, std::size_t)>;
+
+  GuestSocket(AsioGuest& guest, os::File socket);
+  GuestSocket(const GuestSocket&) = delete;
+  GuestSocket& operator=(const GuestSocket&) = delete;
+
+  executor_type get_executor() { return guest_.context().get_executor(); }
+  [[nodiscard]] int fd() const { return socket_.get(); }
+
+  template <typename Buffers, typename Token>
+  auto async_read_some(const Buffers& buffers, Token&& token) {
+    return start(read_, buffers, std::forward<Token>(token));
+  }
+  template <typename Buffers, typename Token>
+  auto async_write_some(const Buffers& buffers, Token&& token) {
+    return start(write_, buffers, std::forward<Token>(token));
+  }
+  // Says that nothing more is sent, and throws away what comes until the other side says so too.
+  void finish(Done done);
+  // What has not ended yet ends with operation_aborted.
+  void close();
+
+ private:
+  static constexpr std::size_t kPiecesMax = 16;
+  // What waits for the socket.
+  struct Transfer {
+    ssize_t (GuestSocket::*step)(Transfer&);
+    std::array<iovec, kPiecesMax> pieces{};
+    std::size_t count = 0;
+    std::size_t bytes = 0;
+    std::optional<Done> done{};  // Done's own assignment calls itself for ever (Boost 1.81)
+  };
+
+  template <typename Buffers, typename Token>
+  auto start(Transfer& transfer, const Buffers& buffers, Token&& token) {
+    return boost::asio::async_initiate<Token, void(error_code, std::size_t)>(
+        [this, &transfer](auto handler, const Buffers& pieces) {
+          transfer.count = transfer.bytes = 0;
+          for (auto it = boost::asio::buffer_sequence_begin(pieces);
+               it != boost::asio::buffer_sequence_end(pieces) && transfer.count < kPiecesMax; ++it)
+            add(transfer, *it);
+          transfer.done.emplace(std::move(handler));
+          go_on(transfer);
+        },
+        token, buffers);
+  }
+  static void add(Transfer& transfer, boost::asio::mutable_buffer piece);
+  static void add(Transfer& transfer, boost::asio::const_buffer piece);
+
+  ssize_t read_step(Transfer& transfer);
+  ssize_t write_step(Transfer& transfer);
+  ssize_t finish_step(Transfer& transfer);
+  void go_on(Transfer& transfer);
+  void end(Transfer& transfer, error_code error, std::size_t bytes);
+
+  AsioGuest& guest_;
+  os::File socket_;
+  Transfer read_{.step = &GuestSocket::read_step};
+  Transfer write_{.step = &GuestSocket::write_step};
+  std::optional<Watch> watch_;
+};
+
+// Beast calls these at the end.
+inline void beast_close_socket(GuestSocket& socket) { socket.close(); }
+void teardown(boost::beast::role_type role, GuestSocket& socket, GuestSocket::error_code& error);
+template <typename Handler>
+void async_teardown(boost::beast::role_type, GuestSocket& socket, Handler&& handler) {
+  socket.finish([h = std::forward<Handler>(handler)](GuestSocket::error_code error,
+                                                     std::size_t) mutable { std::move(h)(error); });
+}
+
+}  // namespace tims::io
