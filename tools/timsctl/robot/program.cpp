@@ -6,24 +6,13 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "os/pipe.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/robot/status_socket.h"
 
 namespace timsctl::robot {
 
 namespace {
-
-struct Pipe {
-  tims::os::File read;
-  tims::os::File write;
-};
-
-Pipe make_pipe() {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Failure(Exit::kNo, "system", tims::os::system_error("pipe").message());
-  return {tims::os::File(ends[0]), tims::os::File(ends[1])};
-}
 
 constexpr int kCannotExecute = 127;  // as shells say it
 
@@ -52,11 +41,11 @@ std::optional<pid_t> Program::pid() const {
 void Program::start(tims::Time now) {
   Launch launch = launch_;
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
-  Pipe out = make_pipe();
+  tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
-  Pipe in;
+  tims::os::Pipe in;
   if (!manner_.input.empty()) {
-    in = make_pipe();
+    in = value_or_fail(tims::os::make_pipe(), "pipe");
     // Less than a pipe holds: this never waits.
     [[maybe_unused]] const ssize_t n =
         ::write(in.write.get(), manner_.input.data(), manner_.input.size());
