@@ -18,6 +18,7 @@
 
 #include "os/clock.h"
 #include "os/pipe.h"
+#include "os/readable.h"
 
 namespace tims::test {
 namespace {
@@ -121,9 +122,7 @@ void ChildProcess::signal(int number) {
 Result<ExitStatus> ChildProcess::wait(Duration limit) {
   if (state_->exit_status) return *state_->exit_status;
   const Time deadline = os::deadline_after(limit);
-  pollfd ready{state_->pidfd.get(), POLLIN, 0};
-  const timespec timeout = os::to_timespec(Time(limit));
-  if (::ppoll(&ready, 1, &timeout, nullptr) <= 0) {
+  if (!os::is_readable(state_->pidfd.get(), limit)) {
     return Error(Errc::kTimeout, "process " + std::to_string(state_->pid) + " still runs");
   }
   int status = 0;

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include <poll.h>
-
 #include "os/clock.h"
+#include "os/readable.h"
 #include "proxies/codec/codec.h"
 #include "proxies/generic.h"
 #include "tools/timsctl/failure.h"
@@ -132,8 +131,7 @@ void Subscriptions::finish() {
       continue;
     }
     if (message.error().code() != tims::Errc::kEmpty) return;
-    pollfd wait{connection_.descriptor(), POLLIN, 0};
-    ::poll(&wait, 1, 20);
+    (void)tims::os::is_readable(connection_.descriptor(), 20ms);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <array>
 
 #include <fcntl.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include "os/pipe.h"
@@ -15,11 +14,6 @@ namespace timsctl::robot {
 namespace {
 
 constexpr int kCannotExecute = 127;  // as shells say it
-
-bool is_readable(int descriptor) {
-  pollfd ready{descriptor, POLLIN, 0};
-  return ::poll(&ready, 1, 0) > 0;
-}
 
 // "on", and "error: ..." of a component that tries to be on.
 bool wants_to_be_on(std::string_view status) {
@@ -77,7 +71,7 @@ std::vector<int> Program::descriptors() const {
 }
 
 std::optional<Program::End> Program::ended(tims::Time now) {
-  if (!child_ || !is_readable(child_->descriptor())) return std::nullopt;
+  if (!child_ || !child_->has_ended()) return std::nullopt;
   const int status = child_->reap();
   child_.reset();
   input_.reset();

@@ -5,11 +5,10 @@
 #include <csignal>
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/epoll.h>
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "os/readable.h"
 #include "os/unix_socket.h"
 #include "tools/timsctl/humanize.h"
 #include "tools/timsctl/robot/running.h"
@@ -25,40 +24,18 @@ constexpr tims::Duration kEndPatience = 5s;
 
 double seconds(tims::Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-// Until one of them can be read. A program's descriptors come and go.
-class Readable {
- public:
-  Readable() : all_(::epoll_create1(EPOLL_CLOEXEC)) {}
-  void add(int descriptor) const {
-    epoll_event event{.events = EPOLLIN, .data = {}};
-    if (descriptor >= 0) ::epoll_ctl(all_.get(), EPOLL_CTL_ADD, descriptor, &event);
-  }
-  [[nodiscard]] int descriptor() const { return all_.get(); }
-  // Ctrl-C or not.
-  void wait(tims::Time deadline) const {
-    pollfd ready{all_.get(), POLLIN, 0};
-    const auto rest = std::max(deadline - tims::os::now(), tims::Duration::zero());
-    const timespec limit = tims::os::to_timespec(tims::Time(rest));
-    ::ppoll(&ready, 1, &limit, nullptr);
-  }
-
- private:
-  tims::os::File all_;
-};
-
-Readable of(const std::list<Program>& programs) {
-  Readable all;
+// They come and go.
+std::vector<int> descriptors_of(const std::list<Program>& programs) {
+  std::vector<int> all;
   for (const Program& program : programs)
-    for (const int descriptor : program.descriptors()) all.add(descriptor);
+    for (const int descriptor : program.descriptors()) all.push_back(descriptor);
   return all;
 }
 
 // Nobody holds its other end any more.
 bool has_closed(int input) {
-  pollfd ready{input, POLLIN, 0};
   std::array<char, 256> ignored{};
-  return input >= 0 && ::poll(&ready, 1, 0) > 0 &&
-         ::read(input, ignored.data(), ignored.size()) <= 0;
+  return tims::os::is_readable(input) && ::read(input, ignored.data(), ignored.size()) <= 0;
 }
 
 }  // namespace
@@ -162,11 +139,11 @@ tims::Time Supervisor::next_start() const {
 }
 
 void Supervisor::wait(tims::Time deadline, int input) {
-  Readable all = of(programs_);
-  all.add(control_.get());
-  all.add(status_->descriptor());
-  all.add(input);
-  (void)context_.signals.wait(all.descriptor(), deadline);
+  std::vector<int> descriptors = descriptors_of(programs_);
+  descriptors.insert(descriptors.end(), {control_.get(), status_->descriptor(), input});
+  // When the system refuses: at the deadline.
+  const auto any = tims::os::any_of(descriptors);
+  (void)context_.signals.wait(any ? any->get() : -1, deadline);
 }
 
 void Supervisor::look_after_programs() {
@@ -240,7 +217,8 @@ void Supervisor::end_all() {
   while (std::ranges::any_of(programs_, runs)) {
     if (tims::os::now() >= deadline)
       for (const Program& program : programs_) program.signal(SIGKILL);
-    of(programs_).wait(deadline);
+    const auto any = tims::os::any_of(descriptors_of(programs_));
+    (void)tims::os::is_readable(any ? any->get() : -1, deadline - tims::os::now());
     for (Program& program : programs_) look_after(program);
   }
 }

@@ -4,9 +4,9 @@
 #include <fstream>
 
 #include <fmt/format.h>
-#include <sys/epoll.h>
 
 #include "os/clock.h"
+#include "os/readable.h"
 #include "os/unix_socket.h"
 #include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
@@ -262,14 +262,11 @@ void Supervisor::serve(tims::Time until) {
 
 // Until somebody asks, a program ends, or the time has come.
 void Supervisor::wait(tims::Time deadline) {
-  const tims::os::File all(::epoll_create1(EPOLL_CLOEXEC));
   std::vector<int> descriptors = programs_.descriptors();
   descriptors.push_back(control_.get());
-  for (const int descriptor : descriptors) {
-    epoll_event event{.events = EPOLLIN, .data = {}};
-    ::epoll_ctl(all.get(), EPOLL_CTL_ADD, descriptor, &event);
-  }
-  (void)context_.signals.wait(all.get(), deadline);
+  // When the system refuses: at the deadline.
+  const auto any = tims::os::any_of(descriptors);
+  (void)context_.signals.wait(any ? any->get() : -1, deadline);
 }
 
 void Supervisor::look_after_programs() {
