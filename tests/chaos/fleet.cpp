@@ -5,7 +5,6 @@
 #include <fstream>
 
 #include <fmt/format.h>
-#include <poll.h>
 
 #include "tests/support/patience.h"
 #include "tools/timsctl/failure.h"
@@ -30,11 +29,6 @@ timsctl::Ran run_timsctl(std::vector<std::string> words) {
   return timsctl::run({.command = std::move(words), .environment = {"TIMS_HOST="}});
 }
 
-bool ends(const timsctl::Child& child) {
-  pollfd ready{child.descriptor(), POLLIN, 0};
-  return ::poll(&ready, 1, test::kPatienceMs) > 0;
-}
-
 }  // namespace
 
 Fleet::Fleet(std::string name, const std::string& file, const std::string& folder)
@@ -44,8 +38,7 @@ Fleet::Fleet(std::string name, const std::string& file, const std::string& folde
           {.command = {TIMSCTL_PROGRAM, "sim", "up", file, "--fleet", name_, "--json"},
            .log = log_})) {
   for (;;) {
-    pollfd ended{child_.descriptor(), POLLIN, 0};
-    const bool gone = ::poll(&ended, 1, 20) > 0;
+    const bool gone = child_.has_ended(std::chrono::milliseconds(20));
     if (content_of(log_).find("\"linked\"") != std::string::npos) return;
     if (!gone) continue;
     const int code = child_.reap();
@@ -95,7 +88,8 @@ std::vector<std::string> Fleet::take_down() {
   const std::vector<pid_t> pids = processes();
   const timsctl::Ran down = run_timsctl({"sim", "down", name_});
   if (down.code != 0) left.push_back("timsctl sim down: " + down.output);
-  if (!ends(child_)) left.emplace_back("the process of the fleet does not end");
+  if (!child_.has_ended(test::kPatience))
+    left.emplace_back("the process of the fleet does not end");
   for (const std::string& network : sim::networks_of(name_)) left.push_back("namespace " + network);
   if (fs::exists(sim::folder_of(name_))) left.push_back(sim::folder_of(name_));
   for (const pid_t pid : pids)

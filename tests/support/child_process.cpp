@@ -17,29 +17,24 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/file.h"
+#include "os/pipe.h"
+#include "os/readable.h"
 
 namespace tims::test {
 namespace {
-
-struct Pipe {
-  os::File read;
-  os::File write;
-};
 
 struct Line {
   bool is_error = false;
   std::string text;
 };
 
-Result<Pipe> make_pipe();
 Result<pid_t> fork_and_exec(std::vector<std::string> command, const ChildOptions& options, int out,
                             int err);
 
 }  // namespace
 
 struct ChildProcess::State {
-  State(pid_t id, Pipe& out, Pipe& err)
+  State(pid_t id, os::Pipe& out, os::Pipe& err)
       : pid(id),
         pidfd(static_cast<int>(::syscall(SYS_pidfd_open, id, 0))),
         streams{Stream{std::move(out.read), false, {}}, Stream{std::move(err.read), true, {}}},
@@ -79,9 +74,9 @@ std::string ExitStatus::to_string() const {
 Result<ChildProcess> ChildProcess::start(std::vector<std::string> command,
                                          const ChildOptions& options) {
   if (command.empty()) return Error(Errc::kInvalidArgument, "no command");
-  auto out = make_pipe();
+  auto out = os::make_pipe();
   if (!out) return out.error();
-  auto err = make_pipe();
+  auto err = os::make_pipe();
   if (!err) return err.error();
   const auto pid = fork_and_exec(std::move(command), options, out->write.get(), err->write.get());
   if (!pid) return pid.error();
@@ -127,9 +122,7 @@ void ChildProcess::signal(int number) {
 Result<ExitStatus> ChildProcess::wait(Duration limit) {
   if (state_->exit_status) return *state_->exit_status;
   const Time deadline = os::deadline_after(limit);
-  pollfd ready{state_->pidfd.get(), POLLIN, 0};
-  const timespec timeout = os::to_timespec(Time(limit));
-  if (::ppoll(&ready, 1, &timeout, nullptr) <= 0) {
+  if (!os::is_readable(state_->pidfd.get(), limit)) {
     return Error(Errc::kTimeout, "process " + std::to_string(state_->pid) + " still runs");
   }
   int status = 0;
@@ -225,12 +218,6 @@ std::string ChildProcess::State::joined() const {
 
 namespace {
 
-Result<Pipe> make_pipe() {
-  std::array<int, 2> fds{};
-  if (::pipe2(fds.data(), O_CLOEXEC) != 0) return os::system_error("pipe2");
-  return Pipe{os::File(fds[0]), os::File(fds[1])};
-}
-
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> result;
   result.reserve(texts.size() + 1);
@@ -269,7 +256,7 @@ Result<pid_t> fork_and_exec(std::vector<std::string> command, const ChildOptions
   std::vector<std::string> environment = joined_environment(options.environment);
   std::vector<char*> argv = pointers(command);
   std::vector<char*> env = pointers(environment);
-  auto problem = make_pipe();  // closed by a successful exec
+  auto problem = os::make_pipe();  // closed by a successful exec
   if (!problem) return problem.error();
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();

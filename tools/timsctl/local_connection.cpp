@@ -1,14 +1,14 @@
 // Through libtims: a session at the router of this host.
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <system_error>
 
-#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
 #include "os/event_fd.h"
-#include "os/file.h"
+#include "os/readable.h"
 #include "tims/session.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/failure.h"
@@ -34,17 +34,6 @@ class Losses {
   tims::os::File event_ = std::move(*tims::os::make_event_fd());
 };
 
-// Readable when one of them is.
-tims::os::File either(int one, int other) {
-  tims::os::File both(::epoll_create1(EPOLL_CLOEXEC));
-  for (const int fd : {one, other}) {
-    epoll_event readable{.events = EPOLLIN, .data = {}};
-    if (::epoll_ctl(both.get(), EPOLL_CTL_ADD, fd, &readable) != 0)
-      throw failure_of(tims::os::system_error("epoll"), "this host");
-  }
-  return both;
-}
-
 class LocalConnection final : public Connection {
  public:
   LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path,
@@ -53,7 +42,9 @@ class LocalConnection final : public Connection {
         mailbox_(std::move(mailbox)),
         path_(std::move(path)),
         losses_(std::move(losses)),
-        descriptor_(either(mailbox_.event_fd(), losses_->descriptor())) {}
+        descriptor_(
+            value_or_fail(tims::os::any_of(std::array{mailbox_.event_fd(), losses_->descriptor()}),
+                          "this host")) {}
 
   [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
   [[nodiscard]] tims::AddressWidths widths() const override { return session_.address_widths(); }

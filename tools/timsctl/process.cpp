@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "os/pipe.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {
@@ -114,10 +115,8 @@ Failure cannot_execute(const Prepared& program, int error) {
 
 // `own_group`: not of our terminal's Ctrl-C; ended when we end.
 pid_t fork_and_execute(const Prepared& program, Streams streams, bool own_group) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw system_failure("pipe");
-  const File read_end(ends[0]);
-  File write_end(ends[1]);  // closed by a successful exec
+  tims::os::Pipe problem =
+      value_or_fail(tims::os::make_pipe(), "pipe");  // closed by a successful exec
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
   if (pid < 0) throw system_failure("fork");
@@ -126,12 +125,12 @@ pid_t fork_and_execute(const Prepared& program, Streams streams, bool own_group)
     if (own_group) ::setpgid(0, 0);
     if (::getppid() == parent) execute(program, streams);
     const int error = errno;
-    [[maybe_unused]] const ssize_t n = ::write(write_end.get(), &error, sizeof error);
+    [[maybe_unused]] const ssize_t n = ::write(problem.write.get(), &error, sizeof error);
     ::_exit(127);
   }
-  write_end.reset();
+  problem.write.reset();
   int error = 0;
-  if (::read(read_end.get(), &error, sizeof error) <= 0) return pid;
+  if (::read(problem.read.get(), &error, sizeof error) <= 0) return pid;
   ::waitpid(pid, nullptr, 0);
   throw cannot_execute(program, error);
 }

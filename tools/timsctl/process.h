@@ -7,7 +7,7 @@
 
 #include <sys/types.h>
 
-#include "os/file.h"
+#include "os/readable.h"
 #include "tools/timsctl/split_command.h"
 
 namespace timsctl {
@@ -39,6 +39,9 @@ class Child {
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] int descriptor() const { return pidfd_.get(); }  // readable when it has ended
+  [[nodiscard]] bool has_ended(tims::Duration within = {}) const {
+    return tims::os::is_readable(pidfd_.get(), within);
+  }
   // Of the program and what it has started.
   void signal(int number) const;
   // Its exit status as in Ran, after it has ended.

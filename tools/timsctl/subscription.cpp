@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include <poll.h>
-
 #include "os/clock.h"
+#include "os/readable.h"
 #include "proxies/codec/codec.h"
 #include "proxies/generic.h"
 #include "tools/timsctl/failure.h"
@@ -53,8 +52,7 @@ void Subscription::heard(State state, tims::Time ask_again_at) {
 bool Subscription::on_message(const Message& message, tims::Time now) {
   switch (message.header.type) {
     case tims::type::kContData:
-      if (const auto reply =
-              rack::decode<rack::ContDataReply>(message.body, message.header.body_order()))
+      if (const auto reply = rack::decode<rack::ContDataReply>(message.view()))
         granted_ms_ = reply->periodTime;
       heard(State::kRunning, now + kAskSilentAgain);
       return false;
@@ -132,8 +130,7 @@ void Subscriptions::finish() {
       continue;
     }
     if (message.error().code() != tims::Errc::kEmpty) return;
-    pollfd wait{connection_.descriptor(), POLLIN, 0};
-    ::poll(&wait, 1, 20);
+    (void)tims::os::is_readable(connection_.descriptor(), 20ms);
   }
 }
 

@@ -3,9 +3,9 @@
 #include <array>
 
 #include <fcntl.h>
-#include <poll.h>
 #include <unistd.h>
 
+#include "os/pipe.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/robot/status_socket.h"
 
@@ -13,24 +13,7 @@ namespace timsctl::robot {
 
 namespace {
 
-struct Pipe {
-  tims::os::File read;
-  tims::os::File write;
-};
-
-Pipe make_pipe() {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Failure(Exit::kNo, "system", tims::os::system_error("pipe").message());
-  return {tims::os::File(ends[0]), tims::os::File(ends[1])};
-}
-
 constexpr int kCannotExecute = 127;  // as shells say it
-
-bool is_readable(int descriptor) {
-  pollfd ready{descriptor, POLLIN, 0};
-  return ::poll(&ready, 1, 0) > 0;
-}
 
 // "on", and "error: ..." of a component that tries to be on.
 bool wants_to_be_on(std::string_view status) {
@@ -52,11 +35,11 @@ std::optional<pid_t> Program::pid() const {
 void Program::start(tims::Time now) {
   Launch launch = launch_;
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
-  Pipe out = make_pipe();
+  tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
-  Pipe in;
+  tims::os::Pipe in;
   if (!manner_.input.empty()) {
-    in = make_pipe();
+    in = value_or_fail(tims::os::make_pipe(), "pipe");
     // Less than a pipe holds: this never waits.
     [[maybe_unused]] const ssize_t n =
         ::write(in.write.get(), manner_.input.data(), manner_.input.size());
@@ -88,7 +71,7 @@ std::vector<int> Program::descriptors() const {
 }
 
 std::optional<Program::End> Program::ended(tims::Time now) {
-  if (!child_ || !is_readable(child_->descriptor())) return std::nullopt;
+  if (!child_ || !child_->has_ended()) return std::nullopt;
   const int status = child_->reap();
   child_.reset();
   input_.reset();

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/timsctl/placeholders.h"
 #include "tools/timsctl/robot/robot.h"
 #include "tools/timsctl/toml_reader.h"
 
@@ -11,6 +12,8 @@ namespace timsctl::robot {
 namespace {
 
 using tims::config::Origin;
+
+const std::vector<std::string> kPlaceholders = {"system"};
 
 // A component as it is written, before the robot's system is known.
 struct Written {
@@ -66,9 +69,7 @@ class RobotReader {
   }
 
   void name(const TomlNode& node, std::string& out) {
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, out);
-    if (reader_.problems().size() == before && !is_name(out))
+    if (reader_.text(node, out) && !is_name(out))
       reader_.refuse(node, fmt::format("\"{}\" is no name: at most {} letters, digits, - and _",
                                        out, kNameMax));
   }
@@ -76,9 +77,7 @@ class RobotReader {
   void restart(const TomlNode& node, Restart& out) {
     static const std::vector<std::string> kWords{"never", "on-failure", "always"};
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto word = std::ranges::find(kWords, text);
     if (word == kWords.end()) return reader_.unknown(node.at_value, "restart", text, kWords);
     out = static_cast<Restart>(word - kWords.begin());
@@ -135,9 +134,7 @@ class RobotReader {
 
   void command(const TomlNode& node, CommandLine& out) {
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto words = split_command(text);
     if (!words || words->empty())
       return reader_.refuse(node,
@@ -152,24 +149,9 @@ class RobotReader {
       reader_.refuse(node, fmt::format("no host {}: write [host.{}]", out, out));
   }
 
-  // Braces hold one of them.
   void check_placeholders(const TomlNode& node, std::string_view text) {
-    for (std::size_t open = text.find('{'); open != std::string_view::npos;
-         open = text.find('{', open + 1)) {
-      const std::string_view rest = text.substr(open + 1);
-      const std::string name(rest.substr(0, rest.find('}')));
-      if (name != "system")
-        return reader_.unknown(node.at_value, "placeholder", name,
-                               std::vector<std::string>{"system"});
-    }
-  }
-
-  [[nodiscard]] std::string filled_in(std::string text) const {
-    constexpr std::string_view kSystem = "{system}";
-    const std::string value = std::to_string(robot_.system);
-    for (std::size_t at = 0; (at = text.find(kSystem, at)) != std::string::npos; at += value.size())
-      text.replace(at, kSystem.size(), value);
-    return text;
+    if (const auto bad = unknown_placeholder(text, kPlaceholders))
+      reader_.unknown(node.at_value, "placeholder", *bad, kPlaceholders);
   }
 
   void finish(const Written& written) {
@@ -181,13 +163,15 @@ class RobotReader {
             {written.at,
              fmt::format("a second component called {}: give one of them another instance or name",
                          component.name)});
-    for (const std::string& word : written.command) component.command.push_back(filled_in(word));
+    const Placeholders values{{"system", std::to_string(robot_.system)}};
+    for (const std::string& word : written.command)
+      component.command.push_back(filled_in(word, values));
     component.tells = !written.program.empty();
     if (component.tells)
       component.command = {written.program, fmt::format("--system={}", robot_.system),
                            fmt::format("--instance={}", written.instance)};
     for (const auto& [key, value] : written.parameters)
-      component.command.push_back(fmt::format("--{}={}", key, filled_in(value)));
+      component.command.push_back(fmt::format("--{}={}", key, filled_in(value, values)));
     robot_.components.push_back(std::move(component));
   }
 

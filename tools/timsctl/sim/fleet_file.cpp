@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/timsctl/placeholders.h"
 #include "tools/timsctl/sim/fleet.h"
 #include "tools/timsctl/sim/names.h"
 #include "tools/timsctl/toml_reader.h"
@@ -12,6 +13,9 @@ namespace timsctl::sim {
 namespace {
 
 using tims::config::Origin;
+
+// What they are at a host: plan.cpp.
+const std::vector<std::string> kPlaceholders = {"robot", "host", "system"};
 
 bool is_word(std::string_view text, std::size_t length_max, bool digits) {
   const auto fits = [&](char c) {
@@ -63,8 +67,9 @@ class FleetReader {
       if (!words || words->empty())
         return reader_.refuse(item,
                               words ? "an empty command" : "a quote that is opened and not closed");
-      if (const std::string bad = unknown_placeholder(*words); !bad.empty())
-        return reader_.unknown(item.at_value, "placeholder", bad, placeholder_names());
+      for (const std::string& word : *words)
+        if (const auto bad = unknown_placeholder(word, kPlaceholders))
+          return reader_.unknown(item.at_value, "placeholder", *bad, kPlaceholders);
       out.components.push_back(*words);
     });
   }
@@ -109,9 +114,7 @@ class FleetReader {
     if (std::ranges::find(known, node.key) == known.end())
       return reader_.unknown(node.at_key, "key of a profile", node.key, known);
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto set = set_key(quality, node.key, text);
     if (!set) reader_.refuse(node, fmt::format("{} {}", node.key, set.error().detail()));
   }

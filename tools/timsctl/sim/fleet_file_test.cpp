@@ -162,12 +162,5 @@ TEST(SplitCommand, AsAShellWould) {
   EXPECT_FALSE(split_command("a \"b"));
 }
 
-TEST(Placeholders, AreFilledIn) {
-  EXPECT_EQ(filled_in("{robot}/{host}:{system}.", {"robot1", "robot1-arm", "1"}),
-            "robot1/robot1-arm:1.");
-  EXPECT_EQ(unknown_placeholder({"{host}", "{x}"}), "x");
-  EXPECT_EQ(unknown_placeholder({"{", "}"}), "");
-}
-
 }  // namespace
 }  // namespace timsctl::sim

@@ -1,4 +1,4 @@
-// How robots, hosts and lines are called, and what may stand in braces in a command. Pure.
+// How robots, hosts and lines are called. Pure.
 #pragma once
 
 #include <string>
@@ -21,16 +21,5 @@ std::string host_name(const Robot& robot, std::string_view host);  // "robot1-ma
 std::string line_name(const Robot& robot, std::string_view host);
 std::vector<std::string> host_names_of(const Fleet& fleet);
 std::vector<std::string> line_names(const Fleet& fleet);
-
-// What {robot} and the others are at one host.
-struct Placeholders {
-  std::string robot;   // "robot1"; "base"
-  std::string host;    // "robot1-arm"
-  std::string system;  // "1"; "0" at the base
-};
-std::vector<std::string> placeholder_names();
-// The first that is none; empty: all are.
-std::string unknown_placeholder(const CommandLine& command);
-std::string filled_in(std::string_view word, const Placeholders& values);
 
 }  // namespace timsctl::sim

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/timsctl/placeholders.h"
 #include "tools/timsctl/sim/names.h"
 
 namespace timsctl::sim {
@@ -78,7 +79,7 @@ class Planner {
   static void give_programs(PlannedHost& host, const HostPrograms& programs,
                             const std::string& robot) {
     const Placeholders values{
-        .robot = robot, .host = host.name, .system = std::to_string(host.system)};
+        {"robot", robot}, {"host", host.name}, {"system", std::to_string(host.system)}};
     host.settings = programs.settings;
     for (const CommandLine& command : programs.components) {
       CommandLine words;

@@ -5,7 +5,6 @@
 #include <fstream>
 
 #include <fmt/format.h>
-#include <poll.h>
 
 #include "os/clock.h"
 #include "os/unix_socket.h"
@@ -49,12 +48,6 @@ std::string end_of_file(const std::string& path) {
   if (end.size() > kBytes) end.remove_prefix(end.size() - kBytes);
   while (end.ends_with('\n')) end.remove_suffix(1);
   return std::string(end);
-}
-
-bool has_ended(const Child& child, tims::Duration wait) {
-  pollfd ready{child.descriptor(), POLLIN, 0};
-  const timespec limit = tims::os::to_timespec(tims::Time(std::max(wait, tims::Duration{})));
-  return ::ppoll(&ready, 1, &limit, nullptr) > 0;
 }
 
 }  // namespace
@@ -125,7 +118,7 @@ void Programs::end(Condition concerned, int signal) {
   const tims::Time deadline = tims::os::deadline_after(kEndPatience);
   for (Program& program : programs_) {
     if (!program.child || !concerned(program)) continue;
-    if (!has_ended(*program.child, deadline - tims::os::now())) program.child->signal(SIGKILL);
+    if (!program.child->has_ended(deadline - tims::os::now())) program.child->signal(SIGKILL);
     program.status = program.child->reap();
     program.child.reset();
   }
@@ -170,7 +163,7 @@ std::vector<int> Programs::descriptors() const {
 std::vector<Programs::End> Programs::ended() {
   std::vector<End> ends;
   for (Program& program : programs_) {
-    if (!program.child || !has_ended(*program.child, {})) continue;
+    if (!program.child || !program.child->has_ended()) continue;
     program.status = program.child->reap();
     program.child.reset();
     ends.push_back(
