@@ -30,6 +30,7 @@ enum class EventKind : std::uint8_t {
   kLinkUp,
   kLinkDown,
   kLinkRefused,
+  kLinkPath,
   kUplinkChanged,
   kDuplicateAddress,
   kDuplicateRouter,
@@ -38,7 +39,8 @@ enum class EventKind : std::uint8_t {
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 20;
+inline constexpr std::size_t kEventKindCount = 21;
+
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
     Label<EventKind>{EventKind::kClientWent, "client_went", "a client went away"},
@@ -60,6 +62,8 @@ constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kLinkDown, "link_down",
                      "a link to another router went down; its mailboxes were withdrawn"},
     Label<EventKind>{EventKind::kLinkRefused, "link_refused", "a link was refused"},
+    Label<EventKind>{EventKind::kLinkPath, "link_path",
+                     "what is sent over a link goes another way from now on"},
     Label<EventKind>{EventKind::kUplinkChanged, "uplink_changed",
                      "another super router is used from now on"},
     Label<EventKind>{EventKind::kDuplicateAddress, "duplicate_address",
@@ -142,7 +146,7 @@ struct Event {
   CloseReason reason = CloseReason::kNone;
   Address address{};  // of the mailbox, where there is one
   Party client{};     // whose doing it was
-  Text<191> text{};   // kLinkRefused: what the other router said
+  Text<191> text{};   // kLinkRefused: what the other router said; kLinkPath: from, to and why
   Party owner{};      // kAddressRefused, kDeleteRefused: to whom the address belongs
 };
 

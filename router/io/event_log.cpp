@@ -20,6 +20,7 @@ void log_event(Log& log, LinkLog& link_log, const core::Event& event, const Addr
       return log.warning(event_text(event, widths));
     case Kind::kLinkUp:
     case Kind::kLinkDown:
+    case Kind::kLinkPath:
     case Kind::kUplinkChanged:
       return link_log.on_event(event.at, event);
     default:

@@ -29,6 +29,26 @@ json::object clock_json(const link::ClockOffset::Sample& sample) {
           {"uncertainty_s", static_cast<double>(sample.round_trip) * 0.5e-9}};
 }
 
+json::array paths_json(const link::Paths& paths, Time now) {
+  json::array out;
+  for (const link::Path& path : paths.all()) {
+    json::array targets;
+    for (const link::NetAddress& target : path.targets) targets.emplace_back(target.to_string());
+    out.push_back(json::object{
+        {"path", link::name(path.kind)},
+        {"used", paths.address() && path.kind == paths.kind()},
+        {"works", path.works},
+        {"since_s", path.since == Time() ? json::value() : json::value(seconds(now - path.since))},
+        {"peer_address", where_or_null(path.address)},
+        {"targets", std::move(targets)},
+        {"datagrams_in", path.counters.datagrams_in},
+        {"datagrams_out", path.counters.datagrams_out},
+        {"wire_bytes_in", path.counters.bytes_in},
+        {"wire_bytes_out", path.counters.bytes_out}});
+  }
+  return out;
+}
+
 // Drops by reason, of what was handed to this link: counted in the client.
 json::array queue_json(const link::Session& session) {
   json::array queue;
@@ -79,8 +99,15 @@ json::object link_json(const link::Links& links, const link::Link& link, const c
   out["kind"] = core::name(link.settings().kind);
   out["connects"] = link.settings().connects;
   out["active"] = &link == links.uplink();
-  out["path"] = "udp";
-  out["peer_address"] = where_or_null(link.address() ? link.address() : link.target());
+  const link::Paths& paths = link.paths();
+  const std::vector<link::NetAddress> places = paths.to_call(true);
+  out["path"] = link::name(paths.kind());
+  out["path_why"] = text_or_null(paths.why());
+  out["path_since_s"] = link.is_up() ? json::value(seconds(now - paths.since())) : json::value();
+  out["paths"] = paths_json(paths, now);
+  out["peer_address"] = where_or_null(link.address()   ? link.address()
+                                      : places.empty() ? link::NetAddress()
+                                                       : places.front());
   out["refusal"] = text_or_null(link.refusal().view());
   out["heard_s"] =
       link.heard() == Time() ? json::value() : json::value(seconds(now - link.heard()));

@@ -24,7 +24,7 @@ class LinkLog {
   LinkLog& operator=(const LinkLog&) = delete;
   ~LinkLog();  // tells what is held back
 
-  // kLinkUp, kLinkDown and kUplinkChanged.
+  // kLinkUp, kLinkDown, kLinkPath and kUplinkChanged.
   void on_event(Time now, const core::Event& event);
 
   [[nodiscard]] Time next_timeout() const;

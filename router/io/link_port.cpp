@@ -207,9 +207,11 @@ bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
   links_.for_each([&](const link::Link& link) {
     const bool meant = link.peer().name.view() == name || link.settings().to == name;
     if (!meant) return;
-    for (const link::NetAddress& to : {link.address(), link.target()}) {
-      if (!to) continue;
-      found = true;
+    found = true;
+    std::vector<link::NetAddress> places = link.paths().to_call(false);
+    if (link.address()) places.push_back(link.address());
+    for (const link::NetAddress& to : places) {
+      if (to.kind != link::PathKind::kUdp) continue;
       spoiled_.erase(to);
       if (off) continue;
       const auto added = spoiled_.insert({to, {std::string(name), link::Impairment(seed)}});

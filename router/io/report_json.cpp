@@ -277,6 +277,8 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
       return "link to " + router_text(event.client) + " is down: " + reason;
     case EventKind::kLinkRefused:
       return "link with " + router_text(event.client) + " refused: " + as_utf8(event.text.view());
+    case EventKind::kLinkPath:
+      return "link to " + router_text(event.client) + " goes from " + as_utf8(event.text.view());
     case EventKind::kUplinkChanged:
       return event.client.id ? "what is not known here goes up to " + router_text(event.client)
                              : std::string("there is no super router any more");

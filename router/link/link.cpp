@@ -8,8 +8,8 @@
 namespace tims::link {
 namespace {
 
+constexpr int kHellosEach = 10;  // to one router, before another is tried
 constexpr Duration kAfterRefusal = std::chrono::seconds(3);
-constexpr Duration kChallengeEvery = std::chrono::milliseconds(100);
 // A side that accepts says that it lives for so long to one it does not hear.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // And then forgets it.
@@ -34,11 +34,13 @@ Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       session_(pool, memory, done, settings.session, *this, *this),
       exchange_(router, session_) {
   session_.set_open(false);
+  paths_.configure(settings.paths, settings.keep_alive);
 }
 
 void Link::configure(const LinkSettings& settings) {
   settings_ = settings;
   session_.configure(settings.session);
+  paths_.configure(settings.paths, settings.keep_alive);
 }
 
 void Link::enter(Time now, State state) {
@@ -50,16 +52,16 @@ void Link::enter(Time now, State state) {
 
 // --- finding each other
 
-void Link::set_target(Time now, const NetAddress& target) {
-  if (target_ == target && state_ != State::kIdle) return;
-  target_ = target;
-  if (state_ == State::kIdle) begin_connecting(now, now);
+void Link::set_targets(Time now, PathKind kind, std::span<const NetAddress> targets) {
+  paths_.set_targets(kind, targets);
+  if (state_ == State::kIdle && paths_.has_targets()) begin_connecting(now, now);
 }
 
 void Link::begin_connecting(Time now, Time first) {
   if (!settings_.connects) return enter(now, State::kSilent);
   if (our_token_ == 0) our_token_ = around_.random() | 1;
   next_hello_ = first;
+  hellos_ = 0;
   enter(now, State::kConnecting);
 }
 
@@ -68,16 +70,26 @@ void Link::say_hello(Time now) {
   // A little apart from each other, when a thousand do it at once.
   const auto jitter = static_cast<std::int64_t>(around_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
-  if (!target_) return;
-  Hello hello{.kind = settings_.kind,
-              .token = our_token_,
-              .resume = their_token_,
-              .keep_alive = keep_alive_,
-              .who = around_.self()};
+  const Hello hello{.kind = settings_.kind,
+                    .token = our_token_,
+                    .resume = their_token_,
+                    .keep_alive = keep_alive_,
+                    .who = around_.self()};
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello, bytes));
-  around_.send(target_, datagram);
-  if (candidate_ && candidate_ != target_) around_.send(candidate_, datagram);
+  // The preferred way has the first word.
+  for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) around_.send(to, datagram);
+}
+
+bool Link::gives_up() {
+  const bool calls = state_ == State::kRefused || state_ == State::kConnecting;
+  if (!calls || hellos_ < kHellosEach) return false;
+  hellos_ = 0;
+  return true;
+}
+
+void Link::note_nobody(std::string_view why) {
+  if (!is_up()) refusal_ = why;
 }
 
 void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
@@ -89,22 +101,23 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) 
   their_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
   peer_ = welcome.who;
-  address_ = from;
+  paths_.begin(now, from);
   come_up(now);
 }
 
-void Link::on_refuse(Time now, const Refuse& refuse) {
+void Link::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
   if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
   const bool known = state_ == State::kRefused && refusal_ == refuse.text;
   refusal_ = refuse.text;
   next_hello_ = now + kAfterRefusal;
+  hellos_ = kHellosEach;
   enter(now, State::kRefused);
   if (known) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
                 .client = {.port = core::PortKind::kLink,
                            .name = std::string_view(settings_.to),
-                           .peer = std::string_view(target_.to_string())},
+                           .peer = std::string_view(from.to_string())},
                 .text = refusal_});
 }
 
@@ -116,7 +129,7 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   their_token_ = hello.token;
   resume(hello);
   peer_ = hello.who;
-  address_ = from;
+  paths_.begin(now, from);
   come_up(now);
 }
 
@@ -130,7 +143,7 @@ void Link::come_up(Time now) {
   client_ = router_.connect(now, {.port = core::PortKind::kLink,
                                   .token = slot_,
                                   .name = core::Text<31>(peer_.name.view()),
-                                  .peer = std::string_view(address_.to_string()),
+                                  .peer = std::string_view(address().to_string()),
                                   .link = {.kind = settings_.kind,
                                            .role = peer_.role,
                                            .system = peer_.system,
@@ -140,7 +153,7 @@ void Link::come_up(Time now) {
   next_hello_ = kNever;
   next_keep_alive_ = now;
   refusal_ = {};
-  session_.on_new_path(now);
+  session_.on_new_path(now, paths_.kind());
   session_.set_open(true);
   exchange_.begin(now, client_, settings_.kind != LinkKind::kSuper);
   enter(now, State::kUp);
@@ -186,13 +199,15 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     // Who was called hears one that hears it. Who calls asks first: what comes may come one way
     // only, and from a new address.
     if (called_) {
-      candidate_ = from;
+      (void)paths_.on_source(now, from, around_.random());
       return;
     }
+    paths_.begin_again(now);
     come_up(now);
   }
   if (!is_up()) return;
   heard_ = now;
+  paths_.count_in(from.kind, kDataHeaderSize + data.frames.size());
   broken_ = false;
   deaf_ = false;
   const auto verdict = session_.on_data(now, data);
@@ -205,34 +220,46 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     return;
   }
   if (is_up() && deaf_) go_down(now, core::CloseReason::kSilent, State::kSilent);
-  if (is_up() && from != address_) check_address(now);
-}
-
-// They may have another address now. A datagram says it, and an answer from there proves it: what
-// somebody else repeats from elsewhere leads nowhere.
-void Link::check_address(Time now) {
-  if (candidate_ == from_ && now < challenged_ + kChallengeEvery) return;
-  candidate_ = from_;
-  challenged_ = now;
-  nonce_ = around_.random();
-  send_nonce(now, FrameType::kChallenge, nonce_, candidate_);
+  if (!is_up()) return;
+  paths_.on_arrived(session_.newest_acked_sent());
+  // They may be elsewhere now. A datagram says it, and an answer from there proves it.
+  if (from == address()) return;
+  if (const auto question = paths_.on_source(now, from, around_.random()))
+    send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
 }
 
 void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
   std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
-  around_.send(to,
-               std::span(bytes).first(session_.build_nonce(now, their_token_, type, nonce, bytes)));
+  const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
+  paths_.count_out(to.kind, size);
+  around_.send(to, std::span(bytes).first(size));
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
   send_nonce(now, FrameType::kResponse, frame.nonce, from_);
+  // What comes this way may not go back this way.
+  if (from_.kind != paths_.kind())
+    send_nonce(now, FrameType::kResponse, frame.nonce, paths_.address());
 }
 
 void Link::on_frame(Time now, const ResponseFrame& frame) {
-  if (from_ != candidate_ || frame.nonce != nonce_ || !candidate_) return;
-  address_ = candidate_;
-  candidate_ = {};
-  session_.on_new_path(now);
+  const PathKind before = paths_.kind();
+  if (is_up() && paths_.on_answer(now, from_, frame.nonce)) go_elsewhere(now, before);
+}
+
+// The other router is where paths_ says: what was on its way is sent again, there.
+void Link::go_elsewhere(Time now, PathKind before) {
+  session_.on_new_path(now, paths_.kind());
+  next_keep_alive_ = now;
+  if (paths_.kind() == before) return;
+  router_.note({.at = now,
+                .kind = core::EventKind::kLinkPath,
+                .client = {.id = client_,
+                           .port = core::PortKind::kLink,
+                           .name = core::Text<31>(peer_.name.view()),
+                           .peer = std::string_view(address().to_string())},
+                .text = std::string_view(std::string(name(before)) + " to " +
+                                         std::string(name(paths_.kind())) + ": " + paths_.why())});
 }
 
 void Link::on_frame(Time now, const CloseFrame&) {
@@ -299,15 +326,23 @@ bool Link::keeps_alive(Time now) const {
 std::size_t Link::build(Time now, std::span<std::byte> to) {
   const bool due = now >= next_keep_alive_ && keeps_alive(now);
   if (!is_up() && !due) return 0;
-  if (!due) return session_.build(now, their_token_, to);
-  next_keep_alive_ = now + keep_alive_;
-  session_.measure_loss();
-  const KeepAlive frame = keep_alive(now);
-  return session_.build(now, their_token_, to, &frame);
+  std::size_t size = 0;
+  if (due) {
+    next_keep_alive_ = now + keep_alive_;
+    session_.measure_loss();
+    const KeepAlive frame = keep_alive(now);
+    size = session_.build(now, their_token_, to, &frame);
+  } else {
+    size = session_.build(now, their_token_, to);
+  }
+  if (size > 0) paths_.count_out(paths_.kind(), size);
+  return size;
 }
 
 std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
-  return is_up() ? session_.build_probe(now, their_token_, to) : 0;
+  const std::size_t size = is_up() ? session_.build_probe(now, their_token_, to) : 0;
+  if (size > 0) paths_.count_out(paths_.kind(), size);
+  return size;
 }
 
 void Link::call_now(Time now) {
@@ -319,7 +354,8 @@ Time Link::next_timeout(Time now) {
   Time next = session_.next_timeout(now);
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
-  if (is_up()) next = std::min(next, heard_ + dead_after());
+  if (is_up())
+    next = std::min({next, heard_ + dead_after(), paths_.next_timeout(session_.rtt().smoothed())});
   if (!settings_.connects && state_ == State::kSilent && session_.queued_bytes() == 0)
     next = std::min(next, since_ + kGoneAfter);
   return next;
@@ -333,6 +369,7 @@ bool Link::is_gone(Time now) const {
 void Link::on_timeout(Time now) {
   if (is_up() && now >= heard_ + dead_after())
     go_down(now, core::CloseReason::kSilent, State::kSilent);
+  if (is_up()) watch_paths(now);
   const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
   if (calls && now >= next_hello_) {
     const bool refused = state_ == State::kRefused;
@@ -342,13 +379,24 @@ void Link::on_timeout(Time now) {
   session_.on_timeout(now);
 }
 
+void Link::watch_paths(Time now) {
+  const Duration rtt = session_.rtt().smoothed();
+  const PathKind before = paths_.kind();
+  if (paths_.on_timeout(now, rtt)) go_elsewhere(now, before);
+  paths_.ask(
+      now, rtt, [&] { return around_.random(); },
+      [&](const Paths::Question& question) {
+        send_nonce(now, FrameType::kChallenge, question.nonce, question.to);
+      });
+}
+
 // --- by hand
 
 void Link::say_goodbye(Time now, core::CloseReason reason) {
   if (!is_up()) return;
   std::array<std::byte, 64> bytes{};
-  around_.send(address_, std::span(bytes).first(session_.build_close(
-                             now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
+  around_.send(address(), std::span(bytes).first(session_.build_close(
+                              now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
 }
 
 void Link::take_down(Time now, State state) {

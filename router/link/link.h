@@ -12,24 +12,32 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "router/core/router.h"
 #include "router/link/clock_offset.h"
 #include "router/link/datagram.h"
 #include "router/link/exchange.h"
 #include "router/link/net_address.h"
+#include "router/link/paths.h"
 #include "router/link/session.h"
 
 namespace tims::link {
 
+inline constexpr std::string_view kAutomatic = "auto";
+
 struct LinkSettings {
   LinkKind kind = LinkKind::kSuper;
-  bool connects = true;                  // else it accepts
-  std::string to{};                      // as it was written; empty when it accepts
-  std::optional<std::uint8_t> system{};  // that is accepted; nothing: any
+  bool connects = true;                         // else it accepts
+  std::string to{};                             // as it was written; empty when it accepts
+  std::optional<std::uint8_t> system{};         // that is accepted; nothing: any
+  std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
   Duration keep_alive = std::chrono::milliseconds(300);
   SessionSettings session{};
 
+  // Its other end is found in the fleet.
+  [[nodiscard]] bool is_automatic() const { return to == kAutomatic; }
   bool operator==(const LinkSettings&) const = default;
 };
 
@@ -64,9 +72,13 @@ class Link final : private Arrivals, private Losses {
   ~Link() override = default;
 
   // --- the side that connects
-  void set_target(Time now, const NetAddress& target);
+  void set_targets(Time now, PathKind kind, std::span<const NetAddress> targets);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
-  void on_refuse(Time now, const Refuse& refuse);
+  // Who is called does not answer, or refuses: perhaps another does. Says so once.
+  bool gives_up();
+  // There is nobody to be called, and why.
+  void note_nobody(std::string_view why);
+  void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
   // --- the side that accepts: a HELLO was answered and the answer has arrived.
   void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
@@ -108,8 +120,8 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] std::uint64_t their_token() const { return their_token_; }
   [[nodiscard]] core::ClientId client() const { return client_; }
   [[nodiscard]] const Identity& peer() const { return peer_; }
-  [[nodiscard]] const NetAddress& address() const { return address_; }
-  [[nodiscard]] const NetAddress& target() const { return target_; }
+  [[nodiscard]] const NetAddress& address() const { return paths_.address(); }
+  [[nodiscard]] const Paths& paths() const { return paths_; }
   [[nodiscard]] Time since() const { return since_; }  // in this state
   [[nodiscard]] Time heard() const { return heard_; }
   [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
@@ -138,7 +150,8 @@ class Link final : private Arrivals, private Losses {
   void say_hello(Time now);
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
-  void check_address(Time now);
+  void go_elsewhere(Time now, PathKind before);
+  void watch_paths(Time now);
   void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
   [[nodiscard]] KeepAlive keep_alive(Time now) const;
   [[nodiscard]] bool keeps_alive(Time now) const;
@@ -153,8 +166,7 @@ class Link final : private Arrivals, private Losses {
 
   State state_ = State::kIdle;
   Time since_{};
-  NetAddress target_{};   // where HELLOs go
-  NetAddress address_{};  // of the other router
+  Paths paths_;
   Identity peer_{};
   bool called_ = false;  // the session came about by our HELLO
   std::uint64_t our_token_ = 0;
@@ -163,6 +175,7 @@ class Link final : private Arrivals, private Losses {
   core::Text<191> refusal_{};
 
   Time next_hello_ = kNever;
+  int hellos_ = 0;  // since it began to connect
   Time next_keep_alive_ = kNever;
   Time heard_{};
   Duration keep_alive_{};  // that the other side was told
@@ -173,10 +186,7 @@ class Link final : private Arrivals, private Losses {
   RttEstimator rtt_;
   ClockOffset clock_;
 
-  NetAddress from_{};       // of the datagram at hand
-  NetAddress candidate_{};  // where they may be now
-  std::uint64_t nonce_ = 0;
-  Time challenged_{};
+  NetAddress from_{};    // of the datagram at hand
   bool broken_ = false;  // it was none of ours
   bool deaf_ = false;    // it says that they do not hear us
 };

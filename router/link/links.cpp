@@ -23,6 +23,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       memory_(memory),
       setup_(setup),
       random_state_(setup.seed),
+      fleet_(setup.self),
       scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {}
 
 std::uint64_t Links::random() { return core::next_random(random_state_); }
@@ -57,6 +58,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
     if (settings.kind == LinkKind::kSuper) supers_.push_back(link.slot());
   }
   choose_ = true;
+  look_for_all(now);
 }
 
 LinkSettings Links::own_settings(LinkSettings settings) const {
@@ -71,6 +73,7 @@ Link& Links::add(const LinkSettings& settings) {
     links_.emplace_back();
     is_touched_.push_back(false);
     wakes_at_.push_back(kNever);
+    tries_.push_back(0);
   }
   LinkSurroundings& around = *this;
   links_[slot] =
@@ -91,10 +94,11 @@ void Links::remove(Time now, std::uint32_t slot) {
   choose_ = true;
 }
 
-void Links::set_target(Time now, const std::string& to, const NetAddress& target) {
+void Links::set_targets(Time now, const std::string& to, PathKind kind,
+                        std::span<const NetAddress> targets) {
   for (const auto& link : links_) {
     if (!link || !link->settings().connects || link->settings().to != to) continue;
-    link->set_target(now, target);
+    link->set_targets(now, kind, targets);
     touch(*link);
   }
 }
@@ -142,7 +146,7 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   if (const auto* refuse = std::get_if<Refuse>(&*datagram)) {
     Link* link = by_token(refuse->echo);
     if (link == nullptr) return;
-    link->on_refuse(now, *refuse);
+    link->on_refuse(now, from, *refuse);
     return touch(*link);
   }
   // Only who has seen our datagrams can know what token we put into them.
@@ -170,7 +174,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
   Link* link = by_token(welcome.echo);
   if (link == nullptr || link->is_up()) return;
   const auto told = [&](const std::string& text) {
-    link->on_refuse(now, {.echo = welcome.echo, .text = std::string_view(text)});
+    link->on_refuse(now, from, {.echo = welcome.echo, .text = std::string_view(text)});
     touch(*link);
   };
   if (welcome.version < kVersionMin || welcome.version > kVersionMax)
@@ -182,7 +186,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
     return told("there is a link to " + std::string(welcome.who.name.view()) + " already, to " +
                 other->address().to_string());
   link->on_welcome(now, from, welcome);
-  touch(*link);
+  look_for(now, *link);
 }
 
 // --- what the router decides
@@ -210,6 +214,10 @@ void Links::on_timeout(Time now) {
     if (wakes_at_[wake.slot] == wake.at) wakes_at_[wake.slot] = kNever;
     Link* link = links_[wake.slot].get();
     if (link == nullptr) continue;
+    if (link->settings().is_automatic() && link->gives_up()) {
+      ++tries_[wake.slot];
+      look_for(now, *link);
+    }
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "router/core/router.h"
+#include "router/link/fleet.h"
 #include "router/link/link.h"
 #include "router/link/train.h"
 
@@ -32,9 +33,16 @@ class Links final : private LinkSurroundings {
 
   // --- configuration. Those with kind kSuper in order of preference.
   void configure(Time now, std::span<const LinkSettings> wanted);
-  // What the `to` of a link has been resolved to.
-  void set_target(Time now, const std::string& to, const NetAddress& target);
+  // What the `to` of a link means on this kind of path.
+  void set_targets(Time now, const std::string& to, PathKind kind,
+                   std::span<const NetAddress> targets);
+  void set_target(Time now, const std::string& to, const NetAddress& target) {
+    set_targets(now, to, target.kind, {&target, 1});
+  }
   void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
+  // A router of the fleet announces itself, or is gone.
+  void on_announced(Time now, const Announcement& announcement);
+  void on_gone(Time now, const NetAddress& dds);
   // Addresses or routes of this host are different now: everybody hears of us at once.
   void network_changed(Time now);
   // Names that should be resolved (again): links that connect and are not up.
@@ -76,6 +84,7 @@ class Links final : private LinkSurroundings {
     return slot < links_.size() ? links_[slot].get() : nullptr;
   }
   [[nodiscard]] const Link* uplink() const { return uplink_; }
+  [[nodiscard]] const Fleet& fleet() const { return fleet_; }
   [[nodiscard]] const Identity& self() const override { return setup_.self; }
   struct Counters {
     std::uint64_t strange = 0;        // datagrams that are none of ours
@@ -129,6 +138,9 @@ class Links final : private LinkSurroundings {
   void learn_token(Link& link);
   void settle(Time now);
   void choose_uplink(Time now);  // links_uplink.cpp
+  // links_fleet.cpp
+  void look_for_all(Time now);
+  void look_for(Time now, Link& link);
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);
@@ -143,6 +155,8 @@ class Links final : private LinkSurroundings {
   std::int64_t wall_ns_ = 0;
   Time now_{};
 
+  Fleet fleet_;
+  std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

@@ -120,10 +120,11 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
   bool any_of_kind = false;
   for (const LinkSettings& s : settings_) {
     if (s.kind != ours) continue;
+    if (std::ranges::find(s.paths, from.kind) == s.paths.end()) continue;
     if (s.connects) {
       // Both sides connect: whoever comes first from where we call.
       const auto same = std::ranges::find_if(links_, [&](const auto& link) {
-        return link && link->settings().to == s.to && link->target() == from;
+        return link && link->settings().to == s.to && link->paths().is_target(from);
       });
       if (same != links_.end()) return &s;
       continue;
@@ -222,7 +223,7 @@ void Links::confirm(Time now, const NetAddress& from, const Data& data, std::uin
   link->accept(now, from, pending.hello, token);
   learn_token(*link);
   link->on_data(now, from, data);
-  touch(*link);
+  look_for(now, *link);
 }
 
 Link* Links::link_to(const Identity& who) {

@@ -31,10 +31,17 @@ void PathMtu::on_acked(std::size_t datagram) {
 }
 
 bool PathMtu::on_lost(Time now, std::size_t datagram) {
-  if (datagram <= kDatagramBase || size_ == kDatagramBase) return false;
+  if (datagram <= kDatagramBase || size_ == kDatagramBase || fixed_) return false;
   if (++lost_in_a_row_ < kBlackHole) return false;
   reset(now);
   return true;
+}
+
+void PathMtu::fix(std::size_t size) {
+  *this = PathMtu();
+  size_ = size;
+  step_ = kSteps.size();
+  fixed_ = true;
 }
 
 void PathMtu::reset(Time now) {

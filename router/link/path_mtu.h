@@ -30,6 +30,8 @@ class PathMtu {
   void on_acked(std::size_t datagram);
   bool on_lost(Time now, std::size_t datagram);
   void reset(Time now);  // another path
+  // One that takes any datagram up to this, and none larger: nothing is tried.
+  void fix(std::size_t size);
 
  private:
   // Ethernet less IPv6 and UDP, less IPv4 and UDP; steps of overlays; jumbo frames.
@@ -42,6 +44,7 @@ class PathMtu {
 
   std::size_t size_ = kDatagramBase;
   std::size_t step_ = 0;  // of kSteps, to be tried next
+  bool fixed_ = false;
   bool probing_ = false;
   int tries_ = 0;
   int lost_in_a_row_ = 0;

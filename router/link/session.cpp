@@ -101,7 +101,13 @@ void Session::on_timeout(Time now) {
   }
 }
 
-void Session::on_new_path(Time now) {
+void Session::on_new_path(Time now, PathKind kind) {
+  forget_path(now);
+  // DDS cuts what it sends by itself.
+  if (kind == PathKind::kDds) mtu_.fix(kDatagramMax);
+}
+
+void Session::forget_path(Time now) {
   rtt_.reset();
   congestion_ = Congestion(kDatagramBase);
   mtu_.reset(now);
@@ -121,7 +127,7 @@ void Session::reset(Time now, core::Outcome why) {
   ack_at_ = kNever;
   measured_next_ = 0;
   measured_in_ = counters_.packets_in;
-  on_new_path(now);
+  forget_path(now);
 }
 
 void Session::measure_loss() {

@@ -17,6 +17,7 @@
 #include "router/link/lane_receiver.h"
 #include "router/link/lane_sender.h"
 #include "router/link/lane_set.h"
+#include "router/link/net_address.h"
 #include "router/link/packet_window.h"
 #include "router/link/path_mtu.h"
 #include "router/link/record.h"
@@ -91,9 +92,11 @@ class Session final : private PacketFate {
 
   // Another path, or one that was dead: what was learnt about it is forgotten, what was on its way
   // is sent again.
-  void on_new_path(Time now);
+  void on_new_path(Time now, PathKind kind);
   // The other router has forgotten: everything that was to be sent is lost, and all begins anew.
   void reset(Time now, core::Outcome why);
+  // When the newest of what is acknowledged was sent.
+  [[nodiscard]] Time newest_acked_sent() const { return newest_acked_sent_; }
 
   // Off while the path is dead: nothing but keep-alives is built.
   void set_open(bool open) { open_ = open; }
@@ -116,6 +119,8 @@ class Session final : private PacketFate {
  private:
   void on_packet_acked(const SentPacket& packet) override;
   void on_packet_lost(const SentPacket& packet) override;
+
+  void forget_path(Time now);
 
   // session_receive.cpp
   Verdict on_frames(Time now, const Data& data, bool& eliciting, bool& keep);
@@ -165,6 +170,7 @@ class Session final : private PacketFate {
   int probe_packets_ = 0;  // that may go in spite of the window
   Time next_expiry_{};
   std::uint64_t queued_at_most_ = 0;
+  Time newest_acked_sent_{};
   std::size_t last_lane_ = kControlLane;
 
   Assembly assembly_;

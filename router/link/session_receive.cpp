@@ -74,6 +74,7 @@ bool Session::on_ack(Time now, const Ack& ack) {
   if (!result.any_new) return true;
   Duration sample{};
   if (result.newest_is_new) {
+    newest_acked_sent_ = result.newest_sent;
     sample = now - result.newest_sent;
     const Duration held = std::min(ack.delay * kAckDelayUnit, RttEstimator::kAckDelayMax);
     if (sample > held) sample -= held;

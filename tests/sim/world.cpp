@@ -16,6 +16,10 @@ namespace {
 // So much may happen at one moment, or somebody goes round in a circle.
 constexpr std::uint64_t kStepsAtOnceMax = 200'000;
 
+// Of DDS: so long until others hear of a router, and until a silent one is gone.
+constexpr Duration kDiscovery = std::chrono::milliseconds(200);
+constexpr Duration kLease = std::chrono::seconds(3);
+
 using core::next_random;
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
@@ -33,6 +37,10 @@ link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
 NetAddress address_of(std::size_t index) {
   return NetAddress::v4(10, 0, static_cast<std::uint8_t>(index / 250),
                         static_cast<std::uint8_t>(index % 250 + 1), 2010);
+}
+NetAddress dds_address_of(std::size_t index) {
+  return NetAddress::dds(
+      {1, 15, static_cast<std::uint8_t>(index >> 8), static_cast<std::uint8_t>(index & 0xFF)});
 }
 link::LinkSettings super_link(const NetAddress& to) {
   return {.kind = core::LinkKind::kSuper, .connects = true, .to = to.to_string()};
@@ -71,8 +79,12 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
              .seed = next_random(node.random_),
              .links_max = node.setup_.links_max}) {}
 
-Node::Node(World& world, const NodeSetup& setup, const NetAddress& address, std::uint64_t seed)
-    : world_(world), setup_(setup), address_(address), random_(seed) {}
+Node::Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed)
+    : world_(world),
+      setup_(setup),
+      address_(address_of(index)),
+      dds_(dds_address_of(world.participants_++)),
+      random_(seed) {}
 
 void Node::start(Time now) {
   now_ = now;
@@ -84,10 +96,23 @@ void Node::start(Time now) {
     if (target) running_->links.set_target(now, settings.to, target);
   }
   end_turn(now);
+  if (!setup_.fleet.empty()) world_.announce(*this);
+}
+
+link::Announcement Node::announcement() const {
+  return {.fleet = std::string_view(setup_.fleet),
+          .who = running_->links.self(),
+          .dds = dds_,
+          .udp = {address_}};
 }
 
 void Node::kill() {
   if (before_kill) before_kill(*this);
+  if (!setup_.fleet.empty()) world_.forget(*this);
+  // Its next life has another participant.
+  world_.addresses_.erase(dds_);
+  dds_ = dds_address_of(world_.participants_++);
+  world_.addresses_[dds_] = this;
   for (std::size_t c = 0; c < core::kClasses; ++c) lost_[c] = lost(c);
   running_.reset();
 }
@@ -192,12 +217,39 @@ void Node::end_turn(Time now) {
 // --- the world
 
 Node& World::add(const NodeSetup& setup) {
-  const NetAddress address = address_of(nodes_.size());
-  nodes_.push_back(std::make_unique<Node>(*this, setup, address, random()));
+  nodes_.push_back(std::make_unique<Node>(*this, setup, nodes_.size(), random()));
   Node& node = *nodes_.back();
-  addresses_[address] = &node;
-  targets_[address.to_string()] = &node;
+  addresses_[node.address_] = addresses_[node.dds_] = &node;
+  targets_[node.address_.to_string()] = &node;
   return node;
+}
+
+void World::tell_of(Node& node, Node& to) {
+  const link::Announcement said = node.announcement();
+  at(now_ + kDiscovery, [this, said, &to] {
+    if (!to.alive()) return;
+    to.links().on_announced(now_, said);
+    to.end_turn(now_);
+  });
+}
+
+void World::announce(Node& node) {
+  for (const auto& other : nodes_) {
+    const bool same = other->setup().fleet == node.setup().fleet;
+    if (!other->alive() || other.get() == &node || !same) continue;
+    tell_of(node, *other);
+    tell_of(*other, node);
+  }
+}
+
+void World::forget(Node& node) {
+  at(now_ + kLease, [this, dds = node.address(link::PathKind::kDds)] {
+    for (const auto& other : nodes_) {
+      if (!other->alive() || other->setup().fleet.empty()) continue;
+      other->links().on_gone(now_, dds);
+      other->end_turn(now_);
+    }
+  });
 }
 
 NetAddress World::resolve(const std::string& to) const {
@@ -251,20 +303,22 @@ void World::set_faults(const Faults& faults) {
   for (auto& [key, impairment] : network_) impairment->set(faults);
 }
 
-void World::set_faults(const std::string& from, const std::string& to, const Faults& faults) {
-  between(node(from).address(), node(to).address()).set(faults);
+void World::set_faults(const std::string& from, const std::string& to, const Faults& faults,
+                       link::PathKind kind) {
+  between(node(from).address(kind), node(to).address(kind)).set(faults);
 }
 
-void World::cut_one_way(const std::string& from, const std::string& to, bool blackout) {
-  link::Impairment& line = between(node(from).address(), node(to).address());
+void World::cut_one_way(const std::string& from, const std::string& to, bool blackout,
+                        link::PathKind kind) {
+  link::Impairment& line = between(node(from).address(kind), node(to).address(kind));
   Faults faults = line.faults();
   faults.blackout = blackout;
   line.set(faults);
 }
 
-void World::cut(const std::string& a, const std::string& b, bool blackout) {
-  cut_one_way(a, b, blackout);
-  cut_one_way(b, a, blackout);
+void World::cut(const std::string& a, const std::string& b, bool blackout, link::PathKind kind) {
+  cut_one_way(a, b, blackout, kind);
+  cut_one_way(b, a, blackout, kind);
 }
 
 void World::transmit(Node& from, const link::Train& train) {
@@ -276,11 +330,12 @@ void World::transmit(Node& from, const link::Train& train) {
     bytes_sent_[from.setup().name] += one.size() + 28;
     ++datagrams_;
     if (tap && tap(from, train.to, one)) continue;
-    const auto fate = between(from.address(), train.to).send(now_, one.size());
+    const NetAddress& source = from.address(train.to.kind);
+    const auto fate = between(source, train.to).send(now_, one.size());
     for (std::size_t i = 0; i < fate.count; ++i) {
       events_.push({.at = fate.at[i],
                     .order = ++order_,
-                    .from = from.address(),
+                    .from = source,
                     .to = train.to,
                     .bytes = {one.begin(), one.end()}});
     }

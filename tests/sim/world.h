@@ -33,6 +33,7 @@ struct NodeSetup {
   std::size_t message_bytes = 64U << 20;
   std::uint32_t message_max = 8U << 20;
   std::uint32_t links_max = 4096;
+  std::string fleet{};  // in which it announces itself; empty: in none
 };
 
 // What a client received.
@@ -62,14 +63,18 @@ class Memory {
 // One host: a router, its links and its clients. Killed, it forgets everything.
 class Node final : private core::Sink {
  public:
-  Node(World& world, const NodeSetup& setup, const NetAddress& address, std::uint64_t seed);
+  Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
 
   [[nodiscard]] bool alive() const { return running_ != nullptr; }
   void start(Time now);
   void kill();  // as kill -9
 
   [[nodiscard]] const NodeSetup& setup() const { return setup_; }
+  [[nodiscard]] link::Announcement announcement() const;
   [[nodiscard]] const NetAddress& address() const { return address_; }
+  [[nodiscard]] const NetAddress& address(link::PathKind kind) const {
+    return kind == link::PathKind::kUdp ? address_ : dds_;
+  }
   void move_to(const NetAddress& address);
   void jump_wall(Duration by) { wall_ += by; }
   core::Router& router() { return running_->router; }
@@ -85,6 +90,7 @@ class Node final : private core::Sink {
   [[nodiscard]] const std::vector<Arrival>& arrivals(core::ClientId client) {
     return running_->arrivals[client.value];
   }
+  void forget_arrivals(core::ClientId client) { running_->arrivals[client.value].clear(); }
   // Sees what clients receive, if it is set; then nothing is kept in arrivals().
   std::function<void(Node&, core::ClientId, Arrival&&)> on_arrival;
   std::vector<core::Event> events;  // of all lives
@@ -124,6 +130,7 @@ class Node final : private core::Sink {
   World& world_;
   NodeSetup setup_;
   NetAddress address_;
+  NetAddress dds_;
   std::uint64_t random_;
   Time now_{};
   Duration wall_ = std::chrono::seconds(1'700'000'000);
@@ -141,6 +148,10 @@ class World {
   Node& add(const NodeSetup& setup);  // not started
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
   Node& node(const std::string& name);
+  // A node that has a fleet is heard of there, and hears of the others.
+  void announce(Node& node);
+  // It is not heard of any more, after a while.
+  void forget(Node& node);
   // Where the node is that a link's `to` means.
   [[nodiscard]] NetAddress resolve(const std::string& to) const;
   // A node has another address, and those who connect to it hear of it after a while.
@@ -155,9 +166,12 @@ class World {
 
   // What lies between two nodes, in one direction; ALL between others.
   void set_faults(const Faults& faults);
-  void set_faults(const std::string& from, const std::string& to, const Faults& faults);
-  void cut(const std::string& a, const std::string& b, bool blackout = true);
-  void cut_one_way(const std::string& from, const std::string& to, bool blackout = true);
+  void set_faults(const std::string& from, const std::string& to, const Faults& faults,
+                  link::PathKind kind = link::PathKind::kUdp);
+  void cut(const std::string& a, const std::string& b, bool blackout = true,
+           link::PathKind kind = link::PathKind::kUdp);
+  void cut_one_way(const std::string& from, const std::string& to, bool blackout = true,
+                   link::PathKind kind = link::PathKind::kUdp);
   // Both directions go through one and the same line.
   void share(const std::string& from, const std::string& to, const std::string& other_from,
              const std::string& other_to);
@@ -194,6 +208,7 @@ class World {
   link::Impairment& between(const NetAddress& from, const NetAddress& to);
   bool step_timeout();
   void check_progress();
+  void tell_of(Node& node, Node& to);
 
   struct Timeout {
     Time at{};
@@ -213,6 +228,7 @@ class World {
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::priority_queue<Timeout, std::vector<Timeout>, std::greater<>> timeouts_;
   std::map<NetAddress, Node*> addresses_;
+  std::size_t participants_ = 0;          // of DDS, so far
   std::map<std::string, Node*> targets_;  // by the first address of each
   std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::Impairment>> network_;
   Faults faults_{};
@@ -225,6 +241,7 @@ class World {
 
 // "10.0.0.N:2010" for the Nth node.
 NetAddress address_of(std::size_t index);
+NetAddress dds_address_of(std::size_t index);
 link::LinkSettings super_link(const NetAddress& to);
 link::LinkSettings peer_link(const NetAddress& to);
 link::LinkSettings sub_link(std::optional<std::uint8_t> system = {});

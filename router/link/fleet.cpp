@@ -1,0 +1,54 @@
+#include "router/link/fleet.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace tims::link {
+
+bool Fleet::add(const Announcement& announcement) {
+  if (!announcement.dds || announcement.who.epoch == self_.epoch) return false;
+  Announcement& known = routers_[announcement.dds];
+  if (known == announcement) return false;
+  known = announcement;
+  return true;
+}
+
+void Fleet::remove(const NetAddress& dds) { routers_.erase(dds); }
+
+bool Fleet::is_above(const Identity& who) const {
+  if (self_.role == Role::kSubsystem)
+    return who.role == Role::kSystem && who.system == self_.system;
+  return self_.role == Role::kSystem && who.role == Role::kTop;
+}
+
+std::string Fleet::looked_for() const {
+  if (self_.role == Role::kSystem) return "a top-level router";
+  return "a system router of system " + std::to_string(self_.system);
+}
+
+bool Fleet::is_double(const Identity& who) const {
+  return who.epoch != self_.epoch && who.system == self_.system && who.id == self_.id;
+}
+
+std::vector<const Announcement*> Fleet::candidates(const Link& link) const {
+  std::vector<const Announcement*> all;
+  const bool above = link.settings().kind == LinkKind::kSuper && link.settings().connects;
+  const Path* udp = link.paths().find(PathKind::kUdp);
+  const auto is_called = [&](const Announcement& a) {
+    return !link.settings().is_automatic() && udp != nullptr &&
+           std::ranges::any_of(a.udp, [&](const NetAddress& to) { return udp->is_target(to); });
+  };
+  const auto is_linked = [&](const Announcement& a) {
+    return link.peer().epoch != 0 && a.who.epoch == link.peer().epoch;
+  };
+  for (const auto& [from, a] : routers_) {
+    if (is_linked(a)) return {&a};
+    if (is_called(a) || (above && is_above(a.who))) all.push_back(&a);
+  }
+  std::ranges::sort(all, {}, [&](const Announcement* a) {
+    return std::tuple(!is_called(*a), a->who.system, a->who.id, a->who.epoch);
+  });
+  return all;
+}
+
+}  // namespace tims::link

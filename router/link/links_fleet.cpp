@@ -1,0 +1,52 @@
+// Links, the part that finds other routers in the fleet.
+#include "router/link/links.h"
+
+namespace tims::link {
+
+void Links::on_announced(Time now, const Announcement& announcement) {
+  now_ = now;
+  if (!fleet_.add(announcement)) return;
+  const Identity& who = announcement.who;
+  if (fleet_.is_double(who))
+    router_.note({.at = now,
+                  .kind = core::EventKind::kDuplicateRouter,
+                  .address = who.address(),
+                  .client = {.port = core::PortKind::kLink,
+                             .name = core::Text<31>(who.name.view()),
+                             .peer = std::string_view(announcement.dds.to_string())},
+                  .owner = {.port = core::PortKind::kLink,
+                            .name = core::Text<31>(setup_.self.name.view()),
+                            .peer = std::string_view("this router")}});
+  look_for_all(now);
+}
+
+void Links::on_gone(Time now, const NetAddress& dds) {
+  now_ = now;
+  fleet_.remove(dds);
+  look_for_all(now);
+}
+
+void Links::look_for_all(Time now) {
+  for (const auto& link : links_) {
+    if (link) look_for(now, *link);
+  }
+}
+
+// Tells a link where the router it means has announced to be.
+void Links::look_for(Time now, Link& link) {
+  touch(link);
+  const std::vector<const Announcement*> candidates = fleet_.candidates(link);
+  const bool automatic = link.settings().is_automatic();
+  if (candidates.empty()) {
+    link.set_targets(now, PathKind::kDds, {});
+    if (!automatic) return;
+    link.set_targets(now, PathKind::kUdp, {});
+    const std::string why = "nobody in the fleet is " + fleet_.looked_for();
+    return link.note_nobody(why);
+  }
+  const Announcement& one = *candidates[tries_[link.slot()] % candidates.size()];
+  if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, one.udp);
+  link.set_targets(now, PathKind::kDds, {&one.dds, 1});
+}
+
+}  // namespace tims::link

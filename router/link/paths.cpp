@@ -1,0 +1,222 @@
+#include "router/link/paths.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace tims::link {
+namespace {
+
+// Between two questions to an address that only datagrams have told.
+constexpr Duration kSuspectEvery = std::chrono::milliseconds(100);
+
+std::string seconds_text(Duration time) {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+  return ms < 10'000 ? std::to_string(ms) + " ms" : std::to_string(ms / 1000) + " s";
+}
+
+}  // namespace
+
+bool Path::is_target(const NetAddress& where) const {
+  return std::ranges::find(targets, where) != targets.end();
+}
+
+// --- configuration
+
+void Paths::configure(std::span<const PathKind> preference, Duration keep_alive) {
+  keep_alive_ = keep_alive;
+  const PathKind used_kind = kind();
+  std::vector<Path> paths;
+  for (const PathKind kind : preference) {
+    Path* old = find(kind);
+    paths.push_back(old == nullptr ? Path{.kind = kind} : std::move(*old));
+  }
+  if (paths.empty()) return;
+  paths_ = std::move(paths);
+  const Path* still = find(used_kind);
+  used_ = still == nullptr ? 0 : static_cast<std::size_t>(still - paths_.data());
+}
+
+const Path* Paths::find(PathKind kind) const {
+  const auto found = std::ranges::find(paths_, kind, &Path::kind);
+  return found == paths_.end() ? nullptr : &*found;
+}
+Path* Paths::find(PathKind kind) { return const_cast<Path*>(std::as_const(*this).find(kind)); }
+
+void Paths::set_targets(PathKind kind, std::span<const NetAddress> targets) {
+  if (Path* path = find(kind)) path->targets.assign(targets.begin(), targets.end());
+}
+
+bool Paths::has_targets() const {
+  return std::ranges::any_of(paths_, [](const Path& path) { return !path.targets.empty(); });
+}
+
+bool Paths::is_target(const NetAddress& address) const {
+  return std::ranges::any_of(paths_, [&](const Path& path) { return path.is_target(address); });
+}
+
+// Where the other router may be on this way: where it was found, or else wherever it should be.
+std::vector<NetAddress> Paths::places(const Path& path) {
+  if (path.works) return {path.address};
+  std::vector<NetAddress> all = path.targets;
+  if (path.address && !path.is_target(path.address)) all.push_back(path.address);
+  return all;
+}
+
+std::vector<NetAddress> Paths::to_call(bool first) const {
+  std::vector<NetAddress> all;
+  const auto add = [&](const NetAddress& to) {
+    if (to && std::ranges::find(all, to) == all.end()) all.push_back(to);
+  };
+  for (const Path& path : paths_) {
+    std::ranges::for_each(path.targets, add);
+    if (suspected_ && suspected_.kind == path.kind) add(suspected_);
+    if (first && !all.empty()) break;
+  }
+  return all;
+}
+
+// --- which way is used
+
+void Paths::use(Time now, std::size_t index, std::string why) {
+  used_ = index;
+  since_ = now;
+  why_ = std::move(why);
+}
+
+void Paths::begin(Time now, const NetAddress& address) {
+  suspected_ = {};
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    Path& path = paths_[i];
+    if (path.kind != address.kind) continue;
+    path.address = address;
+    path.works = true;
+    path.since = path.answered = path.asked = now;
+    use(now, i, "the link came up over it");
+  }
+}
+
+void Paths::begin_again(Time now) {
+  for (Path& path : paths_) {
+    path.works = false;
+    path.since = now;
+    path.asked = {};
+  }
+  use(now, used_, "the link was heard again");
+}
+
+bool Paths::choose(Time now) {
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    const Path& path = paths_[i];
+    if (!path.works) continue;
+    if (i == used_) return false;
+    const bool better = i < used_;
+    if (better && used().works && now < path.since + kTakeBackAfter) continue;
+    const std::string left(name(kind()));
+    use(now, i,
+        used().works
+            ? std::string(name(path.kind)) + " has worked for " + seconds_text(now - path.since)
+            : left + " has not answered for " + seconds_text(now - used().answered));
+    return true;
+  }
+  return false;
+}
+
+// --- questions
+
+Paths::Question Paths::note(const Question& question, bool known) {
+  asked_[next_asked_] = {question, known};
+  next_asked_ = (next_asked_ + 1) % asked_.size();
+  return question;
+}
+
+std::optional<Paths::Question> Paths::on_source(Time now, const NetAddress& from,
+                                                std::uint64_t random) {
+  const Path* path = find(from.kind);
+  if (path == nullptr || path->address == from) return std::nullopt;
+  if (suspected_ == from && now < suspected_at_ + kSuspectEvery) return std::nullopt;
+  suspected_ = from;
+  suspected_at_ = now;
+  return note({from, random}, false);
+}
+
+// What a stranger repeats from elsewhere leads nowhere: from an address that nobody but a datagram
+// has told us, the answer itself must come.
+bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
+  const auto asked = std::ranges::find_if(asked_, [&](const Asked& a) {
+    return a.question.to && a.question.nonce == nonce && (a.known || a.question.to == from);
+  });
+  if (asked == asked_.end()) return false;
+  const NetAddress where = std::exchange(asked->question.to, {});
+  if (suspected_ == where) suspected_ = {};
+  Path* path = find(where.kind);
+  if (path == nullptr) return false;
+  path->answered = now;
+  if (!path->works) {
+    path->works = true;
+    path->since = now;
+  }
+  const bool moved = std::exchange(path->address, where) != where && path == &used();
+  if (!choose(now)) return moved;
+  return true;
+}
+
+Duration Paths::interval(const Path& path) const {
+  const bool being_taken_back = path.works && &path < &used();
+  return &path == &used() || being_taken_back ? keep_alive_ : std::max(keep_alive_, kStandbyEvery);
+}
+
+Time Paths::next_question(const Path& path, Duration rtt) const {
+  if (!path.address && path.targets.empty()) return kNever;
+  const Time next = path.asked + interval(path);
+  if (&path != &used() || !path.works) return next;
+  // An answer is overdue: soon it will be too late.
+  const Time soon = std::max(path.asked + keep_alive_ / 4, path.answered + keep_alive_ + rtt);
+  return std::min(next, soon);
+}
+
+Time Paths::dead_at(const Path& path, Duration rtt) const {
+  if (!path.works) return kNever;
+  if (&path == &used()) return path.answered + 2 * keep_alive_ + std::min(2 * rtt, keep_alive_ / 2);
+  return path.answered + 7 * interval(path) / 2;
+}
+
+// --- time
+
+Time Paths::next_timeout(Duration rtt) const {
+  if (!several()) return kNever;
+  Time next = kNever;
+  for (const Path& path : paths_) {
+    next = std::min({next, next_question(path, rtt), dead_at(path, rtt)});
+    if (path.works && &path < &used()) next = std::min(next, path.since + kTakeBackAfter);
+  }
+  return next;
+}
+
+bool Paths::on_timeout(Time now, Duration rtt) {
+  if (!several()) return false;
+  for (Path& path : paths_) {
+    if (now < dead_at(path, rtt)) continue;
+    path.works = false;
+    path.since = now;
+  }
+  return choose(now);
+}
+
+// --- counters
+
+void Paths::count_in(PathKind kind, std::size_t bytes) {
+  Path* path = find(kind);
+  if (path == nullptr) return;
+  ++path->counters.datagrams_in;
+  path->counters.bytes_in += bytes;
+}
+
+void Paths::count_out(PathKind kind, std::size_t bytes) {
+  Path* path = find(kind);
+  if (path == nullptr) return;
+  ++path->counters.datagrams_out;
+  path->counters.bytes_out += bytes;
+}
+
+}  // namespace tims::link

@@ -1,0 +1,139 @@
+// Routers that find each other by the name of their fleet. Complaints about who finds whom.
+#include "tests/sim/story.h"
+
+namespace tims::sim {
+namespace {
+
+using link::PathKind;
+
+class Fleet : public testing::Test {
+ protected:
+  Fleet() : world(1) { world.set_faults({.delay = 1ms}); }
+
+  Node& add(NodeSetup setup, bool accepts = true) {
+    const std::vector both{PathKind::kUdp, PathKind::kDds};
+    if (setup.fleet.empty()) setup.fleet = "harbour";
+    link::LinkSettings below = sub_link();
+    link::LinkSettings above{.kind = core::LinkKind::kSuper, .to = std::string(link::kAutomatic)};
+    below.paths = above.paths = both;
+    if (accepts && setup.role != core::Role::kSubsystem) setup.links.push_back(below);
+    if (setup.role != core::Role::kTop) setup.links.push_back(above);
+    Node& node = world.add(setup);
+    node.start(world.now());
+    return node;
+  }
+  Node& base() { return add({.name = "base", .role = core::Role::kTop, .id = 0}); }
+  Node& robot(std::uint8_t system, std::uint8_t id = 1, bool accepts = true) {
+    return add({.name = "robot" + std::to_string(system) + "-" + std::to_string(id),
+                .system = system,
+                .id = id},
+               accepts);
+  }
+  Node& host(std::uint8_t system, std::uint8_t id = 2) {
+    return add({.name = "host" + std::to_string(system),
+                .role = core::Role::kSubsystem,
+                .system = system,
+                .id = id});
+  }
+  // The name of its super router; empty: it has none.
+  static std::string super_of(Node& node) {
+    const link::Link* up = node.links().uplink();
+    return up == nullptr ? "" : std::string(up->peer().name.view());
+  }
+  bool becomes(Node& node, const std::string& super, Duration within = 3s) {
+    return world.run_until([&] { return super_of(node) == super; }, within);
+  }
+
+  World world;
+};
+
+TEST_F(Fleet, EachFindsItsSuperRouterByRoleAndSystem) {
+  Node& ship = base();
+  Node& one = robot(1);
+  Node& two = robot(2);
+  Node& host_of_two = host(2);
+  EXPECT_TRUE(becomes(one, "base"));
+  EXPECT_TRUE(becomes(two, "base"));
+  EXPECT_TRUE(becomes(host_of_two, "robot2-1"));
+  EXPECT_EQ(Story::links_up(ship), 2U);
+  EXPECT_EQ(one.links().uplink()->paths().kind(), PathKind::kUdp);
+}
+
+TEST_F(Fleet, WhoComesFirstWaitsAndSaysForWhom) {
+  Node& below = host(3);
+  world.run_for(5s);
+  std::string refusal;
+  below.links().for_each([&](const link::Link& l) { refusal = l.refusal().view(); });
+  EXPECT_EQ(refusal, "nobody in the fleet is a system router of system 3");
+  robot(3);
+  EXPECT_TRUE(becomes(below, "robot3-1"));
+}
+
+TEST_F(Fleet, TwoFleetsDoNotSeeEachOther) {
+  add({.name = "base", .role = core::Role::kTop, .id = 0, .fleet = "airport"});
+  Node& one = robot(1);
+  world.run_for(5s);
+  EXPECT_EQ(super_of(one), "");
+  EXPECT_TRUE(one.links().fleet().routers().empty());
+}
+
+TEST_F(Fleet, WhereUdpDoesNotGetThroughDdsDoes) {
+  Node& ship = base();
+  world.set_faults({.blackout = true});
+  const auto open = [&](const std::string& from, const std::string& to) {
+    world.set_faults(from, to, {.delay = 5ms}, PathKind::kDds);
+  };
+  Node& one = robot(1);
+  open("base", "robot1-1");
+  open("robot1-1", "base");
+  EXPECT_TRUE(becomes(one, "base"));
+  EXPECT_EQ(one.links().uplink()->paths().kind(), PathKind::kDds);
+  EXPECT_EQ(Story::links_up(ship), 1U);
+}
+
+TEST_F(Fleet, WhoDoesNotTakeUsIsNotAskedForEver) {
+  robot(1, 1, false);
+  robot(1, 3);
+  Node& below = host(1);
+  EXPECT_TRUE(becomes(below, "robot1-3", 10s));
+}
+
+TEST_F(Fleet, TwoWithOneIdAreNamedOnBothEnds) {
+  Node& ship = base();
+  Node& first = robot(1);
+  EXPECT_TRUE(becomes(first, "base"));
+  Node& second = add({.name = "impostor", .system = 1});
+  world.run_for(5s);
+  EXPECT_EQ(super_of(first), "base");
+  EXPECT_EQ(super_of(second), "");
+  for (Node* node : {&ship, &first, &second}) {
+    const core::Event* event = Story::find_event(*node, core::EventKind::kDuplicateRouter);
+    ASSERT_NE(event, nullptr) << node->setup().name;
+  }
+  std::string refusal;
+  second.links().for_each([&](const link::Link& l) {
+    if (l.settings().connects) refusal = l.refusal().view();
+  });
+  EXPECT_NE(refusal.find("robot1-1"), std::string::npos) << refusal;
+}
+
+TEST_F(Fleet, ASuperRouterThatDiesAndComesBackIsFoundAgain) {
+  Node& ship = base();
+  Node& one = robot(1);
+  EXPECT_TRUE(becomes(one, "base"));
+  ship.kill();
+  world.run_for(5s);
+  EXPECT_EQ(super_of(one), "");
+  EXPECT_TRUE(one.links().fleet().routers().empty()) << "nobody stale after the lease";
+  ship.start(world.now());
+  EXPECT_TRUE(becomes(one, "base"));
+}
+
+TEST_F(Fleet, FiftyComeUpTogether) {
+  Node& ship = base();
+  for (std::uint8_t system = 1; system < 50; ++system) robot(system);
+  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 49; }, 5s));
+}
+
+}  // namespace
+}  // namespace tims::sim

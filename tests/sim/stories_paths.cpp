@@ -1,0 +1,210 @@
+// Links with two ways: UDP, and DDS beside it. Complaints about what happens when one of them dies.
+#include "tests/sim/story.h"
+
+namespace tims::sim {
+namespace {
+
+using link::PathKind;
+
+const link::Link& link_of(Node& node, const std::string& peer) {
+  const link::Link* found = nullptr;
+  node.links().for_each([&](const link::Link& link) {
+    if (link.peer().name.view() == peer) found = &link;
+  });
+  if (found == nullptr) throw std::out_of_range("no link to " + peer);
+  return *found;
+}
+
+// A base and a robot that have both ways to each other; DDS takes five times as long.
+class Paths : public testing::Test {
+ protected:
+  explicit Paths(std::uint64_t seed = 1) : world(seed) {}
+
+  void start(std::vector<PathKind> paths = {PathKind::kUdp, PathKind::kDds}) {
+    link::LinkSettings below = sub_link();
+    link::LinkSettings above = super_link(address_of(0));
+    below.paths = above.paths = paths;
+    base = &world.add(
+        {.name = "base", .role = core::Role::kTop, .links = {below}, .fleet = "harbour"});
+    robot = &world.add({.name = "robot", .system = 1, .links = {above}, .fleet = "harbour"});
+    world.set_faults({.delay = 1ms});
+    for (const std::string from : {"base", "robot"})
+      world.set_faults(from, from == "base" ? "robot" : "base", {.delay = 5ms}, PathKind::kDds);
+    base->start(world.now());
+    robot->start(world.now());
+    gui = client(*base, kGui);
+    ladar = client(*robot, kLadar);
+    ASSERT_TRUE(world.run_until([&] { return Story::knows(*base, kLadar); }, 2s));
+    world.run_for(3s);  // both ways are known
+  }
+  core::ClientId client(Node& node, Address address) {
+    const auto id = node.add_client(world.now(), address.to_string());
+    EXPECT_TRUE(node.add_mailbox(world.now(), id, address));
+    return id;
+  }
+  void cut(PathKind kind, bool blackout = true) { world.cut("base", "robot", blackout, kind); }
+  PathKind used(Node& node) {
+    return link_of(node, &node == base ? "robot" : "base").paths().kind();
+  }
+  // A command a few milliseconds, both ways, for so long.
+  void talk(Duration time) {
+    const Time end = world.now() + time;
+    while (world.now() < end) {
+      ++number;
+      send(*base, gui, kGui, kLadar);
+      send(*robot, ladar, kLadar, kGui);
+      world.run_for(7ms);
+    }
+  }
+  void send(Node& node, core::ClientId id, Address src, Address dest) {
+    node.send(world.now(), id,
+              {.type = 3, .priority = 100, .seq_nr = number, .dest = dest, .src = src});
+  }
+  // All that was sent has come, once each and in order.
+  void expect_all() {
+    const auto all = [&] { return sequence(*base, gui).size() == number; };
+    EXPECT_TRUE(world.run_until(all, 5s));
+    for (const auto& numbers : {sequence(*base, gui), sequence(*robot, ladar)}) {
+      ASSERT_EQ(numbers.size(), number);
+      for (std::size_t i = 0; i < numbers.size(); ++i)
+        ASSERT_EQ(numbers[i], static_cast<std::uint8_t>(i + 1));
+    }
+  }
+  static std::vector<std::uint8_t> sequence(Node& node, core::ClientId id) {
+    std::vector<std::uint8_t> numbers;
+    for (const Arrival& a : node.arrivals(id)) numbers.push_back(a.header.seq_nr);
+    return numbers;
+  }
+  [[nodiscard]] static std::size_t count(const Node& node, core::EventKind kind) {
+    return static_cast<std::size_t>(std::ranges::count(node.events, kind, &core::Event::kind));
+  }
+
+  World world;
+  Node* base = nullptr;
+  Node* robot = nullptr;
+  core::ClientId gui{};
+  core::ClientId ladar{};
+  std::size_t number = 0;
+};
+
+TEST_F(Paths, TheFirstIsUsedWhileItWorks) {
+  start();
+  talk(10s);
+  EXPECT_EQ(used(*base), PathKind::kUdp);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 0U);
+}
+
+TEST_F(Paths, WhatADeadWayCarriedGoesOnOverTheOtherWithinThreeKeepAlives) {
+  start();
+  talk(1s);
+  cut(PathKind::kUdp);
+  const Time cut_at = world.now();
+  const std::size_t before = robot->arrivals(ladar).size();
+  while (robot->arrivals(ladar).size() < before + 3) talk(7ms);
+  EXPECT_LE(world.now() - cut_at, 3 * kKeepAlive);
+  talk(3s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+  EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 1U);
+}
+
+TEST_F(Paths, TheBetterOneIsTakenBackWhenItHasWorkedForAWhile) {
+  start();
+  cut(PathKind::kUdp);
+  talk(3s);
+  cut(PathKind::kUdp, false);
+  talk(2s);
+  EXPECT_EQ(used(*base), PathKind::kDds) << "not at once";
+  talk(4s);
+  EXPECT_EQ(used(*base), PathKind::kUdp);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  expect_all();
+  EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 0U);
+  EXPECT_EQ(count(*robot, core::EventKind::kLinkPath), 2U);
+}
+
+TEST_F(Paths, AFilterInOneDirectionSendsThatDirectionTheOtherWay) {
+  start();
+  world.cut_one_way("robot", "base", true, PathKind::kUdp);
+  talk(10s);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+  EXPECT_EQ(used(*base), PathKind::kUdp);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, WhenBothAreDeadTheLinkIs) {
+  start();
+  talk(1s);
+  cut(PathKind::kUdp);
+  talk(2s);
+  cut(PathKind::kDds);
+  world.run_for(2s);
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 1U);
+  cut(PathKind::kDds, false);
+  EXPECT_TRUE(world.run_until([&] { return Story::knows(*base, kLadar); }, 2s));
+  talk(1s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  cut(PathKind::kUdp, false);
+  talk(6s);
+  EXPECT_EQ(used(*base), PathKind::kUdp);
+}
+
+TEST_F(Paths, ARouterThatMovesIsFoundAgainOverTheOtherWay) {
+  start();
+  talk(1s);
+  world.move(*base, address_of(77), 1h);  // nobody tells the robot
+  world.announce(*base);
+  talk(8s);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  EXPECT_EQ(link_of(*robot, "base").address(), address_of(77));
+  expect_all();
+  EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, WithoutUdpALinkComesUpOverDds) {
+  start({PathKind::kDds});
+  talk(1s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  cut(PathKind::kUdp);
+  talk(2s);
+  expect_all();
+}
+
+// Cut at random, one way and the other, in one direction or both: nothing reliable is lost.
+TEST_F(Paths, AThousandRandomCutsLoseNothing) {
+  start();
+  for (int cuts = 0; cuts < 1000; ++cuts) {
+    const PathKind kind = world.random(2) == 0 ? PathKind::kUdp : PathKind::kDds;
+    const std::uint64_t which = world.random(3);
+    if (which != 0) world.cut_one_way("base", "robot", true, kind);
+    if (which != 1) world.cut_one_way("robot", "base", true, kind);
+    talk(std::chrono::milliseconds(world.random(2500)));
+    cut(kind, false);
+    talk(std::chrono::milliseconds(1200 + world.random(4000)));
+    // Enough to compare, not enough to fill the memory.
+    ASSERT_NO_FATAL_FAILURE(expect_all()) << "cut " << cuts;
+    base->forget_arrivals(gui);
+    robot->forget_arrivals(ladar);
+    number = 0;
+  }
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, ASlowWayWithLossesIsStillOne) {
+  start();
+  for (const std::string from : {"base", "robot"})
+    world.set_faults(from, from == "base" ? "robot" : "base",
+                     {.loss = 0.1, .delay = 80ms, .jitter = 20ms}, PathKind::kDds);
+  cut(PathKind::kUdp);
+  talk(20s);
+  expect_all();
+  EXPECT_EQ(used(*base), PathKind::kDds);
+}
+
+}  // namespace
+}  // namespace tims::sim
