@@ -27,7 +27,8 @@ struct Announcement {
 inline constexpr std::size_t kAnnouncedAddressesMax = 16;
 inline constexpr std::size_t kAnnouncementBytesMax = 512;
 
-// Addresses beyond kAnnouncedAddressesMax are left out.
+// Addresses beyond kAnnouncedAddressesMax are left out, and those with a scope, which means
+// nothing on another host.
 std::vector<std::byte> encode(const Announcement& announcement);
 // Nothing for bytes that are none, among them those of a version that is not known here.
 std::optional<Announcement> decode_announcement(std::span<const std::byte> bytes);

@@ -3,19 +3,13 @@
 #include <algorithm>
 
 #include "router/link/bytes.h"
+#include "router/link/who.h"
 
 namespace tims::link {
 namespace {
 
 constexpr std::string_view kMagic = "TIMS";
 constexpr int kKeepAliveMinMs = 10;
-
-template <typename Enum>
-bool get_enum(ByteReader& in, Enum last, Enum& value) {
-  const auto number = in.get<std::uint8_t>();
-  value = static_cast<Enum>(number);
-  return number <= static_cast<std::uint8_t>(last);
-}
 
 void put_ms(ByteWriter& out, Duration duration) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
@@ -32,33 +26,6 @@ void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t 
   out.put(second);
   out.put(std::uint8_t{0});
   out.put_text(kMagic);
-}
-
-void put(ByteWriter& out, const Identity& who) {
-  out.put(who.epoch);
-  out.put(static_cast<std::uint8_t>(who.role));
-  out.put(who.system);
-  out.put(who.id);
-  out.put(static_cast<std::uint8_t>(who.name.view().size()));
-  out.put(who.widths.system);
-  out.put(who.widths.class_id);
-  out.put(who.widths.instance);
-  out.put(who.widths.local);
-  out.put(who.message_max);
-  out.put_text(who.name.view());
-}
-
-bool get(ByteReader& in, Identity& who) {
-  who.epoch = in.get<std::uint64_t>();
-  const bool role_known = get_enum(in, Role::kTop, who.role);
-  who.system = in.get<std::uint8_t>();
-  who.id = in.get<std::uint8_t>();
-  const auto name_size = in.get<std::uint8_t>();
-  who.widths = {in.get<std::uint8_t>(), in.get<std::uint8_t>(), in.get<std::uint8_t>(),
-                in.get<std::uint8_t>()};
-  who.message_max = in.get<std::uint32_t>();
-  who.name = in.text(name_size);
-  return in.ok() && role_known && who.widths.valid() && who.epoch != 0;
 }
 
 std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8_t high) {

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "router/link/announcement.h"
+#include "router/link/bundle.h"
 #include "router/link/bytes.h"
 #include "router/link/datagram.h"
 #include "router/link/frame.h"
@@ -59,6 +61,29 @@ TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
   out.put(std::uint8_t{0xCD});
   const auto all = std::span(bytes).first(kDataHeaderSize + out.size());
   EXPECT_NE(document().find(hex(all)), std::string::npos) << hex(all);
+}
+
+TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
+  const Announcement announcement{.fleet = std::string_view("harbour"),
+                                  .who = {.epoch = 0x1122334455667788,
+                                          .role = Role::kSystem,
+                                          .system = 1,
+                                          .id = 1,
+                                          .name = std::string_view("robot1"),
+                                          .message_max = 16U << 20},
+                                  .udp = {NetAddress::v4(10, 9, 1, 1, 2010)}};
+  const auto bytes = encode(announcement);
+  EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);
+}
+
+TEST(Protocol, TheSampleOfTheDocumentIsTheSampleOfTheCode) {
+  std::array<std::byte, 7> bytes{std::byte{2}, std::byte{0}, std::byte{0xAB}, std::byte{0xCD},
+                                 std::byte{1}, std::byte{0}, std::byte{0xEF}};
+  EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);
+  std::string read;
+  ASSERT_TRUE(Bundle(bytes).valid());
+  Bundle(bytes).for_each([&](std::span<std::byte> datagram) { read += hex(datagram) + " "; });
+  EXPECT_EQ(read, "abcd ef ");
 }
 
 }  // namespace

@@ -1,0 +1,3 @@
+#include "router/io/dds/dds_engine.h"
+
+#include <gtest/gtest.h>

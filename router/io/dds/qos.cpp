@@ -1,0 +1,199 @@
+#include "router/io/dds/qos.h"
+
+#include <charconv>
+#include <filesystem>
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <fmt/core.h>
+
+#include "router/io/net/system_address.h"
+
+namespace tims::io {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using namespace std::chrono_literals;
+
+constexpr unsigned kDomainMax = 232;  // the library ends the process beyond
+constexpr std::uint32_t kSocketBytes = 4 << 20;
+constexpr std::uint32_t kMessageBytes = 65'500;
+constexpr std::uint32_t kParticipantsOfAHost = 16;  // where a peer without port is looked for
+constexpr std::uint16_t kServerPort = 11811;        // as the library's own tools
+constexpr int kWriterSamples = 64;                  // times 64 KiB: what one slow peer may cost
+constexpr int kReaderSamples = 256;
+// What was lost is noticed by the next heartbeat, and asked for at once.
+constexpr Duration kHeartbeat = 5ms;
+
+eprosima::fastrtps::Duration_t duration(Duration of) {
+  return {static_cast<std::int32_t>(of / 1s), static_cast<std::uint32_t>((of % 1s).count())};
+}
+
+Error invalid(const std::string& text) { return {Errc::kInvalidArgument, "dds: " + text}; }
+
+struct Place {
+  std::string host{};
+  std::uint16_t port = 0;
+};
+
+// "10.9.1.1:7410"; without port it is 0.
+std::optional<Place> parse_place(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  Place place{text.substr(0, colon)};
+  if (colon != std::string::npos) {
+    const char* const end = text.data() + text.size();
+    const auto [last, error] = std::from_chars(text.data() + colon + 1, end, place.port);
+    if (error != std::errc() || last != end || place.port == 0) return std::nullopt;
+  }
+  const auto address = numeric_address(place.host, 1);
+  return address && address->is_v4() ? std::optional(place) : std::nullopt;
+}
+
+rtps::Locator_t locator(const Place& place) {
+  rtps::Locator_t made;
+  rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, place.host, place.port, made);
+  return made;
+}
+
+// --- profiles
+
+Result<fast::DomainParticipantQos> participant_profile(const std::string& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return invalid(file + ": no such file");
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  // The library keeps what it has read for the whole process, and refuses a second "tims".
+  eprosima::fastrtps::xmlparser::XMLProfileManager::DeleteInstance();
+  if (factory->load_XML_profiles_file(file) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    return invalid(file + " is no file of Fast DDS profiles");
+  fast::DomainParticipantQos qos;
+  if (factory->get_participant_qos_from_profile(kDdsProfile, qos) !=
+      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    return invalid(fmt::format("{} has no participant profile \"{}\"", file, kDdsProfile));
+  return qos;
+}
+
+// --- the participant
+
+// Only UDP: shared memory is found and does not work between containers of one host, and leaves
+// files behind.
+void set_transport(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
+  auto& transport = qos.transport();
+  if (!transport.user_transports.empty() || !transport.use_builtin_transports) return;
+  transport.use_builtin_transports = false;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = udp->receiveBufferSize = kSocketBytes;
+  udp->maxMessageSize = kMessageBytes;
+  udp->maxInitialPeersRange = kParticipantsOfAHost;
+  udp->interfaceWhiteList = settings.interfaces;
+  transport.user_transports.push_back(std::move(udp));
+}
+
+Result<void> set_discovery(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
+  auto& builtin = qos.wire_protocol().builtin;
+  if (!settings.multicast) {
+    // Its own list replaces the library's, which has the multicast address.
+    builtin.metatrafficUnicastLocatorList.push_back(locator({"0.0.0.0", 0}));
+  }
+  for (const std::string& peer : settings.peers) {
+    const auto place = parse_place(peer);
+    if (!place) return invalid("peer " + peer + " is not an IPv4 address with or without port");
+    builtin.initialPeersList.push_back(locator(*place));
+  }
+  if (!settings.peers.empty() && settings.multicast) {
+    // A list of peers replaces multicast, too.
+    const auto port = qos.wire_protocol().port.getMulticastPort(settings.domain);
+    builtin.initialPeersList.push_back(locator({"239.255.0.1", static_cast<std::uint16_t>(port)}));
+  }
+  return {};
+}
+
+Result<void> set_server(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
+  if (settings.discovery_server.empty()) return {};
+  auto place = parse_place(settings.discovery_server);
+  if (!place)
+    return invalid("discovery server " + settings.discovery_server + " is not address:port");
+  if (place->port == 0) place->port = kServerPort;
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.discoveryServer_client_syncperiod = duration(250ms);
+  rtps::RemoteServerAttributes server;
+  rtps::get_server_client_default_guidPrefix(0, server.guidPrefix);
+  server.metatrafficUnicastLocatorList.push_back(locator(*place));
+  discovery.m_DiscoveryServers.push_back(server);
+  return {};
+}
+
+}  // namespace
+
+Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) {
+  if (settings.domain > kDomainMax)
+    return invalid(fmt::format("domain {} is not within 0 and {}", settings.domain, kDomainMax));
+  if (settings.fleet.empty()) return invalid("the fleet has no name");
+  for (const std::string& interface : settings.interfaces) {
+    const auto place = parse_place(interface);
+    if (!place || place->port != 0) return invalid("interface " + interface + " is not an address");
+  }
+  fast::DomainParticipantQos qos;
+  if (!settings.profiles.empty()) {
+    auto profile = participant_profile(settings.profiles);
+    if (!profile) return profile.error();
+    qos = std::move(*profile);
+  }
+  set_transport(qos, settings);
+  if (auto done = set_discovery(qos, settings); !done) return done.error();
+  if (auto done = set_server(qos, settings); !done) return done.error();
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  if (discovery.leaseDuration ==
+      fast::DomainParticipantQos().wire_protocol().builtin.discovery_config.leaseDuration) {
+    discovery.leaseDuration = duration(settings.lease);
+    discovery.leaseDuration_announcementperiod = duration(settings.lease / 3);
+  }
+  return qos;
+}
+
+void announce(fast::DomainParticipantQos& qos, const link::Announcement& announcement) {
+  qos.name(fmt::format("tims-router {}", announcement.who.name.view()).c_str());
+  std::vector<rtps::octet> octets;
+  for (const std::byte byte : link::encode(announcement))
+    octets.push_back(std::to_integer<rtps::octet>(byte));
+  qos.user_data().data_vec(octets);
+}
+
+// KEEP_LAST would lose without a word.
+template <typename Qos>
+void keep_all(Qos& qos, int samples) {
+  qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = fast::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = fast::KEEP_ALL_HISTORY_QOS;
+  qos.resource_limits().max_samples = samples;
+  qos.resource_limits().max_samples_per_instance = samples;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().allocated_samples = 4;
+}
+
+void complete(fast::DataWriterQos& qos, bool is_profile) {
+  keep_all(qos, kWriterSamples);
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.reliability().max_blocking_time = {0, 0};
+  if (is_profile) return;
+  auto& times = qos.reliable_writer_qos().times;
+  times.initialHeartbeatDelay = duration(0ms);
+  times.heartbeatPeriod = duration(kHeartbeat);
+  times.nackResponseDelay = duration(0ms);
+  qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
+}
+
+void complete(fast::DataReaderQos& qos, bool is_profile) {
+  keep_all(qos, kReaderSamples);
+  // Of others on our topic: nothing larger than ours.
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_MEMORY_MODE;
+  if (is_profile) return;
+  auto& times = qos.reliable_reader_qos().times;
+  times.initialAcknackDelay = duration(0ms);
+  times.heartbeatResponseDelay = duration(0ms);
+}
+
+}  // namespace tims::io

@@ -1,0 +1,40 @@
+// Any bytes as what another DDS participant says of itself, and as a sample it wrote.
+#include <vector>
+
+#include "router/link/announcement.h"
+#include "router/link/bundle.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+using namespace tims;
+
+// What was understood is written in a form that is understood in the same way.
+void announce(std::span<const std::byte> bytes) {
+  const auto announcement = link::decode_announcement(bytes);
+  if (!announcement) return;
+  fuzz::require(link::encode(*announcement).size() <= link::kAnnouncementBytesMax);
+  fuzz::require(link::decode_announcement(link::encode(*announcement)) == announcement);
+}
+
+// The datagrams are all of the sample, one behind the other.
+void unpack(std::span<std::byte> bytes) {
+  const link::Bundle bundle(bytes);
+  if (!bundle.valid()) return;
+  const std::byte* end = bytes.data();
+  bundle.for_each([&](std::span<std::byte> datagram) {
+    fuzz::require(!datagram.empty() && datagram.data() == end + link::kBundleSizeBytes);
+    end = datagram.data() + datagram.size();
+  });
+  fuzz::require(end == bytes.data() + bytes.size());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto input = std::as_bytes(std::span(data, size));
+  std::vector<std::byte> bytes(input.begin(), input.end());
+  announce(bytes);
+  unpack(bytes);
+  return 0;
+}
