@@ -28,6 +28,7 @@ class Checker {
     check_exposure("http.listen", config_.http.listen);
     check_exposure("udp.listen", config_.udp.listen);
     check_router();
+    check_fleet();
     for (std::size_t i = 0; i < config_.links.size(); ++i) check_link(i);
     check_links();
     for (std::size_t i = 0; i < config_.routes.size(); ++i) check_route(i);
@@ -69,6 +70,7 @@ class Checker {
       fail(key(i, "system"), fmt::format("link.system {} does not fit into the {} bits of system "
                                          "of address.widths",
                                          *link.system, config_.address.widths.system));
+    check_paths(i, link);
     if (!has(i, "kind")) {
       if (is_complete(i))
         fail(item(i), R"(a link wants a kind: write kind = "super", "peer" or "sub")");
@@ -84,7 +86,9 @@ class Checker {
   }
 
   void check_reach(std::size_t i, const Link& link) {
-    if (link.accepts() || is_insecure() || Destination{link.host, link.port}.loopback()) return;
+    if (link.accepts() || link.is_automatic() || is_insecure() ||
+        Destination{link.host, link.port}.loopback())
+      return;
     fail(key(i, "to"),
          fmt::format("link.to \"{}\" {}, for udp.listen would have to be beyond loopback too. Link "
                      "to \"127.0.0.1:{}\"; or, {}",
@@ -123,10 +127,55 @@ class Checker {
                        to_toml(kind)));
   }
 
+  void check_paths(std::size_t i, const Link& link) {
+    const bool by_name = !config_.fleet.name.empty() || written_.refused.contains("fleet.name");
+    if (link.is_automatic() && link.kind != Link::Kind::kSuper)
+      fail(key(i, "to"),
+           "link.to \"auto\" finds super routers only: write the other router's host "
+           "and port, or kind = \"super\"");
+    if (link.is_automatic() && !by_name)
+      fail(key(i, "to"),
+           "link.to \"auto\" wants to know the fleet: write name = \"...\" under [fleet]");
+    if (link.uses(LinkPath::kDds) && !by_name)
+      fail(key(i, "paths"),
+           "link.paths with \"dds\" wants to know the fleet: write name = \"...\" under [fleet]");
+    if (link.uses(LinkPath::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
+  }
+
+  // --- the fleet
+
+  void check_dds(const std::string& key, std::string_view what) {
+    if (!kHasDds)
+      fail(key, fmt::format("{} needs DDS, without which this router was built "
+                            "(TIMS_WITH_DDS=OFF): remove it, or install a router with DDS",
+                            what));
+  }
+
+  void check_fleet() {
+    if (!config_.fleet.name.empty()) check_dds("fleet.name", "fleet.name");
+    for (const std::string& peer : list_of(config_.dds.peers))
+      if (!is_place(peer))
+        fail("dds.peers", fmt::format("dds.peers wants numeric addresses such as \"10.9.1.1, "
+                                      "10.9.1.2:7410\", not {}",
+                                      in_quotes(peer)));
+    const std::string& server = config_.dds.server;
+    if (!server.empty() && !Endpoint::parse(server))
+      fail("dds.server", fmt::format("dds.server wants a numeric address and port such as "
+                                     "\"10.9.1.1:11811\", not {}",
+                                     in_quotes(server)));
+  }
+
+  // "10.9.1.1", "10.9.1.1:7410".
+  static bool is_place(const std::string& text) {
+    return Endpoint::parse(text) || Endpoint::parse(text + ":1");
+  }
+
   // --- all links
 
   void check_links() {
-    if (!config_.links.empty() && !config_.udp.listen)
+    const bool some_udp = std::ranges::any_of(
+        config_.links, [](const Link& link) { return link.uses(LinkPath::kUdp); });
+    if (some_udp && !config_.udp.listen)
       fail("udp.listen",
            fmt::format(
                "udp.listen \"off\" leaves nothing for the {} to run over, "

@@ -57,6 +57,40 @@ TEST(Check, OneSideConnects) {
           << link;
 }
 
+TEST(Check, DdsWantsAFleet) {
+  const std::string automatic = "[[link]]\nkind = \"super\"\nto = \"auto\"\n";
+  EXPECT_THAT(problems(automatic),
+              ElementsAre("r.toml:5:6: link.to \"auto\" wants to know the fleet: write name = "
+                          "\"...\" under [fleet]"));
+  if (!kHasDds) {
+    EXPECT_THAT(problems("[fleet]\nname = \"harbour\"\n"),
+                ElementsAre("r.toml:4:8: fleet.name needs DDS, without which this router was built "
+                            "(TIMS_WITH_DDS=OFF): remove it, or install a router with DDS"));
+    return;
+  }
+  EXPECT_THAT(problems(kSub + "paths = [\"dds\"]\n"),
+              ElementsAre("r.toml:6:9: link.paths with \"dds\" wants to know the fleet: write name "
+                          "= \"...\" under [fleet]"));
+  const std::string fleet = "[fleet]\nname = \"harbour\"\n";
+  EXPECT_THAT(problems(fleet + automatic + kSub), testing::IsEmpty());
+  EXPECT_THAT(problems(fleet + automatic, {"security.insecure=false"}), testing::IsEmpty());
+  EXPECT_THAT(problems(fleet + "[[link]]\nkind = \"peer\"\nto = \"auto\"\n"),
+              ElementsAre("r.toml:7:6: link.to \"auto\" finds super routers only: write the other "
+                          "router's host and port, or kind = \"super\""));
+  EXPECT_THAT(problems(fleet + "[udp]\nlisten = \"off\"\n" + kSub + "paths = [\"dds\"]\n"),
+              testing::IsEmpty());
+}
+
+TEST(Check, WhereDdsLooksIsNumeric) {
+  EXPECT_THAT(problems("", {"dds.peers=10.9.1.1, [::1]:7410,10.9.1.2:7410"}), testing::IsEmpty());
+  EXPECT_THAT(problems("", {"dds.peers=10.9.1.1,base"}),
+              ElementsAre("--set 1: dds.peers wants numeric addresses such as \"10.9.1.1, "
+                          "10.9.1.2:7410\", not \"base\""));
+  EXPECT_THAT(problems("", {"dds.server=10.9.1.1"}),
+              ElementsAre("--set 1: dds.server wants a numeric address and port such as "
+                          "\"10.9.1.1:11811\", not \"10.9.1.1\""));
+}
+
 TEST(Check, TheRoleFitsTheLinks) {
   EXPECT_THAT(problems("[router]\nrole = \"top\"\nsystem = 3\n"),
               ElementsAre(StartsWith("r.toml:5:10: router.system 3 does not fit role = \"top\"")));

@@ -25,12 +25,15 @@ struct Endpoint {
   bool operator==(const Endpoint&) const = default;
 };
 
+// Whether this router was built with DDS.
+inline constexpr bool kHasDds = TIMS_WITH_DDS != 0;
+
 inline constexpr std::uint16_t kLinkPort = 2010;  // UDP, between routers
 
 // Where a link connects. The host may be a name: whoever connects looks it up, again and again.
 struct Destination {
-  std::string host;  // numeric, or a name in small letters; IPv6 without brackets
-  std::uint16_t port = kLinkPort;
+  std::string host;                // numeric, or a name in small letters; IPv6 without brackets
+  std::uint16_t port = kLinkPort;  // 0: found in the fleet; then the host is "auto"
 
   [[nodiscard]] bool loopback() const;          // false for names: nothing is looked up here
   [[nodiscard]] std::string to_string() const;  // "robot1:2010", "[::1]:2010"
@@ -41,6 +44,9 @@ struct Destination {
 enum class LogLevel : std::uint8_t { kError, kWarning, kInfo, kDebug };
 enum class Role : std::uint8_t { kSubsystem, kSystem, kTop };  // place in the tree of routers
 
+enum class LinkPath : std::uint8_t { kUdp, kDds };  // ways to move a link's datagrams
+using LinkPaths = std::vector<LinkPath>;            // in order of preference, each once
+
 // A relation to another router, or to all those that may connect: [[link]].
 struct Link {
   enum class Kind : std::uint8_t { kSuper, kPeer, kSub };
@@ -48,6 +54,7 @@ struct Link {
   std::string host;                                    // empty: this side accepts
   std::uint16_t port = 0;                              // 0: this side accepts
   std::optional<std::uint8_t> system;                  // whom this side accepts; empty: any
+  LinkPaths paths{LinkPath::kUdp};                     // at least one
   std::string name;                                    // for people; may be empty
   Duration interval = std::chrono::milliseconds(300);  // keep-alive
   std::uint64_t rate = 0;                              // bytes a second at most; 0: no cap
@@ -55,6 +62,8 @@ struct Link {
   Duration lifetime = std::chrono::seconds(30);        // of a reliable message that does not arrive
 
   [[nodiscard]] bool accepts() const { return host.empty(); }
+  [[nodiscard]] bool is_automatic() const { return !accepts() && port == 0; }  // to = "auto"
+  [[nodiscard]] bool uses(LinkPath path) const;
   [[nodiscard]] std::string to_string() const;  // "10.9.1.1:2010", "sub of system 1", "peer of *"
   bool operator==(const Link&) const = default;
 };
@@ -67,6 +76,9 @@ struct Route {
   [[nodiscard]] std::string to_string() const { return match; }
   bool operator==(const Route&) const = default;
 };
+
+// "10.9.1.1, 10.9.1.2:7410", one by one.
+std::vector<std::string> list_of(std::string_view text);
 
 struct Config {
   struct Router {
@@ -104,6 +116,21 @@ struct Config {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", kLinkPort};  // empty: off
     bool operator==(const Udp&) const = default;
   } udp;
+
+  struct Fleet {
+    std::string name;  // empty: this router belongs to none
+    bool operator==(const Fleet&) const = default;
+  } fleet;
+
+  struct Dds {
+    std::uint8_t domain = 0;
+    bool multicast = true;
+    std::string peers;   // "10.9.1.1, 10.9.1.2:7410"
+    std::string server;  // "10.9.1.1:11811"; empty: none
+    Duration lease = std::chrono::seconds(3);
+    std::string profiles;  // a file; empty: none
+    bool operator==(const Dds&) const = default;
+  } dds;
 
   struct Message {
     std::uint32_t bytes_max = 16U << 20;  // header included

@@ -73,6 +73,7 @@ std::string_view word(Link::Kind kind) {
 }  // namespace
 
 std::optional<Destination> Destination::parse(std::string_view text) {
+  if (text == "auto") return Destination{std::string(text), 0};
   const bool in_brackets = text.starts_with('[');
   const std::size_t end = text.find(in_brackets ? ']' : ':');
   if (in_brackets && end == std::string_view::npos) return std::nullopt;
@@ -93,7 +94,23 @@ std::optional<Destination> Destination::parse(std::string_view text) {
 
 bool Destination::loopback() const { return Endpoint{host, port}.loopback(); }
 
-std::string Destination::to_string() const { return Endpoint{host, port}.to_string(); }
+std::string Destination::to_string() const {
+  return port == 0 ? host : Endpoint{host, port}.to_string();
+}
+
+std::vector<std::string> list_of(std::string_view text) {
+  std::vector<std::string> items;
+  while (!text.empty()) {
+    std::string_view item = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), item.size() + 1));
+    while (item.starts_with(' ')) item.remove_prefix(1);
+    while (item.ends_with(' ')) item.remove_suffix(1);
+    if (!item.empty()) items.emplace_back(item);
+  }
+  return items;
+}
+
+bool Link::uses(LinkPath path) const { return std::ranges::find(paths, path) != paths.end(); }
 
 std::string Link::to_string() const {
   if (!accepts()) return Destination{host, port}.to_string();

@@ -39,6 +39,7 @@ class Loader {
       add_setting(sources_.settings[i], static_cast<std::uint32_t>(i + 1));
     if (!is_written("udp.listen"))
       loaded_.config.udp.listen = default_udp(loaded_.config.security.insecure);
+    add_default_paths();
     check_defaults();
     for (Problem& problem : check(loaded_.config, {loaded_.origins, refused_}))
       loaded_.problems.push_back(std::move(problem));
@@ -46,6 +47,14 @@ class Loader {
   }
 
  private:
+  // In a fleet every link has the other path to fall back to.
+  void add_default_paths() {
+    if (loaded_.config.fleet.name.empty() || !kHasDds) return;
+    for (std::size_t i = 0; i < loaded_.config.links.size(); ++i)
+      if (!is_written(fmt::format("link[{}].paths", i)))
+        loaded_.config.links[i].paths = {LinkPath::kUdp, LinkPath::kDds};
+  }
+
   void add(const File& file) {
     TomlText text = parse_toml(file);
     for (Problem& problem : text.problems) loaded_.problems.push_back(std::move(problem));
@@ -178,6 +187,10 @@ class Loader {
       if (option.kind == Kind::kSystem)
         return parse_value(option.kind, option.range, std::to_string(*number));
       return wants(option.kind, std::to_string(*number));
+    }
+    if (const auto* texts = std::get_if<std::vector<std::string>>(&raw)) {
+      if (option.kind != Kind::kPaths) return wants(option.kind, "an array");
+      return parse_value(option.kind, option.range, fmt::format("{}", fmt::join(*texts, "+")));
     }
     if (std::holds_alternative<double>(raw)) return wants(option.kind, "a number with a fraction");
     return wants(option.kind, std::get<Foreign>(raw).what);

@@ -134,7 +134,7 @@ const std::vector<Bad> kBad{
     {"[tpc]\nlisten = 5\nqueue = 6\n", {"r.toml:1:2: unknown table [tpc]; did you mean [tcp]?"}},
     {"[flux]\n",
      {"r.toml:1:2: unknown table [flux]; known are router, address, unix, tcp, http, udp, "
-      "message, lifesign, limits, log, security, sim, link, route"}},
+      "fleet, dds, message, lifesign, limits, log, security, sim, link, route"}},
     {"[tcp.listen]\nport = 3\n",
      {"r.toml:1:1: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
@@ -150,7 +150,7 @@ const std::vector<Bad> kBad{
     {"[[lnik]]\nkind = 3\n", {"r.toml:1:1: unknown table [[lnik]]; did you mean [[link]]?"}},
     {"[[link]]\nkind = \"sub\"\nrats = 5\n[[link]]\nkind = \"peer\"\nflux = 1\n",
      {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
-      "r.toml:6:1: unknown key link.flux; known are kind, to, system, name, interval, rate, "
+      "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, interval, rate, "
       "reserve, lifetime"}},
     {"[[link]]\nkind = \"sub\"\nsystem = 256\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
      {"r.toml:3:10: link.system 256 is out of range (0 to 255)",
@@ -166,7 +166,8 @@ const std::vector<Bad> kBad{
       "accepts. Remove it, or write kind = \"super\""}},
     {"[[tcp]]\n[zz]\na = 1\n[tcp.sub]\nb = 2\n",
      {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys",
-      "r.toml:2:2: unknown table [zz]; known are router, address, unix, tcp, http, udp, message, "
+      "r.toml:2:2: unknown table [zz]; known are router, address, unix, tcp, http, udp, fleet, "
+      "dds, message, "
       "lifesign, limits, log, security, sim, link, route"}},
     // Types.
     {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
@@ -200,6 +201,15 @@ const std::vector<Bad> kBad{
     {"[message]\nmax = \"2GiB\"\n",
      {"r.toml:2:7: message.max 2GiB is out of range (64KiB to 1GiB)"}},
     {"[unix]\npath = \"\"\n", {"r.toml:2:8: unix.path \"\" is out of range (1 to 107 bytes long)"}},
+    {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"tcp\"]\n",
+     {"r.toml:3:9: link.paths has the unknown path \"tcp\"; known are \"udp\" and \"dds\""}},
+    {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"udp\"]\n",
+     {"r.toml:3:9: link.paths has \"udp\" twice"}},
+    {"[[link]]\nkind = \"sub\"\npaths = []\n",
+     {"r.toml:3:9: link.paths wants a list of paths such as [\"udp\", \"dds\"], not an array"}},
+    {"[tcp]\nlisten = [\"127.0.0.1:2000\"]\n",
+     {"r.toml:2:10: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
+      "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not an array"}},
     // Variables.
     {"[router]\nname = \"${NOBODY}\"\n",
      {"r.toml:2:8: router.name names the environment variable NOBODY, which is not set"}},
@@ -231,6 +241,18 @@ TEST(Load, WhatUdpListensOnFollowsFromInsecure) {
   EXPECT_EQ(good("", {"security.insecure=true"}).udp.listen, (Endpoint{"0.0.0.0", 2010}));
   EXPECT_EQ(good("[udp]\nlisten = \"off\"\n", {"security.insecure=true"}).udp.listen, std::nullopt);
   EXPECT_FALSE(load_text("", {"security.insecure=true"}).origins.contains("udp.listen"));
+}
+
+TEST(Load, InAFleetLinksHaveBothPaths) {
+  const LinkPaths udp{LinkPath::kUdp};
+  const std::string link = "[[link]]\nkind = \"sub\"\n";
+  EXPECT_EQ(good(link).links[0].paths, udp);
+  if (!kHasDds) GTEST_SKIP() << "built without DDS";
+  const std::string fleet = "[fleet]\nname = \"harbour\"\n";
+  EXPECT_EQ(good(fleet + link).links[0].paths, (LinkPaths{LinkPath::kUdp, LinkPath::kDds}));
+  EXPECT_EQ(good(fleet + link + "paths = [\"udp\"]\n").links[0].paths, udp);
+  EXPECT_EQ(good(fleet + link + "paths = [\"dds\", \"udp\"]\n").links[0].paths,
+            (LinkPaths{LinkPath::kDds, LinkPath::kUdp}));
 }
 
 TEST(Load, ReadsTheTree) {

@@ -136,6 +136,46 @@ constexpr std::array kOptions{
          .default_note = "127.0.0.1:2010, with security.insecure 0.0.0.0:2010",
          .sample = R"("127.0.0.1:2010")"}),
 
+    row<Kind::kText, &Config::fleet, &Config::Fleet::name>(
+        {.key = "fleet.name",
+         .range = {0, 63},
+         .reload = Reload::kRestart,
+         .help = "Fleet of this router: routers with the same one find each other by DDS, see "
+                 "link.to and link.paths. Routers of other fleets are not seen. Empty: none."}),
+
+    row<Kind::kNumber, &Config::dds, &Config::Dds::domain>(
+        {.key = "dds.domain",
+         .range = {0, 232},
+         .reload = Reload::kRestart,
+         .help = "DDS domain of the fleet: its number decides which UDP ports DDS uses."}),
+    row<Kind::kFlag, &Config::dds, &Config::Dds::multicast>(
+        {.key = "dds.multicast",
+         .reload = Reload::kRestart,
+         .help = "Looks for routers by multicast; otherwise only at dds.peers and dds.server."}),
+    row<Kind::kText, &Config::dds, &Config::Dds::peers>(
+        {.key = "dds.peers",
+         .range = {0, 1024},
+         .reload = Reload::kRestart,
+         .help = "Where to look for routers that multicast does not reach: "
+                 "\"10.9.1.1, 10.9.1.2:7410\". One side listing the other is enough."}),
+    row<Kind::kText, &Config::dds, &Config::Dds::server>(
+        {.key = "dds.server",
+         .range = {0, 64},
+         .reload = Reload::kRestart,
+         .help = "A discovery server (timsctl dds server) that tells who there is, such as "
+                 "\"10.9.1.1:11811\"; nobody else is asked then."}),
+    row<Kind::kDuration, &Config::dds, &Config::Dds::lease>(
+        {.key = "dds.lease",
+         .range = {500 * kMs, kHour},
+         .reload = Reload::kRestart,
+         .help = "After so long without a sign of life a router of the fleet is gone."}),
+    row<Kind::kText, &Config::dds, &Config::Dds::profiles>(
+        {.key = "dds.profiles",
+         .range = {0, 255},
+         .reload = Reload::kRestart,
+         .help = "File of XML profiles of Fast DDS; what its participant, data_writer and "
+                 "data_reader profiles named \"tims\" say counts."}),
+
     row<Kind::kSize, &Config::message, &Config::Message::bytes_max>(
         {.key = "message.max",
          .range = {64 * kKi, kGi},
@@ -210,12 +250,19 @@ constexpr std::array kLinkOptions{
          .default_note = "none: it must be written"}),
     destination_row({.key = "link.to",
                      .help = "Where this side connects; without a port 2010. Beyond loopback it "
-                             "needs security.insecure. A super link needs it, a sub link has none, "
-                             "a peer link without it accepts.",
+                             "needs security.insecure. \"auto\" finds the super router in the "
+                             "fleet, by role and system. A super link needs it, a sub link has "
+                             "none, a peer link without it accepts.",
                      .default_note = "none: this side accepts"}),
     accepted_system_row({.key = "link.system",
                          .help = "Whom this side accepts: routers of this system, \"*\" for any. "
                                  "Only where it accepts."}),
+    row<Kind::kPaths, &Config::links, &Link::paths>(
+        {.key = "link.paths",
+         .help = "Ways to the other router in order of preference: \"udp\", \"dds\". A later one "
+                 "carries the link while those before do not work; dds wants fleet.name.",
+         .default_note = "[\"udp\"], with fleet.name [\"udp\", \"dds\"]",
+         .sample = R"(["udp", "dds"])"}),
     row<Kind::kText, &Config::links, &Link::name>(
         {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
     row<Kind::kDuration, &Config::links, &Link::interval>(
@@ -265,8 +312,8 @@ constexpr List list(std::string_view name, std::span<const Option> rows) {
 constexpr List link_list() {
   List links = list<&Config::links>("link", kLinkOptions);
   links.help =
-      "Links to other routers, over UDP: one [[link]] for each router this side connects to, and "
-      "for each group of routers it accepts.";
+      "Links to other routers: one [[link]] for each router this side connects to, and for each "
+      "group of routers it accepts.";
   links.sample_items = R"toml([[link]]
 kind = "super"
 to = "10.9.1.1:2010"
@@ -275,6 +322,11 @@ to = "10.9.1.1:2010"
 kind = "super"
 to = "fleet.example.org"
 rate = "6MB"
+
+[[link]]                        # by the name of the fleet, see [fleet]
+kind = "super"
+to = "auto"
+paths = ["udp", "dds"]
 
 [[link]]
 kind = "peer"

@@ -31,14 +31,33 @@ TEST(Options, EveryDefaultIsInItsRange) {
 }
 
 TEST(Options, SetGivesBackWhatGetGave) {
-  const Loaded other =
-      load({{},
-            {"router.name=x", "router.system=9", "router.id=8", "unix.path=/x",
-             "unix.everybody=true", "tcp.listen=off", "tcp.compat_delete=true", "tcp.queue=1MiB",
-             "http.listen=[::1]:1", "message.max=1MiB", "lifesign.interval=1s", "limits.clients=5",
-             "limits.mailboxes_per_client=6", "log.level=error", "security.insecure=true",
-             "router.role=subsystem", "address.widths=6/8/10/8", "sim.faults=true"},
-            kRoot});
+  const Loaded other = load({{},
+                             {"router.name=x",
+                              "router.system=9",
+                              "router.id=8",
+                              "unix.path=/x",
+                              "unix.everybody=true",
+                              "tcp.listen=off",
+                              "tcp.compat_delete=true",
+                              "tcp.queue=1MiB",
+                              "http.listen=[::1]:1",
+                              "fleet.name=harbour",
+                              "dds.domain=7",
+                              "dds.multicast=false",
+                              "dds.peers=10.9.1.1",
+                              "dds.server=10.9.1.1:11811",
+                              "dds.lease=1s",
+                              "dds.profiles=/x.xml",
+                              "message.max=1MiB",
+                              "lifesign.interval=1s",
+                              "limits.clients=5",
+                              "limits.mailboxes_per_client=6",
+                              "log.level=error",
+                              "security.insecure=true",
+                              "router.role=subsystem",
+                              "address.widths=6/8/10/8",
+                              "sim.faults=true"},
+                             kRoot});
   ASSERT_TRUE(other.ok());
   Config copy = defaults(kRoot);
   for (const Option& option : options()) {
@@ -49,12 +68,13 @@ TEST(Options, SetGivesBackWhatGetGave) {
 }
 
 TEST(Options, ItemsGiveBackWhatWasSet) {
-  const Loaded other = load({{},
-                             {"security.insecure=true",
-                              "link=kind=peer,to=robot2:1,name=x,interval=1s,rate=1MB,reserve=5,"
-                              "lifetime=1s",
-                              "link=kind=sub,system=1", "route=match=*,via=x"},
-                             kRoot});
+  const Loaded other =
+      load({{},
+            {"security.insecure=true", "fleet.name=harbour",
+             "link=kind=peer,to=robot2:1,paths=dds+udp,name=x,interval=1s,rate=1MB,reserve=5,"
+             "lifetime=1s",
+             "link=kind=sub,system=1", "route=match=*,via=x"},
+            kRoot});
   ASSERT_TRUE(other.ok());
   for (const List& list : lists()) {
     Config copy = defaults(kRoot);
@@ -88,11 +108,12 @@ TEST(Options, EntriesAreEverythingThatHasAValue) {
   for (const Entry& entry : entries(loaded.config)) keys.push_back(entry.key);
   EXPECT_EQ(keys.front(), "router.name");
   keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(options().size()));
-  EXPECT_THAT(keys, testing::ElementsAre(
-                        "link[0].kind", "link[0].to", "link[0].name", "link[0].interval",
-                        "link[0].rate", "link[0].reserve", "link[0].lifetime", "link[1].kind",
-                        "link[1].system", "link[1].name", "link[1].interval", "link[1].rate",
-                        "link[1].reserve", "link[1].lifetime", "route[0].match", "route[0].via"));
+  EXPECT_THAT(keys, testing::ElementsAre("link[0].kind", "link[0].to", "link[0].paths",
+                                         "link[0].name", "link[0].interval", "link[0].rate",
+                                         "link[0].reserve", "link[0].lifetime", "link[1].kind",
+                                         "link[1].system", "link[1].paths", "link[1].name",
+                                         "link[1].interval", "link[1].rate", "link[1].reserve",
+                                         "link[1].lifetime", "route[0].match", "route[0].via"));
 }
 
 TEST(Options, AreFoundByKey) {

@@ -27,6 +27,7 @@ TEST(PrintConfig, PrintsEveryLinkAndRoute) {
 [[link]]                            # r.toml:1
 kind = "sub"                        # r.toml:2
 system = "*"                        # default
+paths = ["udp"]                     # default
 name = ""                           # default
 interval = "300ms"                  # default
 rate = "0B"                         # default
@@ -36,6 +37,7 @@ lifetime = "30s"                    # default
 [[link]]                            # --set 1
 kind = "super"                      # --set 1
 to = "127.0.0.1:2010"               # --set 1
+paths = ["udp"]                     # default
 name = ""                           # default
 interval = "300ms"                  # default
 rate = "0B"                         # default

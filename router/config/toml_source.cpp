@@ -11,6 +11,14 @@ Origin origin(const File& file, const toml::source_position& at) {
   return {.kind = Origin::Kind::kFile, .file = file.name, .line = at.line, .column = at.column};
 }
 
+std::optional<std::vector<std::string>> texts(const toml::node& node) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || !array->is_homogeneous<std::string>()) return std::nullopt;
+  std::vector<std::string> all;
+  for (const toml::node& item : *array) all.push_back(item.as_string()->get());
+  return all;
+}
+
 Raw raw_value(const toml::node& node) {
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* flag = node.as_boolean()) return flag->get();
@@ -18,6 +26,7 @@ Raw raw_value(const toml::node& node) {
   if (const auto* fraction = node.as_floating_point()) return fraction->get();
   if (node.is_table()) return Foreign{"a table"};
   if (node.is_array_of_tables()) return Foreign{"an array of tables"};
+  if (auto list = texts(node)) return std::move(*list);
   if (node.is_array()) return Foreign{"an array"};
   return Foreign{"a date or time"};
 }

@@ -16,7 +16,8 @@ namespace tims::config {
 struct Foreign {
   std::string_view what;
 };
-using Raw = std::variant<std::string, bool, std::int64_t, double, Foreign>;
+using Raw =
+    std::variant<std::string, bool, std::int64_t, double, std::vector<std::string>, Foreign>;
 
 struct Assignment {
   std::string key;  // "tcp.listen"; for a table its name

@@ -50,6 +50,7 @@ constexpr std::array kSizeUnitsRead{
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
 constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
 constexpr std::array<std::string_view, 3> kLinkKinds{"super", "peer", "sub"};
+constexpr std::array<std::string_view, 2> kPaths{"udp", "dds"};
 
 std::span<const std::string_view> words_of(Kind kind) {
   if (kind == Kind::kLogLevel) return kLogLevels;
@@ -154,6 +155,24 @@ Result<Value> parse_widths(std::string_view text) {
   return Value(widths);
 }
 
+Result<Value> parse_paths(std::string_view text) {
+  LinkPaths paths;
+  for (bool more = true; more;) {
+    const std::size_t end = std::min(text.find('+'), text.size());
+    const auto found = std::ranges::find(kPaths, text.substr(0, end));
+    if (found == kPaths.end())
+      return bad(fmt::format("has the unknown path {}; known are \"udp\" and \"dds\"",
+                             in_quotes(text.substr(0, end))));
+    const auto path = static_cast<LinkPath>(found - kPaths.begin());
+    if (std::ranges::find(paths, path) != paths.end())
+      return bad(fmt::format("has {} twice", in_quotes(*found)));
+    paths.push_back(path);
+    more = end < text.size();
+    if (more) text.remove_prefix(end + 1);
+  }
+  return Value(paths);
+}
+
 // The value's text without looking at the limits.
 Result<Value> parse_any(Kind kind, std::string_view text) {
   switch (kind) {
@@ -185,6 +204,8 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
       return parse_measured<Rate>(kind, text, kSizeUnitsRead);
     case Kind::kWidths:
       return parse_widths(text);
+    case Kind::kPaths:
+      return parse_paths(text);
   }
   return unreadable(kind, text);
 }
@@ -245,6 +266,13 @@ struct ToToml {
   std::string operator()(const AddressWidths& w) const {
     return fmt::format("\"{}/{}/{}/{}\"", w.system, w.class_id, w.instance, w.local);
   }
+  std::string operator()(const LinkPaths& paths) const {
+    std::string list;
+    for (const LinkPath path : paths)
+      list.append(list.empty() ? "" : ", ")
+          .append(in_quotes(kPaths[static_cast<std::size_t>(path)]));
+    return "[" + list + "]";
+  }
 
   template <typename Word>
   static std::string word(Kind kind, Word value) {
@@ -291,7 +319,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::string_view kind_name(Kind kind) {
-  static constexpr std::array<std::string_view, 13> kNames{"text",
+  static constexpr std::array<std::string_view, 14> kNames{"text",
                                                            "true or false",
                                                            "number",
                                                            "duration",
@@ -303,12 +331,13 @@ std::string_view kind_name(Kind kind) {
                                                            "host:port",
                                                            "number or \"*\"",
                                                            "bytes a second",
-                                                           "bits of system/class/instance/local"};
+                                                           "bits of system/class/instance/local",
+                                                           "list of paths"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view kind_example(Kind kind) {
-  static constexpr std::array<std::string_view, 13> kExamples{
+  static constexpr std::array<std::string_view, 14> kExamples{
       R"(a text such as "robot1")",
       "true or false",
       "a whole number",
@@ -322,7 +351,8 @@ std::string_view kind_example(Kind kind) {
       R"(a host and port such as "10.9.1.1:2010", "robot1:2010" or "[fd00::1]:2010")",
       R"(a system's number or "*" for any)",
       R"(a rate such as "6MB" (bytes a second) or 0 for no cap)",
-      R"(four numbers of bits such as "8/8/8/8")"};
+      R"(four numbers of bits such as "8/8/8/8")",
+      R"(a list of paths such as ["udp", "dds"])"};
   return kExamples.at(static_cast<std::size_t>(kind));
 }
 

@@ -26,6 +26,7 @@ enum class Kind : std::uint8_t {
   kSystem,       // 3, "*"
   kRate,         // "6MB" (a second), 0 for no cap: units of kSize
   kWidths,       // "8/8/8/8"
+  kPaths,        // ["udp", "dds"]; as one text "udp+dds"
 };
 
 struct Bytes {
@@ -41,7 +42,7 @@ struct Rate {
 using Value =
     std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
                  LogLevel, Role, Link::Kind, Destination, std::optional<std::uint8_t>, Rate,
-                 AddressWidths>;  // in the order of Kind
+                 AddressWidths, LinkPaths>;  // in the order of Kind
 
 // Both ends are allowed. Number; nanoseconds of a duration; bytes of a size or rate; length of a
 // text. A rate may also be 0.

@@ -146,6 +146,14 @@ TEST(Value, WidthsAddUpTo32) {
     EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four numbers of bits"));
 }
 
+TEST(Value, PathsAreAListWithoutDoubles) {
+  EXPECT_EQ(read(Kind::kPaths, "udp"), R"(["udp"])");
+  EXPECT_EQ(read(Kind::kPaths, "dds+udp"), R"(["dds", "udp"])");
+  for (const char* wrong : {"", "UDP", "udp+", "+udp", "udp,dds", "udp+dds+tcp"})
+    EXPECT_THAT(read(Kind::kPaths, wrong), testing::StartsWith("has the unknown path")) << wrong;
+  EXPECT_EQ(read(Kind::kPaths, "dds+udp+dds"), R"(has "dds" twice)");
+}
+
 TEST(Value, RolesAndKindsAreWords) {
   for (const char* role : {"subsystem", "system", "top"})
     EXPECT_EQ(read(Kind::kRole, role), in_quotes(role));

@@ -46,19 +46,23 @@ class Paths : public testing::Test {
   PathKind used(Node& node) {
     return link_of(node, &node == base ? "robot" : "base").paths().kind();
   }
-  // A command a few milliseconds, both ways, for so long.
-  void talk(Duration time) {
+  // A command every few milliseconds, both ways, for so long.
+  void talk(Duration time, Duration each = 7ms) {
     const Time end = world.now() + time;
     while (world.now() < end) {
       ++number;
       send(*base, gui, kGui, kLadar);
       send(*robot, ladar, kLadar, kGui);
-      world.run_for(7ms);
+      world.run_for(each);
     }
   }
   void send(Node& node, core::ClientId id, Address src, Address dest) {
     node.send(world.now(), id,
-              {.type = 3, .priority = 100, .seq_nr = number, .dest = dest, .src = src});
+              {.type = 3,
+               .priority = 100,
+               .seq_nr = static_cast<std::uint8_t>(number),
+               .dest = dest,
+               .src = src});
   }
   // All that was sent has come, once each and in order.
   void expect_all() {
@@ -183,9 +187,9 @@ TEST_F(Paths, AThousandRandomCutsLoseNothing) {
     const std::uint64_t which = world.random(3);
     if (which != 0) world.cut_one_way("base", "robot", true, kind);
     if (which != 1) world.cut_one_way("robot", "base", true, kind);
-    talk(std::chrono::milliseconds(world.random(2500)));
+    talk(std::chrono::milliseconds(world.random(2500)), 23ms);
     cut(kind, false);
-    talk(std::chrono::milliseconds(1200 + world.random(4000)));
+    talk(std::chrono::milliseconds(1200 + world.random(4000)), 23ms);
     // Enough to compare, not enough to fill the memory.
     ASSERT_NO_FATAL_FAILURE(expect_all()) << "cut " << cuts;
     base->forget_arrivals(gui);
