@@ -7,9 +7,15 @@
 #include <string>
 #include <string_view>
 
+#include "tims/time.h"
+
 namespace timsctl {
 
 using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
+
+inline double seconds(tims::Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
 
 std::string human_count(double value);       // "812", "12.4k", "3.1M"
 std::string human_bytes(double value);       // "812 B", "12.4 KiB"

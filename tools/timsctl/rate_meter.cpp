@@ -4,11 +4,9 @@
 #include <cmath>
 #include <utility>
 
-namespace timsctl {
+#include "tools/timsctl/humanize.h"
 
-namespace {
-double seconds(tims::Duration d) { return std::chrono::duration<double>(d).count(); }
-}  // namespace
+namespace timsctl {
 
 void RateMeter::on_message(tims::Time now, std::uint32_t body_bytes, std::uint8_t seq_nr) {
   ++window_.messages;

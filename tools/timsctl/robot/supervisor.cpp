@@ -22,8 +22,6 @@ using namespace std::chrono_literals;
 constexpr tims::Duration kStartPatience = 10s;  // a router may have to come first
 constexpr tims::Duration kEndPatience = 5s;
 
-double seconds(tims::Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
 // They come and go.
 std::vector<int> descriptors_of(const std::list<Program>& programs) {
   std::vector<int> all;
@@ -41,7 +39,7 @@ bool has_closed(int input) {
 }  // namespace
 
 Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
-    : context_(context), name_(place.name) {
+    : context_(context), events_(context, "tims/robot_event/1", 20), name_(place.name) {
   auto control = tims::os::listen_unix(control_socket(name_), 0600);
   if (!control && control.error().code() == tims::Errc::kAddressInUse)
     throw Failure(Exit::kDenied, "robot_runs", fmt::format("robot {} runs already", name_),
@@ -87,23 +85,10 @@ void Supervisor::add(const Host& host, const Robot& robot, const Place& place) {
       Program::Manner{.restart = Restart::kAlways, .tells = false, .input = std::move(input)});
 }
 
-void Supervisor::say(std::string_view event, std::string_view subject, std::string_view text) {
-  const double t = seconds(tims::os::now() - began_);
-  if (context_.out.json())
-    return context_.out.write(json::object{{"schema", "tims/robot_event/1"},
-                                           {"time", rfc3339(wall_now())},
-                                           {"t_s", t},
-                                           {"event", event},
-                                           {"subject", subject},
-                                           {"text", text}});
-  if (context_.options.quiet || event == "state") return;
-  context_.out.write(fmt::format("{:8.2f} s  {:<20} {}\n", t, subject, printable_lines(text)));
-}
-
 void Supervisor::start() {
-  began_ = tims::os::now();
+  events_.begin();
   for (Program& program : programs_) program.start(tims::os::now());
-  const tims::Time deadline = began_ + kStartPatience;
+  const tims::Time deadline = events_.began() + kStartPatience;
   while (is_starting() && !asked_to_end_ && tims::os::now() < deadline) {
     wait(std::min(deadline, next_start()), -1);
     look_after_programs();
@@ -115,7 +100,7 @@ void Supervisor::start() {
                   programs_.size() - static_cast<std::size_t>(down + late), programs_.size());
   if (late > 0) text += fmt::format(", {} did not say so", late);
   if (down > 0) text += fmt::format(", {} ended", down);
-  say("started", name_, text);
+  events_.say("started", name_, text);
 }
 
 void Supervisor::serve(tims::Time until, int input) {
@@ -155,7 +140,7 @@ void Supervisor::look_after_programs() {
 void Supervisor::look_after(Program& program) {
   const tims::Time now = tims::os::now();
   const auto end = program.ended(now);
-  for (const std::string& line : program.take_lines()) say("said", program.name(), line);
+  for (const std::string& line : program.take_lines()) events_.say("said", program.name(), line);
   if (end) take_end(program, *end);
   if (program.start_at() <= now) start_again(program, now);
 }
@@ -164,22 +149,22 @@ void Supervisor::look_after(Program& program) {
 void Supervisor::start_again(Program& program, tims::Time now) {
   try {
     program.start(now);
-    say("restarted", program.name(), "started again");
+    events_.say("restarted", program.name(), "started again");
   } catch (const Failure& failure) {
     take_end(program, program.could_not_start(now));
-    say("said", program.name(), failure.message);
+    events_.say("said", program.name(), failure.message);
   }
 }
 
 void Supervisor::take_end(Program& program, const Program::End& end) {
   const std::string how = end_text(end.status);
   if (end.pause && !ending_)
-    return say("ended", program.name(),
-               fmt::format("{}: starts again in {:g} s", how, seconds(*end.pause)));
+    return events_.say("ended", program.name(),
+                       fmt::format("{}: starts again in {:g} s", how, seconds(*end.pause)));
   program.stay_down();
-  if (ending_) return say("ended", program.name(), how);
+  if (ending_) return events_.say("ended", program.name(), how);
   if (end.status != 0) ++failures_;
-  say("ended", program.name(), how + ": stays down");
+  events_.say("ended", program.name(), how + ": stays down");
 }
 
 void Supervisor::hear() {
@@ -187,7 +172,9 @@ void Supervisor::hear() {
     const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
     if (program == programs_.end()) continue;
     program->hear(said->text);
-    if (!program->status().empty()) say("state", program->name(), program->status());
+    // People see it in `timsctl robot`.
+    if (!program->status().empty() && context_.out.json())
+      events_.say("state", program->name(), program->status());
   }
 }
 

@@ -9,6 +9,7 @@
 #include "os/file.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/control_socket.h"
+#include "tools/timsctl/event_lines.h"
 #include "tools/timsctl/robot/program.h"
 #include "tools/timsctl/robot/robot.h"
 #include "tools/timsctl/robot/status_socket.h"
@@ -42,7 +43,6 @@ class Supervisor {
  private:
   void add(const Component& component, const Place& place);
   void add(const Host& host, const Robot& robot, const Place& place);
-  void say(std::string_view event, std::string_view subject, std::string_view text);
 
   void wait(tims::Time deadline, int input);
   void look_after_programs();
@@ -57,12 +57,12 @@ class Supervisor {
   void end_all();
 
   Context& context_;
+  EventLines events_;
   std::string name_;
   tims::os::File control_;
   std::optional<StatusSocket> status_;
   std::list<Program> programs_;
   Asker asker_;  // of `down`: told when all have ended
-  tims::Time began_{};
   bool asked_to_end_ = false;
   bool ending_ = false;
   std::size_t failures_ = 0;

@@ -25,8 +25,6 @@ constexpr tims::Duration kPayAgain = 200ms;  // a link that is not there yet
 constexpr tims::Duration kLinksPatience = 5s;
 constexpr tims::Duration kLookAgain = 20ms;
 
-double seconds(tims::Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
 std::string joined(const CommandLine& words) { return fmt::format("{}", fmt::join(words, " ")); }
 
 // What undoes it after `for`; empty words: nothing does.
@@ -39,11 +37,11 @@ CommandLine undoing(const Step& step) {
 
 Supervisor::Supervisor(Context& context, const Plan& plan)
     : context_(context),
+      events_(context, "tims/sim_event/1", 14),
       plan_(plan),
       network_(plan),
       programs_(plan),
-      routers_(context, plan),
-      began_(tims::os::now()) {
+      routers_(context, plan) {
   if (is_running(plan.name))
     throw Failure(Exit::kDenied, "fleet_runs", fmt::format("fleet {} runs already", plan.name),
                   fmt::format("`timsctl sim down {}` ends it; --fleet NAME gives this one another "
@@ -63,19 +61,6 @@ Supervisor::~Supervisor() {
     context_.out.note(fmt::format("fleet {}: {}; `timsctl sim down {}` tries again", plan_.name,
                                   error.what(), plan_.name));
   }
-}
-
-void Supervisor::say(std::string_view event, std::string_view subject, std::string_view text) {
-  const double t = seconds(tims::os::now() - began_);
-  if (context_.out.json())
-    return context_.out.write(json::object{{"schema", "tims/sim_event/1"},
-                                           {"time", rfc3339(wall_now())},
-                                           {"t_s", t},
-                                           {"event", event},
-                                           {"subject", subject},
-                                           {"text", text}});
-  if (context_.options.quiet) return;
-  context_.out.write(fmt::format("{:8.2f} s  {:<14} {}\n", t, subject, printable_lines(text)));
 }
 
 void Supervisor::write_files() const {
@@ -123,18 +108,19 @@ void Supervisor::bring_up() {
   write_files();
   write_state();
   network_.make();
-  say("network", plan_.name,
+  events_.say(
+      "network", plan_.name,
       fmt::format(
           "{} hosts and {} lines{}", plan_.hosts.size(), plan_.lines.size(),
           network_.netem() ? "" : "; no netem here: the routers delay, double and reorder"));
   programs_.start_all(context_.signals);
   std::size_t components = 0;
   for (const PlannedHost& host : plan_.hosts) components += host.components.size();
-  say("started", plan_.name,
-      fmt::format("{} routers and {} components", plan_.hosts.size(), components));
+  events_.say("started", plan_.name,
+              fmt::format("{} routers and {} components", plan_.hosts.size(), components));
   for (const Line& line : plan_.lines) {
     owe(line, {}, line.own);
-    if (line.own != LineState()) say("line", line.name, to_string(line.own));
+    if (line.own != LineState()) events_.say("line", line.name, to_string(line.own));
   }
   await_links();
   start_clock();
@@ -156,17 +142,18 @@ void Supervisor::await_links() {
     if (open.empty() || tims::os::now() > deadline) break;
     context_.signals.sleep_until(tims::os::now() + kLookAgain);
   }
-  say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
-  for (const Line* line : open) say("not_linked", line->name, "its link does not come up");
+  events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
+  for (const Line* line : open) events_.say("not_linked", line->name, "its link does not come up");
   pay_debts();
 }
 
 void Supervisor::start_clock() {
-  began_ = tims::os::now();
+  events_.begin();
   for (const Step& step : plan_.steps) {
-    schedule_.emplace(began_ + step.at, Action{step.line, step.host, step.words, step.every});
+    const tims::Time at = events_.began() + step.at;
+    schedule_.emplace(at, Action{step.line, step.host, step.words, step.every});
     if (step.duration)
-      schedule_.emplace(began_ + step.at + *step.duration,
+      schedule_.emplace(at + *step.duration,
                         Action{step.line, step.host, undoing(step), step.every});
   }
 }
@@ -190,13 +177,14 @@ void Supervisor::fault(const Line& line, const CommandLine& words) {
   pay_debts();
   const std::string said = joined(words);
   const std::string is = to_string(state);
-  say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
+  events_.say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
   write_state();
 }
 
 void Supervisor::kill(const PlannedHost& host, std::string_view part) {
   const std::size_t count = programs_.kill(host, part);
-  say("kill", host.name,
+  events_.say(
+      "kill", host.name,
       count == 0 ? "nothing runs there" : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
   write_state();
 }
@@ -204,7 +192,7 @@ void Supervisor::kill(const PlannedHost& host, std::string_view part) {
 void Supervisor::start(const PlannedHost& host) {
   programs_.start(host, context_.signals);
   owe_all(host);
-  say("start", host.name, "started");
+  events_.say("start", host.name, "started");
   write_state();
 }
 
@@ -272,9 +260,9 @@ void Supervisor::wait(tims::Time deadline) {
 void Supervisor::look_after_programs() {
   for (const Programs::End& end : programs_.ended()) {
     if (end.status != 0) ++failures_;
-    say("ended", end.host,
-        fmt::format("{}: {}{}{}", end.label, end_text(end.status),
-                    end.last_words.empty() ? "" : "\n", end.last_words));
+    events_.say("ended", end.host,
+                fmt::format("{}: {}{}{}", end.label, end_text(end.status),
+                            end.last_words.empty() ? "" : "\n", end.last_words));
     write_state();
   }
 }

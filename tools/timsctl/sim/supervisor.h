@@ -8,6 +8,7 @@
 #include "os/file.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/control_socket.h"
+#include "tools/timsctl/event_lines.h"
 #include "tools/timsctl/sim/network.h"
 #include "tools/timsctl/sim/programs.h"
 #include "tools/timsctl/sim/routers.h"
@@ -37,7 +38,6 @@ class Supervisor {
     std::optional<tims::Duration> every;
   };
 
-  void say(std::string_view event, std::string_view subject, std::string_view text);
   void write_files() const;
   void write_state() const;
   void await_links();
@@ -63,6 +63,7 @@ class Supervisor {
   const Line& need_line(std::string_view name) const;
 
   Context& context_;
+  EventLines events_;
   const Plan& plan_;
   Network network_;
   Programs programs_;
@@ -74,7 +75,6 @@ class Supervisor {
   // "robot1-main", "base": the router and its link, and what is owed.
   std::map<std::pair<std::string, std::string>, Quality> debts_;
   tims::Time next_payment_{};
-  tims::Time began_{};
   std::string since_;
   bool asked_to_end_ = false;
   std::size_t failures_ = 0;
