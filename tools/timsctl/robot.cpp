@@ -12,6 +12,7 @@
 #include "tools/timsctl/detach.h"
 #include "tools/timsctl/robot/running.h"
 #include "tools/timsctl/robot/supervisor.h"
+#include "tools/timsctl/toml_reader.h"
 
 namespace timsctl {
 
@@ -58,10 +59,7 @@ Given read_robot_file(const Context& context) {
   const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
   auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.text}, name,
                                 context.options.system);
-  std::string text;
-  for (const auto& problem : read.problems)
-    text.append(text.empty() ? "" : "\n").append(problem.to_string());
-  if (!text.empty()) throw Failure(Exit::kNo, "bad_robot", text, "deploy/robots/README.md");
+  fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
   given.robot = std::move(read.robot);
   given.place.name = given.robot.name;
   if (given.robot.system != 0) given.place.name += fmt::format("-{}", given.robot.system);

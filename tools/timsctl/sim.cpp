@@ -11,6 +11,7 @@
 #include "tools/timsctl/process.h"
 #include "tools/timsctl/sim/state.h"
 #include "tools/timsctl/sim/supervisor.h"
+#include "tools/timsctl/toml_reader.h"
 
 namespace timsctl {
 
@@ -28,10 +29,7 @@ sim::Fleet read_fleet_file(Context& context) {
     throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", path),
                   "deploy/fleets/demo.toml is one");
   sim::FleetFile read = sim::read_fleet({path, {std::istreambuf_iterator<char>(file), {}}});
-  std::string text;
-  for (const auto& problem : read.problems)
-    text.append(text.empty() ? "" : "\n").append(problem.to_string());
-  if (!text.empty()) throw Failure(Exit::kNo, "bad_fleet", text, "deploy/fleets/README.md");
+  fail_if_any(read.problems, "bad_fleet", "deploy/fleets/README.md");
   if (!context.options.fleet.empty()) {
     if (!sim::is_fleet_name(context.options.fleet))
       throw usage_error(

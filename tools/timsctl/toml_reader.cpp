@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "router/config/nearest.h"
+#include "tools/timsctl/failure.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
@@ -70,12 +71,14 @@ void TomlReader::texts(const TomlNode& node,
   }
 }
 
-void TomlReader::text(const TomlNode& node, std::string& out) {
+bool TomlReader::text(const TomlNode& node, std::string& out) {
   const auto* text = std::get_if<std::string>(&node.value);
-  if (node.form == TomlNode::Form::kValue && text != nullptr)
+  const bool is_text = node.form == TomlNode::Form::kValue && text != nullptr;
+  if (is_text)
     out = *text;
   else
     refuse(node, fmt::format("{} wants a text in quotes, not {}", label(node), as_written(node)));
+  return is_text;
 }
 
 void TomlReader::plain(const TomlNode& node, std::string& out) {
@@ -127,6 +130,14 @@ std::vector<tims::config::Problem> TomlReader::problems() const {
     return std::pair(problem.at.line, problem.at.column);
   });
   return sorted;
+}
+
+void fail_if_any(std::span<const tims::config::Problem> problems, const std::string& code,
+                 const std::string& hint) {
+  std::string text;
+  for (const tims::config::Problem& problem : problems)
+    text.append(text.empty() ? "" : "\n").append(problem.to_string());
+  if (!text.empty()) throw Failure(Exit::kNo, code, text, hint);
 }
 
 }  // namespace timsctl

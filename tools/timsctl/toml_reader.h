@@ -36,7 +36,8 @@ class TomlReader {
   void texts(const TomlNode& node,
              const std::function<void(const TomlNode&, const std::string&)>& each);
 
-  void text(const TomlNode& node, std::string& out);
+  // Whether it is one.
+  bool text(const TomlNode& node, std::string& out);
   // Whatever stands there, as a program's argument: true is 1.
   void plain(const TomlNode& node, std::string& out);
   void number(const TomlNode& node, std::int64_t min, std::int64_t max, std::int64_t& out);
@@ -59,5 +60,9 @@ class TomlReader {
 
   std::vector<tims::config::Problem> problems_;
 };
+
+// Throws Failure with all of them, a line each; there may be none.
+void fail_if_any(std::span<const tims::config::Problem> problems, const std::string& code,
+                 const std::string& hint);
 
 }  // namespace timsctl

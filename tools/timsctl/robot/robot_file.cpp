@@ -69,9 +69,7 @@ class RobotReader {
   }
 
   void name(const TomlNode& node, std::string& out) {
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, out);
-    if (reader_.problems().size() == before && !is_name(out))
+    if (reader_.text(node, out) && !is_name(out))
       reader_.refuse(node, fmt::format("\"{}\" is no name: at most {} letters, digits, - and _",
                                        out, kNameMax));
   }
@@ -79,9 +77,7 @@ class RobotReader {
   void restart(const TomlNode& node, Restart& out) {
     static const std::vector<std::string> kWords{"never", "on-failure", "always"};
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto word = std::ranges::find(kWords, text);
     if (word == kWords.end()) return reader_.unknown(node.at_value, "restart", text, kWords);
     out = static_cast<Restart>(word - kWords.begin());
@@ -138,9 +134,7 @@ class RobotReader {
 
   void command(const TomlNode& node, CommandLine& out) {
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto words = split_command(text);
     if (!words || words->empty())
       return reader_.refuse(node,

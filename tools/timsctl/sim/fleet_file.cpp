@@ -114,9 +114,7 @@ class FleetReader {
     if (std::ranges::find(known, node.key) == known.end())
       return reader_.unknown(node.at_key, "key of a profile", node.key, known);
     std::string text;
-    const std::size_t before = reader_.problems().size();
-    reader_.text(node, text);
-    if (reader_.problems().size() != before) return;
+    if (!reader_.text(node, text)) return;
     const auto set = set_key(quality, node.key, text);
     if (!set) reader_.refuse(node, fmt::format("{} {}", node.key, set.error().detail()));
   }
