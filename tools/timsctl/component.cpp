@@ -235,25 +235,21 @@ Exit component_data(Context& context) {
   ComponentCall call(context, *connection);
   const tims::Address component =
       need_address(context.options.arguments.front(), connection->widths());
-  const std::vector<std::byte> newest(sizeof(std::uint32_t));  // GET_DATA of time 0
-  Message answer;
-  waited(context, [&] {
-    answer = call.ask(component, tims::type::kGetData, newest);
-    return answer.header.type == tims::type::kData;
-  });
-  if (answer.header.type != tims::type::kData)
+  std::optional<Message> newest;
+  waited(context, [&] { return (newest = call.newest_data(component)).has_value(); });
+  if (!newest)
     throw Failure(Exit::kNo, "no_data", call.name_of(component) + " has no data",
                   "is it on? `timsctl component status ADDR`");
-  const rack::MessageInfo* info = rack::find_message(answer.header, connection->widths());
+  const rack::MessageInfo* info = rack::find_message(newest->header, connection->widths());
   if (info == nullptr || info->body == nullptr)
     throw Failure(Exit::kNo, "unknown_class",
                   call.name_of(component) + ": data of an unknown class",
                   "`timsctl msg echo ADDR -n 1` shows the bytes");
-  const auto order = answer.header.body_order();
+  const auto order = newest->header.body_order();
   const auto print = context.out.json() ? info->body->json : info->body->text;
   const std::size_t most = context.out.terminal() ? 20 : rack::kAllElements;
   std::string text =
-      value_or_fail(print(answer.body, order, context.out.json() ? rack::kAllElements : most),
+      value_or_fail(print(newest->body, order, context.out.json() ? rack::kAllElements : most),
                     call.name_of(component));
   if (!text.ends_with('\n')) text += '\n';
   context.out.write(text);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "os/clock.h"
+#include "proxies/generic.h"
 
 namespace timsctl {
 
@@ -23,6 +24,12 @@ Message ComponentCall::ask(tims::Address component, std::int8_t type,
   }
   throw Failure(Exit::kTimeout, "timeout", name_of(component) + " did not answer",
                 "a longer --timeout? `timsctl explain` shows whether it can be reached");
+}
+
+std::optional<Message> ComponentCall::newest_data(tims::Address component) {
+  Message answer = ask(component, tims::type::kGetData, rack::GetDataRequest{});
+  if (answer.header.type != tims::type::kData) return std::nullopt;
+  return answer;
 }
 
 std::vector<std::optional<std::int8_t>> ComponentCall::states(

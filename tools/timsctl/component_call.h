@@ -28,6 +28,9 @@ class ComponentCall {
     return ask(component, type, std::span<const std::byte>(bytes));
   }
 
+  // Nothing when it has none, as when it is off.
+  std::optional<Message> newest_data(tims::Address component);
+
   // The states of many at once, in their order; who does not answer in time has none.
   std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components);
 

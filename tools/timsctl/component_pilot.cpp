@@ -23,14 +23,12 @@ void set_pilot(ComponentCall& call, tims::Address chassis, tims::Address pilot) 
 }
 
 std::optional<tims::Address> get_pilot(ComponentCall& call, tims::Address chassis) {
-  const std::vector<std::byte> newest(sizeof(std::uint32_t));  // GET_DATA of time 0
-  const Message answer = call.ask(chassis, tims::type::kGetData, newest);
-  if (answer.header.type != tims::type::kData)
+  const auto newest = call.newest_data(chassis);
+  if (!newest)
     throw Failure(Exit::kNo, "no_data", call.name_of(chassis) + " has no data",
                   "it tells its pilot while it is on: `timsctl component on ADDR`");
   const auto data =
-      value_or_fail(rack::decode<rack::ChassisData>(answer.body, answer.header.body_order()),
-                    call.name_of(chassis));
+      value_or_fail(rack::decode<rack::ChassisData>(newest->view()), call.name_of(chassis));
   const tims::Address pilot = data.activePilot;
   return pilot == rack::kNoPilot ? std::nullopt : std::optional(pilot);
 }

@@ -19,6 +19,8 @@ namespace timsctl {
 struct Message {
   tims::Header header;
   std::vector<std::byte> body;
+
+  [[nodiscard]] tims::MessageView view() const { return {header, body}; }
 };
 
 class Connection {

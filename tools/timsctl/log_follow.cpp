@@ -89,7 +89,7 @@ std::optional<Record> Follower::record_of(const Message& message,
                                           const tims::AddressWidths& widths) {
   rack::GdosData data;
   if (message.header.type != tims::type::kData) return std::nullopt;
-  if (!rack::decode(message.body, message.header.body_order(), data)) return std::nullopt;
+  if (!rack::decode(message.view(), data)) return std::nullopt;
   const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
   if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
   const auto now = now_ms();
@@ -140,8 +140,7 @@ std::optional<tims::Address> ask_for_log(Context& context, Connection& connectio
   while (const auto message = receive(connection, context.signals, deadline)) {
     if (message->header.src != rack::gdos::kSink || message->header.seq_nr != seq_nr) continue;
     if (message->header.type != rack::GdosLogType::kLog) return std::nullopt;
-    const auto answer =
-        rack::decode<rack::GdosLogAddress>(message->body, message->header.body_order());
+    const auto answer = rack::decode<rack::GdosLogAddress>(message->view());
     return answer ? std::optional(answer->log) : std::nullopt;
   }
   return std::nullopt;

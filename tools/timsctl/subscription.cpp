@@ -52,8 +52,7 @@ void Subscription::heard(State state, tims::Time ask_again_at) {
 bool Subscription::on_message(const Message& message, tims::Time now) {
   switch (message.header.type) {
     case tims::type::kContData:
-      if (const auto reply =
-              rack::decode<rack::ContDataReply>(message.body, message.header.body_order()))
+      if (const auto reply = rack::decode<rack::ContDataReply>(message.view()))
         granted_ms_ = reply->periodTime;
       heard(State::kRunning, now + kAskSilentAgain);
       return false;
