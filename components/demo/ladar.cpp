@@ -4,7 +4,6 @@
 #include "components/demo/program.h"
 #include "components/demo/scan.h"
 #include "components/runtime/rules/listeners.h"
-#include "proxies/codec/bytes.h"
 #include "proxies/codec/codec.h"
 #include "proxies/generic.h"
 
@@ -57,23 +56,22 @@ void Ladar::answer(const PeekGuard& request) {
 
 Result<void> Ladar::subscribe(const PeekGuard& request) {
   const Header& header = request.header();
-  const auto wanted = rack::decode<rack::GetContDataRequest>(request.body(), header.body_order());
+  const auto wanted = rack::decode<rack::GetContDataRequest>({header, request.body()});
   if (!wanted) return refuse(header);
   const std::uint32_t each = rack::reduction(wanted->periodTime, sample_ms_);
   if (listeners_.add(header, wanted->dataMbxAdr, each) == rack::Listeners::Added::kFull)
     return refuse(header);
-  // A body of one field is read and written by itself: the path analyser loses its way in the
-  // codec.
-  const std::uint32_t granted = each * sample_ms_;
-  return mailbox_.reply(header, type::kContData, std::as_bytes(std::span(&granted, 1)));
+  std::array<std::byte, rack::wire_size<rack::ContDataReply>()> granted{};
+  if (const auto size = rack::encode(rack::ContDataReply{each * sample_ms_}, granted); !size)
+    return size.error();
+  return mailbox_.reply(header, type::kContData, granted);
 }
 
 Result<void> Ladar::unsubscribe(const PeekGuard& request) {
   const Header& header = request.header();
-  std::uint32_t mailbox = 0;
-  if (request.body().size() != rack::wire_size<rack::StopContDataRequest>()) return refuse(header);
-  (void)rack::bytes::read(request.body().data(), header.body_order(), mailbox);
-  listeners_.remove(Address(mailbox));
+  const auto unwanted = rack::decode<rack::StopContDataRequest>({header, request.body()});
+  if (!unwanted) return refuse(header);
+  listeners_.remove(unwanted->dataMbxAdr);
   return mailbox_.reply(header, type::kOk);
 }
 
