@@ -67,8 +67,7 @@ std::string_view name_of(int signal) {
 void say_frame(std::size_t index, std::uint64_t address) {
   std::array<char, kNameMax> mangled;
   std::array<char, kNameMax> room;
-  // A call returns to the instruction behind it, which may belong to the next function already.
-  const Symbol symbol = find_symbol(index == 0 ? address : address - 1, mangled);
+  const Symbol symbol = find_symbol(code_of_frame(index, address), mangled);
   say("  #");
   say_number(index, 10);
   say(" ");

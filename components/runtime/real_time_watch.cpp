@@ -159,8 +159,7 @@ std::string RealTimeWatch::where(const Found& found) {
   std::array<std::uint64_t, kFrames> room{};
   std::vector<std::string> functions;
   for (const std::uint64_t address : unwinder_.frames(found.snapshot, room)) {
-    // A call returns to the instruction behind it, which may belong to the next function already.
-    const auto& name = names_.name(functions.empty() ? address : address - 1);
+    const auto& name = names_.name(code_of_frame(functions.size(), address));
     if (functions.empty() || name.known) functions.push_back(name.text);
   }
   return place_text(functions, kOutermost, RuntimePlace::kWhereMax);

@@ -2,6 +2,7 @@
 // functions without frame pointers, of a thread that has run on meanwhile.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -10,6 +11,12 @@
 #include "components/runtime/rules/snapshot.h"
 
 namespace rack {
+
+// Where a frame's code is found: a call returns to the instruction behind it, which may belong to
+// the next function already. The innermost frame (0) is in no call.
+constexpr std::uint64_t code_of_frame(std::size_t index, std::uint64_t address) {
+  return index == 0 ? address : address - 1;
+}
 
 class Unwinder {
  public:
