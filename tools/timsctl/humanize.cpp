@@ -111,6 +111,10 @@ WallTime wall_now() {
   return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
 }
 
+std::chrono::sys_time<std::chrono::milliseconds> wall_now_ms() {
+  return std::chrono::floor<std::chrono::milliseconds>(wall_now());
+}
+
 std::string printable(std::string_view text) {
   std::string out;
   while (!text.empty()) {

@@ -28,6 +28,7 @@ std::optional<WallTime> parse_rfc3339(std::string_view text);  // of UTC, as wri
 // The time of day of an RFC 3339 time; the text itself when it is none.
 std::string local_time(std::string_view rfc3339_text, bool utc);
 WallTime wall_now();
+std::chrono::sys_time<std::chrono::milliseconds> wall_now_ms();
 
 // Text of others on a terminal: control characters and broken UTF-8 become '?'. A name must not
 // move the cursor.

@@ -18,10 +18,6 @@ namespace {
 
 using rack::gdos::Record;
 
-rack::gdos::RecordTime now_ms() {
-  return std::chrono::floor<std::chrono::milliseconds>(wall_now());
-}
-
 class Follower {
  public:
   explicit Follower(Context& context)
@@ -63,7 +59,7 @@ std::optional<Record> Follower::text_of(const Message& message,
   const auto level = rack::gdos::level_of(message.header.type);
   if (!level) return std::nullopt;
   const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
-  return Record{.time = now_ms(),
+  return Record{.time = wall_now_ms(),
                 .address = message.header.src,
                 .component = message.header.src.to_string(widths),
                 .level = *level,
@@ -71,7 +67,7 @@ std::optional<Record> Follower::text_of(const Message& message,
 }
 
 Exit Follower::own_sink(Connection& connection) {
-  filter_ = text_filter(context_.options, connection.widths(), now_ms());
+  filter_ = text_filter(context_.options, connection.widths(), wall_now_ms());
   while (left_ > 0) {
     const auto message = receive(connection, context_.signals, end_);
     if (!message) break;
@@ -92,7 +88,7 @@ std::optional<Record> Follower::record_of(const Message& message,
   if (!rack::decode(message.view(), data)) return std::nullopt;
   const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
   if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
-  const auto now = now_ms();
+  const auto now = wall_now_ms();
   const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
   return Record{.time = now - age,
                 .address = data.sender,
@@ -113,7 +109,7 @@ void Follower::note_state(const Subscription& log, const std::string& name) {
 }
 
 Exit Follower::subscribe(Connection& connection, tims::Address log) {
-  filter_ = text_filter(context_.options, connection.widths(), now_ms());
+  filter_ = text_filter(context_.options, connection.widths(), wall_now_ms());
   const std::string name = log.to_string(connection.widths());
   Subscriptions subscriptions(connection, {log}, 0);
   const tims::Time patience = tims::os::deadline_after(context_.options.timeout);

@@ -40,8 +40,7 @@ void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& read
 
 Exit log_show(Context& context) {
   const Options& options = context.options;
-  const auto now = std::chrono::floor<std::chrono::milliseconds>(wall_now());
-  const TextFilter filter = text_filter(options, {}, now);
+  const TextFilter filter = text_filter(options, {}, wall_now_ms());
   const std::filesystem::path folder = options.directory.empty()
                                            ? rack::gdos::folder_to_read()
                                            : std::filesystem::path(options.directory);
