@@ -1,26 +1,10 @@
 // Nothing is allocated on a message's way. A program of its own: it counts every `new`.
-#include <cstdlib>
-#include <new>
-
 #include <gtest/gtest.h>
 
 #include "router/core/router.h"
+#include "tests/support/counted_new.h"
 #include "wire/header.h"
 #include "wire/router_commands.h"
-
-namespace {
-std::size_t allocations = 0;
-}  // namespace
-
-// NOLINTBEGIN(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-// NOLINTEND(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
 
 namespace tims::core {
 namespace {
@@ -56,7 +40,8 @@ TEST(NoAllocation, OnAMessagesWay) {
     Message message{header, bytes};
     return router.on_message(now, from, message);
   };
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations();
+  ASSERT_GT(before, 0U) << "it counts";
   for (const Outcome outcome :
        {Outcome::kDelivered, Outcome::kMailboxReplaced, Outcome::kQueueFull}) {
     sink.outcome = outcome;
@@ -70,7 +55,7 @@ TEST(NoAllocation, OnAMessagesWay) {
   send(tcp, {.type = wire::router_command::kMailboxInit});
   router.on_timeout(router.next_timeout());
   router.on_lost(now, PortKind::kTcp, tcp, Outcome::kQueueReplaced, 3, 100);
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::allocations(), before);
   EXPECT_EQ(sink.delivered, 9);
   EXPECT_EQ(sink.replies, 2);
 }
