@@ -1,6 +1,6 @@
 // A component lives on data from another host, while the link between the two breaks and heals.
 #include "proxies/odometry.h"
-#include "tests/support/eventually.h"
+#include "tests/system/becomes.h"
 #include "tests/system/host.h"
 
 namespace tims::test {
@@ -27,19 +27,12 @@ TEST(RobotLinks, AConsumerRecoversWhenTheLinkHeals) {
   auto work = session.open({.address = *Address::parse("Test(1/9)"), .body_max = 1024});
   ASSERT_TRUE(work.ok()) << work.error().message();
   rack::OdometryProxy proxy(*work, *Address::parse("Odometry(1/0)"));
-  const auto becomes = [&](rack::Status wanted) {
-    return eventually([&]() -> std::string {
-      const auto status = proxy.status();
-      if (!status) return status.error().message();
-      return *status == wanted ? "" : "the odometry is " + std::string(name(*status));
-    });
-  };
-  EXPECT_TRUE(becomes(rack::Status::kEnabled));
+  EXPECT_TRUE(becomes(*work, "Odometry(1/0)", rack::Status::kEnabled));
   for (int cut = 0; cut < 3; ++cut) {
     (void)arm.timsctl({"link", "down", "main", "--yes"});
-    EXPECT_TRUE(becomes(rack::Status::kError)) << "cut " << cut;
+    EXPECT_TRUE(becomes(*work, "Odometry(1/0)", rack::Status::kError)) << "cut " << cut;
     (void)arm.timsctl({"link", "up", "main"});
-    EXPECT_TRUE(becomes(rack::Status::kEnabled)) << "healed " << cut;
+    EXPECT_TRUE(becomes(*work, "Odometry(1/0)", rack::Status::kEnabled)) << "healed " << cut;
     EXPECT_TRUE(proxy.get_next_data(kPatience)) << "data come again";
   }
 }

@@ -1,5 +1,6 @@
 // What must not matter to a robot: listeners that sleep, commands of any length, sudden deaths.
 #include "proxies/odometry.h"
+#include "tests/system/becomes.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
@@ -14,14 +15,6 @@ class SurviveTest : public RobotTest {
     start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
     start("LadarSim", {"--mapFile", FLOOR_PLAN});
     start("PilotWallFollowing", {"--instance=1", "--scan2dInst=0", "--maxSpeed=700", "--mode=1"});
-  }
-  [[nodiscard]] testing::AssertionResult becomes(const std::string& address, rack::Status wanted) {
-    rack::Proxy component(*work_, *Address::parse(address));
-    return eventually([&]() -> std::string {
-      const auto status = component.status();
-      if (!status) return address + ": " + status.error().message();
-      return *status == wanted ? "" : address + " is " + std::string(name(*status));
-    });
   }
 };
 
@@ -65,7 +58,7 @@ TEST_F(SurviveTest, CommandsOfAnyLengthToEveryProgram) {
                               "Ladar(0/0)", "Pilot(0/1)"}) {
     const Address component = *Address::parse(address);
     for (const std::size_t size :
-         {0, 1, 2, 3, 4, 5, 7, 8, 11, 12, 16, 172, 176, 240, 4095, 8191, 8192}) {
+         {0U, 1U, 2U, 3U, 4U, 5U, 7U, 8U, 11U, 12U, 16U, 172U, 176U, 240U, 4095U, 8191U, 8192U}) {
       const std::vector<std::byte> body(size, std::byte{0xFF});
       for (std::int8_t command = 4; command < 40; ++command)
         ASSERT_TRUE(work_->send({.dest = component, .type = command}, body)) << address;
@@ -104,16 +97,17 @@ TEST_F(SurviveTest, TheSuddenDeathOfEachProducer) {
                                      {"Position", {}, "Pilot(0/1)"},
                                      {"Scan2dSim", {"--mapFile", FLOOR_PLAN}, "Pilot(0/1)"}};
   for (const Death& death : deaths) {
-    ASSERT_TRUE(becomes("Pilot(0/1)", rack::Status::kEnabled)) << "before " << death.program;
+    ASSERT_TRUE(becomes(*work_, "Pilot(0/1)", rack::Status::kEnabled))
+        << "before " << death.program;
     kill(death.program);
-    EXPECT_TRUE(becomes(death.consumer, rack::Status::kError)) << death.program;
+    EXPECT_TRUE(becomes(*work_, death.consumer, rack::Status::kError)) << death.program;
     start(death.program, death.arguments);
-    EXPECT_TRUE(becomes(death.consumer, rack::Status::kEnabled)) << death.program;
+    EXPECT_TRUE(becomes(*work_, death.consumer, rack::Status::kEnabled)) << death.program;
     if (death.consumer == std::string("Odometry(0/0)")) {
       EXPECT_TRUE(allow_pilot()) << "a new chassis lets nobody drive";
     }
   }
-  EXPECT_TRUE(becomes("Pilot(0/1)", rack::Status::kEnabled));
+  EXPECT_TRUE(becomes(*work_, "Pilot(0/1)", rack::Status::kEnabled));
 }
 
 // The test is the chassis, and says what time it is.
