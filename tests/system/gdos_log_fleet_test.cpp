@@ -1,70 +1,47 @@
 // Two robots of a fleet, each with a log of its own at the one address that all components send to.
 #include "tests/system/gdos_log_fixture.h"
+#include "tests/system/host.h"
 
 namespace tims::test {
 namespace {
-
-std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
-
-std::unique_ptr<RouterProcess> start_router(const std::vector<std::string>& settings) {
-  auto router = std::make_unique<RouterProcess>(settings);
-  const auto started = router->start();
-  EXPECT_TRUE(started) << started.error().message();
-  return router;
-}
 
 // base (the fixture's router is not used) above robot1 and robot2.
 class GdosLogFleetTest : public GdosLogTest {
  protected:
   void SetUp() override {
-    base_ = start_router({"router.name=base", "router.role=top", "udp.listen=127.0.0.1:0",
-                          "link=kind=sub,system=*"});
-    const auto udp = base_->process().wait_for_line("listening udp");
-    ASSERT_TRUE(udp) << udp.error().message();
-    for (int i = 0; i < 2; ++i) {
-      const std::string number = std::to_string(i + 1);
-      robots_[i] = start_router({"router.name=robot" + number, "router.role=system",
-                                 "router.system=" + number, "udp.listen=127.0.0.1:0",
-                                 "link=kind=super,to=" + last_word(*udp)});
+    base_.start();
+    for (const int system : {1, 2}) {
+      robots_.emplace_back("robot" + std::to_string(system), "system", system, 1,
+                           std::vector<std::string>{"kind=super,to=" + base_.udp()});
+      robots_.back().start();
     }
   }
   [[nodiscard]] std::filesystem::path folder_of(const std::string& name) const {
     return folder() / name;
   }
-  ChildProcess log_at(const RouterProcess& router, int system, const std::string& name) {
+  ChildProcess log_at(const Host& host, int system, const std::string& name) {
     auto log = ChildProcess::start(
         {std::string(TIMS_PROGRAMS) + "/gdos-log", "--system=" + std::to_string(system),
          "--folder=" + folder_of(name).string(), "--syncTime=10"},
-        {.environment = {"TIMS_ROUTER=" + router.socket_path()}, .folder = {}});
+        {.environment = {"TIMS_ROUTER=" + host.socket()}, .folder = {}});
     EXPECT_TRUE(log) << log.error().message();
     EXPECT_TRUE(log->wait_for_line("Texts are kept in"));
     return std::move(*log);
-  }
-  static std::string ask(const RouterProcess& router, std::vector<std::string> words) {
-    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + router.socket_path()});
-    auto child = ChildProcess::start(std::move(words));
-    if (!child) return child.error().message();
-    (void)child->wait();
-    return child->output();
   }
   [[nodiscard]] std::string kept_at(const std::string& name) const {
     std::ifstream file(folder_of(name) / rack::gdos::kCurrentFile);
     return {std::istreambuf_iterator<char>(file), {}};
   }
 
-  std::unique_ptr<RouterProcess> base_;
-  std::array<std::unique_ptr<RouterProcess>, 2> robots_;
+  Host base_{"base", "top", 0, 1, {"kind=sub,system=*"}};
+  std::vector<Host> robots_;
 };
 
 // A component of a robot, with texts as urgent as an original sends them.
 class Speaker {
  public:
-  Speaker(const RouterProcess& router, std::uint32_t address) {
-    auto session =
-        Session::connect({.name = "speaker", .router = router.socket_path(), .timeout = kPatience});
-    EXPECT_TRUE(session);
-    session_.emplace(std::move(*session));
-    auto mailbox = session_->open({.address = Address(address)});
+  Speaker(const Host& host, std::uint32_t address) : session_(host.session("speaker")) {
+    auto mailbox = session_.open({.address = Address(address)});
     EXPECT_TRUE(mailbox);
     mailbox_.emplace(std::move(*mailbox));
   }
@@ -74,22 +51,22 @@ class Speaker {
   }
 
  private:
-  std::optional<Session> session_;
+  Session session_;
   std::optional<Mailbox> mailbox_;
 };
 
 TEST_F(GdosLogFleetTest, EachRobotKeepsItsOwnAndWhoHasNoneTellsTheBase) {
-  ChildProcess base_log = log_at(*base_, 0, "base");
-  std::optional<ChildProcess> first(log_at(*robots_[0], 1, "robot1"));
-  const ChildProcess second = log_at(*robots_[1], 2, "robot2");
+  ChildProcess base_log = log_at(base_, 0, "base");
+  std::optional<ChildProcess> first(log_at(robots_[0], 1, "robot1"));
+  const ChildProcess second = log_at(robots_[1], 2, "robot2");
   ASSERT_TRUE(eventually(
       [&] {
-        return ask(*base_, {"route", "show", "GDOS"}).find("GDOS(2/1)") != std::string::npos &&
-               ask(*base_, {"route", "show", "GDOS"}).find("GDOS(1/1)") != std::string::npos;
+        return base_.timsctl({"route", "show", "GDOS"}).find("GDOS(2/1)") != std::string::npos &&
+               base_.timsctl({"route", "show", "GDOS"}).find("GDOS(1/1)") != std::string::npos;
       },
       "the base knows both logs"));
-  Speaker ladar(*robots_[0], 0x01140000);
-  Speaker chassis(*robots_[1], 0x02110000);
+  Speaker ladar(robots_[0], 0x01140000);
+  Speaker chassis(robots_[1], 0x02110000);
   ladar.say("from one");
   chassis.say("from two");
   const auto has = [&](const std::string& where, const std::string& text) {
@@ -109,20 +86,20 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsOwnAndWhoHasNoneTellsTheBase) {
       "the base hears it"));
   EXPECT_EQ(kept_at("base").find("from"), std::string::npos) << "the others stay on board";
   EXPECT_EQ(kept_at("robot2").find("to the base"), std::string::npos);
-  EXPECT_THAT(ask(*base_, {"status"}), Not(HasSubstr("duplicate")));
+  EXPECT_THAT(base_.timsctl({"status"}), Not(HasSubstr("duplicate")));
 }
 
 TEST_F(GdosLogFleetTest, ARobotsTextsAreFollowedFromTheBase) {
-  const ChildProcess log = log_at(*robots_[0], 1, "robot1");
+  const ChildProcess log = log_at(robots_[0], 1, "robot1");
   ASSERT_TRUE(eventually(
       [&] {
-        return ask(*base_, {"route", "show", "GDOS"}).find("GDOS(1/1)") != std::string::npos;
+        return base_.timsctl({"route", "show", "GDOS"}).find("GDOS(1/1)") != std::string::npos;
       },
       "the base knows the log"));
   auto follower = ChildProcess::start(
-      {TIMSCTL_PROGRAM, "-H", "unix:" + base_->socket_path(), "log", "follow", "GDOS/1/1"});
+      {TIMSCTL_PROGRAM, "-H", "unix:" + base_.socket(), "log", "follow", "GDOS/1/1"});
   ASSERT_TRUE(follower);
-  Speaker ladar(*robots_[0], 0x01140000);
+  Speaker ladar(robots_[0], 0x01140000);
   EXPECT_TRUE(eventually(
       [&] {
         ladar.say("far away");
