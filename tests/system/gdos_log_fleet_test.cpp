@@ -40,7 +40,7 @@ class GdosLogFleetTest : public GdosLogTest {
 // A component of a robot, with texts as urgent as an original sends them.
 class Speaker {
  public:
-  Speaker(Host& host, std::uint32_t address) : session_(host.session("speaker")) {
+  Speaker(const Host& host, std::uint32_t address) : session_(host.session("speaker")) {
     auto mailbox = session_.open({.address = Address(address)});
     EXPECT_TRUE(mailbox);
     mailbox_.emplace(std::move(*mailbox));

@@ -42,7 +42,7 @@ class Host {
   [[nodiscard]] std::string socket() const { return router_->socket_path(); }
   [[nodiscard]] std::string log() { return router_->process().output(); }
 
-  Session session(const std::string& name) {
+  Session session(const std::string& name) const {
     auto connected = Session::connect({.name = name,
                                        .router = socket(),
                                        .timeout = kPatience,
@@ -51,7 +51,7 @@ class Host {
     return std::move(*connected);
   }
   // What timsctl says about this router; its exit status is not looked at.
-  std::string timsctl(std::vector<std::string> words) {
+  std::string timsctl(std::vector<std::string> words) const {
     words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
     words.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
     auto child = ChildProcess::start(std::move(words));
@@ -59,7 +59,7 @@ class Host {
     (void)child->wait();
     return child->standard_output() + child->standard_error();
   }
-  bool knows(Address address) {
+  bool knows(Address address) const {
     return timsctl({"route", "show", "--json"}).find("\"" + address.to_hex() + "\"") !=
            std::string::npos;
   }

@@ -29,7 +29,7 @@ class Scanner : public rack::DataModule<rack::LadarData> {
     scan.recordingTime = rack::TimeStamp(++time_);
     scan.points.clear();
     for (int i = 0; i < 361; ++i) scan.points.push_back({});
-    const auto put = put_local_buffer();
+    auto put = put_local_buffer();
     if (counts) allocated += allocations() - before;
     return put;
   }

@@ -58,7 +58,7 @@ TEST_F(SurviveTest, CommandsOfAnyLengthToEveryProgram) {
                               "Ladar(0/0)", "Pilot(0/1)"}) {
     const Address component = *Address::parse(address);
     for (const std::size_t size :
-         {0, 1, 2, 3, 4, 5, 7, 8, 11, 12, 16, 172, 176, 240, 4095, 8191, 8192}) {
+         {0U, 1U, 2U, 3U, 4U, 5U, 7U, 8U, 11U, 12U, 16U, 172U, 176U, 240U, 4095U, 8191U, 8192U}) {
       const std::vector<std::byte> body(size, std::byte{0xFF});
       for (std::int8_t command = 4; command < 40; ++command)
         ASSERT_TRUE(work_->send({.dest = component, .type = command}, body)) << address;

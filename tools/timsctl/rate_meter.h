@@ -52,7 +52,7 @@ class RateMeter {
     double max = 0;
     double jitter_sum = 0;
   };
-  void on_interval(double seconds);
+  void on_interval(double value);  // in seconds
   void on_sequence(std::uint8_t seq_nr);
 
   tims::Time window_begin_;
