@@ -168,6 +168,7 @@ class Program {
     }
     manager_.ready();
     loop_.run();
+    links_.stop();
     log_.info("stopped");
     return 0;
   }
@@ -219,6 +220,13 @@ class Program {
       }
       facts_.start.udp = *where;
       log_.info("listening udp " + *where);
+    }
+    if (!c.fleet.name.empty() && links_.dds() == nullptr) {
+      if (const auto joined = links_.join(c); !joined)
+        return Error(joined.error().code(), fmt::format("cannot join the fleet {}: {}",
+                                                        c.fleet.name, joined.error().detail()));
+      log_.info(fmt::format("in fleet {} by dds, domain {}{}", c.fleet.name, c.dds.domain,
+                            c.security.insecure ? "" : ", on this host only (security.insecure)"));
     }
     links_.configure(now, c);
     return {};

@@ -29,7 +29,7 @@ json::object clock_json(const link::ClockOffset::Sample& sample) {
           {"uncertainty_s", static_cast<double>(sample.round_trip) * 0.5e-9}};
 }
 
-json::array paths_json(const link::Paths& paths, Time now) {
+json::array paths_json(const link::Links& links, const link::Paths& paths, Time now) {
   json::array out;
   for (const link::Path& path : paths.all()) {
     json::array targets;
@@ -38,6 +38,7 @@ json::array paths_json(const link::Paths& paths, Time now) {
         {"path", link::name(path.kind)},
         {"used", paths.address() && path.kind == paths.kind()},
         {"works", path.works},
+        {"trouble", text_or_null(links.trouble(path.kind))},
         {"since_s", path.since == Time() ? json::value() : json::value(seconds(now - path.since))},
         {"peer_address", where_or_null(path.address)},
         {"targets", std::move(targets)},
@@ -104,7 +105,7 @@ json::object link_json(const link::Links& links, const link::Link& link, const c
   out["path"] = link::name(paths.kind());
   out["path_why"] = text_or_null(paths.why());
   out["path_since_s"] = link.is_up() ? json::value(seconds(now - paths.since())) : json::value();
-  out["paths"] = paths_json(paths, now);
+  out["paths"] = paths_json(links, paths, now);
   out["peer_address"] = where_or_null(link.address()   ? link.address()
                                       : places.empty() ? link::NetAddress()
                                                        : places.front());

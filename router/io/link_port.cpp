@@ -6,6 +6,7 @@
 
 #include "os/clock.h"
 #include "router/io/describe.h"
+#include "router/io/net/own_addresses.h"
 
 namespace tims::io {
 namespace {
@@ -17,11 +18,19 @@ constexpr std::size_t kPartsBytes = 256 << 20;  // address space, not memory
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
 
+std::vector<link::PathKind> path_kinds(const config::LinkPaths& paths) {
+  std::vector<link::PathKind> kinds;
+  for (const config::LinkPath path : paths) kinds.push_back(static_cast<link::PathKind>(path));
+  return kinds;
+}
+static_assert(static_cast<int>(config::LinkPath::kDds) == static_cast<int>(link::PathKind::kDds));
+
 link::LinkSettings link_settings(const config::Link& from, const config::Config& config) {
   return {.kind = static_cast<core::LinkKind>(from.kind),
           .connects = !from.accepts(),
           .to = from.accepts() ? std::string() : from.to_string(),
           .system = from.system,
+          .paths = path_kinds(from.paths),
           .keep_alive = from.interval,
           .session = {.message_max = config.message.bytes_max,
                       .queue_bytes_max =
@@ -57,10 +66,25 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
         "bursts may be lost; raise net.core.rmem_max and wmem_max",
         socket_->receive_buffer_bytes() >> 10, socket_->send_buffer_bytes() >> 10, asked >> 10));
   }
-  if (const auto watching = interfaces_.start(); !watching)
-    log_.warning("changes of the network are not seen: " + watching.error().detail());
+  watch_network();
   watch_.emplace(loop_, socket_->fd(), [this](Ready ready) { on_ready(ready); });
   return socket_->local().to_string();
+}
+
+Result<void> LinkPort::join(const config::Config& config) {
+  watch_network();
+  dds_.emplace(loop_, log_, links_, end_turn_, config);
+  return dds_->start(udp_addresses());
+}
+
+std::vector<link::NetAddress> LinkPort::udp_addresses() const {
+  return socket_ ? own_addresses(socket_->local()) : std::vector<link::NetAddress>();
+}
+
+void LinkPort::watch_network() {
+  if (std::exchange(watches_network_, true)) return;
+  if (const auto watching = interfaces_.start(); !watching)
+    log_.warning("changes of the network are not seen: " + watching.error().detail());
 }
 
 void LinkPort::configure(Time now, const config::Config& config) {
@@ -68,7 +92,7 @@ void LinkPort::configure(Time now, const config::Config& config) {
   names_.clear();
   for (const config::Link& link : config.links) {
     wanted.push_back(link_settings(link, config));
-    if (!link.accepts()) names_[wanted.back().to] = {link.host, link.port};
+    if (!link.accepts() && !link.is_automatic()) names_[wanted.back().to] = {link.host, link.port};
   }
   links_.configure(now, wanted);
   if (!config.sim.faults) heal();
@@ -101,7 +125,8 @@ void LinkPort::resolve_one(const std::string& to) {
 
 void LinkPort::on_network_change() {
   const Time now = os::now();
-  socket_->forget_refusals();
+  if (socket_) socket_->forget_refusals();
+  if (dds_) dds_->network_changed(udp_addresses());
   links_.network_changed(now);
   resolve(now);
   end_turn_(now);
@@ -133,12 +158,17 @@ void LinkPort::read_wall_clock(Time now) {
 // --- datagrams out
 
 void LinkPort::flush(Time now) {
-  if (!socket_) return;
+  if (!is_open()) return;
   links_.flush(now, [&](const link::Train& train) { return send(now, train); });
   if (links_.has_something_to_send() && !waits_for_writable_) continue_later();
 }
 
 bool LinkPort::send(Time now, const link::Train& train) {
+  if (train.to.kind == link::PathKind::kDds) {
+    if (dds_) dds_->send(train);
+    return true;
+  }
+  if (!socket_) return true;
   const auto found = spoiled_.find(train.to);
   if (found != spoiled_.end()) return send_spoiled(now, train, found->second.impairment);
   if (all_impaired_) return send_spoiled(now, train, *all_impaired_);
@@ -173,12 +203,16 @@ void LinkPort::say_goodbye(Time now) {
   flush(now);
 }
 
+void LinkPort::stop() {
+  if (dds_) dds_->stop();
+}
+
 // --- time
 
 Time LinkPort::next_timeout() const {
   Time next = std::min(links_.next_timeout(), next_resolve_);
   if (!delayed_.empty()) next = std::min(next, delayed_.top().at);
-  return socket_ ? next : kNever;
+  return is_open() ? next : kNever;
 }
 
 void LinkPort::on_timeout(Time now) {

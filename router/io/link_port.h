@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "router/config/config.h"
+#include "router/io/dds_path.h"
 #include "router/io/log.h"
 #include "router/io/net/datagrams.h"
 #include "router/io/net/interfaces.h"
@@ -33,7 +34,9 @@ class LinkPort final : public Port {
 
   // Opens the socket; where it listens.
   Result<std::string> listen(const config::Endpoint& where);
-  [[nodiscard]] bool is_open() const { return socket_.has_value(); }
+  // Becomes known in the fleet, and has the DDS path from here on.
+  Result<void> join(const config::Config& config);
+  [[nodiscard]] bool is_open() const { return socket_ || dds_; }
   // The links of the configuration; also those of a changed one.
   void configure(Time now, const config::Config& config);
 
@@ -54,6 +57,7 @@ class LinkPort final : public Port {
   void release() { links_.release(); }
   // Other routers hear that this one ends.
   void say_goodbye(Time now);
+  void stop();
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
@@ -68,6 +72,7 @@ class LinkPort final : public Port {
 
   [[nodiscard]] const link::Links& links() const { return links_; }
   [[nodiscard]] const UdpSocket* socket() const { return socket_ ? &*socket_ : nullptr; }
+  [[nodiscard]] const DdsEngine* dds() const { return dds_ ? &dds_->engine() : nullptr; }
 
  private:
   struct Delayed {  // on its way through a bad network
@@ -89,7 +94,9 @@ class LinkPort final : public Port {
   bool send_spoiled(Time now, const link::Train& train, link::Impairment& impairment);
   void resolve(Time now);
   void resolve_one(const std::string& to);
+  void watch_network();
   void on_network_change();
+  [[nodiscard]] std::vector<link::NetAddress> udp_addresses() const;
   void read_wall_clock(Time now);
 
   Loop& loop_;
@@ -100,12 +107,14 @@ class LinkPort final : public Port {
   link::Links links_;
   std::optional<UdpSocket> socket_;
   std::optional<Watch> watch_;
+  std::optional<DdsPath> dds_;
   Datagrams datagrams_;
   bool waits_for_writable_ = false;
   bool continues_ = false;
 
   Resolver resolver_;
   InterfaceWatch interfaces_;
+  bool watches_network_ = false;
   std::map<std::string, std::pair<std::string, std::uint16_t>> names_;  // `to`: host and port
   std::map<std::string, std::size_t> tries_;  // which of a name's addresses is next
   Time next_resolve_ = kNever;

@@ -182,6 +182,11 @@ void Link::on_reset(Time now) {
   if (settings_.connects) begin_connecting(now, now);
 }
 
+void Link::on_gone(Time now, const NetAddress& where) {
+  const PathKind before = paths_.kind();
+  if (paths_.on_gone(now, where) && is_up()) go_elsewhere(now, before);
+}
+
 // --- what is carried
 
 core::Outcome Link::send(Time now, const core::Message& message) {

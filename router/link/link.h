@@ -88,6 +88,7 @@ class Link final : private Arrivals, private Losses {
   // --- both
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_reset(Time now);
+  void on_gone(Time now, const NetAddress& where);  // who was there
   core::Outcome send(Time now, const core::Message& message);
   // The next sign of life goes out now.
   void call_now(Time now);

@@ -43,6 +43,9 @@ class Links final : private LinkSurroundings {
   // A router of the fleet announces itself, or is gone.
   void on_announced(Time now, const Announcement& announcement);
   void on_gone(Time now, const NetAddress& dds);
+  // Why nothing goes over this kind of path on any link; empty: it may.
+  void set_trouble(PathKind kind, std::string why) { trouble_[index(kind)] = std::move(why); }
+  [[nodiscard]] const std::string& trouble(PathKind kind) const { return trouble_[index(kind)]; }
   // Addresses or routes of this host are different now: everybody hears of us at once.
   void network_changed(Time now);
   // Names that should be resolved (again): links that connect and are not up.
@@ -155,6 +158,9 @@ class Links final : private LinkSurroundings {
   std::int64_t wall_ns_ = 0;
   Time now_{};
 
+  static std::size_t index(PathKind kind) { return static_cast<std::size_t>(kind); }
+
+  std::array<std::string, kPathKinds> trouble_;
   Fleet fleet_;
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<LinkSettings> settings_;

@@ -23,6 +23,9 @@ void Links::on_announced(Time now, const Announcement& announcement) {
 void Links::on_gone(Time now, const NetAddress& dds) {
   now_ = now;
   fleet_.remove(dds);
+  for (const auto& link : links_) {
+    if (link) link->on_gone(now, dds);
+  }
   look_for_all(now);
 }
 

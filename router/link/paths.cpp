@@ -161,6 +161,14 @@ bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
   return true;
 }
 
+bool Paths::on_gone(Time now, const NetAddress& where) {
+  Path* path = find(where.kind);
+  if (path == nullptr || path->address != where || !path->works) return false;
+  path->works = false;
+  path->since = now;
+  return choose(now);
+}
+
 Duration Paths::interval(const Path& path) const {
   const bool being_taken_back = path.works && &path < &used();
   return &path == &used() || being_taken_back ? keep_alive_ : std::max(keep_alive_, kStandbyEvery);

@@ -84,6 +84,8 @@ class Paths {
   }
   // True when datagrams go elsewhere from now on.
   bool on_answer(Time now, const NetAddress& from, std::uint64_t nonce);
+  // Nobody is there any more. As on_answer().
+  bool on_gone(Time now, const NetAddress& where);
   // What we sent then, the way in use, has arrived.
   void on_arrived(Time sent) {
     if (sent >= since_ && sent > used().answered) used().answered = sent;

@@ -1,6 +1,5 @@
 #include "router/io/net/system_address.h"
 
-#include <algorithm>
 #include <cstring>
 
 namespace tims::io {
@@ -42,11 +41,15 @@ std::optional<SystemAddress> system_address(const NetAddress& address, int famil
   return result;
 }
 
-NetAddress net_address(const addrinfo& info) {
-  SystemAddress address;
-  std::memcpy(&address.storage, info.ai_addr,
-              std::min<std::size_t>(info.ai_addrlen, sizeof address.storage));
-  return address.net_address();
+NetAddress net_address(const addrinfo& info) { return net_address(*info.ai_addr); }
+
+NetAddress net_address(const sockaddr& address) {
+  const std::size_t size = address.sa_family == AF_INET    ? sizeof(sockaddr_in)
+                           : address.sa_family == AF_INET6 ? sizeof(sockaddr_in6)
+                                                           : sizeof address.sa_family;
+  SystemAddress copy;
+  std::memcpy(&copy.storage, &address, size);
+  return copy.net_address();
 }
 
 std::optional<NetAddress> numeric_address(const std::string& host, std::uint16_t port) {

@@ -25,8 +25,9 @@ struct SystemAddress {
 // For a socket of this family; nothing when that cannot reach it (IPv6 from an IPv4 socket).
 std::optional<SystemAddress> system_address(const link::NetAddress& address, int family);
 
-// Of one answer of getaddrinfo().
+// Of one answer of getaddrinfo(), or getifaddrs(); port 0 unless of a known family.
 link::NetAddress net_address(const addrinfo& info);
+link::NetAddress net_address(const sockaddr& address);
 
 // "10.9.1.1", "fe80::1%eth0"; nothing for names, and for interfaces that do not exist.
 std::optional<link::NetAddress> numeric_address(const std::string& host, std::uint16_t port);
