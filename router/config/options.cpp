@@ -162,7 +162,7 @@ constexpr std::array kOptions{
         {.key = "dds.server",
          .range = {0, 64},
          .reload = Reload::kRestart,
-         .help = "A discovery server (timsctl dds server) that tells who there is, such as "
+         .help = "A discovery server (timsctl fleet server) that tells who there is, such as "
                  "\"10.9.1.1:11811\"; nobody else is asked then."}),
     row<Kind::kDuration, &Config::dds, &Config::Dds::lease>(
         {.key = "dds.lease",

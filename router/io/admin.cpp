@@ -57,6 +57,7 @@ class Answerer {
   json::object ping() const;
   json::object routers() const;
   json::object links() const;
+  json::object fleet() const;
   json::object act() const;
   [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
   json::object done(const std::string& problem) const;
@@ -184,6 +185,8 @@ json::object Answerer::answer() {
       return routers();
     case Ask::kLinks:
       return links();
+    case Ask::kFleet:
+      return fleet();
     default:
       return act();
   }
@@ -365,6 +368,19 @@ json::object Answerer::links() const {
   Page page;
   fill_page(out, links, question_, page,
             [&](const link::Link& link) { return link_json(*links, link, router_, clocks_.now); });
+  out["items"] = page.take();
+  return out;
+}
+
+json::object Answerer::fleet() const {
+  json::object out = frame("tims/fleet/1");
+  out["fleet"] = as_utf8(source_.config().fleet.name);
+  const auto dds = source_.dds();
+  out["dds"] = dds ? json::value(dds_json(*dds)) : json::value();
+  Page page;
+  if (const link::Links* links = source_.links())
+    for (const auto& [from, announcement] : links->fleet().routers())
+      if (!page.add(announcement_json(*links, announcement))) out["partial"] = true;
   out["items"] = page.take();
   return out;
 }

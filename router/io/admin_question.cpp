@@ -186,6 +186,7 @@ constexpr std::array kForms{
     Form{"ping", Ask::kPing, {kPad}},
     Form{"routers", Ask::kRouters, {kLimit, kAfter}},
     Form{"links", Ask::kLinks, {kLink, kLimit, kAfter}},
+    Form{"fleet", Ask::kFleet, {}},
     Form{"link", Ask::kLinkDo, {kLink, kDo}},
     Form{"fault",
          Ask::kFault,

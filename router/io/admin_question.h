@@ -29,6 +29,7 @@ enum class Ask : std::uint8_t {
   kPing,
   kRouters,
   kLinks,
+  kFleet,
   kLinkDo,
   kFault,
   kRouteAdd,

@@ -24,6 +24,21 @@ struct UdpReport {
   std::uint64_t dropped_by_kernel = 0;  // datagrams for which the buffer had no room
 };
 
+// The engine under all DDS paths.
+struct DdsReport {
+  std::string state{};    // "up", "starting"
+  std::string trouble{};  // what it last complained about
+  std::string address{};
+  std::uint64_t samples_in = 0;
+  std::uint64_t samples_out = 0;
+  std::uint64_t datagrams_in = 0;
+  std::uint64_t datagrams_out = 0;
+  std::uint64_t strange = 0;    // samples that are none of ours
+  std::uint64_t refused = 0;    // datagrams for which there was no room, or nobody
+  std::uint64_t unmatched = 0;  // datagrams whose receiver did not appear
+  std::uint64_t waiting_bytes = 0;
+};
+
 struct ProcessReport {
   std::string name;     // router.name
   std::string version;  // of the program
@@ -59,6 +74,8 @@ class AdminSource {
   [[nodiscard]] virtual const config::Origins& origins() const = 0;
   // Null when there are none to be told of.
   [[nodiscard]] virtual const link::Links* links() const { return nullptr; }
+  // Nothing when this router is in no fleet.
+  [[nodiscard]] virtual std::optional<DdsReport> dds() const { return std::nullopt; }
   // Does what a question asks for; what is wrong, else empty.
   virtual std::string act_on_link(std::string_view, link::Links::Hand) const { return "no links"; }
   virtual std::string spoil(std::string_view, const link::Faults&) const { return "no links"; }

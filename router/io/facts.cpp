@@ -44,6 +44,23 @@ std::optional<UdpReport> Facts::udp_socket() const {
                    .dropped_by_kernel = socket->counters().dropped_by_kernel};
 }
 
+std::optional<DdsReport> Facts::dds() const {
+  const DdsEngine* engine = links_.dds();
+  if (engine == nullptr) return std::nullopt;
+  const DdsEngine::Counters counters = engine->counters();
+  return DdsReport{.state = std::string(name(engine->state())),
+                   .trouble = engine->last_error(),
+                   .address = engine->address() ? engine->address().to_string() : "",
+                   .samples_in = counters.samples_in,
+                   .samples_out = counters.samples_out,
+                   .datagrams_in = counters.datagrams_in,
+                   .datagrams_out = counters.datagrams_out,
+                   .strange = counters.strange,
+                   .refused = counters.refused,
+                   .unmatched = counters.unmatched,
+                   .waiting_bytes = counters.waiting_bytes};
+}
+
 std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {
   if (links_.by_hand(os::now(), name, what)) return {};
   return no_link(name);

@@ -40,6 +40,7 @@ class Facts final : public AdminSource {
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
   [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
   [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
+  [[nodiscard]] std::optional<DdsReport> dds() const override;
   std::string act_on_link(std::string_view name, link::Links::Hand what) const override;
   std::string spoil(std::string_view name, const link::Faults& faults) const override;
   void set_static_routes(const std::vector<core::StaticRoute>& routes) const override {

@@ -136,4 +136,31 @@ json::object link_json(const link::Links& links, const link::Link& link, const c
   return out;
 }
 
+json::object announcement_json(const link::Links& links, const link::Announcement& announcement) {
+  json::object out = identity_json(announcement.who);
+  json::array udp;
+  for (const link::NetAddress& address : announcement.udp) udp.emplace_back(address.to_string());
+  out["udp"] = std::move(udp);
+  out["dds"] = announcement.dds.to_string();
+  out["linked"] = false;
+  links.for_each([&](const link::Link& link) {
+    if (link.is_up() && link.peer().epoch == announcement.who.epoch) out["linked"] = true;
+  });
+  return out;
+}
+
+json::object dds_json(const DdsReport& dds) {
+  return {{"state", dds.state},
+          {"trouble", text_or_null(dds.trouble)},
+          {"address", text_or_null(dds.address)},
+          {"samples_in", dds.samples_in},
+          {"samples_out", dds.samples_out},
+          {"datagrams_in", dds.datagrams_in},
+          {"datagrams_out", dds.datagrams_out},
+          {"strange", dds.strange},
+          {"refused", dds.refused},
+          {"unmatched", dds.unmatched},
+          {"waiting_bytes", dds.waiting_bytes}};
+}
+
 }  // namespace tims::io

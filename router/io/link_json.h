@@ -17,4 +17,9 @@ boost::json::object router_json(const link::Link& link, Time now);
 boost::json::object link_json(const link::Links& links, const link::Link& link,
                               const core::Router& router, Time now);
 
+// A router that announces itself in the fleet, and the engine that heard it.
+boost::json::object announcement_json(const link::Links& links,
+                                      const link::Announcement& announcement);
+boost::json::object dds_json(const DdsReport& dds);
+
 }  // namespace tims::io

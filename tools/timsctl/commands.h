@@ -23,6 +23,9 @@ Exit link_up(Context& context);
 Exit link_down(Context& context);
 Exit link_reset(Context& context);
 
+Exit fleet_show(Context& context);
+Exit fleet_server(Context& context);
+
 Exit route_show(Context& context);
 Exit route_get(Context& context);
 Exit route_watch(Context& context);

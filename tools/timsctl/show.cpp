@@ -94,15 +94,19 @@ Exit show(Context& context, const AskRouter& ask, const Draw& draw) {
 }
 
 Exit show_items(Context& context, const json::object& question, std::span<const Column> columns) {
+  return show_items(context, question, columns, [&](const json::object& answer, const Look& look) {
+    return render_items(items_of(answer), columns, look);
+  });
+}
+
+Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
+                const Draw& draw) {
   const std::string& by = context.options.sort;
   const auto ask = [&](AdminClient& admin) {
     json::object answer = admin.ask(question);
     leave_out_own(items_of(answer), admin.own_address());
     if (!by.empty()) sort_items(items_of(answer), columns, by);
     return answer;
-  };
-  const auto draw = [&](const json::object& answer, const Look& look) {
-    return render_items(items_of(answer), columns, look);
   };
   return show(context, ask, draw);
 }

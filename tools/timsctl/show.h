@@ -17,6 +17,8 @@ Exit show(Context& context, const AskRouter& ask, const Draw& draw);
 
 // A list: the answer's items as a table, ordered as --sort says.
 Exit show_items(Context& context, const json::object& question, std::span<const Column> columns);
+Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
+                const Draw& draw);
 
 // The question with "match" for the first argument, if there is one.
 json::object with_match(json::object question, const Options& options);

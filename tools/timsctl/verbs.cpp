@@ -40,6 +40,15 @@ constexpr Verb kVerbs[] = {
     {"link", "reset", "NAME", 1, 1, "", false, "Ends a link's session and begins a new one.",
      "timsctl link reset robot1", link_reset},
 
+    {"fleet", "show", "", 0, 0, kShowOptions, false,
+     "Routers that announce themselves in the fleet (by DDS), with their addresses, and how DDS "
+     "itself is.",
+     "timsctl fleet show", fleet_show},
+    {"fleet", "server", "[ADDRESS:PORT]", 0, 1, "", false,
+     "Runs a discovery server, of Fast DDS, until Ctrl-C: routers with dds.server set to it find "
+     "each other without multicast. 0.0.0.0:11811 unless given.",
+     "timsctl fleet server 10.9.1.1:11811", fleet_server},
+
     {"route", "show", "[GLOB]", 0, 1, "watch count once sort all-routers", false,
      "Every registered address: through which port or link, to whom. -a: at every router.",
      "timsctl route show 'Ladar(*/0)'", route_show},

@@ -1,0 +1,71 @@
+// timsctl fleet: routers that find each other by the name of their fleet.
+#include <cerrno>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "router/config/config.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/show.h"
+
+namespace timsctl {
+
+namespace {
+
+constexpr Column kDds[] = {
+    {"Fleet", "fleet"},
+    {"DDS", "dds.state"},
+    {"Trouble", "dds.trouble"},
+    {"DDS address", "dds.address"},
+    {"Datagrams in", "dds.datagrams_in", As::kCount},
+    {"Datagrams out", "dds.datagrams_out", As::kCount},
+    {"Strange", "dds.strange", As::kCount, false, true},
+    {"No room", "dds.refused", As::kCount, false, true},
+    {"Nobody there", "dds.unmatched", As::kCount, false, true},
+    {"Waiting", "dds.waiting_bytes", As::kBytes},
+};
+
+constexpr Column kRouters[] = {
+    {"ROUTER", "name"},   {"ROLE", "role"},
+    {"SYSTEM", "system"}, {"ID", "id"},
+    {"LINKED", "linked"}, {"UDP", "udp"},
+    {"DDS", "dds"},       {"EPOCH", "epoch", As::kText, true},
+};
+
+std::string draw(const json::object& answer, const Look& look) {
+  const std::string routers = render_items(items_of(answer), kRouters, look);
+  const bool people = look.format == Format::kTable || look.format == Format::kWide;
+  if (!people) return routers;
+  if (text_at(answer, "fleet").empty())
+    return "this router is in no fleet: write name = \"...\" under [fleet] of its configuration\n";
+  return render_page(answer, kDds, look) + "\n" + routers;
+}
+
+}  // namespace
+
+Exit fleet_show(Context& context) {
+  return show_items(context, {{"ask", "fleet"}}, kRouters, draw);
+}
+
+// In place of this program: Ctrl-C and its exit status are the server's.
+Exit fleet_server(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const std::string where = arguments.empty() ? "0.0.0.0:11811" : arguments.front();
+  const auto endpoint = tims::config::Endpoint::parse(where);
+  if (!endpoint || endpoint->port == 0)
+    throw usage_error(fmt::format("\"{}\" is not a numeric address and port", where),
+                      "timsctl fleet server 10.9.1.1:11811");
+  const std::string port = std::to_string(endpoint->port);
+  const char* const program = "fast-discovery-server";
+  sigset_t none;
+  sigemptyset(&none);
+  ::pthread_sigmask(SIG_SETMASK, &none, nullptr);  // this program takes signals another way
+  ::execlp(program, program, "-i", "0", "-l", endpoint->host.c_str(), "-p", port.c_str(), nullptr);
+  throw Failure(errno == ENOENT ? Exit::kNoSuch : Exit::kDenied, "cannot_execute",
+                "fast-discovery-server, of Fast DDS, cannot be started",
+                "apt-get install fastdds-tools");
+}
+
+}  // namespace timsctl
