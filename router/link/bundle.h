@@ -17,14 +17,16 @@ class Bundle {
  public:
   explicit Bundle(std::span<std::byte> bytes) : bytes_(bytes) {}
 
-  // At least one datagram, none of them empty, and nothing behind the last one.
+  // At least one datagram, none of them empty, and nothing behind the last one but the zeros that
+  // make a sample a multiple of four bytes.
   [[nodiscard]] bool valid() const;
 
   // visit(std::span<std::byte> datagram), of a valid one.
   template <typename Visit>
   void for_each(Visit&& visit) const {
-    for (std::size_t at = 0; at < bytes_.size();) {
+    for (std::size_t at = 0; at + kBundleSizeBytes <= bytes_.size();) {
       const std::size_t size = size_at(bytes_, at);
+      if (size == 0) return;
       visit(bytes_.subspan(at + kBundleSizeBytes, size));
       at += kBundleSizeBytes + size;
     }

@@ -37,10 +37,19 @@ TEST(Bundle, TheLargestDatagram) {
   EXPECT_EQ(sizes(large), "65535 ");
 }
 
+TEST(Bundle, ZerosUpToAMultipleOfFour) {
+  for (auto padded :
+       {bytes({1, 0, 9, 0}), bytes({2, 0, 9, 0, 0, 0}), bytes({3, 0, 0, 0, 0, 0, 0, 0})}) {
+    EXPECT_TRUE(Bundle(padded).valid()) << "of " << padded.size() << " bytes";
+    EXPECT_EQ(sizes(padded), std::to_string(std::to_integer<int>(padded[0])) + " ");
+  }
+}
+
 TEST(Bundle, BytesThatAreNone) {
   for (auto bad :
-       {bytes({}), bytes({1}), bytes({1, 0}), bytes({0, 0}), bytes({2, 0, 1}), bytes({1, 0, 9, 0}),
-        bytes({1, 0, 9, 0, 0}), bytes({1, 0, 9, 5, 0, 1}), bytes({0xFF, 0xFF, 1, 2, 3})}) {
+       {bytes({}), bytes({1}), bytes({1, 0}), bytes({0, 0}), bytes({2, 0, 1}), bytes({1, 0, 9, 1}),
+        bytes({1, 0, 9, 0, 0, 1}), bytes({1, 0, 9, 5, 0, 1}), bytes({0, 0, 1, 0, 9}),
+        bytes({1, 0, 9, 0, 0, 0, 0}), bytes({0xFF, 0xFF, 1, 2, 3})}) {
     EXPECT_FALSE(Bundle(bad).valid()) << "of " << bad.size() << " bytes";
   }
 }

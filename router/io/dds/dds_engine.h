@@ -56,7 +56,7 @@ class DdsEngine {
     std::uint64_t waiting_bytes = 0;  // now, to be written
   };
 
-  // All calls come on the loop's thread, from the loop. None may destroy the engine.
+  // All calls come on the loop's thread, from the loop. None may stop or destroy the engine.
   class Listener {
    public:
     virtual ~Listener() = default;
@@ -97,7 +97,8 @@ class DdsEngine {
   [[nodiscard]] const std::string& last_error() const;
   [[nodiscard]] Counters counters() const;
 
-  // Prepares for sending to a router that was announced: else the first datagram does.
+  // Prepares for sending to a router that was announced: else the first datagram does. Where a
+  // discovery server is used, it must be there for that.
   void connect(const link::NetAddress& to);
   // Takes all of the train, or nothing: false when there is no room for it now, or when no such
   // router was announced. What is taken arrives in order and is not lost, unless the receiver

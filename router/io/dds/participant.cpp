@@ -115,6 +115,9 @@ DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticip
                                                 fast::TOPIC_QOS_DEFAULT),
                      "topic");
     make_reader();
+    if (qos.wire_protocol().builtin.discovery_config.discoveryProtocol !=
+        rtps::DiscoveryProtocol_t::SIMPLE)
+      make_presence();
   } catch (...) {
     remove();
     throw;
@@ -132,6 +135,17 @@ void DdsParticipant::make_reader() {
   reader_ = require(subscriber->create_datareader(topic_, qos, arrival_.get(),
                                                   fast::StatusMask::data_available()),
                     "reader");
+}
+
+// A discovery server tells a participant of another one only when one writes what the other reads,
+// by the names of topics. So all have a writer, which never writes.
+void DdsParticipant::make_presence() {
+  fast::PublisherQos where = fast::PUBLISHER_QOS_DEFAULT;
+  where.partition().push_back(partition_of(address()).c_str());
+  auto* publisher = require(participant_->create_publisher(where), "publisher");
+  fast::DataWriterQos qos = publisher->get_default_datawriter_qos();
+  complete(qos, false);
+  require(publisher->create_datawriter(topic_, qos), "writer");
 }
 
 DdsParticipant::~DdsParticipant() { remove(); }

@@ -37,6 +37,7 @@ class DdsParticipant {
   class Arrival;
 
   void make_reader();
+  void make_presence();
   void remove();
 
   const bool has_profiles_;

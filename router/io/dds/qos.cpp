@@ -23,10 +23,12 @@ constexpr std::uint32_t kSocketBytes = 4 << 20;
 constexpr std::uint32_t kMessageBytes = 65'500;
 constexpr std::uint32_t kParticipantsOfAHost = 16;  // where a peer without port is looked for
 constexpr std::uint16_t kServerPort = 11811;        // as the library's own tools
-constexpr int kWriterSamples = 64;                  // times 64 KiB: what one slow peer may cost
+constexpr int kWriterSamples = 32;                  // times 64 KiB: what one slow peer may cost
 constexpr int kReaderSamples = 256;
 // What was lost is noticed by the next heartbeat, and asked for at once.
 constexpr Duration kHeartbeat = 5ms;
+// Between two times that the same is sent again: to a reader without room, that is all the time.
+constexpr Duration kResendPause = 20ms;
 
 eprosima::fastrtps::Duration_t duration(Duration of) {
   return {static_cast<std::int32_t>(of / 1s), static_cast<std::uint32_t>((of % 1s).count())};
@@ -73,6 +75,13 @@ Result<fast::DomainParticipantQos> participant_profile(const std::string& file) 
       eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
     return invalid(fmt::format("{} has no participant profile \"{}\"", file, kDdsProfile));
   return qos;
+}
+
+// Participants of one process talk by UDP, as all others do. Ignored once there are some.
+void set_library() {
+  eprosima::fastrtps::LibrarySettingsAttributes library;
+  library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
 }
 
 // --- the participant
@@ -136,6 +145,7 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
     const auto place = parse_place(interface);
     if (!place || place->port != 0) return invalid("interface " + interface + " is not an address");
   }
+  set_library();
   fast::DomainParticipantQos qos;
   if (!settings.profiles.empty()) {
     auto profile = participant_profile(settings.profiles);
@@ -180,9 +190,9 @@ void complete(fast::DataWriterQos& qos, bool is_profile) {
   qos.reliability().max_blocking_time = {0, 0};
   if (is_profile) return;
   auto& times = qos.reliable_writer_qos().times;
-  times.initialHeartbeatDelay = duration(0ms);
   times.heartbeatPeriod = duration(kHeartbeat);
   times.nackResponseDelay = duration(0ms);
+  times.nackSupressionDuration = duration(kResendPause);
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
 }
 
@@ -192,7 +202,6 @@ void complete(fast::DataReaderQos& qos, bool is_profile) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_MEMORY_MODE;
   if (is_profile) return;
   auto& times = qos.reliable_reader_qos().times;
-  times.initialAcknackDelay = duration(0ms);
   times.heartbeatResponseDelay = duration(0ms);
 }
 

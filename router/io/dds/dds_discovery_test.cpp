@@ -1,0 +1,182 @@
+// How routers find each other, who else there is, and how they go.
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include "libtims/os/clock.h"
+#include "router/io/dds/dds_engine_fixture.h"
+#include "router/io/dds/foreign_participant.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tims::io {
+namespace {
+
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+std::string partition_of(const Host& host) {
+  const std::string text = host.address().to_string();
+  return text.substr(text.find(':') + 1);
+}
+
+Bytes bytes(std::initializer_list<int> values) {
+  Bytes made;
+  for (const int value : values) made.push_back(static_cast<std::byte>(value));
+  return made;
+}
+
+TEST_F(DdsEngineTest, GarbageOfOthersIsCountedAndHarmsNobody) {
+  Host a(loop_, "a");
+  Host b(loop_, "b");
+  meet(a, b);
+  ForeignParticipant stranger(test_domain());
+  stranger.open("tims/" + test_fleet(), partition_of(a));
+  ASSERT_TRUE(until([&] { return stranger.is_matched(); }, "the stranger reaches a"));
+  stranger.write({});
+  stranger.write(bytes({5}));
+  stranger.write(bytes({200, 0, 1, 2, 3}));
+  stranger.write(Bytes(50'000, std::byte{0xFF}));
+  stranger.write(bytes({2, 0, 0xAB, 0xCD}));  // well-formed: links tell who may say it
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "two datagrams"));
+  ASSERT_TRUE(until([&] { return a.engine.counters().strange == 4; }, "four are strange"));
+  EXPECT_EQ(a.seen.size(), 1) << "a stranger is no router";
+}
+
+TEST_F(DdsEngineTest, WhatIsForNobodyIsGivenUp) {
+  Host a(loop_, "a");
+  ASSERT_TRUE(a.start());
+  // It never makes a reader.
+  const auto announcement = announcement_of("silent", test_fleet());
+  ForeignParticipant silent(test_domain(), ForeignParticipant::router(announcement));
+  ASSERT_TRUE(until([&] { return a.is_up() && a.seen.size() == 1; }, "a sees it"));
+  a.engine.connect(a.seen[0].dds);
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(25), 10));
+  EXPECT_GT(a.engine.counters().waiting_bytes, 25);
+  ASSERT_TRUE(until([&] { return a.engine.counters().unmatched == 3; }, "all are given up"));
+  EXPECT_EQ(a.engine.counters().waiting_bytes, 0);
+}
+
+// --- killed
+
+// Not a test: a router in a process of its own.
+TEST_F(DdsEngineTest, DISABLED_Actor) {
+  const char* domain = ::getenv("DDS_TEST_DOMAIN");
+  const char* fleet = ::getenv("DDS_TEST_FLEET");
+  ASSERT_TRUE(domain != nullptr && fleet != nullptr);
+  Host actor(loop_, "actor", {.fleet = fleet, .domain = static_cast<unsigned>(std::stoul(domain))});
+  ASSERT_TRUE(actor.start());
+  (void)run_until(
+      loop_, [] { return false; }, "to be killed", 5 * test::kPatience);
+}
+
+TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
+  Host a(loop_, "a");
+  ASSERT_TRUE(a.start());
+  const test::ChildOptions where{
+      {"DDS_TEST_DOMAIN=" + std::to_string(test_domain()), "DDS_TEST_FLEET=" + test_fleet()}, {}};
+  auto actor = test::ChildProcess::start({"/proc/self/exe", "--gtest_also_run_disabled_tests",
+                                          "--gtest_filter=DdsEngineTest.DISABLED_Actor"},
+                                         where);
+  ASSERT_TRUE(actor) << actor.error().message();
+  ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
+  EXPECT_EQ(a.seen[0].who.name.view(), "actor");
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(100), 100));
+  ASSERT_TRUE(until([&] { return a.engine.counters().samples_out == 1; }, "it is written"));
+  ASSERT_TRUE(actor->stop(SIGKILL));
+  const Time killed = os::now();
+  ASSERT_TRUE(until([&] { return !a.gone.empty(); }, "a notices"));
+  EXPECT_LT(os::now() - killed, 4s * test::kSlowdown);
+  EXPECT_TRUE(a.seen.empty());
+}
+
+// --- without multicast
+
+TEST_F(DdsEngineTest, OnePeerInTheListIsEnough) {
+  Host a(loop_, "a", {.multicast = false});
+  Host b(loop_, "b", {.multicast = false, .peers = {"127.0.0.1"}});
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return a.arrivals.size() == 1 && b.arrivals.size() == 1; }, "both"));
+}
+
+// The port is one that another test's server would not have.
+std::uint16_t server_port() { return static_cast<std::uint16_t>(20'000 + ::getpid() % 20'000); }
+
+TEST_F(DdsEngineTest, ADiscoveryServerTellsWhoThereIsAndMayGo) {
+  const DdsSettings by_server{.multicast = false,
+                              .discovery_server = "127.0.0.1:" + std::to_string(server_port())};
+  auto server = std::make_unique<ForeignParticipant>(test_domain(),
+                                                     ForeignParticipant::server(server_port()));
+  Host a(loop_, "a", by_server);
+  Host b(loop_, "b", by_server);
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 1 && b.arrivals.size() == 1; }, "both"));
+  server.reset();
+  Host late(loop_, "late", by_server);
+  ASSERT_TRUE(late.start());
+  ASSERT_TRUE(until([&] { return late.is_up(); }, "the late one is up"));
+  // Who has sent to each other needs no server.
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "it arrives"));
+  server = std::make_unique<ForeignParticipant>(test_domain(),
+                                                ForeignParticipant::server(server_port()));
+  EXPECT_TRUE(until([&] { return late.sees(a) && late.sees(b) && a.sees(late) && b.sees(late); },
+                    "all see the late one"));
+  ASSERT_TRUE(late.send(a.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return a.arrivals.size() == 3; }, "it arrives"));
+}
+
+// --- profiles
+
+std::string profiles(const std::string& name) {
+  return R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name=")" +
+         name + R"("><rtps><builtin><discovery_config>
+    <leaseDuration><sec>7</sec></leaseDuration>
+  </discovery_config></builtin></rtps></participant>
+  <data_writer profile_name=")" +
+         name + R"("><qos><publishMode><kind>ASYNCHRONOUS</kind></publishMode></qos></data_writer>
+</profiles></dds>)";
+}
+
+class DdsProfiles : public DdsEngineTest {
+ protected:
+  std::string write(const std::string& text) {
+    const auto path = folder_.path() / "dds.xml";
+    std::ofstream(path) << text;
+    return path;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(DdsProfiles, AreRead) {
+  const std::string file = write(profiles("tims"));
+  Host a(loop_, "a", {.profiles = file});
+  Host b(loop_, "b", {.profiles = file});
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return b.arrivals.size() == 1; }, "it arrives"));
+}
+
+TEST_F(DdsProfiles, WithoutOneForUs) {
+  Host a(loop_, "a", {.profiles = write(profiles("somebody"))});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("no participant profile \"tims\""));
+}
+
+TEST_F(DdsProfiles, ThatAreNone) {
+  Host a(loop_, "a", {.profiles = write("<dds><profiles><participant")});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml is no file of Fast DDS profiles"));
+}
+
+}  // namespace
+}  // namespace tims::io
