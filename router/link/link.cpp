@@ -241,6 +241,8 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
+  // Over a path that is not to be used here nobody is told that it works.
+  if (!paths_.uses(from_.kind)) return;
   send_nonce(now, FrameType::kResponse, frame.nonce, from_);
   // What comes this way may not go back this way.
   if (from_.kind != paths_.kind())

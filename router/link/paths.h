@@ -98,6 +98,7 @@ class Paths {
   // --- to look at
   [[nodiscard]] std::span<const Path> all() const { return paths_; }
   [[nodiscard]] const Path* find(PathKind kind) const;
+  [[nodiscard]] bool uses(PathKind kind) const { return find(kind) != nullptr; }
   void count_in(PathKind kind, std::size_t bytes);
   void count_out(PathKind kind, std::size_t bytes);
   // Why this way is used and since when.

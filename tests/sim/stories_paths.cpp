@@ -20,10 +20,14 @@ class Paths : public testing::Test {
  protected:
   explicit Paths(std::uint64_t seed = 1) : world(seed) {}
 
-  void start(std::vector<PathKind> paths = {PathKind::kUdp, PathKind::kDds}) {
-    link::LinkSettings below = sub_link();
+  void start(const std::vector<PathKind>& paths = {PathKind::kUdp, PathKind::kDds}) {
     link::LinkSettings above = super_link(address_of(0));
-    below.paths = above.paths = paths;
+    above.paths = paths;
+    start(paths, above);
+  }
+  void start(const std::vector<PathKind>& paths, const link::LinkSettings& above) {
+    link::LinkSettings below = sub_link();
+    below.paths = paths;
     base = &world.add(
         {.name = "base", .role = core::Role::kTop, .links = {below}, .fleet = "harbour"});
     robot = &world.add({.name = "robot", .system = 1, .links = {above}, .fleet = "harbour"});
@@ -176,6 +180,16 @@ TEST_F(Paths, WithoutUdpALinkComesUpOverDds) {
   EXPECT_EQ(used(*base), PathKind::kDds);
   cut(PathKind::kUdp);
   talk(2s);
+  expect_all();
+}
+
+TEST_F(Paths, WhatOneSideDoesNotWantIsNotUsed) {
+  link::LinkSettings above = super_link(address_of(0));
+  above.paths = {PathKind::kDds};
+  start({PathKind::kUdp, PathKind::kDds}, above);
+  talk(6s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
   expect_all();
 }
 

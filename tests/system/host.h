@@ -18,11 +18,12 @@ inline std::string last_word(const std::string& line) { return line.substr(line.
 class Host {
  public:
   Host(std::string name, std::string role, int system, int id, std::vector<std::string> links,
-       std::string setting = "sim.faults=false")
+       const std::vector<std::string>& more = {})
       : name_(std::move(name)),
-        settings_{"security.insecure=false",         "router.name=" + name_,
-                  "router.role=" + std::move(role),  "router.system=" + std::to_string(system),
-                  "router.id=" + std::to_string(id), std::move(setting)} {
+        settings_{"security.insecure=false", "router.name=" + name_,
+                  "router.role=" + std::move(role), "router.system=" + std::to_string(system),
+                  "router.id=" + std::to_string(id)} {
+    settings_.insert(settings_.end(), more.begin(), more.end());
     for (std::string& link : links) settings_.push_back("link=" + std::move(link));
   }
 
@@ -37,6 +38,7 @@ class Host {
     udp_ = last_word(*line);
   }
   void kill() { router_->kill(); }
+  [[nodiscard]] ChildProcess& process() { return router_->process(); }
   void listen_at(std::string udp) { udp_ = std::move(udp); }
   [[nodiscard]] const std::string& udp() const { return udp_; }
   [[nodiscard]] std::string socket() const { return router_->socket_path(); }

@@ -23,11 +23,11 @@ constexpr Address kClient(0x00020000);  // GUI(0/0)
 TEST(LateInterface, TheLinkComesUpWhenTheAddressDoes) {
   const auto network = OwnNetwork::enter();
   if (!network) GTEST_SKIP() << network.error().message();
-  Host base("base", "top", 0, 1, {"kind=sub,system=*"}, "security.insecure=true");
+  Host base("base", "top", 0, 1, {"kind=sub,system=*"}, {"security.insecure=true"});
   base.listen_at("10.203.0.9:0");
   base.start();
   EXPECT_THAT(base.log(), HasSubstr("this host has no such address yet"));
-  Host robot("robot1", "system", 1, 1, {"kind=super,to=" + base.udp()}, "security.insecure=true");
+  Host robot("robot1", "system", 1, 1, {"kind=super,to=" + base.udp()}, {"security.insecure=true"});
   robot.listen_at("10.203.0.10:0");
   robot.start();
   Session session = robot.session("server");
@@ -64,7 +64,7 @@ struct Tree : testing::Test {
     robot = std::make_unique<Host>(
         "robot1", "system", 1, 1,
         std::vector<std::string>{"kind=super,to=" + base->udp(), "kind=sub,system=1"},
-        "sim.faults=true");
+        std::vector<std::string>{"sim.faults=true"});
     robot->start();
     arm = std::make_unique<Host>("arm", "subsystem", 1, 2,
                                  std::vector<std::string>{"kind=super,to=" + robot->udp()});

@@ -34,8 +34,22 @@ constexpr Column kRouters[] = {
     {"DDS", "dds"},       {"EPOCH", "epoch", As::kText, true},
 };
 
+// Several addresses as one text.
+json::array with_texts(std::span<const json::value> items) {
+  json::array out;
+  for (const json::value& value : items) {
+    json::object item = value.as_object();
+    std::string text;
+    for (const json::value& address : item.at("udp").as_array())
+      text.append(text.empty() ? "" : " ").append(address.as_string());
+    item["udp"] = text;
+    out.push_back(std::move(item));
+  }
+  return out;
+}
+
 std::string draw(const json::object& answer, const Look& look) {
-  const std::string routers = render_items(items_of(answer), kRouters, look);
+  const std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
   const bool people = look.format == Format::kTable || look.format == Format::kWide;
   if (!people) return routers;
   if (text_at(answer, "fleet").empty())

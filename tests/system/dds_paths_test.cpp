@@ -1,0 +1,220 @@
+// A base and a robot on two hosts, with UDP and DDS between them: cut one, the other, both.
+#include <atomic>
+#include <thread>
+
+#include "tests/system/dds_fixture.h"
+
+namespace tims::test {
+namespace {
+
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+class DdsPaths : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto made = TwoNetworks::enter();
+    if (!made) GTEST_SKIP() << made.error().message();
+    networks_.emplace(std::move(*made));
+  }
+  void TearDown() override {
+    // Programs before their networks.
+    robot_.reset();
+    base_.reset();
+  }
+  void start(const std::string& paths = "udp+dds") {
+    base_ = fleet_host("base", "top", 0, 1, paths);
+    base_->start();
+    robot_ = fleet_host("robot", "system", 1, 1, paths);
+    networks_->on_the_right([this] { robot_->start(); });
+  }
+  // Drops on the left what comes in or goes out and matches.
+  static void drop(const std::vector<std::string>& what, bool in = true, bool out = true) {
+    std::string commands = "nft add table inet cut\n";
+    for (const char* hook : {"input", "output"})
+      commands += std::string("nft add chain inet cut ") + hook + " '{ type filter hook " + hook +
+                  " priority 0; }'\n";
+    for (const std::string& match : what) {
+      if (in) commands += "nft add rule inet cut input " + match + " drop\n";
+      if (out) commands += "nft add rule inet cut output " + match + " drop\n";
+    }
+    const auto done = TwoNetworks::run(commands);
+    ASSERT_TRUE(done.ok()) << done.error().message();
+  }
+  static void cut_udp(bool in = true, bool out = true) {
+    drop({"udp dport 2010", "udp sport 2010"}, in, out);
+  }
+  static void cut_dds() { drop({"udp dport != 2010 udp sport != 2010"}); }
+  static void heal() {
+    const auto done = TwoNetworks::run("nft flush ruleset");
+    ASSERT_TRUE(done.ok()) << done.error().message();
+  }
+
+  std::optional<TwoNetworks> networks_;
+  std::unique_ptr<Host> base_;
+  std::unique_ptr<Host> robot_;
+};
+
+// Numbered messages from the base to the robot, all the time; who receives them checks that none is
+// lost, doubled or overtaken.
+class Traffic {
+ public:
+  Traffic(const Host& from, const Host& to)
+      : client_(from.session("client")),
+        server_(to.session("server")),
+        in_(open(server_, kServer)),
+        out_(open(client_, kClient)) {
+    EXPECT_TRUE(eventually([&] { return from.knows(kServer); }, "the base knows the server"));
+    receiver_ = std::jthread([this](const std::stop_token& end) { receive(end); });
+    sender_ = std::jthread([this](const std::stop_token& end) { send(end); });
+  }
+  // Until everything that was sent has come.
+  void expect_all() {
+    sender_.request_stop();
+    sender_.join();
+    EXPECT_TRUE(eventually([&] { return received_ == sent_; }, "all have come"))
+        << received_ << " of " << sent_;
+    receiver_.request_stop();
+    receiver_.join();
+    EXPECT_EQ(disorder_, 0U);
+  }
+  [[nodiscard]] std::uint32_t received() const { return received_; }
+  // Until some more have come.
+  [[nodiscard]] testing::AssertionResult goes_on() const {
+    const std::uint32_t before = received_;
+    return eventually([&] { return received_ > before + 5; }, "more messages come");
+  }
+
+ private:
+  static Mailbox open(Session& session, Address address) {
+    auto opened = session.open({.address = address, .slots = 1024, .body_max = 4});
+    EXPECT_TRUE(opened.ok()) << opened.error().message();
+    return std::move(*opened);
+  }
+  void send(const std::stop_token& end) {
+    while (!end.stop_requested()) {
+      const std::uint32_t next = sent_ + 1;
+      if (out_.send({.dest = kServer, .type = -1}, std::as_bytes(std::span(&next, 1))).ok())
+        sent_ = next;
+      std::this_thread::sleep_for(2ms);  // the pace of the traffic, not a wait
+    }
+  }
+  void receive(const std::stop_token& end) {
+    while (!end.stop_requested()) {
+      const auto message = in_.peek_for(50ms);
+      if (!message || message->body().size() != 4) continue;
+      std::uint32_t number = 0;
+      std::memcpy(&number, message->body().data(), sizeof number);
+      if (number != received_ + 1) ++disorder_;
+      received_ = number;
+    }
+  }
+
+  Session client_;
+  Session server_;
+  Mailbox in_;
+  Mailbox out_;
+  std::atomic<std::uint32_t> sent_ = 0;
+  std::atomic<std::uint32_t> received_ = 0;
+  std::atomic<std::uint32_t> disorder_ = 0;
+  std::jthread receiver_;
+  std::jthread sender_;
+};
+
+TEST_F(DdsPaths, UdpDiesAndComesBack) {
+  start();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
+  Traffic traffic(*base_, *robot_);
+  EXPECT_TRUE(traffic.goes_on());
+  cut_udp();
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  EXPECT_TRUE(traffic.goes_on());
+  EXPECT_THAT(base_->log(), HasSubstr("goes from udp to dds: udp has not answered for"));
+  heal();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
+  EXPECT_TRUE(traffic.goes_on());
+  traffic.expect_all();
+  EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
+}
+
+TEST_F(DdsPaths, AFilterInOneDirection) {
+  start();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  Traffic traffic(*base_, *robot_);
+  cut_udp(false, true);  // what the base sends
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
+  EXPECT_TRUE(traffic.goes_on());
+  heal();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  traffic.expect_all();
+}
+
+TEST_F(DdsPaths, DdsDiesThenBothThenAllIsWell) {
+  start();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  Traffic traffic(*base_, *robot_);
+  cut_dds();
+  EXPECT_TRUE(traffic.goes_on());
+  cut_udp();
+  EXPECT_TRUE(eventually([&] { return base_->log().find("is down") != std::string::npos; },
+                         "the link is down"));
+  heal();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(eventually([&] { return base_->knows(kServer); }, "the base knows the server"));
+}
+
+TEST_F(DdsPaths, DdsAlone) {
+  start("dds");
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  cut_udp();
+  Traffic traffic(*base_, *robot_);
+  EXPECT_TRUE(traffic.goes_on());
+  traffic.expect_all();
+}
+
+TEST_F(DdsPaths, ARobotThatIsKilledAndStartedAgain) {
+  start("dds");
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  robot_->kill();
+  EXPECT_TRUE(eventually(
+      [&] {
+        return base_->timsctl({"fleet", "show", "--json"}).find("\"robot\"") == std::string::npos;
+      },
+      "nobody stale in the fleet"));
+  networks_->on_the_right([this] { robot_->start(); });
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+}
+
+TEST_F(DdsPaths, ARobotThatGetsAnotherAddress) {
+  start();
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  networks_->on_the_right([] {
+    const auto done = TwoNetworks::run(
+        "ip address add 10.78.0.9/24 dev cable\n"
+        "ip address del 10.78.0.2/24 dev cable");
+    EXPECT_TRUE(done.ok()) << done.error().message();
+  });
+  EXPECT_TRUE(eventually(
+      [&] {
+        return base_->timsctl({"link", "show", "--json"}).find("10.78.0.9") != std::string::npos;
+      },
+      "the base knows the new address"));
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        const boost::json::value link = link_of(*base_, "robot");
+        if (link.is_null()) return false;
+        for (const auto& path : link.at("paths").as_array())
+          if (!path.at("works").as_bool()) return false;
+        return true;
+      },
+      "both ways work"));
+}
+
+}  // namespace
+}  // namespace tims::test
