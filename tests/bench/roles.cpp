@@ -7,6 +7,8 @@
 
 #include "tests/bench/components.h"
 #include "tests/bench/cyclictest.h"
+#include "tests/bench/dds_engine_link.h"
+#include "tests/bench/dds_limit.h"
 #include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
 #include "tests/bench/pulse.h"
@@ -55,6 +57,8 @@ struct Alone {
 constexpr Alone kAlone[] = {
     {"ping", "futex", futex_ping},
     {"echo", "futex", futex_echo},
+    {"ping", "dds", dds_ping},
+    {"echo", "dds", dds_echo},
     {"memcpy", "memcpy", copy_through_memory},
     {"memcpy-slots", "memcpy-slots", copy_into_slots},
     {"self", "self", send_to_myself},
@@ -93,6 +97,7 @@ bool run_role(const Plan& plan) {
   if (plan.link == "tims-loan") return play(plan, TimsLink::open(plan, kLoan));
   if (plan.link == "tcp-router") return play(plan, TcpLink::open(plan, kRouter));
   if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
+  if (plan.link == "dds-engine") return play(plan, DdsEngineLink::open(plan));
   if (plan.link == "udp") return play(plan, UdpLink::open(plan));
   std::fprintf(stderr, "no link \"%s\"\n", plan.link.c_str());
   return false;

@@ -1,5 +1,6 @@
 #include "tests/bench/scenarios.h"
 
+#include "router/io/dds/dds_engine.h"
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/trace.h"
 
@@ -180,6 +181,27 @@ Case hosts_rtt(std::size_t payload, bool one_cpu) {
   return c;
 }
 
+// By way of DDS, without routers: what the engine adds to the library it stands on.
+Case dds_rtt(std::size_t payload) {
+  return {.scenario = "dds_rtt",
+          .payload = payload,
+          .contenders = {{"tims-engine", round_trip("dds-engine", Between::kCable, payload, false)},
+                         {"limit", round_trip("dds", Between::kCable, payload, false)}},
+          .rows = {{"tims-engine", "p50_us", "limit", {}}}};
+}
+
+Case dds_throughput(std::size_t payload) {
+  return {.scenario = "dds_throughput",
+          .payload = payload,
+          .contenders = {{"tims-engine", stream("dds-engine", Between::kCable, payload)}},
+          .rows = {{"tims-engine", rate_metric(payload), "", {}}}};
+}
+
+void add_dds_cases(std::vector<Case>& cases, bool quick) {
+  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_rtt(payload));
+  for (const std::size_t payload : sizes(quick).stream) cases.push_back(dds_throughput(payload));
+}
+
 Case hosts_throughput(std::size_t payload) {
   const char* metric = rate_metric(payload);
   Case c{.scenario = "hosts_throughput", .payload = payload};
@@ -334,6 +356,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"hosts_rtt", "round trip between two hosts, a router on each; limit: bare relays, UDP"},
       {"hosts_rtt@1cpu", "the same, all four processes on one CPU"},
       {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
+      {"dds_rtt", "round trip between two hosts by DDS, no routers; limit: bare Fast DDS"},
+      {"dds_throughput", "from host to host by DDS, no routers"},
       {"urgent_latency", "64 B while 1 MiB messages fill 50 Mbit/s, one way; rate told or found"},
       {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and 64 B urgently"},
       {"link_idle", "bytes a second over a link that nobody uses, headers included"},
@@ -387,6 +411,7 @@ std::vector<Case> hosts_cases(bool quick) {
     for (const std::size_t payload : sizes(quick).hosts_round_trip)
       cases.push_back(hosts_rtt(payload, one_cpu));
   for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
+  if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
   cases.push_back(urgent_latency());
   cases.push_back(lossy_link());
   cases.push_back(link_case("link_idle", Shape::kIdleLink,
