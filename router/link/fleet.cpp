@@ -42,11 +42,11 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link) const {
     return link.peer().epoch != 0 && a.who.epoch == link.peer().epoch;
   };
   for (const auto& [from, a] : routers_) {
-    if (is_linked(a)) return {&a};
-    if (is_called(a) || (above && is_above(a.who))) all.push_back(&a);
+    if (is_linked(a) && link.is_up()) return {&a};
+    if (is_linked(a) || is_called(a) || (above && is_above(a.who))) all.push_back(&a);
   }
   std::ranges::sort(all, {}, [&](const Announcement* a) {
-    return std::tuple(!is_called(*a), a->who.system, a->who.id, a->who.epoch);
+    return std::tuple(!is_linked(*a), !is_called(*a), a->who.system, a->who.id, a->who.epoch);
   });
   return all;
 }

@@ -34,13 +34,7 @@ Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       session_(pool, memory, done, settings.session, *this, *this),
       exchange_(router, session_) {
   session_.set_open(false);
-  paths_.configure(settings.paths, settings.keep_alive);
-}
-
-void Link::configure(const LinkSettings& settings) {
-  settings_ = settings;
-  session_.configure(settings.session);
-  paths_.configure(settings.paths, settings.keep_alive);
+  (void)paths_.configure({}, settings.paths, settings.keep_alive);
 }
 
 void Link::enter(Time now, State state) {
@@ -198,6 +192,8 @@ core::Outcome Link::send(Time now, const core::Message& message) {
 
 void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
+  // A way that is not ours: whoever asks whether it works is told nothing.
+  if (paths_.find(from.kind) == nullptr) return;
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
   if (!is_up() && their_token_ != 0) {
@@ -231,42 +227,6 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (from == address()) return;
   if (const auto question = paths_.on_source(now, from, around_.random()))
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
-}
-
-void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
-  std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
-  const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
-  paths_.count_out(to.kind, size);
-  around_.send(to, std::span(bytes).first(size));
-}
-
-void Link::on_frame(Time now, const ChallengeFrame& frame) {
-  // Over a path that is not to be used here nobody is told that it works.
-  if (!paths_.uses(from_.kind)) return;
-  send_nonce(now, FrameType::kResponse, frame.nonce, from_);
-  // What comes this way may not go back this way.
-  if (from_.kind != paths_.kind())
-    send_nonce(now, FrameType::kResponse, frame.nonce, paths_.address());
-}
-
-void Link::on_frame(Time now, const ResponseFrame& frame) {
-  const PathKind before = paths_.kind();
-  if (is_up() && paths_.on_answer(now, from_, frame.nonce)) go_elsewhere(now, before);
-}
-
-// The other router is where paths_ says: what was on its way is sent again, there.
-void Link::go_elsewhere(Time now, PathKind before) {
-  session_.on_new_path(now, paths_.kind());
-  next_keep_alive_ = now;
-  if (paths_.kind() == before) return;
-  router_.note({.at = now,
-                .kind = core::EventKind::kLinkPath,
-                .client = {.id = client_,
-                           .port = core::PortKind::kLink,
-                           .name = core::Text<31>(peer_.name.view()),
-                           .peer = std::string_view(address().to_string())},
-                .text = std::string_view(std::string(name(before)) + " to " +
-                                         std::string(name(paths_.kind())) + ": " + paths_.why())});
 }
 
 void Link::on_frame(Time now, const CloseFrame&) {
@@ -384,17 +344,6 @@ void Link::on_timeout(Time now) {
     if (refused) next_hello_ = now + kAfterRefusal;
   }
   session_.on_timeout(now);
-}
-
-void Link::watch_paths(Time now) {
-  const Duration rtt = session_.rtt().smoothed();
-  const PathKind before = paths_.kind();
-  if (paths_.on_timeout(now, rtt)) go_elsewhere(now, before);
-  paths_.ask(
-      now, rtt, [&] { return around_.random(); },
-      [&](const Paths::Question& question) {
-        send_nonce(now, FrameType::kChallenge, question.nonce, question.to);
-      });
 }
 
 // --- by hand

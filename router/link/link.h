@@ -110,7 +110,7 @@ class Link final : private Arrivals, private Losses {
   void start_anew(Time now);
   // Tells the other side that this one ends.
   void say_goodbye(Time now, core::CloseReason reason);
-  void configure(const LinkSettings& settings);
+  void configure(Time now, const LinkSettings& settings);
 
   // --- to look at
   [[nodiscard]] std::uint32_t slot() const { return slot_; }

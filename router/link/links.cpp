@@ -46,7 +46,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
     if (same == settings_.end()) {
       remove(now, slot);
     } else {
-      links_[slot]->configure(own_settings(*same));
+      links_[slot]->configure(now, own_settings(*same));
     }
   }
   for (const LinkSettings& settings : settings_) {
@@ -74,6 +74,7 @@ Link& Links::add(const LinkSettings& settings) {
     is_touched_.push_back(false);
     wakes_at_.push_back(kNever);
     tries_.push_back(0);
+    were_up_.push_back(false);
   }
   LinkSurroundings& around = *this;
   links_[slot] =
@@ -87,7 +88,8 @@ void Links::remove(Time now, std::uint32_t slot) {
   report_losses(now);
   tokens_.erase(link.our_token());
   std::erase(touched_, &link);
-  is_touched_[slot] = false;
+  is_touched_[slot] = were_up_[slot] = false;
+  tries_[slot] = 0;
   if (uplink_ == &link) uplink_ = nullptr;
   std::erase(supers_, slot);
   links_[slot].reset();
@@ -153,6 +155,8 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   const std::uint64_t token = std::get<Reset>(*datagram).token;
   for (const auto& link : links_) {
     if (!link || token == 0 || link->their_token() != token) continue;
+    // We also ask where the other router only may be: others there do not know us.
+    if (link->paths().is_strange(from)) continue;
     link->on_reset(now);
     touch(*link);
   }
@@ -186,7 +190,6 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
     return told("there is a link to " + std::string(welcome.who.name.view()) + " already, to " +
                 other->address().to_string());
   link->on_welcome(now, from, welcome);
-  look_for(now, *link);
 }
 
 // --- what the router decides
@@ -332,6 +335,7 @@ bool Links::flush_link(Time now, Link& link, const Send& send) {
   const std::size_t size = link.build_probe(now, probe);
   if (size > 0)
     (void)send({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
+  if (were_up_[link.slot()] != link.is_up()) look_anew(now, link);
   is_touched_[link.slot()] = false;
   learn_token(link);
   const Time at = link.next_timeout(now);

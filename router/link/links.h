@@ -139,11 +139,11 @@ class Links final : private LinkSurroundings {
   void remove(Time now, std::uint32_t slot);
   void touch(Link& link);
   void learn_token(Link& link);
-  void settle(Time now);
   void choose_uplink(Time now);  // links_uplink.cpp
   // links_fleet.cpp
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
+  void look_anew(Time now, Link& link);
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);
@@ -163,6 +163,7 @@ class Links final : private LinkSurroundings {
   std::array<std::string, kPathKinds> trouble_;
   Fleet fleet_;
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
+  std::vector<bool> were_up_;       // by slot: when it was last looked for
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

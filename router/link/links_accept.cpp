@@ -118,9 +118,13 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
                                      " router, which is no " + std::string(name(hello.kind)) +
                                      " router for a " + std::string(name(who.role)) + " router");
   bool any_of_kind = false;
+  bool other_path = false;
   for (const LinkSettings& s : settings_) {
     if (s.kind != ours) continue;
-    if (std::ranges::find(s.paths, from.kind) == s.paths.end()) continue;
+    if (std::ranges::find(s.paths, from.kind) == s.paths.end()) {
+      other_path = true;
+      continue;
+    }
     if (s.connects) {
       // Both sides connect: whoever comes first from where we call.
       const auto same = std::ranges::find_if(links_, [&](const auto& link) {
@@ -132,6 +136,10 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
     any_of_kind = true;
     if (!s.system || *s.system == who.system) return &s;
   }
+  if (!any_of_kind && other_path)
+    return no(RefuseCode::kNotConfigured,
+              text_of(self) + " takes no link over " + std::string(name(from.kind)) +
+                  ": see paths of its [[link]] with kind = \"" + std::string(name(ours)) + "\"");
   if (!any_of_kind)
     return no(RefuseCode::kNotConfigured,
               text_of(self) + " has no [[link]] with kind = \"" + std::string(name(ours)) + "\"");
@@ -144,7 +152,7 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
 Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, Link& link,
                           Refuse& refuse) {
   const std::uint32_t address = hello.who.address().raw();
-  const bool same_place = from == link.address() || hello.who.epoch == link.peer().epoch;
+  const bool same_place = link.paths().is_at(from) || hello.who.epoch == link.peer().epoch;
   if (same_place || !link.is_up()) {
     conflicts_.erase(address);
     return Rival::kNone;
@@ -223,7 +231,7 @@ void Links::confirm(Time now, const NetAddress& from, const Data& data, std::uin
   link->accept(now, from, pending.hello, token);
   learn_token(*link);
   link->on_data(now, from, data);
-  look_for(now, *link);
+  touch(*link);
 }
 
 Link* Links::link_to(const Identity& who) {

@@ -35,6 +35,13 @@ void Links::look_for_all(Time now) {
   }
 }
 
+// It has come up: that one is meant from now on. Or it is down: any may be.
+void Links::look_anew(Time now, Link& link) {
+  were_up_[link.slot()] = link.is_up();
+  tries_[link.slot()] = 0;
+  look_for(now, link);
+}
+
 // Tells a link where the router it means has announced to be.
 void Links::look_for(Time now, Link& link) {
   touch(link);
@@ -48,8 +55,16 @@ void Links::look_for(Time now, Link& link) {
     return link.note_nobody(why);
   }
   const Announcement& one = *candidates[tries_[link.slot()] % candidates.size()];
-  if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, one.udp);
-  link.set_targets(now, PathKind::kDds, {&one.dds, 1});
+  // A router that was started anew is heard of while its former life still is.
+  std::vector<NetAddress> udp;
+  std::vector<NetAddress> dds;
+  for (const Announcement* a : candidates) {
+    if (a->who.system != one.who.system || a->who.id != one.who.id) continue;
+    udp.insert(udp.end(), a->udp.begin(), a->udp.end());
+    dds.push_back(a->dds);
+  }
+  if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, udp);
+  link.set_targets(now, PathKind::kDds, dds);
 }
 
 }  // namespace tims::link

@@ -23,28 +23,36 @@ bool Path::is_target(const NetAddress& where) const {
 
 // --- configuration
 
-void Paths::configure(std::span<const PathKind> preference, Duration keep_alive) {
+bool Paths::configure(Time now, std::span<const PathKind> preference, Duration keep_alive) {
   keep_alive_ = keep_alive;
   const PathKind used_kind = kind();
   std::vector<Path> paths;
   for (const PathKind kind : preference) {
-    Path* old = find(kind);
+    Path* old = mine(kind);
     paths.push_back(old == nullptr ? Path{.kind = kind} : std::move(*old));
   }
-  if (paths.empty()) return;
+  if (paths.empty()) return false;
   paths_ = std::move(paths);
   const Path* still = find(used_kind);
   used_ = still == nullptr ? 0 : static_cast<std::size_t>(still - paths_.data());
+  if (still != nullptr) return false;
+  use(now, used_, std::string(name(used_kind)) + " is not configured any more");
+  return true;
 }
 
 const Path* Paths::find(PathKind kind) const {
   const auto found = std::ranges::find(paths_, kind, &Path::kind);
   return found == paths_.end() ? nullptr : &*found;
 }
-Path* Paths::find(PathKind kind) { return const_cast<Path*>(std::as_const(*this).find(kind)); }
+Path* Paths::mine(PathKind kind) { return const_cast<Path*>(std::as_const(*this).find(kind)); }
 
 void Paths::set_targets(PathKind kind, std::span<const NetAddress> targets) {
-  if (Path* path = find(kind)) path->targets.assign(targets.begin(), targets.end());
+  Path* path = mine(kind);
+  if (path == nullptr) return;
+  path->targets.clear();
+  for (const NetAddress& target : targets) {
+    if (!path->is_target(target)) path->targets.push_back(target);
+  }
 }
 
 bool Paths::has_targets() const {
@@ -53,6 +61,10 @@ bool Paths::has_targets() const {
 
 bool Paths::is_target(const NetAddress& address) const {
   return std::ranges::any_of(paths_, [&](const Path& path) { return path.is_target(address); });
+}
+
+bool Paths::is_at(const NetAddress& address) const {
+  return std::ranges::find(paths_, address, &Path::address) != paths_.end();
 }
 
 // Where the other router may be on this way: where it was found, or else wherever it should be.
@@ -88,12 +100,19 @@ void Paths::begin(Time now, const NetAddress& address) {
   suspected_ = {};
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     Path& path = paths_[i];
-    if (path.kind != address.kind) continue;
-    path.address = address;
-    path.works = true;
-    path.since = path.answered = path.asked = now;
+    path.works = path.kind == address.kind;
+    path.address = path.works ? address : NetAddress();  // what was there may have been another's
+    path.since = now;
+    path.asked = path.works ? now : Time{};
+    if (!path.works) continue;
+    path.answered = now;
     use(now, i, "the link came up over it");
   }
+}
+
+bool Paths::is_strange(const NetAddress& from) const {
+  const Path* path = find(from.kind);
+  return path == nullptr || (path != &used() && !path->works);
 }
 
 void Paths::begin_again(Time now) {
@@ -105,13 +124,23 @@ void Paths::begin_again(Time now) {
   use(now, used_, "the link was heard again");
 }
 
+void Paths::fail(Time now, Path& path) {
+  path.works = false;
+  path.since = now;
+  if (&path != &used()) return;
+  const bool again =
+      path.failed != Time{} && now < path.failed + path.probation + Path::kProbationMax;
+  path.probation = again ? std::min(2 * path.probation, Path::kProbationMax) : Path::kProbation;
+  path.failed = now;
+}
+
 bool Paths::choose(Time now) {
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     const Path& path = paths_[i];
     if (!path.works) continue;
     if (i == used_) return false;
     const bool better = i < used_;
-    if (better && used().works && now < path.since + kTakeBackAfter) continue;
+    if (better && used().works && now < path.since + path.probation) continue;
     const std::string left(name(kind()));
     use(now, i,
         used().works
@@ -147,10 +176,13 @@ bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
     return a.question.to && a.question.nonce == nonce && (a.known || a.question.to == from);
   });
   if (asked == asked_.end()) return false;
+  const bool known = asked->known;
   const NetAddress where = std::exchange(asked->question.to, {});
   if (suspected_ == where) suspected_ = {};
-  Path* path = find(where.kind);
+  Path* path = mine(where.kind);
   if (path == nullptr) return false;
+  // Of several places that were asked, the first to answer is the nearest.
+  if (known && path->works && path->address != where) return false;
   path->answered = now;
   if (!path->works) {
     path->works = true;
@@ -174,18 +206,24 @@ Duration Paths::interval(const Path& path) const {
   return &path == &used() || being_taken_back ? keep_alive_ : std::max(keep_alive_, kStandbyEvery);
 }
 
+// One that stood by is not dead because it was asked less often.
+Time Paths::alive_at(const Path& path) const {
+  return &path == &used() ? std::max(path.answered, since_) : path.answered;
+}
+
 Time Paths::next_question(const Path& path, Duration rtt) const {
   if (!path.address && path.targets.empty()) return kNever;
   const Time next = path.asked + interval(path);
   if (&path != &used() || !path.works) return next;
   // An answer is overdue: soon it will be too late.
-  const Time soon = std::max(path.asked + keep_alive_ / 4, path.answered + keep_alive_ + rtt);
+  const Time soon = std::max(path.asked + keep_alive_ / 4, alive_at(path) + keep_alive_ + rtt);
   return std::min(next, soon);
 }
 
 Time Paths::dead_at(const Path& path, Duration rtt) const {
   if (!path.works) return kNever;
-  if (&path == &used()) return path.answered + 2 * keep_alive_ + std::min(2 * rtt, keep_alive_ / 2);
+  if (&path == &used())
+    return alive_at(path) + 2 * keep_alive_ + std::min(2 * rtt, keep_alive_ / 2);
   return path.answered + 7 * interval(path) / 2;
 }
 
@@ -196,7 +234,7 @@ Time Paths::next_timeout(Duration rtt) const {
   Time next = kNever;
   for (const Path& path : paths_) {
     next = std::min({next, next_question(path, rtt), dead_at(path, rtt)});
-    if (path.works && &path < &used()) next = std::min(next, path.since + kTakeBackAfter);
+    if (path.works && &path < &used()) next = std::min(next, path.since + path.probation);
   }
   return next;
 }
@@ -204,9 +242,7 @@ Time Paths::next_timeout(Duration rtt) const {
 bool Paths::on_timeout(Time now, Duration rtt) {
   if (!several()) return false;
   for (Path& path : paths_) {
-    if (now < dead_at(path, rtt)) continue;
-    path.works = false;
-    path.since = now;
+    if (now >= dead_at(path, rtt)) fail(now, path);
   }
   return choose(now);
 }
@@ -214,14 +250,14 @@ bool Paths::on_timeout(Time now, Duration rtt) {
 // --- counters
 
 void Paths::count_in(PathKind kind, std::size_t bytes) {
-  Path* path = find(kind);
+  Path* path = mine(kind);
   if (path == nullptr) return;
   ++path->counters.datagrams_in;
   path->counters.bytes_in += bytes;
 }
 
 void Paths::count_out(PathKind kind, std::size_t bytes) {
-  Path* path = find(kind);
+  Path* path = mine(kind);
   if (path == nullptr) return;
   ++path->counters.datagrams_out;
   path->counters.bytes_out += bytes;

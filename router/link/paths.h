@@ -30,6 +30,11 @@ struct PathCounters {
 };
 
 struct Path {
+  // So long must a better way have worked before it is used again: twice as long each time that it
+  // fails again within a minute, so that one that comes and goes is left alone.
+  static constexpr Duration kProbation = std::chrono::seconds(3);
+  static constexpr Duration kProbationMax = std::chrono::minutes(1);
+
   PathKind kind = PathKind::kUdp;
   std::vector<NetAddress> targets{};  // where the other router should be
   NetAddress address{};               // where it is, as far as we know
@@ -37,6 +42,8 @@ struct Path {
   Time since{};     // it works, or does not
   Time answered{};  // the newest answer
   Time asked{};     // the newest question
+  Time failed{};    // it was given up while it was used
+  Duration probation = kProbation;
   PathCounters counters{};
 
   [[nodiscard]] bool is_target(const NetAddress& where) const;
@@ -44,12 +51,11 @@ struct Path {
 
 class Paths {
  public:
-  // So long must a better way have worked before it is used again.
-  static constexpr Duration kTakeBackAfter = std::chrono::seconds(3);
   // What is not in use is asked so often, or every keep-alive interval if that is longer.
   static constexpr Duration kStandbyEvery = std::chrono::seconds(1);
 
-  void configure(std::span<const PathKind> preference, Duration keep_alive);
+  // True when the way that was used is none any more.
+  bool configure(Time now, std::span<const PathKind> preference, Duration keep_alive);
   void set_targets(PathKind kind, std::span<const NetAddress> targets);
   [[nodiscard]] bool has_targets() const;
   [[nodiscard]] bool is_target(const NetAddress& address) const;
@@ -58,6 +64,10 @@ class Paths {
 
   // The other router has answered from there: this way is used from now on.
   void begin(Time now, const NetAddress& address);
+  // It is there, as far as we know.
+  [[nodiscard]] bool is_at(const NetAddress& address) const;
+  // No other way has led to it so far: whoever is there may be another router.
+  [[nodiscard]] bool is_strange(const NetAddress& from) const;
   // The link was silent and is up again: which ways still work is to be seen.
   void begin_again(Time now);
 
@@ -107,18 +117,20 @@ class Paths {
   [[nodiscard]] bool several() const { return paths_.size() > 1; }
 
  private:
-  [[nodiscard]] Path* find(PathKind kind);
   struct Asked {
     Question question{};
     bool known = false;  // an address of ours; else one that only a datagram's source told
   };
+  [[nodiscard]] Path* mine(PathKind kind);
   [[nodiscard]] Path& used() { return paths_[used_]; }
   [[nodiscard]] const Path& used() const { return paths_[used_]; }
   Question note(const Question& question, bool known);
   [[nodiscard]] static std::vector<NetAddress> places(const Path& path);
   [[nodiscard]] Duration interval(const Path& path) const;
+  [[nodiscard]] Time alive_at(const Path& path) const;
   [[nodiscard]] Time next_question(const Path& path, Duration rtt) const;
   [[nodiscard]] Time dead_at(const Path& path, Duration rtt) const;
+  void fail(Time now, Path& path);
   bool choose(Time now);
   void use(Time now, std::size_t index, std::string why);
 

@@ -70,7 +70,9 @@ class Paths : public testing::Test {
   }
   // All that was sent has come, once each and in order.
   void expect_all() {
-    const auto all = [&] { return sequence(*base, gui).size() == number; };
+    const auto all = [&] {
+      return base->arrivals(gui).size() == number && robot->arrivals(ladar).size() == number;
+    };
     EXPECT_TRUE(world.run_until(all, 5s));
     for (const auto& numbers : {sequence(*base, gui), sequence(*robot, ladar)}) {
       ASSERT_EQ(numbers.size(), number);

@@ -1,5 +1,6 @@
 // A base and a robot on two hosts, with UDP and DDS between them: cut one, the other, both.
 #include <atomic>
+#include <iostream>
 #include <thread>
 
 #include "tests/system/dds_fixture.h"
@@ -18,6 +19,8 @@ class DdsPaths : public testing::Test {
     networks_.emplace(std::move(*made));
   }
   void TearDown() override {
+    if (HasFailure() && robot_)
+      std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
     // Programs before their networks.
     robot_.reset();
     base_.reset();

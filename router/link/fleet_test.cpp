@@ -1,0 +1,176 @@
+#include "router/link/fleet.h"
+
+#include <array>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "router/link/links.h"
+
+namespace tims::link {
+namespace {
+
+using namespace std::chrono_literals;
+
+Identity who(Role role, std::uint8_t system, std::uint8_t id, std::uint64_t epoch) {
+  return {.epoch = epoch, .role = role, .system = system, .id = id, .message_max = 1U << 20};
+}
+
+NetAddress udp(std::uint8_t host) { return NetAddress::v4(10, 0, 0, host, 2010); }
+
+// Announced as the participant and from the host that have the number of its epoch.
+Announcement announced(const Identity& who) {
+  const auto number = static_cast<std::uint8_t>(who.epoch);
+  return {.fleet = std::string_view("harbour"),
+          .who = who,
+          .dds = NetAddress::dds({number}),
+          .udp = {udp(number)}};
+}
+
+const Identity kBase = who(Role::kTop, 0, 1, 10);
+const Identity kOne = who(Role::kSystem, 1, 1, 11);
+const Identity kOther = who(Role::kSystem, 1, 3, 13);
+const Identity kTwo = who(Role::kSystem, 2, 1, 12);
+const Identity kHost = who(Role::kSubsystem, 1, 2, 21);
+
+struct NoSink final : core::Sink {
+  core::Outcome deliver(const core::Receiver&, const core::Message&) override {
+    return core::Outcome::kDelivered;
+  }
+  void reply(const core::Receiver&, const Header&) override {}
+  void close(const core::Receiver&, core::CloseReason) override {}
+  void admin(core::ClientId, const core::Message&) override {}
+  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
+  void event(const core::Event&) override {}
+};
+
+// A router with one link, and its fleet.
+class FleetTest : public testing::Test {
+ protected:
+  void be(const Identity& self, LinkSettings settings) {
+    settings.paths = {PathKind::kUdp, PathKind::kDds};
+    fleet = std::make_unique<Fleet>(self);
+    router = std::make_unique<core::Router>(
+        core::RouterSettings{.address = self.address(), .role = self.role, .clients_max = 8},
+        core::HashSeed{1, 2}, sink);
+    link = std::make_unique<Link>(*router, pool, memory, done, around, 0, settings);
+    around.who = self;
+  }
+  void be(const Identity& self) { be(self, {.to = std::string(kAutomatic)}); }
+  void hear(std::initializer_list<Identity> all) {
+    for (const Identity& one : all) EXPECT_TRUE(fleet->add(announced(one)));
+  }
+  std::vector<std::uint64_t> candidates() {
+    std::vector<std::uint64_t> epochs;
+    for (const Announcement* a : fleet->candidates(*link)) epochs.push_back(a->who.epoch);
+    return epochs;
+  }
+  void come_up(const Identity& peer) {
+    const NetAddress at = udp(static_cast<std::uint8_t>(peer.epoch));
+    link->set_targets(now, PathKind::kUdp, {&at, 1});
+    link->on_welcome(now, at, {.token = 7, .keep_alive = 300ms, .who = peer});
+    ASSERT_TRUE(link->is_up());
+  }
+  using Epochs = std::vector<std::uint64_t>;
+
+  struct Around final : LinkSurroundings {
+    std::uint64_t random() override { return ++number; }
+    [[nodiscard]] const Identity& self() const override { return who; }
+    [[nodiscard]] std::int64_t wall_ns() const override { return 0; }
+    void send(const NetAddress&, std::span<const std::byte>) override {}
+    void lost(core::ClientId, const Header&, core::Outcome) override {}
+    void changed() override {}
+    std::uint64_t number = 0;
+    Identity who{};
+  };
+  Time now{100s};
+  alignas(core::BlockPool::kBlockSize) std::array<std::byte, 1U << 18> blocks{};
+  std::array<std::byte, 1U << 16> messages{};
+  core::BlockPool pool{blocks};
+  MessageMemory memory{messages};
+  std::vector<MessageBuffer> done;
+  NoSink sink;
+  Around around;
+  std::unique_ptr<core::Router> router;
+  std::unique_ptr<Fleet> fleet;
+  std::unique_ptr<Link> link;
+};
+
+TEST_F(FleetTest, OnlyNewsIsNews) {
+  be(kOne);
+  EXPECT_TRUE(fleet->add(announced(kBase)));
+  EXPECT_FALSE(fleet->add(announced(kBase)));
+  EXPECT_FALSE(fleet->add(announced(kOne))) << "that is us";
+  EXPECT_FALSE(fleet->add({.who = kTwo})) << "from nowhere";
+  Announcement moved = announced(kBase);
+  moved.udp = {udp(99)};
+  EXPECT_TRUE(fleet->add(moved));
+  EXPECT_EQ(fleet->routers().size(), 1U);
+  fleet->remove(moved.dds);
+  EXPECT_TRUE(fleet->routers().empty());
+  EXPECT_TRUE(candidates().empty());
+}
+
+TEST_F(FleetTest, ASystemRouterLooksForATopLevelOne) {
+  be(kOne);
+  hear({kHost, kTwo, kOther, kBase});
+  EXPECT_EQ(candidates(), Epochs{10});
+  EXPECT_EQ(fleet->looked_for(), "a top-level router");
+}
+
+TEST_F(FleetTest, ASubsystemLooksForTheSystemRouterOfItsSystem) {
+  be(kHost);
+  hear({kBase, kTwo});
+  EXPECT_TRUE(candidates().empty());
+  hear({kOther, kOne});
+  EXPECT_EQ(candidates(), (Epochs{11, 13})) << "the lowest id first, at all of them";
+  EXPECT_EQ(fleet->looked_for(), "a system router of system 1");
+}
+
+TEST_F(FleetTest, ATopLevelRouterLooksForNobody) {
+  be(kBase);
+  hear({kOne, who(Role::kTop, 0, 2, 14)});
+  EXPECT_TRUE(candidates().empty());
+}
+
+TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
+  be(kHost);
+  hear({kOne, kOther});
+  come_up(kOther);
+  EXPECT_EQ(candidates(), Epochs{13});
+  link->take_down(now, Link::State::kSilent);
+  EXPECT_EQ(candidates(), (Epochs{13, 11})) << "then the first of several";
+}
+
+TEST_F(FleetTest, AnAddressMeansWhoAnnouncesIt) {
+  be(kHost, {.to = udp(13).to_string()});
+  hear({kOne, kOther});
+  const NetAddress target = udp(13);
+  link->set_targets(now, PathKind::kUdp, {&target, 1});
+  EXPECT_EQ(candidates(), (Epochs{13, 11}));
+  be(kOne, {.kind = LinkKind::kPeer, .to = udp(12).to_string()});
+  hear({kBase, kTwo});
+  const NetAddress peer = udp(12);
+  link->set_targets(now, PathKind::kUdp, {&peer, 1});
+  EXPECT_EQ(candidates(), Epochs{12}) << "a peer has its address only";
+}
+
+TEST_F(FleetTest, WhoAcceptsLooksForNobodyButWhomItHasAccepted) {
+  be(kOne, {.kind = LinkKind::kSub, .connects = false});
+  hear({kBase, kHost});
+  EXPECT_TRUE(candidates().empty());
+  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .who = kHost}, 6);
+  EXPECT_EQ(candidates(), Epochs{21});
+}
+
+TEST_F(FleetTest, ADoubleHasOurSystemAndId) {
+  be(kOne);
+  EXPECT_FALSE(fleet->is_double(kOne));
+  EXPECT_FALSE(fleet->is_double(kOther));
+  EXPECT_FALSE(fleet->is_double(kTwo));
+  EXPECT_TRUE(fleet->is_double(who(Role::kSystem, 1, 1, 99)));
+  EXPECT_TRUE(fleet->is_double(who(Role::kSubsystem, 1, 1, 99)));
+}
+
+}  // namespace
+}  // namespace tims::link

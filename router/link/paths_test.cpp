@@ -1,0 +1,399 @@
+#include "router/link/paths.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+namespace tims::link {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kKeepAlive = 300ms;
+constexpr Duration kRtt = 10ms;
+const NetAddress kUdp = NetAddress::v4(10, 0, 0, 1, 2010);
+const NetAddress kMoved = NetAddress::v4(10, 0, 0, 2, 2010);
+const NetAddress kElsewhere = NetAddress::v4(10, 0, 0, 3, 2010);
+const NetAddress kDds = NetAddress::dds({1});
+const std::vector kBoth{PathKind::kUdp, PathKind::kDds};
+
+// The ways to a router that answers after kRtt, over whichever way, what is asked at an address
+// where it is heard.
+class PathsTest : public testing::Test {
+ protected:
+  PathsTest() { begin(); }
+
+  void begin(const std::vector<PathKind>& preference = kBoth, Duration keep_alive = kKeepAlive) {
+    paths = Paths();
+    asked.clear();
+    (void)paths.configure(now, preference, keep_alive);
+    paths.set_targets(PathKind::kUdp, {&kUdp, 1});
+    paths.set_targets(PathKind::kDds, {&kDds, 1});
+    paths.begin(now, preference[0] == PathKind::kUdp ? kUdp : kDds);
+  }
+  // All that happens until then.
+  void run_for(Duration time) {
+    const Time end = now + time;
+    while (next() <= end) {
+      now = std::max(now, next());
+      while (!answers.empty() && answers.front().at <= now) {
+        const Answer answer = answers.front();
+        answers.erase(answers.begin());
+        changes += paths.on_answer(now, answer.question.to, answer.question.nonce) ? 1 : 0;
+      }
+      if (now >= paths.next_timeout(kRtt)) {
+        changes += paths.on_timeout(now, kRtt) ? 1 : 0;
+        ask();
+        ASSERT_GT(paths.next_timeout(kRtt), now) << "it would be woken for ever";
+      }
+    }
+    now = end;
+  }
+  void ask() {
+    paths.ask(
+        now, kRtt, [&] { return ++nonce; },
+        [&](const Paths::Question& question) {
+          asked.push_back({now, question});
+          if (std::ranges::find(heard, question.to) != heard.end())
+            answers.push_back({now + kRtt, question});
+        });
+  }
+  void cut(const NetAddress& address) {
+    std::erase(heard, address);
+    std::erase_if(answers, [&](const Answer& a) { return a.question.to == address; });
+  }
+  // Runs until the other way is used, and says how long it took.
+  Duration until(PathKind kind, Duration limit = 2min) {
+    const Time start = now;
+    while (paths.kind() != kind && now < start + limit) run_for(1ms);
+    EXPECT_EQ(paths.kind(), kind);
+    return now - start;
+  }
+  std::vector<Time> questions(const NetAddress& to) {
+    std::vector<Time> times;
+    for (const auto& [at, question] : asked)
+      if (question.to == to) times.push_back(at);
+    return times;
+  }
+  [[nodiscard]] bool works(PathKind kind) const { return paths.find(kind)->works; }
+  [[nodiscard]] Time next() const {
+    const Time timeout = paths.next_timeout(kRtt);
+    return answers.empty() ? timeout : std::min(timeout, answers.front().at);
+  }
+
+  struct Answer {
+    Time at{};
+    Paths::Question question{};
+  };
+  Time now{100s};
+  Paths paths;
+  std::vector<NetAddress> heard{kUdp, kDds};
+  std::vector<Answer> asked;
+  std::vector<Answer> answers;
+  std::uint64_t nonce = 0;
+  int changes = 0;
+};
+
+// --- who is asked, and when
+
+TEST_F(PathsTest, WhatIsUsedIsAskedEveryKeepAliveAndTheOtherEverySecond) {
+  run_for(60s);
+  EXPECT_EQ(questions(kUdp).size(), 200U);
+  EXPECT_EQ(questions(kDds).size(), 61U) << "and at once";
+  EXPECT_EQ(changes, 0);
+  EXPECT_EQ(paths.kind(), PathKind::kUdp);
+}
+
+TEST_F(PathsTest, NeitherIsAskedMoreOftenThanEveryKeepAlive) {
+  begin(kBoth, 10s);
+  run_for(60s);
+  EXPECT_LE(asked.size(), 14U);
+}
+
+TEST_F(PathsTest, AnOverdueAnswerIsAskedForFourTimesAsOften) {
+  run_for(300ms + kRtt);
+  cut(kUdp);
+  run_for(300ms - kRtt);  // asked again, and nothing comes
+  asked.clear();
+  run_for(290ms);
+  const auto times = questions(kUdp);
+  ASSERT_GE(times.size(), 3U);
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_EQ(times[i] - times[i - 1], 75ms);
+}
+
+TEST_F(PathsTest, OneWayAloneIsNeverAsked) {
+  begin({PathKind::kDds});
+  cut(kDds);
+  EXPECT_EQ(paths.next_timeout(kRtt), kNever);
+  ask();
+  EXPECT_TRUE(asked.empty());
+  EXPECT_FALSE(paths.on_timeout(now + 1h, kRtt));
+  EXPECT_TRUE(works(PathKind::kDds));
+  EXPECT_EQ(paths.address(), kDds);
+}
+
+TEST_F(PathsTest, AWayThatLeadsNowhereIsNotAsked) {
+  paths.set_targets(PathKind::kDds, {});
+  run_for(10s);
+  EXPECT_TRUE(questions(kDds).empty());
+}
+
+TEST_F(PathsTest, AllPlacesAreAskedAndTheFirstToAnswerIsTaken) {
+  const std::vector places{kMoved, kElsewhere};
+  run_for(1s);
+  paths.set_targets(PathKind::kUdp, places);
+  heard = {kDds, kMoved, kElsewhere};
+  run_for(10s);
+  EXPECT_FALSE(questions(kElsewhere).empty());
+  EXPECT_EQ(paths.address(), kMoved);
+  const auto before = questions(kElsewhere).size();
+  run_for(10s);
+  EXPECT_EQ(questions(kElsewhere).size(), before) << "where it was found, and nowhere else";
+}
+
+// --- which way is used
+
+TEST_F(PathsTest, ADeadOneIsGivenUpAfterTwoKeepAlivesAndBeforeTheThird) {
+  for (const Duration keep_alive : {50ms, 300ms, 10'000ms}) {
+    begin(kBoth, keep_alive);
+    heard = {kUdp, kDds};
+    run_for(5 * keep_alive + 1s);
+    const Time answered = paths.find(PathKind::kUdp)->answered;
+    cut(kUdp);
+    until(PathKind::kDds);
+    EXPECT_GE(now, answered + 2 * keep_alive);
+    EXPECT_LE(now, answered + 2 * keep_alive + 2 * kRtt + 1ms);
+  }
+}
+
+TEST_F(PathsTest, ALongRoundTripIsWaitedForButNotBeyondTheThirdKeepAlive) {
+  cut(kUdp);
+  const Time begun = now;
+  EXPECT_FALSE(paths.on_timeout(begun + 649ms, 25ms));
+  EXPECT_TRUE(works(PathKind::kUdp));
+  EXPECT_FALSE(paths.on_timeout(begun + 749ms, 10s));
+  EXPECT_TRUE(works(PathKind::kUdp));
+  (void)paths.on_timeout(begun + 750ms, 10s);
+  EXPECT_FALSE(works(PathKind::kUdp));
+}
+
+TEST_F(PathsTest, WhatArrivesIsAnAnswerToo) {
+  run_for(1s);
+  cut(kUdp);
+  for (int i = 0; i < 50; ++i) {
+    run_for(100ms);
+    paths.on_arrived(now - kRtt);
+  }
+  EXPECT_EQ(changes, 0);
+  const Time before = paths.since() - 1ms;
+  for (int i = 0; i < 10; ++i) {
+    run_for(100ms);
+    paths.on_arrived(before);  // sent another way
+  }
+  EXPECT_EQ(paths.kind(), PathKind::kDds);
+}
+
+TEST_F(PathsTest, OneThatStoodByIsGivenTimeToAnswerWhenItIsUsed) {
+  run_for(10s);
+  cut(kUdp);
+  until(PathKind::kDds);
+  EXPECT_TRUE(works(PathKind::kDds));
+  (void)paths.on_timeout(now, kRtt);
+  EXPECT_TRUE(works(PathKind::kDds));
+  run_for(5s);
+  EXPECT_TRUE(works(PathKind::kDds));
+  EXPECT_EQ(changes, 1);
+}
+
+TEST_F(PathsTest, TheBetterOneIsTakenBackAfterThreeSecondsOfWork) {
+  run_for(2s);
+  cut(kUdp);
+  run_for(10s);
+  EXPECT_EQ(paths.kind(), PathKind::kDds);
+  EXPECT_EQ(paths.why(), "udp has not answered for 620 ms");
+  heard.push_back(kUdp);
+  const Duration took = until(PathKind::kUdp);
+  EXPECT_GE(took, 3s);
+  EXPECT_LE(took, 3s + 1s + kRtt);
+  EXPECT_EQ(paths.why(), "udp has worked for 3000 ms");
+}
+
+TEST_F(PathsTest, OneThatComesAndGoesIsLeftAlone) {
+  run_for(5s);
+  for (int minute = 0; minute < 10; ++minute) {
+    for (int i = 0; i < 60; i += 6) {
+      cut(kUdp);
+      run_for(1s);
+      heard.push_back(kUdp);
+      run_for(5s);
+    }
+  }
+  EXPECT_LE(changes, 6) << "and not two hundred";
+  const Duration took = until(PathKind::kUdp);
+  EXPECT_LE(took, Path::kProbationMax);
+  run_for(2min);  // forgiven
+  cut(kUdp);
+  until(PathKind::kDds);
+  heard.push_back(kUdp);
+  EXPECT_LE(until(PathKind::kUdp), 5s);
+}
+
+TEST_F(PathsTest, WhenAllAreDeadTheUsedOneIsStillAskedForAndComesBack) {
+  run_for(2s);
+  cut(kUdp);
+  until(PathKind::kDds);
+  cut(kDds);
+  run_for(10s);
+  EXPECT_FALSE(works(PathKind::kUdp));
+  EXPECT_FALSE(works(PathKind::kDds));
+  EXPECT_EQ(paths.kind(), PathKind::kDds);
+  heard = {kUdp};
+  EXPECT_LE(until(PathKind::kUdp), 1s + kRtt + 1ms) << "at once: there is nothing else";
+}
+
+TEST_F(PathsTest, AfterASilenceAllAreAskedAnew) {
+  run_for(2s);
+  heard = {kDds};
+  paths.begin_again(now);
+  EXPECT_FALSE(works(PathKind::kUdp));
+  EXPECT_FALSE(works(PathKind::kDds));
+  EXPECT_EQ(paths.address(), kUdp) << "until something else is known";
+  EXPECT_LE(until(PathKind::kDds), kRtt + 1ms);
+}
+
+TEST_F(PathsTest, ANewSessionKnowsNothingOfTheOtherWays) {
+  run_for(5s);
+  EXPECT_TRUE(works(PathKind::kUdp));
+  paths.begin(now, kDds);
+  EXPECT_EQ(paths.kind(), PathKind::kDds);
+  EXPECT_FALSE(works(PathKind::kUdp));
+  EXPECT_FALSE(paths.find(PathKind::kUdp)->address) << "another router's, perhaps";
+  EXPECT_GE(until(PathKind::kUdp), 3s) << "it is asked where it should be";
+}
+
+// --- answers
+
+TEST_F(PathsTest, ANonceThatNobodyAskedOrThatWasAnsweredIsNothing) {
+  EXPECT_FALSE(paths.on_answer(now, kDds, 77));
+  EXPECT_FALSE(paths.on_answer(now, kDds, 0));
+  EXPECT_FALSE(works(PathKind::kDds));
+  heard = {};
+  run_for(1ms);
+  ASSERT_EQ(asked.size(), 1U);
+  const Paths::Question question = asked[0].question;
+  (void)paths.on_answer(now, kDds, question.nonce);
+  EXPECT_TRUE(works(PathKind::kDds));
+  paths.begin_again(now);
+  (void)paths.on_answer(now, kDds, question.nonce);
+  EXPECT_FALSE(works(PathKind::kDds));
+  EXPECT_FALSE(works(PathKind::kUdp));
+}
+
+TEST_F(PathsTest, AKnownAddressMayBeAnsweredForAnyWay) {
+  heard = {};
+  run_for(1ms);
+  ASSERT_EQ(asked[0].question.to, kDds);
+  (void)paths.on_answer(now, kUdp, asked[0].question.nonce);
+  EXPECT_TRUE(works(PathKind::kDds));
+  EXPECT_EQ(paths.find(PathKind::kDds)->address, kDds);
+}
+
+TEST_F(PathsTest, AnAddressThatADatagramToldMustAnswerItself) {
+  const auto question = paths.on_source(now, kMoved, 5);
+  ASSERT_TRUE(question);
+  EXPECT_FALSE(paths.on_answer(now, kUdp, 5));
+  EXPECT_FALSE(paths.on_answer(now, kElsewhere, 5));
+  EXPECT_EQ(paths.address(), kUdp);
+  EXPECT_TRUE(paths.on_answer(now, kMoved, 5));
+  EXPECT_EQ(paths.address(), kMoved);
+  EXPECT_FALSE(paths.on_answer(now, kMoved, 5));
+}
+
+TEST_F(PathsTest, AStrangeAddressIsAskedTenTimesASecondAtMost) {
+  EXPECT_FALSE(paths.on_source(now, kUdp, 1)) << "known";
+  EXPECT_TRUE(paths.on_source(now, kMoved, 2));
+  EXPECT_FALSE(paths.on_source(now + 99ms, kMoved, 3));
+  EXPECT_TRUE(paths.on_source(now + 100ms, kMoved, 4));
+  begin({PathKind::kUdp});
+  EXPECT_FALSE(paths.on_source(now, kDds, 5)) << "not a way of this link";
+}
+
+TEST_F(PathsTest, ALateAnswerFromWhereItWasDoesNotMoveItBack) {
+  run_for(310ms - 2 * kRtt + 1ms);
+  heard = {};
+  ask();
+  run_for(20ms);
+  ASSERT_EQ(asked.back().question.to, kUdp);
+  const Paths::Question late = asked.back().question;
+  ASSERT_TRUE(paths.on_source(now, kMoved, 1000));
+  ASSERT_TRUE(paths.on_answer(now, kMoved, 1000));
+  EXPECT_FALSE(paths.on_answer(now, kUdp, late.nonce));
+  EXPECT_EQ(paths.address(), kMoved);
+}
+
+// --- where it is called
+
+TEST_F(PathsTest, TheFirstWayThatLeadsAnywhereIsCalledFirst) {
+  EXPECT_EQ(paths.to_call(true), std::vector{kUdp});
+  EXPECT_EQ(paths.to_call(false), (std::vector{kUdp, kDds}));
+  paths.set_targets(PathKind::kUdp, {});
+  EXPECT_EQ(paths.to_call(true), std::vector{kDds});
+  EXPECT_TRUE(paths.has_targets());
+  EXPECT_FALSE(paths.is_target(kUdp));
+  (void)paths.on_source(now, kMoved, 1);
+  EXPECT_EQ(paths.to_call(true), std::vector{kMoved}) << "from where it was heard, too";
+  paths.set_targets(PathKind::kDds, {});
+  EXPECT_FALSE(paths.has_targets());
+}
+
+TEST_F(PathsTest, WhoIsAskedAndHasNotAnsweredIsAStranger) {
+  EXPECT_FALSE(paths.is_strange(kUdp));
+  EXPECT_TRUE(paths.is_strange(kDds));
+  EXPECT_TRUE(paths.is_at(kUdp));
+  EXPECT_FALSE(paths.is_at(kDds));
+  run_for(1s);
+  EXPECT_FALSE(paths.is_strange(kDds));
+  EXPECT_TRUE(paths.is_at(kDds));
+}
+
+// --- configuration, counters
+
+TEST_F(PathsTest, WaysThatStayKeepWhatIsKnownOfThem) {
+  run_for(5s);
+  paths.count_in(PathKind::kDds, 100);
+  const std::vector turned{PathKind::kDds, PathKind::kUdp};
+  EXPECT_FALSE(paths.configure(now, turned, kKeepAlive));
+  EXPECT_EQ(paths.kind(), PathKind::kUdp);
+  EXPECT_TRUE(works(PathKind::kDds));
+  EXPECT_EQ(paths.find(PathKind::kDds)->counters.bytes_in, 100U);
+  run_for(1ms);
+  EXPECT_EQ(paths.kind(), PathKind::kDds) << "preferred now, and has worked for long";
+  EXPECT_EQ(changes, 1);
+}
+
+TEST_F(PathsTest, WhenTheUsedOneIsTakenAwayTheOtherIsUsed) {
+  run_for(5s);
+  const std::vector dds{PathKind::kDds};
+  EXPECT_TRUE(paths.configure(now, dds, kKeepAlive));
+  EXPECT_EQ(paths.address(), kDds);
+  EXPECT_EQ(paths.find(PathKind::kUdp), nullptr);
+  EXPECT_EQ(paths.since(), now);
+}
+
+TEST_F(PathsTest, EachWayIsCounted) {
+  paths.count_in(PathKind::kUdp, 10);
+  paths.count_in(PathKind::kUdp, 20);
+  paths.count_out(PathKind::kDds, 5);
+  for (const auto& [kind, in, out] :
+       {std::tuple(PathKind::kUdp, 2U, 0U), {PathKind::kDds, 0U, 1U}}) {
+    const PathCounters& counters = paths.find(kind)->counters;
+    EXPECT_EQ(counters.datagrams_in, in);
+    EXPECT_EQ(counters.bytes_in, 15 * in);
+    EXPECT_EQ(counters.datagrams_out, out);
+    EXPECT_EQ(counters.bytes_out, 5 * out);
+  }
+}
+
+}  // namespace
+}  // namespace tims::link

@@ -1,0 +1,190 @@
+// World, the part that is one host.
+#include <algorithm>
+#include <new>
+
+#include <sys/mman.h>
+
+#include "router/core/random.h"
+#include "tests/sim/world.h"
+#include "wire/header.h"
+
+namespace tims::sim {
+namespace {
+
+using core::next_random;
+
+link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
+  return {.epoch = epoch,
+          .role = setup.role,
+          .system = setup.system,
+          .id = setup.id,
+          .name = std::string_view(setup.name),
+          .widths = setup.widths,
+          .message_max = setup.message_max};
+}
+
+}  // namespace
+
+Memory::Memory(std::size_t size) {
+  void* pages = ::mmap(nullptr, size, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (pages == MAP_FAILED) throw std::bad_alloc();
+  bytes_ = {static_cast<std::byte*>(pages), size};
+}
+Memory::~Memory() { ::munmap(bytes_.data(), bytes_.size()); }
+
+// --- a node
+
+Node::Running::Running(Node& node, std::uint64_t epoch)
+    : blocks(node.setup_.block_bytes),
+      messages(node.setup_.message_bytes),
+      pool(blocks.bytes()),
+      memory(messages.bytes()),
+      router({.address = identity(node.setup_, epoch).address(),
+              .widths = node.setup_.widths,
+              .role = node.setup_.role,
+              .epoch = static_cast<std::uint32_t>(epoch),
+              .clients_max = 8192,
+              .mailboxes_per_client_max = 1U << 20},
+             {epoch, ~epoch}, node),
+      links(router, pool, memory,
+            {.self = identity(node.setup_, epoch),
+             .seed = next_random(node.random_),
+             .links_max = node.setup_.links_max}) {}
+
+Node::Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed)
+    : world_(world),
+      setup_(setup),
+      address_(address_of(index)),
+      dds_(dds_address_of(world.participants_++)),
+      random_(seed) {}
+
+void Node::start(Time now) {
+  now_ = now;
+  running_ = std::make_unique<Running>(*this, next_random(random_));
+  running_->links.configure(now, setup_.links);
+  for (const link::LinkSettings& settings : setup_.links) {
+    if (!settings.connects) continue;
+    const NetAddress target = world_.resolve(settings.to);
+    if (target) running_->links.set_target(now, settings.to, target);
+  }
+  end_turn(now);
+  if (!setup_.fleet.empty()) world_.announce(*this);
+}
+
+link::Announcement Node::announcement() const {
+  return {.fleet = std::string_view(setup_.fleet),
+          .who = running_->links.self(),
+          .dds = dds_,
+          .udp = {address_}};
+}
+
+void Node::kill() {
+  if (before_kill) before_kill(*this);
+  if (!setup_.fleet.empty()) world_.forget(*this);
+  // Its next life has another participant.
+  world_.addresses_.erase(dds_);
+  dds_ = dds_address_of(world_.participants_++);
+  world_.addresses_[dds_] = this;
+  for (std::size_t c = 0; c < core::kClasses; ++c) lost_[c] = lost(c);
+  running_.reset();
+}
+
+void Node::move_to(const NetAddress& address) {
+  world_.addresses_.erase(address_);
+  address_ = address;
+  world_.addresses_[address] = this;
+}
+
+std::uint64_t Node::lost(std::size_t message_class) const {
+  std::uint64_t sum = lost_[message_class];
+  if (!alive()) return sum;
+  const core::MessageCounters& counters = running_->router.messages();
+  for (const auto outcome :
+       {core::Outcome::kQueueFull, core::Outcome::kQueueReplaced, core::Outcome::kExpired,
+        core::Outcome::kLinkReset, core::Outcome::kNoRoute, core::Outcome::kWouldReturn,
+        core::Outcome::kClientGone, core::Outcome::kTooBig}) {
+    sum += counters.of(core::PortKind::kLink, message_class, outcome).messages;
+  }
+  return sum;
+}
+
+std::size_t Node::memory_in_use() const {
+  return running_->pool.used() * core::BlockPool::kBlockSize + running_->memory.used_bytes();
+}
+
+core::ClientId Node::add_client(Time now, const std::string& name) {
+  // One of ours: flags of original programs (TCP) mean nothing beyond their router.
+  return router().connect(now,
+                          {.port = core::PortKind::kWebSocket, .name = std::string_view(name)});
+}
+
+void Node::remove_client(Time now, core::ClientId client) {
+  router().disconnect(now, client, core::CloseReason::kPeerClosed);
+  end_turn(now);
+}
+
+bool Node::add_mailbox(Time now, core::ClientId client, Address address) {
+  const auto result = router().register_mailbox(now, client, address);
+  end_turn(now);
+  return result.status == core::Registration::Status::kOk;
+}
+
+core::Outcome Node::send(Time now, core::ClientId client, Header header,
+                         std::span<const std::byte> body) {
+  now_ = now;
+  running_->links.set_now(now);
+  std::vector<std::byte> bytes(kHeaderSize + body.size());
+  header.length = static_cast<std::uint32_t>(bytes.size());
+  wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
+  std::ranges::copy(body, bytes.begin() + kHeaderSize);
+  core::Message message{.header = header, .bytes = bytes};
+  const core::Outcome outcome = router().on_message(now, client, message);
+  end_turn(now);
+  return outcome;
+}
+
+core::Outcome Node::deliver(const core::Receiver& to, const core::Message& message) {
+  if (to.port == core::PortKind::kLink) return running_->links.deliver(to.token, message);
+  const auto body = message.body();
+  arrived(to.client, {now_, message.header, {body.begin(), body.end()}, message.hops});
+  return core::Outcome::kDelivered;
+}
+
+void Node::arrived(core::ClientId client, Arrival&& arrival) {
+  if (on_arrival) return on_arrival(*this, client, std::move(arrival));
+  running_->arrivals[client.value].push_back(std::move(arrival));
+}
+
+void Node::reply(const core::Receiver& to, const Header& header) {
+  if (to.port == core::PortKind::kLink) return running_->links.reply(to.token, header);
+  arrived(to.client, {now_, header, {}});
+}
+
+void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
+  now_ = now;
+  running_->links.on_datagram(now, from, bytes);
+  end_turn(now);
+}
+
+void Node::on_timeout(Time now) {
+  now_ = now;
+  running_->links.on_timeout(now);
+  end_turn(now);
+}
+
+Time Node::next_timeout() const { return running_ ? running_->links.next_timeout() : kNever; }
+
+void Node::end_turn(Time now) {
+  running_->links.set_wall(wall_.count());
+  do {
+    running_->links.flush(now, [this](const link::Train& train) {
+      world_.transmit(*this, train);
+      return true;
+    });
+  } while (running_->links.has_something_to_send());
+  running_->links.release();
+  world_.schedule(*this);
+}
+
+}  // namespace tims::sim
