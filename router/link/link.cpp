@@ -193,7 +193,7 @@ core::Outcome Link::send(Time now, const core::Message& message) {
 void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
   // A way that is not ours: whoever asks whether it works is told nothing.
-  if (paths_.find(from.kind) == nullptr) return;
+  if (!paths_.uses(from.kind)) return;
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
   if (!is_up() && their_token_ != 0) {

@@ -194,7 +194,7 @@ bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
 }
 
 bool Paths::on_gone(Time now, const NetAddress& where) {
-  Path* path = find(where.kind);
+  Path* path = mine(where.kind);
   if (path == nullptr || path->address != where || !path->works) return false;
   path->works = false;
   path->since = now;
