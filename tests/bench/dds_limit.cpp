@@ -31,6 +31,7 @@ namespace rtps = eprosima::fastrtps::rtps;
 using Octets = std::vector<std::byte>;
 
 constexpr std::size_t kEncapsulation = 4;
+constexpr std::size_t kLarge = 64 << 10;  // more than one UDP datagram
 constexpr Duration kPatience = std::chrono::seconds(10);
 
 class OctetsType final : public fast::TopicDataType {
@@ -64,14 +65,16 @@ class OctetsType final : public fast::TopicDataType {
   bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
+// Deep enough that the history is never full: acknowledgements come with the heartbeat, and a
+// write that is refused within the library's call cannot be tried again.
 template <typename Qos>
-void set_common(Qos& qos) {
-  constexpr int kDepth = 16;
+void set_common(const Plan& plan, Qos& qos) {
+  const int depth = plan.payload < kLarge ? 1024 : 32;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.history().kind = fast::KEEP_ALL_HISTORY_QOS;
-  qos.resource_limits().max_samples = kDepth;
-  qos.resource_limits().max_samples_per_instance = kDepth;
-  qos.resource_limits().allocated_samples = kDepth;
+  qos.resource_limits().max_samples = depth;
+  qos.resource_limits().max_samples_per_instance = depth;
+  qos.resource_limits().allocated_samples = 16;
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 
@@ -88,7 +91,7 @@ class End final : public fast::DataReaderListener {
     fast::TypeSupport(new OctetsType(plan.payload)).register_type(participant_);
     const bool pings = plan.sender();
     make_writer(plan, topic(pings ? "there" : "back"));
-    make_reader(topic(pings ? "back" : "there"));
+    make_reader(plan, topic(pings ? "back" : "there"));
   }
   ~End() override {
     writer_->wait_for_acknowledgments({1, 0});
@@ -117,18 +120,17 @@ class End final : public fast::DataReaderListener {
     return participant_->create_topic(name, "octets", fast::TOPIC_QOS_DEFAULT);
   }
   void make_writer(const Plan& plan, fast::Topic* topic) {
-    constexpr std::size_t kOneDatagram = 64 << 10;
     fast::DataWriterQos qos;
-    set_common(qos);
+    set_common(plan, qos);
     qos.reliable_writer_qos().times.heartbeatPeriod = {0, 2'000'000};
     qos.reliable_writer_qos().times.nackResponseDelay = {0, 0};
-    if (plan.payload >= kOneDatagram) qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+    if (plan.payload >= kLarge) qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ =
         participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, qos);
   }
-  void make_reader(fast::Topic* topic) {
+  void make_reader(const Plan& plan, fast::Topic* topic) {
     fast::DataReaderQos qos;
-    set_common(qos);
+    set_common(plan, qos);
     qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 0};
     reader_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)
                   ->create_datareader(topic, qos, this, fast::StatusMask::data_available());

@@ -86,8 +86,8 @@ class DdsEngine {
   // made anew (one that exists does not survive a change of addresses), with a new address().
   // Routers stay known unless they are not heard of again; what waits for them stays waiting.
   void restart(const link::Announcement& self);
-  // The others hear that this router is gone. Waits, but not for long: a library that does not end
-  // is left behind.
+  // What waits is sent, as far as it goes in 200 ms; the others hear that this router is gone. A
+  // library that does not end is left behind after some seconds.
   void stop();
 
   [[nodiscard]] State state() const;

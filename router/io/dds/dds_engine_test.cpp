@@ -165,6 +165,17 @@ TEST_F(DdsEngineTest, WhoWentDuringARestartIsGone) {
   EXPECT_FALSE(a.send(address, Bytes(10), 10));
 }
 
+TEST_F(DdsEngineTest, LastWordsArrive) {
+  Host a(loop_, "a");
+  Host b(loop_, "b");
+  meet(a, b);
+  for (std::uint32_t i = 0; i < 500; ++i) ASSERT_TRUE(a.send(b.address(), numbered(i, 1200), 1200));
+  a.engine.connect(b.address());
+  ASSERT_TRUE(until([&] { return a.engine.counters().samples_out > 0; }, "they have met"));
+  a.engine.stop();
+  EXPECT_TRUE(until([&] { return b.arrivals.size() == 500; }, "all have arrived"));
+}
+
 // --- Starting and stopping
 
 std::size_t count_of(const char* folder, const std::string& with) {

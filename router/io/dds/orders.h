@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 #include "router/io/dds/send_queue.h"
@@ -35,8 +34,8 @@ struct DdsWritten {
 class DdsOrders {
  public:
   struct Wanted {
-    std::uint64_t life = 0;                    // another number: another participant
-    std::optional<link::Announcement> self{};  // nothing: no participant
+    std::uint64_t life = 0;  // another number: another participant
+    link::Announcement self{};
     std::vector<std::shared_ptr<DdsPeer>> peers{};
     bool end = false;
   };

@@ -104,7 +104,7 @@ DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticip
       orders_(std::move(orders)),
       discovery_(std::make_unique<Discovery>(settings.fleet, wanted.life, news)),
       arrival_(std::make_unique<Arrival>(std::move(news))) {
-  announce(qos, *wanted.self);
+  announce(qos, wanted.self);
   participant_ = require(fast::DomainParticipantFactory::get_instance()->create_participant(
                              settings.domain, qos, discovery_.get(), fast::StatusMask::none()),
                          "participant");
@@ -188,6 +188,10 @@ DdsParticipant::Writer::~Writer() {
   publisher_->delete_datawriter(writer_);
   participant_.delete_publisher(publisher_);
   match_->forget();
+}
+
+void DdsParticipant::Writer::wait_until_arrived(Duration limit) {
+  if (limit > Duration::zero()) writer_->wait_for_acknowledgments(dds_duration(limit));
 }
 
 // The history is full until the reader has acknowledged: the library says "timeout" or "out of

@@ -61,6 +61,7 @@ class DdsParticipant::Writer {
   ~Writer();
 
   Written write(const SendQueue::Front& front);
+  void wait_until_arrived(Duration limit);
 
  private:
   class Match;

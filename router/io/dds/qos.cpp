@@ -30,10 +30,6 @@ constexpr Duration kHeartbeat = 5ms;
 // Between two times that the same is sent again: to a reader without room, that is all the time.
 constexpr Duration kResendPause = 20ms;
 
-eprosima::fastrtps::Duration_t duration(Duration of) {
-  return {static_cast<std::int32_t>(of / 1s), static_cast<std::uint32_t>((of % 1s).count())};
-}
-
 Error invalid(const std::string& text) { return {Errc::kInvalidArgument, "dds: " + text}; }
 
 struct Place {
@@ -127,7 +123,7 @@ Result<void> set_server(fast::DomainParticipantQos& qos, const DdsSettings& sett
   if (place->port == 0) place->port = kServerPort;
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
-  discovery.discoveryServer_client_syncperiod = duration(250ms);
+  discovery.discoveryServer_client_syncperiod = dds_duration(250ms);
   rtps::RemoteServerAttributes server;
   rtps::get_server_client_default_guidPrefix(0, server.guidPrefix);
   server.metatrafficUnicastLocatorList.push_back(locator(*place));
@@ -136,6 +132,10 @@ Result<void> set_server(fast::DomainParticipantQos& qos, const DdsSettings& sett
 }
 
 }  // namespace
+
+eprosima::fastrtps::Duration_t dds_duration(Duration of) {
+  return {static_cast<std::int32_t>(of / 1s), static_cast<std::uint32_t>((of % 1s).count())};
+}
 
 Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) {
   if (settings.domain > kDomainMax)
@@ -158,8 +158,8 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   if (discovery.leaseDuration ==
       fast::DomainParticipantQos().wire_protocol().builtin.discovery_config.leaseDuration) {
-    discovery.leaseDuration = duration(settings.lease);
-    discovery.leaseDuration_announcementperiod = duration(settings.lease / 3);
+    discovery.leaseDuration = dds_duration(settings.lease);
+    discovery.leaseDuration_announcementperiod = dds_duration(settings.lease / 3);
   }
   return qos;
 }
@@ -190,9 +190,9 @@ void complete(fast::DataWriterQos& qos, bool is_profile) {
   qos.reliability().max_blocking_time = {0, 0};
   if (is_profile) return;
   auto& times = qos.reliable_writer_qos().times;
-  times.heartbeatPeriod = duration(kHeartbeat);
-  times.nackResponseDelay = duration(0ms);
-  times.nackSupressionDuration = duration(kResendPause);
+  times.heartbeatPeriod = dds_duration(kHeartbeat);
+  times.nackResponseDelay = dds_duration(0ms);
+  times.nackSupressionDuration = dds_duration(kResendPause);
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
 }
 
@@ -202,7 +202,7 @@ void complete(fast::DataReaderQos& qos, bool is_profile) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_MEMORY_MODE;
   if (is_profile) return;
   auto& times = qos.reliable_reader_qos().times;
-  times.heartbeatResponseDelay = duration(0ms);
+  times.heartbeatResponseDelay = dds_duration(0ms);
 }
 
 }  // namespace tims::io

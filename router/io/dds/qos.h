@@ -15,6 +15,8 @@ namespace tims::io {
 
 inline constexpr const char* kDdsProfile = "tims";
 
+eprosima::fastrtps::Duration_t dds_duration(Duration of);
+
 // The participant without what it says of itself. Refused when the settings cannot work; reads the
 // profiles.
 Result<eprosima::fastdds::dds::DomainParticipantQos> participant_qos(const DdsSettings& settings);

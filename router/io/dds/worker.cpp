@@ -12,7 +12,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
+constexpr Duration kReaderLimit = 2s;     // for the receiver to appear
+constexpr Duration kFinishLimit = 200ms;  // for the last words
 constexpr Duration kPatienceMin = 100us;
 constexpr Duration kPatienceMax = 2ms;
 
@@ -29,23 +30,43 @@ void DdsWorker::run() {
   send_library_log_to(news_);
   DdsOrders::Wanted wanted;
   Time look_again = kNever;
-  while (!wanted.end) {
+  for (;;) {
     const bool changed = orders_->wait(look_again, wanted);
+    if (wanted.end) break;
     // Exceptions are the library's. What it has begun stays until another life is wanted.
-    try {
+    look_again = guarded([&] {
       if (changed) obey(wanted);
-      look_again = serve(os::now());
-    } catch (const std::exception& e) {
-      fail(e.what());
-      look_again = kNever;
-    }
+      return serve(os::now());
+    });
+  }
+  guarded([&] { return finish(wanted); });
+  routes_.clear();
+  participant_.reset();
+}
+
+template <typename Work>
+Time DdsWorker::guarded(Work work) {
+  try {
+    return work();
+  } catch (const std::exception& e) {
+    news_->has_failed({life_, e.what()});
+    return kNever;
   }
 }
 
-void DdsWorker::fail(const std::string& text) { news_->has_failed({life_, text}); }
+// What waits is written, and has arrived, unless that takes too long.
+Time DdsWorker::finish(DdsOrders::Wanted& wanted) {
+  const Time limit = os::now() + kFinishLimit;
+  for (Time next = serve(os::now()); next < limit; next = serve(os::now()))
+    orders_->wait(next, wanted);
+  for (auto& [address, route] : routes_) {
+    if (route.writer) route.writer->wait_until_arrived(limit - os::now());
+  }
+  return kNever;
+}
 
 void DdsWorker::obey(const DdsOrders::Wanted& wanted) {
-  if (wanted.life != life_ || wanted.end) live(wanted);
+  if (wanted.life != life_) live(wanted);
   keep_routes(wanted);
 }
 
@@ -53,7 +74,6 @@ void DdsWorker::live(const DdsOrders::Wanted& wanted) {
   for (auto& [address, route] : routes_) route.writer.reset();
   participant_.reset();
   life_ = wanted.life;
-  if (!wanted.self || wanted.end) return;
   participant_ = std::make_unique<DdsParticipant>(settings_, qos_, wanted, news_, orders_);
   news_->is_up({life_, participant_->address(), participant_->reader()});
 }

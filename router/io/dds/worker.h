@@ -25,6 +25,9 @@ class DdsWorker {
     Duration patience{};                               // until then
   };
 
+  template <typename Work>
+  Time guarded(Work work);
+  Time finish(DdsOrders::Wanted& wanted);
   void obey(const DdsOrders::Wanted& wanted);
   void live(const DdsOrders::Wanted& wanted);
   void keep_routes(const DdsOrders::Wanted& wanted);
@@ -32,7 +35,6 @@ class DdsWorker {
   Time serve(Time now);
   Time serve(Time now, Route& route);
   Time wait_for_reader(Time now, Route& route);
-  void fail(const std::string& text);
 
   const DdsSettings settings_;
   const eprosima::fastdds::dds::DomainParticipantQos qos_;
