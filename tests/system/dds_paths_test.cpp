@@ -179,6 +179,28 @@ TEST_F(DdsPaths, DdsAlone) {
   traffic.expect_all();
 }
 
+TEST_F(DdsPaths, LargeMessagesGoByDds) {
+  start("dds");
+  Session client_session = base_->session("client");
+  Session server_session = robot_->session("server");
+  const auto open = [](Session& session, Address address) {
+    auto opened = session.open({.address = address, .slots = 2, .body_max = 4U << 20});
+    EXPECT_TRUE(opened.ok()) << opened.error().message();
+    return std::move(*opened);
+  };
+  Mailbox client = open(client_session, kClient);
+  Mailbox server = open(server_session, kServer);
+  EXPECT_TRUE(eventually([&] { return base_->knows(kServer); }, "the base knows the server"));
+  for (const std::size_t size : {0U, 1U, 1024U, 65536U, 1U << 20, 4U << 20}) {
+    std::vector<std::byte> body(size);
+    for (std::size_t i = 0; i < size; ++i) body[i] = static_cast<std::byte>(i * 31 % 251);
+    ASSERT_TRUE(client.send({.dest = kServer, .type = 21}, body).ok()) << size;
+    const auto message = server.peek_for(kPatience);
+    ASSERT_TRUE(message.ok()) << size << " " << message.error().message();
+    EXPECT_TRUE(std::ranges::equal(message->body(), body)) << size;
+  }
+}
+
 TEST_F(DdsPaths, ARobotThatIsKilledAndStartedAgain) {
   start("dds");
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
@@ -198,8 +220,8 @@ TEST_F(DdsPaths, ARobotThatGetsAnotherAddress) {
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
   networks_->on_the_right([] {
     const auto done = TwoNetworks::run(
-        "ip address add 10.78.0.9/24 dev cable\n"
-        "ip address del 10.78.0.2/24 dev cable");
+        "ip address del 10.78.0.2/24 dev cable\n"
+        "ip address add 10.78.0.9/24 dev cable");
     EXPECT_TRUE(done.ok()) << done.error().message();
   });
   EXPECT_TRUE(eventually(
