@@ -30,10 +30,11 @@ bool Fleet::is_double(const Identity& who) const {
   return who.epoch != self_.epoch && who.system == self_.system && who.id == self_.id;
 }
 
-std::vector<const Announcement*> Fleet::candidates(const Link& link) const {
+std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone) const {
   std::vector<const Announcement*> all;
-  const bool above = link.settings().kind == LinkKind::kSuper && link.settings().connects;
   const Path* udp = link.paths().find(PathKind::kUdp);
+  const bool above = link.settings().kind == LinkKind::kSuper && link.settings().connects &&
+                     (link.settings().is_automatic() || (alone && udp == nullptr));
   const auto is_called = [&](const Announcement& a) {
     return !link.settings().is_automatic() && udp != nullptr &&
            std::ranges::any_of(a.udp, [&](const NetAddress& to) { return udp->is_target(to); });

@@ -19,9 +19,10 @@ class Fleet {
   void remove(const NetAddress& dds);
 
   // Who may be at the other end of a link, the likeliest first: the router it is linked with, and
-  // nobody else while that is up; who has the address that the link is to connect to; for a super
-  // link, who has the role above ours, and of a subsystem's super routers those of our system.
-  [[nodiscard]] std::vector<const Announcement*> candidates(const Link& link) const;
+  // nobody else while that is up; who has the address that the link is to connect to. For a super
+  // link that says "auto", or has no use for an address and is `alone`, who has the role above
+  // ours; of a subsystem's super routers those of our system.
+  [[nodiscard]] std::vector<const Announcement*> candidates(const Link& link, bool alone) const;
   // What a super link looks for, in words: "a system router of system 3".
   [[nodiscard]] std::string looked_for() const;
   // Is this another router with our system and id?

@@ -27,6 +27,7 @@ Announcement announced(const Identity& who) {
           .udp = {udp(number)}};
 }
 
+const std::vector kBoth{PathKind::kUdp, PathKind::kDds};
 const Identity kBase = who(Role::kTop, 0, 1, 10);
 const Identity kOne = who(Role::kSystem, 1, 1, 11);
 const Identity kOther = who(Role::kSystem, 1, 3, 13);
@@ -47,8 +48,7 @@ struct NoSink final : core::Sink {
 // A router with one link, and its fleet.
 class FleetTest : public testing::Test {
  protected:
-  void be(const Identity& self, LinkSettings settings) {
-    settings.paths = {PathKind::kUdp, PathKind::kDds};
+  void be(const Identity& self, const LinkSettings& settings) {
     fleet = std::make_unique<Fleet>(self);
     router = std::make_unique<core::Router>(
         core::RouterSettings{.address = self.address(), .role = self.role, .clients_max = 8},
@@ -56,13 +56,13 @@ class FleetTest : public testing::Test {
     link = std::make_unique<Link>(*router, pool, memory, done, around, 0, settings);
     around.who = self;
   }
-  void be(const Identity& self) { be(self, {.to = std::string(kAutomatic)}); }
+  void be(const Identity& self) { be(self, {.to = std::string(kAutomatic), .paths = kBoth}); }
   void hear(std::initializer_list<Identity> all) {
     for (const Identity& one : all) EXPECT_TRUE(fleet->add(announced(one)));
   }
-  std::vector<std::uint64_t> candidates() {
+  std::vector<std::uint64_t> candidates(bool alone = true) {
     std::vector<std::uint64_t> epochs;
-    for (const Announcement* a : fleet->candidates(*link)) epochs.push_back(a->who.epoch);
+    for (const Announcement* a : fleet->candidates(*link, alone)) epochs.push_back(a->who.epoch);
     return epochs;
   }
   void come_up(const Identity& peer) {
@@ -143,20 +143,27 @@ TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
 }
 
 TEST_F(FleetTest, AnAddressMeansWhoAnnouncesIt) {
-  be(kHost, {.to = udp(13).to_string()});
+  be(kHost, {.to = udp(13).to_string(), .paths = kBoth});
   hear({kOne, kOther});
   const NetAddress target = udp(13);
   link->set_targets(now, PathKind::kUdp, {&target, 1});
-  EXPECT_EQ(candidates(), (Epochs{13, 11}));
-  be(kOne, {.kind = LinkKind::kPeer, .to = udp(12).to_string()});
+  EXPECT_EQ(candidates(), Epochs{13});
+  be(kOne, {.kind = LinkKind::kPeer, .to = udp(12).to_string(), .paths = kBoth});
   hear({kBase, kTwo});
   const NetAddress peer = udp(12);
   link->set_targets(now, PathKind::kUdp, {&peer, 1});
   EXPECT_EQ(candidates(), Epochs{12}) << "a peer has its address only";
 }
 
+TEST_F(FleetTest, WithoutUdpAnAddressMeansNothingAndTheRoleAllToAnOnlyLink) {
+  be(kOne, {.to = udp(10).to_string(), .paths = {PathKind::kDds}});
+  hear({kBase});
+  EXPECT_EQ(candidates(), Epochs{10});
+  EXPECT_TRUE(candidates(false).empty()) << "another link may mean it";
+}
+
 TEST_F(FleetTest, WhoAcceptsLooksForNobodyButWhomItHasAccepted) {
-  be(kOne, {.kind = LinkKind::kSub, .connects = false});
+  be(kOne, {.kind = LinkKind::kSub, .connects = false, .paths = kBoth});
   hear({kBase, kHost});
   EXPECT_TRUE(candidates().empty());
   link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .who = kHost}, 6);

@@ -121,6 +121,9 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] std::uint64_t their_token() const { return their_token_; }
   [[nodiscard]] core::ClientId client() const { return client_; }
   [[nodiscard]] const Identity& peer() const { return peer_; }
+  [[nodiscard]] bool is_to(const Identity& who) const {
+    return peer_.epoch != 0 && peer_.system == who.system && peer_.id == who.id;
+  }
   [[nodiscard]] const NetAddress& address() const { return paths_.address(); }
   [[nodiscard]] const Paths& paths() const { return paths_; }
   [[nodiscard]] Time since() const { return since_; }  // in this state

@@ -44,6 +44,10 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     return this->refuse(from, hello, refuse);
   }
   const LinkSettings* settings = accepting(from, hello, refuse);
+  // Over DDS, whom a link calls is known by its announcement, which may come after its HELLO.
+  const bool may_be_called =
+      refuse.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
+  if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
   if (settings == nullptr) {
     note_refused(now, from, hello, refuse);
     return this->refuse(from, hello, refuse);
@@ -126,9 +130,10 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
       continue;
     }
     if (s.connects) {
-      // Both sides connect: whoever comes first from where we call.
+      // Both sides connect: whoever comes first from where we call, or whom we were linked with.
       const auto same = std::ranges::find_if(links_, [&](const auto& link) {
-        return link && link->settings().to == s.to && link->paths().is_target(from);
+        return link && link->settings().to == s.to &&
+               (link->paths().is_target(from) || link->is_to(who));
       });
       if (same != links_.end()) return &s;
       continue;
@@ -236,9 +241,7 @@ void Links::confirm(Time now, const NetAddress& from, const Data& data, std::uin
 
 Link* Links::link_to(const Identity& who) {
   for (const auto& link : links_) {
-    if (link && link->peer().epoch != 0 && link->peer().system == who.system &&
-        link->peer().id == who.id)
-      return link.get();
+    if (link && link->is_to(who)) return link.get();
   }
   return nullptr;
 }

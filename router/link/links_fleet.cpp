@@ -45,7 +45,7 @@ void Links::look_anew(Time now, Link& link) {
 // Tells a link where the router it means has announced to be.
 void Links::look_for(Time now, Link& link) {
   touch(link);
-  const std::vector<const Announcement*> candidates = fleet_.candidates(link);
+  const std::vector<const Announcement*> candidates = fleet_.candidates(link, supers_.size() < 2);
   const bool automatic = link.settings().is_automatic();
   if (candidates.empty()) {
     link.set_targets(now, PathKind::kDds, {});

@@ -140,7 +140,9 @@ bool Paths::choose(Time now) {
     if (!path.works) continue;
     if (i == used_) return false;
     const bool better = i < used_;
-    if (better && used().works && now < path.since + path.probation) continue;
+    // Taken back with an answer: not while the next one may already be overdue.
+    const bool proven = now >= path.since + path.probation && now == path.answered;
+    if (better && used().works && !proven) continue;
     const std::string left(name(kind()));
     use(now, i,
         used().works
@@ -234,7 +236,6 @@ Time Paths::next_timeout(Duration rtt) const {
   Time next = kNever;
   for (const Path& path : paths_) {
     next = std::min({next, next_question(path, rtt), dead_at(path, rtt)});
-    if (path.works && &path < &used()) next = std::min(next, path.since + path.probation);
   }
   return next;
 }

@@ -129,6 +129,18 @@ TEST_F(Fleet, ASuperRouterThatDiesAndComesBackIsFoundAgain) {
   EXPECT_TRUE(becomes(one, "base"));
 }
 
+TEST_F(Fleet, OneThatIsStartedAnewElsewhereIsFoundWhileItsFormerLifeIsStillHeardOf) {
+  Node& ship = base();
+  Node& one = robot(1);
+  EXPECT_TRUE(becomes(one, "base"));
+  ship.kill();
+  ship.move_to(address_of(60));
+  ship.start(world.now());
+  EXPECT_TRUE(becomes(one, "", 1s));
+  EXPECT_TRUE(becomes(one, "base", 500ms));
+  EXPECT_EQ(one.links().uplink()->address(), address_of(60));
+}
+
 TEST_F(Fleet, FiftyComeUpTogether) {
   Node& ship = base();
   for (std::uint8_t system = 1; system < 50; ++system) robot(system);

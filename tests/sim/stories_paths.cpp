@@ -20,20 +20,24 @@ class Paths : public testing::Test {
  protected:
   explicit Paths(std::uint64_t seed = 1) : world(seed) {}
 
+  static constexpr Duration kUdpDelay = 1ms;
+  static constexpr Duration kDdsDelay = 5ms;
+
   void start(const std::vector<PathKind>& paths = {PathKind::kUdp, PathKind::kDds}) {
-    link::LinkSettings above = super_link(address_of(0));
-    above.paths = paths;
-    start(paths, above);
+    start(paths, paths, kKeepAlive);
   }
-  void start(const std::vector<PathKind>& paths, const link::LinkSettings& above) {
+  void start(const std::vector<PathKind>& robots, const std::vector<PathKind>& bases,
+             Duration keep_alive) {
     link::LinkSettings below = sub_link();
-    below.paths = paths;
+    link::LinkSettings above = super_link(address_of(0));
+    below.paths = bases;
+    above.paths = robots;
+    below.keep_alive = above.keep_alive = keep_alive;
     base = &world.add(
         {.name = "base", .role = core::Role::kTop, .links = {below}, .fleet = "harbour"});
     robot = &world.add({.name = "robot", .system = 1, .links = {above}, .fleet = "harbour"});
-    world.set_faults({.delay = 1ms});
-    for (const std::string from : {"base", "robot"})
-      world.set_faults(from, from == "base" ? "robot" : "base", {.delay = 5ms}, PathKind::kDds);
+    world.set_faults({.delay = kUdpDelay});
+    set_dds({.delay = kDdsDelay});
     base->start(world.now());
     robot->start(world.now());
     gui = client(*base, kGui);
@@ -46,6 +50,21 @@ class Paths : public testing::Test {
     EXPECT_TRUE(node.add_mailbox(world.now(), id, address));
     return id;
   }
+  void set_dds(const Faults& faults) {
+    world.set_faults("base", "robot", faults, PathKind::kDds);
+    world.set_faults("robot", "base", faults, PathKind::kDds);
+  }
+  // From the robot's ladar to the base's GUI.
+  void report(std::size_t size, std::uint8_t priority, std::uint8_t flags = 0) {
+    robot->send(world.now(), ladar,
+                {.flags = flags,
+                 .type = flags == 0 ? std::int8_t{3} : type::kData,
+                 .priority = priority,
+                 .dest = kGui,
+                 .src = kLadar},
+                std::vector<std::byte>(size));
+  }
+  [[nodiscard]] const std::vector<Arrival>& reports() { return base->arrivals(gui); }
   void cut(PathKind kind, bool blackout = true) { world.cut("base", "robot", blackout, kind); }
   PathKind used(Node& node) {
     return link_of(node, &node == base ? "robot" : "base").paths().kind();
@@ -147,6 +166,152 @@ TEST_F(Paths, AFilterInOneDirectionSendsThatDirectionTheOtherWay) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
+TEST_F(Paths, AFilterOfWhatTheBaseSendsLeavesTheRobotsDirectionAlone) {
+  start();
+  world.cut_one_way("base", "robot", true, PathKind::kUdp);
+  talk(10s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, OneWayEachInOppositeDirectionsIsEnough) {
+  start();
+  world.cut_one_way("base", "robot", true, PathKind::kUdp);
+  talk(3s);
+  world.cut_one_way("robot", "base", true, PathKind::kDds);
+  talk(10s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, AWayThatComesAndGoesIsNoNews) {
+  start();
+  for (const Duration half : {500ms, 800ms, 4000ms}) {
+    const std::size_t before = count(*base, core::EventKind::kLinkPath);
+    const Time end = world.now() + 5min;
+    while (world.now() < end) {
+      cut(PathKind::kUdp);
+      talk(half, 50ms);
+      cut(PathKind::kUdp, false);
+      talk(half, 50ms);
+    }
+    EXPECT_LE(count(*base, core::EventKind::kLinkPath), before + 16);
+    talk(70s, 50ms);
+    EXPECT_EQ(used(*base), PathKind::kUdp);
+    ASSERT_NO_FATAL_FAILURE(expect_all());
+  }
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, ALargeMessageInManyPiecesSurvivesAFailOver) {
+  start();
+  const Faults slow{.delay = kUdpDelay, .rate = 2'000'000};
+  world.set_faults("robot", "base", slow);
+  for (int i = 0; i < 3; ++i) report(1U << 20, 100);
+  world.run_for(700ms);  // in the midst of the second
+  ASSERT_EQ(reports().size(), 1U);
+  cut(PathKind::kUdp);
+  EXPECT_TRUE(world.run_until([&] { return reports().size() == 3; }, 3s));
+  for (const Arrival& one : reports()) EXPECT_EQ(one.body.size(), 1U << 20);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+}
+
+TEST_F(Paths, WhatIsUrgentOvertakesWhatWaitsForTheFailOver) {
+  start();
+  cut(PathKind::kUdp);
+  world.run_for(20ms);
+  for (int i = 0; i < 8; ++i) report(1U << 20, 10);
+  world.run_for(100ms);
+  report(0, 255);
+  EXPECT_TRUE(world.run_until([&] { return !reports().empty(); }, 3 * kKeepAlive));
+  EXPECT_EQ(reports().front().header.priority, 255);
+}
+
+TEST_F(Paths, SamplesGoOnAndNeverBackwards) {
+  start();
+  for (int i = 0; i < 300; ++i) {
+    if (i == 100) cut(PathKind::kUdp);
+    report(static_cast<std::size_t>(i), 100, flag::kStream);
+    world.run_for(20ms);
+  }
+  world.run_for(1s);
+  EXPECT_GE(reports().size(), 260U) << "those of 700 ms are lost, at most";
+  for (std::size_t i = 1; i < reports().size(); ++i)
+    EXPECT_GT(reports()[i].body.size(), reports()[i - 1].body.size());
+  EXPECT_EQ(reports().back().body.size(), 299U);
+}
+
+TEST_F(Paths, ALongWayRoundIsAWay) {
+  start();
+  set_dds({.delay = 100ms});
+  world.run_for(3s);
+  cut(PathKind::kUdp);
+  talk(20s);
+  cut(PathKind::kUdp, false);
+  talk(10s);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+  EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 2U);
+}
+
+TEST_F(Paths, ShortKeepAlivesFindADeadWaySoon) {
+  start({PathKind::kUdp, PathKind::kDds}, {PathKind::kUdp, PathKind::kDds}, 50ms);
+  talk(1s);
+  cut(PathKind::kUdp);
+  talk(150ms);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+  expect_all();
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, LongKeepAlivesTakeTheirTime) {
+  start({PathKind::kUdp, PathKind::kDds}, {PathKind::kUdp, PathKind::kDds}, 10s);
+  world.run_for(1min);
+  cut(PathKind::kUdp);
+  world.run_for(31s);
+  EXPECT_EQ(used(*base), PathKind::kDds);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
+}
+
+TEST_F(Paths, AWayThatOnlyOneSideHasIsNone) {
+  start({PathKind::kUdp, PathKind::kDds}, {PathKind::kUdp}, kKeepAlive);
+  EXPECT_FALSE(link_of(*robot, "base").paths().find(PathKind::kDds)->works);
+  cut(PathKind::kUdp);
+  world.run_for(5s);
+  EXPECT_EQ(used(*robot), PathKind::kUdp);
+  EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 1U);
+  EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 1U);
+  std::string refusal(link_of(*robot, "base").refusal().view());
+  EXPECT_NE(refusal.find("takes no link over dds"), std::string::npos) << refusal;
+  cut(PathKind::kUdp, false);
+  EXPECT_TRUE(world.run_until([&] { return Story::knows(*base, kLadar); }, 4s));
+  talk(1s);
+  expect_all();
+}
+
+// Its answer is RESET: the token means nothing to it.
+TEST_F(Paths, WhoeverHasTheirOldAddressDoesNotEndTheLink) {
+  start();
+  talk(1s);
+  const NetAddress old = base->address();
+  world.move(*base, address_of(77), 1h);  // nobody tells the robot
+  cut(PathKind::kUdp);                    // nor does it get there
+  talk(2s);
+  Node& stranger = world.add({.name = "stranger", .system = 9});
+  stranger.move_to(old);
+  stranger.start(world.now());
+  talk(10s);
+  EXPECT_EQ(used(*robot), PathKind::kDds);
+  expect_all();
+  EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 0U);
+}
+
 TEST_F(Paths, WhenBothAreDeadTheLinkIs) {
   start();
   talk(1s);
@@ -185,16 +350,6 @@ TEST_F(Paths, WithoutUdpALinkComesUpOverDds) {
   expect_all();
 }
 
-TEST_F(Paths, WhatOneSideDoesNotWantIsNotUsed) {
-  link::LinkSettings above = super_link(address_of(0));
-  above.paths = {PathKind::kDds};
-  start({PathKind::kUdp, PathKind::kDds}, above);
-  talk(6s);
-  EXPECT_EQ(used(*base), PathKind::kDds);
-  EXPECT_EQ(used(*robot), PathKind::kDds);
-  expect_all();
-}
-
 // Cut at random, one way and the other, in one direction or both: nothing reliable is lost.
 TEST_F(Paths, AThousandRandomCutsLoseNothing) {
   start();
@@ -217,9 +372,7 @@ TEST_F(Paths, AThousandRandomCutsLoseNothing) {
 
 TEST_F(Paths, ASlowWayWithLossesIsStillOne) {
   start();
-  for (const std::string from : {"base", "robot"})
-    world.set_faults(from, from == "base" ? "robot" : "base",
-                     {.loss = 0.1, .delay = 80ms, .jitter = 20ms}, PathKind::kDds);
+  set_dds({.loss = 0.1, .delay = 80ms, .jitter = 20ms});
   cut(PathKind::kUdp);
   talk(20s);
   expect_all();

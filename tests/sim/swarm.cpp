@@ -7,6 +7,7 @@
 namespace tims::sim {
 
 using namespace std::chrono_literals;
+using link::PathKind;
 
 namespace {
 
@@ -44,7 +45,8 @@ std::vector<std::string> Swarm::run() {
   try {
     build();
     world_.run_for(1s + within(1500ms));
-    const Duration span = 500ms + within(plan_.troubles.partitions ? 6s : 2s);
+    const Duration span =
+        500ms + within(plan_.troubles.partitions || plan_.troubles.half_cuts ? 6s : 2s);
     plan_trouble(span);
     plan_traffic(span, 30 + world_.random(120));
     world_.run_for(span);
@@ -122,6 +124,7 @@ void Swarm::plan_trouble(Duration span) {
   if (t.partitions)
     for (std::uint64_t n = 1 + world_.random(3); n > 0; --n)
       plan_partition(now() + within(span), span);
+  if (t.half_cuts) plan_half_cuts(span);
   if (t.moves)
     for (std::uint64_t n = 1 + world_.random(2); n > 0; --n) plan_move(now() + within(span));
   if (t.churn)
@@ -136,11 +139,16 @@ void Swarm::plan_faults(Time when) {
     if (healed_) return;
     for (const PlannedNode& from : plan_.nodes) {
       for (const PlannedNode& to : plan_.nodes) {
-        if (&from != &to)
-          world_.set_faults(from.setup.name, to.setup.name, make_faults(world_, plan_.troubles));
+        if (&from != &to) set_faults(from.setup.name, to.setup.name);
       }
     }
   });
+}
+
+void Swarm::set_faults(const std::string& from, const std::string& to) {
+  world_.set_faults(from, to, make_faults(world_, plan_.troubles));
+  if (plan_.troubles.dds)
+    world_.set_faults(from, to, make_dds_faults(world_, plan_.troubles), PathKind::kDds);
 }
 
 void Swarm::plan_crash(Time when) {
@@ -164,17 +172,38 @@ void Swarm::plan_partition(Time when, Duration span) {
   const std::size_t b = planned.supers.empty() ? planned.peers.front() : planned.supers.front();
   const bool one_way = world_.random(4) == 0;
   const Duration length = 100ms + (world_.random(3) == 0 ? within(20s) : within(span));
-  world_.at(when, [this, a, b, one_way, length] {
-    if (healed_) return;
-    const std::string& from = node(a).setup().name;
-    const std::string& to = node(b).setup().name;
-    tell(from + (one_way ? " -> " : " <-> ") + to + " cut");
-    one_way ? world_.cut_one_way(from, to) : world_.cut(from, to);
-    world_.at(now() + length, [this, from, to] {
-      tell(from + " <-> " + to + " joined");
-      world_.cut(from, to, false);
-    });
+  const std::uint64_t dice = plan_.troubles.dds ? world_.random(3) : 0;
+  world_.at(when, [this, a, b, one_way, length, dice] {
+    if (dice != 2) cut(a, b, PathKind::kUdp, one_way, length);
+    if (dice != 0) cut(a, b, PathKind::kDds, one_way, length);
   });
+}
+
+void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Duration length) {
+  if (healed_) return;
+  const std::string from = node(a).setup().name;
+  const std::string to = node(b).setup().name;
+  const std::string over = " over " + std::string(link::name(kind));
+  tell(from + (one_way ? " -> " : " <-> ") + to + over + " cut");
+  one_way ? world_.cut_one_way(from, to, true, kind) : world_.cut(from, to, true, kind);
+  world_.at(now() + length, [this, from, to, over, kind] {
+    tell(from + " <-> " + to + over + " joined");
+    world_.cut(from, to, false, kind);
+  });
+}
+
+// One after the other of a link's ways, so that one always works and is known to.
+void Swarm::plan_half_cuts(Duration span) {
+  for (const auto& [lower, upper] : plan_.both_ways) {
+    for (Time when = now() + within(span); when < now() + span; when += 3s) {
+      const std::size_t a = world_.random(2) == 0 ? lower : upper;
+      const std::size_t b = a == lower ? upper : lower;
+      const PathKind kind = world_.random(2) == 0 ? PathKind::kUdp : PathKind::kDds;
+      const bool one_way = world_.random(2) == 0;
+      const Duration length = within(1500ms);
+      world_.at(when, [this, a, b, kind, one_way, length] { cut(a, b, kind, one_way, length); });
+    }
+  }
 }
 
 void Swarm::plan_move(Time when) {
@@ -185,6 +214,7 @@ void Swarm::plan_move(Time when) {
     const NetAddress to = address_of(1000 + moves_++);
     tell(node(i).setup().name + " moves to " + to.to_string());
     world_.move(node(i), to, known_after);
+    if (plan_.troubles.dds && node(i).alive()) world_.announce(node(i));
   });
 }
 

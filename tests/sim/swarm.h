@@ -44,6 +44,9 @@ class Swarm {
   void plan_trouble(Duration span);
   void plan_crash(Time when);
   void plan_partition(Time when, Duration span);
+  void plan_half_cuts(Duration span);
+  void cut(std::size_t a, std::size_t b, link::PathKind kind, bool one_way, Duration length);
+  void set_faults(const std::string& from, const std::string& to);
   void plan_move(Time when);
   void plan_churn(Time when);
   void plan_faults(Time when);

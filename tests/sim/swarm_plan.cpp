@@ -7,6 +7,8 @@
 namespace tims::sim {
 namespace {
 
+using link::PathKind;
+
 Troubles make_troubles(World& world) {
   const auto coin = [&] { return world.random(2) == 0; };
   const auto rare = [&] { return world.random(4) == 0; };
@@ -17,6 +19,9 @@ Troubles make_troubles(World& world) {
                     &t.small_queues, &t.short_lifetimes, &t.little_memory})
     *one = rare();
   t.large = world.random(16) == 0 && !t.little_memory;
+  t.dds = world.random(3) == 0;
+  t.half_cuts = t.dds && coin();
+  if (t.half_cuts) t.partitions = t.moves = false;
   return t;
 }
 
@@ -41,20 +46,29 @@ class Planner {
                                      .id = id,
                                      .block_bytes = memory(32U << 20, 256U << 10),
                                      .message_bytes = memory(32U << 20, 1U << 20)}});
+    if (plan_.troubles.dds) plan_.nodes[index].setup.fleet = "harbour";
     if (role != core::Role::kSubsystem) accept(index, core::LinkKind::kSub);
     return index;
   }
-  void connect(std::size_t lower, std::size_t upper) {
+  // `only_one`: no other router could be meant.
+  void connect(std::size_t lower, std::size_t upper, bool only_one) {
     auto settings = super_link(address_of(upper));
     settings.session = make_session(world_, plan_.troubles);
+    if (plan_.troubles.dds) settings.paths = paths(only_one && !plan_.troubles.half_cuts);
+    if (plan_.troubles.dds && only_one && world_.random(2) == 0) settings.to = link::kAutomatic;
+    if (settings.paths.size() == 2) plan_.both_ways.push_back({lower, upper});
     plan_.nodes[lower].setup.links.push_back(settings);
     plan_.nodes[lower].supers.push_back(upper);
   }
   void connect_peers(std::size_t a, std::size_t b) {
-    plan_.nodes[a].setup.links.push_back(peer_link(address_of(b)));
+    auto settings = peer_link(address_of(b));
+    if (plan_.troubles.dds) settings.paths = paths(false);
+    plan_.nodes[a].setup.links.push_back(settings);
+    if (settings.paths.size() == 2) plan_.both_ways.push_back({a, b});
     // Sometimes both call.
     if (world_.random(2) == 0) {
-      plan_.nodes[b].setup.links.push_back(peer_link(address_of(a)));
+      settings.to = address_of(a).to_string();
+      plan_.nodes[b].setup.links.push_back(settings);
     } else {
       accept(b, core::LinkKind::kPeer);
     }
@@ -63,6 +77,13 @@ class Planner {
   }
 
  private:
+  std::vector<PathKind> paths(bool may_be_one) {
+    const std::uint64_t dice = world_.random(may_be_one ? 6 : 4);
+    if (dice == 5) return {PathKind::kDds};
+    if (dice == 4) return {PathKind::kUdp};
+    if (dice == 3) return {PathKind::kDds, PathKind::kUdp};
+    return {PathKind::kUdp, PathKind::kDds};
+  }
   [[nodiscard]] std::size_t memory(std::size_t much, std::size_t little) const {
     return plan_.troubles.little_memory ? little : much;
   }
@@ -72,8 +93,10 @@ class Planner {
     return role == core::Role::kSystem ? system_name : system_name + "." + std::to_string(id);
   }
   void accept(std::size_t node, core::LinkKind kind) {
-    plan_.nodes[node].setup.links.push_back(
-        {.kind = kind, .connects = false, .session = make_session(world_, plan_.troubles)});
+    link::LinkSettings settings{
+        .kind = kind, .connects = false, .session = make_session(world_, plan_.troubles)};
+    if (plan_.troubles.dds) settings.paths = paths(false);
+    plan_.nodes[node].setup.links.push_back(settings);
   }
 
   World& world_;
@@ -83,7 +106,7 @@ class Planner {
 }  // namespace
 
 std::string Troubles::to_string() const {
-  const std::array<std::pair<bool, const char*>, 17> all{{{loss, "loss"},
+  const std::array<std::pair<bool, const char*>, 19> all{{{loss, "loss"},
                                                           {duplicates, "duplicates"},
                                                           {reordering, "reordering"},
                                                           {delay, "delay"},
@@ -99,7 +122,9 @@ std::string Troubles::to_string() const {
                                                           {samples, "samples"},
                                                           {small_queues, "small_queues"},
                                                           {short_lifetimes, "short_lifetimes"},
-                                                          {little_memory, "little_memory"}}};
+                                                          {little_memory, "little_memory"},
+                                                          {dds, "dds"},
+                                                          {half_cuts, "half_cuts"}}};
   std::string text;
   for (const auto& [is_on, name] : all)
     if (is_on) text += std::string(text.empty() ? "" : " ") + name;
@@ -120,15 +145,15 @@ Plan make_plan(World& world) {
     const std::size_t system = planner.add(core::Role::kSystem, s, 1);
     systems.push_back(system);
     const std::size_t first = world.random(tops.size());
-    planner.connect(system, tops[first]);
+    planner.connect(system, tops[first], tops.size() == 1);
     if (two_supers && world.random(2) == 0) {
-      planner.connect(system, tops[1 - first]);
+      planner.connect(system, tops[1 - first], false);
       plan.one_way_only = false;
     }
     const std::uint64_t below = world.random(4);
     for (std::uint8_t i = 0; i < below; ++i)
       planner.connect(planner.add(core::Role::kSubsystem, s, static_cast<std::uint8_t>(i + 2)),
-                      system);
+                      system, true);
   }
   if (tops.size() == 2 && world.random(3) != 0) planner.connect_peers(tops[0], tops[1]);
   if (systems.size() > 1 && world.random(3) == 0) {
@@ -190,6 +215,15 @@ Faults make_faults(World& world, const Troubles& troubles) {
   if (troubles.jitter) faults.jitter = microseconds(world.random(20'000));
   if (troubles.rates) faults.rate = 125'000 + world.random(6'000'000);
   if (troubles.mtus) faults.mtu = 1200 + world.random(400);
+  return faults;
+}
+
+Faults make_dds_faults(World& world, const Troubles& troubles) {
+  using std::chrono::microseconds;
+  Faults faults{.delay = microseconds(500 + world.random(20'000))};
+  if (troubles.jitter) faults.jitter = microseconds(world.random(20'000));
+  if (troubles.rates) faults.rate = 125'000 + world.random(6'000'000);
+  if (troubles.loss && world.random(4) == 0) faults.loss = 0.3 * world.chance() * world.chance();
   return faults;
 }
 

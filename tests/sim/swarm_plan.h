@@ -29,6 +29,8 @@ struct Troubles {
   bool small_queues = false;
   bool short_lifetimes = false;
   bool little_memory = false;
+  bool dds = false;        // some links have it, as the first way, the other or the only one
+  bool half_cuts = false;  // then: one way of a link that has both is cut at a time
 
   [[nodiscard]] std::string to_string() const;
   // Nothing that a link could not hide.
@@ -36,6 +38,11 @@ struct Troubles {
     return !loss && !partitions && !crashes && !moves && !churn && !small_queues &&
            !short_lifetimes && !little_memory && !rates;
   }
+};
+
+struct PlannedLink {
+  std::size_t lower = 0;
+  std::size_t upper = 0;
 };
 
 struct PlannedNode {
@@ -47,7 +54,8 @@ struct PlannedNode {
 struct Plan {
   Troubles troubles{};
   std::vector<PlannedNode> nodes{};
-  bool one_way_only = true;  // between any two nodes
+  std::vector<PlannedLink> both_ways{};  // that have UDP and DDS at both ends
+  bool one_way_only = true;              // between any two nodes
 
   // From `node` up over the preferred super routers, itself first.
   [[nodiscard]] std::vector<std::size_t> up_from(std::size_t node) const;
@@ -59,5 +67,7 @@ struct Plan {
 
 Plan make_plan(World& world);
 Faults make_faults(World& world, const Troubles& troubles);
+// What DDS makes of it: in order, seldom with losses, slower.
+Faults make_dds_faults(World& world, const Troubles& troubles);
 
 }  // namespace tims::sim
