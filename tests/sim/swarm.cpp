@@ -13,6 +13,9 @@ namespace {
 
 // How soon everything must be right again once the network is.
 constexpr Duration kConvergence = 2s;
+// A preferred super router is used again when it has been up for a while, and the other one knows
+// us for another while.
+constexpr Duration kFailBack = 500ms;
 constexpr Duration kDrain = 4s;
 // A link with a rate of its own may have some megabytes to get rid of.
 constexpr Duration kSlowDrain = 60s;
@@ -51,7 +54,7 @@ std::vector<std::string> Swarm::run() {
     plan_traffic(span, 30 + world_.random(120));
     world_.run_for(span);
     heal();
-    world_.run_for(kConvergence);
+    world_.run_for(kConvergence + (plan_.one_way_only ? 0ms : kFailBack));
     check_tables();
     check_ways();
     world_.run_for(plan_.troubles.rates ? kSlowDrain : kDrain);
