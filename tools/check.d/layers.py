@@ -67,8 +67,8 @@ def check(tree):
                                           "project: use <...> for others")
                 continue
             used = layers.layer_of(target)
-            if path.endswith("_test.cpp") and target.startswith("tests/support/"):
-                continue  # a test beside its file may use what all tests are made of
+            if path.endswith(("_test.cpp", "_fixture.h")) and target.startswith("tests/support/"):
+                continue  # a test beside its file, and what several of them share, may use what all tests are made of
             if not layers.allows(user, used):
                 yield Finding(path, line, f"{user} may not use {used or target} "
                                           "(layers in ARCHITECTURE.md)")
