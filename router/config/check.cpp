@@ -140,6 +140,21 @@ class Checker {
       fail(key(i, "paths"),
            "link.paths with \"dds\" wants to know the fleet: write name = \"...\" under [fleet]");
     if (link.uses(LinkPath::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
+    check_is_found(i, link);
+  }
+
+  // An address is one of UDP. Without UDP the only super link means whoever is above, all others
+  // mean nobody.
+  void check_is_found(std::size_t i, const Link& link) {
+    if (link.accepts() || link.is_automatic() || link.uses(LinkPath::kUdp)) return;
+    const bool only_super =
+        link.kind == Link::Kind::kSuper &&
+        std::ranges::count(config_.links, Link::Kind::kSuper, &Link::kind) == 1;
+    if (only_super) return;
+    fail(key(i, "paths"),
+         fmt::format("link.paths with \"dds\" alone finds nobody at {}, which is an address of UDP: "
+                     "write paths = [\"udp\", \"dds\"]",
+                     in_quotes(link.to_string())));
   }
 
   // --- the fleet

@@ -81,6 +81,25 @@ TEST(Check, DdsWantsAFleet) {
               testing::IsEmpty());
 }
 
+TEST(Check, AnAddressIsOneOfUdp) {
+  if (!kHasDds) GTEST_SKIP() << "built without DDS";
+  const std::string fleet = "[fleet]\nname = \"harbour\"\n";
+  const std::string dds = "paths = [\"dds\"]\n";
+  const std::string both = "paths = [\"udp\", \"dds\"]\n";
+  const std::string other = "[[link]]\nkind = \"super\"\nto = \"10.9.1.2\"\n";
+  EXPECT_THAT(problems(fleet + kPeer + dds),
+              ElementsAre("r.toml:8:9: link.paths with \"dds\" alone finds nobody at "
+                          "\"robot2:2010\", which is an address of UDP: write paths = [\"udp\", "
+                          "\"dds\"]"));
+  EXPECT_THAT(problems(fleet + kPeer + both), testing::IsEmpty());
+  EXPECT_THAT(problems(fleet + "[[link]]\nkind = \"peer\"\n" + dds), testing::IsEmpty());
+  EXPECT_THAT(problems(fleet + kSuper + dds + kPeer), testing::IsEmpty());
+  EXPECT_THAT(problems(fleet + kSuper + dds + other),
+              ElementsAre(StartsWith("r.toml:8:9: link.paths with \"dds\" alone finds nobody at "
+                                     "\"10.9.1.1:2010\"")));
+  EXPECT_THAT(problems(fleet + kSuper + both + other), testing::IsEmpty());
+}
+
 TEST(Check, WhereDdsLooksIsNumeric) {
   EXPECT_THAT(problems("", {"dds.peers=10.9.1.1, [::1]:7410,10.9.1.2:7410"}), testing::IsEmpty());
   EXPECT_THAT(problems("", {"dds.peers=10.9.1.1,base"}),
