@@ -1,6 +1,7 @@
 #include "tests/bench/dds_engine_link.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "router/link/datagram.h"
 
@@ -12,27 +13,40 @@ constexpr Duration kPatience = std::chrono::seconds(1);
 
 }  // namespace
 
-DdsEngineLink::Host::Host(const Plan&)
+DdsEngineLink::Host::Host()
     : log(config::LogLevel::kWarning), engine(loop, log, {.fleet = kFleet}, *this) {}
 
 Result<DdsEngineLink> DdsEngineLink::open(const Plan& plan) {
-  DdsEngineLink link(plan);
+  DdsEngineLink link;
   const link::Announcement self{.fleet = std::string_view(kFleet),
                                 .who = {.epoch = 1, .name = std::string_view(plan.role)}};
   if (auto started = link.host_->engine.start(self); !started) return started.error();
   return link;
 }
 
-// Both wait for room, and the sender for whom it sends to.
+std::span<const std::byte> DdsEngineLink::message_at(std::span<const std::byte> bytes,
+                                                     std::size_t at) {
+  std::uint32_t size = 0;
+  if (bytes.size() - at < kSize) return {};
+  std::memcpy(&size, &bytes[at], kSize);
+  return bytes.size() - at - kSize < size ? std::span<const std::byte>()
+                                          : bytes.subspan(at + kSize, size);
+}
+
+// Waits for room, and at first for the one it sends to.
 bool DdsEngineLink::send(std::span<const std::byte> payload) {
   constexpr std::size_t kDatagram = link::kDatagramMax;
   constexpr std::size_t kTrain = link::kTrainBytesMax / kDatagram * kDatagram;
+  const auto size = static_cast<std::uint32_t>(payload.size());
+  out_.resize(kSize + size);
+  std::memcpy(out_.data(), &size, kSize);
+  std::memcpy(out_.data() + kSize, payload.data(), size);
   Host& host = *host_;
   const Time limit = os::now() + kPatience;
-  while (!payload.empty()) {
-    const auto train = payload.first(std::min(payload.size(), kTrain));
+  for (std::span<const std::byte> rest = out_; !rest.empty();) {
+    const auto train = rest.first(std::min(rest.size(), kTrain));
     if (host.engine.send({.to = host.peer, .bytes = train, .datagram_size = kDatagram})) {
-      payload = payload.subspan(train.size());
+      rest = rest.subspan(train.size());
     } else {
       const Time now = os::now();
       if (now >= limit) return false;

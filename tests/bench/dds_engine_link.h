@@ -1,6 +1,7 @@
 // Two hosts with nothing but the engine of the router that talks DDS, each turning its own loop.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,24 +24,27 @@ class DdsEngineLink {
   void receive(Duration timeout, Deliver deliver) {
     Host& host = *host_;
     const Time limit = os::deadline_after(timeout);
-    while (host.received.size() < payload_) {
+    while (message_at(host.received, 0).empty()) {
       if (limit != kNever && os::now() >= limit) return;
       host.loop.run_once(limit);
     }
-    std::size_t at = 0;
+    taken_.clear();
     host.received.swap(taken_);
-    for (; taken_.size() - at >= payload_; at += payload_)
-      deliver(std::span<const std::byte>(taken_).subspan(at, payload_));
+    std::size_t at = 0;
+    for (auto message = message_at(taken_, at); !message.empty();
+         message = message_at(taken_, at)) {
+      deliver(message);
+      at += kSize + message.size();
+    }
     // What has come of the next one stands before what came meanwhile.
     host.received.insert(host.received.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(at),
                          taken_.end());
-    taken_.clear();
   }
 
  private:
-  // Messages, all of one size, are a stream: datagrams come complete and in order.
+  // Messages, each behind its size, are a stream: datagrams come complete and in order.
   struct Host final : io::DdsEngine::Listener {
-    explicit Host(const Plan& plan);
+    Host();
     void on_datagram(const link::NetAddress&, std::span<std::byte> datagram) override {
       received.insert(received.end(), datagram.begin(), datagram.end());
     }
@@ -56,11 +60,15 @@ class DdsEngineLink {
     std::vector<std::byte> received{};
   };
 
-  explicit DdsEngineLink(const Plan& plan)
-      : payload_(plan.payload), host_(std::make_unique<Host>(plan)) {}
+  static constexpr std::size_t kSize = sizeof(std::uint32_t);
 
-  std::size_t payload_;
+  DdsEngineLink() : host_(std::make_unique<Host>()) {}
+
+  // Empty when it has not come completely.
+  static std::span<const std::byte> message_at(std::span<const std::byte> bytes, std::size_t at);
+
   std::unique_ptr<Host> host_;
+  std::vector<std::byte> out_{};
   std::vector<std::byte> taken_{};
 };
 

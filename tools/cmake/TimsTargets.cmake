@@ -16,9 +16,12 @@ if(TIMS_SANITIZE)
   target_compile_options(tims_sanitizers INTERFACE -Wno-maybe-uninitialized
                          $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete;-Wno-tsan>)
 endif()
-add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp)
+add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp
+            ${CMAKE_SOURCE_DIR}/tests/support/tsan_suppressions.cpp)
 if(TIMS_SANITIZE MATCHES "thread")
   target_link_libraries(tims_sanitizers INTERFACE tims_tsan)
+  # Nobody but the sanitizer asks for it: by name, so that it is linked.
+  target_link_options(tims_sanitizers INTERFACE LINKER:-u,__tsan_default_suppressions)
 endif()
 
 add_library(tims_options INTERFACE)

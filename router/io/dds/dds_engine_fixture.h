@@ -71,7 +71,7 @@ class Host : public DdsEngine::Listener {
   void on_state() override { ++states; }
   void on_turn_end() override { ++turns; }
 
-  Log log{config::LogLevel::kDebug};
+  Log log{config::LogLevel::kError};
   link::Announcement self;
   DdsEngine engine;
   std::vector<link::Announcement> seen{};  // and not gone since
