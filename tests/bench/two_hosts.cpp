@@ -135,8 +135,11 @@ Result<void> TwoHosts::cut() const {
 Result<void> TwoHosts::block_udp(const std::string& port) const {
   std::string rules = "table inet blocked {\n";
   for (const std::string hook : {"input", "output"})
-    rules += "chain " + hook + " { type filter hook " + hook + " priority 0; udp dport " + port +
-             " drop; udp sport " + port + " drop; }\n";
+    rules.append("chain ")
+        .append(hook)
+        .append(" { type filter hook ")
+        .append(hook)
+        .append(" priority 0; udp dport " + port + " drop; udp sport " + port + " drop; }\n");
   return tried([&] {
     timsctl::run_or_fail({.command = {"nft", "-f", "-"}, .network = robot_.network}, rules + "}\n");
   });
