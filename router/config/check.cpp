@@ -147,14 +147,14 @@ class Checker {
   // mean nobody.
   void check_is_found(std::size_t i, const Link& link) {
     if (link.accepts() || link.is_automatic() || link.uses(LinkPath::kUdp)) return;
-    const bool only_super =
-        link.kind == Link::Kind::kSuper &&
-        std::ranges::count(config_.links, Link::Kind::kSuper, &Link::kind) == 1;
+    const bool only_super = link.kind == Link::Kind::kSuper &&
+                            std::ranges::count(config_.links, Link::Kind::kSuper, &Link::kind) == 1;
     if (only_super) return;
     fail(key(i, "paths"),
-         fmt::format("link.paths with \"dds\" alone finds nobody at {}, which is an address of UDP: "
-                     "write paths = [\"udp\", \"dds\"]",
-                     in_quotes(link.to_string())));
+         fmt::format(
+             R"(link.paths with "dds" alone finds nobody at {}, which is an address of UDP: )"
+             R"(write paths = ["udp", "dds"])",
+             in_quotes(link.to_string())));
   }
 
   // --- the fleet

@@ -52,4 +52,10 @@ Result<bool> Admin::knows(Address address) {
   return !routes->at("items").as_array().empty();
 }
 
+Result<std::string> Admin::path() {
+  const auto links = ask({{"ask", "links"}});
+  if (!links) return links.error();
+  return std::string(links->at("items").as_array().at(0).at("path").as_string());
+}
+
 }  // namespace tims::bench

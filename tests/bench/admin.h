@@ -16,6 +16,8 @@ class Admin {
   // How many mailboxes the router knows.
   Result<std::size_t> mailboxes();
   Result<bool> knows(Address address);
+  // Which way its only link goes: "udp", "dds".
+  Result<std::string> path();
 
  private:
   Admin(Session session, Mailbox mailbox)

@@ -22,6 +22,8 @@ enum class Shape {
   kIdleLink,   // nothing but two routers
   kLinkDeath,  // and the cable between them is cut
   kConvergence,
+  kFleetJoin,  // one router finds another
+  kFailover,   // UDP between them is cut, and comes back
 };
 enum class Between {
   kNothing,
@@ -45,6 +47,7 @@ struct Experiment {
   Duration every = std::chrono::milliseconds(5);  // of what has a period
   std::size_t bulk = 0;    // bytes of the messages beside a pulse; 0: there are none
   Cable cable{};           // between two hosts
+  std::string paths{};     // of routers that find each other by name; empty: by address
   bool rate_told = false;  // to the routers: what the cable carries
   bool one_cpu = false;    // all processes share the last CPU
   bool traced = false;     // under strace: how many system calls

@@ -3,6 +3,7 @@
 #include "libtims/os/clock.h"
 #include "tests/bench/crew.h"
 #include "tests/bench/experiment.h"
+#include "tests/bench/failover.h"
 #include "tests/bench/measure_links.h"
 
 namespace tims::bench {
@@ -110,6 +111,8 @@ Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   if (auto started = crew.start_middle(); !started) return started.error();
   if (experiment.shape == Shape::kIdle) return measure_idle(crew);
   if (experiment.shape == Shape::kIdleLink) return measure_idle_link(crew, setting);
+  if (experiment.shape == Shape::kFleetJoin) return measure_fleet_join(crew, setting);
+  if (experiment.shape == Shape::kFailover) return measure_failover(crew);
   if (experiment.shape == Shape::kLinkDeath) return measure_link_death(crew);
   for (const Plan& plan : roles_of(experiment, setting)) {
     if (auto started = crew.start(plan); !started) return started.error();

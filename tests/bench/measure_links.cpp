@@ -77,8 +77,11 @@ class Base {
 }  // namespace
 
 Result<Metrics> measure_idle_link(const Crew& crew, const Setting& setting) {
+  constexpr double kShown = 5;
   constexpr Duration kSettle = std::chrono::seconds(2);
   std::this_thread::sleep_for(kSettle);
+  const pid_t router = crew.middle().last();
+  const Usage usage = usage_of(router);
   const Time start = os::now();
   const auto before = received(crew.middle().hosts());
   if (!before) return before.error();
@@ -86,8 +89,11 @@ Result<Metrics> measure_idle_link(const Crew& crew, const Setting& setting) {
   const auto after = received(crew.middle().hosts());
   if (!after) return after.error();
   const double seconds = seconds_since(start);
+  const Usage spent = usage_of(router) - usage;
   return Metrics{{"up_bytes_per_s", ((*after)[0] - (*before)[0]) / seconds},
-                 {"down_bytes_per_s", ((*after)[1] - (*before)[1]) / seconds}};
+                 {"down_bytes_per_s", ((*after)[1] - (*before)[1]) / seconds},
+                 {"cpu_ms_in_5s", spent.cpu_s * 1e3 * kShown / seconds},
+                 {"rss_mb", resident_mb(router)}};
 }
 
 Result<Metrics> measure_link_death(const Crew& crew) {
@@ -105,6 +111,20 @@ Result<Metrics> measure_link_death(const Crew& crew) {
   if (auto cut = crew.middle().hosts().cut(); !cut) return cut.error();
   if (auto noticed = wait_until(gone, "the base does not notice"); !noticed) return noticed.error();
   return Metrics{{"death_s", seconds_since(start)}};
+}
+
+Result<Metrics> measure_fleet_join(const Crew& crew, const Setting& setting) {
+  auto admin = Admin::open(crew.middle().of_receivers().socket);
+  if (!admin) return admin.error();
+  const Address robot = Address::of({.system = 1, .instance = 1});
+  if (auto there =
+          wait_until([&] { return admin->knows(robot); }, "the base does not hear of the robot");
+      !there)
+    return there.error();
+  const double joined = seconds_since(crew.middle().second_started());
+  auto idle = measure_idle_link(crew, setting);
+  if (idle) (*idle)["join_s"] = joined;
+  return idle;
 }
 
 Result<Metrics> measure_convergence(const Experiment& experiment, const Setting& setting) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "libtims/os/clock.h"
 #include "tests/bench/addresses.h"
 #include "tests/bench/admin.h"
 #include "tests/bench/launch.h"
@@ -62,27 +63,35 @@ Result<void> Middle::start_on_two_hosts() {
 }
 
 Result<void> Middle::start_routers() {
-  const std::uint64_t told = experiment_.rate_told ? experiment_.cable.rate_bits / 8 : 0;
-  const std::string rate = ",rate=" + std::to_string(told);
+  const bool by_name = !experiment_.paths.empty();
   const std::string base = TwoHosts::address(Side::kBase) + kRouterPort;
-  if (auto started =
-          add_router(of_receivers(), "listening udp",
-                     {"router.name=base", "router.role=top", "link=kind=sub,system=*" + rate});
+  if (auto started = add_router(of_receivers(), "listening udp",
+                                {"router.name=base", "router.role=top", link("sub", "")});
       !started)
     return started;
-  if (auto started =
-          add_router(of_senders(), "is up",
-                     {"router.name=robot", "router.system=1", "link=kind=super,to=" + base + rate});
+  second_started_ = os::now();
+  if (auto started = add_router(
+          of_senders(), "is up",
+          {"router.name=robot", "router.system=1", link("super", by_name ? "auto" : base)});
       !started)
     return started;
   const auto known = processes_.front().wait_for_line("is up", kStartLimit);
   return known ? delay_datagrams() : known.error();
 }
 
+std::string Middle::link(const char* kind, const std::string& to) const {
+  const std::uint64_t told = experiment_.rate_told ? experiment_.cable.rate_bits / 8 : 0;
+  std::string text = std::string("link=kind=") + kind + ",rate=" + std::to_string(told);
+  if (!to.empty()) text += ",to=" + to;
+  if (!experiment_.paths.empty()) text += ",paths=" + experiment_.paths;
+  return text;
+}
+
 Result<void> Middle::add_router(const Place& place, const char* awaited,
                                 std::vector<std::string> settings) {
   settings.insert(settings.end(), {"udp.listen=" + place.address + kRouterPort, "tcp.listen=off",
                                    "security.insecure=true", "sim.faults=true"});
+  if (!experiment_.paths.empty()) settings.emplace_back("fleet.name=bench");
   std::vector<std::string> command = place.enter;
   std::ranges::copy(router_command(setting_.router, place.socket, std::move(settings)),
                     std::back_inserter(command));

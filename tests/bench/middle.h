@@ -35,7 +35,9 @@ class Middle {
   [[nodiscard]] const TwoHosts& hosts() const { return *hosts_; }
 
   [[nodiscard]] bool empty() const { return processes_.empty(); }
+  [[nodiscard]] Time second_started() const { return second_started_; }
   [[nodiscard]] pid_t first() const { return processes_.front().pid(); }
+  [[nodiscard]] pid_t last() const { return processes_.back().pid(); }
   [[nodiscard]] Usage usage() const;  // of all together
   [[nodiscard]] std::string output() const;
 
@@ -46,6 +48,7 @@ class Middle {
   Result<void> start_here(std::vector<std::string> command);
   Result<void> start_on_two_hosts();
   Result<void> start_routers();
+  [[nodiscard]] std::string link(const char* kind, const std::string& to) const;
   Result<void> add_router(const Place& place, const char* awaited,
                           std::vector<std::string> settings);
   [[nodiscard]] Result<void> delay_datagrams() const;
@@ -57,6 +60,7 @@ class Middle {
   std::unique_ptr<TwoHosts> hosts_;
   std::vector<Place> places_;  // one, or base and robot
   std::vector<test::ChildProcess> processes_;
+  Time second_started_{};  // of two routers, the one that connects
 };
 
 }  // namespace tims::bench

@@ -1,15 +1,11 @@
 #include "tests/bench/scenarios.h"
 
-#include "router/io/dds/dds_engine.h"
+#include "tests/bench/cases.h"
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/trace.h"
 
 namespace tims::bench {
 namespace {
-
-constexpr std::size_t kKi = 1 << 10;
-constexpr std::size_t kMi = 1 << 20;
-constexpr double kMillion = 1e6;
 
 // What must be reached on a machine like the one the project was planned on.
 constexpr double kRoundTripRatio = 1.25;
@@ -27,19 +23,6 @@ constexpr double kLookupRatio = 2;  // flat: no more than memory itself gets slo
 constexpr double kTableBytes = 64;
 constexpr std::uint64_t kManyMailboxes = 1'000'000;
 constexpr double kIdleMb = 20 * 1.048576;
-constexpr double kHostsRoundTripRatio = 1.15;
-constexpr double kHostsRate = 2 * kMillion;
-constexpr double kHostsMb = 1024 * 1.048576;  // 1 GiB
-constexpr std::uint64_t kMbit = 1'000'000;
-constexpr Cable kShaped{.rate_bits = 50 * kMbit};
-constexpr Cable kLossy{
-    .loss = 0.1, .delay = std::chrono::milliseconds(10), .rate_bits = 50 * kMbit};
-constexpr double kUrgentMoreUs = 400;
-constexpr double kUrgentUs = 5000;
-constexpr double kLossyUs = 80'000;
-constexpr double kLossyMb = 0.7 * 50 / 8;
-constexpr double kIdleBytes = 500;
-constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
 constexpr double kConvergenceSeconds = 2;
 constexpr std::uint64_t kRobots = 1000;
 constexpr std::size_t kScanBytes = 24 + 361 * 16;  // of a ladar with 361 points
@@ -49,29 +32,6 @@ constexpr double kJitterRatio = 1.5;
 constexpr double kRobotSeconds = 2;
 constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
 
-struct Sizes {
-  std::vector<std::size_t> round_trip{64, kKi, 64 * kKi, kMi};
-  std::vector<std::size_t> stream{64, kKi, 64 * kKi, kMi};
-  std::vector<std::size_t> hosts_round_trip{64, kKi, 64 * kKi};
-};
-Sizes sizes(bool quick) {
-  if (!quick) return {};
-  return {.round_trip = {64, kMi}, .stream = {64, 64 * kKi, kMi}, .hosts_round_trip = {64}};
-}
-
-const char* rate_metric(std::size_t payload) {
-  return payload >= 64 * kKi ? "mb_per_s" : "msgs_per_s";
-}
-
-Experiment round_trip(const char* link, Between between, std::size_t payload, bool one_cpu) {
-  return {.link = link, .between = between, .payload = payload, .one_cpu = one_cpu};
-}
-Experiment stream(const char* link, Between between, std::size_t payload) {
-  return {.shape = Shape::kStream, .link = link, .between = between, .payload = payload};
-}
-Experiment pulse(const char* link, Between between, const Cable& cable, std::size_t bulk = 0) {
-  return {.shape = Shape::kPulse, .link = link, .between = between, .bulk = bulk, .cable = cable};
-}
 Experiment alone(const char* role, Between between = Between::kNothing) {
   return {.shape = Shape::kAlone, .link = role, .between = between};
 }
@@ -169,83 +129,6 @@ Case router_throughput(std::size_t payload, std::uint32_t pairs) {
   // Loopback itself is below twice the original's 17 500 messages a second here.
   if (payload == 64 * kKi) target.ratio_max = kRelayRatio;
   return c;
-}
-
-// The limit is a chain of the same length: two bare relays.
-Case hosts_rtt(std::size_t payload, bool one_cpu) {
-  Case c{.scenario = one_cpu ? "hosts_rtt@1cpu" : "hosts_rtt", .payload = payload};
-  c.contenders = {{"tims", round_trip("tims", Between::kTwoRouters, payload, one_cpu)},
-                  {"limit", round_trip("udp", Between::kTwoRelays, payload, one_cpu)}};
-  c.rows = {{"tims", "p50_us", "limit", {}}};
-  if (payload == 64) c.rows[0].target = {.ratio_max = kHostsRoundTripRatio};
-  return c;
-}
-
-// By way of DDS, without routers: what the engine adds to the library it stands on.
-Case dds_rtt(std::size_t payload) {
-  return {.scenario = "dds_rtt",
-          .payload = payload,
-          .contenders = {{"tims-engine", round_trip("dds-engine", Between::kCable, payload, false)},
-                         {"limit", round_trip("dds", Between::kCable, payload, false)}},
-          .rows = {{"tims-engine", "p50_us", "limit", {}}}};
-}
-
-Case dds_throughput(std::size_t payload) {
-  return {.scenario = "dds_throughput",
-          .payload = payload,
-          .contenders = {{"tims-engine", stream("dds-engine", Between::kCable, payload)}},
-          .rows = {{"tims-engine", rate_metric(payload), "", {}}}};
-}
-
-void add_dds_cases(std::vector<Case>& cases, bool quick) {
-  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_rtt(payload));
-  for (const std::size_t payload : sizes(quick).stream) cases.push_back(dds_throughput(payload));
-}
-
-Case hosts_throughput(std::size_t payload) {
-  const char* metric = rate_metric(payload);
-  Case c{.scenario = "hosts_throughput", .payload = payload};
-  c.contenders = {{"tims", stream("tims", Between::kTwoRouters, payload)},
-                  {"limit", stream("udp", Between::kCable, payload)},
-                  {"limit-chain", stream("udp", Between::kTwoRelays, payload)}};
-  c.rows = {{"tims", metric, "limit", {}}, {"tims", metric, "limit-chain", {}}};
-  if (payload == 64) c.rows[0].target = {.at_least = kHostsRate};
-  if (payload == kMi) c.rows[0].target = {.at_least = kHostsMb};
-  return c;
-}
-
-// A small message of the highest class beside large ones of the lowest.
-Case urgent_latency() {
-  Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
-  told.rate_told = true;
-  Case c{.scenario = "urgent_latency", .payload = 64};
-  c.contenders = {{"tims", pulse("tims", Between::kTwoRouters, kShaped, kMi)},
-                  {"tims-told", told},
-                  {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
-                  {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
-  c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
-            {"tims-told", "p50_us", "tims-unloaded", {}},
-            {"tims", "p50_us", "tims-unloaded", {}},
-            {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
-            {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
-            {"tims-told", "mb_per_s", "", {}},
-            {"tims", "mb_per_s", "", {}}};
-  return c;
-}
-
-Case lossy_link() {
-  return {.scenario = "lossy_link",
-          .payload = 64,
-          .contenders = {{"tims", pulse("tims", Between::kTwoRouters, kLossy, 64 * kKi)}},
-          .rows = {{"tims", "p99_us", "", {.at_most = kLossyUs}},
-                   {"tims", "mb_per_s", "", {.at_least = kLossyMb}}}};
-}
-
-Case link_case(const char* scenario, Shape shape, const std::vector<Row>& rows) {
-  return {.scenario = scenario,
-          .payload = 0,
-          .contenders = {{"tims", {.shape = shape, .between = Between::kTwoRouters}}},
-          .rows = rows};
 }
 
 Case convergence() {
@@ -358,10 +241,14 @@ std::vector<ScenarioText> scenario_texts() {
       {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
       {"dds_rtt", "round trip between two hosts by DDS, no routers; limit: bare Fast DDS"},
       {"dds_throughput", "from host to host by DDS, no routers"},
+      {"dds_hosts_rtt",
+       "round trip between two hosts, routers linked by DDS; limit: bare Fast DDS"},
       {"urgent_latency", "64 B while 1 MiB messages fill 50 Mbit/s, one way; rate told or found"},
       {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and 64 B urgently"},
       {"link_idle", "bytes a second over a link that nobody uses, headers included"},
       {"link_death", "seconds from the cut of a cable until the other end has withdrawn"},
+      {"fleet_join", "a router joins by name; then idle, beside one that connects by address"},
+      {"failover", "UDP between two routers is cut, DDS carries on; and back"},
       {"convergence", "a router above 1000 with 100 mailboxes each is killed and comes back"},
       {"component_latency", "from put of a DataModule to its listener, one way; beside bare send"},
       {"component_latency@1cpu", "the same, both on one CPU"},
@@ -401,24 +288,6 @@ std::vector<Case> local_cases(bool quick) {
   cases.push_back(table_memory());
   cases.push_back(convergence());
   cases.push_back(idle());
-  return cases;
-}
-
-// Between network namespaces.
-std::vector<Case> hosts_cases(bool quick) {
-  std::vector<Case> cases;
-  for (const bool one_cpu : {false, true})
-    for (const std::size_t payload : sizes(quick).hosts_round_trip)
-      cases.push_back(hosts_rtt(payload, one_cpu));
-  for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
-  if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
-  cases.push_back(urgent_latency());
-  cases.push_back(lossy_link());
-  cases.push_back(link_case("link_idle", Shape::kIdleLink,
-                            {{"tims", "up_bytes_per_s", "", {.at_most = kIdleBytes}},
-                             {"tims", "down_bytes_per_s", "", {.at_most = kIdleBytes}}}));
-  cases.push_back(link_case("link_death", Shape::kLinkDeath,
-                            {{"tims", "death_s", "", {.at_most = kDeathSeconds}}}));
   return cases;
 }
 

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <sstream>
+#include <thread>
 
 #include <unistd.h>
 
@@ -86,6 +87,20 @@ void TwoHosts::set_up(const Cable& cable) const {
                            " type veth peer name " + kDevice + " netns " + robot_.network + "\n");
   set_up(base_, cable);
   set_up(robot_, cable);
+  wait_for_carrier(base_);
+  wait_for_carrier(robot_);
+}
+
+// The kernel says up to a second late that a device runs, and DDS leaves out those that do not.
+void TwoHosts::wait_for_carrier(const sim::LineEnd& end) {
+  for (int tries = 0; tries < 500; ++tries) {
+    const auto shown = timsctl::run(
+        {.command = {"ip", "link", "show", "dev", kDevice, "up"}, .network = end.network});
+    if (shown.output.find("state UP") != std::string::npos) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  throw timsctl::Failure(timsctl::Exit::kTimeout, "no_cable",
+                         "the cable between two hosts does not come up");
 }
 
 void TwoHosts::set_up(const sim::LineEnd& end, const Cable& cable) const {
@@ -114,6 +129,26 @@ Result<void> TwoHosts::cut() const {
   return tried([this] {
     timsctl::run_or_fail(
         {.command = {"ip", "-n", robot_.network, "link", "set", "dev", kDevice, "down"}});
+  });
+}
+
+Result<void> TwoHosts::block_udp(const std::string& port) const {
+  std::string rules = "table inet blocked {\n";
+  for (const std::string hook : {"input", "output"})
+    rules.append("chain ")
+        .append(hook)
+        .append(" { type filter hook ")
+        .append(hook)
+        .append(" priority 0; udp dport " + port + " drop; udp sport " + port + " drop; }\n");
+  return tried([&] {
+    timsctl::run_or_fail({.command = {"nft", "-f", "-"}, .network = robot_.network}, rules + "}\n");
+  });
+}
+
+Result<void> TwoHosts::unblock_udp() const {
+  return tried([&] {
+    timsctl::run_or_fail(
+        {.command = {"nft", "delete", "table", "inet", "blocked"}, .network = robot_.network});
   });
 }
 

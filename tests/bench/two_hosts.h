@@ -36,6 +36,10 @@ class TwoHosts {
 
   // Pulls the cable.
   [[nodiscard]] Result<void> cut() const;
+  // A filter at the robot takes what goes to or comes from this port of UDP, until it is taken
+  // away.
+  [[nodiscard]] Result<void> block_udp(const std::string& port) const;
+  [[nodiscard]] Result<void> unblock_udp() const;
   // Bytes that have come out of the cable on this side, Ethernet headers included.
   [[nodiscard]] Result<double> received(Side side) const;
 
@@ -43,6 +47,7 @@ class TwoHosts {
   TwoHosts();
   void set_up(const Cable& cable) const;  // throws Failure
   void set_up(const timsctl::sim::LineEnd& end, const Cable& cable) const;
+  static void wait_for_carrier(const timsctl::sim::LineEnd& end);
   [[nodiscard]] const timsctl::sim::LineEnd& end(Side side) const;
 
   timsctl::sim::LineEnd base_;

@@ -1,0 +1,167 @@
+#include "tests/bench/failover.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <thread>
+
+#include "libtims/os/clock.h"
+#include "tests/bench/addresses.h"
+#include "tests/bench/admin.h"
+
+namespace tims::bench {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kPatience = 30s;
+
+// A client of one of both routers. It tells the other the time, again and again.
+class Talker {
+ public:
+  static Result<Talker> open(const Place& place, Address own, Address other) {
+    auto session = Session::connect({.name = "talker", .router = place.socket});
+    if (!session) return session.error();
+    auto mailbox = session->open({.address = own, .slots = 4096, .body_max = sizeof(Time)});
+    if (!mailbox) return mailbox.error();
+    auto admin = Admin::open(place.socket);
+    if (!admin) return admin.error();
+    return Talker(std::move(*session), std::move(*mailbox), std::move(*admin), other);
+  }
+
+  void say() {
+    const Time now = os::now();
+    if (mailbox_.send({.dest = other_, .type = type::kData}, std::as_bytes(std::span(&now, 1))))
+      ++said_;
+  }
+  void hear() {
+    while (const auto message = mailbox_.try_peek()) {
+      Time said;
+      std::memcpy(&said, message->body().data(), sizeof said);
+      longest_ = std::max(longest_, os::now() - said);
+      ++heard_;
+    }
+  }
+  void forget_longest() { longest_ = {}; }
+
+  [[nodiscard]] std::uint64_t said() const { return said_; }
+  [[nodiscard]] std::uint64_t heard() const { return heard_; }
+  [[nodiscard]] Duration longest() const { return longest_; }
+  Admin& router() { return admin_; }
+
+ private:
+  Talker(Session session, Mailbox mailbox, Admin admin, Address other)
+      : session_(std::move(session)),
+        mailbox_(std::move(mailbox)),
+        admin_(std::move(admin)),
+        other_(other) {}
+
+  Session session_;
+  Mailbox mailbox_;
+  Admin admin_;
+  Address other_;
+  std::uint64_t said_ = 0;
+  std::uint64_t heard_ = 0;
+  Duration longest_{};
+};
+
+// Both sides at once, in one thread.
+class Talk {
+ public:
+  static Result<Talk> open(const Middle& middle) {
+    auto base = Talker::open(middle.of_receivers(), receiver_address(0, 0), sender_address(0));
+    if (!base) return base.error();
+    auto robot = Talker::open(middle.of_senders(), sender_address(0), receiver_address(0, 0));
+    if (!robot) return robot.error();
+    return Talk(std::move(*base), std::move(*robot));
+  }
+
+  // Until the base knows where the other is; what the robot does not know it sends up.
+  Result<void> meet() {
+    for (const Time give_up = os::now() + kPatience; os::now() < give_up;) {
+      const auto there = sides_[0].router().knows(sender_address(0));
+      if (!there) return there.error();
+      if (*there) return {};
+      std::this_thread::sleep_for(kPace);
+    }
+    return Error(Errc::kTimeout, "the two do not hear of each other");
+  }
+
+  // Until both routers send that way.
+  Result<void> until(const std::string& path) {
+    for (const Time give_up = os::now() + kPatience; os::now() < give_up;) {
+      for (int i = 0; i < kLookEvery; ++i) talk(true);
+      const auto reached = goes_by(path);
+      if (!reached) return reached.error();
+      if (*reached) return {};
+    }
+    return Error(Errc::kTimeout, "the link does not go by " + path);
+  }
+  // What is still under way is heard.
+  void finish() {
+    for (const Time give_up = os::now() + 3s; lost() > 0 && os::now() < give_up;) talk(false);
+  }
+  void forget_longest() {
+    for (Talker& side : sides_) side.forget_longest();
+  }
+  [[nodiscard]] double longest() const {
+    return std::chrono::duration<double>(std::max(sides_[0].longest(), sides_[1].longest()))
+        .count();
+  }
+  [[nodiscard]] double lost() const {
+    return static_cast<double>(sides_[0].said() + sides_[1].said()) -
+           static_cast<double>(sides_[0].heard() + sides_[1].heard());
+  }
+
+ private:
+  static constexpr Duration kPace = 2ms;
+  static constexpr int kLookEvery = 10;
+
+  Talk(Talker base, Talker robot) : sides_{std::move(base), std::move(robot)} {}
+
+  void talk(bool say) {
+    for (Talker& side : sides_)
+      if (say) side.say();
+    std::this_thread::sleep_for(kPace);
+    for (Talker& side : sides_) side.hear();
+  }
+  Result<bool> goes_by(const std::string& path) {
+    for (Talker& side : sides_) {
+      const auto now = side.router().path();
+      if (!now) return now.error();
+      if (*now != path) return false;
+    }
+    return true;
+  }
+
+  std::array<Talker, 2> sides_;
+};
+
+}  // namespace
+
+Result<Metrics> measure_failover(const Crew& crew) {
+  const TwoHosts& hosts = crew.middle().hosts();
+  auto talk = Talk::open(crew.middle());
+  if (!talk) return talk.error();
+  if (auto met = talk->meet(); !met) return met.error();
+  if (auto on_udp = talk->until("udp"); !on_udp) return on_udp.error();
+
+  talk->forget_longest();
+  if (auto cut = hosts.block_udp("2010"); !cut) return cut.error();
+  if (auto on_dds = talk->until("dds"); !on_dds) return on_dds.error();
+  talk->finish();
+  const double failover = talk->longest();
+
+  talk->forget_longest();
+  const Time back = os::now();
+  if (auto healed = hosts.unblock_udp(); !healed) return healed.error();
+  if (auto on_udp = talk->until("udp"); !on_udp) return on_udp.error();
+  const double returned = std::chrono::duration<double>(os::now() - back).count();
+  talk->finish();
+  return Metrics{{"failover_s", failover},
+                 {"return_s", returned},
+                 {"return_delay_s", talk->longest()},
+                 {"lost", talk->lost()}};
+}
+
+}  // namespace tims::bench

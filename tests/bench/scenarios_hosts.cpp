@@ -1,0 +1,163 @@
+// Scenarios between two hosts.
+#include "router/io/dds/dds_engine.h"
+#include "tests/bench/cases.h"
+
+namespace tims::bench {
+namespace {
+
+constexpr double kHostsRoundTripRatio = 1.15;
+constexpr double kHostsRate = 2 * kMillion;
+constexpr double kHostsMb = 1024 * 1.048576;  // 1 GiB
+constexpr std::uint64_t kMbit = 1'000'000;
+constexpr Cable kShaped{.rate_bits = 50 * kMbit};
+constexpr Cable kLossy{
+    .loss = 0.1, .delay = std::chrono::milliseconds(10), .rate_bits = 50 * kMbit};
+constexpr double kUrgentMoreUs = 400;
+constexpr double kUrgentUs = 5000;
+constexpr double kLossyUs = 80'000;
+constexpr double kLossyMb = 0.7 * 50 / 8;
+constexpr double kIdleBytes = 500;
+constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
+constexpr double kDdsRoundTripRatio = 1.5;
+constexpr double kJoinSeconds = 3;
+constexpr double kFleetMb = 40 * 1.048576;
+constexpr double kFailoverSeconds = 3 * 0.3;
+
+// The limit is a chain of the same length: two bare relays.
+Case hosts_rtt(std::size_t payload, bool one_cpu) {
+  Case c{.scenario = one_cpu ? "hosts_rtt@1cpu" : "hosts_rtt", .payload = payload};
+  c.contenders = {{"tims", round_trip("tims", Between::kTwoRouters, payload, one_cpu)},
+                  {"limit", round_trip("udp", Between::kTwoRelays, payload, one_cpu)}};
+  c.rows = {{"tims", "p50_us", "limit", {}}};
+  if (payload == 64) c.rows[0].target = {.ratio_max = kHostsRoundTripRatio};
+  return c;
+}
+
+// By way of DDS, without routers: what the engine adds to the library it stands on.
+Case dds_rtt(std::size_t payload) {
+  return {.scenario = "dds_rtt",
+          .payload = payload,
+          .contenders = {{"tims-engine", round_trip("dds-engine", Between::kCable, payload, false)},
+                         {"limit", round_trip("dds", Between::kCable, payload, false)}},
+          .rows = {{"tims-engine", "p50_us", "limit", {}}}};
+}
+
+Case dds_throughput(std::size_t payload) {
+  return {.scenario = "dds_throughput",
+          .payload = payload,
+          .contenders = {{"tims-engine", stream("dds-engine", Between::kCable, payload)}},
+          .rows = {{"tims-engine", rate_metric(payload), "", {}}}};
+}
+
+// The limit has no routers, and answers in the library's own thread.
+Case dds_hosts_rtt(std::size_t payload) {
+  Experiment ours = round_trip("tims", Between::kTwoRouters, payload, false);
+  ours.paths = "dds";
+  return {
+      .scenario = "dds_hosts_rtt",
+      .payload = payload,
+      .contenders = {{"tims", ours}, {"limit", round_trip("dds", Between::kCable, payload, false)}},
+      .rows = {{"tims", "p50_us", "limit", {.ratio_max = kDdsRoundTripRatio}}}};
+}
+
+Case fleet_join() {
+  Experiment plain{.shape = Shape::kFleetJoin, .between = Between::kTwoRouters};
+  Experiment by_name = plain;
+  by_name.paths = "udp+dds";
+  return {.scenario = "fleet_join",
+          .payload = 0,
+          .contenders = {{"tims", by_name}, {"tims-plain", plain}},
+          .rows = {{"tims", "join_s", "tims-plain", {.at_most = kJoinSeconds}},
+                   {"tims", "rss_mb", "tims-plain", {.above_max = kFleetMb}},
+                   {"tims", "cpu_ms_in_5s", "tims-plain", {}},
+                   {"tims", "up_bytes_per_s", "", {}},
+                   {"tims", "down_bytes_per_s", "", {}}}};
+}
+
+Case failover() {
+  return {.scenario = "failover",
+          .payload = 8,
+          .contenders =
+              {{"tims",
+                {.shape = Shape::kFailover, .between = Between::kTwoRouters, .paths = "udp+dds"}}},
+          .rows = {{"tims", "failover_s", "", {.at_most = kFailoverSeconds}},
+                   {"tims", "return_s", "", {}},
+                   {"tims", "return_delay_s", "", {}},
+                   {"tims", "lost", "", {.at_most = 0}}}};
+}
+
+void add_dds_cases(std::vector<Case>& cases, bool quick) {
+  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_rtt(payload));
+  for (const std::size_t payload : sizes(quick).stream) cases.push_back(dds_throughput(payload));
+  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_hosts_rtt(payload));
+  cases.push_back(fleet_join());
+  cases.push_back(failover());
+}
+
+Case hosts_throughput(std::size_t payload) {
+  const char* metric = rate_metric(payload);
+  Case c{.scenario = "hosts_throughput", .payload = payload};
+  c.contenders = {{"tims", stream("tims", Between::kTwoRouters, payload)},
+                  {"limit", stream("udp", Between::kCable, payload)},
+                  {"limit-chain", stream("udp", Between::kTwoRelays, payload)}};
+  c.rows = {{"tims", metric, "limit", {}}, {"tims", metric, "limit-chain", {}}};
+  if (payload == 64) c.rows[0].target = {.at_least = kHostsRate};
+  if (payload == kMi) c.rows[0].target = {.at_least = kHostsMb};
+  return c;
+}
+
+// A small message of the highest class beside large ones of the lowest.
+Case urgent_latency() {
+  Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
+  told.rate_told = true;
+  Case c{.scenario = "urgent_latency", .payload = 64};
+  c.contenders = {{"tims", pulse("tims", Between::kTwoRouters, kShaped, kMi)},
+                  {"tims-told", told},
+                  {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
+                  {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
+  c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
+            {"tims-told", "p50_us", "tims-unloaded", {}},
+            {"tims", "p50_us", "tims-unloaded", {}},
+            {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
+            {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
+            {"tims-told", "mb_per_s", "", {}},
+            {"tims", "mb_per_s", "", {}}};
+  return c;
+}
+
+Case lossy_link() {
+  return {.scenario = "lossy_link",
+          .payload = 64,
+          .contenders = {{"tims", pulse("tims", Between::kTwoRouters, kLossy, 64 * kKi)}},
+          .rows = {{"tims", "p99_us", "", {.at_most = kLossyUs}},
+                   {"tims", "mb_per_s", "", {.at_least = kLossyMb}}}};
+}
+
+Case link_case(const char* scenario, Shape shape, const std::vector<Row>& rows) {
+  return {.scenario = scenario,
+          .payload = 0,
+          .contenders = {{"tims", {.shape = shape, .between = Between::kTwoRouters}}},
+          .rows = rows};
+}
+
+}  // namespace
+
+// Between network namespaces.
+std::vector<Case> hosts_cases(bool quick) {
+  std::vector<Case> cases;
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).hosts_round_trip)
+      cases.push_back(hosts_rtt(payload, one_cpu));
+  for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
+  if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
+  cases.push_back(urgent_latency());
+  cases.push_back(lossy_link());
+  cases.push_back(link_case("link_idle", Shape::kIdleLink,
+                            {{"tims", "up_bytes_per_s", "", {.at_most = kIdleBytes}},
+                             {"tims", "down_bytes_per_s", "", {.at_most = kIdleBytes}}}));
+  cases.push_back(link_case("link_death", Shape::kLinkDeath,
+                            {{"tims", "death_s", "", {.at_most = kDeathSeconds}}}));
+  return cases;
+}
+
+}  // namespace tims::bench
