@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "os/clock.h"
+#include "router/io/net/own_addresses.h"
 
 namespace tims::io {
 namespace {
@@ -26,6 +27,8 @@ DdsSettings settings(const config::Config& config) {
           .lease = config.dds.lease};
 }
 
+std::vector<link::NetAddress> all_addresses() { return own_addresses({.port = 1}); }
+
 }  // namespace
 
 DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, std::function<void(Time)> end_turn,
@@ -38,12 +41,15 @@ DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, std::function<void(Ti
 
 Result<void> DdsPath::start(std::vector<link::NetAddress> udp) {
   self_.udp = std::move(udp);
+  host_ = all_addresses();
   return engine_.start(self_);
 }
 
 void DdsPath::network_changed(std::vector<link::NetAddress> udp) {
-  if (udp == self_.udp) return;
+  std::vector<link::NetAddress> host = all_addresses();
+  if (udp == self_.udp && host == host_) return;
   self_.udp = std::move(udp);
+  host_ = std::move(host);
   engine_.restart(self_);
 }
 

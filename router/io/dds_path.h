@@ -39,6 +39,7 @@ class DdsPath final : private DdsEngine::Listener {
   link::Links& links_;
   const std::function<void(Time)> end_turn_;
   link::Announcement self_;
+  std::vector<link::NetAddress> host_;  // all addresses when the engine looked at its interfaces
   DdsEngine engine_;
 };
 

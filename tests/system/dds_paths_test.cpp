@@ -179,6 +179,15 @@ TEST_F(DdsPaths, DdsAlone) {
   traffic.expect_all();
 }
 
+// As a robot whose Wi-Fi comes up after its router.
+TEST_F(DdsPaths, ACableThatIsPluggedInLater) {
+  ASSERT_TRUE(TwoNetworks::run("ip link set cable down").ok());
+  start();
+  ASSERT_TRUE(TwoNetworks::run("ip link set cable up").ok());
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
+}
+
 TEST_F(DdsPaths, LargeMessagesGoByDds) {
   start("dds");
   Session client_session = base_->session("client");

@@ -30,7 +30,7 @@ std::vector<NetAddress> own_addresses(const NetAddress& local) {
   std::vector<NetAddress> outside;
   std::vector<NetAddress> loopback;
   for (const ifaddrs* at = list; at != nullptr; at = at->ifa_next) {
-    if (at->ifa_addr == nullptr || (at->ifa_flags & IFF_UP) == 0) continue;
+    if (at->ifa_addr == nullptr || (at->ifa_flags & IFF_RUNNING) == 0) continue;
     const int family = at->ifa_addr->sa_family;
     if (family != AF_INET && (family != AF_INET6 || local.is_v4())) continue;
     NetAddress address = net_address(*at->ifa_addr);

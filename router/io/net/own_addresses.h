@@ -8,7 +8,7 @@
 namespace tims::io {
 
 // `local`: what the socket is bound to. Of a socket that is bound to all addresses, one for each
-// address of an interface that is up: not those of the link's own scope, which mean nothing
+// address of an interface that has a carrier: not those of the link's own scope, which mean nothing
 // elsewhere, and loopback only when there is nothing else.
 std::vector<link::NetAddress> own_addresses(const link::NetAddress& local);
 
