@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "router/link/datagram.h"
+#include "tests/bench/dds_host.h"
 
 namespace tims::bench {
 namespace {
@@ -17,6 +18,7 @@ DdsEngineLink::Host::Host()
     : log(config::LogLevel::kWarning), engine(loop, log, {.fleet = kFleet}, *this) {}
 
 Result<DdsEngineLink> DdsEngineLink::open(const Plan& plan) {
+  wait_for_interface(plan.host);
   DdsEngineLink link;
   const link::Announcement self{.fleet = std::string_view(kFleet),
                                 .who = {.epoch = 1, .name = std::string_view(plan.role)}};

@@ -19,6 +19,7 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
 #include "libtims/os/clock.h"
+#include "tests/bench/dds_host.h"
 #include "tests/bench/message.h"
 #include "tests/bench/metrics.h"
 #include "tests/bench/usage.h"
@@ -82,6 +83,7 @@ void set_common(const Plan& plan, Qos& qos) {
 class End final : public fast::DataReaderListener {
  public:
   End(const Plan& plan, std::function<void(Octets&)> on_octets) : on_octets_(std::move(on_octets)) {
+    wait_for_interface(plan.host);
     fast::DomainParticipantQos qos;
     qos.transport().use_builtin_transports = false;
     auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();

@@ -102,6 +102,18 @@ TEST_F(DdsEngineTest, OnePeerInTheListIsEnough) {
   EXPECT_TRUE(until([&] { return a.arrivals.size() == 1 && b.arrivals.size() == 1; }, "both"));
 }
 
+TEST_F(DdsEngineTest, APeerIsFoundAfterManyRestarts) {
+  Host a(loop_, "a", {.multicast = false});
+  Host b(loop_, "b", {.multicast = false, .peers = {"127.0.0.1"}});
+  ASSERT_TRUE(a.start());
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(until([&] { return a.is_up(); }, "it is up"));
+    a.engine.restart(a.self);
+  }
+  ASSERT_TRUE(b.start());
+  EXPECT_TRUE(until([&] { return a.is_up() && b.is_up() && a.sees(b) && b.sees(a); }, "they meet"));
+}
+
 // The port is one that another test's server would not have.
 std::uint16_t server_port() { return static_cast<std::uint16_t>(20'000 + ::getpid() % 20'000); }
 

@@ -1,5 +1,6 @@
 #include "router/io/dds/participant.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>

@@ -100,22 +100,26 @@ void set_transport(fast::DomainParticipantQos& qos, const DdsSettings& settings)
   transport.user_transports.push_back(std::move(udp));
 }
 
+// Where we are looked for: the first of the ports of DDS that is free, in steps of two. Left alone,
+// the library counts participants for as long as a process lives and takes the port from the count:
+// after some restarts nobody would look there.
 Result<void> set_discovery(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
   auto& builtin = qos.wire_protocol().builtin;
-  if (!settings.multicast) {
-    // Its own list replaces the library's, which has the multicast address.
-    builtin.metatrafficUnicastLocatorList.push_back(locator({"0.0.0.0", 0}));
+  const auto& ports = qos.wire_protocol().port;
+  const auto here = static_cast<std::uint16_t>(ports.getUnicastPort(settings.domain, 0));
+  const auto all = static_cast<std::uint16_t>(ports.getMulticastPort(settings.domain));
+  const rtps::Locator_t multicast = locator({"239.255.0.1", all});
+  if (builtin.metatrafficUnicastLocatorList.empty()) {  // no profile says otherwise
+    builtin.metatrafficUnicastLocatorList.push_back(locator({"0.0.0.0", here}));
+    if (settings.multicast) builtin.metatrafficMulticastLocatorList.push_back(multicast);
   }
   for (const std::string& peer : settings.peers) {
     const auto place = parse_place(peer);
     if (!place) return invalid("peer " + peer + " is not an IPv4 address with or without port");
     builtin.initialPeersList.push_back(locator(*place));
   }
-  if (!settings.peers.empty() && settings.multicast) {
-    // A list of peers replaces multicast, too.
-    const auto port = qos.wire_protocol().port.getMulticastPort(settings.domain);
-    builtin.initialPeersList.push_back(locator({"239.255.0.1", static_cast<std::uint16_t>(port)}));
-  }
+  // A list of peers replaces multicast.
+  if (!settings.peers.empty() && settings.multicast) builtin.initialPeersList.push_back(multicast);
   return {};
 }
 
