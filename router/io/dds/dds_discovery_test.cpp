@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 
 #include "libtims/os/clock.h"
-#include "router/io/dds/dds_engine_fixture.h"
 #include "router/io/dds/foreign_participant.h"
 #include "tests/support/child_process.h"
+#include "tests/support/dds_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::io {

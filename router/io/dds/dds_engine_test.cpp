@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "router/io/dds/dds_engine_fixture.h"
+#include "tests/support/dds_fixture.h"
 
 namespace tims::io {
 namespace {
