@@ -77,10 +77,12 @@ TEST_F(DdsFleet, FiftyOnOneMachine) {
   std::vector<std::unique_ptr<Host>> all;
   for (int system = 1; system <= robots; ++system)
     all.push_back(start("robot" + std::to_string(system), "system", system, 1));
-  EXPECT_TRUE(eventually([&]() -> std::string {
-    const std::size_t up = links_up(*base);
-    return up == static_cast<std::size_t>(robots) ? "" : std::to_string(up) + " links are up";
-  }));
+  EXPECT_TRUE(eventually(
+      [&]() -> std::string {
+        const std::size_t up = links_up(*base);
+        return up == static_cast<std::size_t>(robots) ? "" : std::to_string(up) + " links are up";
+      },
+      3 * kPatience));
 }
 
 TEST_F(DdsFleet, WithoutMulticastPeersAreEnough) {
