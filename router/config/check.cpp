@@ -135,10 +135,10 @@ class Checker {
            "and port, or kind = \"super\"");
     if (link.is_automatic() && !by_name)
       fail(key(i, "to"),
-           "link.to \"auto\" wants to know the fleet: write name = \"...\" under [fleet]");
+           R"(link.to "auto" wants to know the fleet: write name = "..." under [fleet])");
     if (link.uses(LinkPath::kDds) && !by_name)
       fail(key(i, "paths"),
-           "link.paths with \"dds\" wants to know the fleet: write name = \"...\" under [fleet]");
+           R"(link.paths with "dds" wants to know the fleet: write name = "..." under [fleet])");
     if (link.uses(LinkPath::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
     check_is_found(i, link);
   }

@@ -128,6 +128,9 @@ struct Config {
     std::string peers;   // "10.9.1.1, 10.9.1.2:7410"
     std::string server;  // "10.9.1.1:11811"; empty: none
     Duration lease = std::chrono::seconds(3);
+    std::uint32_t message_max = 1392;  // bytes; within a tunnel too (WireGuard takes 1420 with IP)
+    std::uint32_t history = 32;        // samples
+    Duration heartbeat = std::chrono::milliseconds(2);
     std::string profiles;  // a file; empty: none
     bool operator==(const Dds&) const = default;
   } dds;

@@ -5,58 +5,12 @@
 
 #include <fmt/core.h>
 
+#include "router/config/option_row.h"
+
 namespace tims::config {
 namespace {
 
-constexpr std::int64_t kKi = 1LL << 10;
-constexpr std::int64_t kGi = 1LL << 30;
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kHour = 3'600'000 * kMs;
 constexpr std::int64_t kSocketPathMax = 107;  // sockaddr_un, with its zero
-
-// How a member of Config is kept in a Value, and back.
-template <Kind kind, typename T>
-Value to_value(const T& member) {
-  if constexpr (kind == Kind::kSize) return Bytes{std::int64_t{member}};
-  if constexpr (kind == Kind::kRate) return Rate{static_cast<std::int64_t>(member)};
-  if constexpr (kind == Kind::kNumber) return std::int64_t{member};
-  return member;
-}
-
-template <Kind kind, typename T>
-void from_value(T& member, const Value& value) {
-  if constexpr (kind == Kind::kSize)
-    member = static_cast<T>(std::get<Bytes>(value).count);
-  else if constexpr (kind == Kind::kRate)
-    member = static_cast<T>(std::get<Rate>(value).bytes_per_second);
-  else if constexpr (kind == Kind::kNumber)
-    member = static_cast<T>(std::get<std::int64_t>(value));
-  else
-    member = std::get<T>(value);
-}
-
-bool always(const Config& /*config*/, std::size_t /*index*/) { return true; }
-
-// The struct that holds the member: a table of Config, or one item of a list of Config.
-template <auto holder, typename AnyConfig>
-auto& held(AnyConfig& config, [[maybe_unused]] std::size_t index) {
-  if constexpr (requires { (config.*holder).at(index); })
-    return (config.*holder).at(index);
-  else
-    return config.*holder;
-}
-
-// A row: the way to the value, then what is said about it.
-template <Kind kind, auto holder, auto member>
-constexpr Option row(Spec spec) {
-  spec.kind = kind;
-  return {spec,
-          [](const Config& c, std::size_t i) { return to_value<kind>(held<holder>(c, i).*member); },
-          [](Config& c, std::size_t i, const Value& value) {
-            from_value<kind>(held<holder>(c, i).*member, value);
-          },
-          always};
-}
 
 constexpr std::array kOptions{
     row<Kind::kText, &Config::router, &Config::Router::name>(
@@ -169,6 +123,24 @@ constexpr std::array kOptions{
          .range = {500 * kMs, kHour},
          .reload = Reload::kRestart,
          .help = "After so long without a sign of life a router of the fleet is gone."}),
+    row<Kind::kSize, &Config::dds, &Config::Dds::message_max>(
+        {.key = "dds.message",
+         .range = {512, 65500},
+         .reload = Reload::kRestart,
+         .help = "Largest datagram of DDS. Beyond what the network takes they go in IP fragments: "
+                 "faster where nothing is lost, where some are lost nothing arrives."}),
+    row<Kind::kNumber, &Config::dds, &Config::Dds::history>(
+        {.key = "dds.history",
+         .range = {2, 1024},
+         .reload = Reload::kRestart,
+         .help = "How many samples of up to 64 KiB one router may leave unacknowledged. What comes "
+                 "after them waits, then goes the way of any full queue."}),
+    row<Kind::kDuration, &Config::dds, &Config::Dds::heartbeat>(
+        {.key = "dds.heartbeat",
+         .range = {kMs, 1000 * kMs},
+         .reload = Reload::kRestart,
+         .help = "How often a router is asked what it has got, as long as it has not acknowledged "
+                 "all: so much later is sent again what was lost."}),
     row<Kind::kText, &Config::dds, &Config::Dds::profiles>(
         {.key = "dds.profiles",
          .range = {0, 255},
@@ -221,138 +193,6 @@ constexpr std::array kOptions{
          .help = "Lets timsctl sim fault spoil this router's UDP on purpose; only for tests."}),
 };
 
-// Where a link connects is one key and two members.
-constexpr Option destination_row(Spec spec) {
-  spec.kind = Kind::kDestination;
-  return {spec,
-          [](const Config& c, std::size_t i) -> Value {
-            return Destination{c.links.at(i).host, c.links.at(i).port};
-          },
-          [](Config& c, std::size_t i, const Value& value) {
-            const auto& to = std::get<Destination>(value);
-            c.links.at(i).host = to.host;
-            c.links.at(i).port = to.port;
-          },
-          [](const Config& c, std::size_t i) { return !c.links.at(i).accepts(); }};
-}
-
-constexpr Option accepted_system_row(const Spec& spec) {
-  Option option = row<Kind::kSystem, &Config::links, &Link::system>(spec);
-  option.has_value = [](const Config& c, std::size_t i) { return c.links.at(i).accepts(); };
-  return option;
-}
-
-constexpr std::array kLinkOptions{
-    row<Kind::kLinkKind, &Config::links, &Link::kind>(
-        {.key = "link.kind",
-         .help = "What the other router is to this one: its super router (a second super link is "
-                 "the next in order of preference), a peer, or a router below it.",
-         .default_note = "none: it must be written"}),
-    destination_row({.key = "link.to",
-                     .help = "Where this side connects; without a port 2010. Beyond loopback it "
-                             "needs security.insecure. \"auto\" finds the super router in the "
-                             "fleet, by role and system. A super link needs it, a sub link has "
-                             "none, a peer link without it accepts.",
-                     .default_note = "none: this side accepts"}),
-    accepted_system_row({.key = "link.system",
-                         .help = "Whom this side accepts: routers of this system, \"*\" for any. "
-                                 "Only where it accepts."}),
-    row<Kind::kPaths, &Config::links, &Link::paths>(
-        {.key = "link.paths",
-         .help = "Ways to the other router in order of preference: \"udp\", \"dds\". A later one "
-                 "carries the link while those before do not work; dds wants fleet.name.",
-         .default_note = "[\"udp\"], with fleet.name [\"udp\", \"dds\"]",
-         .sample = R"(["udp", "dds"])"}),
-    row<Kind::kText, &Config::links, &Link::name>(
-        {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
-    row<Kind::kDuration, &Config::links, &Link::interval>(
-        {.key = "link.interval",
-         .range = {50 * kMs, 10'000 * kMs},
-         .help = "How often the link shows that it lives; after three missed it is dead."}),
-    row<Kind::kRate, &Config::links, &Link::rate>(
-        {.key = "link.rate",
-         .range = {10'000, 100'000'000'000},
-         .help = "Bytes a second this router sends at most; 0 for no cap."}),
-    row<Kind::kNumber, &Config::links, &Link::reserve>(
-        {.key = "link.reserve",
-         .range = {0, 90},
-         .help = "Percent of the rate that is kept for the upper classes of priority."}),
-    row<Kind::kDuration, &Config::links, &Link::lifetime>(
-        {.key = "link.lifetime",
-         .range = {100 * kMs, kHour},
-         .help = "How long a reliable message is tried before it is given up and counted."}),
-};
-
-constexpr std::array kRouteOptions{
-    row<Kind::kText, &Config::routes, &Route::match>(
-        {.key = "route.match",
-         .range = {1, 64},
-         .help = "Which destinations: an address pattern such as \"Ladar(3/*)\".",
-         .default_note = "none: it must be written"}),
-    row<Kind::kText, &Config::routes, &Route::via>(
-        {.key = "route.via",
-         .range = {1, 64},
-         .help = "Name (router.name) of the router at the other end of a link.",
-         .default_note = "none: it must be written"}),
-};
-
-template <auto items>
-constexpr List list(std::string_view name, std::span<const Option> rows) {
-  return {.name = name,
-          .help = {},
-          .sample_items = {},
-          .sample_setting = {},
-          .options = rows,
-          .size = [](const Config& c) { return (c.*items).size(); },
-          .append = [](Config& c) { (c.*items).emplace_back(); },
-          .copy = [](Config& to, const Config& from) { to.*items = from.*items; },
-          .label = [](const Config& c, std::size_t i) { return (c.*items).at(i).to_string(); }};
-}
-
-constexpr List link_list() {
-  List links = list<&Config::links>("link", kLinkOptions);
-  links.help =
-      "Links to other routers: one [[link]] for each router this side connects to, and for each "
-      "group of routers it accepts.";
-  links.sample_items = R"toml([[link]]
-kind = "super"
-to = "10.9.1.1:2010"
-
-[[link]]                        # where to turn when the first is not there
-kind = "super"
-to = "fleet.example.org"
-rate = "6MB"
-
-[[link]]                        # by the name of the fleet, see [fleet]
-kind = "super"
-to = "auto"
-paths = ["udp", "dds"]
-
-[[link]]
-kind = "peer"
-to = "robot2:2010"
-
-[[link]]                        # at a system router: its subsystem routers
-kind = "sub"
-system = 1
-)toml";
-  links.sample_setting = "link='kind=super,to=10.9.1.1:2010'";
-  return links;
-}
-
-constexpr List route_list() {
-  List routes = list<&Config::routes>("route", kRouteOptions);
-  routes.help = "What goes another way than the tree's, over the link to a certain router.";
-  routes.sample_items = R"toml([[route]]
-match = "Ladar(3/*)"
-via = "robot2"
-)toml";
-  routes.sample_setting = "route='match=Ladar(3/*),via=robot2'";
-  return routes;
-}
-
-constexpr std::array kLists{link_list(), route_list()};
-
 }  // namespace
 
 std::span<const Option> options() { return kOptions; }
@@ -362,27 +202,11 @@ const Option* find_option(std::string_view key) {
   return found == kOptions.end() ? nullptr : &*found;
 }
 
-const Option* List::find(std::string_view option_name) const {
-  const auto found = std::ranges::find(options, option_name, &Option::name);
-  return found == options.end() ? nullptr : &*found;
-}
-
-std::span<const List> lists() { return kLists; }
-
-const List* find_list(std::string_view name) {
-  const auto found = std::ranges::find(kLists, name, &List::name);
-  return found == kLists.end() ? nullptr : &*found;
-}
-
-std::string item_key(const List& list, std::size_t index) {
-  return fmt::format("{}[{}]", list.name, index);
-}
-
 std::vector<Entry> entries(const Config& config) {
   std::vector<Entry> all;
   all.reserve(kOptions.size());
   for (const Option& option : kOptions) all.push_back({std::string(option.key), &option, 0});
-  for (const List& list : kLists)
+  for (const List& list : lists())
     for (std::size_t i = 0; i < list.size(config); ++i)
       for (const Option& option : list.options)
         if (option.has_value(config, i))

@@ -11,9 +11,8 @@ namespace tims::io {
 namespace {
 
 // Without keys nothing beyond this host is spoken with, unless that was asked for.
-std::vector<std::string> interfaces(const config::Config& config) {
-  if (config.security.insecure) return {};
-  return {"127.0.0.1"};
+std::string interface(const config::Config& config) {
+  return config.security.insecure ? "" : "127.0.0.1";
 }
 
 DdsSettings settings(const config::Config& config) {
@@ -22,9 +21,12 @@ DdsSettings settings(const config::Config& config) {
           .multicast = config.dds.multicast,
           .peers = config::list_of(config.dds.peers),
           .discovery_server = config.dds.server,
-          .interfaces = interfaces(config),
+          .interface = interface(config),
           .profiles = config.dds.profiles,
-          .lease = config.dds.lease};
+          .lease = config.dds.lease,
+          .message_max = config.dds.message_max,
+          .history = config.dds.history,
+          .heartbeat = config.dds.heartbeat};
 }
 
 std::vector<link::NetAddress> all_addresses() { return own_addresses({.port = 1}); }

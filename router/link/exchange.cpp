@@ -173,8 +173,7 @@ bool Exchange::on_control(Time now, const core::Message& message) {
       if (!read_state(message.body(), state)) return false;
       wanted_ = true;
       // Asked again before the last answer is out: the keep-alives will bring it up.
-      if (telling_ == Telling::kNothing || session_.queued_bytes(kControlLane) > kBacklogMax)
-        return true;
+      if (session_.queued_bytes(kControlLane) > kBacklogMax) return true;
       if (telling_ == Telling::kAll &&
           state == TableState{router_.below().number(), router_.below().hash()} &&
           state.number != 0) {

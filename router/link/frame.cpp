@@ -9,7 +9,9 @@ constexpr std::uint64_t kOffsetMax = std::uint64_t{1} << 62;
 
 KeepAlive get_keep_alive(ByteReader& in) {
   KeepAlive frame;
-  frame.deaf = (in.get<std::uint8_t>() & 1) != 0;
+  const auto state = in.get<std::uint8_t>();
+  frame.deaf = (state & 1) != 0;
+  frame.questions = state >> 1;
   frame.loss_permille = in.get<std::uint16_t>();
   frame.held_us = in.get<std::uint32_t>();
   frame.sent_ns = in.get<std::uint64_t>();
@@ -112,7 +114,7 @@ std::optional<Frame> FrameReader::bad() {
 
 void put(ByteWriter& out, const KeepAlive& frame) {
   out.put(static_cast<std::uint8_t>(FrameType::kKeepAlive));
-  out.put(static_cast<std::uint8_t>(frame.deaf ? 1 : 0));
+  out.put(static_cast<std::uint8_t>(frame.questions << 1 | (frame.deaf ? 1 : 0)));
   out.put(frame.loss_permille);
   out.put(frame.held_us);
   out.put(frame.sent_ns);

@@ -34,6 +34,7 @@ enum class FrameType : std::uint8_t {
 // offset come from the four times, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
   bool deaf = false;                // its sender has not heard the receiver for long
+  std::uint8_t questions = 0;       // CHALLENGE and RESPONSE so far: on a dead way they are no loss
   std::uint64_t sent_ns = 0;        // on the sender's monotonic clock
   std::uint64_t echo_ns = 0;        // sent_ns of the last one that came; 0: none yet
   std::uint32_t held_us = 0;        // how long ago that came
@@ -42,6 +43,7 @@ struct KeepAlive {
   std::uint32_t table_number = 0;   // how often the sender's exported table has changed
   std::uint32_t table_hash = 0;     // what it is now
 };
+inline constexpr std::uint8_t kQuestionsModulo = 128;
 inline constexpr std::size_t kKeepAliveSize = 40;
 
 struct PacketRange {  // both ends belong to it

@@ -11,6 +11,7 @@ TEST(Frame, AllKindsReadBack) {
   std::array<std::byte, 400> bytes{};
   ByteWriter out(bytes);
   put(out, KeepAlive{.deaf = true,
+                     .questions = 127,
                      .sent_ns = 1,
                      .echo_ns = 2,
                      .held_us = 3,
@@ -33,6 +34,7 @@ TEST(Frame, AllKindsReadBack) {
   FrameReader reader(out.written());
   const auto keep_alive = std::get<KeepAlive>(*reader.next());
   EXPECT_TRUE(keep_alive.deaf);
+  EXPECT_EQ(keep_alive.questions, 127);
   EXPECT_EQ(keep_alive.wall_ns, -5);
   EXPECT_EQ(std::get<Ack>(*reader.next()).ranges[1].last, 2U);
   EXPECT_EQ(std::get<SkipFrame>(*reader.next()).to, 77U);

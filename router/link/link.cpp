@@ -257,6 +257,7 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
   their_loss_permille_ = frame.loss_permille;
   last_sent_ns_ = frame.sent_ns;
   last_keep_alive_ = now;
+  session_.measure_loss(frame.questions);
   if (!exchange_.compare(now, {frame.table_number, frame.table_hash})) broken_ = true;
   const std::uint64_t sent = frame.echo_ns;
   const std::uint64_t held = std::uint64_t{frame.held_us} * 1000;
@@ -271,6 +272,7 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
 
 KeepAlive Link::keep_alive(Time now) const {
   KeepAlive frame{.deaf = !is_up(),
+                  .questions = session_.questions_out(),
                   .sent_ns = ns(now),
                   .loss_permille = session_.loss_permille(),
                   .wall_ns = around_.wall_ns(),
@@ -296,7 +298,6 @@ std::size_t Link::build(Time now, std::span<std::byte> to) {
   std::size_t size = 0;
   if (due) {
     next_keep_alive_ = now + keep_alive_;
-    session_.measure_loss();
     const KeepAlive frame = keep_alive(now);
     size = session_.build(now, their_token_, to, &frame);
   } else {

@@ -126,18 +126,26 @@ void Session::reset(Time now, core::Outcome why) {
   ack_now_ = false;
   ack_at_ = kNever;
   measured_next_ = 0;
-  measured_in_ = counters_.packets_in;
+  measured_in_ = counters_.packets_in - questions_in_;
+  measured_questions_ = 0;
+  questions_out_ = 0;
   forget_path(now);
 }
 
-void Session::measure_loss() {
-  const std::uint64_t expected = window_.next() - measured_next_;
+// Of what asks about ways nothing is expected: some of them may be dead.
+void Session::measure_loss(std::uint8_t questions) {
+  const std::uint64_t asked =
+      (kQuestionsModulo + questions - measured_questions_) % kQuestionsModulo;
+  const std::uint64_t sent = window_.next() - measured_next_;
+  const std::uint64_t expected = sent - std::min(asked, sent);
   if (expected < 4) return;
-  const std::uint64_t got = std::min(counters_.packets_in - measured_in_, expected);
+  const std::uint64_t come = counters_.packets_in - questions_in_;
+  const std::uint64_t got = std::min(come - measured_in_, expected);
   const auto permille = static_cast<std::uint16_t>((expected - got) * 1000 / expected);
   loss_permille_ = static_cast<std::uint16_t>((3 * loss_permille_ + permille) / 4);
   measured_next_ = window_.next();
-  measured_in_ = counters_.packets_in;
+  measured_in_ = come;
+  measured_questions_ = questions;
 }
 
 // --- what became of packets

@@ -112,7 +112,11 @@ class Session final : private PacketFate {
   [[nodiscard]] std::uint64_t in_flight() const { return sent_.bytes_in_flight(); }
   [[nodiscard]] const SessionCounters& counters() const { return counters_; }
   [[nodiscard]] std::uint16_t loss_permille() const { return loss_permille_; }
-  void measure_loss();  // once a keep-alive interval
+  // With a keep-alive, which says how many questions were sent before it.
+  void measure_loss(std::uint8_t questions);
+  [[nodiscard]] std::uint8_t questions_out() const {
+    return static_cast<std::uint8_t>(questions_out_ % kQuestionsModulo);
+  }
   // The most urgent lane in the last packet that was built.
   [[nodiscard]] std::size_t last_lane() const { return last_lane_; }
 
@@ -184,7 +188,10 @@ class Session final : private PacketFate {
 
   SessionCounters counters_;
   std::uint64_t measured_next_ = 0;
-  std::uint64_t measured_in_ = 0;
+  std::uint64_t measured_in_ = 0;  // without questions
+  std::uint8_t measured_questions_ = 0;
+  std::uint64_t questions_in_ = 0;
+  std::uint64_t questions_out_ = 0;
   std::uint16_t loss_permille_ = 0;
 };
 

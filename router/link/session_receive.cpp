@@ -54,8 +54,10 @@ Session::Verdict Session::on_frames(Time now, const Data& data, bool& eliciting,
     } else if (const auto* keep_alive = std::get_if<KeepAlive>(&*frame)) {
       arrivals_.on_frame(now, *keep_alive);
     } else if (const auto* challenge = std::get_if<ChallengeFrame>(&*frame)) {
+      ++questions_in_;
       arrivals_.on_frame(now, *challenge);
     } else if (const auto* response = std::get_if<ResponseFrame>(&*frame)) {
+      ++questions_in_;
       arrivals_.on_frame(now, *response);
     } else if (const auto* close = std::get_if<CloseFrame>(&*frame)) {
       arrivals_.on_frame(now, *close);

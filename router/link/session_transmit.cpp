@@ -303,6 +303,7 @@ std::size_t Session::build_nonce(Time now, std::uint64_t token, FrameType type, 
   Packet packet{.out = ByteWriter(out)};
   packet.out.reserve(kDataHeaderSize);
   put_challenge(packet.out, type, nonce);
+  ++questions_out_;
   return finish(now, token, packet);
 }
 

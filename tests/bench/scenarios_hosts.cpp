@@ -34,12 +34,13 @@ Case hosts_rtt(std::size_t payload, bool one_cpu) {
 }
 
 // By way of DDS, without routers: what the engine adds to the library it stands on.
-Case dds_rtt(std::size_t payload) {
-  return {.scenario = "dds_rtt",
-          .payload = payload,
-          .contenders = {{"tims-engine", round_trip("dds-engine", Between::kCable, payload, false)},
-                         {"limit", round_trip("dds", Between::kCable, payload, false)}},
-          .rows = {{"tims-engine", "p50_us", "limit", {}}}};
+Case dds_rtt(std::size_t payload, bool one_cpu) {
+  return {
+      .scenario = one_cpu ? "dds_rtt@1cpu" : "dds_rtt",
+      .payload = payload,
+      .contenders = {{"tims-engine", round_trip("dds-engine", Between::kCable, payload, one_cpu)},
+                     {"limit", round_trip("dds", Between::kCable, payload, one_cpu)}},
+      .rows = {{"tims-engine", "p50_us", "limit", {.ratio_max = kDdsRoundTripRatio}}}};
 }
 
 Case dds_throughput(std::size_t payload) {
@@ -50,14 +51,14 @@ Case dds_throughput(std::size_t payload) {
 }
 
 // The limit has no routers, and answers in the library's own thread.
-Case dds_hosts_rtt(std::size_t payload) {
-  Experiment ours = round_trip("tims", Between::kTwoRouters, payload, false);
+Case dds_hosts_rtt(std::size_t payload, bool one_cpu) {
+  Experiment ours = round_trip("tims", Between::kTwoRouters, payload, one_cpu);
   ours.paths = "dds";
-  return {
-      .scenario = "dds_hosts_rtt",
-      .payload = payload,
-      .contenders = {{"tims", ours}, {"limit", round_trip("dds", Between::kCable, payload, false)}},
-      .rows = {{"tims", "p50_us", "limit", {.ratio_max = kDdsRoundTripRatio}}}};
+  return {.scenario = one_cpu ? "dds_hosts_rtt@1cpu" : "dds_hosts_rtt",
+          .payload = payload,
+          .contenders = {{"tims", ours},
+                         {"limit", round_trip("dds", Between::kCable, payload, one_cpu)}},
+          .rows = {{"tims", "p50_us", "limit", {.ratio_max = kDdsRoundTripRatio}}}};
 }
 
 Case fleet_join() {
@@ -87,9 +88,13 @@ Case failover() {
 }
 
 void add_dds_cases(std::vector<Case>& cases, bool quick) {
-  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_rtt(payload));
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).round_trip)
+      cases.push_back(dds_rtt(payload, one_cpu));
   for (const std::size_t payload : sizes(quick).stream) cases.push_back(dds_throughput(payload));
-  for (const std::size_t payload : sizes(quick).round_trip) cases.push_back(dds_hosts_rtt(payload));
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).round_trip)
+      cases.push_back(dds_hosts_rtt(payload, one_cpu));
   cases.push_back(fleet_join());
   cases.push_back(failover());
 }

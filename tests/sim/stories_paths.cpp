@@ -370,6 +370,17 @@ TEST_F(Paths, AThousandRandomCutsLoseNothing) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
+TEST_F(Paths, ADeadWayIsNoLoss) {
+  start();
+  cut(PathKind::kUdp);
+  world.run_for(30s);
+  EXPECT_EQ(link_of(*base, "robot").session().loss_permille(), 0);
+  EXPECT_EQ(link_of(*robot, "base").session().loss_permille(), 0);
+  set_dds({.loss = 0.2, .delay = kDdsDelay});
+  world.run_for(30s);
+  EXPECT_NEAR(link_of(*base, "robot").session().loss_permille(), 200, 150);
+}
+
 TEST_F(Paths, ASlowWayWithLossesIsStillOne) {
   start();
   set_dds({.loss = 0.1, .delay = 80ms, .jitter = 20ms});

@@ -1,6 +1,7 @@
 // Programs of the original and our components: what they have sent while somebody drove (recording
 // a-gui-drive), byte for byte and in their order, and answers as they expect them.
 #include <ostream>
+#include <ranges>
 #include <set>
 
 #include "proxies/gdos.h"
@@ -39,6 +40,7 @@ class Gui {
       return register_at(message);
     if (header.dest == Address() || is_of_gui(header.dest)) return;  // lifesigns, and to itself
     if (header.src == kJoystick) return move_stick(message, bytes);
+    if (header.type == type::kOn) return turn_on(header, bytes);
     if (header.type > 0) ask(header, bytes);
   }
 
@@ -60,6 +62,20 @@ class Gui {
     stick_.assign(message.body.begin(), message.body.end());
     if (!pilot_listens_) return;
     ASSERT_TRUE(client_.send_bytes(bytes));
+  }
+
+  // What it lives on may be in error for a moment, when there was no CPU for long: people press
+  // again.
+  void turn_on(const Header& request, std::span<const std::byte> bytes) {
+    const std::pair refused{int{type::kError}, std::size_t{0}};
+    Answers& given = answers[{request.dest.raw(), request.type}];
+    EXPECT_TRUE(eventually(
+        [&] {
+          given.erase(refused);
+          ask(request, bytes);
+          return !given.contains(refused);
+        },
+        "it is on"));
   }
 
   void ask(const Header& request, std::span<const std::byte> bytes) {
@@ -138,8 +154,9 @@ TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
        {0x00110000U, 0x00120000U, 0x00130000U, 0x00190000U, 0x00180000U, 0x00180100U}) {
     EXPECT_EQ((gui.answers[{component, type::kOn}]), done) << std::hex << component;
     EXPECT_EQ((gui.answers[{component, type::kOff}]), done) << std::hex << component;
-    EXPECT_EQ((gui.answers[{component, type::kGetStatus}]),
-              (Answers{{type::kEnabled, 0}, {type::kDisabled, 0}}))
+    Answers states = gui.answers[{component, type::kGetStatus}];
+    states.erase({type::kError, 0});  // for a moment, when there was no CPU for long
+    EXPECT_EQ(states, (Answers{{type::kEnabled, 0}, {type::kDisabled, 0}}))
         << std::hex << component;
   }
   EXPECT_EQ((gui.answers[{0x00110000, rack::ChassisType::kSetActivePilot}]), done);
@@ -163,7 +180,7 @@ bool answers_to(const Header& request, const Header& header) {
 // A module of the recording: its connections, and what it asks of others.
 class OriginalModule {
  public:
-  OriginalModule(const Recording& recording, std::set<int> connections) {
+  OriginalModule(const Recording& recording, const std::set<int>& connections) {
     for (const recorded::Line& line : recording.lines) {
       const auto* message = std::get_if<recorded::Message>(&line.event);
       if (message == nullptr || !connections.contains(line.conn) || line.time > kModulesEnd)
@@ -187,9 +204,9 @@ class OriginalModule {
     requests_.push_back({header, message.bytes});
   }
   void add_answer(const MessageView& message) {
-    for (auto request = requests_.rbegin(); request != requests_.rend(); ++request) {
-      if (!answers_to(request->header, message.header)) continue;
-      answers[{request->header.dest.raw(), request->header.type}].insert(
+    for (const Request& request : std::views::reverse(requests_)) {
+      if (!answers_to(request.header, message.header)) continue;
+      answers[{request.header.dest.raw(), request.header.type}].insert(
           {message.header.type, message.body.size()});
       return;
     }

@@ -157,6 +157,20 @@ std::string profiles(const std::string& name) {
 </profiles></dds>)";
 }
 
+std::string profiles_with_transport(const std::string& type) {
+  return R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <transport_descriptors><transport_descriptor>
+    <transport_id>own</transport_id><type>)" +
+         type + R"(</type>
+  </transport_descriptor></transport_descriptors>
+  <participant profile_name="tims"><rtps>
+    <userTransports><transport_id>own</transport_id></userTransports>
+    <useBuiltinTransports>false</useBuiltinTransports>
+  </rtps></participant>
+</profiles></dds>)";
+}
+
 class DdsProfiles : public DdsEngineTest {
  protected:
   std::string write(const std::string& text) {
@@ -174,6 +188,23 @@ TEST_F(DdsProfiles, AreRead) {
   meet(a, b);
   ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
   EXPECT_TRUE(until([&] { return b.arrivals.size() == 1; }, "it arrives"));
+}
+
+TEST_F(DdsProfiles, MayHaveATransportOfTheirOwn) {
+  const std::string file = write(profiles_with_transport("UDPv4"));
+  Host a(loop_, "a", {.profiles = file});
+  Host b(loop_, "b");
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(60'000), 1200));
+  ASSERT_TRUE(b.send(a.address(), Bytes(60'000), 1200));
+  EXPECT_TRUE(until([&] { return b.bytes_in == 60'000 && a.bytes_in == 60'000; }, "all arrive"));
+}
+
+TEST_F(DdsProfiles, ButNotOneThatWaits) {
+  Host a(loop_, "a", {.profiles = write(profiles_with_transport("TCPv4"))});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml: TCP is no transport for routers"));
 }
 
 TEST_F(DdsProfiles, WithoutOneForUs) {

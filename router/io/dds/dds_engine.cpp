@@ -8,8 +8,11 @@
 
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fmt/core.h>
+#include <poll.h>
 
 #include "os/clock.h"
+#include "router/io/dds/qos.h"
+#include "router/io/dds/route.h"
 #include "router/io/dds/worker.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
@@ -24,6 +27,7 @@ using link::NetAddress;
 
 constexpr std::size_t kSamplesATurn = 32;
 constexpr Duration kTryAgain = 3s;
+constexpr Duration kFinishLimit = 200ms;  // for the last words
 constexpr Duration kEndLimit = 3s;
 
 NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
@@ -38,22 +42,24 @@ NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
 // From start() to stop().
 class DdsEngine::Running {
  public:
-  Running(DdsEngine& engine, eprosima::fastdds::dds::DomainParticipantQos qos,
+  Running(DdsEngine& engine, const eprosima::fastdds::dds::DomainParticipantQos& qos,
           std::shared_ptr<DdsNews> news)
       : engine_(engine),
         news_(std::move(news)),
+        port_(user_traffic_port(qos, engine.settings_.domain)),
         retry_(engine.loop_, [this] { live_again(); }),
-        sweep_(engine.loop_, [this] { forget_the_silent(); }) {
-    watch_.emplace(engine.loop_, news_->fd(), [this](Ready) { hear(); });
-    thread_ = std::thread(
-        [settings = engine.settings_, qos = std::move(qos), news = news_, orders = orders_] {
-          DdsWorker(settings, qos, news, orders).run();
-          orders->ended();
-        });
+        sweep_(engine.loop_, [this] { forget_the_silent(); }),
+        serve_(engine.loop_, [this] { serve(); }) {
+    ear_.emplace(engine.loop_, news_->fd(), [this](Ready) { hear(); });
+    thread_ = std::thread([settings = engine.settings_, qos, news = news_, orders = orders_] {
+      DdsWorker(settings, qos, news, orders).run();
+      orders->ended();
+    });
   }
 
   ~Running() {
-    reader_ = nullptr;
+    guarded([this] { finish(); });
+    leave();
     orders_->change([](DdsOrders::Wanted& wanted) { wanted.end = true; });
     if (orders_->wait_for_end(kEndLimit)) {
       thread_.join();
@@ -64,35 +70,38 @@ class DdsEngine::Running {
   }
 
   void live(const link::Announcement& self) {
-    reader_ = nullptr;  // before the thread may end it
-    address_ = {};
+    leave();
     ++life_;
+    self_ = self;
     retry_.cancel();
+    auto traffic = UserTraffic::open(engine_.settings_.interface, port_);
+    if (!traffic) return fail(traffic.error().detail());
+    traffic_ = *traffic;
     orders_->change([&](DdsOrders::Wanted& wanted) {
       wanted.life = life_;
       wanted.self = self;
+      wanted.traffic = traffic_;
     });
-    self_ = self;
   }
 
   [[nodiscard]] State state() const { return reader_ != nullptr ? State::kUp : State::kStarting; }
   [[nodiscard]] const NetAddress& address() const { return address_; }
 
-  std::shared_ptr<DdsPeer> connect(const NetAddress& to) {
+  DdsRoute* connect(const NetAddress& to) {
     const auto known = known_.find(to);
     if (known == known_.end()) return nullptr;
-    std::shared_ptr<DdsPeer>& peer = known->second.peer;
-    if (!peer) {
-      peer = std::make_shared<DdsPeer>(to);
+    std::unique_ptr<DdsRoute>& route = known->second.route;
+    if (!route) {
+      route = std::make_unique<DdsRoute>(to);
       order_peers();
     }
-    return peer;
+    return route.get();
   }
 
   bool send(const link::Train& train) {
-    const auto peer = connect(train.to);
-    if (peer && peer->queue.put(train)) {
-      orders_->stir();
+    DdsRoute* const route = connect(train.to);
+    if (route != nullptr && route->put(train)) {
+      guarded([&] { serve_by(route->serve(os::now(), written_)); });
       return true;
     }
     if (train.datagram_size > 0)
@@ -102,21 +111,44 @@ class DdsEngine::Running {
 
   [[nodiscard]] Counters counters() const {
     Counters all = counters_;
-    all.samples_out = orders_->written.samples;
-    all.bytes_out = orders_->written.bytes;
-    all.datagrams_out = orders_->written.datagrams;
-    all.unmatched = orders_->written.unmatched;
-    for (const auto& [address, router] : known_) {
-      if (router.peer) all.waiting_bytes += router.peer->queue.waiting_bytes();
-    }
+    all.samples_out = written_.samples;
+    all.bytes_out = written_.bytes;
+    all.datagrams_out = written_.datagrams;
+    all.unmatched = written_.unmatched;
+    for (const auto& [address, router] : known_)
+      if (router.route) all.waiting_bytes += router.route->waiting_bytes();
     return all;
   }
 
  private:
   struct Router {
-    std::uint64_t life = 0;           // in which it was last heard of
-    std::shared_ptr<DdsPeer> peer{};  // when it is sent to
+    std::uint64_t life = 0;             // in which it was last heard of
+    std::unique_ptr<DdsRoute> route{};  // when it is sent to
   };
+
+  // Exceptions are the library's.
+  template <typename Work>
+  void guarded(Work work) {
+    try {
+      work();
+    } catch (const std::exception& e) {
+      fail(e.what());
+    }
+  }
+
+  // Before the thread may end what the library has made.
+  void leave() {
+    inlet_.reset();
+    reader_ = nullptr;
+    address_ = {};
+    for_each_route([](DdsRoute& route) { route.set_writer(nullptr); });
+  }
+
+  template <typename Visit>
+  void for_each_route(Visit visit) {
+    for (auto& [address, router] : known_)
+      if (router.route) visit(*router.route);
+  }
 
   // --- what the threads tell
 
@@ -125,9 +157,22 @@ class DdsEngine::Running {
     for (const DdsNews::Line& line : news.lines) complain(line);
     for (auto& [id, router] : news.routers) hear_of(NetAddress::dds(id), router);
     if (news.up && news.up->life == life_) come_up(*news.up);
+    for (const DdsNews::Opened& opened : news.opened) hear_of(opened);
     if (news.failure && news.failure->life == life_) fail(news.failure->text);
     take_samples();
+    serve();
     engine_.listener_.on_turn_end();
+  }
+
+  void receive() {
+    guarded([this] { hand_on_arrivals(); });
+    hear();
+  }
+
+  // Acknowledgements are among them.
+  void hand_on_arrivals() {
+    news_->quietly([this] { traffic_->receive(); });
+    for_each_route([](DdsRoute& route) { route.try_again(); });
   }
 
   void complain(const DdsNews::Line& line) {
@@ -146,9 +191,17 @@ class DdsEngine::Running {
     engine_.listener_.on_announced(*router.announcement);
   }
 
+  void hear_of(const DdsNews::Opened& opened) {
+    const auto known = known_.find(opened.peer->address);
+    if (opened.life != life_ || known == known_.end()) return;
+    DdsRoute* const route = known->second.route.get();
+    if (route != nullptr && route->peer() == opened.peer) route->set_writer(opened.writer);
+  }
+
   void come_up(const DdsNews::Up& up) {
     reader_ = up.reader;
     address_ = up.address;
+    inlet_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
     engine_.last_error_.clear();
     // Who went while there was no participant has not been heard going.
     sweep_.set(os::now() + engine_.settings_.lease + 1s);
@@ -156,8 +209,7 @@ class DdsEngine::Running {
   }
 
   void fail(const std::string& text) {
-    reader_ = nullptr;
-    address_ = {};
+    leave();
     engine_.last_error_ = text;
     engine_.log_.warning(fmt::format("dds: {}; tried again in {} s", text, kTryAgain / 1s));
     retry_.set(os::now() + kTryAgain);
@@ -170,16 +222,14 @@ class DdsEngine::Running {
 
   void order_peers() {
     std::vector<std::shared_ptr<DdsPeer>> peers;
-    for (const auto& [address, router] : known_) {
-      if (router.peer) peers.push_back(router.peer);
-    }
+    for_each_route([&](DdsRoute& route) { peers.push_back(route.peer()); });
     orders_->change([&](DdsOrders::Wanted& wanted) { wanted.peers = std::move(peers); });
   }
 
   void forget(const NetAddress& address) {
     const auto known = known_.extract(address);
     if (!known) return;
-    if (known.mapped().peer) order_peers();
+    if (known.mapped().route) order_peers();
     engine_.listener_.on_gone(address);
   }
 
@@ -190,6 +240,37 @@ class DdsEngine::Running {
     }
     for (const NetAddress& address : silent) forget(address);
     if (!silent.empty()) engine_.listener_.on_turn_end();
+  }
+
+  // --- datagrams out
+
+  void serve() {
+    const Time now = os::now();
+    Time next = serve_at_ = kNever;
+    guarded([&] {
+      for_each_route([&](DdsRoute& route) { next = std::min(next, route.serve(now, written_)); });
+    });
+    serve_by(next);
+  }
+
+  void serve_by(Time next) {
+    if (next < serve_at_) serve_.set(serve_at_ = next);
+  }
+
+  // What waits is written, and has arrived, unless that takes too long.
+  void finish() {
+    const Time limit = os::now() + kFinishLimit;
+    const auto is_finished = [this] {
+      bool all = true;
+      for_each_route([&](DdsRoute& route) { all = all && route.is_finished(); });
+      return all;
+    };
+    while (reader_ != nullptr && os::now() < limit && !is_finished()) {
+      pollfd acknowledgements{traffic_->fd(), POLLIN, 0};
+      ::poll(&acknowledgements, 1, 1);
+      hand_on_arrivals();
+      for_each_route([&](DdsRoute& route) { route.serve(os::now(), written_); });
+    }
   }
 
   // --- datagrams in
@@ -204,12 +285,9 @@ class DdsEngine::Running {
 
   bool take_sample(OctetsIn& buffer) {
     eprosima::fastdds::dds::SampleInfo info;
-    try {
-      if (reader_->take_next_sample(&buffer, &info) != ReturnCode_t::RETCODE_OK) return false;
-    } catch (const std::exception& e) {
-      fail(e.what());
-      return false;
-    }
+    bool taken = false;
+    guarded([&] { taken = reader_->take_next_sample(&buffer, &info) == ReturnCode_t::RETCODE_OK; });
+    if (!taken) return false;
     if (info.valid_data) hand_out(sender(info), buffer.bytes());
     return true;
   }
@@ -229,23 +307,29 @@ class DdsEngine::Running {
   }
 
   // Others have their turn first.
-  void continue_later() { news_->has_data(); }
+  void continue_later() { news_->has_moved(); }
 
   DdsEngine& engine_;
   const std::shared_ptr<DdsNews> news_;
   const std::shared_ptr<DdsOrders> orders_ = std::make_shared<DdsOrders>();
-  std::optional<Watch> watch_;
+  const std::uint16_t port_;
+  std::optional<Watch> ear_;
+  std::optional<Watch> inlet_;  // while there is a participant
   Timer retry_;
   Timer sweep_;
+  Timer serve_;
+  Time serve_at_ = kNever;
   std::thread thread_;
 
   std::uint64_t life_ = 0;
   link::Announcement self_{};
   NetAddress address_{};
+  std::shared_ptr<UserTraffic> traffic_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
   std::map<NetAddress, Router> known_;
   std::deque<OctetsIn> buffers_;  // of one turn
   Counters counters_{};
+  DdsRoute::Counters written_{};
 };
 
 bool DdsEngine::built_in() { return true; }
@@ -260,7 +344,7 @@ Result<void> DdsEngine::start(const link::Announcement& self) {
   if (!qos) return qos.error();
   auto news = DdsNews::make();
   if (!news) return news.error();
-  running_ = std::make_unique<Running>(*this, std::move(*qos), std::move(*news));
+  running_ = std::make_unique<Running>(*this, *qos, std::move(*news));
   running_->live(self);
   return {};
 }

@@ -1,6 +1,6 @@
 // The other routers of a fleet by way of DDS (Fast DDS): who there is, and datagrams to and from
-// them. Nothing here waits for the library: a thread of the engine talks with it, and everything
-// comes back on the loop.
+// them. All of it happens on the loop; what may take long in the library, a thread of the engine
+// does.
 #pragma once
 
 #include <cstddef>
@@ -30,9 +30,13 @@ struct DdsSettings {
   // "10.9.1.1:11811": a discovery server (of id 0) tells who there is; nothing else is asked then.
   std::string discovery_server{};
   // Where this host can be reached, when not at all its addresses: "10.9.1.4".
-  std::vector<std::string> interfaces{};
+  std::string interface {};
   std::string profiles{};                    // a file of XML profiles; those named "tims" count
   Duration lease = std::chrono::seconds(3);  // who is silent for as long is gone
+  // Larger messages than the network takes go in IP fragments.
+  std::uint32_t message_max = 1392;
+  std::uint32_t history = 32;  // samples that one router has not acknowledged
+  Duration heartbeat = std::chrono::milliseconds(2);  // to a router that has not acknowledged all
 };
 
 class DdsEngine {

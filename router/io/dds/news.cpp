@@ -54,6 +54,14 @@ void DdsNews::has_seen(const link::DdsParticipant& participant, Router router) {
   ring();
 }
 
+void DdsNews::has_opened(Opened opened) {
+  {
+    const std::lock_guard lock(mutex_);
+    all_.opened.push_back(std::move(opened));
+  }
+  ring();
+}
+
 void DdsNews::has_said(Line line) {
   {
     const std::lock_guard lock(mutex_);

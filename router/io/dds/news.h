@@ -20,6 +20,9 @@ class DataReader;
 
 namespace tims::io {
 
+struct DdsPeer;
+class DdsWriter;
+
 class DdsNews {
  public:
   struct Up {
@@ -36,6 +39,11 @@ class DdsNews {
     std::uint64_t life = 0;                            // of the participant that saw it
     std::optional<link::Announcement> announcement{};  // nothing: gone, or no router of ours
   };
+  struct Opened {
+    std::uint64_t life = 0;
+    std::shared_ptr<DdsPeer> peer{};
+    DdsWriter* writer = nullptr;  // of the loop as long as it wants the peer, and no other life
+  };
   struct Line {
     bool error = false;
     std::string text{};
@@ -45,6 +53,7 @@ class DdsNews {
     std::optional<Up> up{};
     std::optional<Failure> failure{};
     std::map<link::DdsParticipant, Router> routers{};
+    std::vector<Opened> opened{};
     std::vector<Line> lines{};
   };
 
@@ -55,12 +64,20 @@ class DdsNews {
   void is_up(const Up& up);
   void has_failed(Failure failure);
   void has_seen(const link::DdsParticipant& participant, Router router);
+  void has_opened(Opened opened);
   void has_said(Line line);  // held back when there are many
-  void has_data() { ring(); }
+  // There are samples, or a reader to write to.
+  void has_moved() { ring(); }
 
   // By the loop: readable when there is something.
   [[nodiscard]] int fd() const { return bell_.get(); }
   All take();
+  // What is told from within `work` is not rung for: the loop looks by itself afterwards.
+  template <typename Work>
+  void quietly(Work work) {
+    rung_ = true;
+    work();
+  }
 
  private:
   void ring();

@@ -1,7 +1,5 @@
 #include "router/io/dds/orders.h"
 
-#include <utility>
-
 #include "os/clock.h"
 
 namespace tims::io {
@@ -14,18 +12,11 @@ std::chrono::steady_clock::time_point steady(Time time) {
 
 }  // namespace
 
-bool DdsOrders::wait(Time until, Wanted& wanted) {
+DdsOrders::Wanted DdsOrders::wait() {
   std::unique_lock lock(mutex_);
-  const auto stirred = [this] { return stirred_; };
-  if (until == kNever) {
-    wake_.wait(lock, stirred);
-  } else {
-    wake_.wait_until(lock, steady(until), stirred);
-  }
-  stirred_ = false;
-  if (!std::exchange(changed_, false)) return false;
-  wanted = wanted_;
-  return true;
+  change_.wait(lock, [this] { return changed_; });
+  changed_ = false;
+  return wanted_;
 }
 
 void DdsOrders::ended() {

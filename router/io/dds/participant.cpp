@@ -1,16 +1,17 @@
 #include "router/io/dds/participant.h"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+
+#include "router/io/dds/qos.h"
+#include "router/io/dds/require.h"
 
 namespace tims::io {
 namespace {
@@ -23,18 +24,6 @@ link::DdsParticipant id_of(const rtps::GuidPrefix_t& prefix) {
   link::DdsParticipant id{};
   std::copy_n(prefix.value, id.size(), id.begin());
   return id;
-}
-
-// "010f6e1f0a00000001000000"
-std::string partition_of(const link::NetAddress& address) {
-  const std::string text = address.to_string();
-  return text.substr(text.find(':') + 1);
-}
-
-template <typename T>
-T* require(T* made, const char* what) {
-  if (made == nullptr) throw std::runtime_error(std::string("no ") + what + " could be made");
-  return made;
 }
 
 std::optional<link::Announcement> read(const rtps::ParticipantProxyData& data,
@@ -74,38 +63,23 @@ class DdsParticipant::Discovery final : public fast::DomainParticipantListener {
 class DdsParticipant::Arrival final : public fast::DataReaderListener {
  public:
   explicit Arrival(std::shared_ptr<DdsNews> news) : news_(std::move(news)) {}
-  void on_data_available(fast::DataReader*) override { news_->has_data(); }
+  void on_data_available(fast::DataReader*) override { news_->has_moved(); }
 
  private:
   const std::shared_ptr<DdsNews> news_;
 };
 
-class DdsParticipant::Writer::Match final : public fast::DataWriterListener {
- public:
-  Match(std::shared_ptr<DdsPeer> peer, std::shared_ptr<DdsOrders> orders)
-      : peer_(std::move(peer)), orders_(std::move(orders)) {}
-  void on_publication_matched(fast::DataWriter*,
-                              const fast::PublicationMatchedStatus& status) override {
-    peer_->matched = status.current_count > 0;
-    orders_->stir();
-  }
-  void forget() { peer_->matched = false; }
-
- private:
-  const std::shared_ptr<DdsPeer> peer_;
-  const std::shared_ptr<DdsOrders> orders_;
-};
-
 // --- the participant
 
 DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticipantQos qos,
-                               const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news,
-                               std::shared_ptr<DdsOrders> orders)
-    : has_profiles_(!settings.profiles.empty()),
-      orders_(std::move(orders)),
-      discovery_(std::make_unique<Discovery>(settings.fleet, wanted.life, news)),
-      arrival_(std::make_unique<Arrival>(std::move(news))) {
+                               const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news)
+    : settings_(settings),
+      news_(std::move(news)),
+      traffic_(wanted.traffic),
+      discovery_(std::make_unique<Discovery>(settings.fleet, wanted.life, news_)),
+      arrival_(std::make_unique<Arrival>(news_)) {
   announce(qos, wanted.self);
+  carry(qos, traffic_);
   participant_ = require(fast::DomainParticipantFactory::get_instance()->create_participant(
                              settings.domain, qos, discovery_.get(), fast::StatusMask::none()),
                          "participant");
@@ -130,8 +104,9 @@ void DdsParticipant::make_reader() {
   where.partition().push_back(partition_of(address()).c_str());
   auto* subscriber = require(participant_->create_subscriber(where), "subscriber");
   fast::DataReaderQos qos = subscriber->get_default_datareader_qos();
-  const bool is_profile = has_profiles_ && subscriber->get_datareader_qos_from_profile(
-                                               kDdsProfile, qos) == ReturnCode_t::RETCODE_OK;
+  const bool is_profile =
+      !settings_.profiles.empty() &&
+      subscriber->get_datareader_qos_from_profile(kDdsProfile, qos) == ReturnCode_t::RETCODE_OK;
   complete(qos, is_profile);
   reader_ = require(subscriber->create_datareader(topic_, qos, arrival_.get(),
                                                   fast::StatusMask::data_available()),
@@ -145,7 +120,7 @@ void DdsParticipant::make_presence() {
   where.partition().push_back(partition_of(address()).c_str());
   auto* publisher = require(participant_->create_publisher(where), "publisher");
   fast::DataWriterQos qos = publisher->get_default_datawriter_qos();
-  complete(qos, false);
+  complete(qos, settings_, false);
   require(publisher->create_datawriter(topic_, qos), "writer");
 }
 
@@ -160,50 +135,9 @@ link::NetAddress DdsParticipant::address() const {
   return link::NetAddress::dds(id_of(participant_->guid().guidPrefix));
 }
 
-std::unique_ptr<DdsParticipant::Writer> DdsParticipant::make_writer(
-    const std::shared_ptr<DdsPeer>& peer) {
-  return std::make_unique<Writer>(*participant_, *topic_, has_profiles_, peer, orders_);
-}
-
-// --- a writer
-
-DdsParticipant::Writer::Writer(fast::DomainParticipant& participant, fast::Topic& topic,
-                               bool has_profiles, std::shared_ptr<DdsPeer> peer,
-                               std::shared_ptr<DdsOrders> orders)
-    : participant_(participant) {
-  fast::PublisherQos where = fast::PUBLISHER_QOS_DEFAULT;
-  where.partition().push_back(partition_of(peer->address).c_str());
-  match_ = std::make_unique<Match>(std::move(peer), std::move(orders));
-  publisher_ = require(participant.create_publisher(where), "publisher");
-  fast::DataWriterQos qos = publisher_->get_default_datawriter_qos();
-  const bool is_profile = has_profiles && publisher_->get_datawriter_qos_from_profile(
-                                              kDdsProfile, qos) == ReturnCode_t::RETCODE_OK;
-  complete(qos, is_profile);
-  writer_ = publisher_->create_datawriter(&topic, qos, match_.get(),
-                                          fast::StatusMask::publication_matched());
-  if (writer_ == nullptr) participant.delete_publisher(publisher_);
-  require(writer_, "writer");
-}
-
-DdsParticipant::Writer::~Writer() {
-  publisher_->delete_datawriter(writer_);
-  participant_.delete_publisher(publisher_);
-  match_->forget();
-}
-
-void DdsParticipant::Writer::wait_until_arrived(Duration limit) {
-  if (limit > Duration::zero()) writer_->wait_for_acknowledgments(dds_duration(limit));
-}
-
-// The history is full until the reader has acknowledged: the library says "timeout" or "out of
-// resources", and has not kept the sample.
-Written DdsParticipant::Writer::write(const SendQueue::Front& front) {
-  sample_.parts = front.parts;
-  const ReturnCode_t code = writer_->write(&sample_, rtps::InstanceHandle_t());
-  if (code == ReturnCode_t::RETCODE_OK) return Written::kYes;
-  const bool full =
-      code == ReturnCode_t::RETCODE_TIMEOUT || code == ReturnCode_t::RETCODE_OUT_OF_RESOURCES;
-  return full ? Written::kNotNow : Written::kNever;
+std::unique_ptr<DdsWriter> DdsParticipant::make_writer(const std::shared_ptr<DdsPeer>& peer) {
+  const DdsWriter::Place place{*participant_, *topic_, settings_};
+  return std::make_unique<DdsWriter>(place, peer, news_, traffic_);
 }
 
 }  // namespace tims::io

@@ -4,11 +4,13 @@
 #include <filesystem>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/rtps/transport/TCPTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <fmt/core.h>
 
+#include "router/io/dds/transport.h"
 #include "router/io/net/system_address.h"
 
 namespace tims::io {
@@ -17,14 +19,13 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using namespace std::chrono_literals;
+using UdpDescriptor = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+using TcpDescriptor = eprosima::fastdds::rtps::TCPTransportDescriptor;
 
 constexpr unsigned kDomainMax = 232;                // the library ends the process beyond
 constexpr std::uint32_t kParticipantsOfAHost = 16;  // where a peer without port is looked for
 constexpr std::uint16_t kServerPort = 11811;        // as the library's own tools
-constexpr int kWriterSamples = 32;                  // times 64 KiB: what one slow peer may cost
 constexpr int kReaderSamples = 256;
-// What was lost is noticed by the next heartbeat, and asked for at once.
-constexpr Duration kHeartbeat = 2ms;
 // Between two times that the same is sent again: to a reader without room, that is all the time.
 constexpr Duration kResendPause = 10ms;
 
@@ -80,24 +81,39 @@ void set_library() {
 
 // --- the participant
 
-// Sends messages that need no IP fragments, and takes larger ones. Where some of many fragments are
-// lost, nothing arrives, and what is left of them fills the receiver's memory for 30 s.
-class UdpTransport final : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
+// Sends messages that need no IP fragments (or as settings say), and takes larger ones. Where some
+// of many fragments are lost, nothing arrives, and what is left of them fills the receiver's memory
+// for 30 s.
+class UdpTransport final : public UdpDescriptor {
  public:
-  UdpTransport() { sendBufferSize = receiveBufferSize = 4 << 20; }
-  [[nodiscard]] std::uint32_t max_message_size() const override { return 1400; }
+  explicit UdpTransport(const DdsSettings& settings) : message_max_(settings.message_max) {
+    sendBufferSize = receiveBufferSize = 4 << 20;
+    maxInitialPeersRange = kParticipantsOfAHost;
+    if (!settings.interface.empty()) interfaceWhiteList = {settings.interface};
+  }
+  [[nodiscard]] std::uint32_t max_message_size() const override { return message_max_; }
+
+ private:
+  std::uint32_t message_max_;
 };
 
 // Only UDP: shared memory is found and does not work between containers of one host, and leaves
 // files behind.
-void set_transport(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
+Result<void> set_transport(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
   auto& transport = qos.transport();
-  if (!transport.user_transports.empty() || !transport.use_builtin_transports) return;
-  transport.use_builtin_transports = false;
-  auto udp = std::make_shared<UdpTransport>();
-  udp->maxInitialPeersRange = kParticipantsOfAHost;
-  udp->interfaceWhiteList = settings.interfaces;
-  transport.user_transports.push_back(std::move(udp));
+  if (transport.user_transports.empty() && transport.use_builtin_transports) {
+    transport.use_builtin_transports = false;
+    transport.user_transports.push_back(std::make_shared<UdpTransport>(settings));
+  }
+  // The loop writes: it never waits for room.
+  for (const auto& descriptor : transport.user_transports) {
+    if (dynamic_cast<const TcpDescriptor*>(descriptor.get()) != nullptr)
+      return invalid(settings.profiles +
+                     ": TCP is no transport for routers: they would wait for "
+                     "one that does not read");
+    if (auto* udp = dynamic_cast<UdpDescriptor*>(descriptor.get())) udp->non_blocking_send = true;
+  }
+  return {};
 }
 
 // Where we are looked for: the first of the ports of DDS that is free, in steps of two. Left alone,
@@ -141,6 +157,11 @@ Result<void> set_server(fast::DomainParticipantQos& qos, const DdsSettings& sett
 
 }  // namespace
 
+std::string partition_of(const link::NetAddress& address) {
+  const std::string text = address.to_string();
+  return text.substr(text.find(':') + 1);
+}
+
 eprosima::fastrtps::Duration_t dds_duration(Duration of) {
   return {static_cast<std::int32_t>(of / 1s), static_cast<std::uint32_t>((of % 1s).count())};
 }
@@ -149,18 +170,19 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
   if (settings.domain > kDomainMax)
     return invalid(fmt::format("domain {} is not within 0 and {}", settings.domain, kDomainMax));
   if (settings.fleet.empty()) return invalid("the fleet has no name");
-  for (const std::string& interface : settings.interfaces) {
-    const auto place = parse_place(interface);
-    if (!place || place->port != 0) return invalid("interface " + interface + " is not an address");
+  if (!settings.interface.empty()) {
+    const auto place = parse_place(settings.interface);
+    if (!place || place->port != 0)
+      return invalid("interface " + settings.interface + " is not an address");
   }
   set_library();
   fast::DomainParticipantQos qos;
   if (!settings.profiles.empty()) {
     auto profile = participant_profile(settings.profiles);
     if (!profile) return profile.error();
-    qos = std::move(*profile);
+    qos = *profile;
   }
-  set_transport(qos, settings);
+  if (auto done = set_transport(qos, settings); !done) return done.error();
   if (auto done = set_discovery(qos, settings); !done) return done.error();
   if (auto done = set_server(qos, settings); !done) return done.error();
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
@@ -170,6 +192,22 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
     discovery.leaseDuration_announcementperiod = dds_duration(settings.lease / 3);
   }
   return qos;
+}
+
+std::uint16_t user_traffic_port(const fast::DomainParticipantQos& qos, unsigned domain) {
+  const auto& ports = qos.wire_protocol().port;
+  return static_cast<std::uint16_t>(ports.portBase + ports.domainIDGain * domain + ports.offsetd3);
+}
+
+// What a profile says of both stays.
+void carry(fast::DomainParticipantQos& qos, const std::shared_ptr<UserTraffic>& traffic) {
+  auto& locators = qos.wire_protocol().default_unicast_locator_list;
+  for (auto& descriptor : qos.transport().user_transports) {
+    if (dynamic_cast<const UdpDescriptor*>(descriptor.get()) == nullptr) continue;
+    descriptor = std::make_shared<DdsTransport>(descriptor, traffic);
+    if (locators.empty()) locators.push_back(traffic->locator());
+    return;
+  }
 }
 
 void announce(fast::DomainParticipantQos& qos, const link::Announcement& announcement) {
@@ -188,11 +226,11 @@ void keep_all(Qos& qos, int samples) {
   qos.resource_limits().max_samples = samples;
   qos.resource_limits().max_samples_per_instance = samples;
   qos.resource_limits().max_instances = 1;
-  qos.resource_limits().allocated_samples = 4;
+  qos.resource_limits().allocated_samples = 2;
 }
 
-void complete(fast::DataWriterQos& qos, bool is_profile) {
-  keep_all(qos, kWriterSamples);
+void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_profile) {
+  keep_all(qos, static_cast<int>(settings.history));
   // What has been acknowledged stays until there is no room. Volatile writers take it out at once,
   // in Fast DDS 2.9.1 also when a reader goes, with two locks in the other order than the thread
   // that sends again what was lost: the participant would stand still forever.
@@ -201,9 +239,12 @@ void complete(fast::DataWriterQos& qos, bool is_profile) {
   qos.reliability().max_blocking_time = {0, 0};
   if (is_profile) return;
   auto& times = qos.reliable_writer_qos().times;
-  times.heartbeatPeriod = dds_duration(kHeartbeat);
+  // What was lost is noticed by the next one, and asked for at once.
+  times.heartbeatPeriod = dds_duration(settings.heartbeat);
   times.nackResponseDelay = dds_duration(0ms);
   times.nackSupressionDuration = dds_duration(kResendPause);
+  // Else with each sample once the history is full of what was acknowledged long ago.
+  qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
 }
 

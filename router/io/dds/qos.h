@@ -2,7 +2,7 @@
 // value is not the library's.
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <string>
 
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
@@ -10,10 +10,14 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 
 #include "router/io/dds/dds_engine.h"
+#include "router/io/dds/user_traffic.h"
 
 namespace tims::io {
 
 inline constexpr const char* kDdsProfile = "tims";
+
+// Which one router reads, and nobody else: "010f6e1f0a00000001000000".
+std::string partition_of(const link::NetAddress& address);
 
 eprosima::fastrtps::Duration_t dds_duration(Duration of);
 
@@ -21,11 +25,19 @@ eprosima::fastrtps::Duration_t dds_duration(Duration of);
 // profiles.
 Result<eprosima::fastdds::dds::DomainParticipantQos> participant_qos(const DdsSettings& settings);
 
+// Where the first participant of a host has its user traffic.
+std::uint16_t user_traffic_port(const eprosima::fastdds::dds::DomainParticipantQos& qos,
+                                unsigned domain);
+
+void carry(eprosima::fastdds::dds::DomainParticipantQos& qos,
+           const std::shared_ptr<UserTraffic>& traffic);
+
 void announce(eprosima::fastdds::dds::DomainParticipantQos& qos,
               const link::Announcement& announcement);
 
 // To what is there: the library's own, or a profile.
-void complete(eprosima::fastdds::dds::DataWriterQos& qos, bool is_profile);
+void complete(eprosima::fastdds::dds::DataWriterQos& qos, const DdsSettings& settings,
+              bool is_profile);
 void complete(eprosima::fastdds::dds::DataReaderQos& qos, bool is_profile);
 
 }  // namespace tims::io

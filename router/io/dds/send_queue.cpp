@@ -13,7 +13,6 @@ bool SendQueue::put(const link::Train& train) {
   if (train.bytes.empty() || train.datagram_size == 0) return true;
   const std::size_t datagrams =
       (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
-  const std::lock_guard lock(mutex_);
   if (train.bytes.size() + datagrams * kBundleSizeBytes > size_ - used_) return false;
   if (!ring_) ring_ = std::make_unique_for_overwrite<std::byte[]>(size_);
   for (std::span<const std::byte> rest = train.bytes; !rest.empty();) {
@@ -41,10 +40,8 @@ std::size_t SendQueue::datagram_size_at(std::size_t position) const {
 }
 
 SendQueue::Front SendQueue::front(std::size_t bytes_max) const {
-  const std::size_t waiting = waiting_bytes();
   Front front;
-  // What waits is not touched by who puts: no lock.
-  while (front.bytes < waiting) {
+  while (front.bytes < used_) {
     const std::size_t next = kBundleSizeBytes + datagram_size_at(first_ + front.bytes);
     if (front.datagrams > 0 && front.bytes + next > bytes_max) break;
     front.bytes += next;
@@ -58,16 +55,10 @@ SendQueue::Front SendQueue::front(std::size_t bytes_max) const {
 }
 
 void SendQueue::remove(const Front& front) {
-  const std::lock_guard lock(mutex_);
   used_ -= front.bytes;
   first_ = (first_ + front.bytes) % size_;
   // A queue that is used little stays in few pages.
   if (used_ == 0) first_ = end_ = 0;
-}
-
-std::size_t SendQueue::waiting_bytes() const {
-  const std::lock_guard lock(mutex_);
-  return used_;
 }
 
 }  // namespace tims::io

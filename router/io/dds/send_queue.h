@@ -1,12 +1,11 @@
 // What waits to be written to one router: datagrams in a ring of bytes, in the form they have in a
-// sample (link/bundle.h), so that a sample is a piece of the ring. One thread puts, one takes.
+// sample (link/bundle.h), so that a sample is a piece of the ring.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <span>
 
 #include "router/link/train.h"
@@ -32,18 +31,16 @@ class SendQueue {
   [[nodiscard]] Front front(std::size_t bytes_max) const;
   void remove(const Front& front);
 
-  // Also asked by whoever only wants to know.
-  [[nodiscard]] std::size_t waiting_bytes() const;
+  [[nodiscard]] std::size_t waiting_bytes() const { return used_; }
 
  private:
   void write(std::span<const std::byte> bytes);
   [[nodiscard]] std::size_t datagram_size_at(std::size_t position) const;
 
   const std::size_t size_;
-  mutable std::mutex mutex_;
   std::unique_ptr<std::byte[]> ring_;
   std::size_t used_ = 0;
-  std::size_t first_ = 0;  // the oldest byte; changed by who takes only
+  std::size_t first_ = 0;  // the oldest byte
   std::size_t end_ = 0;    // where the next one goes
 };
 

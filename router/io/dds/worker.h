@@ -1,5 +1,5 @@
-// The engine's thread: makes and ends participants, and writes what waits. It alone calls what may
-// take long in the library.
+// The engine's thread: makes and ends participants and their writers, which may take long in the
+// library.
 #pragma once
 
 #include <map>
@@ -11,30 +11,15 @@ namespace tims::io {
 
 class DdsWorker {
  public:
-  DdsWorker(const DdsSettings& settings, eprosima::fastdds::dds::DomainParticipantQos qos,
+  DdsWorker(const DdsSettings& settings, const eprosima::fastdds::dds::DomainParticipantQos& qos,
             std::shared_ptr<DdsNews> news, std::shared_ptr<DdsOrders> orders);
 
   void run();  // until the end is ordered
 
  private:
-  struct Route {
-    std::shared_ptr<DdsPeer> peer;
-    std::unique_ptr<DdsParticipant::Writer> writer{};  // while there is a participant
-    Time waits_since = kNever;                         // for its reader
-    Time again_at{};                                   // when it could not be written
-    Duration patience{};                               // until then
-  };
-
-  template <typename Work>
-  Time guarded(Work work);
-  Time finish(DdsOrders::Wanted& wanted);
   void obey(const DdsOrders::Wanted& wanted);
   void live(const DdsOrders::Wanted& wanted);
-  void keep_routes(const DdsOrders::Wanted& wanted);
-  // When to look again if nobody stirs.
-  Time serve(Time now);
-  Time serve(Time now, Route& route);
-  Time wait_for_reader(Time now, Route& route);
+  void keep_writers(const DdsOrders::Wanted& wanted);
 
   const DdsSettings settings_;
   const eprosima::fastdds::dds::DomainParticipantQos qos_;
@@ -42,7 +27,8 @@ class DdsWorker {
   const std::shared_ptr<DdsOrders> orders_;
   std::uint64_t life_ = 0;
   std::unique_ptr<DdsParticipant> participant_;
-  std::map<link::NetAddress, Route> routes_;  // go before the participant does
+  // Go before the participant does.
+  std::map<std::shared_ptr<DdsPeer>, std::unique_ptr<DdsWriter>> writers_;
 };
 
 }  // namespace tims::io

@@ -124,7 +124,8 @@ Sent UdpSocket::send_segmented(const Train& train) {
   msghdr message;
   if (!call.prepare(train, family_, cut, message)) return Sent::kUnreachable;
   if (::sendmsg(fd(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kAll;
-  if (!cut || !refuses_segments(errno)) return meaning_of(errno);
+  const bool wants_fragments = options_.fragments && errno == EMSGSIZE;
+  if (!cut || !(refuses_segments(errno) || wants_fragments)) return meaning_of(errno);
   // Kernels before 6.13 call datagrams that are too big for the interface invalid: only when they
   // go one by one was it the cutting.
   const Sent sent = send_plain(train);

@@ -56,13 +56,14 @@ void UdpSocket::request_buffers() {
   send_buffer_bytes_ = buffer_size(fd(), SO_SNDBUF);
 }
 
-// PROBE: never fragments, and does not believe what ICMP says about the path, which anybody can
+// PROBE: does not fragment, and does not believe what ICMP says about the path, which anybody can
 // forge: links measure it themselves. Errors are not asked for (IP_RECVERR): same reason.
 void UdpSocket::set_options() {
-  set(fd(), IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_PROBE);
+  set(fd(), IPPROTO_IP, IP_MTU_DISCOVER, options_.fragments ? IP_PMTUDISC_DONT : IP_PMTUDISC_PROBE);
   if (family_ == AF_INET6) {
     set(fd(), IPPROTO_IPV6, IPV6_V6ONLY, 0);
-    set(fd(), IPPROTO_IPV6, IPV6_MTU_DISCOVER, IPV6_PMTUDISC_PROBE);
+    set(fd(), IPPROTO_IPV6, IPV6_MTU_DISCOVER,
+        options_.fragments ? IPV6_PMTUDISC_DONT : IPV6_PMTUDISC_PROBE);
   }
   set(fd(), SOL_UDP, UDP_GRO, 1);
   set(fd(), SOL_SOCKET, SO_RXQ_OVFL, 1);

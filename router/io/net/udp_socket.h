@@ -1,5 +1,5 @@
-// A UDP socket that sends trains of datagrams in one call, and never fragments them. Whoever owns
-// it waits for fd() in the loop.
+// A UDP socket that sends trains of datagrams in one call, and does not fragment them unless asked
+// to. Whoever owns it waits for fd() in the loop.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@ namespace tims::io {
 struct UdpOptions {
   std::uint32_t buffer_bytes = 8U << 20;  // asked of the system, in each direction
   bool segmentation = true;               // false: as in a kernel without UDP_SEGMENT
+  bool fragments = false;                 // what is too big for the way goes in IP fragments
 };
 
 enum class Sent : std::uint8_t {

@@ -321,6 +321,18 @@ TEST_F(UdpNarrow, TooBigIsSaidAndNeverFragmented) {
   }
 }
 
+TEST_F(UdpNarrow, TooBigGoesInFragmentsWhereAskedTo) {
+  const auto bytes = pattern(6000, 1480);
+  for (const char* host : {"127.0.0.1", "::1"}) {
+    UdpSocket a = open(host, {.fragments = true});
+    UdpSocket b = open(host);
+    EXPECT_EQ(a.send({b.local(), std::span(bytes).first(1480), 1480}), Sent::kAll) << host;
+    receive(b, 1);
+    EXPECT_EQ(a.send({b.local(), bytes, 1480}), Sent::kAll) << host;
+    receive(b, 5);
+  }
+}
+
 TEST_F(UdpNarrow, WithoutRouteIsLost) {
   UdpSocket a = open("0.0.0.0");
   const auto bytes = pattern(1000, 500);

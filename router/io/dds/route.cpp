@@ -1,0 +1,53 @@
+#include "router/io/dds/route.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "router/link/bundle.h"
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
+constexpr Duration kPatienceMin = 100us;
+constexpr Duration kPatienceMax = 2ms;
+
+}  // namespace
+
+Time DdsRoute::serve(Time now, Counters& counters) {
+  if (!writer_ || !peer_->matched) return wait_for_reader(now, counters);
+  waits_since_ = kNever;
+  if (queue_.waiting_bytes() == 0) return kNever;
+  if (now < again_at_) return again_at_;
+  const SendQueue::Front front = queue_.front(kSampleBytesMax);
+  const Written written = writer_->write({.parts = front.parts});
+  if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
+  if (written == Written::kNotNow) {
+    patience_ = std::clamp(2 * patience_, kPatienceMin, kPatienceMax);
+    return again_at_ = now + patience_;
+  }
+  patience_ = {};
+  queue_.remove(front);
+  counters.samples += 1;
+  counters.datagrams += front.datagrams;
+  counters.bytes += front.bytes - front.datagrams * link::kBundleSizeBytes;
+  return queue_.waiting_bytes() > 0 ? now : kNever;
+}
+
+Time DdsRoute::wait_for_reader(Time now, Counters& counters) {
+  if (queue_.waiting_bytes() == 0) {
+    waits_since_ = kNever;
+    return kNever;
+  }
+  if (waits_since_ == kNever) waits_since_ = now;
+  if (now < waits_since_ + kReaderLimit) return waits_since_ + kReaderLimit;
+  const SendQueue::Front all = queue_.front(SendQueue::kBytes);
+  queue_.remove(all);
+  counters.unmatched += all.datagrams;
+  waits_since_ = kNever;
+  return kNever;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,54 @@
+// The way to one router: what waits for it, and the writer that takes it.
+#pragma once
+
+#include <memory>
+
+#include "router/io/dds/orders.h"
+#include "router/io/dds/send_queue.h"
+#include "router/io/dds/writer.h"
+#include "tims/time.h"
+
+namespace tims::io {
+
+class DdsRoute {
+ public:
+  struct Counters {
+    std::uint64_t samples = 0;
+    std::uint64_t bytes = 0;  // of datagrams
+    std::uint64_t datagrams = 0;
+    std::uint64_t unmatched = 0;  // datagrams thrown away: the receiver did not appear
+  };
+
+  explicit DdsRoute(const link::NetAddress& to) : peer_(std::make_shared<DdsPeer>(to)) {}
+
+  // What the engine's thread makes a writer for.
+  [[nodiscard]] const std::shared_ptr<DdsPeer>& peer() const { return peer_; }
+  // None: until there is another one, all waits.
+  void set_writer(DdsWriter* writer) { writer_ = writer; }
+
+  // False when there is no room.
+  bool put(const link::Train& train) { return queue_.put(train); }
+  // Writes one sample of what waits, if it can: then others have their turn. When to call again;
+  // earlier if something has happened. Throws what the library throws.
+  Time serve(Time now, Counters& counters);
+  // Something has come, perhaps an acknowledgement: a full history may have room.
+  void try_again() { again_at_ = {}; }
+
+  [[nodiscard]] std::size_t waiting_bytes() const { return queue_.waiting_bytes(); }
+  // Whether nothing is on its way.
+  [[nodiscard]] bool is_finished() {
+    return waiting_bytes() == 0 && (!writer_ || writer_->has_arrived());
+  }
+
+ private:
+  Time wait_for_reader(Time now, Counters& counters);
+
+  std::shared_ptr<DdsPeer> peer_;
+  SendQueue queue_;
+  DdsWriter* writer_ = nullptr;
+  Time waits_since_ = kNever;  // for the reader
+  Time again_at_{};            // with a full history: each try costs a copy
+  Duration patience_{};
+};
+
+}  // namespace tims::io

@@ -1,0 +1,90 @@
+#include "router/io/dds/user_traffic.h"
+
+#include <algorithm>
+
+#include <fastrtps/utils/IPLocator.h>
+
+namespace tims::io {
+namespace {
+
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::octet;
+
+constexpr int kPortsTried = 16;
+
+UserTraffic::Locator locator_at(const std::string& host, std::uint16_t port) {
+  UserTraffic::Locator locator;
+  IPLocator::createLocator(LOCATOR_KIND_UDPv4, host, port, locator);
+  return locator;
+}
+
+UserTraffic::Locator locator_of(const link::NetAddress& address) {
+  UserTraffic::Locator locator;
+  locator.kind = LOCATOR_KIND_UDPv4;
+  locator.port = address.port;
+  std::copy_n(address.ip.end() - 4, 4, locator.address + 12);
+  return locator;
+}
+
+std::string host_of(const std::string& interface) {
+  return interface.empty() ? "0.0.0.0" : interface;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<UserTraffic>> UserTraffic::open(const std::string& interface,
+                                                       std::uint16_t port) {
+  const auto open_at = [&](int at) {
+    return UdpSocket::open({host_of(interface), static_cast<std::uint16_t>(at)},
+                           {.fragments = true});
+  };
+  Result<UdpSocket> socket = open_at(port);
+  for (int i = 1; i < kPortsTried && !socket && socket.error().code() == Errc::kAddressInUse; ++i)
+    socket = open_at(port + 2 * i);
+  if (!socket) socket = open_at(0);
+  if (!socket) return socket.error();
+  return std::make_shared<UserTraffic>(std::move(*socket), interface);
+}
+
+UserTraffic::UserTraffic(UdpSocket socket, const std::string& interface)
+    : socket_(std::move(socket)), locator_(locator_at(host_of(interface), socket_.local().port)) {
+  train_.reserve(link::kTrainBytesMax);
+}
+
+void UserTraffic::receive() {
+  if (!socket_.receive(arrived_) || receiver_ == nullptr) return;
+  arrived_.for_each_datagram([this](const link::NetAddress& from, std::span<std::byte> datagram) {
+    receiver_->OnDataReceived(reinterpret_cast<const octet*>(datagram.data()),
+                              static_cast<std::uint32_t>(datagram.size()), locator_,
+                              locator_of(from));
+  });
+}
+
+// A message that is shorter than those before it ends their train.
+void UserTraffic::put(std::span<const std::byte> message, std::span<const link::NetAddress> to) {
+  const std::lock_guard lock(mutex_);
+  const bool fits = std::ranges::equal(to, to_) && message.size() <= message_size_ &&
+                    train_.size() % message_size_ == 0 &&
+                    train_.size() + message.size() <= link::kTrainBytesMax &&
+                    train_.size() < link::kTrainDatagramsMax * message_size_;
+  if (!fits) {
+    flush_locked();
+    to_.assign(to.begin(), to.end());
+    message_size_ = message.size();
+  }
+  train_.insert(train_.end(), message.begin(), message.end());
+}
+
+void UserTraffic::flush() {
+  const std::lock_guard lock(mutex_);
+  flush_locked();
+}
+
+void UserTraffic::flush_locked() {
+  if (train_.empty()) return;
+  for (const link::NetAddress& to : to_)
+    (void)socket_.send({.to = to, .bytes = train_, .datagram_size = message_size_});
+  train_.clear();
+}
+
+}  // namespace tims::io
