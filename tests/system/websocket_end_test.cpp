@@ -198,9 +198,9 @@ TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
 
 // Pings reach it late, and are not answered at all here; but it reads.
 TEST_F(SlowPageTest, WhoReadsLives) {
-  begin(lifesign_interval(400ms));
+  begin(lifesign_interval(1s));
   const int sent = send_until_lost("queue_replaced", 0, 1);
-  for (int beat = 0; beat < 6; ++beat) {
+  for (int beat = 0; beat < 3; ++beat) {
     const auto lifesigns = robot_->lifesigns();
     for (int i = 0; i < 10; ++i) send(sent + i, 1);
     EXPECT_EQ(browser_->socket().take(64 << 10).size(), 64U << 10);
