@@ -56,3 +56,11 @@ function(tims_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
+
+# tims_pure_test(...): the same for code that knows no threads, where the thread sanitizer has nothing
+# to see.
+function(tims_pure_test)
+  if(NOT TIMS_SANITIZE MATCHES "thread")
+    tims_test(${ARGN})
+  endif()
+endfunction()
