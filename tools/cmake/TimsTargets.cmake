@@ -44,15 +44,17 @@ function(tims_program name)
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
 endfunction()
 
-# tims_test(name SOURCES... [LINK targets...]): a GoogleTest binary; each TEST becomes a ctest test.
+# tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...]): a GoogleTest binary; each TEST
+# becomes a ctest test.
 function(tims_test name)
   if(NOT TIMS_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "" "LINK;DEFINE" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
                         GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE ${arg_DEFINE})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
