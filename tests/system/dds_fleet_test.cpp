@@ -115,6 +115,12 @@ TEST_F(DdsFleet, ADiscoveryServerThatIsStartedAnew) {
   server = serve();
   EXPECT_TRUE(goes_by(*late, "base", "udp"));
   EXPECT_TRUE(goes_by(*robot, "base", "udp"));
+  // As a service manager does it: nothing of it stays.
+  server.signal(SIGTERM);
+  EXPECT_TRUE(server.wait_for_line("Server shut down").ok());
+  const auto status = server.wait();
+  ASSERT_TRUE(status.ok());
+  EXPECT_TRUE(status->success());
 }
 
 }  // namespace

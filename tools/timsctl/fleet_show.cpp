@@ -1,18 +1,19 @@
 // timsctl fleet: routers that find each other by the name of their fleet.
-#include <cerrno>
 #include <csignal>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "router/config/config.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/process.h"
 #include "tools/timsctl/show.h"
 
 namespace timsctl {
 
 namespace {
+
+constexpr tims::Duration kServerEnds = std::chrono::seconds(5);  // once it was told to
 
 constexpr Column kDds[] = {
     {"Fleet", "fleet"},
@@ -63,7 +64,7 @@ Exit fleet_show(Context& context) {
   return show_items(context, {{"ask", "fleet"}}, kRouters, draw);
 }
 
-// In place of this program: Ctrl-C and its exit status are the server's.
+// Ctrl-C alone ends the server well: after any other signal it leaves files of shared memory behind.
 Exit fleet_server(Context& context) {
   const auto& arguments = context.options.arguments;
   const std::string where = arguments.empty() ? "0.0.0.0:11811" : arguments.front();
@@ -71,15 +72,16 @@ Exit fleet_server(Context& context) {
   if (!endpoint || endpoint->port == 0)
     throw usage_error(fmt::format("\"{}\" is not a numeric address and port", where),
                       "timsctl fleet server 10.9.1.1:11811");
-  const std::string port = std::to_string(endpoint->port);
-  const char* const program = "fast-discovery-server";
-  sigset_t none;
-  sigemptyset(&none);
-  ::pthread_sigmask(SIG_SETMASK, &none, nullptr);  // this program takes signals another way
-  ::execlp(program, program, "-i", "0", "-l", endpoint->host.c_str(), "-p", port.c_str(), nullptr);
-  throw Failure(errno == ENOENT ? Exit::kNoSuch : Exit::kDenied, "cannot_execute",
-                "fast-discovery-server, of Fast DDS, cannot be started",
-                "apt-get install fastdds-tools");
+  const Child server = Child::start({.command = {"fast-discovery-server", "-i", "0", "-l",
+                                                 endpoint->host, "-p",
+                                                 std::to_string(endpoint->port)}});
+  try {
+    (void)context.signals.wait(server.descriptor(), tims::kNever);
+  } catch (const Interrupted&) {
+    server.signal(SIGINT);
+    if (!server.has_ended(kServerEnds)) server.signal(SIGKILL);
+  }
+  return server.reap() == 0 ? Exit::kDone : Exit::kNo;
 }
 
 }  // namespace timsctl

@@ -104,13 +104,20 @@ void execute(const Prepared& program, Streams streams) {
   ::execvpe(program.argv[0], program.argv.data(), program.env.data());
 }
 
+std::string_view package_of(std::string_view program) {
+  if (program == "ip" || program == "tc") return "iproute2";
+  if (program == "nft") return "nftables";
+  if (program == "fast-discovery-server") return "fastdds-tools";
+  return {};
+}
+
 Failure cannot_execute(const Prepared& program, int error) {
   const std::string& name = program.words.front();
-  const bool is_tool = name == "ip" || name == "tc" || name == "nft";
+  const std::string_view package = package_of(name);
   return {error == ENOENT ? Exit::kNoSuch : Exit::kDenied, "cannot_execute",
           fmt::format("cannot run {}: {}", name, words_of(error)),
-          is_tool ? "apt-get install iproute2 nftables"
-                  : "it is looked for beside timsctl and in $PATH"};
+          package.empty() ? "it is looked for beside timsctl and in $PATH"
+                          : fmt::format("apt-get install {}", package)};
 }
 
 // `own_group`: not of our terminal's Ctrl-C; ended when we end.
