@@ -24,7 +24,7 @@ class DdsFleet : public testing::Test {
   static std::size_t links_up(const Host& host) {
     const std::string text = host.timsctl({"link", "show", "--json"});
     std::size_t n = 0;
-    for (std::size_t at = 0; (at = text.find("\"state\":\"up\"", at)) != std::string::npos; ++at)
+    for (std::size_t at = 0; (at = text.find(R"("state":"up")", at)) != std::string::npos; ++at)
       ++n;
     return n;
   }

@@ -94,6 +94,7 @@ TEST(CommandLine, RefusalsSayWhatAndWhatToDo) {
 
 TEST(CommandLine, ValuesAreChecked) {
   EXPECT_THAT(refusal({"status", "--timeout", "fast"}), HasSubstr("--timeout: \"fast\" is not"));
+  EXPECT_THAT(refusal({"status", "--router", "unix:/tmp/a"}), HasSubstr("-H takes HOST:PORT"));
   EXPECT_THAT(refusal({"status", "-w0"}), HasSubstr("at least 10ms"));
   EXPECT_THAT(refusal({"status", "-n", "0"}), HasSubstr("at least 1"));
   EXPECT_THAT(refusal({"status", "-o", "yaml"}), HasSubstr("one of table"));

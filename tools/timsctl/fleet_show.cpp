@@ -50,7 +50,7 @@ json::array with_texts(std::span<const json::value> items) {
 }
 
 std::string draw(const json::object& answer, const Look& look) {
-  const std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
+  std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
   const bool people = look.format == Format::kTable || look.format == Format::kWide;
   if (!people) return routers;
   if (text_at(answer, "fleet").empty())
@@ -64,7 +64,7 @@ Exit fleet_show(Context& context) {
   return show_items(context, {{"ask", "fleet"}}, kRouters, draw);
 }
 
-// Ctrl-C alone ends the server well: after any other signal it leaves files of shared memory behind.
+// Only Ctrl-C ends the server well: after another signal it leaves files of shared memory behind.
 Exit fleet_server(Context& context) {
   const auto& arguments = context.options.arguments;
   const std::string where = arguments.empty() ? "0.0.0.0:11811" : arguments.front();
@@ -72,9 +72,9 @@ Exit fleet_server(Context& context) {
   if (!endpoint || endpoint->port == 0)
     throw usage_error(fmt::format("\"{}\" is not a numeric address and port", where),
                       "timsctl fleet server 10.9.1.1:11811");
-  const Child server = Child::start({.command = {"fast-discovery-server", "-i", "0", "-l",
-                                                 endpoint->host, "-p",
-                                                 std::to_string(endpoint->port)}});
+  const Child server =
+      Child::start({.command = {"fast-discovery-server", "-i", "0", "-l", endpoint->host, "-p",
+                                std::to_string(endpoint->port)}});
   try {
     (void)context.signals.wait(server.descriptor(), tims::kNever);
   } catch (const Interrupted&) {

@@ -66,11 +66,17 @@ std::string one_of(string_view text, std::initializer_list<string_view> known) {
   refuse("one of " + names, text);
 }
 
+std::string router_name(string_view text) {
+  const bool is_place = text.find(':') != string_view::npos && text.find('(') == string_view::npos;
+  if (is_place) refuse("a router's name or address; -H takes HOST:PORT and unix:PATH", text);
+  return std::string(text);
+}
+
 constexpr OptionRow kRows[] = {
     {"host", 'H', "HOST", "router to ask: HOST[:PORT] or unix:PATH (else $TIMS_HOST, this host)",
      [](Options& o, string_view v) { o.host = v; }},
     {"router", 'r', "NAME", "another router of the fleet, by name or address, asked through it",
-     [](Options& o, string_view v) { o.router = v; }},
+     [](Options& o, string_view v) { o.router = router_name(v); }},
     {"json", 'j', "", "JSON on stdout; one object a line where something is repeated",
      [](Options& o, string_view) { o.format = Format::kJson; }},
     {"json-lines", 0, "", "the same as --json",
