@@ -10,9 +10,9 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <gtest/gtest.h>
 
+#include "router/io/dds/locator.h"
 #include "router/io/dds/octets_type.h"
 #include "router/link/announcement.h"
 
@@ -37,9 +37,7 @@ class ForeignParticipant {
     builtin.discovery_config.discoveryProtocol =
         eprosima::fastrtps::rtps::DiscoveryProtocol_t::SERVER;
     eprosima::fastrtps::rtps::get_server_client_default_guidPrefix(0, wire.prefix);
-    eprosima::fastrtps::rtps::Locator_t here;
-    eprosima::fastrtps::rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, "127.0.0.1", port, here);
-    builtin.metatrafficUnicastLocatorList.push_back(here);
+    builtin.metatrafficUnicastLocatorList.push_back(locator_at("127.0.0.1", port));
     return qos;
   }
   // Says that it is a router.

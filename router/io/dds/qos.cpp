@@ -6,10 +6,10 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/rtps/transport/TCPTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <fmt/core.h>
 
+#include "router/io/dds/locator.h"
 #include "router/io/dds/transport.h"
 #include "router/io/net/system_address.h"
 
@@ -47,12 +47,6 @@ std::optional<Place> parse_place(const std::string& text) {
   }
   const auto address = numeric_address(place.host, 1);
   return address && address->is_v4() ? std::optional(place) : std::nullopt;
-}
-
-rtps::Locator_t locator(const Place& place) {
-  rtps::Locator_t made;
-  rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, place.host, place.port, made);
-  return made;
 }
 
 // --- profiles
@@ -124,15 +118,15 @@ Result<void> set_discovery(fast::DomainParticipantQos& qos, const DdsSettings& s
   const auto& ports = qos.wire_protocol().port;
   const auto here = static_cast<std::uint16_t>(ports.getUnicastPort(settings.domain, 0));
   const auto all = static_cast<std::uint16_t>(ports.getMulticastPort(settings.domain));
-  const rtps::Locator_t multicast = locator({"239.255.0.1", all});
+  const Locator multicast = locator_at("239.255.0.1", all);
   if (builtin.metatrafficUnicastLocatorList.empty()) {  // no profile says otherwise
-    builtin.metatrafficUnicastLocatorList.push_back(locator({"0.0.0.0", here}));
+    builtin.metatrafficUnicastLocatorList.push_back(locator_at("0.0.0.0", here));
     if (settings.multicast) builtin.metatrafficMulticastLocatorList.push_back(multicast);
   }
   for (const std::string& peer : settings.peers) {
     const auto place = parse_place(peer);
     if (!place) return invalid("peer " + peer + " is not an IPv4 address with or without port");
-    builtin.initialPeersList.push_back(locator(*place));
+    builtin.initialPeersList.push_back(locator_at(place->host, place->port));
   }
   // A list of peers replaces multicast.
   if (!settings.peers.empty() && settings.multicast) builtin.initialPeersList.push_back(multicast);
@@ -150,7 +144,7 @@ Result<void> set_server(fast::DomainParticipantQos& qos, const DdsSettings& sett
   discovery.discoveryServer_client_syncperiod = dds_duration(250ms);
   rtps::RemoteServerAttributes server;
   rtps::get_server_client_default_guidPrefix(0, server.guidPrefix);
-  server.metatrafficUnicastLocatorList.push_back(locator(*place));
+  server.metatrafficUnicastLocatorList.push_back(locator_at(place->host, place->port));
   discovery.m_DiscoveryServers.push_back(server);
   return {};
 }

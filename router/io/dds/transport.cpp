@@ -15,15 +15,9 @@ using eprosima::fastdds::rtps::ChainingTransport;
 using eprosima::fastdds::rtps::TransportDescriptorInterface;
 using rtps::LocatorsIterator;
 using rtps::octet;
-using Locator = UserTraffic::Locator;
 
 bool is_unicast(const Locator& locator) {
   return locator.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(locator);
-}
-
-link::NetAddress address_of(const Locator& locator) {
-  const auto* ip = locator.address + 12;
-  return link::NetAddress::v4(ip[0], ip[1], ip[2], ip[3], static_cast<std::uint16_t>(locator.port));
 }
 
 class Transport final : public ChainingTransport {

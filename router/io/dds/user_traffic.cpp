@@ -2,29 +2,12 @@
 
 #include <algorithm>
 
-#include <fastrtps/utils/IPLocator.h>
-
 namespace tims::io {
 namespace {
 
-using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::octet;
 
 constexpr int kPortsTried = 16;
-
-UserTraffic::Locator locator_at(const std::string& host, std::uint16_t port) {
-  UserTraffic::Locator locator;
-  IPLocator::createLocator(LOCATOR_KIND_UDPv4, host, port, locator);
-  return locator;
-}
-
-UserTraffic::Locator locator_of(const link::NetAddress& address) {
-  UserTraffic::Locator locator;
-  locator.kind = LOCATOR_KIND_UDPv4;
-  locator.port = address.port;
-  std::copy_n(address.ip.end() - 4, 4, locator.address + 12);
-  return locator;
-}
 
 std::string host_of(const std::string& interface) {
   return interface.empty() ? "0.0.0.0" : interface;

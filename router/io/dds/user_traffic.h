@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include <fastdds/rtps/common/Locator.h>
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
 
+#include "router/io/dds/locator.h"
 #include "router/io/net/datagrams.h"
 #include "router/io/net/udp_socket.h"
 
@@ -21,7 +21,6 @@ namespace tims::io {
 class UserTraffic {
  public:
   using Receiver = eprosima::fastdds::rtps::TransportReceiverInterface;
-  using Locator = eprosima::fastdds::rtps::Locator;
 
   // At the first free one of 16 ports from `port` on, in steps of two as DDS counts them, else at
   // any. An empty interface: at all addresses of this host.

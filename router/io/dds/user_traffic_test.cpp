@@ -26,14 +26,14 @@ link::NetAddress address(const UserTraffic& traffic) {
 // What the library would get.
 class Library final : public UserTraffic::Receiver {
  public:
-  void OnDataReceived(const unsigned char* data, std::uint32_t size, const UserTraffic::Locator&,
-                      const UserTraffic::Locator& remote) override {
+  void OnDataReceived(const unsigned char* data, std::uint32_t size, const Locator&,
+                      const Locator& remote) override {
     const auto bytes = std::as_bytes(std::span(data, size));
     messages.emplace_back(bytes.begin(), bytes.end());
     from = remote;
   }
   std::vector<Bytes> messages{};
-  UserTraffic::Locator from{};
+  Locator from{};
 };
 
 class UserTrafficTest : public testing::Test {
