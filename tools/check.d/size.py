@@ -1,12 +1,12 @@
-"""Files of at most 400 lines, functions of at most 60. A ratchet: what is larger for a reason is
+"""Files of at most 900 lines, functions of at most 70. A ratchet: what is larger for a reason is
 listed in size_known.txt with its size and may not grow; everything else may not cross the mark."""
 
 import re
 
 from tree import SOURCES, Finding, code_only, line_of
 
-FILE_LINES_MAX = 400
-FUNCTION_LINES_MAX = 60
+FILE_LINES_MAX = 900
+FUNCTION_LINES_MAX = 70
 KNOWN = "size_known.txt"
 CHECKED = (*SOURCES, ".py", ".sh")
 
