@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# install_test.sh BUILD: installs into a folder, moves it elsewhere, and builds a small project
+# install_test.sh BUILD: installs with a prefix of its own, looks whether everything is below it and
+# names the right paths; then into a folder that is moved elsewhere, and builds a small project
 # against it: with find_package and with pkg-config, shared and static, in C++ and in C.
 set -euo pipefail
 build=$1
@@ -7,7 +8,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-expect() { [[ -e $1 ]] || { echo "not installed: $1" >&2; exit 1; }; }
+fail() { echo "$*" >&2; exit 1; }
+expect() { [[ -e $1 ]] || fail "not installed: $1"; }
+expect_line() { grep -qE "$2" "$1" || fail "$1 has no line $2"; }
 
 # Says what was wrong with the missing router, and names nothing it would need of the build tree.
 run() {
@@ -17,7 +20,26 @@ run() {
   echo "$(basename "$1"): $output"
 }
 
-DESTDIR=$work/staged cmake --install "$build" --prefix /usr >"$work/install.log"
+# install PREFIX [VARIABLE=VALUE]: says what was installed.
+install() { env "${@:2}" cmake --install "$build" --prefix "$1" | sed -n 's/^-- [A-Z][-a-z]*: //p'; }
+
+own=$work/own
+install "$own" >"$work/installed"
+if grep -v "^$own/" "$work/installed"; then fail "outside of the prefix"; fi
+units=$own/lib/systemd/system
+expect_line "$units/tims-router.service" "^ExecStart=$own/bin/tims-router --config $own/etc/tims/router.toml"
+expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/etc/tims/robots/%i.toml"
+expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
+if grep -n '@[A-Z_]*@' "$units"/*; then fail "names that nobody replaced"; fi
+for program in tims-router timsctl gdos-log; do expect "$own/bin/$program"; done
+echo "# mine" >"$own/etc/tims/router.toml"
+install "$own" >"$work/installed"
+expect_line "$own/etc/tims/router.toml" "^# mine$"
+
+install /usr DESTDIR="$work/staged" >"$work/installed"
+expect "$work/staged/etc/tims/router.toml"
+expect_line "$work/staged/usr/lib/systemd/system/tims-router.service" \
+  "^ExecStart=/usr/bin/tims-router --config /etc/tims/router.toml"
 prefix=$work/moved
 mv "$work/staged/usr" "$prefix"
 grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \

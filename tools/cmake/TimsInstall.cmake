@@ -3,8 +3,8 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(TIMS_UNIT_DIR ${CMAKE_INSTALL_PREFIX}/lib/systemd/system CACHE PATH "for systemd units")
-set(TIMS_SYSUSERS_DIR ${CMAKE_INSTALL_PREFIX}/lib/sysusers.d CACHE PATH "for sysusers.d files")
+set(TIMS_UNIT_DIR lib/systemd/system CACHE STRING "for systemd units, below the prefix")
+set(TIMS_SYSUSERS_DIR lib/sysusers.d CACHE STRING "for sysusers.d files, below the prefix")
 
 # tims_install_library(targets...): one libtims out of the objects of these static libraries.
 # tims::tims is the shared, tims::tims_static the static one.
@@ -48,14 +48,14 @@ function(tims_install_host)
     return()
   endif()
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
-  foreach(service tims-router tims-robot@ gdos-log)
-    configure_file(${deploy}/systemd/${service}.service.in ${service}.service @ONLY)
-    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${service}.service DESTINATION ${TIMS_UNIT_DIR})
-  endforeach()
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
     FILES_MATCHING PATTERN *.toml PATTERN *.dxf)
-  install(FILES ${deploy}/router.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/tims)
+  foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR)
+    install(CODE "set(${name} \"${${name}}\")")
+  endforeach()
+  install(CODE "set(deploy \"${deploy}\")\nset(scratch \"${CMAKE_CURRENT_BINARY_DIR}\")")
+  install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_services.cmake)
 endfunction()
 
 # find_package(tims): a version of the same minor number, as long as the major is 0.
