@@ -45,11 +45,12 @@ Vector to_vector(const Geodetic& at, const Ellipsoid& ellipsoid) {
   const double e2 = f * (2 - f);
   const double s = std::sin(at.latitude);
   const double radius = ellipsoid.axis / std::sqrt(1 - e2 * s * s);
-  return {radius * std::cos(at.latitude) * std::cos(at.longitude),
-          radius * std::cos(at.latitude) * std::sin(at.longitude), radius * (1 - e2) * s};
+  const double across = (radius + at.height) * std::cos(at.latitude);
+  return {across * std::cos(at.longitude), across * std::sin(at.longitude),
+          (radius * (1 - e2) + at.height) * s};
 }
 
-// Whatever the height. Bowring's formula: good to far less than a millimetre near the ground.
+// Bowring's formula: good to far less than a millimetre near the ground.
 Geodetic to_geodetic(const Vector& at, const Ellipsoid& ellipsoid) {
   const double f = 1 / ellipsoid.flattening;
   const double e2 = f * (2 - f);
@@ -58,18 +59,24 @@ Geodetic to_geodetic(const Vector& at, const Ellipsoid& ellipsoid) {
   const double theta = std::atan2(at.z * ellipsoid.axis, p * b);
   const double s = std::sin(theta);
   const double c = std::cos(theta);
-  return {std::atan2(at.z + e2 / (1 - e2) * b * s * s * s, p - e2 * ellipsoid.axis * c * c * c),
-          std::atan2(at.y, at.x)};
+  const double latitude =
+      std::atan2(at.z + e2 / (1 - e2) * b * s * s * s, p - e2 * ellipsoid.axis * c * c * c);
+  const double sine = std::sin(latitude);
+  const double height =
+      p * std::cos(latitude) + at.z * sine - ellipsoid.axis * std::sqrt(1 - e2 * sine * sine);
+  return {latitude, std::atan2(at.y, at.x), height};
 }
 
-// The original's numbers. Its scale only lifts, which nobody sees on the ground.
+// The original's numbers, from WGS84 to Bessel; the rotation is one of the frame, not of the
+// vector. It writes the scale as 1 / (1 - 9.82e-6), which would lift the ground by 125 m: the
+// opposite fits.
 constexpr Vector kShift{-591.28, -81.35, -396.39};
 constexpr Vector kTurn{7.1606980699878466e-6, -3.568228692966184e-7, -7.068583470577034e-6};
 constexpr double kScale = 1 - 9.82e-6;
 
 Vector turned(const Vector& v, double way) {
   const Vector r{way * kTurn.x, way * kTurn.y, way * kTurn.z};
-  return {v.x - r.z * v.y + r.y * v.z, r.z * v.x + v.y - r.x * v.z, -r.y * v.x + r.x * v.y + v.z};
+  return {v.x + r.z * v.y - r.y * v.z, -r.z * v.x + v.y + r.x * v.z, r.y * v.x - r.x * v.y + v.z};
 }
 
 double zone_meridian(i32 zone) { return radians(6 * zone - 183); }
@@ -109,7 +116,7 @@ Geodetic unproject(const PlanePoint& point, const Grid& grid) {
   double latitude = chi;
   for (std::size_t j = 0; j < series.delta.size(); ++j)
     latitude += series.delta[j] * std::sin(2 * static_cast<double>(j + 1) * chi);
-  return {latitude, grid.meridian + std::atan2(std::sinh(eta0), std::cos(xi0))};
+  return {latitude, grid.meridian + std::atan2(std::sinh(eta0), std::cos(xi0)), 0};
 }
 
 Geodetic wgs84_to_bessel(const Geodetic& at) {
@@ -126,22 +133,23 @@ Geodetic bessel_to_wgs84(const Geodetic& at) {
 }
 
 PositionGkData to_gk(const PositionWgs84Data& from) {
-  const Geodetic at = wgs84_to_bessel({from.latitude, from.longitude});
+  const Geodetic at = wgs84_to_bessel({from.latitude, from.longitude, from.altitude.si()});
   const double zone = std::round(degrees(at.longitude) / 3);
   const PlanePoint point = project(at, {kBessel, 1, gk_meridian(zone)});
   return {.northing = point.north * 1000,
           .easting = (zone * 1e6 + kFalseEasting + point.east) * 1000,
-          .altitude = from.altitude,
+          .altitude = Millimetres<i32>::from_si(at.height),
           .heading = from.heading};
 }
 
 PositionWgs84Data to_wgs84(const PositionGkData& from) {
   const double easting = from.easting / 1000;
   const double zone = std::floor(easting / 1e6);
-  const Geodetic at =
-      bessel_to_wgs84(unproject({from.northing / 1000, easting - zone * 1e6 - kFalseEasting},
-                                {kBessel, 1, gk_meridian(zone)}));
-  return {at.latitude, at.longitude, from.altitude, from.heading};
+  Geodetic bessel = unproject({from.northing / 1000, easting - zone * 1e6 - kFalseEasting},
+                              {kBessel, 1, gk_meridian(zone)});
+  bessel.height = from.altitude.si();
+  const Geodetic at = bessel_to_wgs84(bessel);
+  return {at.latitude, at.longitude, Millimetres<i32>::from_si(at.height), from.heading};
 }
 
 PositionUtmData to_utm(const PositionWgs84Data& from) {
@@ -151,7 +159,7 @@ PositionUtmData to_utm(const PositionWgs84Data& from) {
   // C is the first of bands of 8 degrees, from 80 degrees south; X is longer.
   const auto band = static_cast<i32>(std::clamp(std::floor((latitude + 80) / 8), 0.0, 19.0)) + 2;
   const PlanePoint point =
-      project({from.latitude, radians(longitude)}, {kWgs84, 0.9996, zone_meridian(zone)});
+      project({from.latitude, radians(longitude), 0}, {kWgs84, 0.9996, zone_meridian(zone)});
   const double south = band < kFirstNorthernBand ? kFalseNorthing : 0;
   return {.northing = Millimetres<i64>::from_si(point.north + south),
           .easting = Millimetres<i64>::from_si(point.east + kFalseEasting),

@@ -9,6 +9,7 @@ namespace rack::navigation {
 struct Geodetic {
   double latitude = 0;   // rad
   double longitude = 0;  // rad
+  double height = 0;     // m, above the ellipsoid
 };
 
 struct Ellipsoid {
@@ -31,11 +32,11 @@ struct PlanePoint {
 PlanePoint project(const Geodetic& at, const Grid& grid);
 Geodetic unproject(const PlanePoint& point, const Grid& grid);
 
-// Between the globes: a Helmert transformation on the ground (height 0).
+// Between the globes: a Helmert transformation.
 Geodetic wgs84_to_bessel(const Geodetic& at);
 Geodetic bessel_to_wgs84(const Geodetic& at);
 
-// --- between the messages. Altitude and heading stay as they are.
+// --- between the messages. Heading stays as it is; so does altitude, but between the globes.
 
 PositionGkData to_gk(const PositionWgs84Data& from);
 PositionWgs84Data to_wgs84(const PositionGkData& from);

@@ -1,5 +1,8 @@
 #include "components/navigation/projection.h"
 
+#include <array>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "components/geometry/angle.h"
@@ -29,16 +32,34 @@ TEST(Projection, ThereAndBack) {
   }
 }
 
-TEST(Projection, BesselLiesAHundredMetresAway) {
-  const Geodetic at{radians(52.4), radians(9.7)};
-  const Geodetic bessel = wgs84_to_bessel(at);
-  const double north = (bessel.latitude - at.latitude) * 6.37e6;
-  const double east = (bessel.longitude - at.longitude) * 6.37e6 * std::cos(at.latitude);
-  EXPECT_GT(std::hypot(north, east), 50);
-  EXPECT_LT(std::hypot(north, east), 250);
-  const Geodetic again = bessel_to_wgs84(bessel);
-  EXPECT_NEAR(again.latitude, at.latitude, 10 * kMillimetre);
-  EXPECT_NEAR(again.longitude, at.longitude, 10 * kMillimetre);
+// WGS84 in degrees, and where EPSG:1777 puts it on Bessel's ellipsoid: it is good to some metres,
+// and so is the transformation of the original.
+struct Known {
+  const char* name;
+  double latitude, longitude;
+  double bessel_latitude, bessel_longitude, bessel_height;
+};
+constexpr std::array<Known, 4> kKnown = {{
+    {"Hannover", 52.38, 9.72, 52.38141664665, 9.72117216108, -43.15},
+    {"Munich", 48.137, 11.575, 48.13792132330, 11.57638809391, -51.97},
+    {"Kiel", 54.323, 10.123, 54.32463742468, 10.12426206085, -37.27},
+    {"Aachen", 50.776, 6.084, 50.77724063592, 6.08461115910, -47.64},
+}};
+
+TEST(Projection, BesselLiesWhereItIsKnownToLie) {
+  for (const Known& known : kKnown) {
+    const Geodetic at{radians(known.latitude), radians(known.longitude), 0};
+    const Geodetic bessel = wgs84_to_bessel(at);
+    const double north = (bessel.latitude - radians(known.bessel_latitude)) * 6.37e6;
+    const double east =
+        (bessel.longitude - radians(known.bessel_longitude)) * 6.37e6 * std::cos(at.latitude);
+    EXPECT_LT(std::hypot(north, east), 5) << known.name;
+    EXPECT_NEAR(bessel.height, known.bessel_height, 1) << known.name;
+    const Geodetic again = bessel_to_wgs84(bessel);
+    EXPECT_NEAR(again.latitude, at.latitude, 10 * kMillimetre);
+    EXPECT_NEAR(again.longitude, at.longitude, 10 * kMillimetre);
+    EXPECT_NEAR(again.height, 0, 0.01);
+  }
 }
 
 TEST(Utm, ZonesBandsAndNumbers) {
@@ -67,16 +88,29 @@ TEST(Utm, ThereAndBack) {
   EXPECT_EQ(again.heading, 1.0F);
 }
 
-TEST(GaussKrueger, ThereAndBack) {
-  const PositionWgs84Data from{
-      .latitude = radians(52.4), .longitude = radians(9.7), .altitude = 5, .heading = 1};
-  const PositionGkData gk = to_gk(from);
-  EXPECT_NEAR(gk.easting, 3547700e3, 500e3) << "zone 3, some 48 km east of 9 degrees";
-  EXPECT_NEAR(gk.northing, 5807700e3, 2000e3);
-  const PositionWgs84Data again = to_wgs84(gk);
-  EXPECT_NEAR(again.latitude, from.latitude, 10 * kMillimetre);
-  EXPECT_NEAR(again.longitude, from.longitude, 10 * kMillimetre);
-  EXPECT_EQ(again.altitude, 5);
+// Northing and easting from another program's series, by the original's own numbers.
+TEST(GaussKrueger, KnownPlaces) {
+  const auto check = [](double latitude, double longitude, double northing, double easting,
+                        i32 altitude) {
+    const PositionWgs84Data from{.latitude = radians(latitude),
+                                 .longitude = radians(longitude),
+                                 .altitude = 100000,
+                                 .heading = 1};
+    const PositionGkData gk = to_gk(from);
+    EXPECT_NEAR(gk.northing / 1000, northing, 0.01);
+    EXPECT_NEAR(gk.easting / 1000, easting, 0.01);
+    EXPECT_NEAR(gk.altitude.raw(), altitude, 10);
+    EXPECT_EQ(gk.heading, 1.0F);
+    const PositionWgs84Data again = to_wgs84(gk);
+    EXPECT_NEAR(again.latitude, from.latitude, 10 * kMillimetre);
+    EXPECT_NEAR(again.longitude, from.longitude, 10 * kMillimetre);
+    EXPECT_NEAR(again.altitude.raw(), 100000, 10);
+    EXPECT_EQ(again.heading, 1.0F);
+  };
+  check(52.38, 9.72, 5805430.028, 3549102.909, 57550);
+  check(48.137, 11.575, 5333305.309, 4468474.628, 47804);
+  check(54.323, 10.123, 6022009.016, 3573143.233, 63691);
+  check(50.776, 6.084, 5626732.105, 2505969.236, 53151);
 }
 
 }  // namespace
