@@ -192,6 +192,12 @@ class Program {
     switchboard_.flush(now);
     desk_.release();
     tracer_.release();
+    if (!desk_.wants_turn() || desk_has_turn_) return;
+    desk_has_turn_ = true;
+    loop_.post([this] {
+      desk_has_turn_ = false;
+      loop_.end_turn(os::now());
+    });
   }
 
   Result<void> listen() {
@@ -336,6 +342,7 @@ class Program {
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,
                       .ping_interval = configuration_.config.lifesign.interval}};
   io::AdminDesk desk_{facts_};
+  bool desk_has_turn_ = false;  // posted
   io::Tracer tracer_;
   io::Service manager_{loop_};
   io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};

@@ -46,6 +46,7 @@ void Registrations::insert(Time now, Client& owner, Address address, std::uint32
                  .owner = owner.id,
                  .handle = number,
                  .position = static_cast<std::uint32_t>(owner.mailboxes.size())});
+  addresses_.insert(address);
   owner.mailboxes.push_back(
       {.address = address, .registered_s = static_cast<std::uint32_t>(since.count())});
 }
@@ -56,6 +57,7 @@ void Registrations::remove(Client& owner, Address address) {
   // The last of the list takes the place of the one that goes.
   const std::uint32_t position = entry->position;
   table_.erase(entry);
+  addresses_.erase(address);
   const OwnedMailbox last = owner.mailboxes.back();
   owner.mailboxes.pop_back();
   if (last.address == address) return;
@@ -69,6 +71,7 @@ Address Registrations::remove_last(Client& owner) {
   const Table::Entry* entry = table_.find(address);
   withdraw(owner, *entry);
   table_.erase(entry);
+  addresses_.erase(address);
   return address;
 }
 

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 
+#include "router/core/address_set.h"
 #include "router/core/below.h"
 #include "router/core/clients.h"
 #include "router/core/origins.h"
@@ -26,6 +27,7 @@ class Registrations {
 
   [[nodiscard]] const Table::Entry* find(Address address) const { return table_.find(address); }
   [[nodiscard]] const Table& table() const { return table_; }
+  [[nodiscard]] const AddressSet& addresses() const { return addresses_; }  // of the table
   [[nodiscard]] const Below& below() const { return below_; }
   Below& below() { return below_; }
 
@@ -61,6 +63,7 @@ class Registrations {
   void withdraw(const Client& owner, const Table::Entry& entry);
 
   Table table_;
+  AddressSet addresses_;
   Origins origins_;
   Origin here_{};
   Below below_;

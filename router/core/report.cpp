@@ -1,6 +1,7 @@
 #include "router/core/report.h"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace tims::core {
 namespace {
@@ -25,14 +26,15 @@ bool is_drop(Outcome outcome) { return !taken(outcome) || outcome == Outcome::kM
 }  // namespace
 
 StatusReport report_status(const Router& router, Time now) {
-  StatusReport report{.address = router.settings().address,
-                      .widths = router.settings().widths,
-                      .clients = router.clients().size(),
-                      .mailboxes = router.table().size(),
-                      .forwarded = router.messages().total(Outcome::kDelivered),
-                      .drops_last_minute = router.drops().last_minute(now),
-                      .table_bytes = router.table().memory_bytes(),
-                      .last_event = router.events().last()};
+  StatusReport report{
+      .address = router.settings().address,
+      .widths = router.settings().widths,
+      .clients = router.clients().size(),
+      .mailboxes = router.table().size(),
+      .forwarded = router.messages().total(Outcome::kDelivered),
+      .drops_last_minute = router.drops().last_minute(now),
+      .table_bytes = router.table().memory_bytes() + router.addresses().memory_bytes(),
+      .last_event = router.events().last()};
   for (const Outcome outcome : values<Outcome, kOutcomeCount>()) {
     if (is_drop(outcome)) report.drops += router.messages().total(outcome).messages;
   }
@@ -57,24 +59,19 @@ std::vector<ClientReport> report_clients(const Router& router, Time now) {
   return reports;
 }
 
-// The smallest `limit` addresses are kept in a heap, largest on top, while the table goes by.
 MailboxPage report_mailboxes(const Router& router, Time now, const AddressPattern& match,
                              std::optional<Address> after, std::size_t limit) {
   MailboxPage page;
-  std::vector<Address> heap;
-  router.table().for_each([&](const Table::Entry& entry) {
-    if ((after && entry.address <= *after) || !match.matches(entry.address)) return;
-    heap.push_back(entry.address);
-    std::ranges::push_heap(heap);
-    if (heap.size() <= limit) return;
-    page.more = true;
-    std::ranges::pop_heap(heap);
-    heap.pop_back();
+  if (after && after->raw() == UINT32_MAX) return page;
+  std::size_t looked_at = 0;
+  router.addresses().for_each_from(after ? Address(after->raw() + 1) : Address(0), [&](Address at) {
+    page.more = page.items.size() == limit || looked_at == kLookedAtMax;
+    if (page.more) return false;
+    ++looked_at;
+    page.last = at;
+    if (match.matches(at)) page.items.push_back(describe(router, now, *router.find(at)));
+    return true;
   });
-  std::ranges::sort_heap(heap);
-  for (const Address address : heap) {
-    page.items.push_back(describe(router, now, *router.find(address)));
-  }
   return page;
 }
 

@@ -47,9 +47,12 @@ struct MailboxReport {
 };
 struct MailboxPage {
   std::vector<MailboxReport> items{};  // by address
-  bool more = false;                   // there are others behind the last one
+  bool more = false;                   // there may be others behind `last`
+  std::optional<Address> last{};       // that was looked at
 };
-// At most `limit` mailboxes that match, behind `after`.
+// At most `limit` mailboxes that match, behind `after`. What that costs is bounded, however many
+// there are: a page ends after kLookedAtMax addresses although it may have few items, or none.
+inline constexpr std::size_t kLookedAtMax = 64 << 10;
 MailboxPage report_mailboxes(const Router& router, Time now, const AddressPattern& match,
                              std::optional<Address> after, std::size_t limit);
 std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Address address);

@@ -40,6 +40,28 @@ TEST_F(ReportTest, MailboxesAreFoundByPattern) {
   EXPECT_EQ(page("Pilot(4/0)", std::nullopt, 10).items.size(), 0U);
 }
 
+// However many there are: a question costs what its page costs.
+TEST_F(ReportTest, APageLooksAtABoundedNumberOfMailboxes) {
+  constexpr std::uint32_t kBase = 0x03000000;
+  const ClientId link = connect(PortKind::kLink, "base");
+  const auto add = [&](std::uint32_t from, std::uint32_t to) {
+    for (std::uint32_t i = from; i < to; ++i)
+      router_.learn(now_, link, Address(kBase + i),
+                    {.router = Address(0x07000500), .epoch = 1, .hops = 1});
+  };
+  add(0, kLookedAtMax);
+  const Address last(kBase + kLookedAtMax - 1);
+  EXPECT_FALSE(page("*", std::nullopt, kLookedAtMax).more);
+  EXPECT_FALSE(page("Pilot(4/0)", std::nullopt, 1).more);
+  add(kLookedAtMax, kLookedAtMax + 2000);
+  const MailboxPage nobody = page("Pilot(4/0)", std::nullopt, 1);
+  EXPECT_TRUE(nobody.items.empty());
+  EXPECT_TRUE(nobody.more);
+  EXPECT_EQ(nobody.last, last);
+  EXPECT_FALSE(page("Pilot(4/0)", nobody.last, 1).more);
+  EXPECT_EQ(page("*", last, 5000).items.size(), 2000U);
+}
+
 TEST_F(ReportTest, ARouteSaysWhatWouldHappen) {
   using Verdict = RouteReport::Verdict;
   const ClientId a = connect();

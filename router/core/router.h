@@ -140,6 +140,7 @@ class Router {
   [[nodiscard]] const Client* client(ClientId id) const { return clients_.find(id); }
   [[nodiscard]] const Clients& clients() const { return clients_; }
   [[nodiscard]] const Table& table() const { return registrations_.table(); }
+  [[nodiscard]] const AddressSet& addresses() const { return registrations_.addresses(); }
   [[nodiscard]] const EventLog& events() const { return events_; }
   [[nodiscard]] const MessageCounters& messages() const { return messages_; }
   [[nodiscard]] const EventCounters& event_counts() const { return event_counts_; }

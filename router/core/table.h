@@ -3,7 +3,7 @@
 // Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
 // full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
 // slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
-// 21 of the 64 we allow for the owner's list (clients.h).
+// 21 of the 64 we allow for the owner's list (clients.h) and for the order (address_set.h).
 //
 // The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
 // All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.

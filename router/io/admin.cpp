@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include <boost/json/serialize.hpp>
+#include <fmt/format.h>
 
 #include "router/config/options.h"
 #include "router/io/admin_actions.h"
@@ -20,22 +21,29 @@ namespace json = boost::json;
 constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
 constexpr std::size_t kStatusEvents = 5;
 
-// Items until the answer is full.
+// Items until the answer is full, as the text they become.
 class Page {
  public:
   // False: no room; the item was not taken.
-  bool add(json::object item) {
-    bytes_ += json::serialize(item).size() + 1;
-    if (bytes_ > kAnswerBytesMax - kEnvelopeBytes) return false;
-    items_.push_back(std::move(item));
+  bool add(const json::object& item) {
+    const std::string text = json::serialize(item);
+    if (items_.size() + text.size() + 1 > kAnswerBytesMax - kEnvelopeBytes) return false;
+    items_.append(count_ == 0 ? "" : ",").append(text);
+    ++count_;
     return true;
   }
-  [[nodiscard]] std::size_t size() const { return items_.size(); }
-  json::array take() { return std::move(items_); }
+  [[nodiscard]] std::size_t size() const { return count_; }
+
+  // `{"schema": ...}` with the items behind it.
+  [[nodiscard]] std::string put_into(const json::object& frame) const {
+    std::string text = json::serialize(frame);
+    text.pop_back();
+    return text.append(R"(,"items":[)").append(items_).append("]}");
+  }
 
  private:
-  json::array items_;
-  std::size_t bytes_ = 0;
+  std::string items_;
+  std::size_t count_ = 0;
 };
 
 class Answerer {
@@ -43,21 +51,25 @@ class Answerer {
   Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
       : question_(question), source_(source), clocks_(clocks), router_(source.router()) {}
 
-  json::object answer();
+  std::string answer() {
+    const json::object fields = answer_fields();
+    return page_ ? page_->put_into(fields) : json::serialize(fields);
+  }
 
  private:
+  json::object answer_fields();
   json::object frame(std::string_view schema) const;
   json::object status() const;
-  json::object clients() const;
-  json::object mailboxes(std::string_view schema, bool with_fill) const;
+  json::object clients();
+  json::object mailboxes(std::string_view schema, bool with_fill);
   json::object route() const;
-  json::object stats() const;
-  json::object events() const;
-  json::object config() const;
+  json::object stats();
+  json::object events();
+  json::object config();
   json::object ping() const;
-  json::object routers() const;
-  json::object links() const;
-  json::object fleet() const;
+  json::object routers();
+  json::object links();
+  json::object fleet();
   json::object act() const;
   [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
   json::object done(const std::string& problem) const;
@@ -66,6 +78,7 @@ class Answerer {
   const AdminSource& source_;
   const Clocks& clocks_;
   const core::Router& router_;
+  std::optional<Page> page_{};  // of answers that have items
 };
 
 json::object error_json(const QuestionError& error) {
@@ -78,7 +91,7 @@ std::string answer_text(const std::variant<Question, QuestionError>& question,
                         const AdminSource& source, const Clocks& clocks) {
   if (const auto* error = std::get_if<QuestionError>(&question))
     return json::serialize(error_json(*error));
-  return json::serialize(Answerer(std::get<Question>(question), source, clocks).answer());
+  return Answerer(std::get<Question>(question), source, clocks).answer();
 }
 
 // A router counts its events anew when it starts: another epoch's number says nothing here.
@@ -106,6 +119,12 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
 // --- questions that wait
 
 void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request) {
+  news_ = true;
+  const auto is_his = [&](const Waiting& waiting) { return waiting.asker == from; };
+  if (std::ranges::count_if(waiting_, is_his) >= static_cast<std::ptrdiff_t>(kPerClientMax)) {
+    refused_.push_back({from, request.header});
+    return;
+  }
   const auto body = request.body();
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
   const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
@@ -114,7 +133,6 @@ void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request)
   if (const auto* question = std::get_if<Question>(&waiting.question))
     waiting.deadline = now + question->wait;
   waiting_.push_back(std::move(waiting));
-  news_ = true;
 }
 
 bool AdminDesk::is_due(const Waiting& waiting, Time now) const {
@@ -125,35 +143,79 @@ bool AdminDesk::is_due(const Waiting& waiting, Time now) const {
   return last != *question->since || now >= waiting.deadline;
 }
 
+// One client after the other has an answer, until the turn has enough of them; those that had none
+// come first in the next turn.
 void AdminDesk::answer(const Clocks& clocks, const Send& send) {
-  news_ = false;
+  news_ = more_ = blocked_ = false;
+  std::erase_if(waiting_, [&](const Waiting& waiting) {
+    return source_.router().client(waiting.asker) == nullptr;
+  });
+  refuse(send);
   const std::size_t too_many = waiting_.size() - std::min(waiting_.size(), kWaitingMax);
+  std::size_t bytes = 0;
+  bool somebody_waits = false;
   std::vector<Waiting> still;
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    const bool gone = source_.router().client(waiting_[i].asker) == nullptr;
-    if (gone) continue;
-    if (i < too_many || is_due(waiting_[i], clocks.now))
-      send_answer(waiting_[i], clocks, send);
-    else
-      still.push_back(std::move(waiting_[i]));
+    Waiting& waiting = waiting_[i];
+    waiting.due = waiting.due || i < too_many || is_due(waiting, clocks.now);
+    const bool due = waiting.due;
+    const bool served = std::ranges::find(served_, waiting.asker) != served_.end();
+    const bool reads = !due || can_take_more(waiting.asker);
+    if (due && reads && !served && bytes < kTurnBytesMax) {
+      bytes += send_answer(waiting, clocks, send);
+      served_.push_back(waiting.asker);
+      continue;
+    }
+    more_ = more_ || (due && reads);
+    somebody_waits = somebody_waits || (due && reads && !served);
+    blocked_ = blocked_ || (due && !reads);
+    still.push_back(std::move(waiting));
   }
   waiting_ = std::move(still);
+  if (!somebody_waits) served_.clear();
 }
 
-void AdminDesk::send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send) {
+// A slow reader's questions wait with it: what it has not read is not made yet.
+bool AdminDesk::can_take_more(core::ClientId asker) const {
+  const core::Client& client = *source_.router().client(asker);
+  return source_.queued_bytes(client.info.port, client.info.token) < kAnswerBytesMax;
+}
+
+void AdminDesk::refuse(const Send& send) {
+  if (refused_.empty()) return;
+  const std::string text = json::serialize(
+      error_json({"busy", fmt::format("{} questions of yours are not answered yet", kPerClientMax),
+                  "wait for their answers before you ask more"}));
+  auto& bytes = sent_.emplace_back(refused_.size() * (kHeaderSize + text.size()));
+  std::span<std::byte> rest(bytes);
+  for (const Refused& refused : refused_) {
+    send_text(refused.asker, refused.request, text, rest.first(kHeaderSize + text.size()), send);
+    rest = rest.subspan(kHeaderSize + text.size());
+  }
+  refused_.clear();
+}
+
+std::size_t AdminDesk::send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send) {
   const std::string text = answer_text(waiting.question, source_, clocks);
   auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+  send_text(waiting.asker, waiting.request, text, bytes, send);
+  return bytes.size();
+}
+
+void AdminDesk::send_text(core::ClientId asker, const Header& request, std::string_view text,
+                          std::span<std::byte> bytes, const Send& send) {
   std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
-  core::Message message{.header = wire::reply_to(waiting.request, type::kAdminReply,
-                                                 static_cast<std::uint32_t>(text.size())),
-                        .bytes = bytes};
+  core::Message message{
+      .header = wire::reply_to(request, type::kAdminReply, static_cast<std::uint32_t>(text.size())),
+      .bytes = bytes};
   wire::encode_header(message.header, message.bytes.first<kHeaderSize>());
-  send(waiting.asker, message);
+  send(asker, message);
 }
 
 Time AdminDesk::next_timeout() const {
   Time next = kNever;
-  for (const Waiting& waiting : waiting_) next = std::min(next, waiting.deadline);
+  for (const Waiting& waiting : waiting_)
+    if (!waiting.due) next = std::min(next, waiting.deadline);
   return next;
 }
 
@@ -161,7 +223,7 @@ Time AdminDesk::next_timeout() const {
 
 namespace {
 
-json::object Answerer::answer() {
+json::object Answerer::answer_fields() {
   switch (question_.ask) {
     case Ask::kStatus:
       return status();
@@ -216,50 +278,48 @@ json::object Answerer::status() const {
   return out;
 }
 
-json::object Answerer::clients() const {
+json::object Answerer::clients() {
   json::object out = frame("tims/client/1");
   std::uint32_t after = 0;
   std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
-  Page page;
+  Page& page = page_.emplace();
   for (const core::ClientReport& report : core::report_clients(router_, clocks_.now)) {
     if (report.client.id.value <= after) continue;
     json::object item = to_json(report);
     item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
-    if (page.size() == question_.limit || !page.add(std::move(item))) {
+    if (page.size() == question_.limit || !page.add(item)) {
       out["next"] = std::to_string(after);
       break;
     }
     after = report.client.id.value;
   }
-  out["items"] = page.take();
   return out;
 }
 
-json::object Answerer::mailboxes(std::string_view schema, bool with_fill) const {
+json::object Answerer::mailboxes(std::string_view schema, bool with_fill) {
   json::object out = frame(schema);
   std::optional<Address> after = Address::parse(question_.after);
   const auto found =
       core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
-  Page page;
-  bool cut = found.more;
+  Page& page = page_.emplace();
+  std::optional<Address> next = found.more ? found.last : std::nullopt;
   for (const core::MailboxReport& report : found.items) {
     json::object item = to_json(report, widths());
     if (with_fill && report.owner.port == core::PortKind::kLocal)
       if (const auto fill = source_.fill(report.handle)) add_fill(item, *fill);
-    if (!page.add(std::move(item))) {
-      cut = true;
+    if (!page.add(item)) {
+      next = after;
       break;
     }
     after = report.address;
   }
-  if (cut && after) out["next"] = after->to_hex();
+  if (next) out["next"] = next->to_hex();
   if (!with_fill) {
     json::array routes;
     for (const core::StaticRoute& route : router_.static_routes())
       routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
     out["static"] = std::move(routes);
   }
-  out["items"] = page.take();
   return out;
 }
 
@@ -272,11 +332,10 @@ json::object Answerer::route() const {
   return out;
 }
 
-json::object Answerer::stats() const {
+json::object Answerer::stats() {
   json::object out = frame("tims/stats/1");
-  Page page;
+  Page& page = page_.emplace();
   for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
-  out["items"] = page.take();
   json::object events;
   for (const auto& report : core::report_event_counts(router_))
     events[core::name(report.kind)] = report.count;
@@ -285,9 +344,9 @@ json::object Answerer::stats() const {
   return out;
 }
 
-json::object Answerer::events() const {
+json::object Answerer::events() {
   json::object out = frame("tims/event/1");
-  Page page;
+  Page& page = page_.emplace();
   core::EventPage found{.items = {}, .last = router_.events().last()};
   if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
   std::uint64_t last = found.items.empty() ? found.last : 0;
@@ -298,13 +357,12 @@ json::object Answerer::events() const {
   out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
   out["last"] = last;
   out["lost"] = found.lost;
-  out["items"] = page.take();
   return out;
 }
 
-json::object Answerer::config() const {
+json::object Answerer::config() {
   json::object out = frame("tims/config/1");
-  Page page;
+  Page& page = page_.emplace();
   for (const config::Entry& entry : config::entries(source_.config())) {
     const auto origin = source_.origins().find(entry.key);
     const bool is_default = origin == source_.origins().end();
@@ -318,7 +376,6 @@ json::object Answerer::config() const {
       break;
     }
   }
-  out["items"] = page.take();
   return out;
 }
 
@@ -350,38 +407,35 @@ void fill_page(json::object& out, const link::Links* links, const Question& ques
   });
 }
 
-json::object Answerer::routers() const {
+json::object Answerer::routers() {
   json::object out = frame("tims/router_list/1");
   const link::Links* links = source_.links();
-  Page page;
+  Page& page = page_.emplace();
   if (links != nullptr && question_.after.empty())
     page.add(self_json(links->self(), source_.process(clocks_.now)));
   fill_page(out, links, question_, page,
             [&](const link::Link& link) { return router_json(link, clocks_.now); });
-  out["items"] = page.take();
   return out;
 }
 
-json::object Answerer::links() const {
+json::object Answerer::links() {
   json::object out = frame("tims/link/1");
   const link::Links* links = source_.links();
-  Page page;
+  Page& page = page_.emplace();
   fill_page(out, links, question_, page,
             [&](const link::Link& link) { return link_json(*links, link, router_, clocks_.now); });
-  out["items"] = page.take();
   return out;
 }
 
-json::object Answerer::fleet() const {
+json::object Answerer::fleet() {
   json::object out = frame("tims/fleet/1");
   out["fleet"] = as_utf8(source_.config().fleet.name);
   const auto dds = source_.dds();
   out["dds"] = dds ? json::value(dds_json(*dds)) : json::value();
-  Page page;
+  Page& page = page_.emplace();
   if (const link::Links* links = source_.links())
     for (const auto& [from, announcement] : links->fleet().routers())
       if (!page.add(announcement_json(*links, announcement))) out["partial"] = true;
-  out["items"] = page.take();
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,10 +26,17 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
 // The questions that have come and are not answered yet. The router may not be called while it
 // hands over a question (core::Sink::admin), so answers are made at the end of a turn; and a
 // question for events may wait for one.
+//
+// Whoever asks much waits, and nobody else: of each client one question is answered in its turn,
+// and none as long as it leaves earlier answers unread.
 class AdminDesk {
  public:
   // Beyond this many, the one that waits longest is answered with what there is.
   static constexpr std::size_t kWaitingMax = 256;
+  // Of one client; further ones are answered "busy". A link counts as one client.
+  static constexpr std::size_t kPerClientMax = 64;
+  // No further answer in a turn that has made so much.
+  static constexpr std::size_t kTurnBytesMax = 256 << 10;
 
   using Send = std::function<void(core::ClientId asker, core::Message& answer)>;
 
@@ -40,7 +48,11 @@ class AdminDesk {
   void event_happened() { news_ = true; }
 
   // Whether answer() would do anything.
-  [[nodiscard]] bool has_work(Time now) const { return news_ || now >= next_timeout(); }
+  [[nodiscard]] bool has_work(Time now) const {
+    return news_ || more_ || blocked_ || now >= next_timeout();
+  }
+  // Whether it could have answered more: it wants another turn when others have had theirs.
+  [[nodiscard]] bool wants_turn() const { return more_; }
   // Answers what can be answered: `send` is Router::answer. Call it at the end of each turn and
   // when next_timeout() is reached. The bytes given to `send` stay valid until release().
   void answer(const Clocks& clocks, const Send& send);
@@ -55,14 +67,27 @@ class AdminDesk {
     Header request{};
     std::variant<Question, QuestionError> question{};
     Time deadline{};
+    bool due = false;  // waits for nothing but its turn
+  };
+  struct Refused {
+    core::ClientId asker{};
+    Header request{};
   };
   [[nodiscard]] bool is_due(const Waiting& waiting, Time now) const;
-  void send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send);
+  [[nodiscard]] bool can_take_more(core::ClientId asker) const;
+  void refuse(const Send& send);
+  std::size_t send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send);
+  static void send_text(core::ClientId asker, const Header& request, std::string_view text,
+                        std::span<std::byte> bytes, const Send& send);
 
   const AdminSource& source_;
-  std::vector<Waiting> waiting_;  // oldest first
+  std::vector<Waiting> waiting_;        // oldest first
+  std::vector<Refused> refused_;        // since the last answer()
+  std::vector<core::ClientId> served_;  // while others still wait for their first answer
   std::vector<std::vector<std::byte>> sent_;
-  bool news_ = false;  // a question came, or something one may wait for
+  bool news_ = false;     // a question came, or something one may wait for
+  bool more_ = false;     // there was more to answer than fits into a turn
+  bool blocked_ = false;  // somebody has to read first
 };
 
 }  // namespace tims::io

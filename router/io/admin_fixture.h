@@ -75,8 +75,9 @@ class AdminFixture : public AdminSource {
     return {.received = 1000, .replaced = 4, .refused = 3, .too_big = 2, .reclaimed = 1};
   }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port, std::uint32_t) const override {
-    return port == core::PortKind::kTcp ? 512 : 0;
+    return port == core::PortKind::kTcp ? tcp_queued_bytes : 0;
   }
+  std::uint64_t tcp_queued_bytes = 512;
 
  private:
   QuietSink sink_;

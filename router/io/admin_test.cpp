@@ -277,6 +277,15 @@ void put_question(AdminDesk& desk, core::ClientId from, std::string_view questio
   desk.ask(AdminFixture::at(100), from, message);
 }
 
+constexpr std::string_view kEventsQuestion = R"({"ask":"events","since":4,"wait_ms":10000})";
+
+// As long as it wants turns.
+void answer_all(AdminDesk& desk, Answers& answers) {
+  do {
+    desk.answer(AdminFixture::clocks(), answers.keep());
+  } while (desk.wants_turn());
+}
+
 TEST(AdminDesk, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
   AdminFixture lab;
   AdminDesk desk(lab);
@@ -371,10 +380,89 @@ TEST(AdminDesk, WaitingQuestionsAreBounded) {
   AdminFixture lab;
   AdminDesk desk(lab);
   Answers answers;
-  for (std::size_t i = 0; i < AdminDesk::kWaitingMax + 3; ++i)
-    put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  std::vector<core::ClientId> clients;
+  for (std::size_t i = 0; i < AdminDesk::kWaitingMax / AdminDesk::kPerClientMax; ++i)
+    clients.push_back(lab.router().connect(AdminFixture::at(100), {}));
+  const std::string question =
+      fmt::format(R"({{"ask":"events","since":{},"wait_ms":10000}})", lab.router().events().last());
+  for (std::size_t i = 0; i < AdminDesk::kWaitingMax; ++i)
+    put_question(desk, clients[i % clients.size()], question);
+  answer_all(desk, answers);
+  EXPECT_TRUE(answers.all.empty()) << "all of them wait";
+  for (int i = 0; i < 3; ++i) put_question(desk, lab.laser(), question);
+  answer_all(desk, answers);
+  EXPECT_EQ(answers.all.size(), 3U) << "the oldest make room";
+  EXPECT_FALSE(desk.has_work(AdminFixture::at(109)));
+}
+
+TEST(AdminDesk, AClientHasABoundedNumberOfQuestions) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  for (std::size_t i = 0; i < AdminDesk::kPerClientMax + 2; ++i)
+    put_question(desk, lab.laser(), kEventsQuestion);
+  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
   desk.answer(AdminFixture::clocks(), answers.keep());
-  EXPECT_EQ(answers.all.size(), 3U);
+  ASSERT_EQ(answers.all.size(), 3U);
+  EXPECT_EQ(error_code(answers.all[0].second), "busy");
+  EXPECT_EQ(error_code(answers.all[1].second), "busy");
+  EXPECT_EQ(answers.headers[1].seq_nr, 5);
+  EXPECT_EQ(answers.all[2].first, lab.pilot());
+}
+
+// One client's large answers, and another client's small one in between.
+TEST(AdminDesk, WhoAsksMuchWaitsAndNobodyElse) {
+  AdminFixture lab;
+  for (std::uint32_t i = 0; i < 2000; ++i)
+    lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i));
+  AdminDesk desk(lab);
+  Answers answers;
+  for (int i = 0; i < 5; ++i) put_question(desk, lab.laser(), R"({"ask":"routes"})");
+  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  EXPECT_EQ(answers.all.size(), 2U) << "one each";
+  EXPECT_EQ(answers.all.back().first, lab.pilot());
+  EXPECT_TRUE(desk.wants_turn());
+  EXPECT_EQ(desk.next_timeout(), kNever) << "it asks for its turn";
+  answer_all(desk, answers);
+  EXPECT_EQ(answers.all.size(), 6U);
+}
+
+TEST(AdminDesk, ATurnMakesABoundedNumberOfBytes) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  const std::string pad(kQuestionBytesMax - 100, 'x');
+  std::vector<core::ClientId> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.push_back(lab.router().connect(AdminFixture::at(100), {}));
+    for (int n = 0; n < 2; ++n)
+      put_question(desk, clients.back(), R"({"ask":"ping","pad":")" + pad + "\"}");
+  }
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  EXPECT_EQ(answers.all.size(), 4U) << "no further one when 256 KiB are made";
+  desk.answer(AdminFixture::clocks(), answers.keep());
+  ASSERT_EQ(answers.all.size(), 6U);
+  EXPECT_EQ(answers.all[4].first, clients[4]) << "who had none comes first";
+  answer_all(desk, answers);
+  EXPECT_EQ(answers.all.size(), 12U);
+}
+
+TEST(AdminDesk, WhoDoesNotReadItsAnswersGetsNoMore) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  lab.tcp_queued_bytes = kAnswerBytesMax;
+  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
+  put_question(desk, lab.laser(), R"({"ask":"ping"})");
+  answer_all(desk, answers);
+  ASSERT_EQ(answers.all.size(), 1U);
+  EXPECT_EQ(answers.all[0].first, lab.laser());
+  EXPECT_FALSE(desk.wants_turn()) << "nothing to do until it reads";
+  EXPECT_TRUE(desk.has_work(AdminFixture::at(100)));
+  lab.tcp_queued_bytes = kAnswerBytesMax - 1;
+  answer_all(desk, answers);
+  EXPECT_EQ(answers.all.size(), 2U);
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ tims_router_queued_bytes{port="link"} 0
 tims_router_mailboxes 1
 # HELP tims_router_table_bytes Memory of the table of mailboxes.
 # TYPE tims_router_table_bytes gauge
-tims_router_table_bytes 1024
+tims_router_table_bytes 3168
 # HELP tims_router_uptime_seconds Time since the router was started.
 # TYPE tims_router_uptime_seconds gauge
 tims_router_uptime_seconds 62.5
