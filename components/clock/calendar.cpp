@@ -1,5 +1,7 @@
 #include "components/clock/calendar.h"
 
+#include <algorithm>
+
 namespace rack::clock {
 
 ClockData clock_of(std::chrono::seconds since_1970) {
@@ -7,15 +9,21 @@ ClockData clock_of(std::chrono::seconds since_1970) {
   const auto day = floor<days>(since_1970);
   const year_month_day date{sys_days(day)};
   const hh_mm_ss time(since_1970 - day);
-  const int year = static_cast<int>(date.year()) % 100;
   return {.hour = static_cast<i32>(time.hours().count()),
           .minute = static_cast<i32>(time.minutes().count()),
           .second = static_cast<i32>(time.seconds().count()),
           .day = static_cast<i32>(static_cast<unsigned>(date.day())),
           .month = static_cast<i32>(static_cast<unsigned>(date.month())),
-          .year = year < 0 ? year + 100 : year,
+          .year = static_cast<i32>(static_cast<int>(date.year())),
           .utcTime = since_1970.count(),
           .dayOfWeek = static_cast<i32>(weekday(sys_days(day)).iso_encoding())};
+}
+
+std::optional<std::chrono::milliseconds> time_by(const ClockData& other, TimeStamp now) {
+  if (other.syncMode == 0) return std::nullopt;
+  // A duration without sign on the wire: a clock of the future is one of just now.
+  return std::chrono::seconds(other.utcTime.raw()) +
+         std::max(now - other.recordingTime, std::chrono::milliseconds(0));
 }
 
 }  // namespace rack::clock

@@ -1,5 +1,9 @@
-// ClockSystem: the clock of this host.
+// ClockSystem: the clock of this host, which another one may set.
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <ctime>
+#include <optional>
 
 #include "components/clock/calendar.h"
 #include "components/runtime/clock.h"
@@ -11,10 +15,19 @@ namespace {
 constexpr auto kPeriod = std::chrono::milliseconds(5000);
 constexpr auto kStep = std::chrono::milliseconds(100);  // OFF does not wait for a whole period
 
+constexpr std::array<ParameterInfo, 4> kParameters = {{
+    {"clockSys", 0, "system id of the clock that sets this one", 0, 255},
+    {"clockInst", -1, "instance of the clock that sets this one; -1: none", -1, 255},
+    {"systemClockUpdate", 1, "1: that clock sets the time of this host, which needs CAP_SYS_TIME",
+     0, 1},
+    {"systemClockUpdateTime", 60000, "how often, ms", 0},
+}};
+
 constexpr ModuleInfo kInfo{
     .program = "ClockSystem",
-    .purpose = "The clock of this host, UTC.",
+    .purpose = "The clock of this host, UTC; another clock may set it.",
     .class_id = tims::class_id::kClock,
+    .parameters = kParameters,
 };
 
 class ClockSystem : public DataModule<ClockData> {
@@ -22,26 +35,63 @@ class ClockSystem : public DataModule<ClockData> {
   ClockSystem() : DataModule(kInfo, {.history = 5}) {}
 
  private:
-  // Not used by it, but others count on its place.
   Result<void> module_init() override {
     const auto work = create_mailbox(10, wire_size<ClockData>());
-    return work ? Result<void>() : work.error();
+    if (!work) return work.error();
+    work_ = *work;
+    return {};
   }
 
   Result<void> module_on() override {
     set_period(kPeriod);
     steps_ = 0;
+    sync_mode_ = 0;
+    updated_.reset();
+    other_.reset();
+    if (integer("clockInst") >= 0) {
+      other_.emplace(*work_, address_of(tims::class_id::kClock, "clock"));
+      if (auto on = other_->on(); !on) return on;
+    }
     return DataModule::module_on();
   }
 
   Result<void> module_loop() override {
     sleep_until_next(kStep);
     if (steps_++ % (kPeriod / kStep) != 0) return {};
-    get_local_buffer() = clock_of(std::chrono::seconds(::time(nullptr)));
-    get_local_buffer().recordingTime = time_stamp();
+    if (auto updated = update(); !updated) return updated;
+    ClockData& data = get_local_buffer();
+    data = clock_of(std::chrono::seconds(::time(nullptr)));
+    data.recordingTime = time_stamp();
+    data.syncMode = sync_mode_;
     return put_local_buffer();
   }
 
+  // Sets the time of this host by the other clock when it is time to; until that one knows the time
+  // itself, it is asked each period.
+  Result<void> update() {
+    if (!other_ || integer("systemClockUpdate") == 0) return {};
+    const std::chrono::milliseconds interval(integer("systemClockUpdateTime"));
+    if (updated_ && time_stamp() - *updated_ <= interval) return {};
+    const auto data = other_->get_data();
+    if (!data) return data.error();
+    sync_mode_ = 0;
+    const auto time = time_by(*data, time_stamp());
+    if (!time) return {};
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(*time);
+    const timespec now{.tv_sec = seconds.count(),
+                       .tv_nsec = std::chrono::nanoseconds(*time - seconds).count()};
+    if (::clock_settime(CLOCK_REALTIME, &now) != 0)
+      return refused(std::string("cannot set the time of this host: ") + std::strerror(errno) +
+                     "; it needs CAP_SYS_TIME, or systemClockUpdate=0");
+    sync_mode_ = data->syncMode;
+    updated_ = time_stamp();
+    return {};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<ClockProxy> other_;
+  std::optional<TimeStamp> updated_;
+  i32 sync_mode_ = 0;
   int steps_ = 0;
 };
 

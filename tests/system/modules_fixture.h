@@ -31,15 +31,16 @@ class ModulesTest : public LocalTest {
     command.insert(command.end(), arguments.begin(), arguments.end());
     auto child = ChildProcess::start(std::move(command), at_router());
     EXPECT_TRUE(child) << child.error().message();
-    ChildProcess& kept =
-        programs_.insert_or_assign(program, std::move(child).value()).first->second;
+    ChildProcess& kept = programs_.emplace(program, std::move(child).value())->second;
     const auto ready = kept.wait_for_line("Init");
     EXPECT_TRUE(ready) << ready.error().message();
     return kept;
   }
   void kill(const std::string& program) {
-    EXPECT_TRUE(programs_.at(program).stop(SIGKILL));
-    programs_.erase(program);
+    const auto oldest = programs_.find(program);
+    ASSERT_NE(oldest, programs_.end()) << program;
+    EXPECT_TRUE(oldest->second.stop(SIGKILL));
+    programs_.erase(oldest);
   }
 
   template <typename P>
@@ -51,7 +52,7 @@ class ModulesTest : public LocalTest {
   std::optional<Mailbox> work_;
 
  private:
-  std::map<std::string, ChildProcess> programs_;  // one of each
+  std::multimap<std::string, ChildProcess> programs_;
 };
 
 }  // namespace tims::test

@@ -142,6 +142,19 @@ TEST_F(DrivingTest, TellsTheTime) {
   const auto clock = proxy<rack::ClockProxy>("Clock(0/0)").get_data();
   ASSERT_TRUE(clock.ok()) << clock.error().message();
   EXPECT_NEAR(static_cast<double>(clock->utcTime), static_cast<double>(::time(nullptr)), 60);
+  EXPECT_GT(clock->year, 2000) << "as the original's program sends it";
+}
+
+// Not a clock that knows the time itself: it would set that of this host.
+TEST_F(DrivingTest, AsksAnotherClock) {
+  start("ClockSystem", {"--instance", "1"});
+  start("ClockSystem",
+        {"--clockInst", "1", "--systemClockUpdate", "1", "--systemClockUpdateTime", "1000"});
+  ASSERT_TRUE(turned_on("Clock(0/0)"));
+  EXPECT_EQ(*proxy<rack::ClockProxy>("Clock(0/1)").status(), rack::Status::kEnabled);
+  const auto clock = proxy<rack::ClockProxy>("Clock(0/0)").get_data();
+  ASSERT_TRUE(clock.ok()) << clock.error().message();
+  EXPECT_EQ(clock->syncMode, 0) << "the other one is not synchronised";
 }
 
 // A joystick device in the hands of the test.
