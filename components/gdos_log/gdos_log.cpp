@@ -102,7 +102,8 @@ class GdosLog : public DataModule<GdosData> {
 
   // --- the sink
 
-  // It has one owner a router. Another one may be there first, such as the console of the original.
+  // A router of the original gives it to one program only, and the graphical interface may have
+  // been there first.
   void take_sink() {
     const tims::Time now = tims::os::now();
     if (now < next_try_) return;

@@ -32,9 +32,10 @@ enum class Outcome : std::uint8_t {
   kWouldReturn,
   kLinkReset,
   kExpired,
+  kUnread,
 };
 
-inline constexpr std::size_t kOutcomeCount = 19;
+inline constexpr std::size_t kOutcomeCount = 20;
 constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kDelivered, "delivered",
                    "handed to its receiver's mailbox, connection or queue"},
@@ -70,14 +71,17 @@ constexpr std::array kOutcomes{
                    "it was on its way over a link whose other router was started anew or is gone"},
     Label<Outcome>{Outcome::kExpired, "expired",
                    "it could not be sent over the link within the link's lifetime for messages"},
+    Label<Outcome>{Outcome::kUnread, "unread", "a text for people that nobody keeps or shows"},
 };
-static_assert(complete(kOutcomes, Outcome::kExpired) && kOutcomes.size() == kOutcomeCount);
+static_assert(complete(kOutcomes, Outcome::kUnread) && kOutcomes.size() == kOutcomeCount);
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 
 // kMailboxReplaced as the answer of a port: this message was taken, an older one had to go for it.
+// Texts may go unread: that is no loss.
 constexpr bool taken(Outcome o) {
-  return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced;
+  return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced ||
+         o == Outcome::kUnread;
 }
 
 }  // namespace tims::core

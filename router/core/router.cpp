@@ -1,5 +1,6 @@
 #include "router/core/router.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "wire/header.h"
@@ -97,14 +98,20 @@ Registration Router::register_mailbox(Time now, ClientId id, Address address,
   if (client == nullptr || client->info.port == PortKind::kLink)
     return {Status::kNoSuchClient, kNoClient};
   Registration result;
-  if (const Table::Entry* entry = find(address)) {
+  const bool shares = may_share(*client, address);
+  if (const Table::Entry* entry = find(address); entry != nullptr && !shares) {
     result = {Status::kAddressInUse, entry->owner};
   } else if (address == settings_.address) {
     result = {Status::kAddressInUse, kNoClient};
   } else if (client->mailboxes.size() >= settings_.mailboxes_per_client_max) {
     result = {Status::kTooMany, kNoClient};
   }
-  if (result.status == Status::kOk) registrations_.add(now, *client, address, handle);
+  if (result.status == Status::kOk && shares) {
+    if (text_readers_.empty()) sink_.moved(address);
+    text_readers_.push_back({id, handle});
+  } else if (result.status == Status::kOk) {
+    registrations_.add(now, *client, address, handle);
+  }
   happened({.at = now,
             .kind = kind_of(result.status),
             .address = address,
@@ -117,6 +124,14 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
   const Client* client = clients_.find(by);
   const Table::Entry* entry = find(address);
   if (client == nullptr || entry == nullptr) return Removal::kUnknown;
+  if (address == kTextSink && stop_sharing(by)) {
+    happened({.at = now,
+              .kind = EventKind::kWithdrawn,
+              .address = address,
+              .client = client->party(),
+              .owner = client->party()});
+    return Removal::kOk;
+  }
   Client& owner = *clients_.find(entry->owner);
   const bool allowed = may_delete(*client, owner);
   happened({.at = now,
@@ -171,11 +186,11 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
-  const Table::Entry* source = find(header.src);
-  const bool forged = source == nullptr || source->owner != sender.id;
+  const std::optional<std::uint32_t> own = handle_of(sender, header.src);
+  const bool forged = !own;
   if (forged && local) return Outcome::kForgedSource;
   if (forged && !link) count(EventKind::kForgedSourceTolerated);
-  const std::uint32_t handle = forged || link ? 0 : source->handle;
+  const std::uint32_t handle = forged || link ? 0 : *own;
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
   const Outcome outcome = forward(now, &sender, message);
@@ -186,14 +201,33 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   return outcome;
 }
 
+std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address address) const {
+  const Table::Entry* entry = find(address);
+  if (entry != nullptr && entry->owner == owner.id) return entry->handle;
+  if (address != kTextSink) return std::nullopt;
+  const auto reader = std::ranges::find(text_readers_, owner.id, &TextReader::client);
+  if (reader == text_readers_.end()) return std::nullopt;
+  return reader->handle;
+}
+
 Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {
   return {
       .client = client.id, .port = client.info.port, .token = client.info.token, .handle = handle};
 }
 
 Outcome Router::forward(Time now, Client* from, Message& message) {
-  const Way on = way(from, message.header.dest);
-  if (on.to == nullptr) return on.why_not;
+  Way on = way(from, message.header.dest);
+  if (on.to == nullptr) {
+    const bool unread = message.header.dest == kTextSink && message.header.type <= 0;
+    return unread && on.why_not == Outcome::kNoRoute ? Outcome::kUnread : on.why_not;
+  }
+  if (message.header.dest == kTextSink && shares_texts()) {
+    if (message.header.type <= 0) {
+      copy_text(now, message);
+    } else if (on.to->info.port != PortKind::kLocal) {
+      on = who_keeps_texts(on);
+    }
+  }
   // Original programs set these bits as they like and know nothing of what they mean to us; among
   // themselves they keep them.
   const bool original = from != nullptr && from->info.port == PortKind::kTcp;
@@ -204,6 +238,27 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
     return stop_loop(now, from, *on.to, message);
   return hand_over(now, receiver_of(*on.to, on.handle), *on.to, message);
+}
+
+// To all who have the sink of texts but the first. Flags of our own are nothing that texts need.
+void Router::copy_text(Time now, Message& message) {
+  message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
+  for (const TextReader& reader : text_readers_) {
+    Client& client = *clients_.find(reader.client);
+    const Outcome outcome = hand_over(now, receiver_of(client, reader.handle), client, message);
+    if (taken(outcome)) continue;
+    messages_.add(client.info.port, message.header.priority, outcome, message.bytes.size());
+    drops_.add(now);
+  }
+}
+
+// A command to the sink is for a log of our own; the original's windows know texts only.
+Router::Way Router::who_keeps_texts(const Way& otherwise) const {
+  for (const TextReader& reader : text_readers_) {
+    Client* client = clients_.find(reader.client);
+    if (client->info.port == PortKind::kLocal) return {client, reader.handle, Way::By::kTable};
+  }
+  return otherwise;
 }
 
 Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Message& message) {
@@ -270,7 +325,26 @@ void Router::count_dropped(Client* receiver, const Count& count) {
 
 // --- What happened
 
+bool Router::may_share(const Client& client, Address address) const {
+  const Table::Entry* entry = address == kTextSink ? find(address) : nullptr;
+  return entry != nullptr && !handle_of(client, address) &&
+         text_readers_.size() + 1 < kTextReadersMax;
+}
+
+bool Router::stop_sharing(ClientId client) {
+  return std::erase_if(text_readers_, [&](const auto& r) { return r.client == client; }) > 0;
+}
+
+// The first has gone: the next takes its place.
+void Router::next_text_reader(Time now) {
+  if (text_readers_.empty() || find(kTextSink) != nullptr) return;
+  const TextReader next = text_readers_.front();
+  text_readers_.erase(text_readers_.begin());
+  registrations_.add(now, *clients_.find(next.client), kTextSink, next.handle);
+}
+
 void Router::withdraw_all(Time now, Client& client) {
+  stop_sharing(client.id);
   const Party owner = client.party();
   while (!client.mailboxes.empty()) {
     const Address address = registrations_.remove_last(client);

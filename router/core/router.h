@@ -37,6 +37,9 @@ struct RouterSettings {
   std::uint32_t mailboxes_per_client_max = 4096;
 };
 
+// Clients of one router that may have the sink of texts at a time.
+inline constexpr std::size_t kTextReadersMax = 16;
+
 // Where messages go whose destination nobody has registered.
 struct StaticRoute {
   AddressPattern match{};
@@ -129,6 +132,9 @@ class Router {
   };
   [[nodiscard]] Way way(const Client* from, Address dest) const;
 
+  // Whether more than one client has the sink of texts: each gets every text.
+  [[nodiscard]] bool shares_texts() const { return !text_readers_.empty(); }
+
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const { return lifesigns_.next_beat(); }
   void on_timeout(Time now);
@@ -149,9 +155,13 @@ class Router {
 
  private:
   Outcome dispatch(Time now, Client& sender, Message& message);
+  // The port's number for a mailbox of the client's; nothing: it is somebody else's.
+  [[nodiscard]] std::optional<std::uint32_t> handle_of(const Client& owner, Address address) const;
   // Without a handle: its connection.
   static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
   Outcome forward(Time now, Client* from, Message& message);
+  void copy_text(Time now, Message& message);
+  [[nodiscard]] Way who_keeps_texts(const Way& otherwise) const;
   Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
   Outcome for_router_itself(Client& sender, std::uint32_t handle, const Message& message);
   void answer_not_available(const Receiver& to, const Header& request);
@@ -174,6 +184,10 @@ class Router {
   void give_up(Time now, Client& client, CloseReason reason);
 
   void withdraw_all(Time now, Client& client);
+  // The sink of texts, which several may have: the first as any mailbox, the others beside it.
+  [[nodiscard]] bool may_share(const Client& client, Address address) const;
+  bool stop_sharing(ClientId client);
+  void next_text_reader(Time now);
   void record_end(Time now, const Client& client, CloseReason reason);
   void happened(const Event& event);
   void count(EventKind kind) { event_counts_.add(kind); }
@@ -185,6 +199,11 @@ class Router {
   std::vector<ClientId> links_;
   std::vector<StaticRoute> static_routes_;
   Time next_loop_event_{};
+  struct TextReader {
+    ClientId client{};
+    std::uint32_t handle = 0;
+  };
+  std::vector<TextReader> text_readers_;  // but for the first, who is in the table
   Clients clients_;
   Registrations registrations_;
   Lifesigns lifesigns_;

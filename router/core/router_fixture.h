@@ -63,6 +63,7 @@ class RecordingSink final : public Sink {
   }
   void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
   void event(const Event& event) override { events.push_back(event); }
+  void moved(Address address) override { moved_addresses.push_back(address); }
 
   Outcome outcome = Outcome::kDelivered;  // of every delivery
   std::vector<Delivery> delivered;
@@ -71,6 +72,7 @@ class RecordingSink final : public Sink {
   std::vector<std::pair<ClientId, Address>> questions;
   std::vector<std::pair<ClientId, ClientId>> traces;
   std::vector<Event> events;
+  std::vector<Address> moved_addresses;
 };
 
 class RouterTest : public testing::Test {

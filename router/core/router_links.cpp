@@ -174,6 +174,7 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
 
 // The address has become free: who has waited for it?
 void Router::learn_again(Time now, Address address) {
+  if (address == kTextSink) next_text_reader(now);
   if (find(address) != nullptr) return;
   const auto next = registrations_.take_waiting(address);
   if (next) learn(now, next->link, address, next->origin);

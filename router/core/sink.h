@@ -39,6 +39,9 @@ class Sink {
   // A message with flag TRACE is about to go from one client to another.
   virtual void traced(ClientId from, ClientId to, const Message& message) = 0;
 
+  // Local programs that send to this mailbox by themselves must come by the router from now on.
+  virtual void moved(Address) {}
+
   // Something happened that is kept in the event log.
   virtual void event(const Event& event) = 0;
 

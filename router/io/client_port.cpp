@@ -165,6 +165,11 @@ void ClientPort::close(const core::Receiver& client, core::CloseReason) {
   if (clients_[client.token]) forget(*clients_[client.token]);
 }
 
+void ClientPort::moved(Address address) {
+  for (const auto& client : clients_)
+    if (client && client->id) (void)send(*client, 0, wire::Moved{address});
+}
+
 std::optional<MailboxFill> ClientPort::fill(std::uint32_t handle) const {
   const LocalSegments::Mailbox* mailbox = segments_.find(handle);
   if (mailbox == nullptr) return std::nullopt;

@@ -46,6 +46,7 @@ class ClientPort final : public Port {
   core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
   void reply(const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver& client, core::CloseReason reason) override;
+  void moved(Address address) override;
   void flush(Time) override {}  // what is delivered is in the receiver's memory already
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t) const override { return 0; }
   void stop_accepting() override;
@@ -74,6 +75,8 @@ class ClientPort final : public Port {
   void close_mailbox(LocalClient& client, Address address);
   bool close_mailboxes(LocalClient& client, std::uint32_t request, const wire::Close& close);
   bool look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup);
+  // The owner of a mailbox that local clients may write to themselves.
+  [[nodiscard]] const core::Table::Entry* find_local(Address address) const;
   bool found(LocalClient& client, std::uint32_t request, Address address);
   bool grant_uplink(LocalClient& client, std::uint32_t request);
   bool send(LocalClient& client, std::uint32_t request, const wire::Record& record,

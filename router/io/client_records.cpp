@@ -155,11 +155,16 @@ bool ClientPort::look_up(LocalClient& client, std::uint32_t request, const wire:
                              [&](Address address) { return found(client, request, address); });
 }
 
-bool ClientPort::found(LocalClient& client, std::uint32_t request, Address address) {
+const core::Table::Entry* ClientPort::find_local(Address address) const {
+  if (address == kTextSink && router_.shares_texts()) return nullptr;
   const auto* entry = router_.find(address);
   const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
-  if (owner == nullptr || owner->info.port != core::PortKind::kLocal)
-    return send(client, request, wire::Found{address, false, {}, false});
+  return owner != nullptr && owner->info.port == core::PortKind::kLocal ? entry : nullptr;
+}
+
+bool ClientPort::found(LocalClient& client, std::uint32_t request, Address address) {
+  const auto* entry = find_local(address);
+  if (entry == nullptr) return send(client, request, wire::Found{address, false, {}, false});
   const LocalSegments::Mailbox& mailbox = segments_.mailbox(entry->handle);
   std::vector<int> files{segments_.memfd(mailbox.segment).get()};
   if (mailbox.waker) files.push_back(mailbox.waker.get());

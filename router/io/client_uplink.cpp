@@ -55,9 +55,7 @@ void ClientPort::forward(LocalClient& client, const shm::Taken& taken) {
   router_.on_message(now_, client.id, message);
   if (!delivered_here_) return;
   // It could have come by itself: the receiver is on this host by now.
-  const auto* entry = router_.find(taken.header.dest);
-  const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
-  if (owner != nullptr && owner->info.port == core::PortKind::kLocal)
+  if (find_local(taken.header.dest) != nullptr)
     (void)send(client, 0, wire::Moved{taken.header.dest});
 }
 

@@ -20,6 +20,9 @@ class Port {
   virtual void reply(const core::Receiver& to, const Header& header) = 0;
   virtual void close(const core::Receiver& client, core::CloseReason reason) = 0;
 
+  // Its clients must come by the router with messages to this mailbox.
+  virtual void moved(Address) {}
+
   // Ends what deliver() and reply() began since the last flush: bytes go into sockets or queues,
   // sleeping receivers are woken. After this, delivered bytes are no longer needed. May call the
   // router (losses, disconnected clients). Called after every batch; cheap when nothing is to do.

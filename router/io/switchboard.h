@@ -58,6 +58,11 @@ class Switchboard final : public core::Sink {
   void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
     on_traced_(from, to, message);
   }
+  void moved(Address address) override {
+    for (Port* port : ports_) {
+      if (port != nullptr) port->moved(address);
+    }
+  }
   void event(const core::Event& event) override { on_event_(event); }
 
  private:

@@ -1,21 +1,68 @@
 // Who has the sink: gdos-log, somebody else, or two of them; and who listens.
+#include "tests/support/model_router.h"
 #include "tests/system/gdos_log_fixture.h"
 
 namespace tims::test {
 namespace {
 
-TEST_F(GdosLogTest, WaitsForTheSinkAndSaysWhoHasIt) {
-  std::optional<Mailbox> console(open(*session_, rack::gdos::kSink.raw()));
-  auto& log = start("gdos-log", {"--folder=" + folder().string(), "--syncTime=10"});
-  const auto waits = log.wait_for_line("Waits for the sink of texts: address in use");
-  ASSERT_TRUE(waits) << waits.error().message();
-  EXPECT_THAT(*waits, HasSubstr("(test)")) << "the program that has it";
-  EXPECT_TRUE(eventually([&] { return proxy<rack::GdosLogProxy>(kLog).on().ok(); },
-                         "it does what it is told meanwhile"));
-  console.reset();
-  EXPECT_TRUE(log.wait_for_line("Texts are kept in"));
-  say("now kept");
-  EXPECT_TRUE(comes_to_be_kept("now kept"));
+// A window of the original's graphical interface.
+class Window {
+ public:
+  explicit Window(const RouterProcess& router) : client_(*TcpClient::connect(router.tcp())) {
+    const auto registered = client_.register_mailbox(rack::gdos::kSink);
+    EXPECT_TRUE(registered) << registered.error().message();
+  }
+  // The next text of those that the test says.
+  std::string next() {
+    for (;;) {
+      const auto message = client_.receive();
+      if (!message) return message.error().message();
+      EXPECT_LT(message->header.type, 0) << "it knows texts only";
+      if (message->header.src == Address(0x00020001)) return text_of(message->body);
+    }
+  }
+
+ private:
+  TcpClient client_;
+};
+
+TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogHearAll) {
+  std::optional<Window> first(std::in_place, router_);
+  start_log();
+  say("one");
+  EXPECT_TRUE(comes_to_be_kept("one"));
+  EXPECT_EQ(first->next(), "one");
+  auto follower = timsctl({"log", "follow"});
+  ASSERT_TRUE(follower);
+  Window second(router_);
+  say("two");
+  EXPECT_TRUE(comes_to_be_kept("two"));
+  EXPECT_EQ(first->next(), "two");
+  EXPECT_EQ(second.next(), "two");
+  first.reset();
+  EXPECT_TRUE(eventually(
+      [&] {
+        say("three");
+        return follower->standard_output().find("three") != std::string::npos;
+      },
+      "the log is found beside the windows"));
+  EXPECT_EQ(second.next(), "three");
+  EXPECT_TRUE(comes_to_be_kept("three"));
+}
+
+// A component that has written to the log without the router until then.
+TEST_F(GdosLogTest, AWindowThatComesLaterHearsWhoSpokeBefore) {
+  start_log();
+  say("before");
+  ASSERT_TRUE(comes_to_be_kept("before"));
+  Window window(router_);
+  EXPECT_TRUE(eventually(
+      [&] {
+        say("after");
+        return kept().find("after") != std::string::npos;
+      },
+      "kept"));
+  EXPECT_EQ(window.next(), "after");
 }
 
 TEST_F(GdosLogTest, GoesOnWithARestartedRouter) {
@@ -30,18 +77,44 @@ TEST_F(GdosLogTest, GoesOnWithARestartedRouter) {
       "a text after the restart"));
 }
 
-TEST_F(GdosLogTest, ASecondOneWaitsForTheFirst) {
+TEST_F(GdosLogTest, ASecondOneKeepsTextsToo) {
   start_log();
   const TemporaryFolder other;
   auto second = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log", "--instance=2",
                                      "--folder=" + other.path().string(), "--syncTime=10"},
                                     at_router());
   ASSERT_TRUE(second);
-  const auto waits = second->wait_for_line("Waits for the sink");
-  ASSERT_TRUE(waits) << waits.error().message();
-  EXPECT_THAT(*waits, HasSubstr("gdos-log"));
+  ASSERT_TRUE(second->wait_for_line("Texts are kept in"));
+  const auto kept_there = [&](const std::string& text) {
+    std::ifstream file(other.path() / rack::gdos::kCurrentFile);
+    return std::string(std::istreambuf_iterator<char>(file), {}).find(text) != std::string::npos;
+  };
+  say("for both");
+  EXPECT_TRUE(comes_to_be_kept("for both"));
+  EXPECT_TRUE(eventually([&] { return kept_there("for both"); }, "the second has it"));
   kill("gdos-log");
-  EXPECT_TRUE(second->wait_for_line("Texts are kept in"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        say("for one");
+        return kept_there("for one");
+      },
+      "the second goes on"));
+}
+
+// A router of the original gives the sink to one only.
+TEST_F(GdosLogTest, WaitsForTheSinkOfARouterThatSharesNothing) {
+  const ModelRouter original({});
+  auto console = TcpClient::connect(original.endpoint());
+  ASSERT_TRUE(console);
+  ASSERT_TRUE(console->register_mailbox(rack::gdos::kSink));
+  auto log = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log",
+                                  "--folder=" + folder().string(), "--syncTime=10",
+                                  "--router=" + original.endpoint()});
+  ASSERT_TRUE(log);
+  const auto waits = log->wait_for_line("Waits for the sink of texts: address in use");
+  ASSERT_TRUE(waits) << waits.error().message();
+  console->close();
+  EXPECT_TRUE(log->wait_for_line("Texts are kept in"));
 }
 
 TEST_F(GdosLogTest, ItsOwnAddressIsNotTheSink) {
@@ -82,14 +155,18 @@ TEST_F(GdosLogTest, AnyNumberFollows) {
   EXPECT_THAT(followers[3].standard_output(), HasSubstr(R"("schema":"tims/text/1")"));
 }
 
-TEST_F(GdosLogTest, AnOwnerThatKnowsNothingOfLogsIsNamed) {
-  const Mailbox console = open(*session_, rack::gdos::kSink.raw());
-  auto follower = timsctl({"log", "follow", "--timeout=100ms"});
+TEST_F(GdosLogTest, AnOwnerThatSharesNothingIsNamed) {
+  const ModelRouter original({});
+  auto console = TcpClient::connect(original.endpoint());
+  ASSERT_TRUE(console);
+  ASSERT_TRUE(console->register_mailbox(rack::gdos::kSink));
+  auto follower = ChildProcess::start(
+      {TIMSCTL_PROGRAM, "-H", original.endpoint(), "log", "follow", "--timeout=100ms"});
   ASSERT_TRUE(follower);
   const auto status = follower->wait();
   ASSERT_TRUE(status);
   EXPECT_EQ(status->code, 5);
-  EXPECT_THAT(follower->output(), HasSubstr("(test)"));
+  EXPECT_THAT(follower->output(), HasSubstr("GDOS(0/0)"));
 }
 
 }  // namespace
