@@ -1,0 +1,104 @@
+#include "tests/contract/guest.h"
+
+#include <optional>
+#include <utility>
+
+#include "tests/support/tcp_client.h"
+#include "tests/system/websocket_client.h"
+#include "tims/session.h"
+
+namespace tims::test {
+namespace {
+
+class LocalGuest final : public Guest {
+ public:
+  explicit LocalGuest(std::string router) : router_(std::move(router)) {}
+
+  Result<void> open(Address address) override {
+    if (!session_) {
+      auto connected = Session::connect({.name = "guest",
+                                         .router = router_,
+                                         .timeout = kPatience,
+                                         .on_event = [](const SessionEvent&) {}});
+      if (!connected) return connected.error();
+      session_.emplace(std::move(*connected));
+    }
+    auto opened =
+        session_->open({.address = address, .slots = kGuestSlots, .body_max = kGuestBodyMax});
+    if (!opened) return opened.error();
+    mailbox_.emplace(std::move(*opened));
+    return {};
+  }
+  Result<void> send(const Header& header, std::span<const std::byte> body) override {
+    return mailbox_->send({.dest = header.dest,
+                           .type = header.type,
+                           .priority = header.priority,
+                           .seq_nr = header.seq_nr},
+                          body);
+  }
+  Result<OwnedMessage> receive(Duration limit) override {
+    const auto message = mailbox_->peek_for(limit);
+    if (!message) return message.error();
+    return copy_of({message->header(), message->body()});
+  }
+  void close() override {
+    mailbox_.reset();
+    session_.reset();
+  }
+
+ private:
+  std::string router_;
+  std::optional<Session> session_;
+  std::optional<Mailbox> mailbox_;
+};
+
+class TcpGuest final : public Guest {
+ public:
+  explicit TcpGuest(Result<TcpClient> client) : client_(std::move(client)) {}
+
+  Result<void> open(Address address) override {
+    if (!client_) return client_.error();
+    return client_->register_mailbox(address);
+  }
+  Result<void> send(const Header& header, std::span<const std::byte> body) override {
+    return client_->send(header, body);
+  }
+  Result<OwnedMessage> receive(Duration limit) override { return client_->receive(limit); }
+  void close() override { client_->close(); }
+
+ private:
+  Result<TcpClient> client_;
+};
+
+class WebSocketGuest final : public Guest {
+ public:
+  explicit WebSocketGuest(const std::string& endpoint) : client_(endpoint) {}
+
+  Result<void> open(Address address) override { return client_.register_mailbox(address); }
+  Result<void> send(const Header& header, std::span<const std::byte> body) override {
+    if (client_.send_message(header, {reinterpret_cast<const char*>(body.data()), body.size()}))
+      return {};
+    return Errc::kClosed;
+  }
+  Result<OwnedMessage> receive(Duration) override { return client_.receive(); }
+  void close() override { client_.socket().close(); }
+
+ private:
+  WebSocketClient client_;
+};
+
+}  // namespace
+
+std::unique_ptr<Guest> local_guest(const std::string& router_socket) {
+  return std::make_unique<LocalGuest>(router_socket);
+}
+
+std::unique_ptr<Guest> tcp_guest(const std::string& endpoint) {
+  return std::make_unique<TcpGuest>(TcpClient::connect(endpoint));
+}
+
+std::unique_ptr<Guest> websocket_guest(const std::string& endpoint) {
+  return std::make_unique<WebSocketGuest>(endpoint);
+}
+
+}  // namespace tims::test

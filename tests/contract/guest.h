@@ -1,0 +1,39 @@
+// A client of a router, whatever the port it attaches at: what the contract of ports is tried with.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "tests/support/message.h"
+#include "tests/support/patience.h"
+#include "tims/result.h"
+
+namespace tims::test {
+
+// With one mailbox. Calls wait, with a deadline.
+class Guest {
+ public:
+  Guest() = default;
+  Guest(const Guest&) = delete;
+  Guest& operator=(const Guest&) = delete;
+  virtual ~Guest() = default;
+
+  // kAddressInUse when somebody has it.
+  virtual Result<void> open(Address address) = 0;
+  // From its mailbox.
+  virtual Result<void> send(const Header& header, std::span<const std::byte> body) = 0;
+  // The next message to its mailbox.
+  virtual Result<OwnedMessage> receive(Duration limit = kPatience) = 0;
+  // As programs leave that have said what they wanted to say.
+  virtual void close() = 0;
+};
+
+inline constexpr std::uint32_t kGuestBodyMax = 48 << 10;
+inline constexpr std::uint32_t kGuestSlots = 1000;  // of a mailbox in shared memory
+
+std::unique_ptr<Guest> local_guest(const std::string& router_socket);
+std::unique_ptr<Guest> tcp_guest(const std::string& endpoint);
+std::unique_ptr<Guest> websocket_guest(const std::string& endpoint);
+
+}  // namespace tims::test
