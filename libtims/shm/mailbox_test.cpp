@@ -63,16 +63,6 @@ class MailboxTest : public testing::Test {
   std::size_t bytes_ = 0;
 };
 
-TEST_F(MailboxTest, HigherPriorityFirstThenArrival) {
-  make(8);
-  Sender sender(view_, 1);
-  for (const auto& [body, priority] : std::vector<std::pair<std::string, int>>{
-           {"low 1", 1}, {"high 1", 200}, {"low 2", 1}, {"high 2", 200}, {"mid", 100}})
-    ASSERT_EQ(send(sender, body, static_cast<std::uint8_t>(priority)), SendOutcome::kOk);
-  for (const char* expected : {"high 1", "high 2", "mid", "low 1", "low 2", "(empty)"})
-    EXPECT_EQ(receive(), expected);
-}
-
 TEST_F(MailboxTest, FullReplacesTheOldestOfTheLowestPriority) {
   make(3);
   Sender sender(view_, 1);

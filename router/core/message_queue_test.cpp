@@ -49,16 +49,6 @@ class MessageQueueTest : public testing::Test {
   Losses replaced_{};
 };
 
-TEST_F(MessageQueueTest, MoreImportantOnesComeFirstThenByArrival) {
-  push(message(20, 1, 1));
-  push(message(30, 200, 2));
-  push(message(40, 1, 3));
-  push(message(50, 200, 4));
-  EXPECT_EQ(waiting(),
-            message(30, 200, 2) + message(50, 200, 4) + message(20, 1, 1) + message(40, 1, 3));
-  EXPECT_EQ(queue_.bytes(), 140U);
-}
-
 TEST_F(MessageQueueTest, TakesNoMemoryWhileItIsEmpty) {
   EXPECT_EQ(pool_.used(), 0U);
   push(message(20, 1));
@@ -84,26 +74,11 @@ TEST_F(MessageQueueTest, SeveralMakeRoomForALargeOne) {
   EXPECT_EQ(replaced_[0], (Count{3, 300}));  // priorities 0, 10, 20
 }
 
-TEST_F(MessageQueueTest, ALessImportantOneIsRefusedAndNothingGoesForIt) {
-  push(message(100, 1, 1));
-  push(message(900, 7, 2));
-  EXPECT_FALSE(push(message(200, 6, 3)));
-  EXPECT_EQ(waiting(), message(900, 7, 2) + message(100, 1, 1));
-  EXPECT_EQ(replaced_[0], Count{});
-}
-
 TEST_F(MessageQueueTest, OneThatNeverFitsIsRefused) {
   EXPECT_FALSE(push(message(1001, 255)));
   EXPECT_TRUE(queue_.empty());
   EXPECT_EQ(pool_.used(), 0U);
   EXPECT_TRUE(push(message(1000, 0)));
-}
-
-TEST_F(MessageQueueTest, PrioritiesAreUnsigned) {
-  push(message(1000, 127, 1));
-  EXPECT_TRUE(push(message(1000, 128, 2)));
-  EXPECT_FALSE(push(message(1000, 127, 3)));
-  EXPECT_EQ(waiting(), message(1000, 128, 2));
 }
 
 TEST_F(MessageQueueTest, OneThatIsPartlyWrittenIsNeitherOvertakenNorReplaced) {

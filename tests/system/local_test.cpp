@@ -15,66 +15,6 @@
 namespace tims::test {
 namespace {
 
-TEST_F(LocalTest, MessagesWithinAProcessAndBetweenSessions) {
-  Session one = session();
-  Session two = session();
-  Mailbox a = open(one, 1);
-  Mailbox b = open(one, 2);
-  Mailbox c = open(two, 3);
-  for (const std::uint32_t to : {2U, 3U}) {
-    ASSERT_TRUE(send(a, to, "hello").ok());
-    EXPECT_EQ(receive(to == 2 ? b : c), "hello");
-  }
-  ASSERT_TRUE(send(a, 1, "to myself").ok());
-  EXPECT_EQ(receive(a), "to myself");
-}
-
-TEST_F(LocalTest, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
-  Session s = session();
-  Mailbox client = open(s, 0x00180101);
-  Mailbox server = open(s, 0x00140000);
-  ASSERT_TRUE(
-      client.send({.dest = server.address(), .type = 4, .priority = 30, .seq_nr = 200}).ok());
-  const auto request = server.peek_for(kPatience);
-  ASSERT_TRUE(request.ok());
-  const Header expected{.flags = flag::kNativeOrder,
-                        .type = 4,
-                        .priority = 30,
-                        .seq_nr = 200,
-                        .dest = server.address(),
-                        .src = client.address()};
-  EXPECT_EQ(request->header(), expected);
-  ASSERT_TRUE(server.reply(request->header(), type::kData, bytes_of("data")).ok());
-  const auto reply = client.peek_for(kPatience);
-  ASSERT_TRUE(reply.ok());
-  EXPECT_EQ(reply->header().type, type::kData);
-  EXPECT_EQ(reply->header().priority, 30);
-  EXPECT_EQ(reply->header().seq_nr, 200);
-  EXPECT_EQ(reply->header().src, server.address());
-  EXPECT_EQ(text_of(reply->body()), "data");
-}
-
-TEST_F(LocalTest, MorePriorityFirst) {
-  Session s = session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2);
-  ASSERT_TRUE(send(a, 2, "low", 1).ok());
-  ASSERT_TRUE(send(a, 2, "high", 200).ok());
-  EXPECT_EQ(receive(b), "high");
-  EXPECT_EQ(receive(b), "low");
-}
-
-TEST_F(LocalTest, WaitingEndsAtItsTimeAndNotBefore) {
-  Session s = session();
-  Mailbox a = open(s, 1);
-  std::vector<std::byte> buffer(64);
-  EXPECT_EQ(a.try_receive(buffer).error().code(), Errc::kEmpty);
-  const auto before = std::chrono::steady_clock::now();
-  EXPECT_EQ(a.receive_for(buffer, 30ms).error().code(), Errc::kTimeout);
-  EXPECT_GE(std::chrono::steady_clock::now() - before, 30ms);
-  EXPECT_EQ(a.receive_for(buffer, Duration::zero()).error().code(), Errc::kTimeout);
-}
-
 TEST_F(LocalTest, AMailboxThatLingersFallsAsleepAllTheSame) {
   Session s = session();
   Mailbox a = open(s, 1, {.linger = 1ms});
@@ -83,18 +23,6 @@ TEST_F(LocalTest, AMailboxThatLingersFallsAsleepAllTheSame) {
   std::thread sender([&] { EXPECT_TRUE(send(a, 1, "late")); });
   EXPECT_EQ(receive(a), "late");
   sender.join();
-}
-
-TEST_F(LocalTest, AMessageLargerThanTheBufferStays) {
-  Session s = session();
-  Mailbox a = open(s, 1);
-  ASSERT_TRUE(send(a, 1, "0123456789").ok());
-  std::vector<std::byte> small(9);
-  std::vector<std::byte> enough(10);
-  EXPECT_EQ(a.try_receive(small).error().code(), Errc::kBufferTooSmall);
-  const auto got = a.try_receive(enough);
-  ASSERT_TRUE(got.ok());
-  EXPECT_EQ(text_of(got->body), "0123456789");
 }
 
 TEST_F(LocalTest, BodiesAtTheLimitOfTheMailbox) {
@@ -136,62 +64,6 @@ TEST_F(LocalTest, TwoOwnersForAnAddressAreRefusedAndNamed) {
   EXPECT_NE(text.find(std::to_string(::getpid())), std::string::npos) << text;
 }
 
-TEST_F(LocalTest, OpeningManyIsAllOrNone) {
-  Session first = session();
-  Session second = session();
-  Mailbox taken = open(first, 5);
-  std::vector<MailboxOptions> options(10);
-  for (std::uint32_t i = 0; i < 10; ++i) options[i].address = Address(i);
-  EXPECT_EQ(second.open(options).error().code(), Errc::kAddressInUse);
-  Mailbox free = open(first, 4);  // not left behind
-  options.erase(options.begin() + 4, options.begin() + 6);
-  EXPECT_TRUE(second.open(options).ok());
-}
-
-TEST_F(LocalTest, AClosedMailboxIsLookedUpAgain) {
-  Session s = session();
-  Session t = session();
-  Mailbox a = open(s, 1);
-  {
-    Mailbox b = open(t, 2);
-    ASSERT_TRUE(send(a, 2, "first").ok());
-    EXPECT_EQ(receive(b), "first");
-  }
-  ASSERT_TRUE(send(a, 2, "nobody").ok());
-  const auto answer = a.peek_for(kPatience);
-  ASSERT_TRUE(answer.ok());
-  EXPECT_EQ(answer->header().type, type::kNotAvailable);
-  EXPECT_EQ(answer->header().src, Address(2));
-  Mailbox again = open(t, 2);
-  ASSERT_TRUE(send(a, 2, "second").ok());
-  EXPECT_EQ(receive(again), "second");
-}
-
-TEST_F(LocalTest, ManyThreadsReceiveEachMessageOnce) {
-  Session s = session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2, {.slots = 1000});
-  constexpr int kMessages = 1000;
-  std::vector<std::atomic<int>> seen(kMessages);
-  std::atomic<int> total = 0;
-  std::vector<std::thread> readers;
-  readers.reserve(4);
-  for (int i = 0; i < 4; ++i)
-    readers.emplace_back([&] {
-      for (;;) {
-        const std::string text = receive(b);
-        if (text == "end") return;
-        ++seen[static_cast<std::size_t>(std::stoi(text))];
-        ++total;
-      }
-    });
-  for (int i = 0; i < kMessages; ++i) ASSERT_TRUE(send(a, 2, std::to_string(i)).ok());
-  EXPECT_TRUE(eventually([&] { return total == kMessages; }, "every message received"));
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(send(a, 2, "end").ok());
-  for (std::thread& reader : readers) reader.join();
-  for (const auto& count : seen) EXPECT_EQ(count, 1);
-}
-
 TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
   Session s = session();
   Mailbox a = open(s, 1);
@@ -216,14 +88,6 @@ TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
   std::thread sender([&] { EXPECT_TRUE(send(a, 2, "blocking works too").ok()); });
   EXPECT_EQ(receive(b), "blocking works too");
   sender.join();
-}
-
-TEST_F(LocalTest, CleanThrowsAwayWhatWaits) {
-  Session s = session();
-  Mailbox a = open(s, 1);
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(send(a, 1, "x").ok());
-  EXPECT_EQ(a.clean(), 3U);
-  EXPECT_EQ(receive(a, 0ns), "timeout");
 }
 
 // --- beside TCP clients ---

@@ -80,14 +80,5 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
   EXPECT_TRUE(connected->ok());
 }
 
-TEST_F(RestartTest, WithoutARouterConnectEndsAtItsTime) {
-  router_.kill();
-  const auto refused = Session::connect(
-      {.router = router_.socket_path(), .timeout = 50ms, .on_event = [](const SessionEvent&) {}});
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code(), Errc::kTimeout);
-  EXPECT_NE(refused.error().message().find(router_.socket_path()), std::string::npos);
-}
-
 }  // namespace
 }  // namespace tims::test

@@ -61,17 +61,6 @@ TEST_F(TcpTest, AResetInTheMiddleOfAMessageHarmsNobodyElse) {
   EXPECT_TRUE(reaches(c, kB, a, kA));
 }
 
-TEST_F(TcpTest, AMessageRightBeforeTheEndOfItsConnectionArrives) {
-  start();
-  TcpClient a = connect_with(kA);
-  TcpClient b = connect();
-  ASSERT_TRUE(b.send({.type = 21, .seq_nr = 5, .dest = kA, .src = kB}).ok());
-  b.close();
-  const auto message = a.receive();
-  ASSERT_TRUE(message.ok());
-  EXPECT_EQ(message->header.seq_nr, 5);
-}
-
 TEST_F(TcpTest, MessagesMayComeInAnyPieces) {
   start();
   TcpClient a = connect_with(kA);

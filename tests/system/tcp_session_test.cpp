@@ -52,61 +52,6 @@ TEST_F(TcpSessionTest, TalksToMailboxesOfTheRoutersHostAndBack) {
   EXPECT_EQ(answer->header().seq_nr, 7);
 }
 
-TEST_F(TcpSessionTest, TwoSessionsAndTwoMailboxesOfOne) {
-  Session s = tcp_session();
-  Session t = tcp_session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2);
-  Mailbox c = open(t, 3);
-  ASSERT_TRUE(send(a, 2, "within a session"));
-  EXPECT_EQ(receive(b), "within a session");
-  ASSERT_TRUE(send(a, 1, "to itself"));
-  EXPECT_EQ(receive(a), "to itself");
-  ASSERT_TRUE(send(a, 3, "between sessions"));
-  EXPECT_EQ(receive(c), "between sessions");
-}
-
-TEST_F(TcpSessionTest, MessagesWaitInTheOrderOfTheirPriority) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2, {.slots = 3});
-  // One after the other: how they wait is the receiver's business.
-  std::uint64_t sent = 0;
-  for (const auto& [text, priority] : std::vector<std::pair<std::string, std::uint8_t>>{
-           {"low", 1}, {"high", 9}, {"high too", 9}}) {
-    ASSERT_TRUE(send(a, 2, text, priority));
-    ++sent;
-    ASSERT_TRUE(eventually([&] { return b.counters().waiting == sent; }, text));
-  }
-  ASSERT_TRUE(send(a, 2, "highest", 10));
-  ASSERT_TRUE(eventually([&] { return b.counters().replaced == 1; }, "the lowest goes"));
-  EXPECT_EQ(receive(b), "highest");
-  EXPECT_EQ(receive(b), "high");
-  EXPECT_EQ(receive(b), "high too");
-}
-
-TEST_F(TcpSessionTest, AMessageWakesItsReaderAndItsDescriptor) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2, {.event_fd = true});
-  EXPECT_EQ(b.try_receive({}).error().code(), Errc::kEmpty);
-  ASSERT_TRUE(send(a, 2, "x"));
-  pollfd wait{b.event_fd(), POLLIN, 0};
-  EXPECT_EQ(::poll(&wait, 1, static_cast<int>(kPatience / 1ms)), 1);
-  EXPECT_EQ(receive(b), "x");
-}
-
-TEST_F(TcpSessionTest, ACommandToNobodyIsAnswered) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  ASSERT_TRUE(a.send({.dest = Address(99), .type = 21, .seq_nr = 4}));
-  const auto answer = a.peek_for(kPatience);
-  ASSERT_TRUE(answer.ok());
-  EXPECT_EQ(answer->header().type, type::kNotAvailable);
-  EXPECT_EQ(answer->header().src, Address(99));
-  EXPECT_EQ(answer->header().seq_nr, 4);
-}
-
 TEST_F(TcpSessionTest, AMessageMayBeAsLargeAsTheLimit) {
   Session s = tcp_session();
   Mailbox a = open(s, 1);
@@ -122,28 +67,6 @@ TEST_F(TcpSessionTest, AMessageMayBeAsLargeAsTheLimit) {
   Mailbox c = open(larger, 3);
   ASSERT_TRUE(send(c, 2, largest + "x"));
   EXPECT_EQ(receive(b), largest + "x");
-}
-
-TEST_F(TcpSessionTest, WhatAMailboxDoesNotTakeIsCounted) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2, {.slots = 1, .body_max = 10});
-  ASSERT_TRUE(send(a, 2, "more than ten bytes"));
-  EXPECT_TRUE(eventually([&] { return b.counters().too_big == 1; }, "too big"));
-  ASSERT_TRUE(send(a, 2, "first", 5));
-  ASSERT_TRUE(send(a, 2, "second", 4));
-  EXPECT_TRUE(eventually([&] { return b.counters().refused == 1; }, "refused"));
-  EXPECT_EQ(receive(b), "first");
-}
-
-TEST_F(TcpSessionTest, ALoanIsSentToo) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  auto loan = a.loan({.dest = Address(1), .type = 5}, 3);
-  ASSERT_TRUE(loan.ok());
-  std::ranges::copy(bytes_of("abc"), loan->body().begin());
-  ASSERT_TRUE(loan->send());
-  EXPECT_EQ(receive(a), "abc");
 }
 
 TEST_F(TcpSessionTest, AnAddressHasOneOwner) {
@@ -167,17 +90,6 @@ TEST_F(TcpSessionTest, AnAddressHasOneOwner) {
   EXPECT_EQ(receive(successor), "to the next owner");
 }
 
-TEST_F(TcpSessionTest, WhatIsSentBeforeTheEndArrives) {
-  Session near = session();
-  Mailbox b = open(near, 2, {.slots = 200});
-  {
-    Session s = tcp_session();
-    Mailbox a = open(s, 1);
-    for (int i = 0; i < 100; ++i) ASSERT_TRUE(send(a, 2, std::to_string(i)));
-  }
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(receive(b), std::to_string(i));
-}
-
 TEST_F(TcpSessionTest, TheRouterMayDieAndComeBack) {
   Session s = tcp_session();
   Mailbox a = open(s, 1);
@@ -195,32 +107,6 @@ TEST_F(TcpSessionTest, TheRouterMayDieAndComeBack) {
   ASSERT_TRUE(old.ok());
   ASSERT_TRUE(old->send({.type = 21, .dest = Address(2), .src = Address(7)}, bytes_of("tcp")));
   EXPECT_EQ(receive(b), "tcp");  // registered again
-}
-
-TEST_F(TcpSessionTest, AnAddressThatSomebodyElseHasAfterwardsIsReported) {
-  std::atomic<bool> lost = false;
-  Session s = tcp_session({.on_event = [&](const SessionEvent& event) {
-    if (event.kind == SessionEvent::Kind::kMailboxLost) lost = true;
-  }});
-  std::optional<Mailbox> a = open(s, 1);
-  // The router comes back, and somebody else is there first.
-  std::optional<TcpClient> other;
-  for (bool first = false; !first;) {
-    router_.kill();
-    ASSERT_TRUE(router_.start().ok());
-    auto client = TcpClient::connect(router_.tcp());
-    ASSERT_TRUE(client.ok());
-    other.emplace(std::move(*client));
-    first = other->register_mailbox(Address(1)).ok();
-  }
-  EXPECT_TRUE(eventually([&] { return lost.load(); }, "told"));
-  // To close it does not take it away from its owner.
-  a.reset();
-  Mailbox b = open(s, 2);
-  ASSERT_TRUE(send(b, 1, "yours"));
-  const auto message = other->receive();
-  ASSERT_TRUE(message.ok());
-  EXPECT_EQ(text_of(message->body), "yours");
 }
 
 TEST_F(TcpSessionTest, ARouterThatStandsStillKeepsNoSenderForLong) {

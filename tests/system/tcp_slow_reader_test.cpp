@@ -54,61 +54,6 @@ class SlowReaderTest : public TcpTest {
   std::optional<TcpClient> source_;
 };
 
-TEST_F(SlowReaderTest, BlocksNobody) {
-  TcpClient ping = connect_with(kPing);
-  TcpClient pong = connect_with(kPong);
-  flood(1);
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(reaches(ping, kPing, pong, kPong));
-    ASSERT_TRUE(reaches(pong, kPong, ping, kPing));
-  }
-  const std::string stats = ask(*source_, R"({"ask":"stats"})");
-  EXPECT_NE(stats.find("queue_replaced"), std::string::npos) << stats;
-}
-
-TEST_F(SlowReaderTest, GetsWholeMessagesInOrderAndTheNewest) {
-  flood(1);
-  std::uint32_t last = kEnd;
-  std::uint32_t received = 0;
-  while (last != kCount - 1) {
-    const auto message = slow_->receive();
-    ASSERT_TRUE(message.ok()) << message.error().message();
-    ASSERT_EQ(message->body.size(), kBody);
-    const std::uint32_t number = number_of(message->body);
-    ASSERT_NE(number, kEnd) << "torn";
-    if (received++ > 0) {
-      ASSERT_GT(number, last);
-    }
-    last = number;
-  }
-  EXPECT_LT(received, kCount);
-  EXPECT_GT(received, 100U);  // what the queue holds
-}
-
-TEST_F(SlowReaderTest, AnUrgentMessageOvertakesWhatWaits) {
-  flood(1);
-  ASSERT_TRUE(source_->send({.type = 21, .priority = 255, .dest = kSlow, .src = kSource}).ok());
-  ASSERT_TRUE(is_served(*source_));
-  for (auto message = slow_->receive(); message->header.type != 21; message = slow_->receive()) {
-    ASSERT_NE(number_of(message->body), kEnd) << "torn";
-    ASSERT_LT(number_of(message->body), kCount - 1) << "the newest came before the urgent one";
-  }
-  // The messages that waited in the queue come behind it.
-  const auto next = slow_->receive();
-  ASSERT_TRUE(next.ok());
-  EXPECT_EQ(next->header.priority, 1);
-}
-
-TEST_F(SlowReaderTest, LessImportantMessagesAreRefusedWhileImportantOnesWait) {
-  flood(200);
-  ASSERT_TRUE(
-      source_->send({.type = 21, .priority = 3, .dest = kSlow, .src = kSource}, numbered(7, kBody))
-          .ok());
-  ASSERT_TRUE(is_served(*source_));
-  const std::string stats = ask(*source_, R"({"ask":"stats"})");
-  EXPECT_NE(stats.find("queue_full"), std::string::npos) << stats;
-}
-
 TEST_F(SlowReaderTest, WhatItDidNotReadIsCountedWhenItGoes) {
   flood(1);
   slow_->close();

@@ -170,23 +170,6 @@ TEST_F(SlowPageTest, OlderMessagesGoWholeOnesArriveUrgentOnesOvertake) {
   EXPECT_LT(urgent_at, arriving - 3);
 }
 
-TEST_F(SlowPageTest, LessImportantOnesAreRefused) {
-  // In turns: what the page's socket still takes makes room for a few of either kind.
-  for (int number = 0; drops("queue_full") == 0 && number < 5000; number += 20) {
-    for (int i = 0; i < 20; ++i) send(number + i, i < 15 ? 9 : 5);
-  }
-  EXPECT_GT(drops("queue_full"), 0U);
-  EXPECT_EQ(drops("client_gone"), 0U);
-}
-
-TEST_F(SlowPageTest, NobodyElseWaitsForIt) {
-  send_until_lost("queue_replaced", 0, 1);
-  WebSocketClient other = page(Address(77));
-  const Header header{.dest = Address(77), .src = kLadar};
-  ASSERT_TRUE(robot_->send(header, bytes_of("quick")).ok());
-  EXPECT_EQ(text_of(other.receive()->body), "quick");
-}
-
 TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
   const int sent = send_until_lost("queue_replaced", 0, 1);
   const std::uint64_t replaced = drops("queue_replaced");

@@ -85,17 +85,6 @@ TEST_F(WebSocketTest, APageAndANativeProgram) {
   EXPECT_EQ(text_of(reply->body), "data");
 }
 
-TEST_F(WebSocketTest, PagesAmongThemselvesAndAnAddressThatIsTaken) {
-  start();
-  WebSocketClient one = page(Address(1));
-  WebSocketClient two = page(Address(2));
-  EXPECT_EQ(two.register_mailbox(Address(1)).error().code(), Errc::kAddressInUse);
-  ASSERT_TRUE(one.send_message({.dest = Address(2), .src = Address(1)}, "hello"));
-  EXPECT_EQ(text_of(two.receive()->body), "hello");
-  ASSERT_TRUE(one.send_message({.type = 3, .dest = Address(9), .src = Address(1)}));
-  EXPECT_EQ(one.receive()->header.type, type::kNotAvailable);
-}
-
 TEST_F(WebSocketTest, EverySizeBothWays) {
   start();
   WebSocketClient browser = page(kPage);
@@ -111,20 +100,6 @@ TEST_F(WebSocketTest, EverySizeBothWays) {
     const auto back = browser.receive();
     ASSERT_TRUE(back.ok()) << size << " " << back.error().message();
     EXPECT_EQ(text_of(back->body), body);
-  }
-}
-
-TEST_F(WebSocketTest, ManyMessagesStayInOrder) {
-  start();
-  WebSocketClient browser = page(kPage);
-  TcpClient robot = tcp(kLadar);
-  constexpr int kMessages = 3000;
-  for (int i = 0; i < kMessages; ++i)
-    ASSERT_TRUE(robot.send({.dest = kPage, .src = kLadar}, bytes_of(std::to_string(i))).ok());
-  for (int i = 0; i < kMessages; ++i) {
-    const auto message = browser.receive();
-    ASSERT_TRUE(message.ok());
-    ASSERT_EQ(text_of(message->body), std::to_string(i));
   }
 }
 
