@@ -8,6 +8,10 @@
 namespace tims::link {
 namespace {
 
+static_assert(35 + kWhoBytesMax <= kHelloSize);
+// The answers: WELCOME, and REFUSE with its longest sentence.
+static_assert(26 + kWhoBytesMax <= kHelloSize && 18 + 191 <= kHelloSize);
+
 constexpr std::string_view kMagic = "TIMS";
 constexpr int kKeepAliveMinMs = 10;
 
@@ -35,6 +39,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   // What stands behind the token may be different in another version.
   if (low > kVersionMax || high < kVersionMin) return hello;
   hello.resume = in.get<std::uint64_t>();
+  hello.cookie = in.get<std::uint64_t>();
   hello.keep_alive = get_ms(in);
   const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
   if (!kind_known || !get(in, hello.who)) return std::nullopt;
@@ -86,7 +91,13 @@ std::optional<Datagram> decode(std::span<std::byte> bytes) {
   if (in.text(kMagic.size()) != kMagic) return std::nullopt;
   switch (kind) {
     case DatagramKind::kHello:
+      if (bytes.size() < kHelloSize) break;
       return decode_hello(in, first, second);
+    case DatagramKind::kRetry: {
+      const Retry retry{in.get<std::uint64_t>(), in.get<std::uint64_t>()};
+      if (in.ok()) return retry;
+      break;
+    }
     case DatagramKind::kWelcome:
       return decode_welcome(in, first, second);
     case DatagramKind::kRefuse:
@@ -107,9 +118,19 @@ std::size_t encode(const Hello& hello, std::span<std::byte> to) {
   begin(out, DatagramKind::kHello, hello.version_min, hello.version_max);
   out.put(hello.token);
   out.put(hello.resume);
+  out.put(hello.cookie);
   put_ms(out, hello.keep_alive);
   out.put(static_cast<std::uint8_t>(hello.kind));
   put(out, hello.who);
+  std::ranges::fill(out.reserve(kHelloSize - out.size()), std::byte{0});
+  return out.size();
+}
+
+std::size_t encode(const Retry& retry, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kRetry, kVersionMin, kVersionMax);
+  out.put(retry.echo);
+  out.put(retry.cookie);
   return out.size();
 }
 

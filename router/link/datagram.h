@@ -1,7 +1,7 @@
 // The kinds of datagrams between two routers, byte for byte (PROTOCOL.md draws them).
 //
-// HELLO, WELCOME and REFUSE begin with the word "TIMS", so that any version can tell any other what
-// it speaks. DATA is the one that matters; RESET says that its token is not known here.
+// HELLO, RETRY, WELCOME and REFUSE begin with the word "TIMS", so that any version can tell any
+// other what it speaks. DATA is the one that matters; RESET says that its token is not known here.
 #pragma once
 
 #include <cstddef>
@@ -33,6 +33,7 @@ enum class DatagramKind : std::uint8_t {
   kWelcome = 3,
   kRefuse = 4,
   kReset = 5,
+  kRetry = 6,
 };
 
 struct Hello {
@@ -40,9 +41,18 @@ struct Hello {
   std::uint8_t version_max = kVersionMax;
   LinkKind kind = LinkKind::kSuper;  // what the receiver is to the sender
   std::uint64_t token = 0;           // the receiver puts this into DATA for the sender
-  std::uint64_t resume = 0;          // the token of the receiver's that was used so far; 0: none
+  std::uint64_t resume = 0;          // the newest token the receiver has given; 0: none
+  std::uint64_t cookie = 0;          // of the RETRY this one answers; 0: of none
   Duration keep_alive{};             // how often the sender says that it lives
   Identity who{};
+};
+// Filled up with zeros, and never shorter: so no answer is longer than its question.
+inline constexpr std::size_t kHelloSize = 256;
+
+// Say it again, with this: then I know that you are where you say.
+struct Retry {
+  std::uint64_t echo = 0;  // Hello::token
+  std::uint64_t cookie = 0;
 };
 
 struct Welcome {
@@ -104,7 +114,7 @@ struct Data {
   std::span<std::byte> frames{};
 };
 
-using Datagram = std::variant<Data, Hello, Welcome, Refuse, Reset>;
+using Datagram = std::variant<Data, Hello, Retry, Welcome, Refuse, Reset>;
 
 // Nothing for bytes that are no datagram of ours. A HELLO of a version we do not know is one, with
 // nothing but its versions and token filled in.
@@ -112,6 +122,7 @@ std::optional<Datagram> decode(std::span<std::byte> bytes);
 
 inline constexpr std::size_t kControlDatagramMax = 512;  // none of these is longer
 std::size_t encode(const Hello& hello, std::span<std::byte> to);
+std::size_t encode(const Retry& retry, std::span<std::byte> to);
 std::size_t encode(const Welcome& welcome, std::span<std::byte> to);
 std::size_t encode(const Refuse& refuse, std::span<std::byte> to);
 std::size_t encode(const Reset& reset, std::span<std::byte> to);

@@ -11,6 +11,7 @@ Hello hello() {
   return {.kind = LinkKind::kPeer,
           .token = 11,
           .resume = 12,
+          .cookie = 13,
           .keep_alive = 300ms,
           .who = {.epoch = 5,
                   .role = Role::kTop,
@@ -28,9 +29,21 @@ TEST(Datagram, AHelloReadsBackAndMayNotBeCut) {
   const auto& back = std::get<Hello>(*datagram);
   EXPECT_EQ(back.token, 11U);
   EXPECT_EQ(back.resume, 12U);
+  EXPECT_EQ(back.cookie, 13U);
   EXPECT_EQ(back.keep_alive, 300ms);
   EXPECT_EQ(back.who.name.view(), "base");
   EXPECT_EQ(back.who.id, 4);
+  for (std::size_t n = 0; n < size; ++n)
+    EXPECT_FALSE(decode(std::span(bytes).first(n)).has_value()) << n;
+}
+
+TEST(Datagram, ARetryReadsBackAndMayNotBeCut) {
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  const std::size_t size = encode(Retry{.echo = 11, .cookie = 12}, bytes);
+  const auto datagram = decode(std::span(bytes).first(size));
+  ASSERT_TRUE(datagram.has_value());
+  EXPECT_EQ(std::get<Retry>(*datagram).echo, 11U);
+  EXPECT_EQ(std::get<Retry>(*datagram).cookie, 12U);
   for (std::size_t n = 0; n < size; ++n)
     EXPECT_FALSE(decode(std::span(bytes).first(n)).has_value()) << n;
 }

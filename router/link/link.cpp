@@ -64,15 +64,27 @@ void Link::say_hello(Time now) {
   // A little apart from each other, when a thousand do it at once.
   const auto jitter = static_cast<std::int64_t>(around_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
-  const Hello hello{.kind = settings_.kind,
-                    .token = our_token_,
-                    .resume = their_token_,
-                    .keep_alive = keep_alive_,
-                    .who = around_.self()};
   std::array<std::byte, kControlDatagramMax> bytes{};
-  const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello, bytes));
+  const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
   // The preferred way has the first word.
   for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) around_.send(to, datagram);
+}
+
+Hello Link::hello() const {
+  return {.kind = settings_.kind,
+          .token = our_token_,
+          .resume = known_token_,
+          .keep_alive = keep_alive_,
+          .who = around_.self()};
+}
+
+// Again at once, to where it comes from; when that is lost, all begins with the next HELLO.
+void Link::on_retry(const NetAddress& from, const Retry& retry) {
+  if (state_ != State::kConnecting && state_ != State::kRefused) return;
+  Hello again = hello();
+  again.cookie = retry.cookie;
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  around_.send(from, std::span(bytes).first(encode(again, bytes)));
 }
 
 bool Link::gives_up() {
@@ -92,7 +104,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) 
   const bool goes_on = welcome.token == their_token_;
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
   called_ = true;
-  their_token_ = welcome.token;
+  their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
   peer_ = welcome.who;
   paths_.begin(now, from);
@@ -120,7 +132,7 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   forget_session(now, core::Outcome::kLinkReset);
   called_ = false;
   our_token_ = our_token;
-  their_token_ = hello.token;
+  their_token_ = known_token_ = hello.token;
   resume(hello);
   peer_ = hello.who;
   paths_.begin(now, from);
@@ -169,10 +181,17 @@ void Link::forget_session(Time now, core::Outcome why) {
   last_sent_ns_ = 0;
 }
 
+// The next one has a token of its own: who hears it does not take it for this one.
+void Link::end_session(Time now) {
+  forget_session(now, core::Outcome::kLinkReset);
+  their_token_ = 0;
+  if (settings_.connects) our_token_ = around_.random() | 1;
+}
+
 void Link::on_reset(Time now) {
   if (state_ == State::kDown) return;
   if (is_up()) go_down(now, core::CloseReason::kForgotten, State::kSilent);
-  their_token_ = 0;
+  end_session(now);
   if (settings_.connects) begin_connecting(now, now);
 }
 
@@ -216,9 +235,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     // Whoever sends this knows the token and is no router that we understand.
     say_goodbye(now, core::CloseReason::kBadRecord);
     if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
-    forget_session(now, core::Outcome::kLinkReset);
-    their_token_ = 0;
-    return;
+    return end_session(now);
   }
   if (is_up() && deaf_) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (!is_up()) return;
@@ -359,8 +376,7 @@ void Link::say_goodbye(Time now, core::CloseReason reason) {
 void Link::take_down(Time now, State state) {
   say_goodbye(now, core::CloseReason::kAdministrative);
   if (is_up()) go_down(now, core::CloseReason::kAdministrative, state);
-  forget_session(now, core::Outcome::kLinkReset);
-  their_token_ = 0;
+  end_session(now);
   enter(now, state);
 }
 

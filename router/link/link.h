@@ -73,6 +73,7 @@ class Link final : private Arrivals, private Losses {
 
   // --- the side that connects
   void set_targets(Time now, PathKind kind, std::span<const NetAddress> targets);
+  void on_retry(const NetAddress& from, const Retry& retry);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   // Who is called does not answer, or refuses: perhaps another does. Says so once.
   bool gives_up();
@@ -80,7 +81,7 @@ class Link final : private Arrivals, private Losses {
   void note_nobody(std::string_view why);
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
-  // --- the side that accepts: a HELLO was answered and the answer has arrived.
+  // --- the side that accepts: the HELLO came from where it says.
   void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
   // The session goes on, with the intervals that both have said now.
   void resume(const Hello& hello);
@@ -119,6 +120,10 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] bool is_up() const { return state_ == State::kUp; }
   [[nodiscard]] std::uint64_t our_token() const { return our_token_; }
   [[nodiscard]] std::uint64_t their_token() const { return their_token_; }
+  // Who says this HELLO has the session that is kept here, or asks for it once more.
+  [[nodiscard]] bool is_of_session(const Hello& hello) const {
+    return is_to(hello.who) && peer_.epoch == hello.who.epoch && hello.token == their_token_;
+  }
   [[nodiscard]] core::ClientId client() const { return client_; }
   [[nodiscard]] const Identity& peer() const { return peer_; }
   [[nodiscard]] bool is_to(const Identity& who) const {
@@ -159,7 +164,9 @@ class Link final : private Arrivals, private Losses {
   void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
   [[nodiscard]] KeepAlive keep_alive(Time now) const;
   [[nodiscard]] bool keeps_alive(Time now) const;
+  [[nodiscard]] Hello hello() const;
   void forget_session(Time now, core::Outcome why);
+  void end_session(Time now);
 
   core::Router& router_;
   LinkSurroundings& around_;
@@ -174,7 +181,8 @@ class Link final : private Arrivals, private Losses {
   Identity peer_{};
   bool called_ = false;  // the session came about by our HELLO
   std::uint64_t our_token_ = 0;
-  std::uint64_t their_token_ = 0;
+  std::uint64_t their_token_ = 0;  // 0: there is no session
+  std::uint64_t known_token_ = 0;  // the newest of theirs: we are the one it was given to
   core::ClientId client_{};
   core::Text<191> refusal_{};
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "router/core/random.h"
 #include "wire/header.h"
 
 namespace tims::link {
@@ -22,17 +21,16 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       pool_(pool),
       memory_(memory),
       setup_(setup),
-      random_state_(setup.seed),
+      secret_{setup.seed, core::spread(setup.seed)},
       fleet_(setup.self),
       scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {}
 
-std::uint64_t Links::random() { return core::next_random(random_state_); }
+std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
 
 // --- configuration
 
 void Links::configure(Time now, std::span<const LinkSettings> wanted) {
   settings_.assign(wanted.begin(), wanted.end());
-  pending_.clear();
   supers_.clear();
   const auto find_wanted = [&](const Link& link) {
     return std::ranges::find_if(settings_, [&](const LinkSettings& s) {
@@ -75,6 +73,7 @@ Link& Links::add(const LinkSettings& settings) {
     wakes_at_.push_back(kNever);
     tries_.push_back(0);
     were_up_.push_back(false);
+    token_of_.push_back(0);
   }
   LinkSurroundings& around = *this;
   links_[slot] =
@@ -86,7 +85,7 @@ void Links::remove(Time now, std::uint32_t slot) {
   Link& link = *links_[slot];
   link.take_down(now);
   report_losses(now);
-  tokens_.erase(link.our_token());
+  tokens_.erase(std::exchange(token_of_[slot], 0));
   std::erase(touched_, &link);
   is_touched_[slot] = were_up_[slot] = false;
   tries_[slot] = 0;
@@ -125,7 +124,9 @@ std::vector<std::string> Links::wants_addresses() const {
 
 Link* Links::by_token(std::uint64_t token) {
   const auto found = tokens_.find(token);
-  return found == tokens_.end() ? nullptr : links_[found->second].get();
+  if (found == tokens_.end()) return nullptr;
+  Link* link = links_[found->second].get();
+  return link->our_token() == token ? link : nullptr;
 }
 
 void Links::touch(Link& link) {
@@ -143,6 +144,10 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   }
   if (const auto* data = std::get_if<Data>(&*datagram)) return on_data(now, from, *data);
   if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
+  if (const auto* retry = std::get_if<Retry>(&*datagram)) {
+    if (Link* link = by_token(retry->echo)) link->on_retry(from, *retry);
+    return;
+  }
   if (const auto* welcome = std::get_if<Welcome>(&*datagram))
     return on_welcome(now, from, *welcome);
   if (const auto* refuse = std::get_if<Refuse>(&*datagram)) {
@@ -168,7 +173,6 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
     link->on_data(now, from, data);
     return touch(*link);
   }
-  if (pending_.contains(token)) return confirm(now, from, data, token);
   ++counters_.unknown_token;
   std::array<std::byte, kControlDatagramMax> bytes{};
   send(from, std::span(bytes).first(encode(Reset{token}, bytes)));
@@ -224,13 +228,15 @@ void Links::on_timeout(Time now) {
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
-  drop_old_pending(now);
   // A super router that has been up for long enough.
   if (supers_.size() > 1) choose_ = true;
 }
 
 void Links::learn_token(Link& link) {
-  if (link.our_token() != 0) tokens_[link.our_token()] = link.slot();
+  const std::uint64_t before = std::exchange(token_of_[link.slot()], link.our_token());
+  if (before == link.our_token()) return;
+  tokens_.erase(before);
+  tokens_[link.our_token()] = link.slot();
 }
 
 // --- what is told

@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "router/core/random.h"
 #include "router/core/router.h"
 #include "router/link/fleet.h"
 #include "router/link/link.h"
@@ -22,7 +23,7 @@ namespace tims::link {
 
 struct LinksSetup {
   Identity self{};
-  std::uint64_t seed = 0;  // of tokens, nonces and jitter; secret
+  std::uint64_t seed = 0;  // of tokens, cookies, nonces and jitter; secret
   std::uint32_t links_max = 4096;
 };
 
@@ -97,13 +98,6 @@ class Links final : private LinkSurroundings {
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
  private:
-  // A HELLO that was answered; its token comes back with the first DATA.
-  struct Pending {
-    Hello hello{};
-    NetAddress from{};
-    const LinkSettings* settings = nullptr;
-    Time since{};
-  };
   struct Wake {
     Time at{};
     std::uint32_t slot = 0;
@@ -122,13 +116,17 @@ class Links final : private LinkSurroundings {
   const LinkSettings* accepting(const NetAddress& from, const Hello& hello, Refuse& refuse) const;
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
   Rival rival(Time now, const NetAddress& from, const Hello& hello, Link& link, Refuse& refuse);
-  void welcome(Time now, const NetAddress& from, const Hello& hello, const LinkSettings& settings);
-  void refuse(const NetAddress& to, const Hello& hello, Refuse& refuse);
+  // Proves that whoever says it has received what was sent to its address a moment ago.
+  [[nodiscard]] std::uint64_t cookie(const NetAddress& from, const Hello& hello,
+                                     Duration period) const;
+  [[nodiscard]] bool is_proven(Time now, const NetAddress& from, const Hello& hello) const;
+  void ask_again(Time now, const NetAddress& from, const Hello& hello);
+  void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
+  void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
+  void refuse(const NetAddress& to, const Refuse& refuse);
   void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
-  void confirm(Time now, const NetAddress& from, const Data& data, std::uint64_t token);
   Link* link_to(const Identity& who);
   [[nodiscard]] std::size_t links_in_use() const;
-  void drop_old_pending(Time now);
 
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
@@ -154,7 +152,8 @@ class Links final : private LinkSurroundings {
   core::BlockPool& pool_;
   MessageMemory& memory_;
   LinksSetup setup_;
-  std::uint64_t random_state_;
+  const core::SipKey secret_;
+  std::uint64_t drawn_ = 0;  // random numbers, so far
   std::int64_t wall_ns_ = 0;
   Time now_{};
 
@@ -168,7 +167,7 @@ class Links final : private LinkSurroundings {
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference
   std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
-  std::unordered_map<std::uint64_t, Pending> pending_;       // by our token
+  std::vector<std::uint64_t> token_of_;                      // by slot: what stands in tokens_
   Link* uplink_ = nullptr;
   const Link* uplink_before_ = nullptr;  // only to be compared: it may be gone
   Time overlap_end_{};
@@ -176,6 +175,7 @@ class Links final : private LinkSurroundings {
   std::uint32_t told_ = 0;  // number of the router's table that was told
   Counters counters_;
   std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO
+  std::unordered_map<std::uint32_t, Time> refused_;    // router address -> when it was noted
 
   std::vector<Link*> touched_;
   std::vector<bool> is_touched_;

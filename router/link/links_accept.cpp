@@ -6,11 +6,14 @@
 namespace tims::link {
 namespace {
 
-constexpr Duration kPendingFor = std::chrono::seconds(3);
-constexpr std::size_t kPendingMax = 4096;
+// A cookie is good in the period it was made in, and in the next one.
+constexpr Duration kCookiePeriod = std::chrono::seconds(5);
 // Two routers with one name: how long the first is given to show that it lives, in keep-alives.
 constexpr int kRivalKeepAlives = 2;
 constexpr Duration kRivalForgotten = std::chrono::seconds(10);
+// One that is refused again and again is named so often, and at most so many at a time.
+constexpr Duration kRefusedAgain = std::chrono::seconds(10);
+constexpr std::size_t kRefusedMax = 64;
 
 std::string text_of(const Identity& who) {
   return who.address().to_string(who.widths) + " " + std::string(who.name.view());
@@ -41,8 +44,12 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
                                    " to " + std::to_string(kVersionMax) +
                                    " of the protocol, yours " + std::to_string(hello.version_min) +
                                    " to " + std::to_string(hello.version_max));
-    return this->refuse(from, hello, refuse);
+    return this->refuse(from, refuse);
   }
+  Link* link = link_to(hello.who);
+  const bool resumes = link != nullptr && link->is_of_session(hello);
+  // Nothing is kept, looked up or said at length for somebody who may not be there.
+  if (!resumes && !is_proven(now, from, hello)) return ask_again(now, from, hello);
   const LinkSettings* settings = accepting(from, hello, refuse);
   // Over DDS, whom a link calls is known by its announcement, which may come after its HELLO.
   const bool may_be_called =
@@ -50,37 +57,29 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
   if (settings == nullptr) {
     note_refused(now, from, hello, refuse);
-    return this->refuse(from, hello, refuse);
+    return this->refuse(from, refuse);
   }
   // Both call each other: the lower address's call counts.
   if (settings->connects && setup_.self.address() < hello.who.address()) return;
-  Link* link = link_to(hello.who);
+  if (resumes) {
+    link->resume(hello);
+    return welcome(from, hello, *link, true);
+  }
   if (link == nullptr && settings->connects) link = find(settings->to);
   if (link != nullptr && link->state() == Link::State::kDown) {
     const std::string text = text_of(setup_.self) + " has taken this link down by hand";
     refuse.code = RefuseCode::kNotConfigured;
     refuse.text = std::string_view(text);
-    return this->refuse(from, hello, refuse);
+    return this->refuse(from, refuse);
   }
   if (link != nullptr && link->peer().epoch != 0) {
-    if (link->peer().epoch == hello.who.epoch && hello.resume != 0 &&
-        hello.resume == link->our_token() && hello.token == link->their_token()) {
-      link->resume(hello);
-      std::array<std::byte, kControlDatagramMax> bytes{};
-      const Welcome welcome{.resumed = true,
-                            .echo = hello.token,
-                            .token = link->our_token(),
-                            .keep_alive = settings->keep_alive,
-                            .who = setup_.self};
-      return send(from, std::span(bytes).first(encode(welcome, bytes)));
-    }
     switch (rival(now, from, hello, *link, refuse)) {
       case Rival::kNone:
         break;
       case Rival::kWait:
         return;
       case Rival::kRefuse:
-        return this->refuse(from, hello, refuse);
+        return this->refuse(from, refuse);
     }
   }
   if (link == nullptr && links_in_use() >= setup_.links_max) {
@@ -89,9 +88,34 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     refuse.code = RefuseCode::kTooMany;
     refuse.text = std::string_view(text);
     note_refused(now, from, hello, refuse);
-    return this->refuse(from, hello, refuse);
+    return this->refuse(from, refuse);
   }
-  welcome(now, from, hello, *settings);
+  take(now, from, hello, link == nullptr ? add(*settings) : *link);
+}
+
+// --- the proof of an address
+
+// As in DTLS (RFC 9147, section 5.1): made from what is in the HELLO, so that nothing is kept of
+// it.
+std::uint64_t Links::cookie(const NetAddress& from, const Hello& hello, Duration period) const {
+  std::array<std::uint64_t, 2> ip{};
+  for (std::size_t i = 0; i < from.ip.size(); ++i) ip[i / 8] = ip[i / 8] << 8 | from.ip[i];
+  const std::uint64_t place =
+      std::uint64_t{from.scope} << 32 | std::uint64_t{from.port} << 8 | index(from.kind);
+  const auto number = static_cast<std::uint64_t>(period / kCookiePeriod);
+  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.who.epoch, number});
+}
+
+bool Links::is_proven(Time now, const NetAddress& from, const Hello& hello) const {
+  const Duration period = now.time_since_epoch();
+  return hello.cookie == cookie(from, hello, period) ||
+         hello.cookie == cookie(from, hello, period - kCookiePeriod);
+}
+
+void Links::ask_again(Time now, const NetAddress& from, const Hello& hello) {
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  const Retry retry{hello.token, cookie(from, hello, now.time_since_epoch())};
+  send(from, std::span(bytes).first(encode(retry, bytes)));
 }
 
 std::size_t Links::links_in_use() const {
@@ -157,8 +181,9 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
 Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, Link& link,
                           Refuse& refuse) {
   const std::uint32_t address = hello.who.address().raw();
-  const bool same_place = link.paths().is_at(from) || hello.who.epoch == link.peer().epoch;
-  if (same_place || !link.is_up()) {
+  // Who knows our token is the one it was given to. An epoch is no secret.
+  const bool same = link.paths().is_at(from) || hello.resume == link.our_token();
+  if (same || !link.is_up()) {
     conflicts_.erase(address);
     return Rival::kNone;
   }
@@ -186,24 +211,25 @@ Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, 
   return Rival::kRefuse;
 }
 
-void Links::welcome(Time now, const NetAddress& from, const Hello& hello,
-                    const LinkSettings& settings) {
-  std::uint64_t token = 0;
-  for (const auto& [ours, pending] : pending_) {
-    if (pending.from == from && pending.hello.token == hello.token) token = ours;
-  }
-  if (token == 0) {
-    if (pending_.size() >= kPendingMax) return;
-    token = random() | 1;
-    pending_[token] = {.hello = hello, .from = from, .settings = &settings, .since = now};
-  }
+void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed) {
   std::array<std::byte, kControlDatagramMax> bytes{};
-  const Welcome welcome{
-      .echo = hello.token, .token = token, .keep_alive = settings.keep_alive, .who = setup_.self};
-  send(from, std::span(bytes).first(encode(welcome, bytes)));
+  const Welcome welcome{.resumed = resumed,
+                        .echo = hello.token,
+                        .token = link.our_token(),
+                        .keep_alive = link.settings().keep_alive,
+                        .who = setup_.self};
+  send(to, std::span(bytes).first(encode(welcome, bytes)));
 }
 
-void Links::refuse(const NetAddress& to, const Hello&, Refuse& refuse) {
+void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
+  conflicts_.erase(hello.who.address().raw());
+  link.accept(now, from, hello, random() | 1);
+  learn_token(link);
+  touch(link);
+  welcome(from, hello, link, false);
+}
+
+void Links::refuse(const NetAddress& to, const Refuse& refuse) {
   ++counters_.refused;
   std::array<std::byte, kControlDatagramMax> bytes{};
   send(to, std::span(bytes).first(encode(refuse, bytes)));
@@ -211,9 +237,9 @@ void Links::refuse(const NetAddress& to, const Hello&, Refuse& refuse) {
 
 void Links::note_refused(Time now, const NetAddress& from, const Hello& hello,
                          const Refuse& refuse) {
-  const auto [place, first] = conflicts_.try_emplace(hello.who.address().raw(), now);
-  if (!first && now < place->second + kRivalForgotten) return;
-  place->second = now;
+  std::erase_if(refused_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
+  if (refused_.size() >= kRefusedMax) return;
+  if (!refused_.try_emplace(hello.who.address().raw(), now).second) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
                 .address = hello.who.address(),
@@ -224,30 +250,11 @@ void Links::note_refused(Time now, const NetAddress& from, const Hello& hello,
                 .text = refuse.text});
 }
 
-// The answer to a HELLO has arrived: now, and not before, something changes here.
-void Links::confirm(Time now, const NetAddress& from, const Data& data, std::uint64_t token) {
-  const Pending pending = pending_.extract(token).mapped();
-  Link* link = link_to(pending.hello.who);
-  if (link == nullptr && pending.settings->connects) link = find(pending.settings->to);
-  if (link == nullptr && links_in_use() >= setup_.links_max) return;
-  if (link == nullptr) link = &add(*pending.settings);
-  tokens_.erase(link->our_token());
-  conflicts_.erase(pending.hello.who.address().raw());
-  link->accept(now, from, pending.hello, token);
-  learn_token(*link);
-  link->on_data(now, from, data);
-  touch(*link);
-}
-
 Link* Links::link_to(const Identity& who) {
   for (const auto& link : links_) {
     if (link && link->is_to(who)) return link.get();
   }
   return nullptr;
-}
-
-void Links::drop_old_pending(Time now) {
-  std::erase_if(pending_, [&](const auto& p) { return now > p.second.since + kPendingFor; });
 }
 
 }  // namespace tims::link

@@ -132,7 +132,7 @@ TEST(Identity, AnUnknownVersionIsRefusedByName) {
     answer.assign(bytes.begin(), bytes.end());
     return true;
   };
-  std::array<std::byte, 64> hello{};
+  std::array<std::byte, link::kHelloSize> hello{};
   link::ByteWriter out(hello);
   out.put(std::uint8_t{2});
   out.put(std::uint8_t{7});
