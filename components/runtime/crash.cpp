@@ -67,7 +67,7 @@ std::string_view name_of(int signal) {
 void say_frame(std::size_t index, std::uint64_t address) {
   std::array<char, kNameMax> mangled;
   std::array<char, kNameMax> room;
-  const Symbol symbol = find_symbol(code_of_frame(index, address), mangled);
+  const Symbol symbol = find_symbol(unwinder->files(), code_of_frame(index, address), mangled);
   say("  #");
   say_number(index, 10);
   say(" ");

@@ -8,7 +8,6 @@
 
 #include <cxxabi.h>
 #include <fcntl.h>
-#include <link.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
@@ -42,24 +41,6 @@ class FileView {
   std::span<const std::byte> bytes_;
 };
 
-struct Search {
-  std::uint64_t address;
-  std::uint64_t base = 0;
-  const char* path = nullptr;  // empty: the program's
-};
-
-int look_at_file(dl_phdr_info* file, std::size_t, void* data) {
-  Search& search = *static_cast<Search*>(data);
-  for (const auto& part : std::span(file->dlpi_phdr, file->dlpi_phnum)) {
-    if (part.p_type != PT_LOAD) continue;
-    if (search.address - (file->dlpi_addr + part.p_vaddr) >= part.p_memsz) continue;
-    search.base = file->dlpi_addr;
-    search.path = file->dlpi_name;
-    return 1;
-  }
-  return 0;
-}
-
 std::string_view base_name(std::string_view path) { return path.substr(path.rfind('/') + 1); }
 
 std::string demangled(std::string_view name) {
@@ -77,13 +58,13 @@ std::string hex(std::uint64_t number) {
 
 }  // namespace
 
-Symbol find_symbol(std::uint64_t address, std::span<char> room) {
-  Search search{.address = address};
-  if (::dl_iterate_phdr(look_at_file, &search) != 1) return {.offset = address, .file = "?"};
-  const bool own = *search.path == '\0';
-  Symbol symbol{.offset = address - search.base, .file = own ? "" : base_name(search.path)};
-  const FileView file(own ? kOwnFile : search.path);
-  const ElfSymbol found = find_function(file.bytes(), address - search.base);
+Symbol find_symbol(const LoadedFiles& files, std::uint64_t address, std::span<char> room) {
+  const LoadedFile* loaded = files.find(address);
+  if (loaded == nullptr) return {.offset = address, .file = "?"};
+  const bool own = loaded->path.empty();
+  Symbol symbol{.offset = address - loaded->base, .file = base_name(loaded->path)};
+  const FileView file(own ? kOwnFile : loaded->path.c_str());
+  const ElfSymbol found = find_function(file.bytes(), symbol.offset);
   if (found.name.empty()) return symbol;
   const std::size_t size = std::min(found.name.size(), room.size());
   std::copy_n(found.name.data(), size, room.data());
@@ -96,7 +77,8 @@ const SymbolNames::Name& SymbolNames::name(std::uint64_t address) {
   const auto [at, is_new] = names_.try_emplace(address);
   if (!is_new) return at->second;
   std::array<char, 1024> room{};
-  const Symbol symbol = find_symbol(address, room);
+  if (files_.find(address) == nullptr) files_.refresh();
+  const Symbol symbol = find_symbol(files_, address, room);
   at->second.known = !symbol.name.empty();
   at->second.text = at->second.known ? demangled(symbol.name)
                                      : std::string(symbol.file) + " + " + hex(symbol.offset);

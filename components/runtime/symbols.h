@@ -7,6 +7,8 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "components/runtime/loaded_files.h"
+
 namespace rack {
 
 struct Symbol {
@@ -15,8 +17,8 @@ struct Symbol {
   std::string_view file{};   // the library's file name; empty: this program's own
 };
 
-// Allocates nothing; names are written to `room`.
-Symbol find_symbol(std::uint64_t address, std::span<char> room);
+// Allocates nothing, takes no lock; names are written to `room`, the file's belongs to `files`.
+Symbol find_symbol(const LoadedFiles& files, std::uint64_t address, std::span<char> room);
 
 // For people, remembered. Not for a program that crashes.
 class SymbolNames {
@@ -28,6 +30,7 @@ class SymbolNames {
   const Name& name(std::uint64_t address);
 
  private:
+  LoadedFiles files_;
   std::unordered_map<std::uint64_t, Name> names_;
 };
 

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstring>
 
-#include <link.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 #include "components/runtime/registers.h"
 
-// Exported for programs that look at others, as we do at our own past; no header declares it.
+// Exported for programs that look at others, as we do at our own past; no header declares it (the
+// kernel's perf declares it in the same way). That it is there is checked when we are configured.
 extern "C" int UNW_OBJ(dwarf_search_unwind_table)(unw_addr_space_t space, unw_word_t address,
                                                   unw_dyn_info_t* table, unw_proc_info_t* info,
                                                   int need_unwind_info, void* thread);
@@ -19,6 +19,7 @@ namespace {
 
 // The thread that is looked at: its registers, and what its stack was.
 struct Thread {
+  const LoadedFiles& files;
   std::array<unw_word_t, 32> registers{};
   std::span<const std::byte> stack{};  // empty: memory as it is now
   std::uint64_t stack_begin = 0;
@@ -59,11 +60,6 @@ int access_register(unw_addr_space_t, unw_regnum_t number, unw_word_t* value, in
 
 // --- the tables (.eh_frame_hdr) of the loaded file around an address
 
-struct Search {
-  unw_word_t address;
-  unw_dyn_info_t table{};
-};
-
 // As all linkers write it: sorted pairs of numbers, relative to the header itself.
 struct TableHeader {
   std::uint8_t version;
@@ -89,27 +85,15 @@ bool describe_table(unw_word_t at, unw_dyn_info_t& table) {
   return true;
 }
 
-int look_at_file(dl_phdr_info* file, std::size_t, void* data) {
-  Search& search = *static_cast<Search*>(data);
-  bool inside = false;
-  unw_word_t header = 0;
-  for (const auto& part : std::span(file->dlpi_phdr, file->dlpi_phnum)) {
-    const unw_word_t begin = file->dlpi_addr + part.p_vaddr;
-    if (part.p_type == PT_GNU_EH_FRAME) header = begin;
-    if (part.p_type != PT_LOAD || search.address - begin >= part.p_memsz) continue;
-    inside = true;
-    search.table.start_ip = begin;
-    search.table.end_ip = begin + part.p_memsz;
-  }
-  if (!inside) return 0;
-  return header != 0 && describe_table(header, search.table) ? 1 : -1;
-}
-
 int find_procedure(unw_addr_space_t space, unw_word_t address, unw_proc_info_t* info, int need,
                    void* thread) {
-  Search search{.address = address};
-  if (::dl_iterate_phdr(look_at_file, &search) != 1) return -UNW_ENOINFO;
-  return UNW_OBJ(dwarf_search_unwind_table)(space, address, &search.table, info, need, thread);
+  const LoadedFile* file = static_cast<const Thread*>(thread)->files.find(address);
+  if (file == nullptr || file->unwind_table == 0) return -UNW_ENOINFO;
+  unw_dyn_info_t table{};
+  table.start_ip = file->begin;
+  table.end_ip = file->end;
+  if (!describe_table(file->unwind_table, table)) return -UNW_ENOINFO;
+  return UNW_OBJ(dwarf_search_unwind_table)(space, address, &table, info, need, thread);
 }
 
 void put_unwind_info(unw_addr_space_t, unw_proc_info_t*, void*) {}
@@ -135,16 +119,16 @@ std::span<std::uint64_t> walk(void* space, Thread& thread, std::span<std::uint64
   return frames.first(found);
 }
 
-Thread thread_of(const Snapshot& snapshot) {
-  Thread thread;
+Thread thread_of(const LoadedFiles& files, const Snapshot& snapshot) {
+  Thread thread{.files = files};
   for (std::size_t i = 0; i < kRegisterNames.size(); ++i)
     thread.registers[static_cast<std::size_t>(kRegisterNames[i].unwinder)] = snapshot.registers[i];
   thread.stack = std::span(snapshot.stack).first(snapshot.stack_size);
   return thread;
 }
 
-Thread thread_of(const ucontext_t& context) {
-  Thread thread;
+Thread thread_of(const LoadedFiles& files, const ucontext_t& context) {
+  Thread thread{.files = files};
   for (const RegisterName& name : kRegisterNames)
     thread.registers[static_cast<std::size_t>(name.unwinder)] =
         static_cast<unw_word_t>(context.uc_mcontext.gregs[name.signal]);
@@ -177,7 +161,8 @@ std::span<std::uint64_t> Unwinder::frames(const Snapshot& snapshot,
                                           std::span<std::uint64_t> frames) {
   if (space_ != nullptr && !kRegisterNames.empty() &&
       snapshot.register_count == kRegisterNames.size()) {
-    Thread thread = thread_of(snapshot);
+    files_.refresh();
+    Thread thread = thread_of(files_, snapshot);
     thread.stack_begin = thread.registers[UNW_TDEP_SP];
     const auto found = walk(space_, thread, frames);
     if (found.size() > 1) return found;
@@ -191,7 +176,7 @@ std::span<std::uint64_t> Unwinder::frames(const Snapshot& snapshot,
 std::span<std::uint64_t> Unwinder::frames(const ucontext_t& context,
                                           std::span<std::uint64_t> frames) {
   if (space_ == nullptr || kRegisterNames.empty()) return {};
-  Thread thread = thread_of(context);
+  Thread thread = thread_of(files_, context);
   return walk(space_, thread, frames);
 }
 

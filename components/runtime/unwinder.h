@@ -8,6 +8,7 @@
 
 #include <ucontext.h>
 
+#include "components/runtime/loaded_files.h"
 #include "components/runtime/rules/snapshot.h"
 
 namespace rack {
@@ -27,11 +28,13 @@ class Unwinder {
 
   // Innermost first, into `frames`; at least what the snapshot's frame pointers say.
   std::span<std::uint64_t> frames(const Snapshot& snapshot, std::span<std::uint64_t> frames);
-  // Of the thread that calls this, as it was when a signal came. Allocates nothing, and survives a
-  // damaged stack.
+  // Of the thread that calls this, as it was when a signal came. Allocates nothing, takes no lock,
+  // and survives a damaged stack. A library that was loaded since the Unwinder was made ends it.
   std::span<std::uint64_t> frames(const ucontext_t& context, std::span<std::uint64_t> frames);
+  [[nodiscard]] const LoadedFiles& files() const { return files_; }
 
  private:
+  LoadedFiles files_;
   void* space_;
 };
 

@@ -1,9 +1,13 @@
 // A component that misbehaves as its parameter `deed` says; only for tests.
 #include <array>
 #include <cstdlib>
+#include <semaphore>
+#include <thread>
 
+#include <link.h>
 #include <poll.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include "components/runtime/clock.h"
 #include "components/runtime/data_module.h"
@@ -33,15 +37,31 @@ namespace rack::deeds {
 
 [[gnu::noinline]] void gives_up() { std::abort(); }
 
+// Another thread has the dynamic linker's lock, and does not give it back.
+void occupy_dynamic_linker() {
+  static std::binary_semaphore occupied{0};
+  static std::jthread holder([] {
+    ::dl_iterate_phdr(
+        [](dl_phdr_info*, std::size_t, void*) {
+          occupied.release();
+          for (;;) ::pause();
+          return 1;
+        },
+        nullptr);
+  });
+  occupied.acquire();
+}
+
 }  // namespace rack::deeds
 
 namespace rack {
 namespace {
 
-enum class Deed : std::int32_t { kNone, kNap, kTouch, kCrash, kAbort };
+enum class Deed : std::int32_t { kNone, kNap, kTouch, kCrash, kAbort, kCrashWhileLoading };
 
 constexpr std::array<ParameterInfo, 2> kParameters = {{
-    {"deed", 0, "0 none, 1 blocks, 2 faults, 3 crashes, 4 aborts", 0, 4},
+    {"deed", 0,
+     "0 none, 1 blocks, 2 faults, 3 crashes, 4 aborts, 5 crashes while a library is loaded", 0, 5},
     {"periodTime", 5, "ms", 1, 1000},
 }};
 
@@ -77,6 +97,9 @@ class Offender : public DataModule<ClockData> {
       case Deed::kTouch:
         return deeds::touches_new_memory();
       case Deed::kCrash:
+        return deeds::writes_to_nowhere();
+      case Deed::kCrashWhileLoading:
+        deeds::occupy_dynamic_linker();
         return deeds::writes_to_nowhere();
       case Deed::kAbort:
         return deeds::gives_up();

@@ -109,8 +109,9 @@ TEST_F(RealTimeTest, ListenersAreShown) {
 #endif
 
 TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashSaysWhere)) {
-  const std::pair<const char*, int> deeds[] = {{"3", SIGSEGV}, {"4", SIGABRT}};
-  const char* const functions[] = {"rack::deeds::writes_to_nowhere", "rack::deeds::gives_up"};
+  const std::pair<const char*, int> deeds[] = {{"3", SIGSEGV}, {"4", SIGABRT}, {"5", SIGSEGV}};
+  const char* const functions[] = {"rack::deeds::writes_to_nowhere", "rack::deeds::gives_up",
+                                   "rack::deeds::writes_to_nowhere"};
   for (std::size_t i = 0; i < std::size(deeds); ++i) {
     auto& program = start_offender(deeds[i].first);
     const auto status = program.wait();
