@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "tests/support/eventually.h"
 #include "tests/support/tcp_client.h"
 #include "tests/system/websocket_client.h"
 #include "tims/session.h"
@@ -80,7 +81,11 @@ class WebSocketGuest final : public Guest {
       return {};
     return Errc::kClosed;
   }
-  Result<OwnedMessage> receive(Duration) override { return client_.receive(); }
+  Result<OwnedMessage> receive(Duration limit) override {
+    if (!eventually([&] { return client_.socket().has_input(); }, "input", limit))
+      return Errc::kTimeout;
+    return client_.receive();
+  }
   void close() override { client_.socket().close(); }
 
  private:
