@@ -8,10 +8,11 @@
 namespace rack::pilot {
 
 struct Drive {
-  i32 speed = 0;      // mm/s
-  i32 side = 0;       // mm/s, to the right; no scan looks there
-  i32 speed_max = 0;  // mm/s, that would be safe
-  f32 omega = 0;      // rad/s
+  i32 speed = 0;       // mm/s
+  i32 side = 0;        // mm/s, to the right
+  i32 speed_safe = 0;  // mm/s, the largest that would be; negative backward
+  f32 omega = 0;       // rad/s
+  i32 wish = 0;        // mm/s, of whoever drives, before the speed was limited
 };
 
 struct JoystickDriveSettings {
@@ -23,7 +24,7 @@ struct JoystickDriveSettings {
   double y_exponent = 0;
 };
 
-// `scan`: nothing looks where it goes.
+// `scan`: none: nothing looks where it goes.
 Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& settings,
                      const ChassisParamData& chassis, const Scan2dData* scan);
 

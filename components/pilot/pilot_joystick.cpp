@@ -23,10 +23,10 @@ constexpr std::array<ParameterInfo, 12> kParameters = {{
     {"joystickSys", 0, "system id of the joystick", 0, 255},
     {"joystickInst", 0, "instance of the joystick", 0, 255},
     {"maxSpeed", 4000, "with the stick all the way forward, mm/s", 0, 1e6},
-    {"maxSpeedSide", 0, "with its third axis all the way, to the side, mm/s; nothing brakes there",
-     0, 1e6},
+    {"maxSpeedSide", 0, "with its third axis all the way, to the side, mm/s", 0, 1e6},
     {"mode", 0, "to the side the stick means: 0 a curve, 1 a turning speed", 0, 1},
-    {"chassisMinTurnRadius", 300, "of the narrowest curve, mm", 1, 1e6},
+    {"chassisMinTurnRadius", 300, "of the narrowest curve, mm; the chassis may want a larger one",
+     1, 1e6},
     {"joystickExpX", 0.0F, "more than 0: finer near the middle", 0, 20},
     {"joystickExpY", 0.0F, "the same to the side", 0, 20},
 }};
@@ -114,7 +114,7 @@ class PilotJoystick : public DataModule<PilotData> {
     if (!looks_ || seen_)
       drive = joystick_drive(stick_, settings_, limits_, looks_ ? &scan_data_ : nullptr);
     // The original's chassis take the second number for a limit; those that go sideways do not.
-    const i32 second = limits_.vyMax == 0 ? drive.speed_max : drive.side;
+    const i32 second = limits_.vyMax == 0 ? drive.speed_safe : drive.side;
     if (auto moved = chassis_->move(drive.speed, second, drive.omega); !moved) return moved;
     PilotData& data = get_local_buffer();
     data.recordingTime = time_stamp();

@@ -21,9 +21,10 @@ constexpr std::array<ParameterInfo, 11> kParameters = {{
     {"positionInst", 0, "instance of the position", 0, 255},
     {"maxSpeed", 500, "mm/s", 0, 1e6},
     {"omegaMax", 20, "deg/s", 0, 3600},
-    {"mode", 1, "0: keeps the wall on its left, 1: turns away from walls", 0, 1},
+    {"mode", 1, "0: keeps the wall on its right, 1: along near walls, away from what is ahead", 0,
+     1},
     {"distance", 1000, "to the wall, mm", 1, 1e6},
-    {"testDis", 1000, "beyond it a wall does not matter yet, mm", 1, 1e6},
+    {"testDis", 1000, "mode 1: what it wants free ahead of it, mm", 1, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -66,14 +67,17 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   Result<void> module_loop() override {
-    if (auto come = scan_->next(scan_data_, 5 * period()); !come) return come;
-    const Drive drive = follower_->follow(scan_data_, period());
+    if (auto come = scan_->next(scan_data_, 2 * period()); !come) return come;
+    double heading = 0;
+    if (follower_->turns()) {
+      const auto position = position_->get_data();
+      if (!position) return position.error();
+      heading = position->pos.rho;
+    }
+    const Drive drive = follower_->follow(scan_data_, period(), heading);
     if (auto moved = chassis_->move(drive.speed, 0, drive.omega); !moved) return moved;
-    const auto position = position_->get_data();
-    if (!position) return position.error();
     PilotData& data = get_local_buffer();
     data.recordingTime = scan_data_.recordingTime;
-    data.pos = position->pos;
     data.speed = drive.speed;
     data.curve = drive.speed == 0 ? 0 : drive.omega / static_cast<f32>(drive.speed);
     data.distanceToDest = -1;

@@ -20,29 +20,66 @@ bool counts(const ScanPoint& point) {
 // What the vehicle needs for itself, seen in the direction it goes.
 struct Box {
   double ahead;
+  double behind;
   double left;
   double right;
-  double sign;  // of x ahead
 };
 
 Box box_of(Direction direction, const ChassisParamData& chassis) {
-  const bool forward = direction == Direction::kForward;
-  const i32 hull = forward ? chassis.boundaryFront : chassis.boundaryBack;
   const double margin = chassis.safetyMargin;
-  return {.ahead = hull + margin + chassis.safetyMarginMove,
-          .left = chassis.boundaryLeft + margin,
-          .right = chassis.boundaryRight + margin,
-          .sign = forward ? 1.0 : -1.0};
+  const double way = margin + chassis.safetyMarginMove.raw();
+  const double front = chassis.boundaryFront;
+  const double back = chassis.boundaryBack;
+  const double left = chassis.boundaryLeft;
+  const double right = chassis.boundaryRight;
+  switch (direction) {
+    case Direction::kForward:
+      break;
+    case Direction::kBackward:
+      return {back + way, front, right + margin, left + margin};
+    case Direction::kLeft:
+      return {left + way, right, back + margin, front + margin};
+    case Direction::kRight:
+      return {right + way, left, front + margin, back + margin};
+  }
+  return {front + way, back, left + margin, right + margin};
 }
 
-double speed_for(const ScanPoint& point, const Box& box, double break_constant) {
-  const double x = box.sign * point.x;
-  if (x < 0) return std::numeric_limits<double>::infinity();  // it goes away from this
+struct Seen {
+  double ahead;
+  double right;
+};
+
+Seen seen(const ScanPoint& point, Direction direction) {
+  const double x = point.x;
   const double y = point.y;
-  const double ahead = std::max(0.0, x - box.ahead);
-  const double besides = std::max({0.0, y - box.right, -y - box.left});
+  switch (direction) {
+    case Direction::kForward:
+      break;
+    case Direction::kBackward:
+      return {-x, -y};
+    case Direction::kLeft:
+      return {-y, x};
+    case Direction::kRight:
+      return {y, -x};
+  }
+  return {x, y};
+}
+
+double speed_for(const ScanPoint& point, Direction direction, const Box& box,
+                 double break_constant) {
+  const Seen at = seen(point, direction);
+  if (at.ahead < -box.behind) return std::numeric_limits<double>::infinity();  // it goes away
+  const double ahead = std::max(0.0, at.ahead - box.ahead);
+  const double besides = std::max({0.0, at.right - box.right, -at.right - box.left});
   const bool moves = (point.type & scan_point::kClassMask) == kDynamicObstacle;
   return std::max(ahead, kBesides * besides) / (break_constant * (moves ? kMoving : 1));
+}
+
+i32 speed_max(Direction direction, const ChassisParamData& chassis) {
+  if (direction == Direction::kForward) return chassis.vxMax;
+  if (direction == Direction::kBackward) return std::min(chassis.vxMax.raw(), kBackwardMax);
+  return chassis.vyMax;
 }
 
 }  // namespace
@@ -51,13 +88,14 @@ i32 safe_speed(Direction direction, const ChassisParamData& chassis, const Scan2
   const Box box = box_of(direction, chassis);
   // A vehicle that brakes at once has none.
   const double break_constant = std::max<double>(chassis.breakConstant, 1e-3);
-  double speed = direction == Direction::kForward ? chassis.vxMax.raw()
-                                                  : std::min(chassis.vxMax.raw(), kBackwardMax);
+  double speed = speed_max(direction, chassis);
   for (const ScanPoint& point : scan.points) {
-    if (counts(point)) speed = std::min(speed, speed_for(point, box, break_constant));
+    if (counts(point)) speed = std::min(speed, speed_for(point, direction, box, break_constant));
   }
   if (speed <= 0) return 0;
-  return std::max(static_cast<i32>(speed), chassis.vxMin.raw());
+  const bool sideways = direction == Direction::kLeft || direction == Direction::kRight;
+  const i32 smallest = sideways ? chassis.vyMin : chassis.vxMin;
+  return std::max(static_cast<i32>(speed), smallest);
 }
 
 double speed_for_curve(double curve, const ChassisParamData& chassis) {

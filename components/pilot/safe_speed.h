@@ -6,10 +6,11 @@
 
 namespace rack::pilot {
 
-enum class Direction : std::uint8_t { kForward, kBackward };
+enum class Direction : std::uint8_t { kForward, kBackward, kLeft, kRight };
 
-// The largest speed, mm/s and not negative, with which it still stops in time. Landmarks and points
-// that are no measurement do not count; what moves keeps it three times as far away.
+// The largest speed, mm/s and not negative, with which it still stops in time. Landmarks, points
+// that are no measurement and those behind the hull do not count; what moves keeps it three times
+// as far away.
 i32 safe_speed(Direction direction, const ChassisParamData& chassis, const Scan2dData& scan);
 
 // The largest at which it can still turn with that curvature, 1/mm.

@@ -39,7 +39,7 @@ TEST(SafeSpeed, StopsBeforeWhatIsAhead) {
   EXPECT_EQ(ahead(510, 0), 50) << "the smallest there is";
   EXPECT_EQ(ahead(500, 0), 0);
   EXPECT_EQ(ahead(0, 0), 0);
-  EXPECT_EQ(ahead(-10, 0), 1000) << "behind";
+  EXPECT_EQ(ahead(-400, 0), 1000) << "behind";
 }
 
 TEST(SafeSpeed, PassesByWhatIsBesides) {
@@ -47,6 +47,33 @@ TEST(SafeSpeed, PassesByWhatIsBesides) {
   EXPECT_EQ(ahead(100, 410), 200);
   EXPECT_EQ(ahead(100, -390), 200);
   EXPECT_EQ(ahead(1500, 410), 500) << "the larger of both";
+}
+
+TEST(SafeSpeed, MindsWhatIsBesidesItsWholeLength) {
+  EXPECT_EQ(ahead(-100, 340), 60) << "beside the rear hull";
+  EXPECT_EQ(ahead(-350, 300), 0);
+  EXPECT_EQ(ahead(-351, 300), 1000) << "behind it";
+  EXPECT_EQ(ahead(250, -290, 0, Direction::kBackward), 0);
+  EXPECT_EQ(ahead(251, -290, 0, Direction::kBackward), 500);
+}
+
+TEST(SafeSpeed, Sideways) {
+  const auto besides = [](Direction direction, i32 x, i32 y) {
+    ChassisParamData sideways = chassis();
+    sideways.vyMax = 400;
+    sideways.vyMin = 30;
+    Scan2dData scan;
+    scan.points = {{.x = x, .y = y}};
+    return safe_speed(direction, sideways, scan);
+  };
+  EXPECT_EQ(besides(Direction::kRight, 0, 1010), 250) << "500 mm beyond the box";
+  EXPECT_EQ(besides(Direction::kRight, 0, 511), 30) << "the smallest there is";
+  EXPECT_EQ(besides(Direction::kRight, 0, 510), 0);
+  EXPECT_EQ(besides(Direction::kRight, 0, -241), 400) << "it goes away";
+  EXPECT_EQ(besides(Direction::kRight, 400, 300), 200) << "it passes by";
+  EXPECT_EQ(besides(Direction::kLeft, 0, -790), 150);
+  EXPECT_EQ(besides(Direction::kLeft, -400, 0), 0);
+  EXPECT_EQ(besides(Direction::kLeft, 0, 261), 400);
 }
 
 TEST(SafeSpeed, Backward) {

@@ -1,5 +1,6 @@
 #include "components/pilot/wall_follower.h"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -22,6 +23,9 @@ ChassisParamData chassis() {
   chassis.vxMax = 700;
   chassis.vxMin = 50;
   chassis.omegaMax = static_cast<f32>(radians(20));
+  chassis.minTurningRadius = 200;
+  chassis.pilotParameterA = 0.001F;
+  chassis.pilotParameterB = 2;
   chassis.breakConstant = 1;
   chassis.safetyMargin = 50;
   chassis.safetyMarginMove = 200;
@@ -56,7 +60,7 @@ class Trip {
   void step() {
     Scan2dData scan;
     eyes_.see(at_, 100ms, scan);
-    const Drive drive = follower_.follow(scan, 100ms);
+    const Drive drive = follower_.follow(scan, 100ms, at_.pos.rho);
     wheels_.move({.vx = drive.speed, .omega = drive.omega});
     const ChassisData moved = wheels_.step(0, 100ms);
     at_ = reckoning_.add(moved);
@@ -101,37 +105,104 @@ TEST(WallFollower, WandersForEver) {
 
 Scan2dData point(i32 x, i32 y, i32 type = 0) {
   Scan2dData scan;
-  scan.points = {{.x = x, .y = y, .type = type}};
+  scan.points = {{.x = x, .y = y, .z = static_cast<i32>(std::hypot(x, y)), .type = type}};
   return scan;
 }
 
-TEST(WallFollower, TurnsRightWhereItCannotGoOn) {
+TEST(WallFollower, TurnsAtRestUntilThereIsRoom) {
   WallFollower follower({}, chassis());
-  const Drive drive = follower.follow(point(400, 0), 100ms);
-  EXPECT_EQ(drive.speed, 0);
-  EXPECT_EQ(drive.speed_max, 0);
-  EXPECT_NEAR(drive.omega, radians(20), 1e-6);
-  EXPECT_EQ(follower.follow(point(900, 0), 100ms).speed, 0) << "not much room yet";
-  EXPECT_GT(follower.follow(point(2000, 0), 100ms).speed, 0);
+  EXPECT_FALSE(follower.turns());
+  const Drive stop = follower.follow(point(600, 10), 100ms);
+  EXPECT_EQ(stop.speed, 0);
+  EXPECT_EQ(stop.omega, 0.0F);
+  ASSERT_TRUE(follower.turns()) << "from now on it wants to know the heading";
+  EXPECT_NEAR(follower.follow(point(600, 10), 100ms, 6.2).omega, -radians(20), 1e-6);
+  EXPECT_NEAR(follower.follow(point(1700, 0), 100ms, 6.0).omega, -radians(20), 1e-6)
+      << "it wants half as much room again";
+  EXPECT_EQ(follower.follow(point(1800, 0), 100ms, 5.8).omega, 0.0F);
+  EXPECT_FALSE(follower.turns());
+  EXPECT_GT(follower.follow(point(1800, 0), 100ms).speed, 0);
+}
+
+TEST(WallFollower, TurnsNoFurtherThanItWanted) {
+  WallFollower follower({}, chassis());
+  (void)follower.follow(point(600, -10), 100ms);
+  for (const double heading : {6.0, 6.2, 0.1, 1.0})
+    EXPECT_NEAR(follower.follow(point(600, -10), 100ms, heading).omega, radians(20), 1e-6);
+  EXPECT_EQ(follower.follow(point(600, -10), 100ms, 6.0 + kPi / 2 - 2 * kPi).omega, 0.0F);
+}
+
+TEST(WallFollower, TurnsTheOtherWayWhereThereIsRoom) {
+  WallFollower follower({}, chassis());
+  Scan2dData scan = point(510, 10);
+  (void)follower.follow(scan, 100ms);
+  scan.points.push_back({.x = 100, .y = -260, .z = 279});
+  EXPECT_GT(follower.follow(scan, 100ms, 0).omega, 0);
+}
+
+TEST(WallFollower, WaitsWithoutRoomToTurn) {
+  WallFollower follower({}, chassis());
+  Scan2dData scan = point(510, 0);
+  (void)follower.follow(scan, 100ms);
+  scan.points.push_back({.x = 0, .y = -260, .z = 260});
+  scan.points.push_back({.x = 0, .y = 260, .z = 260});
+  for (int i = 0; i < 10; ++i) {
+    const Drive drive = follower.follow(scan, 100ms, 0);
+    EXPECT_EQ(drive.speed, 0);
+    EXPECT_EQ(drive.omega, 0.0F);
+  }
+  (void)follower.follow(point(3000, 0), 100ms, 0);
+  EXPECT_GT(follower.follow(point(3000, 0), 100ms, 0).speed, 0) << "somebody took it away";
 }
 
 TEST(WallFollower, BecomesFasterBitByBit) {
   WallFollower follower({}, chassis());
-  EXPECT_EQ(follower.follow({}, 100ms).speed, 20);
-  EXPECT_EQ(follower.follow({}, 100ms).speed, 40);
+  EXPECT_EQ(follower.follow({}, 100ms).speed, 50) << "the smallest there is";
+  EXPECT_EQ(follower.follow({}, 100ms).speed, 60);
+  EXPECT_EQ(follower.follow({}, 100ms).speed, 70);
   for (int i = 0; i < 100; ++i) (void)follower.follow({}, 100ms);
   EXPECT_EQ(follower.follow({}, 100ms).speed, 500);
 }
 
-TEST(WallFollower, SteersByWhatItSees) {
-  WallFollower away({.mode = Mode::kBraitenberg}, chassis());
-  EXPECT_GT(away.follow(point(500, -600), 100ms).omega, 0);
-  EXPECT_LT(away.follow(point(500, 600), 100ms).omega, 0);
-  EXPECT_EQ(away.follow(point(500, 600, scan_point::kInvalid), 100ms).omega, 0);
+// By the gains and the turning radius of the chassis.
+TEST(WallFollower, KeepsTheWallOnItsRight) {
+  const auto omega = [](const Scan2dData& scan) {
+    WallFollower along({.mode = Mode::kGeometric}, chassis());
+    for (int i = 0; i < 20; ++i) (void)along.follow({}, 100ms);
+    return along.follow(scan, 100ms).omega;
+  };
+  EXPECT_NEAR(omega(point(0, 1000)), 0, 1e-6);
+  EXPECT_NEAR(omega(point(0, 900)), -0.2, 1e-3) << "too near";
+  EXPECT_NEAR(omega(point(0, 1050)), 0.1, 1e-3) << "too far";
+  EXPECT_NEAR(omega(point(100, 995)), -0.2, 0.01) << "towards it";
+  EXPECT_EQ(omega(point(0, 900, scan_point::kInvalid)), 0);
+  EXPECT_NEAR(omega(point(0, 3000)), radians(20), 2e-3) << "as fast as the chassis can turn";
+  WallFollower tight({.mode = Mode::kGeometric}, chassis());
+  (void)tight.follow({}, 100ms);
+  const Drive drive = tight.follow(point(0, 3000), 100ms);
+  EXPECT_NEAR(drive.omega * 200, drive.speed, 1) << "the smallest turning radius";
+}
+
+TEST(WallFollower, PutsAWallOfTheLeftToItsRight) {
   WallFollower along({.mode = Mode::kGeometric}, chassis());
-  EXPECT_NEAR(along.follow(point(0, -1000), 100ms).omega, 0, 1e-6);
-  EXPECT_GT(along.follow(point(0, -900), 100ms).omega, 0) << "too near";
-  EXPECT_LT(along.follow(point(0, -1200), 100ms).omega, 0) << "too far";
+  EXPECT_EQ(along.follow(point(-10, -1000), 100ms).speed, 0);
+  ASSERT_TRUE(along.turns());
+  EXPECT_GT(along.follow(point(-10, -1000), 100ms, 0).omega, 0);
+  EXPECT_GT(along.follow(point(0, 1000), 100ms, 3.1).omega, 0);
+  EXPECT_EQ(along.follow(point(0, 1000), 100ms, 3.14).omega, 0.0F);
+}
+
+TEST(WallFollower, FollowsTheNearerWall) {
+  const auto omega = [](const Scan2dData& scan) {
+    WallFollower along({}, chassis());
+    for (int i = 0; i < 20; ++i) (void)along.follow({}, 100ms);
+    return along.follow(scan, 100ms).omega;
+  };
+  EXPECT_NEAR(omega(point(0, 900)), -0.2, 1e-3);
+  EXPECT_NEAR(omega(point(0, -900)), 0.2, 1e-3);
+  Scan2dData both = point(0, 900);
+  both.points.push_back({.x = 0, .y = -700, .z = 700});
+  EXPECT_NEAR(omega(both), 0.2, 1e-3) << "amid both";
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ TEST_F(DrivingTest, AlongWalls) {
   EXPECT_GT(clearance_, kHull);
   const auto pilot = proxy<rack::PilotProxy>("Pilot(0/1)").get_data();
   ASSERT_TRUE(pilot.ok()) << pilot.error().message();
-  EXPECT_NE(pilot->pos.x, 0);
+  EXPECT_NE(pilot->recordingTime, rack::TimeStamp(0));
 }
 
 TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {

@@ -62,6 +62,8 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0"}).out, "none\n");
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).out, "Pilot(3/1)\n");
   EXPECT_EQ(timsctl({"component", "on", "Pilot/3/1"}).out, "Pilot(3/1) ok\n");
+  EXPECT_THAT(timsctl({"component", "param", "get", "Pilot/3/1", "mode"}).out, HasSubstr("0"))
+      << "it follows walls";
   EXPECT_TRUE(eventually(
       [&] {
         return timsctl({"component", "pilot", "Chassis/3/0"}).out == "Pilot(3/1)\n";
