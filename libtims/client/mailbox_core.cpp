@@ -71,7 +71,7 @@ std::optional<shm::Taken> MailboxCore::linger(Time deadline) {
 
 void MailboxCore::sleep(Time deadline) {
   const std::uint32_t armed = receiver_.arm();
-  if (receiver_.nothing_came()) {
+  if (receiver_.nothing_came() && !closed_.load(std::memory_order_seq_cst)) {
     if (event_fd_ < 0) {
       os::futex_wait(*receiver_.view().header().sleep.raw(), armed, deadline);
     } else {

@@ -41,10 +41,11 @@ class PeerSegment {
 };
 
 struct Target {
-  Target(const shm::MailboxView& view, std::uint32_t writer, PeerSegment& in)
-      : sender(view, writer), segment(in) {}
+  Target(const shm::MailboxView& view, std::uint32_t writer, PeerSegment& in, std::uint64_t at)
+      : sender(view, writer), segment(in), offset(at) {}
   shm::Sender sender;
   PeerSegment& segment;
+  const std::uint64_t offset;  // in it
   bool uplink = false;
   os::File waker;  // an uplink's is its doorbell; none: a futex
   // The router connection that last confirmed it.

@@ -17,7 +17,8 @@ namespace tims::client {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kAnswerTimeout = 5s;  // a router that says nothing for so long is not there
+// Of requests: what comes without having been waited for.
+constexpr std::uint32_t kUnasked = 0;
 constexpr Duration kRetryFirst = 10ms;
 constexpr Duration kRetryLast = 500ms;
 
@@ -28,7 +29,7 @@ Result<void> send_packet(int socket, std::uint32_t request, const wire::Record& 
   return os::send_record(socket, bytes, files, wait);
 }
 
-// Of sending; zero: none.
+// Of sending.
 void set_timeout(int socket, Duration timeout) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
   const timeval value{us / 1'000'000, us % 1'000'000};
@@ -36,7 +37,7 @@ void set_timeout(int socket, Duration timeout) {
 }
 
 bool readable_before_stop(int socket, int stop) {
-  const Time end = os::deadline_after(kAnswerTimeout);
+  const Time end = os::deadline_after(RouterLink::kAnswerTimeout);
   std::array<pollfd, 2> waits{{{socket, POLLIN, 0}, {stop, POLLIN, 0}}};
   int ready = -1;
   do {
@@ -95,7 +96,8 @@ Result<void> RouterLink::wait_connected(Time deadline) {
 }
 
 Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
-                                                 std::span<const int> files, std::size_t answers) {
+                                                 std::span<const int> files, std::size_t answers,
+                                                 Duration patience) {
   Pending pending{.expected = answers, .answers = {}, .failed = false};
   std::unique_lock lock(mutex_);
   if (!connected_) return Error(Errc::kNoRouter, "no router at " + where_);
@@ -104,13 +106,23 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
   if (auto sent = send_packet(socket_.get(), request, record, files, true); !sent)
     return Error(Errc::kNoRouter, sent.error().message());
   pending_[request] = &pending;
-  const bool done = changed_.wait_for(lock, kAnswerTimeout, [&] {
-    return pending.failed || pending.answers.size() >= pending.expected;
-  });
+  const auto settled = [&] { return pending.failed || pending.answers.size() >= pending.expected; };
+  bool done = true;
+  if (patience == kForever) {
+    changed_.wait(lock, settled);
+  } else {
+    done = changed_.wait_for(lock, patience, settled);
+  }
   pending_.erase(request);
   if (!done || pending.failed)
     return Error(Errc::kNoRouter, "the router at " + where_ + " did not answer");
   return std::move(pending.answers);
+}
+
+bool RouterLink::ask_later(Address address) {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  return lock.owns_lock() && connected_ &&
+         send_packet(socket_.get(), kUnasked, wire::Lookup{{address}}, {}, false).ok();
 }
 
 Time RouterLink::connected_at() const {
@@ -127,7 +139,7 @@ void RouterLink::run() {
   Duration wait = kRetryFirst;
   bool said = false;
   for (;;) {
-    if (connect()) {
+    if (const auto connected = connect()) {
       serve();
       disconnect();
       if (stopping_within({})) return;
@@ -137,7 +149,10 @@ void RouterLink::run() {
       if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
       said = true;  // "lost" was the message
     } else if (!said) {
-      listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + where_);
+      const bool silent =
+          connected.error() == Errc::kNoRouter || connected.error() == Errc::kSystem;
+      const std::string why = silent ? "" : ": " + connected.error().message();
+      listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + where_ + why);
       said = true;
     }
     if (stopping_within(wait)) return;
@@ -145,20 +160,19 @@ void RouterLink::run() {
   }
 }
 
-bool RouterLink::connect() {
+Result<void> RouterLink::connect() {
   auto socket = dial();
-  if (!socket) return false;
+  if (!socket) return socket.error();
   set_timeout(socket->get(), kAnswerTimeout);
   if (auto greeted = hello(socket->get()); !greeted) {
-    if (greeted.error() == Errc::kNoRouter) return false;
+    if (greeted.error() == Errc::kNoRouter) return greeted.error();
     const std::lock_guard lock(mutex_);
     refused_ = greeted.error();
     changed_.notify_all();
-    return false;
+    return greeted;
   }
   Greeting greeting(socket->get(), stop_.get());
-  listener_.greet(greeting);
-  set_timeout(socket->get(), Duration::zero());
+  if (auto registered = listener_.greet(greeting); !registered) return registered.error();
   {
     const std::lock_guard lock(mutex_);
     socket_ = std::move(*socket);
@@ -169,7 +183,7 @@ bool RouterLink::connect() {
     changed_.notify_all();
   }
   listener_.event(SessionEvent::Kind::kConnected, "connected to the router at " + where_);
-  return true;
+  return {};
 }
 
 Result<os::File> RouterLink::dial() {
@@ -227,6 +241,13 @@ bool RouterLink::receive() {
 void RouterLink::dispatch(wire::Packet packet, std::vector<os::File> files) {
   if (const auto* moved = std::get_if<wire::Moved>(&packet.record)) {
     listener_.moved(moved->address);
+    return;
+  }
+  if (const auto* found = std::get_if<wire::Found>(&packet.record);
+      found != nullptr && packet.request == kUnasked) {
+    const wire::Found copy = *found;
+    Answer answer{std::move(packet.record), std::move(files)};
+    listener_.found(copy, answer);
     return;
   }
   const std::lock_guard lock(mutex_);

@@ -45,9 +45,12 @@ class RouterLink {
   class Listener {
    public:
     virtual ~Listener() = default;
-    virtual void greet(Greeting& greeting) = 0;  // connected (again): register everything
+    // Connected (again): register everything. What fails is tried again with another connection.
+    virtual Result<void> greet(Greeting& greeting) = 0;
     virtual void lost() = 0;
     virtual void moved(Address address) = 0;
+    // Answers what was asked by ask_later(); the newest connection's.
+    virtual void found(const wire::Found& found, Answer& answer) = 0;
     virtual void event(SessionEvent::Kind kind, const std::string& text) = 0;
   };
 
@@ -63,9 +66,14 @@ class RouterLink {
   // Until connected, or refused for good, or the deadline.
   Result<void> wait_connected(Time deadline);
 
-  // Sends a request and waits for `answers` records. kNoRouter: not connected, or lost meanwhile.
+  // Sends a request and waits for `answers` records. kNoRouter: not connected, or lost meanwhile,
+  // or no answer within `patience`: the default for what a sender waits for.
+  static constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
   Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
-                                       std::size_t answers);
+                                       std::size_t answers, Duration patience = kAnswerTimeout);
+  // Asks where an address is, and never waits, not even for another thread that asks. False: it
+  // could not be sent now. The listener gets the answer.
+  bool ask_later(Address address);
 
   // Counts the routers met so far; 0: none yet. Cheap.
   [[nodiscard]] std::uint64_t connection() const {
@@ -83,7 +91,7 @@ class RouterLink {
   };
 
   void run();
-  bool connect();
+  Result<void> connect();
   Result<os::File> dial();
   Result<os::File> dial(const wire::TcpEndpoint& router);
   Result<void> hello(int socket);

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -91,6 +92,20 @@ std::vector<Batch> batches(const OwnSegment& segment) {
   return all;
 }
 
+// Those that have another owner.
+void remove_lost(Batch& batch, const wire::Opened& opened) {
+  Batch rest;
+  auto file = batch.files.begin();
+  for (std::size_t i = 0; i < batch.open.entries.size(); ++i) {
+    const wire::OpenEntry& entry = batch.open.entries[i];
+    const bool stays = opened.entries[i].status != wire::OpenStatus::kAddressInUse;
+    if (stays) rest.open.entries.push_back(entry);
+    if (entry.has_waker && stays) rest.files.push_back(*file);
+    if (entry.has_waker) ++file;
+  }
+  batch = std::move(rest);
+}
+
 Error opening_failed(const wire::Opened& opened) {
   for (const wire::OpenedEntry& entry : opened.entries) {
     if (entry.status == wire::OpenStatus::kOk || entry.status == wire::OpenStatus::kNotTried)
@@ -140,24 +155,28 @@ Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOpt
   }
   for (;;) {
     if (auto ready = link_.wait_connected(kNever); !ready) return ready.error();
+    // Whoever registers everything with the next router finds it there, or has not looked yet.
+    const std::lock_guard registering(registering_mutex_);
     auto registered = register_segment(**segment);
-    if (registered) break;
+    if (registered) {
+      const std::lock_guard lock(own_mutex_);
+      std::erase_if(own_, [](const auto& weak) { return weak.expired(); });
+      own_.push_back(*segment);
+      return segment;
+    }
     if (!(registered.error() == Errc::kNoRouter)) return registered.error();
   }
-  const std::lock_guard lock(own_mutex_);
-  std::erase_if(own_, [](const auto& weak) { return weak.expired(); });
-  own_.push_back(*segment);
-  return segment;
 }
 
 // The router takes a record as a whole or not at all; with several, the earlier ones are undone.
+// One that stands still is waited for: it is not asked twice.
 Result<void> SessionCore::register_segment(OwnSegment& segment) {
   const int memfd = segment.memfd.get();
   if (auto offered = link_.exchange(wire::OfferSegment{segment.id}, {&memfd, 1}, 0); !offered)
     return offered.error();
   std::vector<Address> done;
   for (const Batch& batch : batches(segment)) {
-    auto answers = link_.exchange(batch.open, batch.files, 1);
+    auto answers = link_.exchange(batch.open, batch.files, 1, kForever);
     if (!answers) return answers.error();
     const auto* opened = std::get_if<wire::Opened>(&answers->front().record);
     if (opened == nullptr) return Error(Errc::kVersion, "an unexpected answer");
@@ -187,30 +206,61 @@ void SessionCore::close(OwnSegment& segment, Address address) {
   withdraw({&address, 1});
 }
 
-void SessionCore::greet(client::Greeting& greeting) {
-  const std::lock_guard lock(own_mutex_);
-  for (const auto& weak : own_)
-    if (const auto segment = weak.lock()) register_again(greeting, *segment);
+Result<void> SessionCore::greet(client::Greeting& greeting) {
+  {
+    const std::lock_guard registering(registering_mutex_);
+    const std::lock_guard lock(own_mutex_);
+    for (const auto& weak : own_) {
+      const auto segment = weak.lock();
+      if (!segment) continue;
+      if (auto registered = register_again(greeting, *segment); !registered) return registered;
+    }
+  }
+  return uplink_again(greeting);
 }
 
-void SessionCore::register_again(client::Greeting& greeting, OwnSegment& segment) {
+// An address that has another owner by now is lost, and the others are not.
+Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment& segment) {
   const int memfd = segment.memfd.get();
-  if (!greeting.tell(wire::OfferSegment{segment.id}, {&memfd, 1})) return;
-  for (Batch& batch : batches(segment)) {
+  for (std::vector<Batch> left = batches(segment); !left.empty();) {
+    Batch& batch = left.back();
+    // Each time: after a refusal the router may have forgotten the memory.
+    if (auto offered = greeting.tell(wire::OfferSegment{segment.id}, {&memfd, 1}); !offered)
+      return Error(Errc::kNoRouter, offered.error().message());
     auto answer = greeting.ask(batch.open, batch.files);
-    if (!answer) return;
+    if (!answer) return answer.error();
     const auto* opened = std::get_if<wire::Opened>(&answer->record);
-    if (opened != nullptr && !all_ok(*opened))
-      event(SessionEvent::Kind::kMailboxLost, opening_failed(*opened).message());
+    if (opened == nullptr || opened->entries.size() != batch.open.entries.size())
+      return Error(Errc::kVersion, "an unexpected answer");
+    if (!all_ok(*opened)) {
+      const Error why = opening_failed(*opened);
+      if (!(why == Errc::kAddressInUse)) return why;
+      event(SessionEvent::Kind::kMailboxLost, why.message());
+      remove_lost(batch, *opened);
+      if (!batch.open.entries.empty()) continue;
+    }
+    left.pop_back();
   }
+  return {};
+}
+
+// Whoever sent through the uplink of the last router goes on without asking this one. The last
+// word of a greeting: from now on the router may say something by itself.
+Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
+  if (!uplink_wanted_) return {};
+  auto grant = greeting.ask(wire::UplinkRequest{});
+  if (!grant) return grant.error();
+  const std::lock_guard lock(resolve_mutex_);
+  (void)uplink_target(*grant);  // refused: who needs it asks once more, and is told why
+  return {};
 }
 
 void SessionCore::lost() {
   // Nobody reads the old uplink any more: its routes look for the new one.
-  client::Target* old = uplink_.exchange(nullptr);
+  const std::lock_guard lock(resolve_mutex_);
+  client::Target* old = std::exchange(uplink_, nullptr);
   if (old == nullptr) return;
   old->sender.view().header().closed.store(1, std::memory_order_release);
-  const std::lock_guard lock(resolve_mutex_);
   retire(*old);
 }
 

@@ -40,8 +40,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options);
   void close(OwnSegment& segment, Address address);
 
-  // The way to an address, asking the router for one that is new, closed, or not confirmed since
-  // the router was restarted.
+  // The way to an address, asking the router, and waiting for its answer, for one that is new or
+  // closed. One not confirmed since the router was restarted is asked for without waiting.
   Result<client::Target*> target_for(Address dest) {
     client::Route& route = routes_.get(dest);
     client::Target* target = route.target.load(std::memory_order_acquire);
@@ -60,37 +60,46 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
  private:
   // RouterLink::Listener
-  void greet(client::Greeting& greeting) override;
+  Result<void> greet(client::Greeting& greeting) override;
   void lost() override;
   void moved(Address address) override;
+  void found(const wire::Found& found, client::Answer& answer) override;
   void event(SessionEvent::Kind kind, const std::string& text) override;
 
   Result<void> register_segment(OwnSegment& segment);
-  void register_again(client::Greeting& greeting, OwnSegment& segment);
+  Result<void> register_again(client::Greeting& greeting, OwnSegment& segment);
+  Result<void> uplink_again(client::Greeting& greeting);
   void withdraw(std::span<const Address> addresses);
 
   Result<client::Target*> resolve(client::Route& route);
-  Result<client::Target*> confirm(client::Route& route, client::Target& target);
+  client::Target* confirm(client::Route& route, client::Target& target);
   void wake_sleeper(client::Target& target, std::uint32_t sleep);
-  Result<client::Answer> look_up(Address address);
-  Result<client::Target*> install(client::Route& route, client::Answer& answer);
-  Result<client::Target*> local_target(const wire::Found& found, client::Answer& answer);
-  Result<client::Target*> uplink();
-  Result<client::PeerSegment*> peer_segment(const os::File& memfd);
+  Result<client::Answer> ask(const wire::Record& question);
+  Result<client::Target*> ask_for_way(client::Route& route, client::Target* old);
+  bool has_uplink();
+
+  // With resolve_mutex_ held.
+  Result<client::Target*> local_target(const wire::Found& found, client::Answer& answer,
+                                       client::Target* old);
+  Result<client::Target*> uplink_target(client::Answer& grant);
+  Result<client::Target*> add_target(const os::File& memfd, std::uint64_t offset);
+  void lead(client::Route& route, client::Target* to);
   void retire(client::Target& target);
 
   const SessionOptions options_;
 
-  std::mutex own_mutex_;
+  std::mutex registering_mutex_;  // held while the router is told of own mailboxes
+  std::mutex own_mutex_;          // what follows
   std::vector<std::weak_ptr<OwnSegment>> own_;
   std::uint64_t last_segment_ = 0;
 
   client::RouteTable routes_;
-  std::mutex resolve_mutex_;                             // what follows
+  std::mutex resolve_mutex_;                             // what follows; never held while waiting
   std::map<std::uint64_t, client::PeerSegment*> peers_;  // by inode
   std::vector<std::unique_ptr<client::PeerSegment>> segments_;
   std::vector<std::unique_ptr<client::Target>> targets_;
-  std::atomic<client::Target*> uplink_ = nullptr;
+  client::Target* uplink_ = nullptr;  // of this connection
+  std::atomic<bool> uplink_wanted_ = false;
 
   client::RouterLink link_;  // last: its thread uses all of the above
 };

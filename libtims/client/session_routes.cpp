@@ -31,96 +31,146 @@ std::uint64_t inode_of(const os::File& file) {
 }  // namespace
 
 Result<Target*> SessionCore::resolve(Route& route) {
-  const std::lock_guard lock(resolve_mutex_);
-  Target* old = route.target.load(std::memory_order_acquire);
-  if (old != nullptr && !old->sender.closed()) return old;  // another thread was faster
-  auto answer = look_up(route.address);
-  if (!answer) return answer.error();
-  if (old != nullptr && !old->uplink) retire(*old);
-  return install(route, *answer);
-}
-
-// A known mailbox, but a new router. Its owner may not have come back to the router yet: the
-// mailbox is good as long as nobody says otherwise.
-Result<Target*> SessionCore::confirm(Route& route, Target& target) {
-  const Time now = os::now();
-  const bool waiting = now < Time(Duration(route.next_check_ns.load(std::memory_order_relaxed)));
-  if (waiting || !link_.connected()) return &target;
-  const std::lock_guard lock(resolve_mutex_);
-  route.next_check_ns.store((now + kConfirmEvery).time_since_epoch().count(),
-                            std::memory_order_relaxed);
-  const std::uint64_t connection = link_.connection();
-  auto answer = look_up(route.address);
-  if (!answer) return &target;
-  const auto& found = std::get<wire::Found>(answer->record);
-  if (found.local && !answer->files.empty() &&
-      inode_of(answer->files.front()) == target.segment.inode()) {
-    target.confirmed.store(connection, std::memory_order_relaxed);
-    return &target;
+  Target* old = nullptr;
+  {
+    const std::lock_guard lock(resolve_mutex_);
+    old = route.target.load(std::memory_order_acquire);
+    if (old != nullptr && !old->sender.closed()) return old;  // another thread was faster
+    // Known, and not of this host: the way is the uplink of this connection.
+    if (old != nullptr && old->uplink) {
+      if (uplink_ == nullptr || uplink_->sender.closed())
+        return Error(Errc::kNoRouter, "the connection to the router is lost");
+      lead(route, uplink_);
+      return uplink_;
+    }
   }
-  if (!found.local && now - link_.connected_at() < kReturnGrace) return &target;
-  if (!target.uplink) retire(target);
-  return install(route, *answer);
+  return ask_for_way(route, old);
 }
 
-Result<Answer> SessionCore::look_up(Address address) {
-  auto answers = link_.exchange(wire::Lookup{{address}}, {}, 1);
-  if (!answers) return answers.error();
-  Answer& answer = answers->front();
-  if (!std::holds_alternative<wire::Found>(answer.record))
-    return Error(Errc::kVersion, "an unexpected answer");
-  return std::move(answer);
-}
-
-Result<Target*> SessionCore::install(Route& route, Answer& answer) {
-  const auto& found = std::get<wire::Found>(answer.record);
-  auto target = found.local ? local_target(found, answer) : uplink();
+// Waits for the router, and lets others have their ways meanwhile.
+Result<Target*> SessionCore::ask_for_way(Route& route, Target* old) {
+  const std::uint64_t connection = link_.connection();
+  auto answer = ask(wire::Lookup{{route.address}});
+  if (!answer) return answer.error();
+  const auto* found = std::get_if<wire::Found>(&answer->record);
+  if (found == nullptr) return Error(Errc::kVersion, "an unexpected answer");
+  Answer grant;
+  if (!found->local && !has_uplink()) {
+    auto granted = ask(wire::UplinkRequest{});
+    if (!granted) return granted.error();
+    grant = std::move(*granted);
+  }
+  const std::lock_guard lock(resolve_mutex_);
+  if (!link_.connected() || link_.connection() != connection)
+    return Error(Errc::kNoRouter, "the router went away");
+  Target* const now = route.target.load(std::memory_order_acquire);
+  if (now != nullptr && now != old && !now->sender.closed()) return now;  // as above
+  auto target = found->local ? local_target(*found, *answer, now) : uplink_target(grant);
   if (!target) return target.error();
-  target.value()->confirmed.store(link_.connection(), std::memory_order_relaxed);
-  route.target.store(*target, std::memory_order_release);
+  target.value()->confirmed.store(connection, std::memory_order_relaxed);
+  lead(route, *target);
   return target;
 }
 
-Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answer) {
+bool SessionCore::has_uplink() {
+  const std::lock_guard lock(resolve_mutex_);
+  return uplink_ != nullptr;
+}
+
+Result<Answer> SessionCore::ask(const wire::Record& question) {
+  auto answers = link_.exchange(question, {}, 1);
+  if (!answers) return answers.error();
+  return std::move(answers->front());
+}
+
+// A known mailbox, but a new router. Its owner may not have come back to the router yet: the
+// mailbox is good as long as nobody says otherwise, and no sender waits for the answer.
+Target* SessionCore::confirm(Route& route, Target& target) {
+  if (target.uplink) {
+    target.confirmed.store(link_.connection(), std::memory_order_relaxed);
+    return &target;
+  }
+  const Time now = os::now();
+  Time::rep next = route.next_check_ns.load(std::memory_order_relaxed);
+  if (now < Time(Duration(next)) || !link_.connected()) return &target;
+  if (route.next_check_ns.compare_exchange_strong(
+          next, (now + kConfirmEvery).time_since_epoch().count(), std::memory_order_relaxed))
+    link_.ask_later(route.address);
+  return &target;
+}
+
+// What confirm() has asked for.
+void SessionCore::found(const wire::Found& found, Answer& answer) {
+  const std::lock_guard lock(resolve_mutex_);
+  Route& route = routes_.get(found.address);
+  Target* const old = route.target.load(std::memory_order_acquire);
+  if (old == nullptr || old->uplink) return;
+  if (found.local) {
+    const auto target = local_target(found, answer, old);
+    if (!target) return;
+    // The answer came on this connection, which is counted when it is complete.
+    target.value()->confirmed.store(link_.connection(), std::memory_order_relaxed);
+    lead(route, *target);
+  } else if (os::now() - link_.connected_at() >= kReturnGrace) {
+    lead(route, uplink_);
+  }
+}
+
+// The one that is known already, when it is the same mailbox: also when its owner says that it is
+// closed, which it can say as often as it likes.
+Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answer, Target* old) {
   const std::size_t files = found.has_waker ? 2 : 1;
   if (answer.files.size() != files) return Error(Errc::kVersion, "a descriptor is missing");
-  auto segment = peer_segment(answer.files[0]);
-  if (!segment) return segment.error();
-  auto view = shm::MailboxView::open(segment.value()->bytes(), found.place.offset);
-  if (!view) return view.error();
-  segment.value()->use(found.place.offset);
-  targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, **segment));
-  if (found.has_waker) targets_.back()->waker = std::move(answer.files[1]);
-  return targets_.back().get();
+  if (old != nullptr && !old->uplink && old->segment.inode() == inode_of(answer.files[0]) &&
+      old->offset == found.place.offset)
+    return old;
+  auto target = add_target(answer.files[0], found.place.offset);
+  if (target && found.has_waker) target.value()->waker = std::move(answer.files[1]);
+  return target;
 }
 
-Result<PeerSegment*> SessionCore::peer_segment(const os::File& memfd) {
-  const std::uint64_t inode = inode_of(memfd);
-  if (const auto known = peers_.find(inode); known != peers_.end()) return known->second;
-  auto mapping = os::Mapping::of(memfd);
-  if (!mapping) return mapping.error();
-  segments_.push_back(std::make_unique<PeerSegment>(std::move(*mapping), inode));
-  return peers_[inode] = segments_.back().get();
-}
-
-Result<Target*> SessionCore::uplink() {
-  if (Target* open = uplink_.load(std::memory_order_acquire)) return open;
-  auto answers = link_.exchange(wire::UplinkRequest{}, {}, 1);
-  if (!answers) return answers.error();
-  Answer& answer = answers->front();
-  const auto* granted = std::get_if<wire::Uplink>(&answer.record);
-  if (granted == nullptr || answer.files.size() != 2)
+Result<Target*> SessionCore::uplink_target(Answer& grant) {
+  if (uplink_ != nullptr) return uplink_;
+  if (const auto* no = std::get_if<wire::Refused>(&grant.record))
+    return Error(Errc::kRefused, no->text);
+  const auto* granted = std::get_if<wire::Uplink>(&grant.record);
+  if (granted == nullptr || grant.files.size() != 2)
     return Error(Errc::kRefused, "the router gives no uplink");
-  auto segment = peer_segment(answer.files[0]);
-  if (!segment) return segment.error();
-  auto view = shm::MailboxView::open(segment.value()->bytes(), granted->place.offset);
+  auto target = add_target(grant.files[0], granted->place.offset);
+  if (!target) return target;
+  target.value()->uplink = true;
+  target.value()->waker = std::move(grant.files[1]);
+  uplink_ = *target;
+  uplink_wanted_ = true;
+  return target;
+}
+
+Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t offset) {
+  const std::uint64_t inode = inode_of(memfd);
+  const auto known = peers_.find(inode);
+  std::unique_ptr<PeerSegment> fresh;
+  if (known == peers_.end()) {
+    auto mapping = os::Mapping::of(memfd);
+    if (!mapping) return mapping.error();
+    fresh = std::make_unique<PeerSegment>(std::move(*mapping), inode);
+  }
+  PeerSegment& segment = fresh ? *fresh : *known->second;
+  auto view = shm::MailboxView::open(segment.bytes(), offset);
   if (!view) return view.error();
-  segment.value()->use(granted->place.offset);
-  targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, **segment));
-  targets_.back()->uplink = true;
-  targets_.back()->waker = std::move(answer.files[1]);
-  uplink_.store(targets_.back().get(), std::memory_order_release);
+  if (fresh) {
+    peers_[inode] = fresh.get();
+    segments_.push_back(std::move(fresh));
+  }
+  segment.use(offset);
+  targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, segment, offset));
   return targets_.back().get();
+}
+
+// From now on there. What was there before is counted out once, and only now: it may lie in the
+// same memory.
+void SessionCore::lead(Route& route, Target* to) {
+  Target* const old = route.target.exchange(to, std::memory_order_acq_rel);
+  if (old != nullptr && old != to && !old->uplink) retire(*old);
 }
 
 void SessionCore::retire(Target& target) {

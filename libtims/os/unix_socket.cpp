@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -128,9 +129,10 @@ Result<Received> receive_record(int socket, std::span<std::byte> buffer, bool wa
   for (;;) {
     const ssize_t n = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC | (wait ? 0 : MSG_DONTWAIT));
     if (n >= 0) {
-      Received received{static_cast<std::size_t>(n), false, take_files(message)};
-      received.truncated = (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0;
-      return received;
+      return Received{.size = static_cast<std::size_t>(n),
+                      .truncated = (message.msg_flags & MSG_TRUNC) != 0,
+                      .files_lost = (message.msg_flags & MSG_CTRUNC) != 0,
+                      .files = take_files(message)};
     }
     if (errno == EINTR) continue;
     if (errno == EAGAIN) return Errc::kEmpty;
@@ -144,6 +146,11 @@ PeerCredentials peer_credentials(int socket) {
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
   return {credentials.pid, credentials.uid};
+}
+
+bool has_hung_up(int socket) {
+  pollfd look{socket, 0, 0};
+  return ::poll(&look, 1, 0) == 1 && (look.revents & POLLHUP) != 0;
 }
 
 }  // namespace tims::os

@@ -34,8 +34,9 @@ Result<void> send_record(int socket, std::span<const std::byte> record,
                          std::span<const int> files = {}, bool wait = true);
 
 struct Received {
-  std::size_t size = 0;  // 0: the other side has closed
-  bool truncated = false;
+  std::size_t size = 0;     // 0: the other side has closed
+  bool truncated = false;   // longer than the buffer
+  bool files_lost = false;  // descriptors came for which this process has no room
   std::vector<File> files;
 };
 // kEmpty: nothing there (never when `wait`).
@@ -46,5 +47,7 @@ struct PeerCredentials {
   uid_t uid = 0;
 };
 PeerCredentials peer_credentials(int socket);
+// The other side has closed, whatever of it is still to be read.
+bool has_hung_up(int socket);
 
 }  // namespace tims::os

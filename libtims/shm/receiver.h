@@ -38,13 +38,14 @@ class Receiver {
   std::size_t clean();
 
   // Before sleeping: arm(), and only if nothing_came() wait until MailboxHeader::sleep is no
-  // longer the value that arm() returned; then disarm().
+  // longer the value that arm() returned; then disarm(). Closed or not: that is for anybody to
+  // write who shares the memory, and must not keep its owner awake; an owner knows whether it has
+  // closed.
   std::uint32_t arm();
   void disarm();
   [[nodiscard]] bool nothing_came() const;
   // For who is woken by a doorbell. True: it is armed, and nothing is to be done until it rings.
-  // False: take() again. Closed or not: that is for anybody to write who shares the memory, and
-  // must not keep its owner busy.
+  // False: take() again.
   [[nodiscard]] bool rest();
 
   void close() { view_.header().closed.store(1, std::memory_order_release); }
@@ -55,7 +56,6 @@ class Receiver {
 
  private:
   [[nodiscard]] bool first_is_in_hand() const;
-  [[nodiscard]] bool all_is_taken() const;
   [[nodiscard]] const std::byte* body_of(std::uint32_t index, std::uint32_t length) const;
   std::optional<Taken> take_front();
   void ingest();
@@ -199,9 +199,7 @@ inline std::uint32_t Receiver::arm() {
 
 inline void Receiver::disarm() { view_.header().sleep.store(sleeps_, std::memory_order_relaxed); }
 
-inline bool Receiver::nothing_came() const { return all_is_taken() && !closed(); }
-
-inline bool Receiver::all_is_taken() const {
+inline bool Receiver::nothing_came() const {
   const Hint next = Hint::unpack(view_.arrival(arrival_head_).load(std::memory_order_seq_cst));
   return next.lap != view_.geometry().lap_of(arrival_head_) &&
          view_.header().rescans.load(std::memory_order_seq_cst) == rescans_seen_;
@@ -209,7 +207,7 @@ inline bool Receiver::all_is_taken() const {
 
 inline bool Receiver::rest() {
   arm();
-  if (all_is_taken()) return true;
+  if (nothing_came()) return true;
   disarm();
   return false;
 }

@@ -32,4 +32,10 @@ inline void condemn(const MailboxView& view) {
   view.header().closed.store(1, std::memory_order_release);
 }
 
+// The owner is registered (again): a mailbox that was condemned, because its owner seemed to be
+// gone, takes messages again.
+inline void pardon(const MailboxView& view) {
+  view.header().closed.store(0, std::memory_order_release);
+}
+
 }  // namespace tims::shm

@@ -98,18 +98,25 @@ void ClientPort::end_turn() {
 void ClientPort::receive_some(LocalClient& client) {
   const std::uint32_t token = client.token;
   for (int n = 0; n < kRecordsPerTurn; ++n) {
+    if (!take_what_came_before(client)) return;
     auto received = os::receive_record(client.socket.get(), record_, false);
     if (!received && received.error() == Errc::kEmpty) return;
     if (!received || received->size == 0) return drop(token, core::CloseReason::kPeerClosed);
     auto decoded = wire::decode(std::span(record_).first(received->size));
-    if (received->truncated || !decoded.packet || !handle(client, *decoded.packet, received->files))
+    if (received->truncated || !decoded.packet || !handle(client, *decoded.packet, *received))
       return drop(token, core::CloseReason::kBadRecord);
     if (clients_[token].get() != &client) return;
   }
 }
 
+// A connection whose end nobody has looked at yet is in nobody's way.
+void ClientPort::drop_if_hung_up(std::uint32_t token) {
+  if (os::has_hung_up(clients_[token]->socket.get())) drop(token, core::CloseReason::kPeerClosed);
+}
+
 void ClientPort::drop(std::uint32_t token, core::CloseReason reason) {
   LocalClient& client = *clients_[token];
+  take_the_rest(client);
   router_.disconnect(now_, client.id, reason);
   forget(client);
 }

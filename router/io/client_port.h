@@ -61,17 +61,22 @@ class ClientPort final : public Port {
   void refuse_for_lack_of_descriptors();
   void on_records(LocalClient& client);
   void receive_some(LocalClient& client);
+  void drop_if_hung_up(std::uint32_t token);
   void drop(std::uint32_t token, core::CloseReason reason);
   void forget(LocalClient& client);
 
   // client_records.cpp: what the records ask for. False: the client broke the rules.
-  bool handle(LocalClient& client, wire::Packet& packet, std::vector<os::File>& files);
+  bool handle(LocalClient& client, wire::Packet& packet, os::Received& received);
   bool hello(LocalClient& client, std::uint32_t request, const wire::Hello& hello);
-  bool offer(LocalClient& client, const wire::OfferSegment& offer, std::vector<os::File>& files);
+  bool offer(LocalClient& client, const wire::OfferSegment& offer, os::Received& received);
   bool open(LocalClient& client, std::uint32_t request, const wire::Open& open,
-            std::vector<os::File>& files);
+            os::Received& received);
   wire::OpenStatus open_one(LocalClient& client, const wire::OpenEntry& entry, os::File waker,
                             std::string& text);
+  wire::OpenStatus register_one(LocalClient& client, Address address, LocalSegments::Handle handle,
+                                std::string& text);
+  [[nodiscard]] bool has_opened(const LocalClient& client, const wire::OpenEntry& entry) const;
+  void drop_unused(LocalClient& client);
   void close_mailbox(LocalClient& client, Address address);
   bool close_mailboxes(LocalClient& client, std::uint32_t request, const wire::Close& close);
   bool look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup);
@@ -85,7 +90,9 @@ class ClientPort final : public Port {
 
   // client_uplink.cpp
   void on_doorbell(LocalClient& client);
-  void drain(LocalClient& client);
+  bool drain(LocalClient& client, int messages_max);
+  bool take_what_came_before(LocalClient& client);
+  void take_the_rest(LocalClient& client);
   void forward(LocalClient& client, const shm::Taken& taken);
   void continue_later(LocalClient& client);
   std::span<std::byte> room(std::size_t size);

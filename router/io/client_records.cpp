@@ -8,15 +8,24 @@
 
 namespace tims::io {
 
-bool ClientPort::handle(LocalClient& client, wire::Packet& packet, std::vector<os::File>& files) {
+namespace {
+
+// Segments that were offered, and no mailbox opened in them: an honest client opens one before it
+// offers the next.
+constexpr std::size_t kUnusedSegmentsMax = 16;
+constexpr const char* kNoDescriptor =
+    "the router has no file descriptor left for it: end programs, or raise the router's limit "
+    "(LimitNOFILE, ulimit -n)";
+
+}  // namespace
+
+bool ClientPort::handle(LocalClient& client, wire::Packet& packet, os::Received& received) {
   const std::uint32_t request = packet.request;
   const wire::Record& record = packet.record;
   if (const auto* r = std::get_if<wire::Hello>(&record)) return hello(client, request, *r);
   if (!client.id) return false;  // not a word before hello
-  // Whatever it says: what it sent before that goes first.
-  drain(client);
-  if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, files);
-  if (const auto* r = std::get_if<wire::Open>(&record)) return open(client, request, *r, files);
+  if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, received);
+  if (const auto* r = std::get_if<wire::Open>(&record)) return open(client, request, *r, received);
   if (const auto* r = std::get_if<wire::Close>(&record))
     return close_mailboxes(client, request, *r);
   if (const auto* r = std::get_if<wire::Lookup>(&record)) return look_up(client, request, *r);
@@ -34,6 +43,9 @@ bool ClientPort::hello(LocalClient& client, std::uint32_t request, const wire::H
     (void)send(client, request, wire::Refused{text});
     return false;
   }
+  // Of a program that lost its connection, and is back before the end of that was seen.
+  if (const auto former = writers_.find(hello.writer); former != writers_.end())
+    drop_if_hung_up(former->second);
   const os::PeerCredentials who = os::peer_credentials(client.socket.get());
   client.id = router_.connect(now_, {.port = core::PortKind::kLocal,
                                      .token = client.token,
@@ -68,45 +80,63 @@ std::uint32_t ClientPort::writer_for(std::uint32_t wish) {
   return last_writer_;
 }
 
+// Said twice, by a client that had to wait for long: the first one stands.
 bool ClientPort::offer(LocalClient& client, const wire::OfferSegment& offer,
-                       std::vector<os::File>& files) {
-  if (files.size() != 1 || client.offered.contains(offer.segment)) return false;
-  client.offered[offer.segment] = segments_.offer(std::move(files.front()));
-  return true;
+                       os::Received& received) {
+  if (client.offered.contains(offer.segment)) return true;
+  if (client.offered.size() >= client.mailboxes.size() + kUnusedSegmentsMax) return false;
+  if (received.files.size() == 1) {
+    client.offered[offer.segment] = segments_.offer(std::move(received.files.front()));
+    return true;
+  }
+  client.offered[offer.segment] = LocalSegments::kLost;
+  return received.files_lost;
 }
 
 // All of them or none.
 bool ClientPort::open(LocalClient& client, std::uint32_t request, const wire::Open& open,
-                      std::vector<os::File>& files) {
+                      os::Received& received) {
   wire::Opened opened;
   for (const wire::OpenEntry& entry : open.entries)
     opened.entries.push_back({entry.address, wire::OpenStatus::kNotTried});
-  auto file = files.begin();
+  auto file = received.files.begin();
   bool ok = true;
   std::size_t done = 0;
   for (; ok && done < open.entries.size(); ++done) {
     const wire::OpenEntry& entry = open.entries[done];
-    os::File waker;
-    if (entry.has_waker && file == files.end()) return false;
-    if (entry.has_waker) waker = std::move(*file++);
-    opened.entries[done].status = open_one(client, entry, std::move(waker), opened.text);
-    ok = opened.entries[done].status == wire::OpenStatus::kOk;
+    wire::OpenStatus& status = opened.entries[done].status;
+    const bool missing = entry.has_waker && file == received.files.end();
+    if (missing && !received.files_lost) return false;
+    if (missing) {
+      opened.text = kNoDescriptor;
+      status = wire::OpenStatus::kTooMany;
+    } else {
+      os::File waker = entry.has_waker ? std::move(*file++) : os::File();
+      status = open_one(client, entry, std::move(waker), opened.text);
+    }
+    ok = status == wire::OpenStatus::kOk;
   }
   if (!ok) {
     for (std::size_t i = 0; i + 1 < done; ++i) {
       close_mailbox(client, open.entries[i].address);
       opened.entries[i].status = wire::OpenStatus::kNotTried;
     }
+    drop_unused(client);
   }
   return send(client, request, opened);
 }
 
 wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry& entry,
                                       os::File waker, std::string& text) {
+  if (has_opened(client, entry)) return wire::OpenStatus::kOk;
   const auto offered = client.offered.find(entry.place.segment);
   if (offered == client.offered.end()) {
     text = "no such segment was offered";
     return wire::OpenStatus::kBadPlace;
+  }
+  if (offered->second == LocalSegments::kLost) {
+    text = kNoDescriptor;
+    return wire::OpenStatus::kTooMany;
   }
   auto handle =
       segments_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
@@ -114,17 +144,37 @@ wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry
     text = entry.address.to_string(router_.settings().widths) + ": " + handle.error().message();
     return wire::OpenStatus::kBadPlace;
   }
-  using Status = core::Registration::Status;
-  const core::Registration result =
-      router_.register_mailbox(now_, client.id, entry.address, *handle);
-  if (result.status == Status::kOk) {
+  const wire::OpenStatus status = register_one(client, entry.address, *handle, text);
+  if (status == wire::OpenStatus::kOk) {
     client.mailboxes[entry.address.raw()] = *handle;
-    return wire::OpenStatus::kOk;
+    segments_.open_mailbox(*handle);
+  } else {
+    segments_.withdraw_mailbox(*handle);
   }
-  segments_.withdraw_mailbox(*handle);
+  return status;
+}
+
+bool ClientPort::has_opened(const LocalClient& client, const wire::OpenEntry& entry) const {
+  const auto own = client.mailboxes.find(entry.address.raw());
+  const auto offered = client.offered.find(entry.place.segment);
+  if (own == client.mailboxes.end() || offered == client.offered.end()) return false;
+  const LocalSegments::Mailbox* mailbox = segments_.find(own->second);
+  return mailbox->segment == offered->second && mailbox->offset == entry.place.offset;
+}
+
+wire::OpenStatus ClientPort::register_one(LocalClient& client, Address address,
+                                          LocalSegments::Handle handle, std::string& text) {
+  if (const auto* entry = router_.find(address)) {
+    const core::Client* owner = router_.client(entry->owner);
+    if (owner != nullptr && owner->info.port == core::PortKind::kLocal && owner->id != client.id)
+      drop_if_hung_up(owner->info.token);
+  }
+  using Status = core::Registration::Status;
+  const core::Registration result = router_.register_mailbox(now_, client.id, address, handle);
+  if (result.status == Status::kOk) return wire::OpenStatus::kOk;
   if (result.status == Status::kAddressInUse) {
     const core::Client* owner = router_.client(result.owner);
-    text = entry.address.to_string(router_.settings().widths) + " belongs to " +
+    text = address.to_string(router_.settings().widths) + " belongs to " +
            describe(owner == nullptr ? core::Party{} : owner->party());
     return wire::OpenStatus::kAddressInUse;
   }
@@ -135,11 +185,16 @@ wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry
 bool ClientPort::close_mailboxes(LocalClient& client, std::uint32_t request,
                                  const wire::Close& close) {
   for (const Address address : close.addresses) close_mailbox(client, address);
+  drop_unused(client);
+  return send(client, request, wire::Closed{});
+}
+
+// Memory that no mailbox of the client lies in.
+void ClientPort::drop_unused(LocalClient& client) {
   std::erase_if(client.offered, [this](const auto& entry) {
     segments_.drop_if_empty(entry.second);
     return !segments_.knows(entry.second);
   });
-  return send(client, request, wire::Closed{});
 }
 
 void ClientPort::close_mailbox(LocalClient& client, Address address) {
@@ -180,7 +235,7 @@ bool ClientPort::found(LocalClient& client, std::uint32_t request, Address addre
 bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
   if (!client.uplink) {
     auto uplink = Uplink::make(settings_.message_max);
-    if (!uplink) return false;
+    if (!uplink) return send(client, request, wire::Refused{uplink.error().message()});
     client.uplink = std::move(*uplink);
     client.doorbell_watch.emplace(loop_, client.uplink->doorbell().get(),
                                   [this, &client](Ready) { on_doorbell(client); });
@@ -190,12 +245,13 @@ bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
 }
 
 // A client whose socket takes no more answers does not read them: it asks without end, or stands
-// still. Without its answers it is lost anyway.
+// still. Without its answers it is lost anyway. One that has gone meanwhile broke no rule.
 bool ClientPort::send(LocalClient& client, std::uint32_t request, const wire::Record& record,
                       std::span<const int> files) {
   std::vector<std::byte> bytes;
   wire::encode({request, record}, bytes);
-  return os::send_record(client.socket.get(), bytes, files, false).ok();
+  const auto sent = os::send_record(client.socket.get(), bytes, files, false);
+  return sent.ok() || sent.error() == Errc::kClosed;
 }
 
 }  // namespace tims::io

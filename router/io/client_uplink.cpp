@@ -2,45 +2,70 @@
 #include <cstring>
 
 #include "os/event_fd.h"
+#include "os/readable.h"
 #include "router/io/client_port.h"
+#include "shm/reclaim.h"
 
 namespace tims::io {
 
 namespace {
 
-// Of one client, before others have theirs; half of what its uplink holds.
-constexpr int kMessagesPerTurn = 512;
+// Of one client, before others have theirs.
+constexpr int kMessagesPerTurn = Uplink::kSlots / 2;
 
 }  // namespace
 
 void ClientPort::on_doorbell(LocalClient& client) {
   os::drain_event_fd(client.uplink->doorbell().get());
   begin_turn();
-  drain(client);
+  if (!drain(client, kMessagesPerTurn)) continue_later(client);
   end_turn();
 }
 
-// Until the uplink is empty and its doorbell armed, or others should have their turn.
-void ClientPort::drain(LocalClient& client) {
-  if (!client.uplink) return;
+// Until the uplink is empty and its doorbell armed: true.
+bool ClientPort::drain(LocalClient& client, int messages_max) {
   shm::Receiver& receiver = client.uplink->receiver();
-  for (int n = 0; n < kMessagesPerTurn; ++n) {
+  for (int n = 0; n < messages_max;) {
     const auto taken = receiver.take();
     if (taken) {
       forward(client, *taken);
       client.uplink->release(*taken);
-      continue;
+      ++client.taken_before_record;
+      ++n;
+    } else if (receiver.rest()) {
+      return true;
     }
-    if (receiver.rest()) return;
   }
-  continue_later(client);
+  return false;
+}
+
+// What a client sent before it said something, or closed, goes first. Called again and again while
+// there is something to read, and true once all that was there when that came has gone: as much as
+// an uplink holds.
+bool ClientPort::take_what_came_before(LocalClient& client) {
+  if (!client.uplink) return true;
+  if (!os::is_readable(client.socket.get())) return false;
+  if (!drain(client, kMessagesPerTurn) && client.taken_before_record < Uplink::kSlots) return false;
+  client.taken_before_record = 0;
+  return true;
+}
+
+// The connection has ended. What was sent goes on, also what its sender died before announcing; a
+// client that lives learns from its next message, or the one it is writing, that it must look for
+// another uplink.
+void ClientPort::take_the_rest(LocalClient& client) {
+  if (!client.uplink) return;
+  const shm::MailboxView& view = client.uplink->receiver().view();
+  shm::condemn(view);
+  shm::reclaim(view, [](std::uint32_t) { return true; });
+  (void)drain(client, Uplink::kSlots);
 }
 
 void ClientPort::continue_later(LocalClient& client) {
   loop_.post([this, token = client.token, id = client.id] {
     if (!clients_[token] || clients_[token]->id != id) return;
     begin_turn();
-    drain(*clients_[token]);
+    if (!drain(*clients_[token], kMessagesPerTurn)) continue_later(*clients_[token]);
     end_turn();
   });
 }

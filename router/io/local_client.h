@@ -28,6 +28,7 @@ struct LocalClient {
   std::unordered_set<LocalSegments::SegmentId> known;                   // segments it can write to
   std::unique_ptr<Uplink> uplink;
   std::optional<Watch> doorbell_watch;
+  int taken_before_record = 0;  // messages, since the record or the end to be read next has come
 };
 
 }  // namespace tims::io

@@ -58,6 +58,8 @@ void LocalSegments::remove_mailbox(Handle handle) {
   drop_if_empty(id);
 }
 
+void LocalSegments::open_mailbox(Handle handle) { shm::pardon(mailboxes_[handle].sender->view()); }
+
 void LocalSegments::withdraw_mailbox(Handle handle) {
   Mailbox& mailbox = mailboxes_[handle];
   std::erase(segments_.at(mailbox.segment).mailboxes, handle);

@@ -22,8 +22,9 @@ inline constexpr std::uint32_t kRouterWriter = 0xFFFFFF;
 
 class LocalSegments {
  public:
-  using SegmentId = std::uint64_t;  // unique on this host while the router runs
-  using Handle = std::uint32_t;     // of one mailbox; never 0
+  using SegmentId = std::uint64_t;       // unique on this host while the router runs
+  static constexpr SegmentId kLost = 0;  // of one whose descriptor did not arrive
+  using Handle = std::uint32_t;          // of one mailbox; never 0
 
   // The file is sealed and large enough for what is said to lie in it: checked when it is mapped.
   SegmentId offer(os::File memfd);
@@ -37,6 +38,8 @@ class LocalSegments {
   void remove_mailbox(Handle handle);
   // Undoes add_mailbox() for one that was not registered; its memory stays as it is.
   void withdraw_mailbox(Handle handle);
+  // It is registered: senders may use it, also when a former connection's end had closed it.
+  void open_mailbox(Handle handle);
 
   struct Mailbox {
     SegmentId segment = 0;

@@ -6,7 +6,6 @@ namespace tims::io {
 
 namespace {
 
-constexpr std::uint32_t kSlots = 1024;
 constexpr std::uint32_t kLongPlaces = 64;
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kKeepBytes = 2 << 20;  // of a place: stays in memory for the next message

@@ -15,6 +15,8 @@ namespace tims::io {
 
 class Uplink {
  public:
+  static constexpr int kSlots = 1024;  // messages
+
   // Room for the largest message in each slot, in sparse memory: only what is written to takes
   // pages, and a large message's pages go back after it.
   static Result<std::unique_ptr<Uplink>> make(std::uint32_t message_max);

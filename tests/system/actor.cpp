@@ -1,4 +1,5 @@
 // A component that a test kills: does one thing, says so in a line, and goes on until it dies.
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <functional>
@@ -52,6 +53,24 @@ void flood(Mailbox& own) {
     (void)own.send({.dest = Address(2), .type = -6}, std::as_bytes(std::span(&number, 1)));
 }
 
+// Sends a number to mailbox 2, and when it is told to, 899 more.
+void send_many(Mailbox& own) {
+  for (std::uint32_t number = 0; number < 900; ++number) {
+    const auto body = std::as_bytes(std::span(&number, 1));
+    if (const auto sent = own.send({.dest = Address(2), .type = -6}, body); !sent)
+      return say(sent.error().message().c_str());
+    if (number != 0) continue;
+    say("ready");
+    (void)own.peek();
+  }
+  say("sent");
+}
+void send_many_and_close(Mailbox& own) { send_many(own); }
+void send_many_and_die(Mailbox& own) {
+  send_many(own);
+  ::raise(SIGKILL);
+}
+
 // Echoes until it dies.
 void echo(Mailbox& own) {
   say("ready");
@@ -65,7 +84,12 @@ void echo(Mailbox& own) {
 // actor ROLE SOCKET ADDRESS
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<void(Mailbox&)>> roles{
-      {"hold-loans", hold_loans}, {"hold-peek", hold_peek}, {"flood", flood}, {"echo", echo}};
+      {"hold-loans", hold_loans},
+      {"hold-peek", hold_peek},
+      {"flood", flood},
+      {"echo", echo},
+      {"send-and-close", send_many_and_close},
+      {"send-and-die", send_many_and_die}};
   if (argc != 4 || !roles.contains(argv[1])) return 2;
   auto session = tims::Session::connect(
       {.name = argv[1], .router = argv[2], .timeout = tims::test::kPatience});

@@ -1,5 +1,6 @@
 // Programs die at any moment, by SIGKILL, and nobody else suffers.
 #include <csignal>
+#include <cstring>
 #include <optional>
 #include <string>
 
@@ -8,6 +9,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
 #include "tests/support/router_process.h"
+#include "tests/support/tcp_client.h"
 #include "tims/session.h"
 
 namespace tims::test {
@@ -144,6 +146,42 @@ TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
       },
       "NOT_AVAILABLE"));
 }
+
+// What a program has sent goes on, whether it closes or dies right afterwards.
+class LastWordsTest : public DeathTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(LastWordsTest, AreHeard) {
+  constexpr std::uint32_t kCount = 900;
+  auto receiver = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(receiver.ok());
+  ASSERT_TRUE(receiver->register_mailbox(Address(2)).ok());
+  Mailbox starter = open(1);
+  ChildProcess program = actor(GetParam(), "3");
+  expect_line(program, "ready");
+  EXPECT_TRUE(receiver->receive().ok());
+  {  // A loan: the way to it is known before the router stands still.
+    auto go = starter.loan({.dest = Address(3), .type = -7}, 0);
+    ASSERT_TRUE(go.ok());
+    router_.process().signal(SIGSTOP);
+    ASSERT_TRUE(go->send().ok());
+  }
+  expect_line(program, "sent");
+  if (std::string(GetParam()) == "send-and-die") {
+    EXPECT_EQ(program.wait()->signal, SIGKILL);
+  }
+  router_.process().signal(SIGCONT);
+  for (std::uint32_t number = 1; number < kCount; ++number) {
+    const auto got = receiver->receive(kPatience / 10);
+    ASSERT_TRUE(got.ok()) << "after " << number << " of " << kCount;
+    std::uint32_t body = 0;
+    ASSERT_EQ(got->body.size(), sizeof body);
+    std::memcpy(&body, got->body.data(), sizeof body);
+    ASSERT_EQ(body, number);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAProgram, LastWordsTest,
+                         testing::Values("send-and-close", "send-and-die"));
 
 }  // namespace
 }  // namespace tims::test

@@ -17,14 +17,17 @@
 #include <unistd.h>
 
 #include "os/event_fd.h"
+#include "os/futex.h"
 #include "os/mapping.h"
 #include "os/unix_socket.h"
 #include "shm/checked_view.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
+#include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
 #include "tests/support/router_process.h"
 #include "tests/support/tcp_client.h"
+#include "tests/system/raw_client.h"
 #include "tims/session.h"
 #include "wire/header.h"
 #include "wire/local_protocol.h"
@@ -33,55 +36,6 @@ namespace tims::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-// The local protocol by hand.
-class RawClient {
- public:
-  explicit RawClient(const std::string& path) : socket_(std::move(*os::connect_unix(path))) {
-    const timeval limit{kPatience / 1s, 0};
-    ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  }
-  bool send(const wire::Record& record, const std::vector<int>& files = {}) {
-    std::vector<std::byte> bytes;
-    wire::encode({1, record}, bytes);
-    return send_bytes(bytes, files);
-  }
-  bool send_bytes(std::span<const std::byte> bytes, const std::vector<int>& files = {}) {
-    return os::send_record(socket_.get(), bytes, files).ok();
-  }
-  std::optional<wire::Record> receive() {
-    std::vector<std::byte> buffer(wire::kRecordBytesMax);
-    auto received = os::receive_record(socket_.get(), buffer, true);
-    if (!received || received->size == 0) return std::nullopt;
-    files_ = std::move(received->files);
-    auto decoded = wire::decode(std::span(buffer).first(received->size));
-    if (!decoded.packet) return std::nullopt;
-    return decoded.packet->record;
-  }
-  bool hello() {
-    send(wire::Hello{.name = "hostile"});
-    const auto answer = receive();
-    return answer && std::holds_alternative<wire::Welcome>(*answer);
-  }
-  // As hello(); files() are then the uplink's memory and its doorbell.
-  bool hello_and_uplink() {
-    return hello() && send(wire::UplinkRequest{}) && receive() && files_.size() == 2;
-  }
-  // The router has closed the connection.
-  bool thrown_out() {
-    for (;;) {
-      std::vector<std::byte> buffer(wire::kRecordBytesMax);
-      const auto received = os::receive_record(socket_.get(), buffer, true);
-      if (!received) return false;
-      if (received->size == 0) return true;
-    }
-  }
-  std::vector<os::File>& files() { return files_; }
-
- private:
-  os::File socket_;
-  std::vector<os::File> files_;
-};
 
 class HostileClientTest : public testing::Test {
  protected:
@@ -136,17 +90,6 @@ TEST_F(HostileClientTest, ARoutersOwnWords) {
   ASSERT_TRUE(client.hello());
   client.send(wire::Welcome{});
   EXPECT_TRUE(client.thrown_out());
-}
-
-// Offers `memfd` and asks for a mailbox at `offset` of it; what the router says.
-std::optional<wire::OpenStatus> try_open(RawClient& client, const os::File& memfd,
-                                         std::uint64_t offset, const os::File& waker = {}) {
-  client.send(wire::OfferSegment{1}, {memfd.get()});
-  const auto files = waker ? std::vector{waker.get()} : std::vector<int>{};
-  client.send(wire::Open{{{Address(5), {1, offset}, static_cast<bool>(waker)}}}, files);
-  const auto answer = client.receive();
-  if (!answer || !std::holds_alternative<wire::Opened>(*answer)) return std::nullopt;
-  return std::get<wire::Opened>(*answer).entries.front().status;
 }
 
 TEST_F(HostileClientTest, MemoryThatCouldShrinkIsRefused) {
@@ -277,13 +220,6 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
   }
 }
 
-// 'R': it runs, 'S': it waits for something to do.
-char state_of(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  const std::string text(std::istreambuf_iterator<char>(file), {});
-  const std::size_t name_end = text.rfind(')');
-  return name_end + 2 < text.size() ? text[name_end + 2] : '?';
-}
 bool has_rung(const os::File& doorbell) {
   pollfd look{doorbell.get(), POLLIN, 0};
   return ::poll(&look, 1, 0) == 1;
@@ -307,6 +243,67 @@ TEST_F(HostileClientTest, AClientThatClosesItsUplink) {
         return asleep == 20;
       },
       "the router sleeps"));
+}
+
+// It says so in its memory, as often as it likes; the router says that it is there.
+TEST_F(HostileClientTest, AnOwnerThatClosesAgainAndAgain) {
+  const os::File memfd = std::move(*os::make_memfd("closing", shm::Geometry::of(4, 80).bytes));
+  const os::Mapping mapping = std::move(*os::Mapping::of(memfd));
+  const auto view = shm::MailboxView::create(
+      mapping.bytes(), 0, {.address = Address(5), .slots = 4, .message_max = 80});
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  ASSERT_EQ(try_open(client, memfd, 0), wire::OpenStatus::kOk);
+  auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
+  ASSERT_TRUE(session.ok());
+  auto sender = session->open({.address = Address(6)});
+  ASSERT_TRUE(sender.ok());
+  ASSERT_TRUE(sender->send({.dest = Address(5)}).ok());
+  const std::size_t mappings = mappings_of(::getpid());
+  for (int round = 0; round < 500; ++round) {
+    view.header().closed.store(1, std::memory_order_release);
+    EXPECT_EQ(sender->send({.dest = Address(5)}).error().code(), Errc::kNoMailbox);
+    view.header().closed.store(0, std::memory_order_release);
+    ASSERT_TRUE(sender->send({.dest = Address(5)}).ok());
+  }
+  EXPECT_LT(mappings_of(::getpid()), mappings + 100);
+}
+
+// An owner sleeps, whatever is written into its mailbox by those who may send to it.
+TEST_F(HostileClientTest, ASenderThatClosesTheMailbox) {
+  auto victim = ChildProcess::start({TIMS_ACTOR_PROGRAM, "echo", router_.socket_path(), "5"});
+  ASSERT_TRUE(victim.ok());
+  ASSERT_TRUE(victim->wait_for_line("ready").ok());
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  ASSERT_TRUE(client.send(wire::Lookup{{Address(5)}}) && client.receive());
+  ASSERT_EQ(client.files().size(), 1U);
+  const os::Mapping mapping = std::move(*os::Mapping::of(client.files()[0]));
+  const auto view = *shm::MailboxView::open(mapping.bytes(), 0);
+  view.header().closed.store(1U, std::memory_order_release);
+  os::futex_clear_and_wake(*view.header().sleep.raw());
+  int asleep = 0;
+  EXPECT_TRUE(eventually(
+      [&] {
+        asleep = state_of(victim->pid()) == 'S' ? asleep + 1 : 0;
+        return asleep == 20;
+      },
+      "the owner sleeps"));
+}
+
+// Descriptors are bounded for each client: one cannot take them from the others.
+TEST_F(HostileClientTest, AClientThatOffersMemoryAndOpensNothing) {
+  const os::File memfd = std::move(*os::make_memfd("offered", 4096));
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  const std::size_t before = descriptors_of(router_.process().pid());
+  for (std::uint64_t segment = 1; segment <= 16; ++segment)
+    client.send(wire::OfferSegment{segment}, {memfd.get()});
+  ASSERT_TRUE(client.send(wire::Lookup{{Address(5)}}) && client.receive()) << "sixteen are allowed";
+  client.send(wire::OfferSegment{17}, {memfd.get()});
+  EXPECT_TRUE(client.thrown_out());
+  EXPECT_TRUE(eventually([&] { return descriptors_of(router_.process().pid()) < before; },
+                         "its descriptors are free"));
 }
 
 // The flags of a shared descriptor are shared: the router must not wait where it reads it.

@@ -1,5 +1,7 @@
 // The router may go and come back, or come late: components stay.
 #include <atomic>
+#include <chrono>
+#include <csignal>
 #include <optional>
 #include <string>
 #include <thread>
@@ -56,6 +58,34 @@ TEST_F(RestartTest, AnOwnerThatDiedWhileTheRouterWasAwayIsNoticed) {
         return answer && answer->header().type == type::kNotAvailable;
       },
       "NOT_AVAILABLE"));
+}
+
+// Who knows the way to a mailbox of this host does not wait for a router, however slow it is.
+TEST_F(RestartTest, ARouterThatStandsStillAfterARestartHoldsUpNobody) {
+  Session s = session();
+  Session t = session();
+  Mailbox a = open(s, 1);
+  Mailbox b = open(t, 2);
+  auto tcp = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(tcp.ok() && tcp->register_mailbox(Address(7)).ok());
+  ASSERT_TRUE(send(a, 2, "before").ok());
+  EXPECT_EQ(receive(b), "before");
+  ASSERT_TRUE(send(a, 7, "before").ok());
+  router_.kill();
+  EXPECT_TRUE(eventually([&] { return !s.connected() && !t.connected(); }, "router missed"));
+  ASSERT_TRUE(router_.start().ok());
+  EXPECT_TRUE(eventually([&] { return s.connected() && t.connected(); }, "both back"));
+  router_.process().signal(SIGSTOP);
+  std::thread first_use([&] { (void)send(b, 8, "unknown"); });  // waits, and alone
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 300; ++i) {
+    EXPECT_TRUE(send(a, 2, "local").ok());
+    EXPECT_EQ(receive(b), "local");
+    EXPECT_TRUE(send(a, 7, "by way of the router").ok());
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kPatience);  // a wait for each: 25 minutes
+  router_.process().signal(SIGCONT);
+  first_use.join();
 }
 
 TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {

@@ -4,7 +4,13 @@
 // each message goes to exactly one of them. Order: higher priority first, then arrival.
 //
 // Cost: a message between two mailboxes of one host is one copy and at most one wake-up; no system
-// call while the receiver is awake. The first message to an address asks the router where it is.
+// call while the receiver is awake.
+//
+// Waiting: the first message to an address, and the first one after its owner has closed or died,
+// asks the router where it is, and waits for the answer: as a rule a fraction of a millisecond, for a
+// router that stands still 5 s, then kNoRouter. Who may not wait sends something to each address
+// before it counts: from then on no send waits for the router, also not while it is away, slow, or
+// was restarted.
 #pragma once
 
 #include <cstddef>
@@ -121,8 +127,10 @@ class Mailbox {
 
   [[nodiscard]] Address address() const;
 
-  // Sending to a mailbox of this host never waits. What the router has to deliver may wait until
-  // it has taken earlier messages, at most 0.2 s when it stands still, then kFull.
+  // Sending to a known mailbox of this host never waits. What the router has to deliver may wait
+  // until it has taken earlier messages, at most 0.2 s when it stands still, then kFull; without a
+  // router: kNoRouter, at once. What was sent is delivered also when the mailbox closes, or the
+  // program dies, right afterwards.
   // kFull: the receiver holds only more important messages. A command
   // (type > 0) to an address nobody owns is answered by the router with type::kNotAvailable.
   Result<void> send(const Envelope& envelope, std::span<const std::byte> body = {});

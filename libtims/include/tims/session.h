@@ -26,7 +26,7 @@ struct SessionEvent {
     kWaiting,      // no router answers; trying again
     kConnected,    // to a router, for the first time or again
     kLost,         // the router went away; trying again
-    kMailboxLost,  // after a reconnect somebody else owns the address
+    kMailboxLost,  // after a reconnect somebody else owns the address; tried again with the next
   };
   Kind kind;
   std::string text;  // one line for people
@@ -56,7 +56,8 @@ class Session {
   Session& operator=(Session&&) noexcept;
   ~Session();  // mailboxes that are still open keep the session
 
-  // kAddressInUse names the owner. Without a router at the moment: waits for it.
+  // kAddressInUse names the owner. Without a router at the moment, or with one that stands still:
+  // waits for it.
   Result<Mailbox> open(const MailboxOptions& options);
   // All or none, in one exchange with the router.
   Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options);

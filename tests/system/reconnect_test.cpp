@@ -1,0 +1,165 @@
+// A living client that the router has lost, or that had to wait for long: back it works as before.
+#include <atomic>
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include "os/mapping.h"
+#include "shm/checked_view.h"
+#include "shm/receiver.h"
+#include "tests/support/eventually.h"
+#include "tests/system/local_fixture.h"
+#include "tests/system/raw_client.h"
+
+namespace tims::test {
+namespace {
+
+class ReconnectTest : public LocalTest {
+ protected:
+  // As session(), and its connections are counted.
+  Session counted(const std::string& name = "test") {
+    auto connected = Session::connect({.name = name,
+                                       .router = router_.socket_path(),
+                                       .timeout = kPatience,
+                                       .on_event = [this](const SessionEvent& e) {
+                                         if (e.kind == SessionEvent::Kind::kConnected) ++connected_;
+                                         if (e.kind == SessionEvent::Kind::kMailboxLost) ++lost_;
+                                       }});
+    EXPECT_TRUE(connected.ok()) << connected.error().message();
+    return std::move(*connected);
+  }
+  // Every connection of this program to the router breaks, as when the router closes it.
+  void break_connections() {
+    const pid_t router = router_.process().pid();
+    for (int fd = 3; fd < 1024; ++fd)
+      if (os::peer_credentials(fd).pid == router) ::shutdown(fd, SHUT_RDWR);
+  }
+  // How many of them hear `from`.
+  static std::size_t reached(Mailbox& from, std::vector<Mailbox>& mailboxes) {
+    std::size_t count = 0;
+    for (Mailbox& mailbox : mailboxes) {
+      const auto sent = from.send({.dest = mailbox.address(), .type = 21});
+      count += sent.ok() && mailbox.peek_for(kPatience / 20).ok() ? 1 : 0;
+    }
+    return count;
+  }
+
+  std::atomic<std::size_t> connected_ = 0;
+  std::atomic<std::size_t> lost_ = 0;
+};
+
+TEST_F(ReconnectTest, WhomTheRouterHasDroppedIsHeardAgain) {
+  constexpr std::size_t kCount = 20;
+  std::vector<Session> sessions;
+  std::vector<Mailbox> mailboxes;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    sessions.push_back(counted());
+    mailboxes.push_back(open(sessions.back(), 100 + i));
+  }
+  Session other = counted();
+  Mailbox sender = open(other, 1);
+  EXPECT_EQ(reached(sender, mailboxes), kCount);
+  std::size_t expected = kCount + 1;
+  for (int round = 0; round < 3; ++round) {
+    break_connections();
+    expected += kCount + 1;
+    ASSERT_TRUE(eventually([&] { return connected_ >= expected; }, "all connected again"));
+    EXPECT_EQ(reached(sender, mailboxes), kCount);
+  }
+  router_.kill();
+  ASSERT_TRUE(router_.start().ok());
+  expected += kCount + 1;
+  ASSERT_TRUE(eventually([&] { return connected_ >= expected; }, "at another router"));
+  EXPECT_EQ(reached(sender, mailboxes), kCount);
+  EXPECT_EQ(lost_, 0U);
+}
+
+// A mailbox by hand.
+struct RawMailbox {
+  os::File memfd = std::move(*os::make_memfd("raw", shm::Geometry::of(4, 80).bytes));
+  os::Mapping mapping = std::move(*os::Mapping::of(memfd));
+  shm::MailboxView view = shm::MailboxView::create(
+      mapping.bytes(), 0, {.address = Address(5), .slots = 4, .message_max = 80});
+};
+
+// Who heard nothing for long says it again; the router was only slow.
+TEST_F(ReconnectTest, WordsSaidTwiceAreNoBreach) {
+  const RawMailbox mailbox;
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello());
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(try_open(client, mailbox.memfd, 0), wire::OpenStatus::kOk) << i;
+  Session s = session();
+  Mailbox sender = open(s, 1);
+  ASSERT_TRUE(send(sender, 5, "x").ok());
+  EXPECT_EQ(shm::waiting(mailbox.view), 1U);
+}
+
+// The end of the first connection and the words of the second one: the router reads them in any
+// order.
+TEST_F(ReconnectTest, TheFormerConnectionIsNoOtherOwner) {
+  const RawMailbox mailbox;
+  std::optional<RawClient> client(std::in_place, router_.socket_path());
+  ASSERT_TRUE(client->hello());
+  ASSERT_EQ(try_open(*client, mailbox.memfd, 0), wire::OpenStatus::kOk);
+  for (int round = 0; round < 50; ++round) {
+    std::optional<RawClient> next(std::in_place, router_.socket_path());
+    ASSERT_TRUE(next->hello());
+    router_.process().signal(SIGSTOP);
+    ASSERT_TRUE(next->send(wire::OfferSegment{1}, {mailbox.memfd.get()}));
+    ASSERT_TRUE(next->send(wire::Open{{{Address(5), {1, 0}, false}}}));
+    client.reset();
+    router_.process().signal(SIGCONT);
+    const auto answer = next->receive();
+    ASSERT_TRUE(answer && std::holds_alternative<wire::Opened>(*answer));
+    ASSERT_EQ(std::get<wire::Opened>(*answer).entries.front().status, wire::OpenStatus::kOk);
+    ASSERT_EQ(mailbox.view.header().closed.load(std::memory_order_acquire), 0U);
+    client = std::move(next);
+  }
+}
+
+// Without descriptors one call fails, and says why; what is there stays as it is.
+TEST_F(ReconnectTest, ARouterWithoutDescriptorsRefusesAndKeepsItsClients) {
+  Session s = counted();
+  Session t = counted();
+  Mailbox sender = open(s, 1);
+  std::vector<Mailbox> mailboxes;
+  mailboxes.push_back(open(t, 2));
+  ASSERT_EQ(reached(sender, mailboxes), 1U);
+  const pid_t router = router_.process().pid();
+  limit_descriptors(router, 3);
+  for (const bool event_fd : {false, true}) {
+    const auto refused = t.open({.address = Address(3), .event_fd = event_fd});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code(), Errc::kRefused);
+    EXPECT_NE(refused.error().message().find("descriptor"), std::string::npos)
+        << refused.error().message();
+  }
+  EXPECT_EQ(reached(sender, mailboxes), 1U);
+  limit_descriptors(router, 1024);
+  mailboxes.push_back(open(t, 3));
+  EXPECT_EQ(reached(sender, mailboxes), 2U);
+  EXPECT_EQ(connected_, 2U);
+}
+
+// What a refused call offered is given back.
+TEST_F(ReconnectTest, ARefusedOpenLeavesNothingBehind) {
+  Session s = session();
+  Session t = session();
+  const Mailbox owner = open(s, 1);
+  const Mailbox other = open(t, 2);
+  const pid_t router = router_.process().pid();
+  const std::size_t descriptors = descriptors_of(router);
+  const std::size_t mappings = mappings_of(router);
+  for (int i = 0; i < 50; ++i)
+    EXPECT_EQ(t.open({.address = Address(1)}).error().code(), Errc::kAddressInUse);
+  EXPECT_EQ(descriptors_of(router), descriptors);
+  EXPECT_EQ(mappings_of(router), mappings);
+}
+
+}  // namespace
+}  // namespace tims::test
