@@ -314,6 +314,7 @@ class Program {
   io::WaitingMemory memory_{waiting_bytes(configuration_.config)};
   io::ClientPort local_{loop_,
                         router_,
+                        log_,
                         end_turn_,
                         {.path = configuration_.config.unix.path,
                          .everybody = configuration_.config.unix.everybody,

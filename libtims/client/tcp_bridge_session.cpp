@@ -84,8 +84,7 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
 // A message that was sent before the mailbox was closed comes before that. One that the router
 // gave to somebody else meanwhile is not ours to delete: the original would do it.
 void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
-  while (uplink_ && uplink_->take(output_)) {
-  }
+  if (uplink_) uplink_->take_all(output_);
   std::size_t deleted = 0;
   for (const Address address : wish.addresses) {
     if (!mailboxes_.remove(address)) continue;

@@ -57,4 +57,17 @@ bool TcpUplink::take(std::vector<std::byte>& out) {
   return out.size() > before;
 }
 
+void TcpUplink::take_all(std::vector<std::byte>& out) {
+  const std::size_t limit = out.size() + mapping_.bytes().size();
+  for (std::uint32_t n = 0; n < kSlots && out.size() < limit;) {
+    if (const auto taken = receiver_.take()) {
+      append(*taken, out);
+      receiver_.release(taken->hint);
+      ++n;
+    } else if (receiver_.rest()) {
+      return;
+    }
+  }
+}
+
 }  // namespace tims::client

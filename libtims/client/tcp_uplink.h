@@ -25,6 +25,8 @@ class TcpUplink {
   // Appends what waits, the most important first, until `out` has as much as suits one write.
   // False: there was nothing; the doorbell rings for the next message.
   bool take(std::vector<std::byte>& out);
+  // As much as it holds at most, also when senders go on meanwhile.
+  void take_all(std::vector<std::byte>& out);
 
  private:
   TcpUplink(os::File memfd, os::File doorbell, os::Mapping mapping, std::uint32_t message_max);

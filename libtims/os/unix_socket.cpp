@@ -26,6 +26,24 @@ Error bad_path(const std::string& path) {
   return {Errc::kInvalidArgument, "'" + path + "' is no socket path of 1 to 107 bytes"};
 }
 
+// Of the folders above `path`: one that another user has made where everybody may make some. Root
+// and whoever runs this program are trusted.
+Result<void> check_owners(const std::filesystem::path& path) {
+  for (auto folder = path.parent_path(); folder.has_relative_path();
+       folder = folder.parent_path()) {
+    struct stat self {};
+    struct stat parent {};
+    if (::lstat(folder.c_str(), &self) != 0 || ::stat(folder.parent_path().c_str(), &parent) != 0)
+      continue;
+    const bool for_everybody = (parent.st_mode & S_ISVTX) != 0 && (parent.st_mode & S_IWOTH) != 0;
+    if (for_everybody && self.st_uid != 0 && self.st_uid != ::geteuid())
+      return Error(Errc::kSystem,
+                   folder.string() + " belongs to another user (" + std::to_string(self.st_uid) +
+                       "), who could take the socket's place: choose another folder");
+  }
+  return {};
+}
+
 File make_socket(int flags) {
   return File(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | flags, 0));
 }
@@ -75,6 +93,7 @@ Result<File> listen_unix(const std::string& path, mode_t mode) {
     return Error(Errc::kAddressInUse, "another router listens at " + path);
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
+  if (auto safe = check_owners(std::filesystem::absolute(path)); !safe) return safe.error();
   ::unlink(path.c_str());
   File socket = make_socket(SOCK_NONBLOCK);
   if (!socket) return system_error("socket");
@@ -83,6 +102,12 @@ Result<File> listen_unix(const std::string& path, mode_t mode) {
   if (::chmod(path.c_str(), mode) != 0) return system_error("chmod " + path);
   if (::listen(socket.get(), SOMAXCONN) != 0) return system_error("listen " + path);
   return socket;
+}
+
+FileId file_at(const std::string& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) return {};
+  return {status.st_dev, status.st_ino};
 }
 
 Result<File> accept_unix(const File& listener) {

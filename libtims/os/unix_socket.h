@@ -24,8 +24,16 @@ struct RecordPair {
 };
 Result<RecordPair> make_record_pair();
 // Listening. Takes the place of a socket nobody listens at any more; refuses a living one
-// (kAddressInUse). `mode`: who may connect. Makes the parent folder when it is missing.
+// (kAddressInUse). `mode`: who may connect. Makes the parent folder when it is missing; refuses one
+// that somebody else has made where everybody may, as in /tmp: he could put his own socket there.
 Result<File> listen_unix(const std::string& path, mode_t mode);
+// Which file lies at a path, to know it again.
+struct FileId {
+  dev_t device = 0;
+  ino_t inode = 0;  // 0: there is none
+  bool operator==(const FileId&) const = default;
+};
+FileId file_at(const std::string& path);
 // The next connection, non-blocking; nothing when none waits (kEmpty).
 Result<File> accept_unix(const File& listener);
 

@@ -83,9 +83,13 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   if (bound == os::Bound::kAddressNotHereYet) log_.warning(waits_for_address("tcp", where));
   if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
   ::getsockname(file.get(), address.get(), &address.size);
-  file_ = std::move(file);
-  watch_.emplace(loop_, file_.get(), [this](Ready) { accept(); });
+  listen(std::move(file));
   return to_endpoint(address);
+}
+
+void Acceptor::listen(os::File listening) {
+  file_ = std::move(listening);
+  watch_.emplace(loop_, file_.get(), [this](Ready) { accept(); });
 }
 
 void Acceptor::stop() {
@@ -106,7 +110,8 @@ Acceptor::Next Acceptor::accept_some() {
     SocketAddress peer;
     os::File file(::accept4(file_.get(), peer.get(), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (file) {
-      on_connection_(std::move(file), to_endpoint(peer).to_string());
+      const bool local = peer.storage.ss_family == AF_UNIX;
+      on_connection_(std::move(file), local ? std::string() : to_endpoint(peer).to_string());
     } else if (const Next next = accept_failed(errno); next != Next::kMore) {
       return next;
     }
@@ -130,18 +135,20 @@ Acceptor::Next Acceptor::accept_failed(int error) {
   }
 }
 
-// The system says that there is no descriptor also when nobody is there to be accepted.
+// The system says that there is no descriptor also when nobody is there to be accepted. Whom it
+// has none for although one was given up waits: asking again at once would be all that is done.
 Acceptor::Next Acceptor::turn_one_away() {
   spare_.reset();
   os::File newcomer(::accept4(file_.get(), nullptr, nullptr, SOCK_CLOEXEC));
-  const bool nobody = !newcomer && errno == EAGAIN;
+  const bool newcomer_came = static_cast<bool>(newcomer);
+  const bool nobody = !newcomer_came && errno == EAGAIN;
   if (newcomer) {
     log_.warning("no free file descriptor: new connections are turned away");
     on_turned_away_();
   }
   newcomer.reset();  // first: its number is the only one left for the spare
   spare_ = open_spare();
-  if (!spare_) return Next::kPause;
+  if (!spare_ || (!newcomer_came && !nobody)) return Next::kPause;
   return nobody ? Next::kWait : Next::kMore;
 }
 

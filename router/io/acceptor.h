@@ -1,5 +1,5 @@
-// A listening TCP socket. Survives a process without free descriptors: newcomers are then turned
-// away at once instead of waking the loop again and again.
+// A listening socket, TCP or Unix. Survives a process without free descriptors: newcomers are then
+// turned away at once instead of waking the loop again and again.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ namespace tims::io {
 
 class Acceptor {
  public:
-  // A connected, non-blocking socket and where it comes from: "127.0.0.1:54321".
+  // A connected, non-blocking socket and where it comes from: "127.0.0.1:54321"; a Unix socket
+  // says nothing.
   using OnConnection = std::function<void(os::File socket, std::string peer)>;
 
   Acceptor(
@@ -29,6 +30,8 @@ class Acceptor {
 
   // Where it listens: the port that the system chose when 0 was asked for.
   Result<config::Endpoint> listen(const config::Endpoint& where);
+  // A socket that listens already, and does not block.
+  void listen(os::File listening);
   void stop();
 
  private:

@@ -1,10 +1,9 @@
 #include "router/io/client_port.h"
 
 #include <array>
-#include <cerrno>
 #include <cstring>
 
-#include <fcntl.h>
+#include <unistd.h>
 
 #include "os/clock.h"
 #include "wire/header.h"
@@ -22,63 +21,58 @@ constexpr Duration kReturnGrace = 10s;
 
 }  // namespace
 
-ClientPort::ClientPort(Loop& loop, core::Router& router, std::function<void(Time)> end_turn,
-                       ClientPortSettings settings)
+ClientPort::ClientPort(Loop& loop, core::Router& router, Log& log,
+                       std::function<void(Time)> end_turn, ClientPortSettings settings)
     : loop_(loop),
       router_(router),
       end_turn_(std::move(end_turn)),
       settings_(std::move(settings)),
-      spare_(::open("/dev/null", O_RDONLY | O_CLOEXEC)),
+      acceptor_(loop, log,
+                [this](os::File socket, const std::string&) { accept(std::move(socket)); }),
       sweep_(loop, [this] { sweep_orphans(); }),
       // Another start, another range: a client of the former router keeps its number.
       last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),
       record_(wire::kRecordBytesMax),
       copies_(kCopiesBytes) {}
 
-ClientPort::~ClientPort() {
-  if (!listener_) return;
-  ::unlink(settings_.path.c_str());
-}
+ClientPort::~ClientPort() { remove_socket_file(); }
 
 Result<void> ClientPort::listen() {
   auto listener = os::listen_unix(settings_.path, settings_.everybody ? 0666 : 0660);
   if (!listener) return listener.error();
-  listener_ = std::move(*listener);
-  listener_watch_.emplace(loop_, listener_.get(), [this](Ready) { take_connections(); });
+  socket_file_ = os::file_at(settings_.path);
+  acceptor_.listen(std::move(*listener));
   sweep_.set(os::now() + kReturnGrace);
   return {};
 }
 
-void ClientPort::stop_accepting() { listener_watch_.reset(); }
-
-void ClientPort::take_connections() {
-  for (;;) {
-    auto socket = os::accept_unix(listener_);
-    if (!socket) {
-      if (socket.error() == Errc::kSystem) refuse_for_lack_of_descriptors();
-      return;
-    }
-    std::uint32_t token = static_cast<std::uint32_t>(clients_.size());
-    if (free_tokens_.empty()) {
-      clients_.emplace_back();
-    } else {
-      token = free_tokens_.back();
-      free_tokens_.pop_back();
-    }
-    clients_[token] = std::make_unique<LocalClient>();
-    LocalClient& client = *clients_[token];
-    client.token = token;
-    client.socket = std::move(*socket);
-    client.socket_watch.emplace(loop_, client.socket.get(),
-                                [this, &client](Ready) { on_records(client); });
-  }
+// Before the socket is closed: until then no other file can be taken for ours.
+void ClientPort::stop_accepting() {
+  remove_socket_file();
+  acceptor_.stop();
 }
 
-// Without this the connection would wait in the backlog and wake the loop again and again.
-void ClientPort::refuse_for_lack_of_descriptors() {
-  spare_.reset();
-  (void)os::accept_unix(listener_);
-  spare_ = os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+// Not that of another router, which was started on the same path meanwhile.
+void ClientPort::remove_socket_file() {
+  if (socket_file_.inode != 0 && os::file_at(settings_.path) == socket_file_)
+    ::unlink(settings_.path.c_str());
+  socket_file_ = {};
+}
+
+void ClientPort::accept(os::File socket) {
+  std::uint32_t token = static_cast<std::uint32_t>(clients_.size());
+  if (free_tokens_.empty()) {
+    clients_.emplace_back();
+  } else {
+    token = free_tokens_.back();
+    free_tokens_.pop_back();
+  }
+  clients_[token] = std::make_unique<LocalClient>();
+  LocalClient& client = *clients_[token];
+  client.token = token;
+  client.socket = std::move(socket);
+  client.socket_watch.emplace(loop_, client.socket.get(),
+                              [this, &client](Ready) { on_records(client); });
 }
 
 void ClientPort::on_records(LocalClient& client) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "router/core/router.h"
+#include "router/io/acceptor.h"
 #include "router/io/admin_source.h"
 #include "router/io/local_client.h"
 #include "router/io/local_segments.h"
@@ -36,7 +37,7 @@ struct ClientPortSettings {
 class ClientPort final : public Port {
  public:
   // `end_turn` flushes all ports: called after every batch.
-  ClientPort(Loop& loop, core::Router& router, std::function<void(Time)> end_turn,
+  ClientPort(Loop& loop, core::Router& router, Log& log, std::function<void(Time)> end_turn,
              ClientPortSettings settings);
   ~ClientPort() override;
 
@@ -57,8 +58,8 @@ class ClientPort final : public Port {
   [[nodiscard]] MailboxCounts mailbox_counts() const { return segments_.counts(); }
 
  private:
-  void take_connections();
-  void refuse_for_lack_of_descriptors();
+  void accept(os::File socket);
+  void remove_socket_file();
   void on_records(LocalClient& client);
   void receive_some(LocalClient& client);
   void drop_if_hung_up(std::uint32_t token);
@@ -105,9 +106,8 @@ class ClientPort final : public Port {
   core::Router& router_;
   const std::function<void(Time)> end_turn_;
   const ClientPortSettings settings_;
-  os::File listener_;
-  std::optional<Watch> listener_watch_;
-  os::File spare_;  // a descriptor for the moment when there are none left
+  Acceptor acceptor_;
+  os::FileId socket_file_;  // the one we have made
   Timer sweep_;
   std::vector<std::unique_ptr<LocalClient>> clients_;  // by token
   std::vector<std::uint32_t> free_tokens_;

@@ -146,6 +146,25 @@ TEST_F(ReconnectTest, ARouterWithoutDescriptorsRefusesAndKeepsItsClients) {
   EXPECT_EQ(connected_, 2U);
 }
 
+// Newcomers wait, and the router does not go round and round meanwhile.
+TEST_F(ReconnectTest, ARouterThatCannotAcceptSleeps) {
+  const pid_t router = router_.process().pid();
+  limit_descriptors(router, 3);
+  const RawClient client(router_.socket_path());
+  auto tcp = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(tcp.ok());
+  int asleep = 0;
+  EXPECT_TRUE(eventually(
+      [&] {
+        asleep = state_of(router) == 'S' ? asleep + 1 : 0;
+        return asleep == 50;
+      },
+      "the router sleeps"));
+  limit_descriptors(router, 1024);
+  EXPECT_TRUE(tcp->register_mailbox(Address(9)).ok());
+  EXPECT_NO_FATAL_FAILURE((void)session());
+}
+
 // What a refused call offered is given back.
 TEST_F(ReconnectTest, ARefusedOpenLeavesNothingBehind) {
   Session s = session();

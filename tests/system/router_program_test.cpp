@@ -7,12 +7,14 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 #include "os/clock.h"
 #include "os/file.h"
 #include "tests/support/eventually.h"
 #include "tests/support/tcp_socket.h"
 #include "tests/system/tcp_fixture.h"
+#include "tims/session.h"
 
 namespace tims::test {
 namespace {
@@ -88,6 +90,39 @@ TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
     const perms wanted = everybody ? kGroup | perms::others_read | perms::others_write : kGroup;
     EXPECT_EQ(std::filesystem::status(router.socket_path()).permissions(), wanted);
   }
+}
+
+TEST(RouterProgram, AnotherOnesSocketStays) {
+  RouterProcess first;
+  ASSERT_TRUE(first.start().ok());
+  std::filesystem::remove(first.socket_path());
+  RouterProcess second({"unix.path=" + first.socket_path()});
+  ASSERT_TRUE(second.start().ok());
+  EXPECT_TRUE(first.stop().ok());
+  EXPECT_TRUE(Session::connect({.router = first.socket_path(), .timeout = kPatience}).ok());
+  EXPECT_TRUE(second.stop().ok());
+  EXPECT_FALSE(std::filesystem::exists(first.socket_path())) << "its own goes with it";
+}
+
+// In a folder like /tmp others may have been faster.
+TEST(RouterProgram, AFolderOfAnotherUserWhereEverybodyMayMakeSomeIsNotUsed) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can make folders of others";
+  namespace fs = std::filesystem;
+  const TemporaryFolder folder;
+  const fs::path shared = folder.path() / "shared";
+  fs::create_directory(shared);
+  fs::permissions(shared, fs::perms::all | fs::perms::sticky_bit);
+  fs::create_directories(shared / "theirs" / "tims");
+  fs::create_directories(shared / "ours" / "tims");
+  ASSERT_EQ(::chown((shared / "theirs").c_str(), 4711, 4711), 0);
+  RouterProcess theirs({"unix.path=" + (shared / "theirs/tims/router.sock").string()});
+  const auto refused = theirs.start();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_TRUE(contains(refused.error().message(), "theirs belongs to another user (4711)"))
+      << refused.error().message();
+  EXPECT_TRUE(contains(refused.error().message(), "--set unix.path="));
+  RouterProcess ours({"unix.path=" + (shared / "ours/tims/router.sock").string()});
+  EXPECT_TRUE(ours.start().ok());
 }
 
 TEST_F(RouterProgramTest, EndsWhenAsked) {

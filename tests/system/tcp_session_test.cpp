@@ -1,11 +1,14 @@
 // Sessions that reach their router over TCP: the same calls, the same order, the same errors.
+#include <atomic>
 #include <csignal>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/resource.h>
 
 #include "os/clock.h"
 #include "proxies/chassis.h"
@@ -50,6 +53,40 @@ TEST_F(TcpSessionTest, TalksToMailboxesOfTheRoutersHostAndBack) {
   EXPECT_EQ(text_of(answer->body()), "ho");
   EXPECT_EQ(answer->header().priority, 3);
   EXPECT_EQ(answer->header().seq_nr, 7);
+}
+
+// Of this process, in bytes.
+std::size_t most_memory() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::size_t>(usage.ru_maxrss) << 10;
+}
+
+// What was sent before goes first, and not what others send meanwhile.
+TEST_F(TcpSessionTest, ClosingTakesNoMoreThanAnUplinkHolds) {
+  Session s = tcp_session();
+  std::atomic<bool> done = false;
+  std::vector<std::thread> senders;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    senders.emplace_back([&, i] {
+      const Mailbox unused = open(s, 20 + i);
+      Mailbox from = open(s, 10 + i);
+      const std::vector<std::byte> much(kTcpMax - kHeaderSize);
+      while (!done) (void)from.send({.dest = Address(2), .type = -6}, much);
+    });
+  }
+  std::size_t before = 0;
+  for (int round = 0; round < 20; ++round) {
+    {
+      const Mailbox closed = open(s, 1);
+    }
+    if (round == 0) before = most_memory();
+  }
+  done = true;
+  for (std::thread& sender : senders) sender.join();
+  if (kSlowdown == 1) {  // a sanitizer keeps what was freed
+    EXPECT_LT(most_memory() - before, 32U << 20);
+  }
 }
 
 TEST_F(TcpSessionTest, AMessageMayBeAsLargeAsTheLimit) {
