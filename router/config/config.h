@@ -56,6 +56,7 @@ struct Link {
   std::optional<std::uint8_t> system;                  // whom this side accepts; empty: any
   LinkPaths paths{LinkPath::kUdp};                     // at least one
   std::string name;                                    // for people; may be empty
+  std::uint32_t mailboxes = 65536;                     // that the other side may announce
   Duration interval = std::chrono::milliseconds(300);  // keep-alive
   std::uint64_t rate = 0;                              // bytes a second at most; 0: no cap
   std::uint8_t reserve = 10;                           // percent of the rate, for upper classes

@@ -150,8 +150,8 @@ const std::vector<Bad> kBad{
     {"[[lnik]]\nkind = 3\n", {"r.toml:1:1: unknown table [[lnik]]; did you mean [[link]]?"}},
     {"[[link]]\nkind = \"sub\"\nrats = 5\n[[link]]\nkind = \"peer\"\nflux = 1\n",
      {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
-      "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, interval, rate, "
-      "reserve, lifetime"}},
+      "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, mailboxes, "
+      "interval, rate, reserve, lifetime"}},
     {"[[link]]\nkind = \"sub\"\nsystem = 256\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
      {"r.toml:3:10: link.system 256 is out of range (0 to 255)",
       "r.toml:4:8: link.rate 9999B is out of range (10kB to 100GB, or 0)",

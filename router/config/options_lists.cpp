@@ -53,6 +53,12 @@ constexpr std::array kLinkOptions{
          .sample = R"(["udp", "dds"])"}),
     row<Kind::kText, &Config::links, &Link::name>(
         {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
+    row<Kind::kNumber, &Config::links, &Link::mailboxes>(
+        {.key = "link.mailboxes",
+         .range = {1, 1048576},
+         .help = "Mailboxes that the other router may announce over this link; what is beyond is "
+                 "not taken, and said in the log. A link for one system (link.system) brings only "
+                 "mailboxes and messages of that system."}),
     row<Kind::kDuration, &Config::links, &Link::interval>(
         {.key = "link.interval",
          .range = {50 * kMs, 10'000 * kMs},

@@ -11,7 +11,8 @@ const Host kRoot{.name = "robot1", .uid = 0, .environment = {}};
 TEST(OptionsOfItems, GiveBackWhatWasSet) {
   if (!kHasDds) GTEST_SKIP() << "one of them needs DDS";
   const std::string link =
-      "link=kind=peer,to=robot2:1,paths=dds+udp,name=x,interval=1s,rate=1MB,reserve=5,lifetime=1s";
+      "link=kind=peer,to=robot2:1,paths=dds+udp,name=x,mailboxes=9,interval=1s,rate=1MB,reserve=5,"
+      "lifetime=1s";
   const Loaded other = load({{},
                              {"security.insecure=true", "fleet.name=harbour", link,
                               "link=kind=sub,system=1", "route=match=*,via=x"},

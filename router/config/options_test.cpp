@@ -78,12 +78,12 @@ TEST(Options, EntriesAreEverythingThatHasAValue) {
   for (const Entry& entry : entries(loaded.config)) keys.push_back(entry.key);
   EXPECT_EQ(keys.front(), "router.name");
   keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(options().size()));
-  EXPECT_THAT(keys, testing::ElementsAre("link[0].kind", "link[0].to", "link[0].paths",
-                                         "link[0].name", "link[0].interval", "link[0].rate",
-                                         "link[0].reserve", "link[0].lifetime", "link[1].kind",
-                                         "link[1].system", "link[1].paths", "link[1].name",
-                                         "link[1].interval", "link[1].rate", "link[1].reserve",
-                                         "link[1].lifetime", "route[0].match", "route[0].via"));
+  EXPECT_THAT(keys, testing::ElementsAre(
+                        "link[0].kind", "link[0].to", "link[0].paths", "link[0].name",
+                        "link[0].mailboxes", "link[0].interval", "link[0].rate", "link[0].reserve",
+                        "link[0].lifetime", "link[1].kind", "link[1].system", "link[1].paths",
+                        "link[1].name", "link[1].mailboxes", "link[1].interval", "link[1].rate",
+                        "link[1].reserve", "link[1].lifetime", "route[0].match", "route[0].via"));
 }
 
 TEST(Options, AreFoundByKey) {

@@ -69,7 +69,8 @@ TEST(Reload, TheOrderOfLinksIsAChange) {
 
 TEST(Reload, EveryChangeOfALinkIsTold) {
   const Config before = with({"link=kind=super,to=127.0.0.1"});
-  for (const char* key : {"name=a", "interval=1s", "rate=1MB", "reserve=0", "lifetime=1s"}) {
+  for (const char* key :
+       {"name=a", "mailboxes=9", "interval=1s", "rate=1MB", "reserve=0", "lifetime=1s"}) {
     const Config after = with({std::string("link=kind=super,to=127.0.0.1,") + key});
     EXPECT_EQ(changes(before, after).size(), 1U) << key;
     EXPECT_EQ(reloaded(before, after), after) << key;

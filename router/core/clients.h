@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "router/core/counters.h"
@@ -28,6 +29,7 @@ struct ClientInfo {
     Role role = Role::kSubsystem;
     std::uint8_t system = 0;
     Address router{};
+    std::optional<std::uint8_t> only{};  // nothing but this system comes from it; nothing: any
   } link{};
   bool lifesign = false;  // is asked whether it lives from the start, as original clients are
 };

@@ -48,10 +48,12 @@ constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kRegistered, "registered", "a mailbox was registered"},
     Label<EventKind>{EventKind::kWithdrawn, "withdrawn", "a mailbox went away"},
     Label<EventKind>{EventKind::kAddressRefused, "address_refused",
-                     "a mailbox was not registered: the address is in use"},
+                     "a mailbox was not registered: the address is in use, or of a system that the "
+                     "link to its router is not for"},
     Label<EventKind>{EventKind::kMailboxLimit, "mailbox_limit",
                      "a mailbox was not registered: its client has as many as "
-                     "limits.mailboxes_per_client allows"},
+                     "limits.mailboxes_per_client allows, or the link to its router as many as "
+                     "link.mailboxes"},
     Label<EventKind>{EventKind::kDeleteRefused, "delete_refused",
                      "a mailbox was not deleted: it belongs to another client"},
     Label<EventKind>{EventKind::kWatchdogClosed, "watchdog_closed",

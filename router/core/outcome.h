@@ -54,8 +54,10 @@ constexpr std::array kOutcomes{
                    "the receiver went away before it had read it"},
     Label<Outcome>{Outcome::kOwnerGone, "owner_gone",
                    "the receiver has closed its mailbox, or has died"},
-    Label<Outcome>{Outcome::kForgedSource, "forged_source",
-                   "the sender does not own the address the message says it comes from"},
+    Label<Outcome>{
+        Outcome::kForgedSource, "forged_source",
+        "the sender does not own the address the message says it comes from, or the link "
+        "it came over is not for that system"},
     Label<Outcome>{Outcome::kBadLength, "bad_length",
                    "its header says less than 16 bytes, or more than message.max"},
     Label<Outcome>{Outcome::kIncomplete, "incomplete", "the sender went away in the middle of it"},

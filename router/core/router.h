@@ -101,6 +101,9 @@ class Router {
   void forget_all(Time now, ClientId link);
   // What the link has announced of it, whether it owns it or waits for it.
   [[nodiscard]] std::optional<Origin> announced(ClientId link, Address address) const;
+  // Is it of the system the link is for, or does a static route lead there over it? Of a mailbox
+  // that the link announces, and of the source of a message it brings.
+  [[nodiscard]] bool may_come_from(const Client& link, Address address) const;
   // A message that was handed to a link, and that the link has lost or given up.
   void on_undelivered(Time now, ClientId link, const Header& header, Outcome outcome);
   // Links have things to tell that are no message's: counted and kept.

@@ -78,6 +78,14 @@ ClientId Router::link_named(std::string_view name) const {
   return kNoClient;
 }
 
+bool Router::may_come_from(const Client& link, Address address) const {
+  const auto only = link.info.link.only;
+  if (!only || address.fields(settings_.widths).system == *only) return true;
+  return std::ranges::any_of(static_routes_, [&](const StaticRoute& route) {
+    return route.match.matches(address) && link_named(route.via.view()) == link.id;
+  });
+}
+
 Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const Message& message) {
   if (now >= next_loop_event_) {
     next_loop_event_ = now + kLoopEventEvery;

@@ -128,6 +128,7 @@ json::object link_json(const link::Links& links, const link::Link& link, const c
   out["wire_bytes_in"] = counters.bytes_in;
   out["wire_bytes_out"] = counters.bytes_out;
   out["mailboxes"] = link.mailboxes();
+  out["mailboxes_refused"] = link.mailboxes_refused();
   out["in_messages"] = client == nullptr ? 0 : client->in.messages;
   out["in_bytes"] = client == nullptr ? 0 : client->in.bytes;
   out["out_messages"] = client == nullptr ? 0 : client->out.messages;

@@ -31,6 +31,7 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
           .to = from.accepts() ? std::string() : from.to_string(),
           .system = from.system,
           .paths = path_kinds(from.paths),
+          .mailboxes_max = from.mailboxes,
           .keep_alive = from.interval,
           .session = {.message_max = config.message.bytes_max,
                       .queue_bytes_max =

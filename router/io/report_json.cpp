@@ -262,8 +262,16 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kWithdrawn:
       return address + " withdrawn by " + client;
     case EventKind::kAddressRefused:
+      if (event.client.port == core::PortKind::kLink)
+        return address + " announced by " + router_text(event.client) +
+               " is not taken: the [[link]] it came over is for another system";
       return refused_text(event, widths);
     case EventKind::kMailboxLimit:
+      if (event.client.port == core::PortKind::kLink)
+        return router_text(event.client) +
+               " announces more mailboxes than its [[link]] may bring "
+               "(link.mailboxes): " +
+               address + " and what follows are not taken";
       return address + " refused to " + client + ": limits.mailboxes_per_client";
     case EventKind::kDeleteRefused:
       return client + " may not delete " + address + ": it belongs to " + party_text(event.owner);

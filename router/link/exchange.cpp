@@ -7,6 +7,10 @@ namespace {
 constexpr Duration kAskEvery = std::chrono::milliseconds(500);
 // After so long without news of a table that is not the one we hold, something was lost.
 constexpr Duration kStalledAfter = std::chrono::seconds(1);
+// Of a table that was too large, what was left out is asked for at most so often.
+constexpr Duration kAskForRestEvery = std::chrono::seconds(10);
+// And who tells too much is named so often.
+constexpr Duration kNoteEvery = std::chrono::seconds(10);
 // Nothing but a lane that is damaged in spite of UDP's checksum answers wrong so often.
 constexpr int kAskedInVainMax = 8;
 // While so much of what was told is still to be sent, nothing more is: changes come together.
@@ -35,6 +39,7 @@ void Exchange::end() {
   hash_ = 0;
   held_count_ = 0;
   refused_.clear();
+  incomplete_ = false;
   asked_in_vain_ = 0;
   client_ = core::kNoClient;
 }
@@ -139,15 +144,34 @@ void Exchange::add(Time now, Address address, core::Origin origin) {
     if (*old == origin) return;
     remove(now, address);
   }
+  if (held_count_ >= mailboxes_max_) return leave_out(now, address);
   hash_ ^= core::table_hash(address, origin);
   ++held_count_;
   core::Origin here = origin;
   if (here.hops < core::kHopsMax) ++here.hops;
   const bool countable = here.hops == origin.hops + 1;
-  if (!router_.learn(now, client_, address, here) || !countable) {
+  const core::Client* from = router_.client(client_);
+  const bool allowed = from != nullptr && router_.may_come_from(*from, address);
+  if (!allowed) note(now, core::EventKind::kAddressRefused, address);
+  if (!allowed || !router_.learn(now, client_, address, here) || !countable) {
     router_.forget(now, client_, address);
     refused_[address.raw()] = origin;
+    ++refused_count_;
   }
+}
+
+void Exchange::leave_out(Time now, Address address) {
+  incomplete_ = true;
+  ++refused_count_;
+  note(now, core::EventKind::kMailboxLimit, address);
+}
+
+void Exchange::note(Time now, core::EventKind kind, Address address) {
+  if (now < next_note_) return;
+  next_note_ = now + kNoteEvery;
+  const core::Client* from = router_.client(client_);
+  if (from != nullptr)
+    router_.note({.at = now, .kind = kind, .address = address, .client = from->party()});
 }
 
 void Exchange::remove(Time now, Address address) {
@@ -161,12 +185,15 @@ void Exchange::remove(Time now, Address address) {
 void Exchange::forget_all(Time now) {
   router_.forget_all(now, client_);
   refused_.clear();
+  incomplete_ = false;
   hash_ = 0;
   held_count_ = 0;
 }
 
 bool Exchange::on_control(Time now, const core::Message& message) {
   TableState state;
+  // Nobody says more at once: what one message costs is bounded.
+  if (message.bytes.size() > kHeaderSize + ControlMessage::kBodyMax) return false;
   if (message.header.type != control::kWant) news_ = now;
   switch (message.header.type) {
     case control::kWant:
@@ -197,7 +224,8 @@ bool Exchange::on_control(Time now, const core::Message& message) {
     case control::kDone:
       if (!read_state(message.body(), holding_)) return false;
       if (holding_.hash == hash_) asked_in_vain_ = 0;
-      if (imports_ && holding_.hash != hash_ && now >= asked_ + kAskEvery) want(now, {});
+      if (imports_ && !incomplete_ && holding_.hash != hash_ && now >= asked_ + kAskEvery)
+        want(now, {});
       return true;
     default:
       return false;
@@ -207,6 +235,10 @@ bool Exchange::on_control(Time now, const core::Message& message) {
 std::optional<TableState> Exchange::to_ask_for(Time now, const TableState& theirs) const {
   if (!imports_ || now < asked_ + kAskEvery) return std::nullopt;
   if (theirs == kNobodyAsked) return TableState{};
+  if (incomplete_) {
+    const bool room = held_count_ < mailboxes_max_ && now >= asked_ + kAskForRestEvery;
+    return room ? std::optional(TableState{}) : std::nullopt;
+  }
   if (theirs.number == holding_.number) {
     if (theirs.hash == hash_) return std::nullopt;
     return TableState{};
@@ -220,7 +252,7 @@ bool Exchange::compare(Time now, const TableState& theirs) {
   const auto state = to_ask_for(now, theirs);
   if (!state) return true;
   want(now, *state);
-  return ++asked_in_vain_ <= kAskedInVainMax;
+  return incomplete_ || ++asked_in_vain_ <= kAskedInVainMax;
 }
 
 }  // namespace tims::link

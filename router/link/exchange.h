@@ -19,6 +19,9 @@ class Exchange {
 
   // The link is up. `imports`: we want the other side's table.
   void begin(Time now, core::ClientId client, bool imports);
+  // More than this is not taken of the other side's table. What was left is asked for again when
+  // there is room.
+  void set_mailboxes_max(std::uint32_t max) { mailboxes_max_ = max; }
   // The link is down; what we held is withdrawn with the client.
   void end();
 
@@ -38,6 +41,8 @@ class Exchange {
   // For our keep-alive.
   [[nodiscard]] TableState told() const { return wanted_ ? told_ : kNobodyAsked; }
   [[nodiscard]] std::uint64_t held() const { return held_count_; }
+  // Announced and not taken, so far: too many, or of a system that the link is not for.
+  [[nodiscard]] std::uint64_t refused() const { return refused_count_; }
 
  private:
   // Says the keep-alive of a router that does not know what the other one holds: no table is 0
@@ -53,6 +58,8 @@ class Exchange {
   void done(Time now);
   void add(Time now, Address address, core::Origin origin);
   void remove(Time now, Address address);
+  void leave_out(Time now, Address address);
+  void note(Time now, core::EventKind kind, Address address);
   [[nodiscard]] std::optional<core::Origin> held(Address address) const;
   void forget_all(Time now);
 
@@ -71,9 +78,13 @@ class Exchange {
   Time asked_{};  // last WANT
   int asked_in_vain_ = 0;
   Time news_{};  // last word about the other side's table
-  // What the router did not take: it goes round in a loop. Counts as held, or we would ask for
-  // ever.
+  // What the router did not take: it goes round in a loop, or is not the link's to bring. Counts as
+  // held, or we would ask for ever.
   std::map<std::uint32_t, core::Origin> refused_;
+  std::uint32_t mailboxes_max_ = 0;
+  std::uint64_t refused_count_ = 0;
+  bool incomplete_ = false;  // there were more: what we hold is not what the other side told
+  Time next_note_{};
 };
 
 }  // namespace tims::link

@@ -23,7 +23,8 @@ LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
     if (verdict != Verdict::kTaken) return verdict;
   }
   if (offset + bytes.size() <= next_) return Verdict::kTaken;
-  if (offset + bytes.size() > next_ + kLaneWindow) return Verdict::kRefused;
+  const std::uint64_t window = control ? kControlWindow : kLaneWindow;
+  if (offset + bytes.size() > next_ + window) return Verdict::kRefused;
   if (offset > next_) return keep_early(offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
   bytes = bytes.subspan(next_ - offset);
   const std::size_t taken = consume(now, bytes, true, control, arrivals);

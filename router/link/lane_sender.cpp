@@ -49,7 +49,7 @@ void LaneSender::commit(Time now, std::uint64_t committed_max) {
 std::uint64_t LaneSender::window_end() const {
   const std::uint64_t begin = stream_.begin();
   const bool arrived = !acked_.empty() && acked_.front().begin <= begin;
-  return (arrived ? acked_.front().end : begin) + kLaneWindow;
+  return (arrived ? acked_.front().end : begin) + window_;
 }
 
 bool LaneSender::wants_to_send() const {

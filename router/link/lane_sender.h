@@ -20,10 +20,15 @@ namespace tims::link {
 
 // How far the stream may run ahead of what the other side is known to have.
 inline constexpr std::uint64_t kLaneWindow = 8U << 20;
+// In the routers' own lane it is short: what comes late comes all at once, and each mailbox told is
+// work.
+inline constexpr std::uint64_t kControlWindow = 256U << 10;
 
 class LaneSender {
  public:
   explicit LaneSender(core::BlockPool& pool) : waiting_(pool), stream_(pool) {}
+
+  void set_window(std::uint64_t window) { window_ = window; }
 
   [[nodiscard]] bool has_room(std::size_t message) const {
     return waiting_.has_room(record_size(message) + 2 * core::BlockPool::kBlockSize);
@@ -75,6 +80,7 @@ class LaneSender {
   static std::uint64_t lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
                             Losses& losses);
 
+  std::uint64_t window_ = kLaneWindow;
   StreamBuffer waiting_;
   AgeMarks waiting_since_;
   StreamBuffer stream_;  // from the first message that is not acknowledged whole

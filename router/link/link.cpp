@@ -34,6 +34,7 @@ Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       session_(pool, memory, done, settings.session, *this, *this),
       exchange_(router, session_) {
   session_.set_open(false);
+  exchange_.set_mailboxes_max(settings.mailboxes_max);
   (void)paths_.configure({}, settings.paths, settings.keep_alive);
 }
 
@@ -153,7 +154,8 @@ void Link::come_up(Time now) {
                                   .link = {.kind = settings_.kind,
                                            .role = peer_.role,
                                            .system = peer_.system,
-                                           .router = peer_.address()}});
+                                           .router = peer_.address(),
+                                           .only = settings_.system}});
   if (!client_) return;
   heard_ = now;
   next_hello_ = kNever;

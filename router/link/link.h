@@ -33,6 +33,7 @@ struct LinkSettings {
   std::string to{};                             // as it was written; empty when it accepts
   std::optional<std::uint8_t> system{};         // that is accepted; nothing: any
   std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
+  std::uint32_t mailboxes_max = 65536;          // that the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);
   SessionSettings session{};
 
@@ -139,6 +140,7 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] std::optional<ClockOffset::Sample> clock() const { return clock_.best(); }
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
   [[nodiscard]] std::uint64_t mailboxes() const { return exchange_.held(); }
+  [[nodiscard]] std::uint64_t mailboxes_refused() const { return exchange_.refused(); }
   [[nodiscard]] bool heard_within(Time now, Duration time) const { return heard_ + time > now; }
   [[nodiscard]] Duration their_keep_alive() const { return their_keep_alive_; }
   [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }

@@ -8,6 +8,7 @@ namespace tims::link {
 void Link::configure(Time now, const LinkSettings& settings) {
   settings_ = settings;
   session_.configure(settings.session);
+  exchange_.set_mailboxes_max(settings.mailboxes_max);
   const PathKind before = paths_.kind();
   if (paths_.configure(now, settings.paths, settings.keep_alive) && is_up())
     go_elsewhere(now, before);

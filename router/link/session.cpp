@@ -29,6 +29,7 @@ Session::Session(core::BlockPool& pool, MessageMemory& memory, std::vector<Messa
       assembly_{pool, memory, done, settings.message_max},
       receivers_(array_of<LaneReceiver, kLanes>(assembly_)),
       sample_receiver_(assembly_) {
+  lanes_[kControlLane].set_window(kControlWindow);
   configure(settings);
 }
 

@@ -50,7 +50,8 @@ Session::Verdict Session::on_frames(Time now, const Data& data, bool& eliciting,
     } else if (const auto* ack = std::get_if<Ack>(&*frame)) {
       broken = !on_ack(now, *ack);
     } else if (const auto* skip = std::get_if<SkipFrame>(&*frame)) {
-      lane_verdict(receivers_[skip->lane].on_skip(now, skip->to, false, arrivals_));
+      lane_verdict(
+          receivers_[skip->lane].on_skip(now, skip->to, skip->lane == kControlLane, arrivals_));
     } else if (const auto* keep_alive = std::get_if<KeepAlive>(&*frame)) {
       arrivals_.on_frame(now, *keep_alive);
     } else if (const auto* challenge = std::get_if<ChallengeFrame>(&*frame)) {

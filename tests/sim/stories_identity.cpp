@@ -288,5 +288,79 @@ TEST(Identity, NoMoreLinksThanThereMayBe) {
   EXPECT_EQ(Story::links_up(base), 2U);
 }
 
+// A base that takes few mailboxes from a link, and a robot that has many.
+TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
+  World w(5);
+  auto few = sub_link();
+  few.mailboxes_max = 101;  // with the router's own
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {few}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
+  Node& other = w.add({.name = "other", .system = 2, .links = {super_link(address_of(0))}});
+  for (Node* node : {&base, &robot, &other}) node->start(w.now());
+  const auto client = robot.add_client(w.now(), "many");
+  const auto mailbox = [](std::uint32_t n) { return Address(0x01140000 + n); };
+  const auto known = [&] {
+    std::size_t count = 0;
+    for (std::uint32_t n = 0; n < 300; ++n) count += Story::knows(base, mailbox(n)) ? 1U : 0U;
+    return count;
+  };
+  for (std::uint32_t n = 0; n < 100; ++n) robot.add_mailbox(w.now(), client, mailbox(n));
+  w.run_for(5s);
+  EXPECT_EQ(known(), 100U);
+  EXPECT_EQ(Story::find_event(base, core::EventKind::kMailboxLimit), nullptr);
+  for (std::uint32_t n = 100; n < 300; ++n) robot.add_mailbox(w.now(), client, mailbox(n));
+  w.run_for(30s);
+  EXPECT_EQ(known(), 100U);
+  const core::Event* limit = Story::find_event(base, core::EventKind::kMailboxLimit);
+  ASSERT_NE(limit, nullptr);
+  EXPECT_EQ(limit->client.name.view(), "robot");
+  EXPECT_EQ(Story::links_up(base), 2U) << "it goes on with those it has";
+  EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
+  std::size_t refused = 0;
+  base.links().for_each([&](const link::Link& link) { refused += link.mailboxes_refused(); });
+  EXPECT_GE(refused, 200U);
+  // There is room again: those that were not taken come in.
+  for (std::uint32_t n = 0; n < 200; ++n)
+    robot.router().remove_mailbox(w.now(), client, mailbox(n));
+  robot.end_turn(w.now());
+  EXPECT_TRUE(w.run_until([&] { return Story::knows(base, mailbox(299)); }, 15s));
+  EXPECT_EQ(known(), 100U);
+}
+
+// A link for one system brings mailboxes and messages of that system.
+TEST(Identity, ALinkForOneSystemBringsNothingOfOthers) {
+  World w(5);
+  Node& base =
+      w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link(1), sub_link(2)}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
+  Node& other = w.add({.name = "other", .system = 2, .links = {super_link(address_of(0))}});
+  for (Node* node : {&base, &robot, &other}) node->start(w.now());
+  const auto client = robot.add_client(w.now(), "both");
+  const Address own(0x01140000);
+  const Address foreign(0x02140000);
+  robot.add_mailbox(w.now(), client, own);
+  robot.add_mailbox(w.now(), client, foreign);
+  w.run_for(10s);
+  EXPECT_TRUE(Story::knows(base, own));
+  EXPECT_FALSE(Story::knows(base, foreign));
+  const core::Event* event = Story::find_event(base, core::EventKind::kAddressRefused);
+  ASSERT_NE(event, nullptr);
+  EXPECT_EQ(event->address, foreign);
+  EXPECT_EQ(event->client.name.view(), "robot");
+  EXPECT_EQ(Story::links_up(base), 2U);
+
+  const auto gui = base.add_client(w.now(), "gui");
+  base.add_mailbox(w.now(), gui, kGui);
+  w.run_for(1s);
+  for (const Address src : {foreign, own, foreign})
+    robot.send(w.now(), client, {.type = -7, .dest = kGui, .src = src});
+  w.run_for(1s);
+  ASSERT_EQ(base.arrivals(gui).size(), 1U);
+  EXPECT_EQ(base.arrivals(gui)[0].header.src, own);
+  EXPECT_EQ(
+      base.router().messages().of(core::PortKind::kLink, 0, core::Outcome::kForgedSource).messages,
+      2U);
+}
+
 }  // namespace
 }  // namespace tims::sim
