@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <string>
+
+#include "components/geometry/angle.h"
 
 namespace rack::scan2d {
 namespace {
@@ -10,24 +14,86 @@ i32 mm(double value) { return Millimetres<i32>::from_si(value / 1000); }
 
 i32 median(i32 a, i32 b, i32 c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
 
+bool is_reflector(const LadarPoint& point) { return (point.type & ladar_point::kReflector) != 0; }
+
+// What is no measurement, or a reflector, is left as it is.
 i32 distance_of(const LadarData& ladar, std::size_t i, bool filtered) {
   const auto& points = ladar.points;
   if (!filtered || i == 0 || i + 1 >= points.size()) return points[i].distance;
-  return median(points[i - 1].distance, points[i].distance, points[i + 1].distance);
+  const auto three = std::span(points).subspan(i - 1, 3);
+  const bool all = std::ranges::all_of(
+      three, [](const LadarPoint& p) { return !is_reflector(p) && p.distance > 0; });
+  return all ? median(three[0].distance, three[1].distance, three[2].distance)
+             : three[1].distance.raw();
 }
 
-bool is_reflector(const LadarData& ladar, std::size_t i) {
-  return i < ladar.points.size() && (ladar.points[i].type & ladar_point::kReflector) != 0;
+i32 type_of(const LadarPoint& point) {
+  if (is_reflector(point)) return scan_point::kReflector;
+  return point.type == ladar_point::kUnknown ? 0 : scan_point::kInvalid;
 }
 
-i32 type_of(const LadarData& ladar, std::size_t i, const ScanFilter& filter) {
-  const i32 type = ladar.points[i].type;
-  if ((type & ladar_point::kReflector) != 0) {
-    // i - 1 of the first point is no point either
-    const bool alone = !is_reflector(ladar, i - 1) && !is_reflector(ladar, i + 1);
-    return filter.reflectors && alone ? 0 : scan_point::kReflector;
+// --- reflectors
+
+constexpr double kNeighbours = 250;               // mm, of the points that a wall is made of
+constexpr double kAtRightAngles = radians(15.0);  // so far from it
+
+bool shines(const Scan2dData& scan, std::size_t i) {
+  return i < scan.points.size() && (scan.points[i].type & scan_point::kReflector) != 0;
+}
+
+bool is_one_of_three(const Scan2dData& scan, std::size_t i) {
+  // i - 1 of the first point is no point either
+  return (shines(scan, i - 1) && shines(scan, i + 1)) ||
+         (shines(scan, i - 1) && shines(scan, i - 2)) ||
+         (shines(scan, i + 1) && shines(scan, i + 2));
+}
+
+bool is_near(const ScanPoint& a, const ScanPoint& b) {
+  return std::hypot(static_cast<double>(a.x) - b.x, static_cast<double>(a.y) - b.y) <= kNeighbours;
+}
+
+// The points without a gap around one of them.
+std::span<const ScanPoint> wall_around(const Scan2dData& scan, std::size_t i) {
+  const auto& points = scan.points;
+  std::size_t first = i;
+  std::size_t last = i;
+  while (first > 0 && is_near(points[first - 1], points[i])) --first;
+  while (last + 1 < points.size() && is_near(points[last + 1], points[i])) ++last;
+  return std::span(points).subspan(first, last - first + 1);
+}
+
+// rad, of the straight line through them, or that plus half a turn.
+double direction_of(std::span<const ScanPoint> points) {
+  double x = 0;
+  double y = 0;
+  for (const ScanPoint& point : points) {
+    x += point.x / static_cast<double>(points.size());
+    y += point.y / static_cast<double>(points.size());
   }
-  return type == ladar_point::kUnknown ? 0 : scan_point::kInvalid;
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  for (const ScanPoint& point : points) {
+    const double dx = point.x - x;
+    const double dy = point.y - y;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+  }
+  return std::atan2(2 * xy, xx - yy) / 2;
+}
+
+void drop_shining_walls(const LadarMounting& mounting, Scan2dData& scan) {
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    if (!shines(scan, i) || is_one_of_three(scan, i)) continue;
+    const auto wall = wall_around(scan, i);
+    if (wall.size() < 2) continue;
+    ScanPoint& point = scan.points[i];
+    const double ray = std::atan2(static_cast<double>(point.y) - mounting.y,
+                                  static_cast<double>(point.x) - mounting.x);
+    if (std::abs(std::cos(ray - direction_of(wall))) <= std::sin(kAtRightAngles))
+      point.type &= ~scan_point::kReflector;
+  }
 }
 
 }  // namespace
@@ -39,24 +105,47 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
   scan.maxRange = std::min(ladar.maxRange.raw(), filter.range_max);
   scan.points.clear();
   const auto step = static_cast<std::size_t>(std::max(filter.reduce, 1));
-  for (std::size_t i = 0; i < ladar.points.size(); i += step) {
-    const double angle = ladar.points[i].angle;
+  for (std::size_t n = 0; n < ladar.points.size(); n += step) {
+    const std::size_t i = mounting.upside_down ? ladar.points.size() - 1 - n : n;
+    const LadarPoint& point = ladar.points[i];
+    const double angle = mounting.upside_down ? -point.angle : point.angle.raw();
     // Also leaves out angles that are no number.
     if (!(angle >= filter.angle_min && angle <= filter.angle_max)) continue;
     i32 distance = distance_of(ladar, i, filter.median);
-    i32 type = type_of(ladar, i, filter);
+    i32 type = type_of(point);
     if (distance >= scan.maxRange || distance <= 0) {
       distance = scan.maxRange;
       type |= scan_point::kMaxRange | scan_point::kInvalid;
     }
-    const double direction = (mounting.upside_down ? -angle : angle) + mounting.rho;
+    const double direction = angle + mounting.rho;
     scan.points.push_back(
         {.x = mm(mounting.x + distance * std::cos(direction)),
          .y = mm(mounting.y + distance * std::sin(direction)),
          .z = distance,
          .type = type,
-         .intensity = static_cast<i16>(std::clamp(ladar.points[i].intensity, -32768, 32767))});
+         .intensity = static_cast<i16>(std::clamp(point.intensity, -32768, 32767))});
   }
+  if (filter.reflectors) drop_shining_walls(mounting, scan);
+}
+
+tims::Result<void> add_intensities(const CameraData& camera, Scan2dData& scan) {
+  const auto wrong = [](std::string text) {
+    return tims::Error(tims::Errc::kInvalidArgument, std::move(text));
+  };
+  if (camera.recordingTime != scan.recordingTime)
+    return wrong("the picture is of another time than the scan");
+  const bool words = camera.mode == camera_mode::kMono12 || camera.mode == camera_mode::kMono16;
+  if (!words || (camera.width != 1 && camera.height != 1))
+    return wrong("the picture has more than one row and column, or is not of 12 or 16 bits");
+  if (camera.image.size() != 2 * scan.points.size())
+    return wrong("the picture has " + std::to_string(camera.image.size() / 2) +
+                 " pixels, the scan " + std::to_string(scan.points.size()) + " points");
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const auto high = std::to_integer<u32>(camera.image[2 * i]);
+    const auto low = std::to_integer<u32>(camera.image[2 * i + 1]);
+    scan.points[i].intensity = static_cast<i16>(high << 8 | low);
+  }
+  return {};
 }
 
 }  // namespace rack::scan2d

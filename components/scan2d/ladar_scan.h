@@ -1,8 +1,10 @@
 // A laser scan as points of the robot (specification, section 10.4). Pure.
 #pragma once
 
+#include "proxies/camera.h"
 #include "proxies/ladar.h"
 #include "proxies/scan2d.h"
+#include "tims/result.h"
 
 namespace rack::scan2d {
 
@@ -16,14 +18,21 @@ struct LadarMounting {
 struct ScanFilter {
   i32 range_max = 30000;     // mm
   i32 reduce = 1;            // each so many-th point
-  double angle_min = -3.15;  // of the ladar, rad
+  double angle_min = -3.15;  // of the ladar as if it stood upright, rad
   double angle_max = 3.15;   // rad
   bool median = false;       // of three: single points that stick out are noise
-  bool reflectors = false;   // one alone is noise
+  // A wall seen at right angles shines like a reflector: those that lie on one are none, unless
+  // there are three side by side.
+  bool reflectors = false;
 };
 
-// Allocates nothing once `scan` has the room. refPos stays as it is.
+// Allocates nothing once `scan` has the room. refPos stays as it is. Points are in the order of
+// their angles, also of a ladar upside down.
 void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFilter& filter,
              Scan2dData& scan);
+
+// The intensities of that scan, from the camera that the ladar is, too: a row or a column of 12 or
+// 16 bits, high byte first. kInvalidArgument: it is no such picture, or not of that scan.
+tims::Result<void> add_intensities(const CameraData& camera, Scan2dData& scan);
 
 }  // namespace rack::scan2d

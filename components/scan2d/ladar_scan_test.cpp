@@ -1,5 +1,7 @@
 #include "components/scan2d/ladar_scan.h"
 
+#include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -86,14 +88,78 @@ TEST(LadarScan, TheMedianTakesOutWhatSticksOut) {
   EXPECT_EQ(scan.points[4].z, 5) << "the ends have one neighbour only";
 }
 
-TEST(LadarScan, AReflectorIsNeverAlone) {
-  const i32 kR = ladar_point::kReflector;
-  const std::vector<LadarPoint> points = {point(0, 1, kR), point(1, 1), point(2, 1, kR),
-                                          point(3, 1, kR)};
-  const Scan2dData scan = converted(points, {}, {.reflectors = true});
-  EXPECT_EQ(scan.points[0].type, 0);
-  EXPECT_EQ(scan.points[2].type, 0x80);
-  EXPECT_EQ(scan.points[3].type, 0x80);
+TEST(LadarScan, TheMedianLeavesReflectorsAlone) {
+  const std::vector<LadarPoint> points = {point(0, 100), point(1, 900, ladar_point::kReflector),
+                                          point(2, 102), point(3, 800),
+                                          point(4, 104), point(5, 0),
+                                          point(6, 106)};
+  const Scan2dData scan = converted(points, {}, {.median = true});
+  EXPECT_EQ(scan.points[1].z, 900);
+  EXPECT_EQ(scan.points[2].z, 102) << "beside one";
+  EXPECT_EQ(scan.points[3].z, 104);
+  EXPECT_EQ(scan.points[4].z, 104) << "beside no measurement";
+  EXPECT_EQ(scan.points[5].type, 0x30);
+}
+
+TEST(LadarScan, UpsideDownItsLimitsAreMirroredToo) {
+  const std::vector<LadarPoint> points = {point(-90, 1), point(-30, 2), point(0, 3), point(60, 4)};
+  const Scan2dData scan = converted(points, {.upside_down = true},
+                                    {.angle_min = radians(-70), .angle_max = radians(40)});
+  ASSERT_EQ(scan.points.size(), 3U);
+  EXPECT_EQ(scan.points[0].z, 4) << "in the order of their angles";
+  EXPECT_EQ(scan.points[1].z, 3);
+  EXPECT_EQ(scan.points[2].z, 2);
+  EXPECT_EQ(converted(points, {.upside_down = true}, {.reduce = 3}).points[0].z, 4);
+}
+
+// A wall 2 m ahead, from -30 to 30 degrees, its direction turned by `slant` degrees.
+std::vector<LadarPoint> wall(double slant) {
+  std::vector<LadarPoint> points;
+  for (int i = -30; i <= 30; ++i)
+    points.push_back(
+        point(i, static_cast<i32>(2000 * std::cos(radians(slant)) / std::cos(radians(i - slant)))));
+  return points;
+}
+
+TEST(LadarScan, AWallSeenAtRightAnglesIsNoReflector) {
+  const auto type = [](double slant, std::initializer_list<std::size_t> shining, std::size_t of,
+                       const LadarMounting& mounting = {}, bool filtered = true) {
+    std::vector<LadarPoint> points = wall(slant);
+    for (const std::size_t i : shining) points[i].type = ladar_point::kReflector;
+    return converted(points, mounting, {.reflectors = filtered}).points[of].type;
+  };
+  EXPECT_EQ(type(0, {30}, 30), 0);
+  EXPECT_EQ(type(0, {30}, 30, {}, false), 0x80);
+  EXPECT_EQ(type(14, {30}, 30), 0);
+  EXPECT_EQ(type(16, {30}, 30), 0x80) << "seen from aside";
+  EXPECT_EQ(type(0, {30}, 30, {.x = 100, .y = -200, .rho = radians(120)}), 0);
+  EXPECT_EQ(type(16, {30}, 30, {.x = 100, .y = -200, .rho = radians(120)}), 0x80);
+  EXPECT_EQ(type(0, {30, 31}, 30), 0);
+  for (const std::size_t i : {29U, 30U, 31U}) EXPECT_EQ(type(0, {29, 30, 31}, i), 0x80) << i;
+  std::vector<LadarPoint> alone = {point(-20, 2000), point(0, 2000, ladar_point::kReflector)};
+  EXPECT_EQ(converted(alone, {}, {.reflectors = true}).points[1].type, 0x80) << "on no wall";
+}
+
+TEST(Intensities, OfTheSameScan) {
+  Scan2dData scan = converted({point(0, 1000), point(1, 1000)});
+  CameraData camera{
+      .recordingTime = 5, .width = 1, .height = 2, .depth = 16, .mode = camera_mode::kMono16};
+  camera.image = {std::byte{0x01}, std::byte{0x02}, std::byte{0x7F}, std::byte{0xFF}};
+  ASSERT_TRUE(add_intensities(camera, scan));
+  EXPECT_EQ(scan.points[0].intensity, 0x0102);
+  EXPECT_EQ(scan.points[1].intensity, 0x7FFF);
+  CameraData wrong = camera;
+  wrong.recordingTime = 6;
+  EXPECT_FALSE(add_intensities(wrong, scan));
+  wrong = camera;
+  wrong.mode = camera_mode::kMono8;
+  EXPECT_FALSE(add_intensities(wrong, scan));
+  wrong = camera;
+  wrong.width = wrong.height = 2;
+  EXPECT_FALSE(add_intensities(wrong, scan));
+  wrong = camera;
+  wrong.image.resize(2);
+  EXPECT_FALSE(add_intensities(wrong, scan));
 }
 
 }  // namespace

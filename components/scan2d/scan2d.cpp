@@ -6,16 +6,22 @@
 #include "components/runtime/data_module.h"
 #include "components/runtime/input.h"
 #include "components/scan2d/ladar_scan.h"
+#include "proxies/camera.h"
 #include "proxies/position.h"
 
 namespace rack::scan2d {
 namespace {
 
-constexpr auto kSilence = std::chrono::seconds(1);
+// A word for each point.
+constexpr std::uint32_t kPictureMax =
+    wire_size<CameraData>() + 2 * decltype(LadarData::points)::kMax;
 
-constexpr std::array<ParameterInfo, 15> kParameters = {{
+// The original's, in its order.
+constexpr std::array<ParameterInfo, 17> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, 255},
     {"ladarInst", 0, "instance of the ladar", 0, 255, true},
+    {"cameraSys", 0, "system id of the camera", 0, 255},
+    {"cameraInst", -1, "instance of the camera that has the intensities; -1: none", -1, 255},
     {"positionSys", 0, "system id of the position", 0, 255},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, 255},
     {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
@@ -25,10 +31,10 @@ constexpr std::array<ParameterInfo, 15> kParameters = {{
     {"ladarUpsideDown", 0, "1: it hangs upside down", 0, 1},
     {"maxRange", 30000, "mm", 1, 1e9},
     {"reduce", 1, "each so many-th point", 1, 10000},
-    {"angleMin", -180, "of the ladar, deg", -360, 360},
-    {"angleMax", 180, "of the ladar, deg", -360, 360},
+    {"angleMin", -180, "of the ladar as if it stood upright, deg", -360, 360},
+    {"angleMax", 180, "of the ladar as if it stood upright, deg", -360, 360},
+    {"reflectorFilterMode", 0, "1: a wall seen at right angles is no reflector", 0, 1},
     {"medianFilter", 0, "1: single points that stick out are noise", 0, 1},
-    {"reflectorFilter", 0, "1: single reflectors are noise", 0, 1},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -40,11 +46,14 @@ constexpr ModuleInfo kInfo{
 
 class Scan2d : public DataModule<Scan2dData> {
  public:
-  Scan2d() : DataModule(kInfo, {.history = 10}) { reserve_all(ladar_data_); }
+  Scan2d() : DataModule(kInfo, {.history = 10}) {
+    reserve_all(ladar_data_);
+    picture_.image.reserve(kPictureMax);
+  }
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, 128);
+    const auto work = create_mailbox(1, kPictureMax);
     if (!work) return work.error();
     const auto stream = create_mailbox(1, body_max<LadarData>());
     if (!stream) return stream.error();
@@ -58,6 +67,11 @@ class Scan2d : public DataModule<Scan2dData> {
     const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
     if (!granted) return granted.error();
     set_period(*granted);
+    camera_.reset();
+    if (integer("cameraInst") >= 0) {
+      camera_.emplace(*work_, address_of(tims::class_id::kCamera, "camera"));
+      if (auto on = camera_->on(); !on) return on;
+    }
     position_.reset();
     get_local_buffer().refPos = {};
     if (integer("positionInst") >= 0) {
@@ -79,15 +93,19 @@ class Scan2d : public DataModule<Scan2dData> {
                .angle_min = radians(integer("angleMin") - 0.0005),
                .angle_max = radians(integer("angleMax") + 0.0005),
                .median = integer("medianFilter") != 0,
-               .reflectors = integer("reflectorFilter") != 0};
+               .reflectors = integer("reflectorFilterMode") != 0};
   }
 
   void module_off() override { ladar_->stop(); }
 
   Result<void> module_loop() override {
-    if (auto come = ladar_->next(ladar_data_, kSilence); !come) return come;
+    if (auto come = ladar_->next(ladar_data_, 2 * period()); !come) return come;
     Scan2dData& scan = get_local_buffer();
     convert(ladar_data_, mounting_, filter_, scan);
+    if (camera_) {
+      if (auto seen = camera_->get_data(picture_, scan.recordingTime); !seen) return seen;
+      if (auto added = add_intensities(picture_, scan); !added) return added;
+    }
     if (position_) {
       const auto position = position_->get_data(scan.recordingTime);
       if (!position) return position.error();
@@ -98,8 +116,10 @@ class Scan2d : public DataModule<Scan2dData> {
 
   tims::Mailbox* work_ = nullptr;
   std::optional<Input<LadarProxy>> ladar_;
+  std::optional<CameraProxy> camera_;
   std::optional<PositionProxy> position_;
   LadarData ladar_data_;
+  CameraData picture_;
   LadarMounting mounting_;
   ScanFilter filter_;
 };
