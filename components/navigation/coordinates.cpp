@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "components/geometry/angle.h"
 #include "components/navigation/projection.h"
@@ -42,9 +43,8 @@ tims::Result<PositionData> Coordinates::from(const PositionWgs84Data& wgs84) {
   switch (settings_.reference) {
     case PositionReference::kGaussKrueger:
       return from(navigation::to_gk(wgs84));
-    case PositionReference::kUtm: {
+    case PositionReference::kUtm:
       return from(navigation::to_utm(wgs84));
-    }
     case PositionReference::kWgs84:
       break;
   }
@@ -60,21 +60,30 @@ tims::Result<PositionData> Coordinates::from(const PositionGkData& gk) {
   if (!std::isfinite(gk.northing.raw()) || !std::isfinite(gk.easting.raw())) return no_place();
   if (settings_.reference != PositionReference::kGaussKrueger)
     return from(navigation::to_wgs84(gk));
-  return on_plane({gk.northing.si(), gk.easting.si()}, gk.altitude, gk.heading);
+  const Plane plane{gk.northing.si(), gk.easting.si()};
+  find_offset(plane);
+  return on_plane(plane, gk.altitude, gk.heading);
 }
 
 tims::Result<PositionData> Coordinates::from(const PositionUtmData& utm) {
   if (!good(utm)) return no_place();
   if (settings_.reference != PositionReference::kUtm) return from(navigation::to_wgs84(utm));
-  return on_plane({utm.northing.si(), utm.easting.si()}, utm.altitude, utm.heading);
+  const Plane plane{utm.northing.si(), utm.easting.si()};
+  if (find_offset(plane)) {
+    settings_.utm_zone = utm.zone;
+    settings_.utm_band = utm.band;
+  }
+  return on_plane(plane, utm.altitude, utm.heading);
+}
+
+bool Coordinates::find_offset(const Plane& plane) {
+  if (!std::exchange(auto_offset_, false)) return false;
+  settings_.offset_northing = static_cast<i32>(std::round(plane.northing / kRound) * kRound);
+  settings_.offset_easting = static_cast<i32>(std::round(plane.easting / kRound) * kRound);
+  return true;
 }
 
 PositionData Coordinates::on_plane(const Plane& plane, i32 altitude, f32 heading) {
-  if (auto_offset_) {
-    auto_offset_ = false;
-    settings_.offset_northing = static_cast<i32>(std::round(plane.northing / kRound) * kRound);
-    settings_.offset_easting = static_cast<i32>(std::round(plane.easting / kRound) * kRound);
-  }
   PositionData position;
   position.pos = position_of(plane.northing - settings_.offset_northing,
                              plane.easting - settings_.offset_easting, altitude, heading);
@@ -101,34 +110,26 @@ PositionUtmData Coordinates::utm_of(const PositionData& position) const {
           .heading = position.pos.rho};
 }
 
-tims::Result<PositionWgs84Data> Coordinates::to_wgs84(const PositionData& position) const {
+PositionWgs84Data Coordinates::to_wgs84(const PositionData& position) const {
   if (settings_.reference == PositionReference::kGaussKrueger)
     return navigation::to_wgs84(gk_of(position));
   if (settings_.reference == PositionReference::kUtm) return navigation::to_wgs84(utm_of(position));
-  if (settings_.scale_latitude == 0 || settings_.scale_longitude == 0)
-    return tims::Error(tims::Errc::kInvalidArgument,
-                       "scaleLatitude and scaleLongitude are 0: how long is a degree here?");
   const auto angle = [](double metres, double scale, double offset) {
-    return radians(metres / scale + offset);
+    return radians(scale == 0 ? offset : metres / scale + offset);
   };
-  return PositionWgs84Data{
-      angle(position.pos.x.si(), settings_.scale_latitude, settings_.offset_latitude),
-      angle(position.pos.y.si(), settings_.scale_longitude, settings_.offset_longitude),
-      altitude_of(position), position.pos.rho};
+  return {angle(position.pos.x.si(), settings_.scale_latitude, settings_.offset_latitude),
+          angle(position.pos.y.si(), settings_.scale_longitude, settings_.offset_longitude),
+          altitude_of(position), position.pos.rho};
 }
 
-tims::Result<PositionGkData> Coordinates::to_gk(const PositionData& position) const {
+PositionGkData Coordinates::to_gk(const PositionData& position) const {
   if (settings_.reference == PositionReference::kGaussKrueger) return gk_of(position);
-  const auto wgs84 = to_wgs84(position);
-  if (!wgs84) return wgs84.error();
-  return navigation::to_gk(*wgs84);
+  return navigation::to_gk(to_wgs84(position));
 }
 
-tims::Result<PositionUtmData> Coordinates::to_utm(const PositionData& position) const {
+PositionUtmData Coordinates::to_utm(const PositionData& position) const {
   if (settings_.reference == PositionReference::kUtm) return utm_of(position);
-  const auto wgs84 = to_wgs84(position);
-  if (!wgs84) return wgs84.error();
-  return navigation::to_utm(*wgs84);
+  return navigation::to_utm(to_wgs84(position));
 }
 
 }  // namespace rack::navigation

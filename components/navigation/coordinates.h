@@ -30,7 +30,8 @@ struct CoordinateSettings {
 
 class Coordinates {
  public:
-  // auto_offset: the first northing and easting converted, rounded to 100 m, become the offset.
+  // auto_offset: the first northing and easting converted, rounded to 100 m, become the offset, and
+  // their zone and band of UTM the zone and band of the world.
   Coordinates(const CoordinateSettings& settings, bool auto_offset)
       : settings_(settings), auto_offset_(auto_offset) {}
 
@@ -38,12 +39,12 @@ class Coordinates {
   tims::Result<PositionData> from(const PositionGkData& gk);
   tims::Result<PositionData> from(const PositionUtmData& utm);
 
-  // kInvalidArgument: the settings do not allow it.
-  [[nodiscard]] tims::Result<PositionWgs84Data> to_wgs84(const PositionData& position) const;
-  [[nodiscard]] tims::Result<PositionGkData> to_gk(const PositionData& position) const;
-  [[nodiscard]] tims::Result<PositionUtmData> to_utm(const PositionData& position) const;
+  // Without a scale every place is where the offset is.
+  [[nodiscard]] PositionWgs84Data to_wgs84(const PositionData& position) const;
+  [[nodiscard]] PositionGkData to_gk(const PositionData& position) const;
+  [[nodiscard]] PositionUtmData to_utm(const PositionData& position) const;
 
-  // With the offsets found.
+  // With the offsets, zone and band found.
   [[nodiscard]] const CoordinateSettings& settings() const { return settings_; }
 
  private:
@@ -52,6 +53,8 @@ class Coordinates {
     double northing = 0;
     double easting = 0;
   };
+  // Whether that place is the first one, and becomes the offset.
+  bool find_offset(const Plane& plane);
   PositionData on_plane(const Plane& plane, i32 altitude, f32 heading);
   [[nodiscard]] Plane plane_of(const PositionData& position) const;
   [[nodiscard]] PositionGkData gk_of(const PositionData& position) const;

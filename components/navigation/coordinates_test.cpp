@@ -32,17 +32,25 @@ TEST(Coordinates, DegreesByAScale) {
   EXPECT_EQ(position->pos.z, -70000);
   EXPECT_EQ(position->pos.rho, 1.0F);
   const auto again = coordinates.to_wgs84(*position);
-  ASSERT_TRUE(again);
-  EXPECT_NEAR(degrees(again->latitude), 52.001, 1e-9);
-  EXPECT_NEAR(degrees(again->longitude), 8.999, 1e-9);
-  EXPECT_EQ(again->altitude, 70000);
+  EXPECT_NEAR(degrees(again.latitude), 52.001, 1e-9);
+  EXPECT_NEAR(degrees(again.longitude), 8.999, 1e-9);
+  EXPECT_EQ(again.altitude, 70000);
 }
 
-TEST(Coordinates, WithoutScaleThereIsNoWayBack) {
-  const Coordinates coordinates({}, false);
-  EXPECT_FALSE(coordinates.to_wgs84({}));
-  EXPECT_FALSE(coordinates.to_gk({}));
-  EXPECT_FALSE(coordinates.to_utm({}));
+// As the original answers when nobody has set anything.
+TEST(Coordinates, WithoutScaleAllIsWhereTheOffsetIs) {
+  const PositionData position{.pos = {.x = 1000, .y = 2000, .z = -70000, .rho = 1}};
+  const Coordinates nowhere({}, false);
+  EXPECT_EQ(nowhere.to_wgs84(position).latitude, 0);
+  EXPECT_EQ(nowhere.to_wgs84(position).longitude, 0);
+  EXPECT_EQ(nowhere.to_wgs84(position).altitude, 70000);
+  EXPECT_EQ(nowhere.to_wgs84(position).heading, 1.0F);
+  EXPECT_EQ(nowhere.to_utm(position).zone, 31);
+  CoordinateSettings somewhere = settings(PositionReference::kWgs84);
+  somewhere.scale_latitude = 0;
+  const PositionWgs84Data there = Coordinates(somewhere, false).to_wgs84(position);
+  EXPECT_NEAR(degrees(there.latitude), 52, 1e-12);
+  EXPECT_NEAR(degrees(there.longitude), 9 + 2.0 / 68400, 1e-12);
 }
 
 TEST(Coordinates, TheFirstPlaceBecomesTheOffset) {
@@ -56,9 +64,20 @@ TEST(Coordinates, TheFirstPlaceBecomesTheOffset) {
   const auto second = coordinates.from(PositionUtmData{5800200000, 548000000, 32, 18, 0, 0});
   EXPECT_EQ(second->pos.x, 100000) << "the offset stays";
   const auto again = coordinates.to_utm(*first);
-  ASSERT_TRUE(again);
-  EXPECT_EQ(again->northing, 5800123456);
-  EXPECT_EQ(again->zone, 32);
+  EXPECT_EQ(again.northing, 5800123456);
+  EXPECT_EQ(again.zone, 32);
+}
+
+TEST(Coordinates, TheFirstPlaceBringsItsZoneAndBand) {
+  Coordinates coordinates(settings(PositionReference::kUtm), true);
+  ASSERT_TRUE(coordinates.from(place(-33, 151)));
+  EXPECT_EQ(coordinates.settings().utm_zone, 56);
+  EXPECT_EQ(coordinates.settings().utm_band, 7) << "H";
+  ASSERT_TRUE(coordinates.from(PositionUtmData{5800200000, 548000000, 32, 18, 0, 0}));
+  EXPECT_EQ(coordinates.settings().utm_zone, 56) << "the first one counts";
+  Coordinates fixed(settings(PositionReference::kUtm), false);
+  ASSERT_TRUE(fixed.from(place(-33, 151)));
+  EXPECT_EQ(fixed.settings().utm_zone, 32);
 }
 
 TEST(Coordinates, AllSpeakOfTheSamePlace) {
@@ -67,8 +86,8 @@ TEST(Coordinates, AllSpeakOfTheSamePlace) {
     Coordinates coordinates(settings(reference), reference != PositionReference::kWgs84);
     const auto position = coordinates.from(place(52.4, 9.7));
     ASSERT_TRUE(position);
-    const auto by_gk = coordinates.from(*coordinates.to_gk(*position));
-    const auto by_utm = coordinates.from(*coordinates.to_utm(*position));
+    const auto by_gk = coordinates.from(coordinates.to_gk(*position));
+    const auto by_utm = coordinates.from(coordinates.to_utm(*position));
     EXPECT_NEAR(by_gk->pos.x, position->pos.x, 2);
     EXPECT_NEAR(by_gk->pos.y, position->pos.y, 2);
     EXPECT_NEAR(by_utm->pos.x, position->pos.x, 2);

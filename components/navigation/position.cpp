@@ -24,7 +24,9 @@ constexpr std::array<ParameterInfo, 16> kParameters = {{
     {"utmZone", 32, "of the world", 1, 60},
     {"utmBand", 18, "of the world: index into ABCDEFGHJKLMNPQRSTUVWXYZ", 0, 23},
     {"positionReference", 0, "what x and y are: 0 WGS84, 1 Gauss-Krueger, 2 UTM", 0, 2},
-    {"autoOffset", 0, "1: the first place that is converted becomes the offset, to 100 m", 0, 1},
+    {"autoOffset", 0,
+     "1: the first place that is converted becomes the offset, to 100 m, with its zone and band", 0,
+     1},
     {"odometryStdDevX", 50, "how uncertain a way along x is, mm/m", 0, 1e6},
     {"odometryStdDevY", 50, "and one along y, mm/m", 0, 1e6},
     {"odometryStdDevRho", 0.0F, "not used, as in the original"},
@@ -61,13 +63,12 @@ class Position : public DataModule<PositionData> {
     const std::lock_guard lock(state_mutex_);
     const Drift drift{static_cast<double>(integer("odometryStdDevX")),
                       static_cast<double>(integer("odometryStdDevY"))};
-    reference_.emplace(drift, std::chrono::milliseconds(integer("updateInterpol")));
     coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
     if (auto on = odometry_->turn_on(address_of(tims::class_id::kOdometry, "odometry")); !on)
       return on;
     const auto first = odometry_->proxy().get_data();
     if (!first) return first.error();
-    (void)reference_->follow(*first);
+    reference_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
     const auto granted = odometry_->subscribe();
     if (!granted) return granted.error();
     set_period(*granted);
@@ -84,7 +85,7 @@ class Position : public DataModule<PositionData> {
     if (auto come = odometry_->next(odometry, 5 * period()); !come) return come;
     {
       const std::lock_guard lock(state_mutex_);
-      get_local_buffer() = reference_->follow(odometry);
+      get_local_buffer() = reference_.follow(odometry);
     }
     return put_local_buffer();
   }
@@ -119,7 +120,7 @@ class Position : public DataModule<PositionData> {
       if (!odometry_->started()) return refused("just turned off");
       const auto then = odometry_->proxy().get_data(known->recordingTime);
       if (!then) return then.error();
-      reference_->update(*known, *then);
+      reference_.update(*known, *then);
     }
     reply(message.header, tims::type::kOk);
     return {};
@@ -130,23 +131,32 @@ class Position : public DataModule<PositionData> {
     const auto from = decode<From>(message);
     if (!from) return from.error();
     const std::lock_guard lock(state_mutex_);
+    const CoordinateSettings before = coordinates().settings();
     auto position = coordinates().from(*from);
     if (!position) return position.error();
-    set_parameter("offsetNorthing", coordinates().settings().offset_northing);
-    set_parameter("offsetEasting", coordinates().settings().offset_easting);
+    tell_found(before, coordinates().settings());
     reply(message.header, PositionType::kPos, *position);
     return {};
   }
 
+  // What autoOffset has found.
+  void tell_found(const CoordinateSettings& before, const CoordinateSettings& now) {
+    const auto tell = [this](std::string_view name, i32 was, i32 is) {
+      if (is != was) set_parameter(name, is);
+    };
+    tell("offsetNorthing", before.offset_northing, now.offset_northing);
+    tell("offsetEasting", before.offset_easting, now.offset_easting);
+    tell("utmZone", before.utm_zone, now.utm_zone);
+    tell("utmBand", before.utm_band, now.utm_band);
+  }
+
   template <typename To>
   Result<void> from_position(const tims::MessageView& message, i8 type,
-                             Result<To> (Coordinates::*convert)(const PositionData&) const) {
+                             To (Coordinates::*convert)(const PositionData&) const) {
     const auto position = decode<PositionData>(message);
     if (!position) return position.error();
     const std::lock_guard lock(state_mutex_);
-    const auto converted = (coordinates().*convert)(*position);
-    if (!converted) return converted.error();
-    reply(message.header, type, *converted);
+    reply(message.header, type, (coordinates().*convert)(*position));
     return {};
   }
 
@@ -171,7 +181,7 @@ class Position : public DataModule<PositionData> {
   std::optional<Input<OdometryProxy>> odometry_;
   // Of what follows, and of the work mailbox: an update asks the odometry, too.
   PriorityMutex state_mutex_;
-  std::optional<Reference> reference_;
+  Reference reference_{{}, {}};  // also while it is off: it is where it was
   std::optional<Coordinates> coordinates_;
 };
 

@@ -4,6 +4,16 @@
 
 namespace rack::navigation {
 
+void Reference::begin(const Drift& drift, std::chrono::milliseconds blending,
+                      const OdometryData& odometry) {
+  drift_ = drift;
+  blending_ = blending;
+  blends_ = false;
+  frame_ = {said_, Pose::of(odometry.pos)};
+  newest_ = odometry;
+  followed_ = true;
+}
+
 PositionData Reference::follow(const OdometryData& odometry) {
   const Pose now = Pose::of(odometry.pos);
   if (followed_) grow(Pose::of(newest_.pos), now);
@@ -17,6 +27,7 @@ PositionData Reference::follow(const OdometryData& odometry) {
     const double part = std::max(0.0, std::chrono::duration<double>(since) / blending_);
     pose = between(earlier_.at(now), pose, part);
   }
+  said_ = pose;
   const auto mm = [](double value) { return Millimetres<i32>::from_si(value / 1000); };
   Position3d deviation = known_deviation_;
   deviation.x = mm(deviation_.x);

@@ -18,11 +18,14 @@ struct Drift {
 
 class Reference {
  public:
-  // Until something better is known, the world is where the odometry began.
   Reference(const Drift& drift, std::chrono::milliseconds blending)
       : drift_(drift), blending_(blending) {}
 
-  // Where it is now. The first one is taken as it is.
+  // The odometry of the place where it is: at first the origin of the world, and where it was when
+  // it begins again, whatever the odometry has done meanwhile.
+  void begin(const Drift& drift, std::chrono::milliseconds blending, const OdometryData& odometry);
+
+  // Where it is now. Without begin() the world is where the odometry began.
   PositionData follow(const OdometryData& odometry);
 
   // It was at `known` when the odometry said `then`. With blending, what follow() says goes there
@@ -51,6 +54,7 @@ class Reference {
   TimeStamp updated_ = 0;
   bool followed_ = false;
   OdometryData newest_{};
+  Pose said_{};                   // by the last follow()
   Position3d known_deviation_{};  // z, phi and psi stay as they were known
   Deviation deviation_;
 };

@@ -21,6 +21,33 @@ TEST(Reference, IsTheOdometryAtFirst) {
   EXPECT_EQ(data.var.x, 0);
 }
 
+TEST(Reference, BeginsAtTheOriginAndGoesOnWhereItWas) {
+  Reference reference({}, 0ms);
+  reference.begin({.x = 50, .y = 50}, 0ms, odometry(0, 7000, 300, kPi / 2));
+  EXPECT_EQ(reference.follow(odometry(1, 7000, 300, kPi / 2)).pos.x, 0);
+  PositionData data = reference.follow(odometry(2, 7000, 1300, kPi / 2));
+  EXPECT_EQ(data.pos.x, 1000) << "a metre ahead";
+  EXPECT_EQ(data.pos.y, 0);
+  EXPECT_NEAR(data.pos.rho, 0, 1e-6);
+  const auto deviation = data.var.x;
+  // Off and on again: meanwhile the odometry has begun anew.
+  reference.begin({.x = 50, .y = 50}, 0ms, odometry(3, 0));
+  data = reference.follow(odometry(4, 0));
+  EXPECT_EQ(data.pos.x, 1000);
+  EXPECT_EQ(data.var.x, deviation);
+  EXPECT_EQ(reference.follow(odometry(5, 500)).pos.x, 1500);
+}
+
+TEST(Reference, GoesOnFromAnUpdateWhileItBlends) {
+  Reference reference({}, 1000ms);
+  reference.begin({}, 1000ms, odometry(0, 0));
+  (void)reference.follow(odometry(0, 0));
+  reference.update({.pos = {.x = 100}}, odometry(0, 0));
+  EXPECT_EQ(reference.follow(odometry(500, 0)).pos.x, 50);
+  reference.begin({}, 1000ms, odometry(600, 0));
+  EXPECT_EQ(reference.follow(odometry(700, 0)).pos.x, 50);
+}
+
 TEST(Reference, GoesOnFromWhatWasKnown) {
   Reference reference({}, 0ms);
   (void)reference.follow(odometry(0, 0));

@@ -58,7 +58,7 @@ class Input {
     for (;;) {
       const auto left = std::max(end - tims::os::now(), tims::Duration(0));
       const auto message = stream_->peek_for(left);
-      if (!message) return named(message.error());
+      if (!message) return named(message.error(), timeout);
       auto good = proxy_->decode_stream(*message, data);
       if (good || good.error().code() != tims::Errc::kInvalidArgument) return good;
     }
@@ -79,8 +79,10 @@ class Input {
   }
 
  private:
-  tims::Error named(const tims::Error& error) const {
-    return {error.code(), "no data of " + proxy_->component().to_string()};
+  [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) const {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(waited).count();
+    return {error.code(),
+            "no data of " + proxy_->component().to_string() + " for " + std::to_string(ms) + " ms"};
   }
 
   tims::Mailbox* work_;

@@ -157,6 +157,36 @@ TEST_F(DrivingTest, AsksAnotherClock) {
   EXPECT_EQ(clock->syncMode, 0) << "the other one is not synchronised";
 }
 
+TEST_F(DrivingTest, APositionStaysWhereItIs) {
+  start("ChassisSim");
+  start("OdometryChassis", {"--initPosX", "700"});
+  start("Position", {"--positionReference", "2", "--autoOffset", "1"});
+  auto position = proxy<rack::PositionProxy>("Position(0/0)");
+  const auto at = [&] {
+    const auto data = position.get_data();
+    return data ? data->pos.x.raw() : -1;
+  };
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  EXPECT_EQ(at(), 0) << "the origin, wherever the odometry begins";
+  ASSERT_TRUE(position.update({.pos = {.x = 5000}}).ok());
+  EXPECT_TRUE(eventually([&] { return at() == 5000; }, "the update"));
+  ASSERT_TRUE(position.off().ok());
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  EXPECT_EQ(at(), 5000);
+  kill("OdometryChassis");
+  EXPECT_TRUE(eventually([&] { return !position.get_data().ok(); }, "in error"));
+  start("OdometryChassis");
+  EXPECT_TRUE(eventually([&] { return at() == 5000; }, "on again, where it was"));
+
+  ASSERT_TRUE(position.wgs84_to_pos({.latitude = -0.5, .longitude = 2.6}).ok());
+  const auto parameters = position.get_param();
+  ASSERT_TRUE(parameters.ok()) << parameters.error().message();
+  const auto zone = std::ranges::find_if(
+      parameters->parameters, [](const rack::Parameter& p) { return p.name == "utmZone"; });
+  ASSERT_NE(zone, parameters->parameters.end());
+  EXPECT_EQ(zone->valueInt, 55) << "of the first place that was converted";
+}
+
 // A joystick device in the hands of the test.
 class Stick {
  public:
