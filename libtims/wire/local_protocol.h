@@ -21,7 +21,7 @@
 // back on a new connection, the old one closed, gets its writer and its addresses at once, and the
 // router takes the mark `closed` off its mailboxes. What a client has put into its uplink before a
 // record, or before it closes the connection, goes first. A router without free file descriptors
-// refuses (kTooMany); it closes no connection for that.
+// refuses (kTooMany); it closes no connection for that. One client may use a quarter of them.
 //
 // Every decoder takes whatever came and says what is wrong with it.
 #pragma once

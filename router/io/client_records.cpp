@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 
+#include <sys/resource.h>
+
 #include "os/clock.h"
 #include "router/io/client_port.h"
 #include "router/io/describe.h"
@@ -14,8 +16,15 @@ namespace {
 // offers the next.
 constexpr std::size_t kUnusedSegmentsMax = 16;
 constexpr const char* kNoDescriptor =
-    "the router has no file descriptor left for it: end programs, or raise the router's limit "
-    "(LimitNOFILE, ulimit -n)";
+    "the router has no file descriptor left for this program, which may use a quarter of them: "
+    "open "
+    "mailboxes together, or raise the router's limit (LimitNOFILE, ulimit -n)";
+
+// Of the router's descriptors, for the memory and the wakers of one client.
+std::size_t descriptors_for_one() {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur / 4 : 0;
+}
 
 }  // namespace
 
@@ -85,12 +94,13 @@ bool ClientPort::offer(LocalClient& client, const wire::OfferSegment& offer,
                        os::Received& received) {
   if (client.offered.contains(offer.segment)) return true;
   if (client.offered.size() >= client.mailboxes.size() + kUnusedSegmentsMax) return false;
-  if (received.files.size() == 1) {
+  const bool has_room = client.offered.size() + client.wakers < descriptors_for_one();
+  if (received.files.size() == 1 && has_room) {
     client.offered[offer.segment] = segments_.offer(std::move(received.files.front()));
     return true;
   }
   client.offered[offer.segment] = LocalSegments::kLost;
-  return received.files_lost;
+  return received.files_lost || !has_room;
 }
 
 // All of them or none.
@@ -107,7 +117,9 @@ bool ClientPort::open(LocalClient& client, std::uint32_t request, const wire::Op
     wire::OpenStatus& status = opened.entries[done].status;
     const bool missing = entry.has_waker && file == received.files.end();
     if (missing && !received.files_lost) return false;
-    if (missing) {
+    const bool too_many =
+        entry.has_waker && client.offered.size() + client.wakers >= descriptors_for_one();
+    if (missing || too_many) {
       opened.text = kNoDescriptor;
       status = wire::OpenStatus::kTooMany;
     } else {
@@ -147,6 +159,7 @@ wire::OpenStatus ClientPort::open_one(LocalClient& client, const wire::OpenEntry
   const wire::OpenStatus status = register_one(client, entry.address, *handle, text);
   if (status == wire::OpenStatus::kOk) {
     client.mailboxes[entry.address.raw()] = *handle;
+    client.wakers += entry.has_waker ? 1 : 0;
     segments_.open_mailbox(*handle);
   } else {
     segments_.withdraw_mailbox(*handle);
@@ -201,6 +214,7 @@ void ClientPort::close_mailbox(LocalClient& client, Address address) {
   const auto own = client.mailboxes.find(address.raw());
   if (own == client.mailboxes.end()) return;
   router_.remove_mailbox(now_, client.id, address);
+  client.wakers -= segments_.mailbox(own->second).waker ? 1 : 0;
   segments_.remove_mailbox(own->second);
   client.mailboxes.erase(own);
 }

@@ -25,6 +25,7 @@ struct LocalClient {
   std::uint32_t writer = 0;
   std::unordered_map<std::uint64_t, LocalSegments::SegmentId> offered;  // by its own numbers
   std::unordered_map<std::uint32_t, LocalSegments::Handle> mailboxes;   // by raw address
+  std::size_t wakers = 0;                                               // of its mailboxes
   std::unordered_set<LocalSegments::SegmentId> known;                   // segments it can write to
   std::unique_ptr<Uplink> uplink;
   std::optional<Watch> doorbell_watch;

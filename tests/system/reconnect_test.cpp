@@ -146,6 +146,26 @@ TEST_F(ReconnectTest, ARouterWithoutDescriptorsRefusesAndKeepsItsClients) {
   EXPECT_EQ(connected_, 2U);
 }
 
+// A quarter of the router's descriptors, and not what the others need.
+TEST_F(ReconnectTest, OneClientCannotTakeAllDescriptors) {
+  constexpr std::size_t kShare = 30;
+  limit_descriptors(router_.process().pid(), 4 * kShare);
+  Session s = session();
+  std::vector<Mailbox> mailboxes;
+  for (std::uint32_t i = 0; mailboxes.size() < kShare / 2; ++i)
+    mailboxes.push_back(open(s, 100 + i, {.event_fd = true}));  // two each
+  for (const bool event_fd : {false, true}) {
+    const auto refused = s.open({.address = Address(500), .event_fd = event_fd});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message().find("a quarter"), std::string::npos);
+  }
+  mailboxes.pop_back();
+  mailboxes.push_back(open(s, 501));
+  EXPECT_TRUE(s.open({.address = Address(502)}).ok());  // what one had given back
+  Session other = session();
+  EXPECT_EQ(open(other, 1).address(), Address(1));
+}
+
 // Newcomers wait, and the router does not go round and round meanwhile.
 TEST_F(ReconnectTest, ARouterThatCannotAcceptSleeps) {
   const pid_t router = router_.process().pid();
