@@ -15,13 +15,14 @@
 //                                      <-    Uplink + memfd, eventfd
 //                                      <-    Moved                (look this address up again)
 //
-// A client may have at most 16 segments in which it has opened nothing. With the last mailbox in it,
-// and with an Open that is refused when there is none, the router forgets a segment: offer it again.
-// Offering one, or opening a mailbox at its place, twice on one connection changes nothing. Who is
-// back on a new connection, the old one closed, gets its writer and its addresses at once, and the
-// router takes the mark `closed` off its mailboxes. What a client has put into its uplink before a
-// record, or before it closes the connection, goes first. A router without free file descriptors
-// refuses (kTooMany); it closes no connection for that. One client may use a quarter of them.
+// A client may have at most 16 segments in which it has opened nothing. With the last mailbox in
+// it, and with an Open that is refused when there is none, the router forgets a segment: offer it
+// again. Offering one, or opening a mailbox at its place, twice on one connection changes nothing.
+// Who is back on a new connection, the old one closed, gets its writer and its addresses at once,
+// and the router takes the mark `closed` off its mailboxes. What a client has put into its uplink
+// before a record, or before it closes the connection, goes first. A router without free file
+// descriptors refuses (kTooMany); it closes no connection for that. One client may use a quarter of
+// them.
 //
 // Every decoder takes whatever came and says what is wrong with it.
 #pragma once

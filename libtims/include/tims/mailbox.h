@@ -7,8 +7,8 @@
 // call while the receiver is awake.
 //
 // Waiting: the first message to an address, and the first one after its owner has closed or died,
-// asks the router where it is, and waits for the answer: as a rule a fraction of a millisecond, for a
-// router that stands still 5 s, then kNoRouter. Who may not wait sends something to each address
+// asks the router where it is, and waits for the answer: as a rule a fraction of a millisecond, for
+// a router that stands still 5 s, then kNoRouter. Who may not wait sends something to each address
 // before it counts: from then on no send waits for the router, also not while it is away, slow, or
 // was restarted.
 #pragma once
