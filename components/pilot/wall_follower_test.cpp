@@ -45,7 +45,9 @@ FloorMap floor() {
 class Trip {
  public:
   Trip(Mode mode, i32 speed)
-      : follower_({.mode = mode, .speed_max = speed, .omega_max = radians(20)}, chassis()) {}
+      : Trip({.mode = mode, .speed_max = speed, .omega_max = radians(20)}, floor()) {}
+  Trip(const WallFollowerSettings& settings, const FloorMap& map)
+      : map_(map), eyes_(map, {}), follower_(settings, chassis()) {}
 
   void drive(std::chrono::minutes time) {
     for (auto t = 0ms; t < time; t += 100ms) step();
@@ -72,8 +74,8 @@ class Trip {
     max = {.x = std::max(max.x, x), .y = std::max(max.y, y)};
   }
 
-  FloorMap map_ = floor();
-  sim::ScanModel eyes_{floor(), {}};
+  FloorMap map_;
+  sim::ScanModel eyes_;
   sim::ChassisModel wheels_{chassis(), false};
   navigation::DeadReckoning reckoning_{{}};
   OdometryData at_;
@@ -101,6 +103,21 @@ TEST(WallFollower, WandersForEver) {
     EXPECT_GT(trip.clearance, kCorner) << speed;
     EXPECT_GT(trip.way, 3600.0 * std::min(speed, 700) * 0.3) << speed;
   }
+}
+
+// Two rooms, and between them a bent corridor that is 1 m wide where it bends, as in the original's
+// example map.
+TEST(WallFollower, PassesANarrowCorridor) {
+  DxfDrawing drawing;
+  drawing.lines = {{{-1.2, 0.5}, {-0.2, 2.5}},
+                   {{-0.2, 2.5}, {-1.2, 4.5}},
+                   {{0.8, -1.5}, {0.8, 2.5}},
+                   {{0.8, 2.5}, {-0.2, 5.5}}};
+  Trip trip({.mode = Mode::kGeometric, .speed_max = 500, .distance = 500},
+            FloorMap(drawing, 1000, 0, 0));
+  trip.drive(1min);
+  EXPECT_GT(trip.max.x, 4500);
+  EXPECT_GT(trip.clearance, kCorner);
 }
 
 Scan2dData point(i32 x, i32 y, i32 type = 0) {
