@@ -4,6 +4,7 @@
 
 #include "proxies/catalogue.h"
 #include "proxies/codec/codec.h"
+#include "proxies/codec/parse.h"
 #include "proxies/codec/print.h"
 
 namespace rack {
@@ -13,17 +14,17 @@ namespace body_info {
 using Bytes = BodyInfo::Bytes;
 
 template <Struct T>
-Result<std::string> json(Bytes body, std::endian order, std::size_t elements_max) {
+Result<std::string> json(Bytes body, std::endian order, const PrintStyle& style) {
   const auto value = decode<T>(body, order);
   if (!value) return value.error();
-  return to_json(*value, elements_max);
+  return to_json(*value, style);
 }
 
 template <Struct T>
-Result<std::string> text(Bytes body, std::endian order, std::size_t elements_max) {
+Result<std::string> text(Bytes body, std::endian order, const PrintStyle& style) {
   const auto value = decode<T>(body, order);
   if (!value) return value.error();
-  return to_text(*value, elements_max);
+  return to_text(*value, style);
 }
 
 template <Struct T>
@@ -36,11 +37,23 @@ Result<std::vector<std::byte>> recode(Bytes body, std::endian from, std::endian 
 }
 
 template <Struct T>
+Result<std::vector<std::byte>> make(std::span<const Assignment> fields, std::endian order,
+                                    const PrintStyle& style) {
+  T value{};
+  for (const Assignment& field : fields)
+    if (const auto set = assign(value, field, style); !set) return set.error();
+  std::vector<std::byte> bytes(encoded_size(value));
+  if (const auto size = encode(value, bytes, order); !size) return size.error();
+  return bytes;
+}
+
+template <Struct T>
 inline constexpr BodyInfo kInfo = {.name = reflect::kTypeName<T>,
                                    .body_max = body_max<T>(),
                                    .json = json<T>,
                                    .text = text<T>,
                                    .recode = recode<T>,
+                                   .make = make<T>,
                                    .columns = columns<T>};
 
 }  // namespace body_info

@@ -36,6 +36,22 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
 };
 
+// Not std::toupper: it depends on the locale.
+char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c & ~0x20) : c; }
+
+// Of the class, else of the framework.
+template <typename Fits>
+const MessageInfo* find(u32 class_id, const Fits& fits) {
+  for (const u32 of_class : {class_id, kEveryClass}) {
+    for (const auto table : message_tables()) {
+      const auto found = std::ranges::find_if(
+          table, [&](const MessageInfo& m) { return m.class_id == of_class && fits(m); });
+      if (found != table.end()) return &*found;
+    }
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::array<std::span<const MessageInfo>, 4> message_tables() {
@@ -43,16 +59,13 @@ std::array<std::span<const MessageInfo>, 4> message_tables() {
 }
 
 const MessageInfo* find_message(u32 class_id, i8 type) {
-  const auto search = [&](u32 of_class) -> const MessageInfo* {
-    for (const auto table : message_tables()) {
-      const auto found = std::ranges::find_if(
-          table, [&](const MessageInfo& m) { return m.class_id == of_class && m.type == type; });
-      if (found != table.end()) return &*found;
-    }
-    return nullptr;
-  };
-  const MessageInfo* found = search(class_id);
-  return found != nullptr ? found : search(kEveryClass);
+  return find(class_id, [&](const MessageInfo& m) { return m.type == type; });
+}
+
+const MessageInfo* find_message(u32 class_id, std::string_view name) {
+  const auto same = [](char a, char b) { return upper(a) == upper(b); };
+  return find(class_id,
+              [&](const MessageInfo& m) { return std::ranges::equal(m.name, name, same); });
 }
 
 const MessageInfo* find_message(const tims::Header& header, const tims::AddressWidths& widths) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proxies/codec/parse.h"
 #include "proxies/codec/print.h"
 #include "proxies/codec/quantity.h"
 #include "tims/message.h"
@@ -24,10 +25,13 @@ struct BodyInfo {
   std::string_view name;     // "ChassisMoveData"
   std::size_t body_max = 0;  // bytes
   // As to_json() and to_text() have it.
-  tims::Result<std::string> (*json)(Bytes body, std::endian order, std::size_t elements_max);
-  tims::Result<std::string> (*text)(Bytes body, std::endian order, std::size_t elements_max);
+  tims::Result<std::string> (*json)(Bytes body, std::endian order, const PrintStyle& style);
+  tims::Result<std::string> (*text)(Bytes body, std::endian order, const PrintStyle& style);
   // Read and written again, in `to`.
   tims::Result<std::vector<std::byte>> (*recode)(Bytes body, std::endian from, std::endian to);
+  // Made of fields by name, the others as the struct has them; kInvalidArgument.
+  tims::Result<std::vector<std::byte>> (*make)(std::span<const Assignment> fields,
+                                               std::endian order, const PrintStyle& style);
   std::vector<Column> (*columns)();
 };
 
@@ -44,6 +48,8 @@ std::array<std::span<const MessageInfo>, 4> message_tables();
 
 // Of a class, or of the framework; null when unknown.
 const MessageInfo* find_message(u32 class_id, i8 type);
+// By its name, without regard to case: "MOVE".
+const MessageInfo* find_message(u32 class_id, std::string_view name);
 // Commands are told by the class of the receiver, all others by that of the sender. Null also for
 // what a router is told (dest = src = 0).
 const MessageInfo* find_message(const tims::Header& header, const tims::AddressWidths& widths = {});

@@ -20,6 +20,8 @@ namespace {
 using namespace tims::class_id;
 constexpr i8 kData = tims::type::kData;
 
+static_assert(kNoPilot == kNobody);
+
 constexpr MessageInfo kMessages[] = {
     {kCamera, kData, "DATA", kBody<CameraData>},
     {kCamera, CameraType::kGetParameter, "GET_PARAMETER"},

@@ -22,7 +22,7 @@ void append_float(std::string& out, T value) {
   if (std::isfinite(value)) {
     append_chars(out, value);
   } else {
-    out += "null";
+    out += std::isnan(value) ? "nan" : value < 0 ? "-inf" : "inf";
   }
 }
 
@@ -58,6 +58,15 @@ void append_quoted(std::string& out, std::string_view text) {
     }
   }
   out += '"';
+}
+
+void begin_entry(std::string& out, std::string_view name, const PrintStyle& style) {
+  if (style.one_line && !out.empty()) out += ", ";
+  out.append(name).append(style.one_line ? " " : ": ");
+}
+
+void end_entry(std::string& out, const PrintStyle& style) {
+  if (!style.one_line) out += '\n';
 }
 
 }  // namespace rack::print

@@ -16,7 +16,6 @@ namespace tims::test {
 namespace {
 
 using rack::find_message;
-using rack::kAllElements;
 using rack::MessageInfo;
 
 // What is said to routers and the text sink is no message of a component; V90 is corrupt.
@@ -46,7 +45,7 @@ std::string json(const std::string& name, const std::string& origin) {
   for (const GoldenVector& v : component_vectors()) {
     if (v.name != name || v.origin != origin) continue;
     const auto text =
-        find_message(v.stated)->body->json(v.body(), v.stated.body_order(), kAllElements);
+        find_message(v.stated)->body->json(v.body(), v.stated.body_order(), {});
     return text ? *text : text.error().message();
   }
   return "no such vector";

@@ -34,9 +34,67 @@ TEST_F(TimsctlComponentTest, OnStatusDataOff) {
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) on\n");
   EXPECT_THAT(timsctl({"component", "data", "Chassis/0/0"}).out, HasSubstr("vx: 0 mm/s\n"));
   const Ran data = timsctl({"component", "data", "Chassis/0/0", "--json"});
-  EXPECT_EQ(json_lines(data.out).at(0).at("battery").as_int64(), 0);
+  const json::object shown = json_lines(data.out).at(0);
+  EXPECT_EQ(shown.at("schema").as_string(), "tims/component_data/1");
+  EXPECT_EQ(shown.at("address").as_object().at("name").as_string(), "Chassis(0/0)");
+  EXPECT_EQ(shown.at("units").as_object().at("vx").as_string(), "mm/s");
+  EXPECT_EQ(shown.at("data").as_object().at("battery").as_int64(), 0);
+  EXPECT_THAT(timsctl({"component", "data", "Chassis/0/0", "--si"}).out, HasSubstr("vx: 0 m/s\n"));
+  EXPECT_THAT(timsctl({"component", "data", "Chassis/0/0", "-ocsv"}).out,
+              HasSubstr("omega,battery,activePilot\n"));
   EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
   EXPECT_EQ(timsctl({"component", "data", "Chassis/0/0"}).code, 1) << "it is off by now";
+}
+
+TEST_F(TimsctlComponentTest, MessagesByName) {
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  const Ran parameter = timsctl({"msg", "pub", "Chassis/0/0", "get_parameter", "-y", "--fields"});
+  EXPECT_EQ(parameter.code, 0) << parameter.err;
+  EXPECT_THAT(parameter.out, HasSubstr("Chassis(0/0) parameter\n  vxMax: "));
+  const Ran pilot =
+      timsctl({"msg", "pub", "Chassis/0/0", "set_active_pilot", "activePilot=Pilot/0/1", "-y"});
+  EXPECT_EQ(pilot.code, 0) << pilot.err;
+  EXPECT_THAT(pilot.out, HasSubstr("Chassis(0/0) ok\n"));
+  const Ran echo = timsctl(
+      {"msg", "echo", "Chassis/0/0", "-n", "1", "--filter", "activePilot=Pilot/0/1", "--si"});
+  EXPECT_EQ(echo.code, 0) << echo.err;
+  EXPECT_THAT(echo.out, HasSubstr(" Chassis(0/0) data recordingTime "));
+  EXPECT_THAT(echo.out, HasSubstr(", vx 0 m/s, "));
+  EXPECT_THAT(echo.out, HasSubstr(", activePilot Pilot(0/1)\n"));
+  EXPECT_THAT(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "--fields"}).out,
+              HasSubstr("\n  vx: 0 mm/s\n"));
+  EXPECT_THAT(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "-o", "csv"}).out,
+              HasSubstr("time,type_name,src,dest,recordingTime,"));
+  const json::object line =
+      json_lines(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "-j"}).out).at(0);
+  EXPECT_EQ(line.at("units").as_object().at("vx").as_string(), "mm/s");
+  EXPECT_TRUE(line.at("data").as_object().contains("omega"));
+
+  const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moov", "vx=200", "-y"});
+  EXPECT_EQ(move.code, 2);
+  EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
+  const Ran field = timsctl({"msg", "pub", "Chassis/0/0", "move", "vz=200", "-y"});
+  EXPECT_EQ(field.code, 2);
+  EXPECT_THAT(field.err, HasSubstr("there are vx, vy, omega"));
+  EXPECT_EQ(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "--filter", "vz>1"}).code, 2);
+}
+
+// Needs no router, and no class that is there.
+TEST_F(TimsctlComponentTest, TheCatalogueOfMessages) {
+  const Ran types = timsctl({"msg", "types", "Chassis"});
+  EXPECT_EQ(types.code, 0);
+  EXPECT_THAT(types.out, HasSubstr("move "));
+  EXPECT_THAT(types.out, HasSubstr("ChassisMoveData"));
+  EXPECT_THAT(timsctl({"msg", "types"}).out, HasSubstr("LadarData"));
+  EXPECT_THAT(timsctl({"msg", "types", "every"}).out, HasSubstr("get_status"));
+  const Ran show = timsctl({"msg", "show", "Chassis", "move"});
+  EXPECT_THAT(show.out, HasSubstr("move (type 21): ChassisMoveData\n"));
+  EXPECT_THAT(show.out, HasSubstr("omega"));
+  const json::object fields = json_lines(timsctl({"msg", "show", "Chassis", "move", "-j"}).out)[0];
+  EXPECT_EQ(fields.at("fields").at(0).at("unit").as_string(), "mm/s");
+  const Ran wrong = timsctl({"msg", "types", "Chasis"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("did you mean Chassis?"));
 }
 
 TEST_F(TimsctlComponentTest, Parameters) {

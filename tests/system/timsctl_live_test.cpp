@@ -23,7 +23,7 @@ TEST_F(TimsctlTest, PubShowsTheAnswerOfACommand) {
   answer(type::kOff, type::kError);
   const Ran run = finish(*child);
   EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.out, HasSubstr("type=-1 (error)"));
+  EXPECT_THAT(run.out, HasSubstr(" Ladar(0/0) error\n"));
 }
 
 TEST_F(TimsctlTest, PubSendsBodiesPrioritiesAndSeveralTimes) {
@@ -49,7 +49,7 @@ TEST_F(TimsctlTest, EchoIsInputForPub) {
   Mailbox other = target();
   std::vector<std::byte> body(1000);
   for (std::size_t i = 0; i < body.size(); ++i) body[i] = static_cast<std::byte>(i * 11);
-  for (const char* form : {"-otable", "-ojson"}) {
+  for (const char* form : {"--raw", "-ojson"}) {
     auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", form});
     ASSERT_TRUE(echo);
     const Address data = grant_subscription();

@@ -43,6 +43,15 @@ void check_number_of_arguments(const Verb& verb, const std::vector<std::string>&
                       usage);
 }
 
+void check_form(const Verb& verb, Format format) {
+  if (is_in(form_name(format), verb.forms)) return;
+  std::string known(verb.forms);
+  for (std::size_t at = 0; (at = known.find(' ', at)) != std::string::npos; at += 2)
+    known.replace(at, 1, ", ");
+  throw usage_error(fmt::format("timsctl {} has no -o {}", verb.name(), form_name(format)),
+                    "it has " + known);
+}
+
 Text help_for(const Words& words) {
   if (words.words.empty() || words.words.front() == "help") return {overview()};
   const Resolved found = resolve(words.words);
@@ -78,6 +87,7 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   command.options.arguments.assign(words.words.begin() + static_cast<std::ptrdiff_t>(found.words),
                                    words.words.end());
   check_number_of_arguments(*found.verb, command.options.arguments);
+  check_form(*found.verb, command.options.format);
   return command;
 }
 

@@ -131,5 +131,15 @@ TEST(Verbs, NameOnlyOptionsThatExist) {
   for (const Verb& verb : verbs()) check(verb.options);
 }
 
+TEST(CommandLine, FormsOfOutputAreThereOrRefused) {
+  EXPECT_EQ(command({"route", "show", "-ocsv"}).options.format, Format::kCsv);
+  EXPECT_EQ(command({"msg", "echo", "Ladar/0/0", "-ocsv"}).options.format, Format::kCsv);
+  EXPECT_EQ(refusal({"ping", "Ladar/0/0", "-o", "csv"}),
+            "timsctl ping has no -o csv; it has table, wide, json");
+  for (const Verb& verb : verbs())
+    for (const char* form : {"table", "json"})
+      EXPECT_NE(verb.forms.find(form), std::string_view::npos) << verb.name();
+}
+
 }  // namespace
 }  // namespace timsctl

@@ -60,6 +60,8 @@ Exit msg_pub(Context& context);
 Exit msg_echo(Context& context);
 Exit msg_hz(Context& context);
 Exit msg_bw(Context& context);
+Exit msg_types(Context& context);
+Exit msg_show(Context& context);
 
 Exit top(Context& context);
 Exit stats(Context& context);

@@ -5,13 +5,13 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "proxies/catalogue.h"
 #include "proxies/codec/codec.h"
 #include "proxies/generic.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/component_call.h"
 #include "tools/timsctl/component_parameters.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/show.h"
 #include "tools/timsctl/values.h"
@@ -33,6 +33,9 @@ constexpr Column kList[] = {
     {"VIA", "via"},
     {"AGE", "age_s", As::kDuration},
 };
+
+constexpr Column kStates[] = {
+    {"ADDRESS", "address.name"}, {"RAW", "address.raw", As::kText, true}, {"STATE", "state"}};
 
 bool is_component(tims::Address address, const tims::AddressWidths& widths) {
   const auto fields = address.fields(widths);
@@ -166,9 +169,39 @@ Exit param_set(Context& context) {
     throw Failure(Exit::kNo, "refused",
                   fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
                   "its --help says what it may be; `timsctl log follow` shows its words");
+  if (context.out.json())
+    context.out.write(json::object{{"schema", "tims/parameter_set/1"},
+                                   {"address", address_json(component, connection->widths())},
+                                   {"parameter", parameter_json(wish.parameters[0])}});
   context.out.note(fmt::format("{}: {} = {}; most take effect at the next ON", name, arguments[2],
                                arguments[3]));
   return Exit::kDone;
+}
+
+void show_data(Context& context, tims::Address component, const Message& newest,
+               const rack::BodyInfo& body, const FieldStyle& style) {
+  const Format format = context.out.look().format;
+  if (format == Format::kTable || format == Format::kWide) {
+    const rack::PrintStyle print{
+        .elements_max = format == Format::kWide ? rack::kAllElements : style.elements_max,
+        .si = style.si,
+        .widths = style.widths};
+    return context.out.write(
+        value_or_fail(body.text(newest.body, newest.header.body_order(), print),
+                      component.to_string(style.widths)));
+  }
+  FieldStyle all = style;
+  all.elements_max = rack::kAllElements;
+  json::object described = described_json(newest, wall_now(), all);
+  if (format == Format::kCsv) return context.out.write(CsvLines().add(described));
+  if (const json::value* damage = described.if_contains("malformed"))
+    throw Failure(Exit::kVersion, "malformed", std::string(damage->as_string()));
+  context.out.write(json::object{{"schema", "tims/component_data/1"},
+                                 {"address", address_json(component, style.widths)},
+                                 {"time", described["time"]},
+                                 {"body", described["body"]},
+                                 {"units", described["units"]},
+                                 {"data", described["data"]}});
 }
 
 }  // namespace
@@ -205,16 +238,22 @@ Exit component_status(Context& context) {
                                [](const auto& state) { return state == tims::type::kEnabled; });
   });
   Exit exit = Exit::kDone;
+  json::array items;
   for (std::size_t i = 0; i < components.size(); ++i) {
     const std::string state = states[i] ? state_text(*states[i]) : "silent";
     if (state != "on") exit = Exit::kNo;
-    if (context.out.json()) {
-      context.out.write(json::object{{"schema", "tims/component_status/1"},
-                                     {"address", address_json(components[i], connection->widths())},
-                                     {"state", state}});
-    } else {
-      context.out.write(fmt::format("{} {}\n", call.name_of(components[i]), state));
-    }
+    items.push_back(json::object{{"schema", "tims/component_status/1"},
+                                 {"address", address_json(components[i], connection->widths())},
+                                 {"state", state}});
+  }
+  if (context.out.json()) {
+    for (const json::value& item : items) context.out.write(item.as_object());
+  } else if (context.out.look().format == Format::kTable) {
+    for (const json::value& item : items)
+      context.out.write(fmt::format("{} {}\n", text_at(item.as_object(), "address.name"),
+                                    text_at(item.as_object(), "state")));
+  } else {
+    context.out.write(render_items(items, kStates, context.out.look()));
   }
   return exit;
 }
@@ -240,19 +279,17 @@ Exit component_data(Context& context) {
   if (!newest)
     throw Failure(Exit::kNo, "no_data", call.name_of(component) + " has no data",
                   "is it on? `timsctl component status ADDR`");
-  const rack::MessageInfo* info = rack::find_message(newest->header, connection->widths());
+  const FieldStyle style{.widths = connection->widths(),
+                         .utc = context.options.utc,
+                         .si = context.options.si,
+                         .fields = true,
+                         .elements_max = context.out.terminal() ? 20 : rack::kAllElements};
+  const rack::MessageInfo* info = rack::find_message(newest->header, style.widths);
   if (info == nullptr || info->body == nullptr)
     throw Failure(Exit::kNo, "unknown_class",
                   call.name_of(component) + ": data of an unknown class",
                   "`timsctl msg echo ADDR -n 1` shows the bytes");
-  const auto order = newest->header.body_order();
-  const auto print = context.out.json() ? info->body->json : info->body->text;
-  const std::size_t most = context.out.terminal() ? 20 : rack::kAllElements;
-  std::string text =
-      value_or_fail(print(newest->body, order, context.out.json() ? rack::kAllElements : most),
-                    call.name_of(component));
-  if (!text.ends_with('\n')) text += '\n';
-  context.out.write(text);
+  show_data(context, component, *newest, *info->body, style);
   return Exit::kDone;
 }
 

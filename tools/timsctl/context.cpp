@@ -1,5 +1,6 @@
 #include "tools/timsctl/context.h"
 
+#include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
 #include "tools/timsctl/values.h"
@@ -20,10 +21,41 @@ AdminClient Context::admin(Connection& connection) const {
   return here.at(find_router(here, options.router));
 }
 
+namespace {
+
+// "Ladr/3/0" was meant to be "Ladar/3/0"; nothing when the class is not what is wrong.
+std::optional<std::string> nearest_class(std::string_view text) {
+  const std::string_view name = text.substr(0, text.find_first_of("(/"));
+  if (name.empty() || tims::class_id_of(name)) return std::nullopt;
+  std::vector<std::string> known;
+  std::vector<std::string_view> lowered;
+  for (std::uint32_t id = 0; id <= 0xFF; ++id)
+    if (!tims::class_name(id).empty()) known.emplace_back(lower(tims::class_name(id)));
+  lowered.assign(known.begin(), known.end());
+  const auto near = tims::config::nearest(lower(name), lowered);
+  if (!near) return std::nullopt;
+  return std::string(tims::class_name(*tims::class_id_of(*near))).append(text.substr(name.size()));
+}
+
+std::string hint_for(std::string_view text, std::string otherwise) {
+  const auto near = nearest_class(text);
+  return near ? "did you mean " + *near + "?" : std::move(otherwise);
+}
+
+}  // namespace
+
+std::uint32_t need_class(std::string_view text) {
+  const std::string_view name = text.substr(0, text.find_first_of("(/"));
+  if (const auto id = tims::class_id_of(name)) return *id;
+  throw usage_error(
+      "\"" + std::string(text) + "\" is no class",
+      hint_for(text, "such as Chassis; `timsctl msg types` shows those with messages"));
+}
+
 tims::Address need_address(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto address = parse_address(text, widths)) return *address;
   throw usage_error("\"" + std::string(text) + "\" is no address",
-                    "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002");
+                    hint_for(text, "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002"));
 }
 
 std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
@@ -37,7 +69,7 @@ std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto pattern = parse_pattern(text, widths)) return *pattern;
   throw usage_error("\"" + std::string(text) + "\" is no pattern of addresses",
-                    "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000");
+                    hint_for(text, "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000"));
 }
 
 std::int8_t need_type(std::string_view text) {

@@ -32,6 +32,8 @@ tims::Address need_address(std::string_view text, const tims::AddressWidths& wid
 std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
                                           const tims::AddressWidths& widths);
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths);
+// A class by name ("Chassis"), or that of an address ("Chassis/0/0").
+std::uint32_t need_class(std::string_view text);
 std::int8_t need_type(std::string_view text);
 
 }  // namespace timsctl

@@ -28,8 +28,13 @@ Host router_of(const Options& options) {
 // Errors of the command line are answered as JSON too, when it asks for JSON.
 Options for_errors(const std::vector<std::string>& arguments) {
   Options options;
-  for (const std::string& word : arguments)
-    if (word == "-j" || word == "--json" || word == "--json-lines") options.format = Format::kJson;
+  std::string_view before;
+  for (const std::string& word : arguments) {
+    const bool short_form = word == "-j" || word == "-ojson" || (before == "-o" && word == "json");
+    if (short_form || word == "--json" || word == "--json-lines" || word == "--output=json")
+      options.format = Format::kJson;
+    before = word;
+  }
   return options;
 }
 

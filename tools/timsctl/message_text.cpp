@@ -137,7 +137,7 @@ Draft read_json_line(std::size_t line, std::string_view text) {
 
 std::string dump(const Message& message, WallTime time, const DumpStyle& style) {
   const tims::Header& header = message.header;
-  const std::string_view name = type_name(header.type);
+  const std::string name = type_name(header, style.widths);
   std::string out =
       fmt::format("{}{} {} -> {} type={}{} priority={} seq={} order={} bytes={}\n", kMark,
                   time_of_day(time, style.utc), header.src.to_string(style.widths),
@@ -156,7 +156,7 @@ std::string dump(const Message& message, WallTime time, const DumpStyle& style) 
 json::object message_json(const Message& message, WallTime time,
                           const tims::AddressWidths& widths) {
   const tims::Header& header = message.header;
-  const std::string_view name = type_name(header.type);
+  const std::string name = type_name(header, widths);
   return {{"schema", "tims/message/1"},
           {"time", rfc3339(time)},
           {"type", header.type},

@@ -6,6 +6,7 @@
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/missed.h"
 #include "tools/timsctl/subscription.h"
@@ -15,7 +16,9 @@ namespace timsctl {
 
 namespace {
 
-constexpr std::size_t kTerminalBytes = 256;  // of a body; all of it with -o wide, or into a pipe
+// Of a body, and of a sequence in it; all with -o wide, or into a pipe.
+constexpr std::size_t kTerminalBytes = 256;
+constexpr std::size_t kTerminalElements = 3;
 
 class Echo {
  public:
@@ -24,7 +27,14 @@ class Echo {
         connection_(connection),
         left_(context.options.count.value_or(UINT64_MAX)),
         end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
-                                     : tims::kNever) {}
+                                     : tims::kNever),
+        filter_(context.options.filter),
+        style_{
+            .widths = connection.widths(),
+            .utc = context.options.utc,
+            .si = context.options.si,
+            .fields = context.options.fields,
+            .header = !context.options.listen.empty() || context.options.format == Format::kWide} {}
 
   Exit subscribe();
   Exit listen();
@@ -47,19 +57,33 @@ class Echo {
   tims::Time end_;
   std::vector<Subscription::State> states_;
   Missed missed_{"messages"};
+  FieldFilter filter_;
+  FieldStyle style_;
+  CsvLines csv_;
 };
 
 void Echo::tell(const Message& message) {
+  const WallTime now = wall_now();
+  const Format format = context_.out.look().format;
+  const bool lines = format == Format::kTable || format == Format::kWide;
+  if (!lines || !filter_.empty()) {
+    const json::object described = described_json(message, now, style_);
+    if (!filter_.passes(described)) return;
+    if (format == Format::kJson) context_.out.write(described);
+    if (format == Format::kCsv) context_.out.write(csv_.add(described));
+  }
   --left_;
   ++told_;
-  const WallTime now = wall_now();
-  const tims::AddressWidths widths = connection_.widths();
-  if (context_.out.json()) return context_.out.write(message_json(message, now, widths));
-  const bool shorten = context_.out.terminal() && context_.out.look().format != Format::kWide;
-  context_.out.write(dump(message, now,
-                          {.widths = widths,
-                           .utc = context_.options.utc,
-                           .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
+  if (!lines) return;
+  const bool shorten = context_.out.terminal() && format != Format::kWide;
+  if (context_.options.raw)
+    return context_.out.write(dump(message, now,
+                                   {.widths = style_.widths,
+                                    .utc = style_.utc,
+                                    .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
+  FieldStyle style = style_;
+  if (shorten) style.elements_max = kTerminalElements;
+  context_.out.write(describe(message, now, style));
 }
 
 // What does not come says why. Alone and without -n or --for, an address that nobody has is an
@@ -90,6 +114,11 @@ void Echo::note_changes(const Subscriptions& subscriptions) {
 
 Exit Echo::subscribe() {
   const auto components = need_addresses(context_.options.arguments, connection_.widths());
+  for (const tims::Address component : components) {
+    const auto* data =
+        rack::find_message(component.fields(style_.widths).class_id, tims::type::kData);
+    if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
+  }
   const auto period =
       std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
   Subscriptions subscriptions(connection_, components, static_cast<std::uint32_t>(period.count()));
@@ -136,6 +165,7 @@ Exit msg_echo(Context& context) {
     throw usage_error("msg echo: either ADDR... or --listen ADDR");
   if (listens) (void)need_address(options.listen, kAnyWidths);
   (void)need_addresses(options.arguments, kAnyWidths);
+  (void)FieldFilter(options.filter);
   const auto connection =
       context.connect({.address = options.listen, .body_max = options.body_max_bytes});
   Echo echo(context, *connection);

@@ -12,6 +12,7 @@
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/values.h"
 
@@ -41,49 +42,68 @@ std::string read_all(const std::string& name) {
 
 struct Arguments {
   std::string target;
-  std::optional<std::int8_t> type;
-  std::string file;  // "-": stdin; empty: none
+  std::string type;                 // a number or a name; empty: as in the file
+  std::vector<std::string> fields;  // "vx=200"
+  std::string file;                 // "-": stdin; empty: none
 };
 
 Arguments read_arguments(const Options& options) {
-  Arguments out{.target = options.arguments[0], .type = {}, .file = options.file};
+  Arguments out{.target = options.arguments[0], .type = {}, .fields = {}, .file = options.file};
   (void)need_address(out.target, kAnyWidths);
   for (const std::string& word : std::span(options.arguments).subspan(1)) {
     if (word == "-")
       out.file = word;
-    else if (!out.type)
-      out.type = need_type(word);
+    else if (word.find('=') != std::string::npos)
+      out.fields.push_back(word);
+    else if (out.type.empty())
+      out.type = word;
     else
-      throw usage_error(fmt::format("msg pub: \"{}\" is one word too many", word));
+      throw usage_error(fmt::format("msg pub: \"{}\" is one word too many", word),
+                        "fields are FIELD=VALUE, such as vx=200");
   }
-  if (!out.file.empty() && !options.hex.empty())
-    throw usage_error("msg pub: either --hex or a file, not both");
+  const int bodies = int{!out.file.empty()} + int{!options.hex.empty()} + int{!out.fields.empty()};
+  if (bodies > 1) throw usage_error("msg pub: only one of --hex, a file and FIELD=VALUE");
+  if (!out.fields.empty() && out.type.empty())
+    throw usage_error("msg pub: which TYPE has these fields?",
+                      "its name behind ADDR, such as move; `timsctl msg types` shows all");
   return out;
 }
 
-std::vector<Draft> load_drafts(const Arguments& arguments, const Options& options) {
+// The body of a message that is called by its name: all fields that are not given are as in its
+// struct. A bare number says nothing of the body.
+std::vector<std::byte> body_of(const Arguments& arguments, std::uint32_t class_id,
+                               const FieldStyle& style) {
+  if (arguments.fields.empty() && parse_type(arguments.type)) return {};
+  return make_body(need_message(class_id, arguments.type), class_id, arguments.fields, style);
+}
+
+std::vector<Draft> load_drafts(const Arguments& arguments, const Options& options,
+                               std::uint32_t class_id, const FieldStyle& style) {
   Draft plain{.little_endian = std::endian::native == std::endian::little, .body = {}};
   std::vector<Draft> drafts;
+  const auto type = parse_type(arguments.type, class_id);
+  if (!type && !arguments.type.empty()) (void)need_message(class_id, arguments.type);
   if (!options.hex.empty()) {
     const auto body = parse_hex(options.hex);
     if (!body)
       throw usage_error(fmt::format("--hex: \"{}\" is not pairs of hex digits", options.hex));
     plain.body = *body;
-  }
-  if (!arguments.file.empty()) {
+  } else if (!arguments.file.empty()) {
     const std::string text = read_all(arguments.file);
     if (!options.raw && is_recorded(text)) drafts = parse_recorded(text);
     const auto bytes = std::as_bytes(std::span(text));
     plain.body.assign(bytes.begin(), bytes.end());
+  } else if (type) {
+    plain.body = body_of(arguments, class_id, style);
   }
   if (drafts.empty()) {
-    if (!arguments.type)
+    if (!type)
       throw usage_error("msg pub: which TYPE?",
                         "a number or a name such as get_status, behind ADDR");
     drafts.push_back(std::move(plain));
   }
   for (Draft& draft : drafts) {
-    if (arguments.type) draft.type = *arguments.type;
+    if (type) draft.type = *type;
     if (options.priority) draft.priority = *options.priority;
   }
   return drafts;
@@ -100,8 +120,9 @@ void confirm(const Context& context, tims::Address target, const tims::AddressWi
 
 class Publisher {
  public:
-  Publisher(Context& context, tims::Address target, Connection& connection)
+  Publisher(Context& context, tims::Address target, Connection& connection, const FieldStyle& style)
       : context_(context),
+        style_(style),
         target_(target),
         target_name_(target.to_string(connection.widths())),
         connection_(connection) {}
@@ -116,6 +137,7 @@ class Publisher {
 
  private:
   Context& context_;
+  FieldStyle style_;  // of the answer
   tims::Address target_;
   std::string target_name_;
   Connection& connection_;
@@ -187,8 +209,9 @@ Exit Publisher::wait_for_answer() {
 void Publisher::report(const Message* answer) {
   const tims::AddressWidths widths = connection_.widths();
   if (context_.out.json()) {
-    const json::value reply =
-        answer == nullptr ? json::value() : json::value(message_json(*answer, wall_now(), widths));
+    const json::value reply = answer == nullptr
+                                  ? json::value()
+                                  : json::value(described_json(*answer, wall_now(), style_));
     return context_.out.write(json::object{{"schema", "tims/pub/1"},
                                            {"target", address_json(target_, widths)},
                                            {"sent", sent_},
@@ -196,7 +219,7 @@ void Publisher::report(const Message* answer) {
                                            {"answer", reply}});
   }
   if (answer != nullptr)
-    context_.out.write(dump(*answer, wall_now(), {.widths = widths, .utc = context_.options.utc}));
+    context_.out.write(describe(*answer, wall_now(), style_));
   else
     context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
                                   target_name_, human_bytes(static_cast<double>(bytes_))));
@@ -206,12 +229,17 @@ void Publisher::report(const Message* answer) {
 
 Exit msg_pub(Context& context) {
   const Arguments arguments = read_arguments(context.options);
-  const std::vector<Draft> drafts = load_drafts(arguments, context.options);
   const auto connection =
       context.connect({.address = {}, .body_max = context.options.body_max_bytes});
-  const tims::Address target = need_address(arguments.target, connection->widths());
+  const FieldStyle style{.widths = connection->widths(),
+                         .utc = context.options.utc,
+                         .si = context.options.si,
+                         .fields = context.options.fields};
+  const tims::Address target = need_address(arguments.target, style.widths);
+  const std::vector<Draft> drafts =
+      load_drafts(arguments, context.options, target.fields(style.widths).class_id, style);
   confirm(context, target, connection->widths());
-  Publisher publisher(context, target, *connection);
+  Publisher publisher(context, target, *connection, style);
   publisher.check_route(drafts.front().type);
   try {
     publisher.send_all(drafts);

@@ -52,11 +52,12 @@ double rate(string_view text) {
   return value;
 }
 
+constexpr std::array<string_view, 6> kForms = {"table", "wide", "plain", "json", "csv", "name"};
+
 Format format(string_view text) {
-  constexpr std::array<string_view, 6> kNames = {"table", "wide", "plain", "json", "csv", "name"};
-  const auto at = std::ranges::find(kNames, text);
-  if (at == kNames.end()) refuse("one of table, wide, plain, json, csv, name", text);
-  return static_cast<Format>(at - kNames.begin());
+  const auto at = std::ranges::find(kForms, text);
+  if (at == kForms.end()) refuse("one of table, wide, plain, json, csv, name", text);
+  return static_cast<Format>(at - kForms.begin());
 }
 
 std::string one_of(string_view text, std::initializer_list<string_view> known) {
@@ -115,8 +116,14 @@ constexpr OptionRow kRows[] = {
     {"hex", 0, "DIGITS", "the body, as hex digits", [](Options& o, string_view v) { o.hex = v; }},
     {"file", 'f', "FILE", "messages as `msg echo` wrote them, or else a body; - is stdin",
      [](Options& o, string_view v) { o.file = v; }},
-    {"raw", 0, "", "the file is a body, whatever it looks like",
+    {"raw", 0, "", "bytes: echo writes them (input of `msg pub -f`), pub takes the file for a body",
      [](Options& o, string_view) { o.raw = true; }},
+    {"fields", 0, "", "a line a field", [](Options& o, string_view) { o.fields = true; }},
+    {"si", 0, "", "numbers in SI units: m, s (angles stay clockwise)",
+     [](Options& o, string_view) { o.si = true; }},
+    {"filter", 0, "COND",
+     "only messages with this: 'vx>100', 'type_name=move,points[].distance<300'",
+     [](Options& o, string_view v) { o.filter = v; }},
     {"no-wait", 0, "", "do not wait for the answer to a command",
      [](Options& o, string_view) { o.no_wait = true; }},
     {"rate", 0, "HZ", "send again and again",
@@ -171,6 +178,8 @@ constexpr OptionRow kRows[] = {
 }  // namespace
 
 std::span<const OptionRow> option_table() { return kRows; }
+
+string_view form_name(Format format) { return kForms[static_cast<std::size_t>(format)]; }
 
 const OptionRow* find_option(string_view name) {
   const auto* const row = std::ranges::find(kRows, name, &OptionRow::name);

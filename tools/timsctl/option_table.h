@@ -23,4 +23,7 @@ std::span<const OptionRow> option_table();
 const OptionRow* find_option(std::string_view name);
 const OptionRow* find_option(char letter);
 
+// What -o calls it.
+std::string_view form_name(Format format);
+
 }  // namespace timsctl

@@ -57,6 +57,9 @@ struct Options {
   std::string since;
   std::string until;
   std::string directory;
+  std::string filter;  // of msg echo
+  bool fields = false;
+  bool si = false;
   bool yes = false;
   bool raw = false;
   bool no_wait = false;

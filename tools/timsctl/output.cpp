@@ -66,7 +66,8 @@ void Output::failure(const Failure& failure) {
   if (json()) {
     json::object error{{"code", failure.code}, {"message", failure.message}};
     if (!failure.hint.empty()) error["hint"] = failure.hint;
-    write_all(STDOUT_FILENO, to_text(json::object{{"error", error}}) + "\n");
+    write_all(STDOUT_FILENO,
+              to_text(json::object{{"schema", "tims/error/1"}, {"error", error}}) + "\n");
     return;
   }
   std::string text = "timsctl: " + printable_lines(failure.message) + "\n";

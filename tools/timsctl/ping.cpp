@@ -160,8 +160,8 @@ json::object Pinger::summary_json() const {
 
 std::string answer_text(const tims::Header& header) {
   if (header.type == tims::type::kNotAvailable) return "no such mailbox";
-  const std::string_view name = type_name(header.type);
-  return name.empty() ? fmt::format("type {}", header.type) : std::string(name);
+  const std::string name = type_name(header.type);
+  return name.empty() ? fmt::format("type {}", header.type) : name;
 }
 
 Exit ping_component(Context& context, Connection& connection, tims::Address target) {

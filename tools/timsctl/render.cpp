@@ -6,6 +6,7 @@
 
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/humanize.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -26,13 +27,6 @@ std::string padded(std::string_view text, std::size_t width, bool right, bool la
   const std::string blanks(width > wide ? width - wide : 0, ' ');
   if (right) return blanks + std::string(text);
   return last ? std::string(text) : std::string(text) + blanks;
-}
-
-std::string csv_cell(std::string text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out.append(c == '"' ? 2 : 1, c);
-  return out + '"';
 }
 
 std::string render_csv(std::span<const json::value> items, std::span<const Column> columns) {
@@ -80,14 +74,14 @@ std::string render_table(std::span<const json::value> items, std::span<const Col
   return out;
 }
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c | 0x20);
-  return out;
-}
-
 }  // namespace
+
+std::string csv_cell(std::string text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out.append(c == '"' ? 2 : 1, c);
+  return out + '"';
+}
 
 std::string paint(std::string_view text, Tone tone, bool colour) {
   if (!colour || tone == Tone::kPlain) return std::string(text);

@@ -34,6 +34,9 @@ enum class Tone : std::uint8_t { kPlain, kBold, kDim, kGood, kWarning, kBad };
 // With escape codes if colours are wanted; widths must be counted before.
 std::string paint(std::string_view text, Tone tone, bool colour);
 
+// In quotes where CSV needs them.
+std::string csv_cell(std::string text);
+
 // One value as a person reads it; "-" when it is not there.
 std::string cell_text(const json::object& item, const Column& column);
 

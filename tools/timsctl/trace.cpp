@@ -76,11 +76,10 @@ Exit trace(Context& context) {
     if (hops.empty()) context.out.note("no router was on its way: it is on this host");
     context.out.write(render_items(hops, kHops, context.out.look()));
     const std::string end =
-        !answer
-            ? "no answer"
-            : fmt::format("{} after {}",
-                          reached ? std::string(type_name(answer->header.type)) : "no such mailbox",
-                          human_duration(*seconds));
+        !answer ? "no answer"
+                : fmt::format("{} after {}",
+                              reached ? type_name(answer->header.type) : "no such mailbox",
+                              human_duration(*seconds));
     context.out.write(fmt::format("{}: {}\n", name, end));
   }
   if (!answer) return Exit::kTimeout;

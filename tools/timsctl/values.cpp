@@ -27,28 +27,10 @@ struct TypeName {
   std::int8_t type;
   std::string_view name;
 };
-constexpr TypeName kTypeNames[] = {
-    {tims::type::kOk, "ok"},
-    {tims::type::kError, "error"},
-    {tims::type::kTimeout, "timeout"},
-    {tims::type::kNotAvailable, "not_available"},
-    {tims::type::kEnabled, "enabled"},
-    {tims::type::kDisabled, "disabled"},
-    {tims::type::kData, "data"},
-    {tims::type::kContData, "cont_data"},
-    {tims::type::kParam, "param"},
-    {tims::type::kOn, "on"},
-    {tims::type::kOff, "off"},
-    {tims::type::kGetStatus, "get_status"},
-    {tims::type::kGetData, "get_data"},
-    {tims::type::kGetContData, "get_cont_data"},
-    {tims::type::kStopContData, "stop_cont_data"},
-    {tims::type::kGetNextData, "get_next_data"},
-    {tims::type::kGetParam, "get_param"},
-    {tims::type::kSetParam, "set_param"},
-    {tims::type::kAdminRequest, "admin_request"},
-    {tims::type::kAdminReply, "admin_reply"},
-};
+// Between tools and routers, and what every class calls the same; the others are the catalogue's.
+constexpr TypeName kOtherNames[] = {{tims::type::kData, "data"},
+                                    {tims::type::kAdminRequest, "admin_request"},
+                                    {tims::type::kAdminReply, "admin_reply"}};
 
 template <typename T>
 std::optional<T> parse_number(std::string_view text) {
@@ -101,18 +83,32 @@ std::optional<std::uint64_t> parse_count(std::string_view text) {
   return parse_number<std::uint64_t>(text);
 }
 
-std::optional<std::int8_t> parse_type(std::string_view text) {
-  for (const TypeName& known : kTypeNames)
+std::optional<std::int8_t> parse_type(std::string_view text, std::uint32_t class_id) {
+  for (const TypeName& known : kOtherNames)
     if (known.name == text) return known.type;
+  if (const auto* known = rack::find_message(class_id, text)) return known->type;
   const auto number = parse_number<int>(text);
   if (!number || *number < -128 || *number > 127) return std::nullopt;
   return static_cast<std::int8_t>(*number);
 }
 
-std::string_view type_name(std::int8_t type) {
-  for (const TypeName& known : kTypeNames)
-    if (known.type == type) return known.name;
-  return {};
+std::string type_name(std::int8_t type) {
+  for (const TypeName& known : kOtherNames)
+    if (known.type == type) return std::string(known.name);
+  const auto* known = rack::find_message(rack::kEveryClass, type);
+  return known == nullptr ? "" : lower(known->name);
+}
+
+std::string type_name(const tims::Header& header, const tims::AddressWidths& widths) {
+  const auto* known = rack::find_message(header, widths);
+  return known == nullptr ? type_name(header.type) : lower(known->name);
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c | 0x20);
+  return out;
 }
 
 std::optional<tims::Address> parse_address(std::string_view text,

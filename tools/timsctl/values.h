@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proxies/catalogue.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
@@ -20,10 +21,14 @@ std::optional<tims::Duration> parse_duration(std::string_view text);
 std::optional<std::uint32_t> parse_size(std::string_view text);
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
-// "-6", "data", "get_status".
-std::optional<std::int8_t> parse_type(std::string_view text);
+// "-6", "get_status"; of a class also its own: "move". Without regard to case.
+std::optional<std::int8_t> parse_type(std::string_view text,
+                                      std::uint32_t class_id = rack::kEveryClass);
 // "data"; empty for numbers that only a class gives a meaning.
-std::string_view type_name(std::int8_t type);
+std::string type_name(std::int8_t type);
+// "move"; empty when unknown.
+std::string type_name(const tims::Header& header, const tims::AddressWidths& widths);
+std::string lower(std::string_view text);
 
 // Before a router has said how its fleet divides addresses, only their form can be checked.
 inline constexpr tims::AddressWidths kAnyWidths{16, 16, 16, 16};

@@ -30,9 +30,12 @@ TEST(Values, TypesByNumberAndName) {
   EXPECT_EQ(parse_type("127"), 127);
   EXPECT_EQ(parse_type("data"), -6);
   EXPECT_EQ(parse_type("get_status"), 3);
-  for (const char* bad : {"", "128", "-129", "6x", "DATA"}) EXPECT_FALSE(parse_type(bad)) << bad;
+  for (const char* bad : {"", "128", "-129", "6x", "move"}) EXPECT_FALSE(parse_type(bad)) << bad;
   EXPECT_EQ(type_name(-3), "not_available");
   EXPECT_EQ(type_name(42), "");
+  EXPECT_EQ(type_name(-6), "data");
+  EXPECT_EQ(parse_type("move", tims::class_id::kChassis), 21);
+  EXPECT_EQ(parse_type("DATA", tims::class_id::kChassis), -6);
 }
 
 TEST(Values, AddressesThatAShellLeavesAlone) {

@@ -14,24 +14,24 @@ namespace {
 constexpr Verb kVerbs[] = {
     {"status", "", "", 0, 0, kShowOptions, false,
      "One screen: who the router is, what it carries, what it dropped.", "timsctl status -w",
-     status},
+     status, kRows},
 
     {"router", "show", "", 0, 0, kShowOptions, false,
      "Who the router is: name, address, version, where it listens.", "timsctl router -j",
-     router_show},
+     router_show, kRows},
     {"router", "clients", "", 0, 0, kShowOptions, false,
      "Everybody attached to the router, with the bytes in and out.",
-     "timsctl router clients --sort drops", router_clients},
+     "timsctl router clients --sort drops", router_clients, kRows},
 
     {"router", "list", "", 0, 0, kShowOptions, false,
      "All routers of the fleet as a tree: who is there, how far, whose clock is off. Exit status "
      "6: "
      "one that should be there did not answer.",
-     "timsctl router list", router_list},
+     "timsctl router list", router_list, kRows},
 
     {"link", "show", "[NAME]", 0, 1, kShowOptions, false,
      "Links to other routers: state, round trip, loss, rates, queues, what was dropped.",
-     "timsctl link show robot1 -o wide", link_show},
+     "timsctl link show robot1 -o wide", link_show, kRows},
     {"link", "up", "NAME", 1, 1, "", false, "Lets a link that was taken down come up again.",
      "timsctl link up robot1", link_up},
     {"link", "down", "NAME", 1, 1, "yes", false,
@@ -43,7 +43,7 @@ constexpr Verb kVerbs[] = {
     {"fleet", "show", "", 0, 0, kShowOptions, false,
      "Routers that announce themselves in the fleet (by DDS), with their addresses, and how DDS "
      "itself is.",
-     "timsctl fleet show", fleet_show},
+     "timsctl fleet show", fleet_show, kRows},
     {"fleet", "server", "[ADDRESS:PORT]", 0, 1, "", false,
      "Runs a discovery server, of Fast DDS, until Ctrl-C: routers with dds.server set to it find "
      "each other without multicast. 0.0.0.0:11811 unless given.",
@@ -51,7 +51,7 @@ constexpr Verb kVerbs[] = {
 
     {"route", "show", "[GLOB]", 0, 1, "watch count once sort all-routers", false,
      "Every registered address: through which port or link, to whom. -a: at every router.",
-     "timsctl route show 'Ladar(*/0)'", route_show},
+     "timsctl route show 'Ladar(*/0)'", route_show, kRows},
     {"route", "add", "GLOB ROUTER", 2, 2, "", false,
      "Until the router ends: addresses that nobody has registered go to this neighbour.",
      "timsctl route add 'Ladar(3/*)' robot3", route_add},
@@ -59,23 +59,23 @@ constexpr Verb kVerbs[] = {
      "timsctl route del 'Ladar(3/*)'", route_del},
     {"route", "get", "ADDR", 1, 1, "from type", false,
      "Asks the code that forwards where a message would go. Exit status 0: delivered, 1: not.",
-     "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get},
+     "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get, kRows},
     {"route", "watch", "[GLOB]", 0, 1, "count once for", true, "Registrations as they come and go.",
      "timsctl route watch 'Camera(*/*)'", route_watch},
 
     {"mbx", "list", "[GLOB]", 0, 1, kShowOptions, false,
      "Mailboxes: owner, what waits, what was replaced or refused.",
-     "timsctl mbx list Ladar --sort replaced", mbx_list},
+     "timsctl mbx list Ladar --sort replaced", mbx_list, kRows},
     {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
-     "timsctl mbx show Ladar/3/0", mbx_show},
+     "timsctl mbx show Ladar/3/0", mbx_show, kRows},
 
     {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait", false,
      "Components, and whether they are on: all that have a mailbox here or behind a link. --wait: "
      "until there is one.",
-     "timsctl component list 'Ladar(*/*)'", component_list},
+     "timsctl component list 'Ladar(*/*)'", component_list, kRows},
     {"component", "status", "ADDR...", 1, 64, "wait", false,
      "Whether components are on. Exit status 1: one is not. --wait: until all are.",
-     "timsctl component status Chassis/1/0 Pilot/1/0", component_status},
+     "timsctl component status Chassis/1/0 Pilot/1/0", component_status, kRows},
     {"component", "show", "ADDR", 1, 1, "", false,
      "All about one component: since when it is on, its parameters, who gets its data, and where "
      "it was not in real time (components with a real-time priority watch themselves, others when "
@@ -90,10 +90,10 @@ constexpr Verb kVerbs[] = {
      component_off},
     {"component", "param", "get|set ADDR [NAME] [VALUE]", 2, 4, "wait", false,
      "Parameters of a component: all, one, or a new value for one.",
-     "timsctl component param set Chassis/1/0 vxMax 500", component_param},
-    {"component", "data", "ADDR", 1, 1, "body-max wait", false,
+     "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
+    {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
      "The newest data of a component, field by field. --wait: until it has some.",
-     "timsctl component data Position/1/0", component_data},
+     "timsctl component data Position/1/0", component_data, kLines},
     {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
      "Which pilot may drive a chassis; with PILOT: it may from now on, and no other.",
      "timsctl component pilot Chassis/1/0 Pilot/1/1", component_pilot},
@@ -112,7 +112,7 @@ constexpr Verb kVerbs[] = {
      "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
     {"robot", "show", "", 0, 0, "", false,
      "Robots that `up` has started on this host: their programs, and how they are.",
-     "timsctl robot", robot_show},
+     "timsctl robot", robot_show, kRows},
 
     {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
      "What components say: time, who, how important, and the words. From gdos-log where it runs, "
@@ -136,34 +136,44 @@ constexpr Verb kVerbs[] = {
      "timsctl trace Ladar/2/0", trace},
     {"clock", "", "", 0, 0, kShowOptions, false,
      "Every router's clock against the first one's, from the keep-alives of the links.",
-     "timsctl clock", clock},
+     "timsctl clock", clock, kRows},
 
-    {"msg", "pub", "ADDR [TYPE] [-]", 1, 3, "hex file raw rate count once for priority yes no-wait",
-     false,
-     "Sends a message. A command (TYPE > 0) that is sent once waits for its answer. TYPE may be "
-     "missing when --file has what `msg echo` wrote. Asks first when ADDR moves something.",
-     "timsctl msg echo Ladar/3/0 -n 1 | timsctl msg pub Test/0/1 -f -", msg_pub},
-    {"msg", "echo", "[ADDR...]", 0, 64, "listen count once for period body-max priority", true,
-     "Prints the data of a component as it comes. Subscribes with GET_CONT_DATA and ends that when "
-     "it ends; with --listen, registers an address and prints what comes there. The output is "
-     "valid input of `msg pub`.",
-     "timsctl msg echo Ladar/3/0 -n 3", msg_echo},
+    {"msg", "pub", "ADDR [TYPE] [FIELD=VALUE...] [-]", 1, 256,
+     "hex file raw rate count once for priority yes no-wait fields si", false,
+     "Sends a message: by its name with fields (those that are not given are as in its struct), as "
+     "bytes, or what `msg echo --raw` or --json wrote. Numbers are in the units of `msg show`, or "
+     "have one: vx=0.2m/s. A command (TYPE > 0) that is sent once waits for its answer. Asks first "
+     "when ADDR moves something.",
+     "timsctl msg pub Chassis/0/0 move vx=200 omega=0.1", msg_pub},
+    {"msg", "echo", "[ADDR...]", 0, 64,
+     "listen count once for period body-max priority raw fields si filter", true,
+     "Prints the data of a component as it comes, a line a message. Subscribes with GET_CONT_DATA "
+     "and ends that when it ends; with --listen, registers an address and prints what comes there. "
+     "--raw and --json are valid input of `msg pub -f`.",
+     "timsctl msg echo Chassis/0/0 --si --filter 'vx>0.1'", msg_echo, kLines},
+    {"msg", "types", "[CLASS|every]", 0, 1, "", false,
+     "The messages of a class, or of all: numbers, names, bodies. `every`: those that every "
+     "component understands. Needs no router.",
+     "timsctl msg types Chassis", msg_types, kRows},
+    {"msg", "show", "CLASS NAME", 2, 2, "", false,
+     "The fields of a message, with their units. Needs no router.", "timsctl msg show Chassis move",
+     msg_show, kRows},
     {"msg", "hz", "ADDR...", 1, 64, "count once for interval period body-max", true,
      "How often messages come, side by side. -n counts reports.",
-     "timsctl msg hz Ladar/3/0 Odometry/3/0 --for 10s", msg_hz},
+     "timsctl msg hz Ladar/3/0 Odometry/3/0 --for 10s", msg_hz, kRows},
     {"msg", "bw", "ADDR...", 1, 64, "count once for interval period body-max", true,
      "How many bytes come, side by side. -n counts reports.", "timsctl msg bw Camera/3/0 --once",
-     msg_bw},
+     msg_bw, kRows},
 
     {"top", "", "", 0, 0, "count once for interval sort", true,
      "Clients and their rates, live. Keys: q quits, left and right choose the column.",
-     "timsctl top --sort in/s", top},
+     "timsctl top --sort in/s", top, kRows},
     {"stats", "", "", 0, 0, "watch count once sort by", false,
      "What became of messages, by port, class and outcome; of those in local mailboxes.",
-     "timsctl stats --by reason", stats},
+     "timsctl stats --by reason", stats, kRows},
 
     {"config", "show", "", 0, 0, "watch count once sort origin", false,
-     "The values the router runs with.", "timsctl config show --origin", config_show},
+     "The values the router runs with.", "timsctl config show --origin", config_show, kRows},
     {"config", "check", "FILE", 1, 1, "", false,
      "Reads a configuration as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
@@ -203,7 +213,7 @@ constexpr Verb kVerbs[] = {
      "timsctl doctor", doctor},
     {"errors", "", "[CODE]", 0, 1, "", false,
      "What an error code, reason or finding means, and what to do.", "timsctl errors no_route",
-     errors},
+     errors, kRows},
     {"completion", "", "bash|zsh|fish", 1, 1, "", false,
      "A script for the shell: completes verbs and living addresses.",
      "source <(timsctl completion bash)", completion},

@@ -12,6 +12,11 @@ namespace timsctl {
 
 class Context;
 
+// What -o may say: text for people; also a message a line; also rows that are all alike.
+inline constexpr std::string_view kTexts = "table wide json";
+inline constexpr std::string_view kLines = "table wide json csv";
+inline constexpr std::string_view kRows = "table wide plain json csv name";
+
 struct Verb {
   std::string_view noun;
   std::string_view verb;       // empty: the noun is the whole command
@@ -23,6 +28,7 @@ struct Verb {
   std::string_view help;
   std::string_view example;
   Exit (*run)(Context& context);
+  std::string_view forms = kTexts;  // of -o
 
   [[nodiscard]] std::string name() const;  // "route show"
 };
