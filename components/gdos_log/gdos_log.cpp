@@ -26,7 +26,7 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     // The sink itself is instance 0 of system 0.
     {"instance", 1, "instance id", 0, 255},
     {"targetStatus", 1, "1: turn on at start", 0, 1},
-    {"folder", "", "for the files; none: /var/log/tims for root, else ~/.local/state/tims"},
+    {"directory", "", "for the files; none: /var/log/tims for root, else ~/.local/state/tims"},
     {"fileSize", 10240, "KiB of a file; then the next one begins", 1, 1 << 21},
     {"files", 10, "that are kept, with the one that grows", 1, 100000},
     {"age", 0, "days until a file goes; 0: it goes when there are more than `files`", 0, 36500},
@@ -74,7 +74,7 @@ class GdosLog : public DataModule<GdosData> {
   }
 
   [[nodiscard]] std::filesystem::path folder() const {
-    const std::string given = text("folder");
+    const std::string given = text("directory");
     return given.empty() ? gdos::folder_to_write() : std::filesystem::path(given);
   }
 

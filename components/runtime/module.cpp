@@ -73,6 +73,10 @@ int Module::run(std::span<const char* const> arguments) {
     std::fputs(usage(parameters_, info_.purpose).c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
+  if (parsed->version) {
+    std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
+    return static_cast<int>(ExitCode::kGood);
+  }
   const auto started = start(parsed->router);
   if (started) {
     if (session_) wait_for_end();

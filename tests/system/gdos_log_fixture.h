@@ -27,7 +27,7 @@ class GdosLogTest : public ModulesTest {
   [[nodiscard]] std::filesystem::path folder() const { return temporary_.path() / "log"; }
 
   ChildProcess& start_log(std::vector<std::string> more = {}) {
-    more.insert(more.begin(), {"--folder=" + folder().string(), "--syncTime=10"});
+    more.insert(more.begin(), {"--directory=" + folder().string(), "--syncTime=10"});
     ChildProcess& log = start("gdos-log", std::move(more));
     const auto ready = log.wait_for_line("Texts are kept in");
     EXPECT_TRUE(ready) << ready.error().message();

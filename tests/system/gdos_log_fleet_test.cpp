@@ -22,7 +22,7 @@ class GdosLogFleetTest : public GdosLogTest {
   ChildProcess log_at(const Host& host, int system, const std::string& name) {
     auto log = ChildProcess::start(
         {std::string(TIMS_PROGRAMS) + "/gdos-log", "--system=" + std::to_string(system),
-         "--folder=" + folder_of(name).string(), "--syncTime=10"},
+         "--directory=" + folder_of(name).string(), "--syncTime=10"},
         {.environment = {"TIMS_ROUTER=" + host.socket()}, .folder = {}});
     EXPECT_TRUE(log) << log.error().message();
     EXPECT_TRUE(log->wait_for_line("Texts are kept in"));

@@ -29,7 +29,7 @@ class GdosLogJournalTest : public GdosLogTest {
     options.environment.emplace_back("JOURNAL_STREAM=1:1");  // as systemd sets it
     auto log = ChildProcess::start(
         {"unshare", "-m", "-p", "-f", "--kill-child", "bash", "-c", kInItsCorner, "corner",
-         std::string(TIMS_PROGRAMS) + "/gdos-log", "--folder=" + folder().string()},
+         std::string(TIMS_PROGRAMS) + "/gdos-log", "--directory=" + folder().string()},
         options);
     ASSERT_TRUE(log) << log.error().message();
     log_.emplace(std::move(*log));

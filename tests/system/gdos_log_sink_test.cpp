@@ -81,7 +81,7 @@ TEST_F(GdosLogTest, ASecondOneKeepsTextsToo) {
   start_log();
   const TemporaryFolder other;
   auto second = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log", "--instance=2",
-                                     "--folder=" + other.path().string(), "--syncTime=10"},
+                                     "--directory=" + other.path().string(), "--syncTime=10"},
                                     at_router());
   ASSERT_TRUE(second);
   ASSERT_TRUE(second->wait_for_line("Texts are kept in"));
@@ -108,7 +108,7 @@ TEST_F(GdosLogTest, WaitsForTheSinkOfARouterThatSharesNothing) {
   ASSERT_TRUE(console);
   ASSERT_TRUE(console->register_mailbox(rack::gdos::kSink));
   auto log = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log",
-                                  "--folder=" + folder().string(), "--syncTime=10",
+                                  "--directory=" + folder().string(), "--syncTime=10",
                                   "--router=" + original.endpoint()});
   ASSERT_TRUE(log);
   const auto waits = log->wait_for_line("Waits for the sink of texts: address in use");

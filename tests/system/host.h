@@ -55,7 +55,8 @@ class Host {
   // What timsctl says about this router; its exit status is not looked at.
   std::string timsctl(std::vector<std::string> words) const {
     words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
-    words.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
+    if (!words.back().starts_with("--timeout="))
+      words.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
     auto child = ChildProcess::start(std::move(words));
     if (!child) return child.error().message();
     (void)child->wait();

@@ -152,6 +152,39 @@ TEST_F(Tree, EveryRouterIsSeenFromEveryOther) {
   EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}), HasSubstr(R"("name":"arm")"));
 }
 
+// A robot's router knows nothing of the robots beside it.
+TEST_F(Tree, ComponentsOfAnotherRobotAreListed) {
+  Host other("robot2", "system", 2, 1, {"kind=super,to=" + base->udp()});
+  other.start();
+  Session session = other.session("server");
+  const Mailbox server = open(session, Address(0x02140000));
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x02140000)); }, "it is known"));
+  // The ladar never says how it is: that is waited for, but not for long.
+  const auto lists = [](Host& at, const char* part) {
+    return at.timsctl({"component", "list", "Ladar(2/*)", "--json", "--timeout=300ms"})
+               .find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(
+      eventually([&] { return lists(*robot, R"("program":"server")"); }, "robot1 finds it"));
+  EXPECT_TRUE(eventually([&] { return lists(*base, R"("program":null)"); },
+                         "the base knows it, but not its program"));
+}
+
+TEST_F(Tree, AListWithoutARouterIsAPartOfIt) {
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
+  EXPECT_THAT(base->timsctl({"router", "list", "-j"}), HasSubstr(R"("partial":false)"));
+  EXPECT_THAT(base->timsctl({"route", "add", "Ladar(3/*)", "robt1"}),
+              HasSubstr("did you mean robot1?"));
+  robot->kill();
+  EXPECT_TRUE(eventually(
+      [&] {
+        const std::string list = base->timsctl({"router", "list", "-j"});
+        return list.find(R"("partial":true)") != std::string::npos &&
+               list.find(R"("robot1")") != std::string::npos;
+      },
+      "robot1 is listed as one that is missing"));
+}
+
 TEST_F(Tree, ARouterThatMaySpoilsItsLinks) {
   const auto link_loss = [&](const char* link, const char* word) {
     return robot->timsctl({"sim", "fault", "--link", link, word});

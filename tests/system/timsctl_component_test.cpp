@@ -70,10 +70,10 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
   EXPECT_EQ(line.at("units").as_object().at("vx").as_string(), "mm/s");
   EXPECT_TRUE(line.at("data").as_object().contains("omega"));
 
-  const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moov", "vx=200", "-y"});
+  const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
-  const Ran field = timsctl({"msg", "pub", "Chassis/0/0", "move", "vz=200", "-y"});
+  const Ran field = timsctl({"msg", "pub", "Chassis/0/0", "move", "speed=200", "-y"});
   EXPECT_EQ(field.code, 2);
   EXPECT_THAT(field.err, HasSubstr("there are vx, vy, omega"));
   EXPECT_EQ(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "--filter", "vz>1"}).code, 2);
@@ -105,6 +105,18 @@ TEST_F(TimsctlComponentTest, Parameters) {
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "fast"}).code, 2);
   EXPECT_EQ(timsctl({"component", "param", "get", "Chassis/0/0", "nothing"}).code, 4);
   EXPECT_EQ(timsctl({"component", "param", "delete", "Chassis/0/0"}).code, 2);
+}
+
+TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {
+  auto version = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/ChassisSim", "--version"});
+  EXPECT_THAT(finish(std::move(version)).out, HasSubstr("ChassisSim "));
+  // The shell waits half a second only.
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"__complete", "component", "param", "set", "Chassis/0/0", "vxM"}).out ==
+               "vxMax\nvxMin\n";
+      },
+      "its parameters"));
 }
 
 TEST_F(TimsctlComponentTest, ShowTellsAll) {

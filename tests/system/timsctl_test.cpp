@@ -32,7 +32,7 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
       {{"doctor"}, "router.reachable", "tims/doctor/1"},
       {{"config", "check", good_config}, "no errors", "tims/config_check/1"},
       {{"errors", "no_route"}, "nobody", "tims/code/1"},
-      {{"completion", "bash"}, "complete -F", "tims/completion/1"},
+      {{"completion", "bash"}, "complete -o default -F", "tims/completion/1"},
       {{"msg", "pub", "Ladar/0/0", "-6", "--hex", "01"}, "", "tims/pub/1"},
   };
   for (const Case& c : cases) {
@@ -139,12 +139,53 @@ TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
   EXPECT_THAT(finish(*echo).out, HasSubstr("bytes=3"));
 }
 
+TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
+  RouterProcess pages({"http.listen=127.0.0.1:0"});
+  const auto started = pages.start();
+  ASSERT_TRUE(started) << started.error().message();
+  struct Case {
+    std::vector<std::string> words;
+    int code;
+    const char* message;
+    const char* hint;
+  };
+  const Case cases[] = {
+      {{"ping", "Ladr/0/0"}, 2, "is no address", "did you mean Ladar/0/0?"},
+      {{"mbx", "list", "Ladr(*/*)"}, 2, "is no pattern", "did you mean Ladar(*/*)?"},
+      {{"component", "status", "Ladar(*/0)", "--wait"}, 2, "is a pattern", "component list"},
+      {{"component", "pilot", "Chassis/0/0", "Ladar/0/0"}, 2, "Ladar(0/0) is no pilot", "Pilot/0"},
+      {{"component", "pilot", "Ladar/0/0"}, 2, "Ladar(0/0) is no chassis", "Chassis/0/0"},
+      {{"route", "add", "Ladar(3/*)", "robot3"}, 4, "no link to a router \"robot3\"", "no links"},
+      {{"status", "-H", pages.http()}, 3, "answers in HTTP", "tcp.listen"},
+      {{"status", "-H", "no-such-host.invalid"}, 3, "no router at no-such-host", "getent hosts"},
+      {{"ping", "Ladar/0/0", "-o", "csv"}, 2, "has no -o csv", "table, wide, json"},
+  };
+  for (const Case& c : cases) {
+    const Ran ran = timsctl(c.words);
+    const std::string all = testing::PrintToString(c.words);
+    EXPECT_EQ(ran.code, c.code) << all << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(c.message)) << all;
+    EXPECT_THAT(ran.err, HasSubstr(c.hint)) << all;
+  }
+}
+
+TEST_F(TimsctlTest, ExplainNamesAClientWithoutAName) {
+  auto listener = start({"msg", "echo", "--listen", "Test/0/1", "-n", "1", "-H", router_.tcp()});
+  ASSERT_TRUE(listener);
+  ASSERT_TRUE(listener->wait_for_line("is registered"));
+  const Ran ran = timsctl({"explain", "Ladar/0/0", "Test/0/1"});
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("hands it to the client at 127.0.0.1"));
+  ASSERT_TRUE(ladar_->send({.dest = kTest, .type = -42}));
+  EXPECT_EQ(finish(*listener).code, 0);
+}
+
 TEST_F(TimsctlTest, CompletionKnowsVerbsAndLivingAddresses) {
   for (const char* shell : {"bash", "zsh", "fish"})
     EXPECT_THAT(timsctl({"completion", shell}).out, HasSubstr("timsctl __complete"));
   EXPECT_EQ(timsctl({"completion", "tcsh"}).code, 2);
   EXPECT_EQ(timsctl({"__complete", "rou"}).out, "route\nrouter\n");
-  EXPECT_EQ(timsctl({"__complete", "msg", ""}).out, "bw\necho\nhz\npub\n");
+  EXPECT_EQ(timsctl({"__complete", "msg", ""}).out, "bw\necho\nhz\npub\nshow\ntypes\n");
   // It asks the router for half a second only: a shell is waiting.
   EXPECT_TRUE(eventually(
       [&] {
@@ -153,6 +194,21 @@ TEST_F(TimsctlTest, CompletionKnowsVerbsAndLivingAddresses) {
       "the living address"));
   EXPECT_EQ(timsctl({"__complete", "completion", "f"}).out, "fish\n");
   EXPECT_THAT(timsctl({"__complete", "msg", "pub", "--pr"}).out, HasSubstr("--priority\n"));
+  EXPECT_EQ(timsctl({"__complete", "ping", "Ladar/0/0", "-o", ""}).out, "json\ntable\nwide\n");
+  EXPECT_EQ(timsctl({"__complete", "stats", "--by=r"}).out, "--by=reason\n");
+  EXPECT_EQ(timsctl({"__complete", "stats", "-n", "5", "--by", "p"}).out, "port\n");
+  EXPECT_EQ(timsctl({"__complete", "msg", "pub", "Chassis/0/0", "mo"}).out, "move\n");
+  EXPECT_EQ(timsctl({"__complete", "msg", "pub", "Chassis/0/0", "move", "vx=1", "o"}).out,
+            "omega=\n");
+  EXPECT_EQ(timsctl({"__complete", "msg", "show", "Cha"}).out, "Chassis\n");
+  EXPECT_EQ(timsctl({"__complete", "config", "check", ""}).out, "") << "the shell proposes files";
+  EXPECT_TRUE(eventually(
+      [&] {
+        const std::string tcp = router_.tcp();
+        return timsctl({"__complete", "-H", tcp, "explain", "Pilot/0/0", "La"}).out ==
+               "Ladar/0/0\n";
+      },
+      "what lives at another router"));
 }
 
 TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {

@@ -124,6 +124,35 @@ TEST_F(TimsctlUpTest, InTheBackgroundUntilDown) {
   EXPECT_EQ(run({"down"}).code, 4);
 }
 
+TEST_F(TimsctlUpTest, TwoOfOneNameAtTwoRouters) {
+  RouterProcess other;
+  const auto started = other.start();
+  ASSERT_TRUE(started) << started.error().message();
+  const std::string there = "unix:" + other.socket_path();
+  const std::string file = write(kOneChassis);
+  ChildProcess here_up = begin({"up", file});
+  expect_line(here_up, "1 of 1 programs are ready");
+  ChildProcess there_up = begin({"up", file, "-H", there});
+  expect_line(there_up, "1 of 1 programs are ready");
+  EXPECT_THAT(run({"robot", "-o", "plain"}).out, HasSubstr(other.socket_path()));
+  EXPECT_EQ(run({"up", file, "-H", there}).code, 5) << "but not twice at one";
+  EXPECT_EQ(run({"__complete", "down", ""}).out, "robot\n");
+  EXPECT_EQ(run({"down", "robot", "-H", there}).code, 0);
+  EXPECT_EQ(finish(there_up).code, 0);
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 0) << "this one goes on";
+  EXPECT_EQ(run({"down"}).code, 0);
+  EXPECT_EQ(finish(here_up).code, 0);
+}
+
+TEST_F(TimsctlUpTest, AHostThatItDoesNotHave) {
+  const Ran ran = run({"up",
+                       write("[host.arm]\nssh = \"pi@arm\"\n"
+                             "[[component]]\nprogram = \"ChassisSim\"\nhost = \"arm\""),
+                       "--on", "amr"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("did you mean arm?"));
+}
+
 TEST_F(TimsctlUpTest, BeforeItsRouterIsThere) {
   router_.kill();
   ChildProcess up = begin({"up", write(kOneChassis)});

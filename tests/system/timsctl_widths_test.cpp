@@ -72,7 +72,7 @@ TEST_F(WidthsTest, Pub) {
     auto pub = start({"msg", "pub", "Ladar/3/500:2", "off", "-H", host});
     ASSERT_TRUE(pub);
     answer(type::kOff, type::kOk);
-    EXPECT_THAT(finish(*pub).out, HasSubstr(" Ladar(3/500):2 -> Tool("));
+    EXPECT_THAT(finish(*pub).out, HasSubstr(" Ladar(3/500):2 ok\n"));
     EXPECT_THAT(timsctl({"msg", "pub", "Ladar/3/501", "off", "-H", host}).err,
                 HasSubstr("Ladar(3/501)"));
   }

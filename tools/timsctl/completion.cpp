@@ -5,10 +5,15 @@
 
 #include <fmt/format.h>
 
+#include "tools/timsctl/catalogue.h"
 #include "tools/timsctl/commands.h"
+#include "tools/timsctl/component_parameters.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
 #include "tools/timsctl/option_table.h"
+#include "tools/timsctl/robot/running.h"
+#include "tools/timsctl/sim/state.h"
 #include "tools/timsctl/values.h"
 #include "tools/timsctl/verbs.h"
 
@@ -25,27 +30,35 @@ constexpr std::string_view kBash = R"(_timsctl() {
   COMPREPLY=($(timsctl __complete "${words[@]:1}" 2>/dev/null))
   local cut="${last%"$word"}"
   COMPREPLY=("${COMPREPLY[@]#"$cut"}")
+  [[ "${COMPREPLY[0]}" == *= ]] && compopt -o nospace
 }
-complete -F _timsctl timsctl
+complete -o default -F _timsctl timsctl
 )";
 
-constexpr std::string_view kZsh = R"(#compdef timsctl
+constexpr std::string_view kZsh = R"zsh(#compdef timsctl
 _timsctl() {
   local -a candidates
-  candidates=("${(@f)$(timsctl __complete "${(@)words[2,CURRENT]}" 2>/dev/null)}")
-  compadd -- $candidates
+  candidates=(${(f)"$(timsctl __complete "${(@)words[2,CURRENT]}" 2>/dev/null)"})
+  if (( $#candidates )); then compadd -- $candidates; else _files; fi
 }
 compdef _timsctl timsctl
-)";
+)zsh";
 
-constexpr std::string_view kFish = R"(function __timsctl_complete
+constexpr std::string_view kFish = R"fish(function __timsctl_complete
   set -l words (commandline -opc) (commandline -ct)
-  timsctl __complete $words[2..-1] 2>/dev/null
+  set -l found (timsctl __complete $words[2..-1] 2>/dev/null)
+  if test (count $found) -gt 0
+    printf '%s\n' $found
+  else
+    __fish_complete_path (commandline -ct)
+  end
 end
 complete -c timsctl -f -a '(__timsctl_complete)'
-)";
+)fish";
 
-void add_options(const Verb& verb, std::vector<std::string>& out) {
+using Candidates = std::vector<std::string>;
+
+void add_options(const Verb& verb, Candidates& out) {
   for (const OptionRow& row : option_table()) {
     const std::string padded = fmt::format(" {} {} ", verb.options, kGeneralOptions);
     if (padded.find(fmt::format(" {} ", row.name)) != std::string::npos)
@@ -53,64 +66,210 @@ void add_options(const Verb& verb, std::vector<std::string>& out) {
   }
 }
 
-std::vector<std::string> living_addresses(const Context& context) {
-  std::vector<std::string> out;
+Candidates split(std::string_view text, char at) {
+  Candidates out;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(at), text.size());
+    if (end > 0) out.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
+
+// --- what there is: asked of the router, of a component, of this host. Nothing when nobody
+// answers.
+
+Candidates living_addresses(const Context& context, std::optional<std::uint32_t> class_id = {}) {
+  Candidates out;
   const auto connection = context.connect();
-  AdminClient admin(*connection, context.signals, std::chrono::milliseconds(500));
+  AdminClient admin = context.admin(*connection);
   const json::object answer = admin.ask({{"ask", "routes"}});
-  for (const json::value& item : items_of(answer))
-    if (const auto address = parse_address(text_at(item.as_object(), "address.raw"));
-        address && address->fields(admin.widths()).class_id != tims::class_id::kTool)
+  for (const json::value& item : items_of(answer)) {
+    const auto address = parse_address(text_at(item.as_object(), "address.raw"));
+    if (!address) continue;
+    const std::uint32_t its_class = address->fields(admin.widths()).class_id;
+    if (class_id ? its_class == *class_id : its_class != tims::class_id::kTool)
       out.push_back(shell_name(*address, admin.widths()));
+  }
   return out;
 }
 
-// What may stand in the place of the last word, when the verb is known.
-std::vector<std::string> arguments_of(const Verb& verb, const Context& context) {
-  std::vector<std::string> out;
-  const std::string_view wanted = verb.arguments;
-  if (wanted.find('|') != std::string_view::npos) {
-    std::string_view rest = wanted;
-    while (!rest.empty()) {
-      const std::size_t end = std::min(rest.find('|'), rest.size());
-      if (rest.substr(0, end) != "ADDR") out.emplace_back(rest.substr(0, end));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-    }
-  }
-  if (wanted.find("ADDR") == std::string_view::npos &&
-      wanted.find("GLOB") == std::string_view::npos)
+Candidates names_of(std::span<const json::value> items) {
+  Candidates out;
+  for (const json::value& item : items) out.push_back(text_at(item.as_object(), "name"));
+  return out;
+}
+
+Candidates peers(const Context& context) {
+  const auto connection = context.connect();
+  const json::object links = context.admin(*connection).ask({{"ask", "links"}});
+  return names_of(items_of(links));
+}
+
+Candidates routers(const Context& context) {
+  const auto connection = context.connect();
+  const json::object fleet = walk_fleet(context.admin(*connection));
+  return names_of(items_of(fleet));
+}
+
+Candidates parameters(Context& context, const std::string& component) {
+  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
+  ComponentCall call(context, *connection);
+  Candidates out;
+  const auto list = get_parameters(call, need_address(component, connection->widths()));
+  for (const rack::Parameter& parameter : list.parameters) out.emplace_back(parameter.name.view());
+  return out;
+}
+
+Candidates robots() {
+  Candidates out;
+  for (const std::string& key : robot::running()) out.emplace_back(robot::name_of(key));
+  return out;
+}
+
+Candidates classes() {
+  Candidates out;
+  for (const auto table : rack::message_tables())
+    for (const rack::MessageInfo& message : table)
+      if (message.class_id != rack::kEveryClass)
+        out.emplace_back(tims::class_name(message.class_id));
+  return out;
+}
+
+Candidates messages(std::uint32_t class_id, bool commands) {
+  Candidates out;
+  for (const auto table : rack::message_tables())
+    for (const rack::MessageInfo& message : table)
+      if ((message.class_id == class_id || message.class_id == rack::kEveryClass) &&
+          (!commands || message.type > 0))
+        out.push_back(lower(message.name));
+  return out;
+}
+
+Candidates fields(std::uint32_t class_id, const std::string& name) {
+  const rack::MessageInfo* message = rack::find_message(class_id, name);
+  Candidates out;
+  if (message != nullptr && message->body != nullptr)
+    for (const rack::Column& column : message->body->columns())
+      if (column.type != "count") out.push_back(column.name + "=");
+  return out;
+}
+
+// --- what may stand where
+
+// The name of the argument at that place: "ADDR" of "get|set ADDR [NAME] [VALUE]".
+std::string place_name(std::string_view arguments, std::size_t place) {
+  Candidates places = split(arguments, ' ');
+  if (places.empty()) return {};
+  const bool repeats = places.back().find("...") != std::string::npos;
+  if (place >= places.size() && !repeats) return {};
+  // "[FIELD=VALUE...] [-]": the ones that repeat may stand before others.
+  const auto repeated = std::ranges::find_if(
+      places, [](const std::string& p) { return p.find("...") != std::string::npos; });
+  const auto at = std::min(place, static_cast<std::size_t>(repeated - places.begin()));
+  std::string name = places[std::min(at, places.size() - 1)];
+  std::erase_if(name, [](char c) { return c == '[' || c == ']' || c == '.'; });
+  return name;
+}
+
+// What goes there; `before` are the arguments that stand before it.
+Candidates for_place(const Verb& verb, std::string_view name, const Candidates& before,
+                     Context& context) {
+  const auto class_before = [&] { return need_class(before.front()); };
+  if (name == "ADDR" || name == "GLOB" || name == "SRC" || name == "DST")
+    return living_addresses(context);
+  if (name == "CHASSIS") return living_addresses(context, tims::class_id::kChassis);
+  if (name == "PILOT") return living_addresses(context, tims::class_id::kPilot);
+  if (name == "ROUTER" || (name == "NAME" && verb.noun == "link")) return peers(context);
+  if (name == "NAME" && verb.noun == "down") return robots();
+  if (name == "NAME" && verb.verb == "param") return parameters(context, before.back());
+  if (name == "NAME" && verb.verb == "show") return messages(class_before(), false);
+  if (name == "CLASS") return classes();
+  if (name == "TYPE") return messages(class_before(), true);
+  if (name == "FIELD=VALUE" && before.size() > 1) return fields(class_before(), before[1]);
+  if (name == "CODE") {
+    Candidates out;
+    for (const CatalogueEntry& entry : catalogue()) out.emplace_back(entry.code);
     return out;
-  try {
-    const auto addresses = living_addresses(context);
-    out.insert(out.end(), addresses.begin(), addresses.end());
-  } catch (const Failure&) {
-    // No router, no addresses.
+  }
+  const bool literal = std::ranges::all_of(name, [](char c) { return c >= 'a' && c <= 'z'; });
+  return literal ? Candidates{std::string(name)} : Candidates{};
+}
+
+// The value of an option.
+Candidates for_option(std::string_view option, const Verb* verb, Context& context) {
+  if (option == "output") return split(verb == nullptr ? kRows : verb->forms, ' ');
+  if (option == "router") return routers(context);
+  if (option == "link") return peers(context);
+  if (option == "from" || option == "component" || option == "listen")
+    return living_addresses(context);
+  if (option == "type") return messages(rack::kEveryClass, false);
+  if (option == "level") return {"print", "error", "warning", "info", "detail"};
+  if (option == "by") return {"reason", "port", "class"};
+  if (option == "format") return {"text", "nagios"};
+  if (option == "fleet") return sim::fleets();
+  return {};  // the shell proposes files
+}
+
+// The words before the last one, without options and their values.
+struct Before {
+  Candidates plain;
+  const OptionRow* waits = nullptr;  // for its value: the last word
+  std::string host;
+};
+
+Before read_before(std::span<const std::string> words) {
+  Before out;
+  for (const std::string& word : words) {
+    if (out.waits != nullptr) {
+      if (out.waits->name == "host") out.host = word;
+      out.waits = nullptr;
+    } else if (word.starts_with("--host=")) {
+      out.host = word.substr(word.find('=') + 1);
+    } else if (word.starts_with("--")) {
+      out.waits = find_option(word.substr(2));  // none for "--count=5"
+    } else if (word.starts_with('-') && word.size() == 2) {
+      out.waits = find_option(word[1]);
+    } else if (!word.starts_with('-') || word == "-") {
+      out.plain.push_back(word);
+    }
+    if (out.waits != nullptr && !out.waits->takes_value()) out.waits = nullptr;
   }
   return out;
 }
 
-std::vector<std::string> candidates(std::span<const std::string> words, const Context& context) {
-  std::vector<std::string> out;
-  std::vector<std::string> plain;
-  for (const std::string& word : words.first(words.size() - 1))
-    if (!word.starts_with('-')) plain.push_back(word);
-  if (plain.empty() && !words.back().starts_with('-')) {
+Candidates candidates(const Before& before, const std::string& last, Context& context) {
+  Candidates out;
+  const Candidates& plain = before.plain;
+  Resolved found;
+  if (!plain.empty()) found = resolve(plain);
+  if (before.waits != nullptr) return for_option(before.waits->name, found.verb, context);
+  if (const std::size_t equals = last.find('='); last.starts_with("--") && equals != last.npos) {
+    for (const std::string& value : for_option(last.substr(2, equals - 2), found.verb, context))
+      out.push_back(last.substr(0, equals + 1) + value);
+    return out;
+  }
+  if (last.starts_with('-')) {
+    if (found.verb != nullptr) add_options(*found.verb, out);
+    return out;
+  }
+  if (plain.empty()) {
     for (const Verb& verb : verbs())
       if (!verb.example.empty()) out.emplace_back(verb.noun);
     return out;
   }
-  const Resolved found = resolve(plain);
   const bool verb_comes =
       plain.size() == 1 && found.words == 1 && (found.verb == nullptr || !found.verb->verb.empty());
-  if (words.back().starts_with('-')) {
-    if (found.verb != nullptr) add_options(*found.verb, out);
-    return out;
-  }
   for (const Verb& verb : verbs())
     if (verb_comes && verb.noun == found.noun) out.emplace_back(verb.verb);
   if (found.verb == nullptr || verb_comes) return out;
-  if (found.noun == "sim") return sim_candidates(found.verb->verb, plain.size() - found.words);
-  return arguments_of(*found.verb, context);
+  const std::size_t place = plain.size() - found.words;
+  if (found.noun == "sim") return sim_candidates(found.verb->verb, place);
+  const Candidates arguments(plain.begin() + static_cast<std::ptrdiff_t>(found.words), plain.end());
+  for (const std::string& name : split(place_name(found.verb->arguments, place), '|'))
+    for (std::string& candidate : for_place(*found.verb, name, arguments, context))
+      out.push_back(std::move(candidate));
+  return out;
 }
 
 }  // namespace
@@ -135,11 +294,16 @@ Exit completion(Context& context) {
 Exit complete(Context& context) {
   std::vector<std::string> words = context.options.arguments;
   if (words.empty()) words.emplace_back();
+  Options options = context.options;
+  options.timeout = std::chrono::milliseconds(500);  // somebody waits with a finger on a key
   std::vector<std::string> all;
   try {
-    all = candidates(words, context);
+    const Before before = read_before(std::span(words).first(words.size() - 1));
+    Context there(options, context.out, context.signals,
+                  before.host.empty() ? context.host : parse_host(before.host));
+    all = candidates(before, words.back(), there);
   } catch (const Failure&) {
-    return Exit::kDone;  // words that name nothing have no completion
+    return Exit::kDone;  // words that name nothing have no completion; no router, no addresses
   }
   std::ranges::sort(all);
   all.erase(std::unique(all.begin(), all.end()), all.end());

@@ -11,6 +11,7 @@
 #include "tools/timsctl/component_call.h"
 #include "tools/timsctl/component_parameters.h"
 #include "tools/timsctl/failure.h"
+#include "tools/timsctl/fleet.h"
 #include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/show.h"
@@ -28,9 +29,10 @@ constexpr Column kList[] = {
     {"ADDRESS", "address.name"},
     {"RAW", "address.raw", As::kText, true},
     {"STATE", "state"},
-    {"PROGRAM", "owner.name"},
+    {"PROGRAM", "program"},
     {"PID", "owner.pid"},
     {"VIA", "via"},
+    {"AT", "at", As::kText, true},
     {"AGE", "age_s", As::kDuration},
 };
 
@@ -42,6 +44,19 @@ bool is_component(tims::Address address, const tims::AddressWidths& widths) {
   return fields.local == 0 && fields.class_id >= kFirstComponentClass;
 }
 
+bool is_behind_a_link(const json::object& item) { return text_at(item, "owner.port") == "link"; }
+
+// From the router of each, with its program. Which of them the router asked first knows as well
+// does not matter: a robot knows nothing of its neighbours.
+json::object everywhere(AdminClient& admin, const json::object& question) {
+  json::object answer = ask_everywhere(admin, question);
+  json::array here;
+  for (json::value& item : items_of(answer))
+    if (!is_behind_a_link(item.as_object())) here.push_back(std::move(item));
+  answer["items"] = std::move(here);
+  return answer;
+}
+
 // The routers' items of components, each with its state.
 void add_states(json::object& answer, ComponentCall& call, const tims::AddressWidths& widths) {
   json::array components;
@@ -50,7 +65,11 @@ void add_states(json::object& answer, ComponentCall& call, const tims::AddressWi
     const auto address = parse_address(text_at(item.as_object(), "address.raw"), widths);
     if (!address || !is_component(*address, widths)) continue;
     addresses.push_back(*address);
-    components.push_back(item);
+    json::object component = item.as_object();
+    // Behind a link the owner that this router knows is the other router.
+    const bool behind = is_behind_a_link(component);
+    component["program"] = behind ? json::value() : json::value(text_at(component, "owner.name"));
+    components.push_back(std::move(component));
   }
   const auto states = call.states(addresses);
   for (std::size_t i = 0; i < states.size(); ++i)
@@ -212,7 +231,11 @@ Exit component_list(Context& context) {
   const auto ask = [&](AdminClient& admin) {
     json::object answer;
     waited(context, [&] {
-      answer = admin.ask(with_match({{"ask", "mailboxes"}}, context.options));
+      const json::object question = with_match({{"ask", "mailboxes"}}, context.options);
+      answer = context.options.all_routers ? everywhere(admin, question) : admin.ask(question);
+      // What somebody asks for by address may be of another robot.
+      if (!context.options.arguments.empty() && items_of(std::as_const(answer)).empty())
+        answer = everywhere(admin, question);
       add_states(answer, call, admin.widths());
       return !items_of(std::as_const(answer)).empty();
     });

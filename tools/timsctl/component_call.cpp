@@ -4,6 +4,7 @@
 
 #include "os/clock.h"
 #include "proxies/generic.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -78,6 +79,7 @@ std::string state_text(std::int8_t state) {
     case tims::type::kNotAvailable:
       return "gone";
     default:
+      if (const std::string name = type_name(state); !name.empty()) return "answer " + name;
       return "answer " + std::to_string(state);
   }
 }

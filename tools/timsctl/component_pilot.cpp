@@ -10,6 +10,14 @@ namespace timsctl {
 
 namespace {
 
+// An address of anything else would take the chassis away from its pilots.
+void need_class_of(tims::Address address, std::uint32_t wanted, std::string_view what,
+                   std::string_view example, const tims::AddressWidths& widths) {
+  if (address.fields(widths).class_id == wanted) return;
+  throw usage_error(fmt::format("{} is no {}", address.to_string(widths), what),
+                    fmt::format("such as {}", example));
+}
+
 void set_pilot(ComponentCall& call, tims::Address chassis, tims::Address pilot) {
   if (call.ask(chassis, tims::type::kGetStatus).header.type != tims::type::kEnabled)
     throw Failure(Exit::kNo, "component_off",
@@ -41,9 +49,13 @@ Exit component_pilot(Context& context) {
   const auto widths = connection->widths();
   ComponentCall call(context, *connection);
   const tims::Address chassis = need_address(arguments[0], widths);
+  need_class_of(chassis, tims::class_id::kChassis, "chassis", "Chassis/0/0", widths);
   std::optional<tims::Address> pilot;
   if (arguments.size() > 1) {
-    if (arguments[1] != "none") pilot = need_address(arguments[1], widths);
+    if (arguments[1] != "none") {
+      pilot = need_address(arguments[1], widths);
+      need_class_of(*pilot, tims::class_id::kPilot, "pilot", "Pilot/0/1, or none", widths);
+    }
     waited(context, [&] { return set_pilot(call, chassis, pilot.value_or(rack::kNoPilot)), true; });
   } else {
     waited(context, [&] { return pilot = get_pilot(call, chassis), true; });

@@ -54,6 +54,9 @@ std::uint32_t need_class(std::string_view text) {
 
 tims::Address need_address(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto address = parse_address(text, widths)) return *address;
+  if (parse_pattern(text, widths))
+    throw usage_error("\"" + std::string(text) + "\" is a pattern; here one address is meant",
+                      "`timsctl component list '" + std::string(text) + "'` shows what it fits");
   throw usage_error("\"" + std::string(text) + "\" is no address",
                     hint_for(text, "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002"));
 }

@@ -67,6 +67,14 @@ class Explainer {
     return {false, cause, "start the component; `timsctl route show -a` lists what there is"};
   }
 
+  // Programs of the original, behind TCP, have no name.
+  static std::string owner_of(const json::object& answer) {
+    const std::string name = text_at(answer, "owner.name");
+    if (!name.empty()) return name;
+    const std::string peer = text_at(answer, "owner.peer");
+    return peer.empty() ? "a client without a name" : "the client at " + peer;
+  }
+
   // The owner may not take what arrives.
   [[nodiscard]] Conclusion at_mailbox(const Step& last) {
     const json::object answer =
@@ -77,13 +85,11 @@ class Explainer {
       if (slots > 0 && number_or_zero(box, "waiting") >= slots)
         return {false,
                 fmt::format("the mailbox {} is full: its owner {} does not take its messages",
-                            name_of(dst_), text_at(box, "owner.name")),
+                            name_of(dst_), owner_of(box)),
                 fmt::format("`timsctl -r {} mbx show '{}'`", last.name, name_of(dst_))};
     }
-    return {
-        true,
-        fmt::format("it arrives: {} hands it to {}", last.name, text_at(last.answer, "owner.name")),
-        ""};
+    return {true, fmt::format("it arrives: {} hands it to {}", last.name, owner_of(last.answer)),
+            ""};
   }
 
   // Routers of the fleet that were there and are not now.

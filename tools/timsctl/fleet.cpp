@@ -22,7 +22,10 @@ class Walk {
       const std::string raw = waiting_.front();
       waiting_.pop_front();
       json::object& item = routers_[raw];
-      if (text_at(item, "state") != "up") continue;
+      if (text_at(item, "state") != "up") {
+        partial_ = true;  // what is behind it is not known from here
+        continue;
+      }
       visit(first_.at(router_address(item)), raw);
     }
     json::array items;
@@ -38,8 +41,9 @@ class Walk {
       answer = router.ask({{"ask", "routers"}});
     } catch (const Failure& failure) {
       if (raw.empty()) throw;
-      if (failure.exit != Exit::kTimeout && failure.exit != Exit::kNoSuch) throw;
+      // One that cannot answer hides none of the others.
       routers_[raw]["state"] = "unreachable";
+      routers_[raw]["trouble"] = failure.message;
       partial_ = true;
       return;
     }
@@ -115,6 +119,29 @@ std::optional<tims::Address> router_address(const json::object& item) {
 }
 
 json::object walk_fleet(const AdminClient& first) { return Walk(first).run(); }
+
+json::object ask_everywhere(AdminClient& admin, const json::object& question) {
+  json::object fleet = walk_fleet(admin);
+  json::array rows;
+  bool partial = fleet["partial"].as_bool();
+  json::value schema;
+  for (const json::value& value : items_of(fleet)) {
+    const json::object& router = value.as_object();
+    if (text_at(router, "state") != "up") continue;
+    try {
+      json::object answer = admin.at(router_address(router)).ask(question);
+      schema = answer["schema"];
+      for (json::value& item : items_of(answer)) {
+        item.as_object()["at"] = router.at("name");
+        rows.push_back(std::move(item));
+      }
+    } catch (const Failure& failure) {
+      if (failure.exit != Exit::kTimeout && failure.exit != Exit::kNoSuch) throw;
+      partial = true;
+    }
+  }
+  return {{"schema", schema}, {"partial", partial}, {"items", std::move(rows)}};
+}
 
 tims::Address find_router(const AdminClient& first, std::string_view name) {
   const tims::AddressWidths widths = first.widths();

@@ -15,6 +15,10 @@ namespace timsctl {
 // was found at), "depth", "clock" (added up along the way; null: not known).
 json::object walk_fleet(const AdminClient& first);
 
+// The items of every router that is there, each with "at": the router that knows it; "partial" also
+// when one of them did not answer.
+json::object ask_everywhere(AdminClient& admin, const json::object& question);
+
 // By name ("robot1") or address ("Tims(1/1)"). Throws Failure when there is none.
 tims::Address find_router(const AdminClient& first, std::string_view name);
 

@@ -83,7 +83,7 @@ TEST(MessageFields, JsonHasUnitsAndCanStillBeSent) {
   EXPECT_EQ(text_at(described, "type_name"), "data");
   EXPECT_EQ(text_at(described, "body"), "ChassisData");
   EXPECT_EQ(text_at(described, "units.vx"), "m/s");
-  EXPECT_EQ(number_at(described, "data.vx"), 0.2F);
+  EXPECT_EQ(number_at(described, "data.vx"), 0.2);
   EXPECT_EQ(at_path(described, "data.omega"), nullptr) << "JSON has no infinity: null";
   const auto drafts = parse_recorded(to_text(described) + "\n");
   ASSERT_EQ(drafts.size(), 1U);

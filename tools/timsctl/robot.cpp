@@ -7,6 +7,7 @@
 
 #include "os/clock.h"
 #include "os/service_manager.h"
+#include "router/config/nearest.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/detach.h"
@@ -46,6 +47,19 @@ std::string absolute(Host host) {
   return to_string(host);
 }
 
+// --on a host that the file does not have would start nothing, and wait.
+void need_host(const robot::Robot& robot, const std::string& name) {
+  if (name.empty()) return;
+  std::vector<std::string_view> known;
+  for (const robot::Host& host : robot.hosts) known.push_back(host.name);
+  if (std::ranges::find(known, name) != known.end()) return;
+  const auto near = tims::config::nearest(name, known);
+  throw usage_error(fmt::format("--on: the robot has no host \"{}\"", name),
+                    near            ? fmt::format("did you mean {}?", *near)
+                    : known.empty() ? "[host.NAME] in its file makes one"
+                                    : fmt::format("there are {}", fmt::join(known, ", ")));
+}
+
 Given read_robot_file(const Context& context) {
   const std::string& path = context.options.arguments.front();
   const bool from_stdin = path == "-";
@@ -61,6 +75,7 @@ Given read_robot_file(const Context& context) {
                                 context.options.system);
   fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
   given.robot = std::move(read.robot);
+  need_host(given.robot, given.place.host);
   given.place.name = given.robot.name;
   if (given.robot.system != 0) given.place.name += fmt::format("-{}", given.robot.system);
   if (!given.place.host.empty()) given.place.name += "-" + given.place.host;
@@ -78,26 +93,15 @@ Exit run_robot(Context& context, const Given& given, const std::function<void()>
   return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
 }
 
-std::string chosen_robot(const Context& context) {
-  if (!context.options.arguments.empty()) return context.options.arguments.front();
-  const auto names = robot::running();
-  if (names.size() == 1) return names.front();
-  if (names.empty())
-    throw Failure(Exit::kNoSuch, "no_such_robot", "no robot runs on this host",
-                  "`timsctl up FILE` starts one");
-  throw usage_error(fmt::format("several robots run: {}", fmt::join(names, ", ")),
-                    "say which one: `timsctl down NAME`");
-}
-
 }  // namespace
 
 Exit up(Context& context) {
   const Given given = read_robot_file(context);
   const std::string& name = given.place.name;
   if (context.options.detach)
-    return run_detached(robot::log_file(name), [&](const std::function<void()>& ready) {
-      return run_robot(context, given, ready);
-    });
+    return run_detached(
+        robot::log_file(robot::key_of(name, given.place.router)),
+        [&](const std::function<void()>& ready) { return run_robot(context, given, ready); });
   return run_robot(context, given, [&] {
     context.out.note(fmt::format("robot {} is up: `timsctl component list`; {}", name,
                                  context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
@@ -105,9 +109,12 @@ Exit up(Context& context) {
 }
 
 Exit down(Context& context) {
-  const std::string name = chosen_robot(context);
+  const auto& arguments = context.options.arguments;
+  const std::string key =
+      robot::chosen(arguments.empty() ? "" : arguments.front(), absolute(context.host));
+  const std::string name(robot::name_of(key));
   const auto timeout = std::max(context.options.timeout, kEndAnswers);
-  (void)robot::ask(name, {{"do", "down"}}, context.signals, timeout);
+  (void)robot::ask(key, {{"do", "down"}}, context.signals, timeout);
   if (context.out.json())
     context.out.write(
         json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
@@ -116,14 +123,18 @@ Exit down(Context& context) {
 }
 
 Exit robot_show(Context& context) {
-  constexpr Column kColumns[] = {
-      {"ROBOT", "robot"}, {"PROGRAM", "name"}, {"STATUS", "status"}, {"PID", "pid"}};
+  constexpr Column kColumns[] = {{"ROBOT", "robot"},
+                                 {"PROGRAM", "name"},
+                                 {"STATUS", "status"},
+                                 {"PID", "pid"},
+                                 {"ROUTER", "router"}};
   json::array items;
-  for (const std::string& name : robot::running()) {
+  for (const std::string& key : robot::running()) {
     json::object answer =
-        robot::ask(name, {{"do", "show"}}, context.signals, context.options.timeout);
+        robot::ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
     for (json::value& item : items_of(answer)) {
-      item.as_object()["robot"] = name;
+      item.as_object()["robot"] = robot::name_of(key);
+      item.as_object()["router"] = text_at(answer, "router");
       items.push_back(std::move(item));
     }
   }

@@ -1,6 +1,9 @@
 // timsctl route: where messages go.
+#include <algorithm>
+
 #include <fmt/format.h>
 
+#include "router/config/nearest.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
@@ -54,26 +57,19 @@ std::string draw_verdict(const json::object& route, const Look& look) {
   return text;
 }
 
-// What every router of the fleet knows, each row with the router that knows it.
-json::object routes_everywhere(AdminClient& admin, const json::object& question) {
-  json::object fleet = walk_fleet(admin);
-  json::array rows;
-  bool partial = fleet["partial"].as_bool();
-  for (const json::value& value : items_of(fleet)) {
-    const json::object& router = value.as_object();
-    if (text_at(router, "state") != "up") continue;
-    try {
-      json::object answer = admin.at(router_address(router)).ask(question);
-      for (json::value& item : items_of(answer)) {
-        item.as_object()["at"] = router.at("name");
-        rows.push_back(std::move(item));
-      }
-    } catch (const Failure& failure) {
-      if (failure.exit != Exit::kTimeout && failure.exit != Exit::kNoSuch) throw;
-      partial = true;
-    }
-  }
-  return {{"schema", "tims/route/1"}, {"partial", partial}, {"items", std::move(rows)}};
+// A route over a link that is not there would take messages away, and say nothing.
+void need_link(AdminClient& admin, const std::string& name) {
+  std::vector<std::string> known;
+  const json::object links = admin.ask({{"ask", "links"}});
+  for (const json::value& link : items_of(links))
+    known.push_back(text_at(link.as_object(), "name"));
+  if (std::ranges::find(known, name) != known.end()) return;
+  const std::vector<std::string_view> views(known.begin(), known.end());
+  const auto near = tims::config::nearest(name, views);
+  throw Failure(Exit::kNoSuch, "no_such_link", fmt::format("no link to a router \"{}\"", name),
+                near            ? fmt::format("did you mean {}?", *near)
+                : known.empty() ? "this router has no links: [[link]] in its configuration"
+                                : fmt::format("there are {}", fmt::join(known, ", ")));
 }
 
 Exit change_route(Context& context, std::string_view ask) {
@@ -83,6 +79,7 @@ Exit change_route(Context& context, std::string_view ask) {
   if (arguments.size() > 1) question["via"] = arguments[1];
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
+  if (ask == "route_add") need_link(admin, arguments[1]);
   const json::object answer = admin.ask(question);
   if (context.out.json()) context.out.write(answer);
   return Exit::kDone;
@@ -97,7 +94,7 @@ Exit route_show(Context& context) {
   if (context.options.all_routers) {
     const json::object question = with_match({{"ask", "routes"}}, context.options);
     return show(
-        context, [&](AdminClient& admin) { return routes_everywhere(admin, question); },
+        context, [&](AdminClient& admin) { return ask_everywhere(admin, question); },
         [](const json::object& answer, const Look& look) {
           return render_items(items_of(answer), kRoutesEverywhere, look);
         });

@@ -62,6 +62,7 @@ class TcpConnection final : public Connection {
   std::string where_;
   tims::wire::StreamReader reader_;
   tims::Duration timeout_;
+  bool heard_ = false;
   tims::Address address_{};
   tims::AddressWidths widths_{};
   std::deque<Message> received_;
@@ -100,6 +101,13 @@ tims::Result<void> TcpConnection::read() {
   auto size = socket_.read_some(buffer);
   if (!size) return size.error();
   auto chunk = std::span(buffer).first(*size);
+  constexpr std::string_view kHttp = "HTTP/";
+  const auto front = chunk.first(std::min(chunk.size(), kHttp.size()));
+  if (!heard_ && std::ranges::equal(front, std::as_bytes(std::span(kHttp))))
+    throw Failure(Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
+                  "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
+                  "http.listen");
+  heard_ = true;
   for (;;) {
     const auto item = reader_.next(chunk);
     switch (item.status) {

@@ -3,6 +3,8 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -22,14 +24,24 @@ bool wait_for(int fd, short events, tims::Time deadline) {
   return ::ppoll(&wait, 1, &limit, nullptr) > 0;
 }
 
+std::string hint_for(std::string_view why, const TcpHost& host) {
+  const auto is = [&](int error) { return why == std::generic_category().message(error); };
+  if (is(ECONNREFUSED))
+    return "a fresh router listens on loopback only: tcp.listen in its configuration";
+  if (is(ETIMEDOUT) || is(EHOSTUNREACH) || is(ENETUNREACH))
+    return "is that host up, and its network? A firewall may drop what comes to port " +
+           std::to_string(host.port);
+  return "that name has no address: is it spelt so? `getent hosts " + host.host + "`";
+}
+
 }  // namespace
 
 TcpSocket TcpSocket::connect(const TcpHost& host, tims::Duration timeout) {
   auto file = tims::os::connect_tcp(host.host, host.port, tims::os::deadline_after(timeout));
   if (file) return TcpSocket(std::move(*file));
-  throw Failure(Exit::kNoRouter, "no_router",
-                "no router at " + to_string(host) + ": " + file.error().detail(),
-                "a fresh router listens on loopback only: tcp.listen in its configuration");
+  const std::string& why = file.error().detail();
+  throw Failure(Exit::kNoRouter, "no_router", "no router at " + to_string(host) + ": " + why,
+                hint_for(why, host));
 }
 
 tims::Result<void> TcpSocket::write_all(std::span<const std::byte> bytes, tims::Time deadline) {

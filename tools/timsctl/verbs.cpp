@@ -69,9 +69,11 @@ constexpr Verb kVerbs[] = {
     {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
      "timsctl mbx show Ladar/3/0", mbx_show, kRows},
 
-    {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait", false,
-     "Components, and whether they are on: all that have a mailbox here or behind a link. --wait: "
-     "until there is one.",
+    {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait all-routers", false,
+     "Components, and whether they are on: all that have a mailbox here or behind a link; when "
+     "none "
+     "of them fits GLOB, and with -a, those of every router of the fleet. --wait: until there is "
+     "one.",
      "timsctl component list 'Ladar(*/*)'", component_list, kRows},
     {"component", "status", "ADDR...", 1, 64, "wait", false,
      "Whether components are on. Exit status 1: one is not. --wait: until all are.",

@@ -8,6 +8,7 @@ namespace rack {
 namespace {
 
 constexpr std::string_view kHelp = "help";
+constexpr std::string_view kVersion = "version";
 constexpr std::string_view kRouter = "router";
 
 tims::Error wrong(std::string text) {
@@ -15,7 +16,7 @@ tims::Error wrong(std::string text) {
 }
 
 std::vector<std::string_view> known_names(const Parameters& parameters) {
-  std::vector<std::string_view> names{kHelp, kRouter};
+  std::vector<std::string_view> names{kHelp, kVersion, kRouter};
   for (const auto& entry : parameters.entries()) names.push_back(entry.info->name);
   return names;
 }
@@ -61,6 +62,10 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
       result.help = true;
       return result;
     }
+    if (*name == kVersion) {
+      result.version = true;
+      return result;
+    }
     std::optional<std::string_view> value;
     if (equals != std::string_view::npos) value = text.substr(equals + 1);
     if (!value && i + 1 < arguments.size()) value = arguments[++i];
@@ -90,6 +95,7 @@ std::string usage(const Parameters& parameters, std::string_view purpose) {
                                allowed(*entry.info) + ")");
   }
   line(kHelp, "this");
+  line(kVersion, "which version this is");
   return text;
 }
 

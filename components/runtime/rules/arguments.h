@@ -13,6 +13,7 @@ namespace rack {
 
 struct Arguments {
   bool help = false;
+  bool version = false;
   std::string router{};  // --router; empty: as the environment says
 };
 

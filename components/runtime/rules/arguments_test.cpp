@@ -53,6 +53,12 @@ TEST_F(ArgumentsTest, SayWhatIsWrong) {
             "--scan2dInst is missing: instance of the scanner (--help lists the options)");
 }
 
+TEST_F(ArgumentsTest, VersionNeedsNothingElse) {
+  const auto result = parse({"--version"});
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->version);
+}
+
 TEST_F(ArgumentsTest, HelpNeedsNothingElse) {
   const auto result = parse({"--help"});
   ASSERT_TRUE(result);

@@ -39,13 +39,18 @@ bool has_closed(int input) {
 }  // namespace
 
 Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
-    : context_(context), events_(context, "tims/robot_event/1", 20), name_(place.name) {
-  auto control = tims::os::listen_unix(control_socket(name_), 0600);
+    : context_(context),
+      events_(context, "tims/robot_event/1", 20),
+      name_(place.name),
+      router_(place.router),
+      key_(key_of(place.name, place.router)) {
+  auto control = tims::os::listen_unix(control_socket(key_), 0600);
   if (!control && control.error().code() == tims::Errc::kAddressInUse)
-    throw Failure(Exit::kDenied, "robot_runs", fmt::format("robot {} runs already", name_),
+    throw Failure(Exit::kDenied, "robot_runs",
+                  fmt::format("robot {} runs already at {}", name_, router_),
                   fmt::format("`timsctl down {}` ends it", name_));
-  control_ = value_or_fail(std::move(control), control_socket(name_));
-  status_.emplace(status_socket(name_));
+  control_ = value_or_fail(std::move(control), control_socket(key_));
+  status_.emplace(status_socket(key_));
   for (const Component& component : robot.components)
     if (component.host == place.host) add(component, place);
   if (place.host.empty())
@@ -66,7 +71,7 @@ void Supervisor::add(const Component& component, const Place& place) {
   programs_.emplace_back(component.name,
                          Launch{.command = component.command,
                                 .environment = {"TIMS_ROUTER=" + place.router, "TIMS_HOST=",
-                                                "NOTIFY_SOCKET=" + status_socket(name_)},
+                                                "NOTIFY_SOCKET=" + status_socket(key_)},
                                 .folder = place.folder},
                          Program::Manner{.restart = component.restart, .tells = component.tells});
 }
@@ -193,7 +198,10 @@ json::object Supervisor::report() const {
     if (const auto pid = program.pid()) item["pid"] = *pid;
     items.push_back(std::move(item));
   }
-  return {{"schema", "tims/robot/1"}, {"name", name_}, {"items", std::move(items)}};
+  return {{"schema", "tims/robot/1"},
+          {"name", name_},
+          {"router", router_},
+          {"items", std::move(items)}};
 }
 
 void Supervisor::end_all() {

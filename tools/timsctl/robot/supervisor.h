@@ -59,6 +59,8 @@ class Supervisor {
   Context& context_;
   EventLines events_;
   std::string name_;
+  std::string router_;
+  std::string key_;  // of its folder
   tims::os::File control_;
   std::optional<StatusSocket> status_;
   std::list<Program> programs_;
