@@ -44,8 +44,7 @@ std::string recoded(const GoldenVector& v, std::endian to) {
 std::string json(const std::string& name, const std::string& origin) {
   for (const GoldenVector& v : component_vectors()) {
     if (v.name != name || v.origin != origin) continue;
-    const auto text =
-        find_message(v.stated)->body->json(v.body(), v.stated.body_order(), {});
+    const auto text = find_message(v.stated)->body->json(v.body(), v.stated.body_order(), {});
     return text ? *text : text.error().message();
   }
   return "no such vector";
