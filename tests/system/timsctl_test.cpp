@@ -158,6 +158,7 @@ TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
       {{"route", "add", "Ladar(3/*)", "robot3"}, 4, "no link to a router \"robot3\"", "no links"},
       {{"status", "-H", pages.http()}, 3, "answers in HTTP", "tcp.listen"},
       {{"status", "-H", "no-such-host.invalid"}, 3, "no router at no-such-host", "getent hosts"},
+      {{"route", "get", "Chassis/0/0", "--type", "moove"}, 2, "is no message", "mean move?"},
       {{"ping", "Ladar/0/0", "-o", "csv"}, 2, "has no -o csv", "table, wide, json"},
   };
   for (const Case& c : cases) {

@@ -3,6 +3,7 @@
 #include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
+#include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
@@ -75,10 +76,9 @@ tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidt
                     hint_for(text, "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000"));
 }
 
-std::int8_t need_type(std::string_view text) {
-  if (const auto type = parse_type(text)) return *type;
-  throw usage_error("\"" + std::string(text) + "\" is no message type",
-                    "a number from -128 to 127, or a name such as get_status");
+std::int8_t need_type(std::string_view text, std::uint32_t class_id) {
+  const auto type = parse_type(text, class_id);
+  return type ? *type : need_message(class_id, text).type;
 }
 
 }  // namespace timsctl

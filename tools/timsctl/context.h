@@ -34,6 +34,7 @@ std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths);
 // A class by name ("Chassis"), or that of an address ("Chassis/0/0").
 std::uint32_t need_class(std::string_view text);
-std::int8_t need_type(std::string_view text);
+// Of a message to a component of the class: its own names too.
+std::int8_t need_type(std::string_view text, std::uint32_t class_id);
 
 }  // namespace timsctl

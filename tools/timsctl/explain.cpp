@@ -27,7 +27,9 @@ class Explainer {
 
   Exit run() {
     const std::int8_t type =
-        context_.options.type.empty() ? tims::type::kGetStatus : need_type(context_.options.type);
+        context_.options.type.empty()
+            ? tims::type::kGetStatus
+            : need_type(context_.options.type, dst_.fields(admin_.widths()).class_id);
     const Path to_source = find_path(admin_, {}, src_, type);
     Conclusion conclusion;
     Path path;

@@ -110,9 +110,12 @@ Exit route_get(Context& context) {
   const auto hex = [&](std::string_view text) {
     return need_address(text, admin.widths()).to_hex();
   };
-  json::object question{{"ask", "route"}, {"to", hex(options.arguments.front())}};
+  const tims::Address to = need_address(options.arguments.front(), admin.widths());
+  json::object question{{"ask", "route"}, {"to", to.to_hex()}};
   if (!options.from.empty()) question["from"] = hex(options.from);
-  question["type"] = options.type.empty() ? tims::type::kGetStatus : need_type(options.type);
+  question["type"] = options.type.empty()
+                         ? tims::type::kGetStatus
+                         : need_type(options.type, to.fields(admin.widths()).class_id);
   const json::object answer = admin.ask(question);
   const Look& look = context.out.look();
   if (look.format == Format::kJson)

@@ -35,11 +35,12 @@ Exit trace(Context& context) {
   if (std::holds_alternative<TcpHost>(context.host))
     throw usage_error("a message that comes over TCP is not traced", "-H unix:PATH on that host");
   (void)need_address(context.options.arguments.front(), kAnyWidths);
-  const std::int8_t type =
-      context.options.type.empty() ? tims::type::kGetStatus : need_type(context.options.type);
   const auto connection = context.connect();
-  const tims::Address target =
-      need_address(context.options.arguments.front(), connection->widths());
+  const tims::AddressWidths widths = connection->widths();
+  const tims::Address target = need_address(context.options.arguments.front(), widths);
+  const std::int8_t type = context.options.type.empty()
+                               ? tims::type::kGetStatus
+                               : need_type(context.options.type, target.fields(widths).class_id);
   const std::string name = target.to_string(connection->widths());
   const tims::Time sent = tims::os::now();
   auto result = connection->send({.dest = target,
