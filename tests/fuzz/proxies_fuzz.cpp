@@ -30,7 +30,7 @@ void check(const BodyInfo& body, std::span<const std::byte> bytes, std::endian o
   require(again.ok() && *again == *there);
   // What is only printed must not depend on the way here.
   require(*body.json(*there, other(order), {}) == *json);
-  require(body.text(*back, order, 4).ok());
+  require(body.text(*back, order, {.elements_max = 4}).ok());
 }
 
 }  // namespace
