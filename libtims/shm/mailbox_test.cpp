@@ -1,5 +1,9 @@
+#include <algorithm>
 #include <cstring>
+#include <deque>
+#include <map>
 #include <new>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -75,6 +79,41 @@ TEST_F(MailboxTest, FullReplacesTheOldestOfTheLowestPriority) {
   for (const char* expected : {"f255", "a5", "d3", "(empty)"}) EXPECT_EQ(receive(), expected);
   EXPECT_EQ(view_.header().replaced.load(std::memory_order_relaxed), 2U);
   EXPECT_EQ(view_.header().refused.load(std::memory_order_relaxed), 1U);
+}
+
+// Of a mailbox with many slots what goes next is remembered: the rule is the same.
+TEST_F(MailboxTest, AFullMailboxOfManySlotsKeepsToTheRule) {
+  constexpr std::uint32_t kSlots = 1024;
+  make(kSlots);
+  Sender one(view_, 1);
+  Sender other(view_, 2);
+  std::map<int, std::deque<std::string>> model;  // by priority
+  std::uint32_t held = 0;
+  std::mt19937 random(1);
+  for (int i = 0; i < 60'000; ++i) {
+    const int phase = i / 10'000;
+    const int priority = phase % 2 == 0 ? 3 : static_cast<int>(random() % 8);
+    const std::string body = std::to_string(i);
+    const bool full = held == kSlots;
+    auto lowest = std::ranges::find_if(model, [](const auto& p) { return !p.second.empty(); });
+    const bool takes = !full || lowest->first <= priority;
+    const auto outcome = send(random() % 50 == 0 && phase > 2 ? other : one, body,
+                              static_cast<std::uint8_t>(priority));
+    ASSERT_EQ(taken(outcome), takes) << i;
+    ASSERT_EQ(outcome == SendOutcome::kReplaced, full && takes) << i;
+    if (full && takes) lowest->second.pop_front();
+    if (takes) model[priority].push_back(body);
+    held += !full && takes ? 1 : 0;
+    for (std::uint32_t n = random() % 300 == 0 ? 5 : 0; n > 0 && held > 0; --n, --held) {
+      auto first = std::find_if(model.rbegin(), model.rend(),
+                                [](const auto& p) { return !p.second.empty(); });
+      ASSERT_EQ(receive(), first->second.front()) << i;
+      first->second.pop_front();
+    }
+  }
+  for (auto p = model.rbegin(); p != model.rend(); ++p)
+    for (const std::string& body : p->second) ASSERT_EQ(receive(), body);
+  EXPECT_EQ(receive(), "(empty)");
 }
 
 TEST_F(MailboxTest, OwnerThatSleepsThroughManyLapsGetsTheNewestInOrder) {

@@ -1,7 +1,9 @@
 // What a sender does when there is no hint to go by.
 #include "shm/sender.h"
 
+#include <algorithm>
 #include <cstring>
+#include <functional>
 
 namespace tims::shm {
 
@@ -16,14 +18,18 @@ using std::memory_order_seq_cst;
 // memory.
 SendOutcome Sender::claim_by_scan(std::uint8_t priority, Claim& claim) {
   constexpr int kLooksMax = 32;
+  if (const auto known = claim_remembered(priority, claim)) return *known;
   std::optional<std::uint64_t> seen;
   for (int looks = 0; looks < kLooksMax; ++looks) {
-    const Room room = find_room(priority);
+    const std::uint64_t tail = view_.header().arrival_tail.load(memory_order_acquire);
+    const Stamp present = now();
+    const Room room = find_room(priority, present);
     if (!room.found && seen == room.fingerprint) break;
     seen = room.fingerprint;
     if (!room.found || !claim_slot(room.index, room.word, priority, claim)) continue;
     if (room.word.state != SlotState::kReadable) return SendOutcome::kOk;
     view_.header().replaced.fetch_add(1, memory_order_relaxed);
+    remember(room, present, tail);
     return SendOutcome::kReplaced;
   }
   view_.header().refused.fetch_add(1, memory_order_relaxed);
@@ -32,29 +38,107 @@ SendOutcome Sender::claim_by_scan(std::uint8_t priority, Claim& claim) {
 
 // A free slot, else that of the oldest message of the lowest priority waiting, if that is not above
 // `priority`.
-Sender::Room Sender::find_room(std::uint8_t priority) const {
+Sender::Room Sender::find_room(std::uint8_t priority, Stamp present) const {
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15;
-  const Stamp present = now();
   Room room;
-  std::uint64_t oldest = 0;
   for (std::uint32_t i = 0; i < view_.geometry().slots; ++i) {
     const SlotHeader& slot = view_.slot(i);
     const std::uint64_t packed = slot.word.load(memory_order_acquire);
     room.fingerprint = (room.fingerprint ^ packed) * kOdd;
     const SlotWord word = SlotWord::unpack(packed);
     if (word.state == SlotState::kFree || word.state == SlotState::kAbandoned)
-      return {true, i, word, 0};
+      return {.found = true, .index = i, .word = word};
     // What waits in an uplink has receivers of its own: its sender waits for room instead.
     if (view_.wake() == WakeKind::kDoorbell) continue;
     if (word.state != SlotState::kReadable || word.priority > priority) continue;
     const std::uint64_t age = Stamp::unpack(slot.stamp.load(memory_order_relaxed)).age(present);
     if (room.found && (word.priority > room.word.priority ||
-                       (word.priority == room.word.priority && age <= oldest)))
+                       (word.priority == room.word.priority && age <= room.age)))
       continue;
-    room = {true, i, word, room.fingerprint};
-    oldest = age;
+    room = {true, i, word, room.fingerprint, age};
   }
   return room;
+}
+
+// Those that are as unimportant as the one in `room`, and came next after it. `tail`: where the
+// arrival ring ended before the look.
+void Sender::remember(const Room& room, Stamp present, std::uint64_t tail) {
+  if (next_to_go_.capacity() == 0 || !remembering_.compare_exchange(0, 1, memory_order_acquire))
+    return;
+  next_to_go_.clear();
+  gone_ = 0;
+  looked_up_to_ = tail;
+  rescans_then_ = present.rescans;
+  lowest_without_hint_.store(kNoPriority, memory_order_relaxed);
+  without_hint_.store(0, memory_order_release);
+  for (std::uint32_t i = 0; i < view_.geometry().slots; ++i) {
+    const SlotHeader& slot = view_.slot(i);
+    const SlotWord word = SlotWord::unpack(slot.word.load(memory_order_acquire));
+    if (word.state != SlotState::kReadable || word.priority > room.word.priority) continue;
+    const std::uint64_t age = Stamp::unpack(slot.stamp.load(memory_order_relaxed)).age(present);
+    const bool less_important = word.priority < room.word.priority;  // it has come meanwhile
+    if (!less_important && (age > room.age || age + kRemembered <= room.age)) continue;
+    if (less_important || next_to_go_.size() == kRemembered) {  // more at a time than there can be
+      next_to_go_.clear();
+      break;
+    }
+    next_to_go_.push_back({i, word, age});
+  }
+  std::ranges::sort(next_to_go_, std::greater(), &NextToGo::age);
+  remembering_.store(0, memory_order_release);
+}
+
+// Nothing: another look is needed. What was replaced, read or taken back since has another word;
+// what came since is younger, and not less important.
+std::optional<SendOutcome> Sender::claim_remembered(std::uint8_t priority, Claim& claim) {
+  if (next_to_go_.capacity() == 0 || !remembering_.compare_exchange(0, 1, memory_order_acquire))
+    return std::nullopt;
+  std::optional<SendOutcome> outcome;
+  const bool all_is_known = gone_ < next_to_go_.size() && nothing_less_important_came();
+  while (all_is_known && !outcome && gone_ < next_to_go_.size()) {
+    const NextToGo& next = next_to_go_[gone_];
+    const bool is_there =
+        view_.slot(next.index).word.load(memory_order_acquire) == next.word.pack();
+    if (is_there && next.word.priority > priority) {
+      outcome = SendOutcome::kFull;
+      view_.header().refused.fetch_add(1, memory_order_relaxed);
+      break;
+    }
+    ++gone_;
+    if (!is_there || !claim_slot(next.index, next.word, priority, claim)) continue;
+    outcome = SendOutcome::kReplaced;
+    view_.header().replaced.fetch_add(1, memory_order_relaxed);
+  }
+  if (!all_is_known) next_to_go_.clear();
+  remembering_.store(0, memory_order_release);
+  return outcome;
+}
+
+// Since the look. More than was remembered is not gone through: another look does no worse.
+bool Sender::nothing_less_important_came() {
+  const MailboxHeader& header = view_.header();
+  const std::uint64_t tail = header.arrival_tail.load(memory_order_acquire);
+  const auto rescans = static_cast<std::uint32_t>(header.rescans.load(memory_order_acquire));
+  const std::uint8_t lowest = next_to_go_.front().word.priority;
+  // When the ring is full, only those that were sent from here are known.
+  if (rescans - rescans_then_ != without_hint_.load(memory_order_acquire)) return false;
+  if (lowest_without_hint_.load(memory_order_relaxed) < lowest) return false;
+  if (tail - looked_up_to_ > kRemembered) return false;
+  for (; looked_up_to_ != tail; ++looked_up_to_) {
+    const Hint hint = Hint::unpack(view_.arrival(looked_up_to_).load(memory_order_acquire));
+    if (hint.lap != view_.geometry().lap_of(looked_up_to_)) return false;
+    if (hint.priority < lowest) return false;
+  }
+  return true;
+}
+
+// Its priority first: who sees it counted must see that too.
+void Sender::count_without_hint(std::uint8_t priority) {
+  std::uint32_t seen = lowest_without_hint_.load(memory_order_relaxed);
+  while (priority < seen &&
+         !lowest_without_hint_.compare_exchange(seen, priority, memory_order_relaxed))
+    seen = lowest_without_hint_.load(memory_order_relaxed);
+  without_hint_.fetch_add(1, memory_order_release);
 }
 
 // For a long body. The first place that is free: its pages are most likely to be there.

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "shm/checked_view.h"
 #include "shm/slot.h"
@@ -38,7 +39,9 @@ struct Claim {
 class Sender {
  public:
   // `writer`: the identity the router gave this process, 1 to 0xFFFFFF.
-  Sender(const MailboxView& view, std::uint32_t writer) : view_(view), writer_(writer) {}
+  Sender(const MailboxView& view, std::uint32_t writer) : view_(view), writer_(writer) {
+    if (view_.geometry().slots >= kManySlots) next_to_go_.reserve(kRemembered);
+  }
 
   // `length`: of the whole message, at least kHeaderSize. kOk or kReplaced: `claim` is set.
   SendOutcome claim(std::uint32_t length, std::uint8_t priority, Claim& claim);
@@ -68,8 +71,23 @@ class Sender {
     std::uint32_t index = 0;
     SlotWord word;
     std::uint64_t fingerprint = 0;  // of all words
+    std::uint64_t age = 0;          // of the message there
   };
-  [[nodiscard]] Room find_room(std::uint8_t priority) const;
+  [[nodiscard]] Room find_room(std::uint8_t priority, Stamp present) const;
+
+  // A full mailbox of many slots: one look says what goes next for many messages to come.
+  static constexpr std::uint32_t kRemembered = 256;
+  static constexpr std::uint32_t kNoPriority = 256;
+  static constexpr std::uint32_t kManySlots = 4 * kRemembered;
+  struct NextToGo {
+    std::uint32_t index = 0;
+    SlotWord word;
+    std::uint64_t age = 0;
+  };
+  void remember(const Room& room, Stamp present, std::uint64_t tail);
+  std::optional<SendOutcome> claim_remembered(std::uint8_t priority, Claim& claim);
+  bool nothing_less_important_came();
+  void count_without_hint(std::uint8_t priority);
   [[nodiscard]] Stamp now() const;
   void announce(const Claim& claim);
   void raise_highest(std::uint8_t priority);
@@ -79,6 +97,15 @@ class Sender {
   std::uint32_t writer_;
   // The owner's head as last seen: spares the sender the owner's cache line.
   Word64 arrival_head_seen_{0};
+
+  Word32 remembering_{0};             // 1: a thread has what follows
+  std::vector<NextToGo> next_to_go_;  // of the lowest priority, the oldest first
+  std::size_t gone_ = 0;              // of them
+  std::uint64_t looked_up_to_ = 0;    // in the arrival ring
+  std::uint32_t rescans_then_ = 0;
+  // Messages from here that came without a hint since the look, and their lowest priority.
+  Word32 without_hint_{0};
+  Word32 lowest_without_hint_{kNoPriority};
 };
 
 // --- a message's way; what is seldom needed is in sender.cpp ---
@@ -175,6 +202,7 @@ inline void Sender::announce(const Claim& claim) {
     return;
   }
   view_.header().rescans.fetch_add(1, std::memory_order_seq_cst);
+  if (next_to_go_.capacity() != 0) count_without_hint(claim.word.priority);
 }
 
 // After announcing: either the owner, having lowered it, sees the hint, or this sees it lowered.
