@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include <sys/stat.h>
@@ -122,6 +124,17 @@ bool all_ok(const wire::Opened& opened) {
   });
 }
 
+// Where a router of this user is that was started without $XDG_RUNTIME_DIR. Anybody may make a
+// folder in /tmp: only one's own counts.
+std::optional<std::string> router_in_tmp() {
+  const std::string folder = "/tmp/tims-" + std::to_string(::geteuid());
+  const std::string path = folder + "/router.sock";
+  struct stat status {};
+  if (::lstat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return std::nullopt;
+  if (status.st_uid != ::geteuid() || ::access(path.c_str(), F_OK) != 0) return std::nullopt;
+  return path;
+}
+
 }  // namespace
 
 std::string default_router() {
@@ -130,6 +143,7 @@ std::string default_router() {
     std::string path = std::string(runtime) + "/tims/router.sock";
     if (::access(path.c_str(), F_OK) == 0) return path;
   }
+  if (auto path = router_in_tmp()) return *path;
   return "/run/tims/router.sock";
 }
 

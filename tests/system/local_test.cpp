@@ -1,13 +1,18 @@
 // Components of one host with a real router: what libtims promises.
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
@@ -162,6 +167,42 @@ TEST_F(LocalTest, OrderHoldsWhenAReceiverMovesFromTcpToThisHost) {
   Mailbox native = open(t, 2, {.slots = 1000});
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(send(sender, 2, std::to_string(i)).ok());
   for (int i = 0; i < 500; ++i) ASSERT_EQ(receive(native), std::to_string(i));
+}
+
+// --- where the router is
+
+// A variable of the environment that is gone for a while.
+class Without {
+ public:
+  explicit Without(const char* name) : name_(name) {
+    if (const char* value = std::getenv(name)) before_ = value;
+    ::unsetenv(name);
+  }
+  Without(const Without&) = delete;
+  Without& operator=(const Without&) = delete;
+  ~Without() {
+    if (before_) ::setenv(name_, before_->c_str(), 1);
+  }
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST(DefaultRouter, IsTheUsersOwnInTmpButNobodyElses) {
+  const Without router("TIMS_ROUTER");
+  const Without runtime("XDG_RUNTIME_DIR");
+  const std::filesystem::path folder = "/tmp/tims-" + std::to_string(::geteuid());
+  if (std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is in use";
+  EXPECT_EQ(default_router(), "/run/tims/router.sock");
+  ASSERT_TRUE(std::filesystem::create_directory(folder));
+  EXPECT_EQ(default_router(), "/run/tims/router.sock");
+  std::ofstream(folder / "router.sock") << "";
+  EXPECT_EQ(default_router(), folder / "router.sock");
+  if (::chown(folder.c_str(), 65534, 65534) == 0) {
+    EXPECT_EQ(default_router(), "/run/tims/router.sock");
+  }
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

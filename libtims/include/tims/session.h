@@ -73,8 +73,8 @@ class Session {
   std::shared_ptr<SessionCore> core_;
 };
 
-// $TIMS_ROUTER; else $XDG_RUNTIME_DIR/tims/router.sock when it exists; else
-// /run/tims/router.sock.
+// $TIMS_ROUTER; else the user's router, when there is one: $XDG_RUNTIME_DIR/tims/router.sock, or
+// /tmp/tims-UID/router.sock in a folder of the user's own; else /run/tims/router.sock.
 std::string default_router();
 
 }  // namespace tims
