@@ -48,10 +48,8 @@ Router::Way Router::way(const Client* from, Address dest) const {
   if (only_down(from)) return on.why_not == Outcome::kNoRoute ? Way{} : on;
   const auto system = dest.fields(settings_.widths).system;
   if (const ClientId peer = peer_of(system); peer && take(peer, 0, Way::By::kSystem)) return on;
-  // All of a robot is registered at its system router: what that does not know is nowhere else.
-  const bool own_system = settings_.role == Role::kSystem && system != 0 &&
-                          system == settings_.address.fields(settings_.widths).system;
-  if (!own_system) take(uplink_, 0, Way::By::kUp);
+  // Of the own system, too: an operator's joystick for this robot may be registered at the base.
+  take(uplink_, 0, Way::By::kUp);
   return on;
 }
 

@@ -179,15 +179,16 @@ TEST_F(RouterLinksTest, WhatIsNotKnownGoesUpAndNeverBack) {
   EXPECT_EQ(router_.uplink(), kNoClient);
 }
 
-// A robot's system router knows all of the robot.
-TEST_F(RouterLinksTest, WhatASystemRouterDoesNotKnowOfItsOwnSystemIsNowhere) {
+// An operator's joystick for robot 1 may be registered at the base.
+TEST_F(RouterLinksTest, WhatASystemRouterDoesNotKnowOfItsOwnSystemGoesUpToo) {
   Router robot({.address = Address(0x01000100), .role = Role::kSystem}, {1, 2}, sink_);
   const ClientId up =
       robot.connect(now_, {.port = PortKind::kLink, .link = {.kind = LinkKind::kSuper}});
   robot.set_uplink(now_, up);
   EXPECT_EQ(robot.way(nullptr, Address(0x02140000)).to->id, up);
   EXPECT_EQ(robot.way(nullptr, kPilot).to->id, up);
-  EXPECT_EQ(robot.way(nullptr, kLadar).to, nullptr);
+  EXPECT_EQ(robot.way(nullptr, kLadar).to->id, up);
+  EXPECT_EQ(robot.way(robot.client(up), kLadar).to, nullptr) << "and never back";
 }
 
 TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {

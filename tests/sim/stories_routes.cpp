@@ -27,6 +27,27 @@ TEST(Routes, WhatNobodyKnowsIsAnsweredFromTheTop) {
   EXPECT_EQ(s.base->router().messages().total(core::Outcome::kNoRoute).messages, 1U);
 }
 
+// An operator's joystick for the robot, at the base: found from the robot's second host as well.
+// Who asks for something of the robot that is nowhere is told so from the top, once.
+TEST(Routes, AMailboxOfARobotMayBeAtTheBase) {
+  constexpr Address kJoystick(0x01260000);
+  Story s;
+  s.begin();
+  const auto nowhere = [&] {
+    s.host->send(s.now(), s.camera, {.type = 3, .dest = kJoystick, .src = kCamera});
+    s.run_for(1s);
+    return Story::not_available(*s.host, s.camera);
+  };
+  EXPECT_EQ(nowhere(), 1U);
+  EXPECT_EQ(s.base->router().messages().total(core::Outcome::kNoRoute).messages, 1U);
+  const auto joystick = s.client(*s.base, kJoystick);
+  EXPECT_TRUE(s.reaches(*s.host, s.camera, kCamera, *s.base, joystick, kJoystick));
+  EXPECT_TRUE(s.reaches(*s.robot, s.ladar, kLadar, *s.base, joystick, kJoystick));
+  EXPECT_TRUE(s.reaches(*s.base, joystick, kJoystick, *s.host, s.camera, kCamera));
+  s.base->remove_client(s.now(), joystick);
+  EXPECT_EQ(nowhere(), 2U);
+}
+
 TEST(Routes, AnotherSuperRouterTakesOver) {
   World w(2);
   Node& a = w.add({.name = "a", .role = core::Role::kTop, .id = 1, .links = {sub_link()}});

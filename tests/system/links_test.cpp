@@ -228,5 +228,32 @@ TEST_F(Tree, ExplainNamesTheLastRouterAndTheReason) {
               HasSubstr("no router of the fleet has Ladar(7/0)"));
 }
 
+// An operator's joystick for robot 1 at the base.
+TEST_F(Tree, AMailboxOfARobotMayBeAtTheBase) {
+  constexpr Address kJoystick(0x01260000);
+  Session operators = base->session("operator");
+  Mailbox joystick = open(operators, kJoystick);
+  Session session = arm->session("pilot");
+  Mailbox pilot = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the pilot"));
+  ASSERT_TRUE(pilot.send({.dest = kJoystick, .type = 3}, bytes_of("")).ok());
+  const auto request = joystick.peek_for(kPatience);
+  ASSERT_TRUE(request.ok()) << request.error().message();
+  EXPECT_EQ(request->header().src, kServer);
+  EXPECT_THAT(arm->timsctl({"explain", "Ladar/1/0", kJoystick.to_string()}),
+              HasSubstr("it arrives: base"));
+}
+
+// The sink of texts is told to nobody: a message from the base does not find that of a robot.
+TEST_F(Tree, ExplainAsksAllRoutersBeforeItSaysThatNobodyHasIt) {
+  Session session = arm->session("log");
+  Mailbox sink = open(session, kTextSink);
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
+  EXPECT_THAT(base->timsctl({"explain", "Tims/0/1", kTextSink.to_string()}),
+              HasSubstr(kTextSink.to_string() + " is registered at arm, where no way leads"));
+  EXPECT_THAT(base->timsctl({"explain", kTextSink.to_string(), "Tims/0/1"}),
+              HasSubstr("it arrives"));
+}
+
 }  // namespace
 }  // namespace tims::test

@@ -30,14 +30,14 @@ class Explainer {
         context_.options.type.empty()
             ? tims::type::kGetStatus
             : need_type(context_.options.type, dst_.fields(admin_.widths()).class_id);
-    const Path to_source = find_path(admin_, {}, src_, type);
+    const std::optional<Step> source = find_source(type);
     Conclusion conclusion;
     Path path;
-    if (!to_source.reached) {
+    if (!source) {
       conclusion = {false, fmt::format("nobody has registered the sender {}", name_of(src_)),
                     "start the component that sends, then ask again"};
     } else {
-      path = find_path(admin_.at(to_source.steps.back().router), src_, dst_, type);
+      path = find_path(admin_.at(source->router), src_, dst_, type);
       conclusion = conclude(path);
     }
     tell(path, conclusion);
@@ -46,6 +46,13 @@ class Explainer {
 
  private:
   std::string name_of(tims::Address address) { return address.to_string(admin_.widths()); }
+
+  // Where the sender is registered; that need not be where a message to it would go.
+  [[nodiscard]] std::optional<Step> find_source(std::int8_t type) {
+    const Path path = find_path(admin_, {}, src_, type);
+    if (path.reached) return path.steps.back();
+    return find_owner(admin_, src_);
+  }
 
   [[nodiscard]] Conclusion conclude(const Path& path) {
     if (path.failure) return {false, *path.failure, "`timsctl router list` shows who answers"};
@@ -58,6 +65,12 @@ class Explainer {
                           "withdrawn it",
                           last.name, name_of(dst_)),
               fmt::format("`timsctl route watch '{}'` there", name_of(dst_))};
+    if (const auto owner = find_owner(admin_, dst_))
+      return {false,
+              fmt::format("{} is registered at {}, where no way leads: {} discards the message",
+                          name_of(dst_), owner->name, last.name),
+              fmt::format("`timsctl -r {} route add '{}' --via ...` over a link that leads there",
+                          last.name, name_of(dst_))};
     std::string cause = fmt::format(
         "no router of the fleet has {} registered; {} discards the "
         "message",

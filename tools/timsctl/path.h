@@ -21,6 +21,9 @@ struct Path {
   std::optional<std::string> failure;  // a router on the way did not answer, or they go in circles
 };
 
+// The router that has the mailbox itself: all routers of the fleet are asked. Nothing: none has it.
+std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox);
+
 // Begins at the router that `first` asks.
 Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
                std::int8_t type);
