@@ -162,6 +162,11 @@ class Program {
   }
 
   int run() {
+    const int priority = configuration_.config.router.priority;
+    if (priority > 0) {
+      if (const auto done = io::become_real_time(priority); !done)
+        log_.warning(fmt::format("router.priority {}: {}", priority, done.error().detail()));
+    }
     if (const Result<void> result = listen(); !result) {
       log_.error(result.error().detail());
       return kCannotStart;

@@ -87,6 +87,7 @@ struct Config {
     Role role = Role::kSystem;
     std::uint8_t system = 0;
     std::uint8_t id = 1;
+    std::uint8_t priority = 0;  // SCHED_FIFO; 0: an ordinary process
     bool operator==(const Router&) const = default;
   } router;
 

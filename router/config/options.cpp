@@ -37,6 +37,15 @@ constexpr std::array kOptions{
          .reload = Reload::kRestart,
          .help = "Number of this router within its system; no two routers of a system have "
                  "the same."}),
+    row<Kind::kNumber, &Config::router, &Config::Router::priority>(
+        {.key = "router.priority",
+         .range = {0, 99},
+         .reload = Reload::kRestart,
+         .help =
+             "Real-time priority (SCHED_FIFO) of the thread that carries messages, whose memory "
+             "is locked then; 0 for none. The original's -P. It needs LimitRTPRIO and "
+             "LimitMEMLOCK of a unit, or ulimit -r and -l; without them the router warns and "
+             "runs as an ordinary program."}),
 
     row<Kind::kWidths, &Config::address, &Config::AddressBits::widths>(
         {.key = "address.widths",

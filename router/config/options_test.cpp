@@ -59,6 +59,7 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "log.level=error",
                               "security.insecure=true",
                               "router.role=subsystem",
+                              "router.priority=5",
                               "address.widths=6/8/10/8",
                               "sim.faults=true"},
                              kRoot});

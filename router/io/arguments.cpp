@@ -46,7 +46,9 @@ Result<Arguments> parse_arguments(std::span<const char* const> words) {
       arguments.config_path = *path;
     } else if (const auto setting = option_value("--set", words)) {
       arguments.settings.emplace_back(*setting);
-    } else if (word == "--config" || word == "--set") {
+    } else if (const auto priority = option_value("-P", words)) {
+      arguments.settings.emplace_back(fmt::format("router.priority={}", *priority));
+    } else if (word == "--config" || word == "--set" || word == "-P") {
       return Error(Errc::kInvalidArgument, fmt::format("{} wants something behind it", word));
     } else {
       return Error(Errc::kInvalidArgument, fmt::format("\"{}\" is not known here", word));
@@ -64,6 +66,7 @@ WebSocket.
   --config FILE      read the configuration from FILE, then from *.toml in the folder FILE.d
                      (router.toml, router.d/*.toml)
   --set KEY=VALUE    one value over all files; as often as needed
+  -P PRIORITY        as the original's: --set router.priority=PRIORITY
 
 Actions other than to run:
   check              say whether the configuration is good, and end

@@ -26,6 +26,11 @@ TEST(Arguments, ValuesStandBehindASpaceOrAnEqualsSign) {
   EXPECT_EQ(arguments->settings, (std::vector<std::string>{"a.b=1", "c.d=x=y"}));
 }
 
+TEST(Arguments, TheOriginalsPriority) {
+  EXPECT_EQ(parse({"-P", "10"})->settings, std::vector<std::string>{"router.priority=10"});
+  EXPECT_EQ(parse({"-P"}).error().detail(), "-P wants something behind it");
+}
+
 TEST(Arguments, KnowsItsActions) {
   using Action = Arguments::Action;
   EXPECT_EQ(parse({"--print-config"})->action, Action::kPrintConfig);

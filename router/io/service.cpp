@@ -1,11 +1,18 @@
 #include "router/io/service.h"
 
+#include <array>
+#include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <system_error>
 
 #include <fmt/core.h>
+#include <linux/capability.h>
+#include <sched.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/signalfd.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "os/clock.h"
@@ -38,6 +45,19 @@ std::chrono::microseconds watchdog_interval() {
   const long long pid = number_in("WATCHDOG_PID");
   if (pid != 0 && pid != ::getpid()) return {};
   return std::chrono::microseconds(number_in("WATCHDOG_USEC") / 2);
+}
+
+// Under a bound, memory that is asked for later would be refused.
+bool may_lock_all() {
+  const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+  if (::setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0) return true;
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> sets{};
+  if (::syscall(SYS_capget, &header, sets.data()) == 0 &&
+      (sets[0].effective & CAP_TO_MASK(CAP_IPC_LOCK)) != 0)
+    return true;
+  errno = EPERM;
+  return false;
 }
 
 }  // namespace
@@ -79,6 +99,20 @@ void Service::stopping() { manager_.tell("STOPPING=1"); }
 void Service::feed() {
   manager_.tell("WATCHDOG=1");
   timer_.set(os::now() + interval_);
+}
+
+Result<void> become_real_time(int priority) {
+  std::string missing;
+  if (!may_lock_all() || ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0)
+    missing = fmt::format("memory is not locked: {} (LimitMEMLOCK=infinity, ulimit -l unlimited)",
+                          std::generic_category().message(errno));
+  const sched_param parameter{.sched_priority = priority};
+  if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameter) != 0)
+    missing += fmt::format("{}no real-time priority: {} (LimitRTPRIO={}, ulimit -r {})",
+                           missing.empty() ? "" : "; ", std::generic_category().message(errno),
+                           priority, priority);
+  if (missing.empty()) return {};
+  return Error(Errc::kSystem, missing);
 }
 
 void raise_descriptor_limit() {

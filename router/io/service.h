@@ -47,6 +47,10 @@ class Service {
   Timer timer_;
 };
 
+// SCHED_FIFO for the thread that calls, and no other that it starts; memory of this process is kept
+// in RAM as far as it is touched. The error says what is missing; what is allowed is done.
+Result<void> become_real_time(int priority);
+
 // As many file descriptors as the system lets this process have.
 void raise_descriptor_limit();
 

@@ -28,7 +28,9 @@ WaitingMemory::~WaitingMemory() {
 void WaitingMemory::give_back() {
   if (pool_.used() != 0 || pool_.touched_bytes() <= kKeptBytes) return;
   pool_.forget();
-  ::madvise(memory_.data(), memory_.size(), MADV_DONTNEED);
+  // What is locked (router.priority) wants the second; kernels before 5.18 keep it.
+  if (::madvise(memory_.data(), memory_.size(), MADV_DONTNEED) != 0)
+    ::madvise(memory_.data(), memory_.size(), MADV_DONTNEED_LOCKED);
 }
 
 }  // namespace tims::io

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include <poll.h>
+#include <sched.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -78,6 +79,51 @@ TEST_F(RouterProgramTest, ASecondOneSaysWhereTheFirstListens) {
                          "--set", "http.listen=off"});
   EXPECT_EQ(third.status.code, 1);
   EXPECT_TRUE(contains(third.output, "--set unix.path=...")) << third.output;
+}
+
+// What /proc/PID/status says of "VmLck", ...
+std::string status_of(pid_t pid, const std::string& key) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(key + ":")) return line.substr(key.size() + 1);
+  return {};
+}
+
+TEST(RouterProgram, RunsInRealTimeWithLockedMemoryWhereItMay) {
+  RouterProcess router({"router.priority=3"});
+  ASSERT_TRUE(router.start().ok());
+  const pid_t pid = router.process().pid();
+  const std::string said = router.process().output();
+  const bool locked = !contains(status_of(pid, "VmLck"), " 0 kB");
+  EXPECT_NE(locked, contains(said, "memory is not locked")) << said;
+  if (contains(said, "no real-time priority")) GTEST_SKIP() << "not allowed here: " << said;
+  EXPECT_EQ(::sched_getscheduler(pid) & ~SCHED_RESET_ON_FORK, SCHED_FIFO);
+  sched_param parameter{};
+  ASSERT_EQ(::sched_getparam(pid, &parameter), 0);
+  EXPECT_EQ(parameter.sched_priority, 3);
+  for (const auto& thread :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+    const pid_t id = std::stoi(thread.path().filename());
+    if (id == pid) continue;
+    EXPECT_EQ(::sched_getscheduler(id), SCHED_OTHER) << "only what carries messages";
+  }
+}
+
+// As a user without rights: it says what is missing, and runs.
+TEST(RouterProgram, WithoutTheRightToRealTimeItWarnsAndRuns) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root may give up rights";
+  const TemporaryFolder folder;
+  auto router = ChildProcess::start(
+      {"setpriv", "--bounding-set=-sys_nice,-sys_resource,-ipc_lock", "--inh-caps=-all", "prlimit",
+       "--rtprio=0", "--memlock=65536:65536", TIMS_ROUTER_PROGRAM, "-P", "3", "--set",
+       "unix.path=" + (folder.path() / "r.sock").string(), "--set", "tcp.listen=127.0.0.1:0",
+       "--set", "http.listen=off"});
+  ASSERT_TRUE(router.ok());
+  const auto warning = router->wait_for_line("router.priority 3:");
+  ASSERT_TRUE(warning.ok()) << warning.error().message();
+  EXPECT_TRUE(contains(*warning, "LimitMEMLOCK=infinity")) << *warning;
+  EXPECT_TRUE(contains(*warning, "LimitRTPRIO=3")) << *warning;
+  EXPECT_TRUE(router->wait_for_line("listening tcp ").ok());
 }
 
 TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
