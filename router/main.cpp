@@ -75,6 +75,7 @@ core::RouterSettings router_settings(const config::Config& c, std::uint64_t epoc
   return {.address =
               Address::of({.system = c.router.system, .instance = c.router.id}, c.address.widths),
           .widths = c.address.widths,
+          .classes = {c.message.classes},
           .role = role(c),
           .epoch = static_cast<std::uint32_t>(epoch),
           .compat_delete = c.tcp.compat_delete,
@@ -90,7 +91,8 @@ link::Identity identity(const config::Config& c, std::uint64_t epoch) {
           .id = c.router.id,
           .name = std::string_view(c.router.name),
           .widths = c.address.widths,
-          .message_max = c.message.bytes_max};
+          .message_max = c.message.bytes_max,
+          .classes = {c.message.classes}};
 }
 
 std::vector<core::StaticRoute> static_routes(const config::Config& c) {

@@ -2,6 +2,7 @@
 // in one table (options.cpp); a Config that came out of load() keeps them.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -24,6 +25,9 @@ struct Endpoint {
   static std::optional<Endpoint> parse(std::string_view text);  // also "localhost:2000"
   bool operator==(const Endpoint&) const = default;
 };
+
+// The lowest priority of each class of messages but the lowest, see core::PriorityClasses.
+using PriorityClasses = std::array<std::uint8_t, 7>;
 
 // Whether this router was built with DDS.
 inline constexpr bool kHasDds = TIMS_WITH_DDS != 0;
@@ -139,6 +143,7 @@ struct Config {
 
   struct Message {
     std::uint32_t bytes_max = 16U << 20;  // header included
+    PriorityClasses classes{0, 1, 15, 25, 35, 45, 100};
     bool operator==(const Message&) const = default;
   } message;
 

@@ -163,6 +163,12 @@ constexpr std::array kOptions{
          .reload = Reload::kRestart,
          .help = "Largest message, its 16-byte header included. The original's is 262144B; "
                  "below 64KiB ordinary laser scans would not fit."}),
+    row<Kind::kClasses, &Config::message, &Config::Message::classes>(
+        {.key = "message.classes",
+         .reload = Reload::kRestart,
+         .help = "From which priority on a message belongs to class 1, 2, ... 7 of a link; texts "
+                 "for people are class 0. 4 to 7 have the reserve of a link's rate, 5 to 7 are "
+                 "urgent. The same for all routers of a fleet: a link between others is refused."}),
 
     row<Kind::kDuration, &Config::lifesign, &Config::Lifesign::interval>(
         {.key = "lifesign.interval",

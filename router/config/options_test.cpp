@@ -53,6 +53,7 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "dds.heartbeat=1ms",
                               "dds.profiles=/x.xml",
                               "message.max=1MiB",
+                              "message.classes=1/2/3/4/5/6/7",
                               "lifesign.interval=1s",
                               "limits.clients=5",
                               "limits.mailboxes_per_client=6",

@@ -58,6 +58,7 @@ TEST(PrintConfig, LoadsBackToTheSameConfig) {
        {R"(router.name=a "b" \c ${HOSTNAME} $$ #d)", "tcp.listen=off", "message.max=262144B",
         "lifesign.interval=1500ms", "http.listen=[::1]:0", "security.insecure=true",
         "router.role=system", "router.system=3", "address.widths=6/8/10/8", "sim.faults=true",
+        "message.classes=32/64/96/128/160/192/224",
         "link=kind=super,to=[fe80::1%eth0],rate=6MB,name=a $ \"b\"",
         "link=kind=super,to=robot2:1,interval=50ms,lifetime=100ms", "link=kind=peer,to=[::1]:2",
         "link=kind=peer,system=4", "link=kind=sub,rate=10001,reserve=0", "link=kind=sub,system=0",

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <span>
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace tims::config {
 namespace {
@@ -137,18 +137,33 @@ Result<Value> parse_system(std::string_view text) {
   return Value(std::optional(static_cast<std::uint8_t>(std::get<std::int64_t>(*number))));
 }
 
-Result<Value> parse_widths(std::string_view text) {
-  std::array<std::uint8_t, 4> bits{};
-  std::string_view rest = text;
-  for (std::uint8_t& each : bits) {
+// As many numbers with slashes between them; nothing else.
+template <std::size_t count>
+std::optional<std::array<std::uint8_t, count>> parse_numbers(std::string_view rest) {
+  std::array<std::uint8_t, count> numbers{};
+  for (std::uint8_t& each : numbers) {
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), each);
-    if (error != std::errc{}) return unreadable(Kind::kWidths, text);
+    if (error != std::errc{}) return std::nullopt;
     rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    const bool is_last = &each == &bits.back();
-    if (is_last ? !rest.empty() : !rest.starts_with('/')) return unreadable(Kind::kWidths, text);
+    const bool is_last = &each == &numbers.back();
+    if (is_last ? !rest.empty() : !rest.starts_with('/')) return std::nullopt;
     if (!is_last) rest.remove_prefix(1);
   }
-  const AddressWidths widths{bits[0], bits[1], bits[2], bits[3]};
+  return numbers;
+}
+
+Result<Value> parse_classes(std::string_view text) {
+  const auto classes = parse_numbers<std::tuple_size_v<PriorityClasses>>(text);
+  if (!classes) return unreadable(Kind::kClasses, text);
+  if (std::ranges::adjacent_find(*classes, std::ranges::greater_equal()) != classes->end())
+    return bad(fmt::format("{} does not ascend", in_quotes(text)));
+  return Value(*classes);
+}
+
+Result<Value> parse_widths(std::string_view text) {
+  const auto bits = parse_numbers<4>(text);
+  if (!bits) return unreadable(Kind::kWidths, text);
+  const AddressWidths widths{(*bits)[0], (*bits)[1], (*bits)[2], (*bits)[3]};
   if (!widths.valid())
     return bad(fmt::format("{} does not add up to 32 bits with at least 1 for each field",
                            in_quotes(text)));
@@ -206,6 +221,8 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
       return parse_widths(text);
     case Kind::kPaths:
       return parse_paths(text);
+    case Kind::kClasses:
+      return parse_classes(text);
   }
   return unreadable(kind, text);
 }
@@ -266,6 +283,9 @@ struct ToToml {
   std::string operator()(const AddressWidths& w) const {
     return fmt::format("\"{}/{}/{}/{}\"", w.system, w.class_id, w.instance, w.local);
   }
+  std::string operator()(const PriorityClasses& classes) const {
+    return fmt::format("\"{}\"", fmt::join(classes, "/"));
+  }
   std::string operator()(const LinkPaths& paths) const {
     std::string list;
     for (const LinkPath path : paths)
@@ -319,7 +339,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::string_view kind_name(Kind kind) {
-  static constexpr std::array<std::string_view, 14> kNames{"text",
+  static constexpr std::array<std::string_view, 15> kNames{"text",
                                                            "true or false",
                                                            "number",
                                                            "duration",
@@ -332,12 +352,13 @@ std::string_view kind_name(Kind kind) {
                                                            "number or \"*\"",
                                                            "bytes a second",
                                                            "bits of system/class/instance/local",
-                                                           "list of paths"};
+                                                           "list of paths",
+                                                           "seven priorities"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view kind_example(Kind kind) {
-  static constexpr std::array<std::string_view, 14> kExamples{
+  static constexpr std::array<std::string_view, 15> kExamples{
       R"(a text such as "robot1")",
       "true or false",
       "a whole number",
@@ -352,7 +373,8 @@ std::string_view kind_example(Kind kind) {
       R"(a system's number or "*" for any)",
       R"(a rate such as "6MB" (bytes a second) or 0 for no cap)",
       R"(four numbers of bits such as "8/8/8/8")",
-      R"(a list of paths such as ["udp", "dds"])"};
+      R"(a list of paths such as ["udp", "dds"])",
+      R"(seven priorities from 0 to 255 that ascend, such as "0/1/15/25/35/45/100")"};
   return kExamples.at(static_cast<std::size_t>(kind));
 }
 

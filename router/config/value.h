@@ -27,6 +27,7 @@ enum class Kind : std::uint8_t {
   kRate,         // "6MB" (a second), 0 for no cap: units of kSize
   kWidths,       // "8/8/8/8"
   kPaths,        // ["udp", "dds"]; as one text "udp+dds"
+  kClasses,      // "0/1/15/25/35/45/100"
 };
 
 struct Bytes {
@@ -42,7 +43,7 @@ struct Rate {
 using Value =
     std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
                  LogLevel, Role, Link::Kind, Destination, std::optional<std::uint8_t>, Rate,
-                 AddressWidths, LinkPaths>;  // in the order of Kind
+                 AddressWidths, LinkPaths, PriorityClasses>;  // in the order of Kind
 
 // Both ends are allowed. Number; nanoseconds of a duration; bytes of a size or rate; length of a
 // text. A rate may also be 0.

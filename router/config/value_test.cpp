@@ -146,6 +146,17 @@ TEST(Value, WidthsAddUpTo32) {
     EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four numbers of bits"));
 }
 
+TEST(Value, ClassesAscend) {
+  EXPECT_EQ(read(Kind::kClasses, "0/1/15/25/35/45/100"), R"("0/1/15/25/35/45/100")");
+  EXPECT_EQ(read(Kind::kClasses, "249/250/251/252/253/254/255"),
+            R"("249/250/251/252/253/254/255")");
+  for (const char* wrong : {"0/0/15/25/35/45/100", "0/1/15/25/35/45/44"})
+    EXPECT_THAT(read(Kind::kClasses, wrong), testing::HasSubstr("does not ascend"));
+  for (const char* wrong :
+       {"", "1/2/3/4/5/6", "1/2/3/4/5/6/7/8", "1/2/3/4/5/6/256", "a/2/3/4/5/6/7"})
+    EXPECT_THAT(read(Kind::kClasses, wrong), testing::StartsWith("wants seven priorities"));
+}
+
 TEST(Value, PathsAreAListWithoutDoubles) {
   EXPECT_EQ(read(Kind::kPaths, "udp"), R"(["udp"])");
   EXPECT_EQ(read(Kind::kPaths, "dds+udp"), R"(["dds", "udp"])");

@@ -30,8 +30,8 @@ using Losses = std::array<Count, kClasses>;
 // queue's.
 class MessageCounters {
  public:
-  void add(PortKind port, std::uint8_t priority, Outcome outcome, std::uint64_t size) {
-    cell(port, class_of(priority), outcome).add(size);
+  void add(PortKind port, std::size_t message_class, Outcome outcome, std::uint64_t size) {
+    cell(port, message_class, outcome).add(size);
   }
   void add(PortKind port, std::size_t message_class, Outcome outcome, const Count& count) {
     Count& to = cell(port, message_class, outcome);

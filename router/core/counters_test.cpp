@@ -9,8 +9,8 @@ using namespace std::chrono_literals;
 
 TEST(Counters, AddByPortClassAndOutcome) {
   MessageCounters counters;
-  counters.add(PortKind::kTcp, 31, Outcome::kDelivered, 100);
-  counters.add(PortKind::kTcp, 32, Outcome::kDelivered, 200);
+  counters.add(PortKind::kTcp, 0, Outcome::kDelivered, 100);
+  counters.add(PortKind::kTcp, 1, Outcome::kDelivered, 200);
   counters.add(PortKind::kLocal, std::size_t{1}, Outcome::kDelivered, Count{3, 30});
   EXPECT_EQ(counters.of(PortKind::kTcp, 0, Outcome::kDelivered), (Count{1, 100}));
   EXPECT_EQ(counters.of(PortKind::kTcp, 1, Outcome::kDelivered), (Count{1, 200}));

@@ -40,8 +40,6 @@ constexpr std::array kPortKinds{
 static_assert(complete(kPortKinds, PortKind::kLink) && kPortKinds.size() == kPortKindCount);
 std::string_view name(PortKind port);
 
-// Messages are counted, and later scheduled, in eight classes of 32 priorities each.
-inline constexpr std::size_t kClasses = 8;
-constexpr std::size_t class_of(std::uint8_t priority) { return priority >> 5; }
+inline constexpr std::size_t kClasses = 8;  // of messages, by priority: priority_classes.h
 
 }  // namespace tims::core

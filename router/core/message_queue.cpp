@@ -63,13 +63,13 @@ void MessageQueue::consume(std::uint64_t size) {
 }
 
 void MessageQueue::clear(Losses& lost) {
-  if (begun_bytes_ > 0) lost[class_of(begun_priority_)].add(begun_bytes_);
+  if (begun_bytes_ > 0) lost[classes_.of(begun_priority_)].add(begun_bytes_);
   begun_.clear(pool_);
   begun_bytes_ = 0;
   for (std::size_t i = lowest(); i != kNoLevel; i = lowest()) {
     Level& level = levels()[i];
-    lost[class_of(static_cast<std::uint8_t>(i))].messages += level.count;
-    lost[class_of(static_cast<std::uint8_t>(i))].bytes += level.bytes;
+    lost[classes_.of(static_cast<std::uint8_t>(i))].messages += level.count;
+    lost[classes_.of(static_cast<std::uint8_t>(i))].bytes += level.bytes;
     level.messages.clear(pool_);
     used_[i / 64] &= ~(std::uint64_t{1} << i % 64);
   }
@@ -122,7 +122,7 @@ std::uint64_t MessageQueue::bytes_up_to(std::uint8_t priority) const {
 void MessageQueue::drop_oldest(std::size_t level, Losses& replaced) {
   const std::uint32_t length = length_of_first(levels()[level]);
   levels()[level].messages.drop(pool_, length);
-  replaced[class_of(static_cast<std::uint8_t>(level))].add(length);
+  replaced[classes_.of(static_cast<std::uint8_t>(level))].add(length);
   bytes_ -= length;
   took(level, length);
 }

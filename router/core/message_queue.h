@@ -18,13 +18,16 @@
 #include "router/core/block_pool.h"
 #include "router/core/byte_chain.h"
 #include "router/core/counters.h"
-#include "router/core/ids.h"
+#include "router/core/priority_classes.h"
 
 namespace tims::core {
 
 class MessageQueue {
  public:
-  MessageQueue(BlockPool& pool, std::uint64_t bytes_max) : pool_(pool), bytes_max_(bytes_max) {}
+  // `classes`: what is lost is counted by; they live as long as the queue.
+  MessageQueue(BlockPool& pool, std::uint64_t bytes_max,
+               const PriorityClasses& classes = kConventionalClasses)
+      : pool_(pool), classes_(classes), bytes_max_(bytes_max) {}
   MessageQueue(const MessageQueue&) = delete;
   MessageQueue& operator=(const MessageQueue&) = delete;
   ~MessageQueue();
@@ -77,6 +80,7 @@ class MessageQueue {
   [[nodiscard]] std::size_t highest() const;  // kNoLevel when there is none
 
   BlockPool& pool_;
+  const PriorityClasses& classes_;
   std::uint64_t bytes_max_;
   std::uint64_t bytes_ = 0;  // in begun_ and all levels
   ByteChain begun_;          // the rest of a message that has been written in part

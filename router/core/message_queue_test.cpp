@@ -64,14 +64,15 @@ TEST_F(MessageQueueTest, TheOldestOfTheLowestPriorityMakesRoom) {
   push(message(200, 9, 3));
   EXPECT_TRUE(push(message(300, 5, 4)));
   EXPECT_EQ(waiting(), message(200, 9, 3) + message(400, 5, 2) + message(300, 5, 4));
-  EXPECT_EQ(replaced_[class_of(5)], (Count{1, 400}));
+  EXPECT_EQ(replaced_[kConventionalClasses.of(std::uint8_t{5})], (Count{1, 400}));
 }
 
 TEST_F(MessageQueueTest, SeveralMakeRoomForALargeOne) {
   for (std::uint32_t i = 0; i < 10; ++i) push(message(100, static_cast<std::uint8_t>(i * 10), i));
   EXPECT_TRUE(push(message(250, 100, 77)));
   EXPECT_EQ(queue_.bytes(), 950U);
-  EXPECT_EQ(replaced_[0], (Count{3, 300}));  // priorities 0, 10, 20
+  for (const std::uint8_t gone : {std::uint8_t{0}, std::uint8_t{10}, std::uint8_t{20}})
+    EXPECT_EQ(replaced_[kConventionalClasses.of(gone)], (Count{1, 100}));
 }
 
 TEST_F(MessageQueueTest, OneThatNeverFitsIsRefused) {
@@ -117,7 +118,7 @@ TEST_F(MessageQueueTest, RefusesWhenThePoolIsExhausted) {
   EXPECT_TRUE(push(message(100, 1)));
   EXPECT_FALSE(push(message(100, 0)));
   EXPECT_TRUE(push(message(100, 2)));  // the other one makes room
-  EXPECT_EQ(replaced_[0], (Count{1, 100}));
+  EXPECT_EQ(replaced_[kConventionalClasses.of(std::uint8_t{1})], (Count{1, 100}));
 }
 
 TEST_F(MessageQueueTest, CountsWhatIsThrownAway) {
@@ -127,8 +128,8 @@ TEST_F(MessageQueueTest, CountsWhatIsThrownAway) {
   queue_.consume(50);
   Losses lost{};
   queue_.clear(lost);
-  EXPECT_EQ(lost[0], (Count{1, 100}));
-  EXPECT_EQ(lost[1], (Count{2, 350}));
+  EXPECT_EQ(lost[kConventionalClasses.of(std::uint8_t{1})], (Count{1, 100}));
+  EXPECT_EQ(lost[kConventionalClasses.of(std::uint8_t{40})], (Count{2, 350}));
   EXPECT_TRUE(queue_.empty());
   EXPECT_EQ(pool_.used(), 0U);
 }
@@ -144,7 +145,7 @@ class Model {
     while (size(kept) + begun_.size() + bytes.size() > bytes_max_) {
       const auto victim = std::ranges::min_element(kept, {}, &Item::priority);
       if (victim == kept.end() || victim->priority > priority) return false;
-      losses[class_of(victim->priority)].add(victim->bytes.size());
+      losses[kConventionalClasses.of(victim->priority)].add(victim->bytes.size());
       kept.erase(victim);
     }
     items_ = kept;

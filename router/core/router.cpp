@@ -49,6 +49,7 @@ void Router::configure(Time now, const RouterSettings& settings) {
   const RouterSettings old = std::exchange(settings_, settings);
   settings_.address = old.address;
   settings_.widths = old.widths;
+  settings_.classes = old.classes;
   settings_.role = old.role;
   settings_.epoch = old.epoch;
   lifesigns_.set_interval(now, settings.lifesign_interval);
@@ -159,7 +160,7 @@ Outcome Router::on_message(Time now, ClientId from, Message& message) {
   const PortKind port = sender->info.port;
   const Outcome outcome = dispatch(now, *sender, message);
   if (!taken(outcome)) drops_.add(now);
-  messages_.add(port, message.header.priority,
+  messages_.add(port, settings_.classes.of(message.header),
                 outcome == Outcome::kMailboxReplaced ? Outcome::kDelivered : outcome,
                 message.bytes.size());
   return outcome;
@@ -173,7 +174,7 @@ Outcome Router::answer(Time now, ClientId asker, Message& message) {
     outcome = hand_over(now, receiver_of(*client), *client, message);
   }
   if (!taken(outcome)) drops_.add(now);
-  messages_.add(PortKind::kRouter, message.header.priority,
+  messages_.add(PortKind::kRouter, settings_.classes.of(message.header),
                 outcome == Outcome::kMailboxReplaced ? Outcome::kDelivered : outcome,
                 message.bytes.size());
   return outcome;
@@ -277,7 +278,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
   if (outcome == Outcome::kMailboxReplaced) {
     // How long the older message was is not known, and its priority was not higher.
     const Count older{1, 0};
-    messages_.add(to.port, class_of(header.priority), outcome, older);
+    messages_.add(to.port, settings_.classes.of(header), outcome, older);
     count_dropped(&receiver, older);
     drops_.add(now);
   }
@@ -314,7 +315,7 @@ void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
 void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
                      std::uint8_t priority, std::uint64_t size) {
   Losses losses{};
-  losses[class_of(priority)] = {1, size};
+  losses[settings_.classes.of(priority)] = {1, size};
   on_lost(now, port, client, outcome, losses);
 }
 

@@ -19,6 +19,7 @@
 #include "router/core/message.h"
 #include "router/core/neighbour.h"
 #include "router/core/outcome.h"
+#include "router/core/priority_classes.h"
 #include "router/core/registrations.h"
 #include "router/core/sink.h"
 #include "tims/address.h"
@@ -29,6 +30,7 @@ namespace tims::core {
 struct RouterSettings {
   Address address{};  // the router's own: Tims(system/id)
   AddressWidths widths{};
+  PriorityClasses classes{};
   Role role = Role::kSystem;
   std::uint32_t epoch = 0;     // lower half of what was drawn at start
   bool compat_delete = false;  // any TCP client may delete any TCP client's mailbox

@@ -223,7 +223,7 @@ Party Router::party_of(const Client& link, const Origin& origin) const {
 
 void Router::on_undelivered(Time now, ClientId link, const Header& header, Outcome outcome) {
   const Count one{1, header.length};
-  messages_.add(PortKind::kLink, class_of(header.priority), outcome, one);
+  messages_.add(PortKind::kLink, settings_.classes.of(header), outcome, one);
   drops_.add(now);
   count_dropped(clients_.find(link), one);
   if (header.type <= 0) return;

@@ -106,7 +106,7 @@ TEST_F(RouterTest, ForwardsToTheOwnerInTheMachinesOwnOrder) {
             encoded({.flags = flags, .type = 8, .priority = 3, .dest = kLaser, .src = kPilot},
                     bytes_of("body")));
   EXPECT_EQ(header.flags, flags);
-  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 0, Outcome::kDelivered), (Count{1, 20}));
+  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 2, Outcome::kDelivered), (Count{1, 20}));
   EXPECT_EQ(router_.client(pilot)->in, (Count{1, 20}));
   EXPECT_EQ(router_.client(laser)->out, (Count{1, 20}));
 }
@@ -125,7 +125,7 @@ TEST_F(RouterTest, AnUnknownDestinationOfACommandIsAnswered) {
                                              .seq_nr = 9,
                                              .dest = kPilot,
                                              .src = kLaser}));
-  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 6, Outcome::kNoRoute), (Count{1, 16}));
+  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 7, Outcome::kNoRoute), (Count{1, 16}));
 }
 
 TEST_F(RouterTest, AnUnknownDestinationOfAReplyIsSilent) {
@@ -245,8 +245,8 @@ TEST_F(RouterTest, AReplacedMessageIsCountedBesideTheOneThatWasTaken) {
   router_.register_mailbox(now_, laser, kLaser);
   sink_.outcome = Outcome::kMailboxReplaced;
   send(connect(), {.type = 1, .dest = kLaser, .src = kPilot});
-  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 0, Outcome::kDelivered), (Count{1, 16}));
-  EXPECT_EQ(router_.messages().of(PortKind::kLocal, 0, Outcome::kMailboxReplaced), (Count{1, 0}));
+  EXPECT_EQ(router_.messages().of(PortKind::kTcp, 1, Outcome::kDelivered), (Count{1, 16}));
+  EXPECT_EQ(router_.messages().of(PortKind::kLocal, 1, Outcome::kMailboxReplaced), (Count{1, 0}));
   EXPECT_EQ(router_.client(laser)->out.messages, 1U);
   EXPECT_EQ(router_.client(laser)->dropped.messages, 1U);
   EXPECT_EQ(router_.drops().last_minute(now_), 1U);

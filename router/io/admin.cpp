@@ -336,6 +336,8 @@ json::object Answerer::stats() {
   json::object out = frame("tims/stats/1");
   Page& page = page_.emplace();
   for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
+  const auto& classes = router_.settings().classes.from;
+  out["classes"] = json::array(classes.begin(), classes.end());
   json::object events;
   for (const auto& report : core::report_event_counts(router_))
     events[core::name(report.kind)] = report.count;

@@ -46,10 +46,10 @@ bool is_on_this_host(int socket) {
 }  // namespace
 
 TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max, core::BlockPool& pool,
-                             std::uint64_t queue_bytes_max)
+                             std::uint64_t queue_bytes_max, const core::PriorityClasses& classes)
     : socket(std::move(its_socket)),
       reader(message_max),
-      output(socket.get(), pool, queue_bytes_max) {
+      output(socket.get(), pool, queue_bytes_max, classes) {
   set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
   if (!is_on_this_host(socket.get())) {
     set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);

@@ -17,7 +17,7 @@ namespace tims::io {
 
 struct TcpConnection {
   TcpConnection(os::File socket, std::uint32_t message_max, core::BlockPool& pool,
-                std::uint64_t queue_bytes_max);
+                std::uint64_t queue_bytes_max, const core::PriorityClasses& classes);
 
   // Reads what is there, at most `scratch` and the rest of a large message. The bytes that are not
   // yet in the reader come back as a part of `scratch`.

@@ -83,7 +83,7 @@ void TcpOutput::forget_lost() {
 
 void TcpOutput::abandon() {
   for_each_message([this](std::span<const std::byte> message, std::uint8_t priority) {
-    lost_.gone[core::class_of(priority)].add(message.size());
+    lost_.gone[classes_.of(priority)].add(message.size());
     may_have_lost_ = true;
   });
   piece_count_ = 0;
@@ -128,9 +128,9 @@ void TcpOutput::keep(std::span<const std::byte> message, std::uint8_t priority,
       return;
     }
     if (queue_.push(message, priority, lost_.replaced)) return;
-    lost_.refused[core::class_of(priority)].add(message.size());
+    lost_.refused[classes_.of(priority)].add(message.size());
   } else {
-    lost_.gone[core::class_of(priority)].add(message.size());
+    lost_.gone[classes_.of(priority)].add(message.size());
   }
 }
 

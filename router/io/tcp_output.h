@@ -19,8 +19,9 @@ namespace tims::io {
 
 class TcpOutput {
  public:
-  TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max)
-      : socket_(socket), queue_(pool, queue_bytes_max) {}
+  TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max,
+            const core::PriorityClasses& classes = core::kConventionalClasses)
+      : socket_(socket), classes_(classes), queue_(pool, queue_bytes_max, classes) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
@@ -64,6 +65,7 @@ class TcpOutput {
   void for_each_message(Visit visit) const;
 
   int socket_;
+  const core::PriorityClasses& classes_;
   State failure_ = State::kIdle;
   std::size_t piece_count_ = 0;
   std::size_t batch_bytes_ = 0;

@@ -50,8 +50,9 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
   if (!id) {
     free_tokens_.push_back(token);
   } else {
-    connections_[token] = std::make_unique<TcpConnection>(std::move(socket), settings_.message_max,
-                                                          pool_, settings_.queue_bytes_max);
+    connections_[token] =
+        std::make_unique<TcpConnection>(std::move(socket), settings_.message_max, pool_,
+                                        settings_.queue_bytes_max, router_.settings().classes);
     TcpConnection& connection = *connections_[token];
     connection.id = id;
     connection.token = token;

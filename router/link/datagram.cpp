@@ -58,7 +58,7 @@ std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std:
 std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint8_t high) {
   Refuse refuse{.version_min = low, .version_max = high};
   refuse.echo = in.get<std::uint64_t>();
-  const bool known = get_enum(in, RefuseCode::kTooMany, refuse.code);
+  const bool known = get_enum(in, RefuseCode::kClasses, refuse.code);
   const auto size = in.get<std::uint8_t>();
   refuse.text = in.text(size);
   if (!in.ok() || !known) return std::nullopt;

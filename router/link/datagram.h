@@ -72,6 +72,7 @@ enum class RefuseCode : std::uint8_t {
   kDuplicateId,
   kWidths,
   kTooMany,
+  kClasses,
 };
 constexpr std::array kRefuseCodes{
     core::Label<RefuseCode>{RefuseCode::kVersion, "version",
@@ -87,8 +88,10 @@ constexpr std::array kRefuseCodes{
                             "the widths of the address fields differ"},
     core::Label<RefuseCode>{RefuseCode::kTooMany, "too_many",
                             "the other router has as many links as it can hold"},
+    core::Label<RefuseCode>{RefuseCode::kClasses, "classes",
+                            "the thresholds of the priority classes differ"},
 };
-static_assert(core::complete(kRefuseCodes, RefuseCode::kTooMany));
+static_assert(core::complete(kRefuseCodes, RefuseCode::kClasses));
 std::string_view name(RefuseCode code);
 std::string_view sentence(RefuseCode code);
 

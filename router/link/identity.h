@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "router/core/neighbour.h"
+#include "router/core/priority_classes.h"
 #include "router/core/text.h"
 #include "tims/address.h"
 
@@ -21,6 +22,7 @@ struct Identity {
   core::Text<63> name{};
   AddressWidths widths{};
   std::uint32_t message_max = 0;  // bytes, header included
+  core::PriorityClasses classes{};
 
   [[nodiscard]] Address address() const {
     return Address::of({.system = system, .instance = id}, widths);

@@ -50,6 +50,7 @@ class LaneSender {
 
   // What is to be sent next: something that was lost, or what has never been sent.
   [[nodiscard]] bool wants_to_send() const;
+  [[nodiscard]] bool repeats() const { return !lost_.empty(); }
   // At most `size` bytes of it, which now count as sent.
   std::optional<Range> take(Time now, std::size_t size, std::uint64_t committed_max);
   void read(Range range, std::span<std::byte> to) const { stream_.read(range.begin, to); }

@@ -9,9 +9,9 @@ namespace tims::link {
 namespace {
 
 constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
-// Differentiated services (RFC 4594): EF for the two highest classes, AF41 to AF11 below, CS1 for
-// the lowest.
-constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 10, 18, 26, 34, 46, 46, 48};
+// Differentiated services (RFC 4594): EF for what is urgent, AF41 and AF31 below, CS1 for texts.
+// Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
+constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};
 
 }  // namespace
 
@@ -61,6 +61,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
 
 LinkSettings Links::own_settings(LinkSettings settings) const {
   settings.session.message_max = setup_.self.message_max;
+  settings.session.classes = setup_.self.classes;
   return settings;
 }
 
@@ -189,6 +190,9 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
     return told("it speaks version " + std::to_string(welcome.version) + " of the protocol");
   if (welcome.who.widths != setup_.self.widths)
     return told("the widths of its address fields differ: see [address] widths");
+  if (welcome.who.classes != setup_.self.classes)
+    return told("its message.classes are " + welcome.who.classes.to_string() + ", here " +
+                setup_.self.classes.to_string());
   const Link* other = link_to(welcome.who);
   if (other != nullptr && other != link && other->is_up())
     return told("there is a link to " + std::string(welcome.who.name.view()) + " already, to " +

@@ -140,6 +140,10 @@ const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
   if (who.widths != self.widths)
     return no(RefuseCode::kWidths,
               text_of(self) + " has other address fields: see [address] widths");
+  if (who.classes != self.classes)
+    return no(RefuseCode::kClasses, text_of(self) + " has message.classes " +
+                                        self.classes.to_string() + ", not " +
+                                        who.classes.to_string());
   const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
   if (!fits(hello.kind, who.role, self.role))
     return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +

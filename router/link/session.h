@@ -35,6 +35,7 @@ struct SessionSettings {
   Duration lifetime = std::chrono::seconds(30);  // of a message here
   std::uint64_t rate = 0;                        // bytes a second, headers included; 0: found
   std::uint8_t reserve = 10;                     // percent of it for the upper classes
+  core::PriorityClasses classes{};
 
   bool operator==(const SessionSettings&) const = default;
 };

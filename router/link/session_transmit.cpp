@@ -9,7 +9,7 @@
 namespace tims::link {
 namespace {
 
-constexpr std::size_t kUrgentLane = 6;  // from here on: beyond the window, if need be
+constexpr std::size_t kUrgentLane = 5;  // from here on: beyond the window, if need be
 constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
 constexpr std::uint64_t kTrain = 64 << 10;
 // What goes between two waits of a fast link: setting a timer costs as much as a train of
@@ -18,11 +18,6 @@ constexpr std::uint64_t kBurstMax = 4 * kTrain;
 // Bytes a second from which on the largest datagram takes less than half a millisecond.
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
 constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
-
-// Texts for people are the least of all, though originals send them as urgently as their data.
-std::size_t lane_of(const Header& header) {
-  return header.dest == kTextSink ? 0 : core::class_of(header.priority);
-}
 
 }  // namespace
 
@@ -40,7 +35,7 @@ struct Session::Packet {
 
 core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& header,
                             std::span<const std::byte> message) {
-  const std::size_t lane = lane_of(header);
+  const std::size_t lane = settings_.classes.of(header);
   const bool sample = (header.flags & flag::kStream) != 0;
   const auto has_room = [&] {
     // Counted anew only when it may matter: acknowledgements make the bound too high, never too
@@ -125,7 +120,13 @@ Time Session::ready_at(Time now, std::size_t lane) {
   const Time cap = cap_.ready_at(now);
   if (probe_packets_ > 0) return cap;
   const std::uint64_t in_flight = sent_.bytes_in_flight();
-  if (lane >= kUrgentLane) return in_flight < congestion_.urgent_window() ? cap : kNever;
+  if (lane >= kUrgentLane) {
+    // Not to repeat what the other side has no memory for: the lanes below must get through, which
+    // hold that memory.
+    const std::uint64_t window =
+        lanes_[lane].repeats() ? congestion_.window() : congestion_.urgent_window();
+    return in_flight < window ? cap : kNever;
+  }
   if (!congestion_.may_send(in_flight)) return kNever;
   const Time paced = std::max(cap, pacer_.ready_at(now));
   return lane < kUpperLane ? std::max(paced, lower_cap_.ready_at(now)) : paced;

@@ -13,6 +13,7 @@ void put(ByteWriter& out, const Identity& who) {
   out.put(who.widths.instance);
   out.put(who.widths.local);
   out.put(who.message_max);
+  for (const std::uint8_t first : who.classes.from) out.put(first);
   out.put_text(who.name.view());
 }
 
@@ -25,8 +26,9 @@ bool get(ByteReader& in, Identity& who) {
   who.widths = {in.get<std::uint8_t>(), in.get<std::uint8_t>(), in.get<std::uint8_t>(),
                 in.get<std::uint8_t>()};
   who.message_max = in.get<std::uint32_t>();
+  for (std::uint8_t& first : who.classes.from) first = in.get<std::uint8_t>();
   who.name = in.text(name_size);
-  return in.ok() && role_known && who.widths.valid() && who.epoch != 0;
+  return in.ok() && role_known && who.widths.valid() && who.classes.valid() && who.epoch != 0;
 }
 
 }  // namespace tims::link

@@ -10,7 +10,7 @@
 
 namespace tims::link {
 
-inline constexpr std::size_t kWhoBytesMax = 20 + 63;
+inline constexpr std::size_t kWhoBytesMax = 27 + 63;
 
 template <typename Enum>
 bool get_enum(ByteReader& in, Enum last, Enum& value) {

@@ -12,7 +12,8 @@ const Identity kRobot{.epoch = 5,
                       .system = 3,
                       .id = 2,
                       .name = std::string_view("arm"),
-                      .message_max = 1 << 20};
+                      .message_max = 1 << 20,
+                      .classes = {{1, 2, 3, 50, 60, 70, 255}}};
 
 std::span<std::byte> written(const Identity& who, std::span<std::byte> to) {
   ByteWriter out(to);
@@ -53,6 +54,7 @@ TEST(Who, BytesThatAreNobody) {
   EXPECT_TRUE(refused(0, 0)) << "epoch 0";
   EXPECT_TRUE(refused(8, 3)) << "no such role";
   EXPECT_TRUE(refused(12, 200)) << "widths of more than 32 bits";
+  EXPECT_TRUE(refused(21, 1)) << "thresholds that do not ascend";
 }
 
 }  // namespace

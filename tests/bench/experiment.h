@@ -45,12 +45,14 @@ struct Experiment {
   std::uint32_t pairs = 1;  // of source and sink, side by side
   std::uint64_t count = 0;
   Duration every = std::chrono::milliseconds(5);  // of what has a period
-  std::size_t bulk = 0;    // bytes of the messages beside a pulse; 0: there are none
-  Cable cable{};           // between two hosts
-  std::string paths{};     // of routers that find each other by name; empty: by address
-  bool rate_told = false;  // to the routers: what the cable carries
-  bool one_cpu = false;    // all processes share the last CPU
-  bool traced = false;     // under strace: how many system calls
+  std::size_t bulk = 0;             // bytes of the messages beside a pulse; 0: there are none
+  std::uint32_t priority = 255;     // of a pulse
+  std::uint32_t bulk_priority = 0;  // of what is beside it
+  Cable cable{};                    // between two hosts
+  std::string paths{};              // of routers that find each other by name; empty: by address
+  bool rate_told = false;           // to the routers: what the cable carries
+  bool one_cpu = false;             // all processes share the last CPU
+  bool traced = false;              // under strace: how many system calls
 };
 
 // What every measurement of a run shares.

@@ -38,11 +38,11 @@ Plan with_role(Plan plan, const char* role) {
 
 // The bulk is there before the first beat of the pulse.
 std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
-  constexpr std::uint32_t kHighest = 255;
   Plan bulk = plan;
-  plan.priority = kHighest;
+  plan.priority = experiment.priority;
   if (experiment.bulk == 0) return {with_role(plan, "gauge"), with_role(plan, "pulse")};
   bulk.pair = 1;
+  bulk.priority = experiment.bulk_priority;
   bulk.payload = experiment.bulk;
   bulk.window = window_of(experiment.bulk);
   return {with_role(plan, "gauge"), with_role(bulk, "sink"), with_role(bulk, "source"),

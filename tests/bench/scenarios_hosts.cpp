@@ -14,6 +14,8 @@ constexpr Cable kLossy{
     .loss = 0.1, .delay = std::chrono::milliseconds(10), .rate_bits = 50 * kMbit};
 constexpr double kUrgentMoreUs = 400;
 constexpr double kUrgentUs = 5000;
+constexpr std::uint32_t kCommandPriority = 40;  // of a pilot
+constexpr std::uint32_t kCameraPriority = 20;
 constexpr double kLossyUs = 80'000;
 constexpr double kLossyMb = 0.7 * 50 / 8;
 constexpr double kIdleBytes = 500;
@@ -111,22 +113,35 @@ Case hosts_throughput(std::size_t payload) {
   return c;
 }
 
-// A small message of the highest class beside large ones of the lowest.
+// As robots have them: a command beside what a camera sees.
+Experiment as_on_a_robot(Experiment pulse) {
+  pulse.priority = kCommandPriority;
+  pulse.bulk_priority = kCameraPriority;
+  return pulse;
+}
+
+// A small message of the highest class beside large ones of the lowest; then of neighbours.
 Case urgent_latency() {
   Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
   told.rate_told = true;
   Case c{.scenario = "urgent_latency", .payload = 64};
   c.contenders = {{"tims", pulse("tims", Between::kTwoRouters, kShaped, kMi)},
                   {"tims-told", told},
+                  {"tims-40", as_on_a_robot(pulse("tims", Between::kTwoRouters, kShaped, kMi))},
+                  {"tims-40-told", as_on_a_robot(told)},
                   {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
                   {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
   c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
             {"tims-told", "p50_us", "tims-unloaded", {}},
             {"tims", "p50_us", "tims-unloaded", {}},
             {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
+            {"tims-40-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
             {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
+            {"tims-40", "p50_us", "tims-unloaded", {}},
+            {"tims-40", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
             {"tims-told", "mb_per_s", "", {}},
-            {"tims", "mb_per_s", "", {}}};
+            {"tims", "mb_per_s", "", {}},
+            {"tims-40", "mb_per_s", "", {}}};
   return c;
 }
 

@@ -15,9 +15,11 @@
 namespace tims::chaos {
 
 inline constexpr std::size_t kClientsMax = 32;
-// Messages of one flow keep their order: the eight classes, and samples.
-inline constexpr std::size_t kFlows = 9;
-inline constexpr std::size_t kSamples = 8;
+// Messages of one flow keep their order. By flow: one of each class but that of texts, two of the
+// highest; samples.
+inline constexpr std::array<std::uint8_t, 9> kPriorities{150, 0, 1, 20, 30, 40, 50, 255, 60};
+inline constexpr std::size_t kFlows = kPriorities.size();
+inline constexpr std::size_t kSamples = kFlows - 1;
 
 enum class Phase : std::uint32_t {
   kQuiet,

@@ -40,10 +40,6 @@ void say(const std::string& text) {
   std::fflush(stdout);
 }
 
-std::uint8_t priority_of(std::size_t flow) {
-  return static_cast<std::uint8_t>(flow == kSamples ? 0x50 : flow * 32 + 16);
-}
-
 // Different for every message.
 void fill(const Stamp& stamp, std::span<std::byte> rest) {
   std::uint64_t state = std::uint64_t{stamp.from} << 40 ^ std::uint64_t{stamp.flow} << 32 ^
@@ -98,7 +94,7 @@ class Client {
     const bool command = stamp.number % 2 == 0 && flow != kSamples;
     const auto sent = mailbox_.send({.dest = board_.address(to),
                                      .type = command ? kCommand : type::kData,
-                                     .priority = priority_of(flow),
+                                     .priority = kPriorities.at(flow),
                                      .stream = flow == kSamples},
                                     body);
     if (!sent) ++cell.refused;
@@ -118,7 +114,7 @@ class Client {
         stamp.flow, stamp.from, stamp.to, body.size(), header.src.to_string());
     if (stamp.from >= board_.clients || stamp.flow >= kFlows) return wrong(what + " is altered");
     if (stamp.to != own_ || board_.address(stamp.from) != header.src ||
-        header.priority != priority_of(stamp.flow))
+        header.priority != kPriorities.at(stamp.flow))
       wrong(what + " is altered, or in the wrong mailbox");
     std::vector<std::byte> rest(body.size() - sizeof stamp);
     fill(stamp, rest);
@@ -127,9 +123,11 @@ class Client {
   }
 
   void take_answer(const Header& header) {
+    const auto priority = std::ranges::find(kPriorities, header.priority);
+    if (priority == kPriorities.end()) return wrong("an answer of no flow's priority");
+    const auto flow = static_cast<std::size_t>(priority - kPriorities.begin());
     for (std::size_t to = 0; to < board_.clients; ++to)
-      if (board_.address(to) == header.src)
-        ++board_.cells[own_][to][core::class_of(header.priority)].answered;
+      if (board_.address(to) == header.src) ++board_.cells[own_][to][flow].answered;
   }
 
   void check_order(const Stamp& stamp, const std::string& what) {
@@ -186,7 +184,7 @@ int run_client(const SharedBoard& board, std::size_t number) {
   auto mailbox = open(*session, {.address = board->address(number),
                                  .slots = kSlots,
                                  .body_max = kBodyMax,
-                                 .priority = priority_of(0)});
+                                 .priority = kPriorities.at(0)});
   if (!mailbox) return say(mailbox.error().message()), 1;
   Client(*board, number, std::move(*mailbox)).run();
 }

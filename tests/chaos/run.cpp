@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "router/core/priority_classes.h"
 #include "tests/support/patience.h"
 #include "tools/timsctl/failure.h"
 
@@ -164,10 +165,9 @@ bool Run::is_calm() {
     const auto [a, b] = std::ranges::mismatch(now, before);
     if (a == now.end()) return {};
     const auto cell = static_cast<std::size_t>(a - now.begin());
-    const std::size_t pair = cell / core::kClasses;
-    return fmt::format("client {} to client {}, class {}: {} lost before, {} now",
-                       pair / shape_.clients(), pair % shape_.clients(), cell % core::kClasses, *b,
-                       *a);
+    const std::size_t pair = cell / kSamples;
+    return fmt::format("client {} to client {}, flow {}: {} lost before, {} now",
+                       pair / shape_.clients(), pair % shape_.clients(), cell % kSamples, *b, *a);
   });
   return board_->standstills == standstills;
 }
@@ -209,15 +209,16 @@ std::vector<std::uint32_t> Run::missing() const {
   std::vector<std::uint32_t> all;
   for (std::size_t from = 0; from < shape_.clients(); ++from)
     for (std::size_t to = 0; to < shape_.clients(); ++to)
-      for (std::size_t c = 0; c < core::kClasses; ++c)
-        all.push_back(board_->cells[from][to][c].missing());
+      for (std::size_t flow = 0; flow < kSamples; ++flow)
+        all.push_back(board_->cells[from][to][flow].missing());
   return all;
 }
 
 Losses Run::missing_by_class() const {
   Losses sums{};
   const std::vector<std::uint32_t> all = missing();
-  for (std::size_t i = 0; i < all.size(); ++i) sums[i % core::kClasses] += all[i];
+  for (std::size_t i = 0; i < all.size(); ++i)
+    sums[core::kConventionalClasses.of(kPriorities.at(i % kSamples))] += all[i];
   return sums;
 }
 

@@ -26,7 +26,9 @@ class Ledger {
     bool answered = false;  // NOT_AVAILABLE
 
     [[nodiscard]] bool is_sample() const { return (header.flags & flag::kStream) != 0; }
-    [[nodiscard]] std::size_t message_class() const { return core::class_of(header.priority); }
+    [[nodiscard]] std::size_t message_class() const {
+      return core::kConventionalClasses.of(header);
+    }
   };
 
   explicit Ledger(std::function<void(const std::string&)> fail) : fail_(std::move(fail)) {}

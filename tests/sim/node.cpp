@@ -20,7 +20,8 @@ link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
           .id = setup.id,
           .name = std::string_view(setup.name),
           .widths = setup.widths,
-          .message_max = setup.message_max};
+          .message_max = setup.message_max,
+          .classes = setup.classes};
 }
 
 }  // namespace
@@ -42,6 +43,7 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
       memory(messages.bytes()),
       router({.address = identity(node.setup_, epoch).address(),
               .widths = node.setup_.widths,
+              .classes = node.setup_.classes,
               .role = node.setup_.role,
               .epoch = static_cast<std::uint32_t>(epoch),
               .clients_max = 8192,

@@ -241,8 +241,9 @@ TEST(Forged, AWelcomeThatDoesNotFitIsNoLink) {
     std::vector<std::byte> to;
     std::string_view why;
   };
-  for (const Change& change : {Change{1, {std::byte{2}}, "version 2"},
-                               Change{38, {std::byte{7}, std::byte{9}}, "widths"}}) {
+  for (const Change& change :
+       {Change{1, {std::byte{2}}, "version 2"}, Change{38, {std::byte{7}, std::byte{9}}, "widths"},
+        Change{52, {std::byte{101}}, "message.classes"}}) {
     Story s;
     s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
       if (&from != s.base || bytes[0] != std::byte{3}) return false;

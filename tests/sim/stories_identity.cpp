@@ -123,6 +123,26 @@ TEST(Identity, AddressWidthsDiffer) {
   EXPECT_NE(Story::find_event(*s.base, core::EventKind::kLinkRefused), nullptr);
 }
 
+// Both values stand in the refusal.
+TEST(Identity, PriorityClassesDiffer) {
+  Story s;
+  s.begin();
+  Node& strange = s.add({.name = "strange",
+                         .role = core::Role::kSystem,
+                         .system = 9,
+                         .links = {super_link(address_of(0))},
+                         .classes = {{32, 64, 96, 128, 160, 192, 224}}});
+  strange.start(s.now());
+  s.run_for(2s);
+  EXPECT_EQ(Story::links_up(strange), 0U);
+  for (Node* node : {&strange, s.base}) {
+    const core::Event* refused = Story::find_event(*node, core::EventKind::kLinkRefused);
+    ASSERT_NE(refused, nullptr);
+    for (const char* value : {"32/64/96/128/160/192/224", "0/1/15/25/35/45/100"})
+      EXPECT_NE(refused->text.view().find(value), std::string_view::npos) << refused->text.view();
+  }
+}
+
 TEST(Identity, AnUnknownVersionIsRefusedByName) {
   Story s;
   s.begin();

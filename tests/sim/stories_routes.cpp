@@ -145,11 +145,12 @@ TEST(Routes, TheTopClassOvertakesLargeMessages) {
   EXPECT_LT(s.base->arrivals(s.gui).size(), 6U);
 }
 
-// EF for what is urgent, CS1 for the lowest class.
+// EF for what is urgent, nothing of a robot's data as background.
 TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
   Story s;
   s.begin();
-  for (const auto& [priority, dscp] : {std::pair{0, 8}, {64, 10}, {160, 34}, {255, 46}}) {
+  for (const auto& [priority, dscp] :
+       {std::pair{0, 0}, {1, 0}, {20, 26}, {30, 34}, {40, 46}, {255, 46}}) {
     const auto mark = static_cast<std::uint8_t>(dscp);
     const std::uint64_t before = s.bytes_marked(mark);
     const Header header{
@@ -169,6 +170,33 @@ TEST(Routes, TextsForPeopleAreTheLowestClass) {
   for (int i = 0; i < 100; ++i) s.robot->send(s.now(), s.ladar, text, std::vector<std::byte>(100));
   s.run_for(100ms);
   EXPECT_GT(s.bytes_marked(8), before + 10'000);
+}
+
+// The paper's robot sends with 20, 30 and 40: images fill the link, and neither what a laser sees
+// nor a pilot's command waits for them.
+TEST(Routes, ThePrioritiesOfARobotOvertakeEachOther) {
+  Story s;
+  s.begin();
+  s.set_faults({.delay = 1ms, .rate = 6'250'000, .queue = 312'500});
+  const auto send = [&](int priority, std::size_t size) {
+    const Header header{
+        .type = 2, .priority = static_cast<std::uint8_t>(priority), .dest = kGui, .src = kLadar};
+    s.robot->send(s.now(), s.ladar, header, std::vector<std::byte>(size));
+  };
+  for (const int priority : {19, 29, 39}) {
+    for (int i = 0; i < 4; ++i) send(priority, 1 << 20);
+    s.run_for(100ms);
+    const Time sent = s.now();
+    send(priority + 11, 0);
+    const auto arrived = [&] {
+      return std::ranges::any_of(s.base->arrivals(s.gui), [&](const Arrival& a) {
+        return a.header.priority == priority + 11;
+      });
+    };
+    ASSERT_TRUE(s.run_until(arrived, 5s)) << priority;
+    EXPECT_LT(s.now() - sent, 10ms) << priority;
+    s.run_for(2s);
+  }
 }
 
 TEST(Routes, SamplesKeepTheLatest) {

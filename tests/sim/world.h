@@ -34,6 +34,7 @@ struct NodeSetup {
   std::uint32_t message_max = 8U << 20;
   std::uint32_t links_max = 4096;
   std::string fleet{};  // in which it announces itself; empty: in none
+  core::PriorityClasses classes{};
 };
 
 // What a client received.

@@ -9,7 +9,8 @@ namespace timsctl {
 
 namespace {
 
-constexpr std::uint8_t kPriority = 128;  // before the data that may fill the mailbox
+// Before the data that may fill the mailbox, which are asked for with 0; behind what robots say.
+constexpr std::uint8_t kPriority = 10;
 
 json::object parse_answer(const Message& message, const std::string& where) {
   if (auto answer = json_of(message)) return std::move(*answer);

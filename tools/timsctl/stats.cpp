@@ -43,12 +43,23 @@ void add(json::object& item, std::string_view key, double more) {
   item[key] = static_cast<std::uint64_t>(number_or_zero(item, key) + more);
 }
 
-std::string priorities_of(double message_class) {
-  return fmt::format("{:.0f}-{:.0f}", message_class * 32, message_class * 32 + 31);
+// "15-24"; "texts" for what no priority leads to.
+std::string priorities_of(const json::value& message_class, const json::array& classes) {
+  if (classes.empty()) return {};  // of an older router
+  const auto number = message_class.to_number<std::size_t>();
+  const auto first_of = [&](std::size_t i) {
+    if (i == 0) return 0;
+    return i <= classes.size() ? classes[i - 1].to_number<int>() : 256;
+  };
+  const int first = first_of(number);
+  const int last = first_of(number + 1) - 1;
+  if (last < first) return "texts";
+  return first == last ? std::to_string(first) : fmt::format("{}-{}", first, last);
 }
 
 // One item for each value of `key`, the numbers added up.
-json::array grouped(std::span<const json::value> items, std::string_view key) {
+json::array grouped(std::span<const json::value> items, std::string_view key,
+                    const json::array& classes) {
   json::array groups;
   for (const json::value& value : items) {
     const json::object& item = value.as_object();
@@ -58,7 +69,7 @@ json::array grouped(std::span<const json::value> items, std::string_view key) {
     if (group == groups.end()) {
       json::object fresh{{key, item.at(key)}};
       if (key == "outcome") fresh["meaning"] = item.at("meaning");
-      if (key == "class") fresh["priorities"] = priorities_of(number_or_zero(item, "class"));
+      if (key == "class") fresh["priorities"] = priorities_of(item.at("class"), classes);
       groups.push_back(std::move(fresh));
       group = groups.end() - 1;
     }
@@ -93,7 +104,9 @@ Exit stats(Context& context) {
   const auto ask = [&](AdminClient& admin) {
     json::object answer = admin.ask({{"ask", "stats"}});
     if (!by.empty())
-      answer["items"] = grouped(items_of(std::as_const(answer)), by == "reason" ? "outcome" : by);
+      answer["items"] =
+          grouped(items_of(std::as_const(answer)), by == "reason" ? "outcome" : by,
+                  answer.contains("classes") ? answer.at("classes").as_array() : json::array());
     if (!context.options.sort.empty()) sort_items(items_of(answer), columns, context.options.sort);
     return answer;
   };

@@ -134,7 +134,8 @@ bool HttpPort::drained() const {
 HttpPort::Client::Client(HttpPort& its_port, std::string from)
     : port(its_port),
       peer(std::move(from)),
-      output(its_port.pool_, its_port.settings_.queue_bytes_max) {}
+      output(its_port.pool_, its_port.settings_.queue_bytes_max,
+             its_port.router_.settings().classes) {}
 
 void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
   auto client = std::make_unique<Client>(*this, peer);

@@ -22,8 +22,9 @@ inline constexpr std::size_t kFramePiecesMax = 64;
 
 class WebSocketOutput {
  public:
-  WebSocketOutput(core::BlockPool& pool, std::uint64_t queue_bytes_max)
-      : queue_(pool, queue_bytes_max) {}
+  WebSocketOutput(core::BlockPool& pool, std::uint64_t queue_bytes_max,
+                  const core::PriorityClasses& classes = core::kConventionalClasses)
+      : queue_(pool, queue_bytes_max, classes) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
