@@ -45,6 +45,7 @@ class LaneSender {
   // Nothing is to be sent, and nothing that was sent can come back as lost.
   [[nodiscard]] bool is_idle() const { return bytes() == 0 && skip_acked_ == skip_to_; }
   [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
+  [[nodiscard]] std::uint64_t waiting_bytes() const { return waiting_.size(); }
   // Drops the message that waits longest. Its header.
   Header drop_oldest();
 

@@ -27,6 +27,9 @@ class SampleSender {
   [[nodiscard]] bool empty() const { return samples_.empty(); }
   // Not while it is being sent.
   [[nodiscard]] bool can_drop_oldest() const { return !samples_.empty() && sent_ == 0; }
+  [[nodiscard]] std::uint64_t droppable_bytes() const {
+    return can_drop_oldest() ? bytes_.size() : 0;
+  }
   Header drop_oldest();
 
   // The next piece of at most `size` bytes; its place in the frame. Never empty of bytes, while

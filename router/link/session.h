@@ -135,7 +135,8 @@ class Session final : private PacketFate {
 
   // session_transmit.cpp
   struct Packet;  // in the making
-  bool make_room(Time now, std::size_t lane);
+  bool make_room(Time now, std::size_t lane, std::size_t message);
+  bool drop_one(Time now, std::size_t lane);
   void set_rates();
   [[nodiscard]] std::size_t datagram_max() const;
   [[nodiscard]] Time ready_at(Time now, std::size_t lane);

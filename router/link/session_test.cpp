@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "wire/header.h"
+
 namespace tims::link {
 namespace {
 
@@ -73,6 +75,54 @@ TEST_F(SessionTest, APacketOutOfOrderIsAcknowledgedAtOnce) {
   EXPECT_EQ(acknowledged_ranges(), 2U) << "late";
   receive(4);
   EXPECT_EQ(acknowledged_ranges(), 0U) << "in order: there is time";
+}
+
+struct FullQueueTest : testing::Test {
+  struct Told final : Arrivals, Losses {
+    void on_message(Time, const RecordPrefix&, core::Message&) override {}
+    void on_control(Time, const core::Message&) override {}
+    void on_frame(Time, const KeepAlive&) override {}
+    void on_frame(Time, const ChallengeFrame&) override {}
+    void on_frame(Time, const ResponseFrame&) override {}
+    void on_frame(Time, const CloseFrame&) override {}
+    void on_lost(Time, const Header&, core::Outcome) override { ++lost; }
+    int lost = 0;
+  };
+  core::Outcome send(std::uint8_t priority, std::size_t size) {
+    const std::vector<std::byte> bytes(size);
+    const Header header{.priority = priority, .length = static_cast<std::uint32_t>(size)};
+    std::vector<std::byte> message(bytes);
+    wire::encode_header(header, std::span(message).first<kHeaderSize>());
+    return session.send(now, {}, header, message);
+  }
+  static constexpr std::uint64_t kMax = 400'000;
+  alignas(core::BlockPool::kBlockSize) std::array<std::byte, 4U << 20> blocks{};
+  core::BlockPool pool{blocks};
+  MessageMemory memory{{}};
+  std::vector<MessageBuffer> done;
+  Told told;
+  Session session{pool, memory, done, {.queue_bytes_max = kMax}, told, told};
+  Time now{100s};
+};
+
+TEST_F(FullQueueTest, NothingIsDroppedForWhatHasNoRoomAllTheSame) {
+  // On its way, or more important: it stays.
+  while (session.queued_bytes() < kMax - 60'000)
+    ASSERT_EQ(send(255, 20'000), core::Outcome::kDelivered);
+  ASSERT_EQ(session.queued_bytes(1), 0U);
+  while (session.queued_bytes() < kMax - 22'000)
+    ASSERT_EQ(send(0, 1'000), core::Outcome::kDelivered);
+  const std::uint64_t before = session.queued_bytes();
+  EXPECT_EQ(send(100, 300'000), core::Outcome::kQueueFull);
+  EXPECT_EQ(told.lost, 0);
+  EXPECT_EQ(session.queued_bytes(), before);
+}
+
+TEST_F(FullQueueTest, NoMoreIsDroppedThanIsNeeded) {
+  while (session.queued_bytes() < kMax - 20'000)
+    ASSERT_EQ(send(0, 20'000), core::Outcome::kDelivered);
+  EXPECT_EQ(send(100, 30'000), core::Outcome::kDelivered);
+  EXPECT_LE(told.lost, 2);
 }
 
 }  // namespace

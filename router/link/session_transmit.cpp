@@ -37,17 +37,7 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
                             std::span<const std::byte> message) {
   const std::size_t lane = settings_.classes.of(header);
   const bool sample = (header.flags & flag::kStream) != 0;
-  const auto has_room = [&] {
-    // Counted anew only when it may matter: acknowledgements make the bound too high, never too
-    // low.
-    if (queued_at_most_ + message.size() > settings_.queue_bytes_max)
-      queued_at_most_ = queued_bytes();
-    if (queued_at_most_ + message.size() > settings_.queue_bytes_max) return false;
-    return sample ? samples_[lane].has_room(message.size()) : lanes_[lane].has_room(message.size());
-  };
-  while (!has_room()) {
-    if (!make_room(now, lane)) return core::Outcome::kQueueFull;
-  }
+  if (!make_room(now, lane, message.size())) return core::Outcome::kQueueFull;
   occupied_.add(lane);
   queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
@@ -59,8 +49,31 @@ core::Outcome Session::send(Time now, const RecordPrefix& prefix, const Header& 
   return core::Outcome::kDelivered;
 }
 
+// Drops what is no more important than a message of this lane, until that has room. Nothing goes
+// when it would have none all the same.
+bool Session::make_room(Time now, std::size_t lane, std::size_t message) {
+  constexpr std::uint64_t kBlock = core::BlockPool::kBlockSize;
+  // One link has no more of the memory than it leaves to others.
+  const auto has_room = [&] {
+    const std::uint64_t free = assembly_.pool.available() * kBlock;
+    return queued_at_most_ + message <= std::min(settings_.queue_bytes_max, free) &&
+           lanes_[lane].has_room(message);
+  };
+  if (has_room()) return true;
+  // Counted anew only when it may matter: acknowledgements make the bound too high, never too
+  // low.
+  queued_at_most_ = queued_bytes();
+  std::uint64_t may_go = 0;
+  for (std::size_t lower = 0; lower <= lane; ++lower)
+    may_go += lanes_[lower].waiting_bytes() + samples_[lower].droppable_bytes();
+  const std::uint64_t free = (assembly_.pool.available() + may_go / kBlock) * kBlock;
+  if (queued_at_most_ - may_go + message > std::min(settings_.queue_bytes_max, free)) return false;
+  while (!has_room() && drop_one(now, lane)) queued_at_most_ = queued_bytes();
+  return has_room();
+}
+
 // Drops one message that is no more important than one of this lane. False: there is none.
-bool Session::make_room(Time now, std::size_t lane) {
+bool Session::drop_one(Time now, std::size_t lane) {
   for (std::size_t lower = 0; lower <= lane; ++lower) {
     if (samples_[lower].can_drop_oldest()) {
       losses_.on_lost(now, samples_[lower].drop_oldest(), core::Outcome::kQueueReplaced);
