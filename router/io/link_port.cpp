@@ -158,7 +158,13 @@ void LinkPort::read_wall_clock(Time now) {
 
 // --- datagrams out
 
+Time LinkPort::turn_time() {
+  if (turn_ == Time()) turn_ = os::now();
+  return turn_;
+}
+
 void LinkPort::flush(Time now) {
+  turn_ = {};
   if (!is_open()) return;
   links_.flush(now, [&](const link::Train& train) { return send(now, train); });
   if (links_.has_something_to_send() && !waits_for_writable_) continue_later();
@@ -188,9 +194,7 @@ void LinkPort::continue_later() {
   if (std::exchange(continues_, true)) return;
   loop_.post([this] {
     continues_ = false;
-    const Time now = os::now();
-    links_.set_now(now);
-    end_turn_(now);
+    end_turn_(os::now());
   });
 }
 

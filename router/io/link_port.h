@@ -42,10 +42,10 @@ class LinkPort final : public Port {
 
   // Port
   core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
-    return links_.deliver(to.token, message);
+    return links_.deliver(turn_time(), to.token, message);
   }
   void reply(const core::Receiver& to, const Header& header) override {
-    links_.reply(to.token, header);
+    links_.reply(turn_time(), to.token, header);
   }
   void close(const core::Receiver&, core::CloseReason) override {}  // links are not watched
   void flush(Time now) override;
@@ -85,6 +85,8 @@ class LinkPort final : public Port {
     }
   };
 
+  // Read once a turn, when it is asked for first: the turn may be another port's.
+  Time turn_time();
   void on_ready(Ready ready);
   void take_datagrams(Time now);
   void wait_for_writable(bool waits);
@@ -119,6 +121,7 @@ class LinkPort final : public Port {
   std::map<std::string, std::size_t> tries_;  // which of a name's addresses is next
   Time next_resolve_ = kNever;
   Time wall_read_{};
+  Time turn_{};
 
   struct Spoiled {
     std::string link{};  // as it was named

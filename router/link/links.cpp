@@ -202,16 +202,16 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
 
 // --- what the router decides
 
-core::Outcome Links::deliver(std::uint32_t token, const core::Message& message) {
+core::Outcome Links::deliver(Time now, std::uint32_t token, const core::Message& message) {
   Link& link = *links_[token];
   touch(link);
-  return link.send(now_, message);
+  return link.send(now, message);
 }
 
-void Links::reply(std::uint32_t token, const Header& header) {
+void Links::reply(Time now, std::uint32_t token, const Header& header) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes);
-  const core::Outcome outcome = deliver(token, {.header = header, .bytes = bytes});
+  const core::Outcome outcome = deliver(now, token, {.header = header, .bytes = bytes});
   if (!core::taken(outcome)) lost(links_[token]->client(), header, outcome);
 }
 

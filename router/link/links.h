@@ -56,9 +56,8 @@ class Links final : private LinkSurroundings {
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
 
   // --- what the router decides (core::Sink), for its clients with PortKind::kLink
-  core::Outcome deliver(std::uint32_t token, const core::Message& message);
-  void reply(std::uint32_t token, const Header& header);
-  void set_now(Time now) { now_ = now; }
+  core::Outcome deliver(Time now, std::uint32_t token, const core::Message& message);
+  void reply(Time now, std::uint32_t token, const Header& header);
 
   // --- what goes out. `send` takes a train, or says false: later, then resume with flush().
   using Send = std::function<bool(const Train&)>;

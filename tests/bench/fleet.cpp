@@ -82,11 +82,11 @@ class Robot final : core::Sink {
   }
 
   core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
-    return to.port == core::PortKind::kLink ? links_.deliver(to.token, message)
+    return to.port == core::PortKind::kLink ? links_.deliver(os::now(), to.token, message)
                                             : core::Outcome::kDelivered;
   }
   void reply(const core::Receiver& to, const Header& header) override {
-    if (to.port == core::PortKind::kLink) links_.reply(to.token, header);
+    if (to.port == core::PortKind::kLink) links_.reply(os::now(), to.token, header);
   }
   void close(const core::Receiver&, core::CloseReason) override {}
   void admin(core::ClientId, const core::Message&) override {}

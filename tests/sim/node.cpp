@@ -135,7 +135,6 @@ bool Node::add_mailbox(Time now, core::ClientId client, Address address) {
 core::Outcome Node::send(Time now, core::ClientId client, Header header,
                          std::span<const std::byte> body) {
   now_ = now;
-  running_->links.set_now(now);
   std::vector<std::byte> bytes(kHeaderSize + body.size());
   header.length = static_cast<std::uint32_t>(bytes.size());
   wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
@@ -147,7 +146,7 @@ core::Outcome Node::send(Time now, core::ClientId client, Header header,
 }
 
 core::Outcome Node::deliver(const core::Receiver& to, const core::Message& message) {
-  if (to.port == core::PortKind::kLink) return running_->links.deliver(to.token, message);
+  if (to.port == core::PortKind::kLink) return running_->links.deliver(now_, to.token, message);
   const auto body = message.body();
   arrived(to.client, {now_, message.header, {body.begin(), body.end()}, message.hops});
   return core::Outcome::kDelivered;
@@ -159,7 +158,7 @@ void Node::arrived(core::ClientId client, Arrival&& arrival) {
 }
 
 void Node::reply(const core::Receiver& to, const Header& header) {
-  if (to.port == core::PortKind::kLink) return running_->links.reply(to.token, header);
+  if (to.port == core::PortKind::kLink) return running_->links.reply(now_, to.token, header);
   arrived(to.client, {now_, header, {}});
 }
 
