@@ -16,6 +16,7 @@
 #include "router/config/reload.h"
 #include "router/core/router.h"
 #include "router/io/admin.h"
+#include "router/io/admin_actions.h"
 #include "router/io/arguments.h"
 #include "router/io/client_port.h"
 #include "router/io/event_log.h"
@@ -149,6 +150,9 @@ class Program {
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
       desk_.ask(os::now(), from, request);
     });
+    switchboard_.on_may_ask([this](core::ClientId from, const core::Message& request) {
+      return desk_.may_ask(from, request);
+    });
     loop_.at_turn_end([this](Time now) { finish_turn(now); });
     loop_.watch({.next = [this] { return router_.next_timeout(); },
                  .on_timeout = [this](Time now) { router_.on_timeout(now); }});
@@ -185,7 +189,8 @@ class Program {
     switchboard_.flush(now);
     if (desk_.has_work(now) || tracer_.has_records()) answer(now);
     links_.release();
-    memory_.give_back();
+    queue_memory_.give_back();
+    link_memory_.give_back();
     if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
   }
 
@@ -219,12 +224,13 @@ class Program {
     if (auto result = listen(tcp_, "tcp", c.tcp.listen, facts_.start.tcp); !result) return result;
     if (auto result = listen(http_, "http", c.http.listen, facts_.start.http); !result)
       return result;
-    return listen_for_routers(os::now());
+    if (auto result = listen_for_routers(c); !result) return result;
+    links_.configure(os::now(), c);
+    return {};
   }
 
   // A router without links has no UDP socket.
-  Result<void> listen_for_routers(Time now) {
-    const config::Config& c = configuration_.config;
+  Result<void> listen_for_routers(const config::Config& c) {
     if (!c.links.empty() && !links_.is_open() && c.udp.listen) {
       const auto where = links_.listen(*c.udp.listen);
       if (!where) {
@@ -241,7 +247,6 @@ class Program {
       log_.info(fmt::format("in fleet {} by dds, domain {}{}", c.fleet.name, c.dds.domain,
                             c.security.insecure ? "" : ", on this host only (security.insecure)"));
     }
-    links_.configure(now, c);
     return {};
   }
 
@@ -288,19 +293,24 @@ class Program {
     manager_.ready();
   }
 
+  // All of it or nothing: what may fail comes first.
   void apply(const config::Loaded& loaded) {
     const Time now = os::now();
+    config::Config wanted = config::reloaded(configuration_.config, loaded.config);
+    if (const auto listening = listen_for_routers(wanted); !listening)
+      return log_.error("not reloaded: " + listening.error().detail());
     for (const auto& change : config::changes(configuration_.config, loaded.config)) {
       log_.info("reloaded: " + change.to_string());
     }
-    configuration_.config = config::reloaded(configuration_.config, loaded.config);
+    router_.set_static_routes(io::reload_routes(
+        router_.static_routes(), static_routes(configuration_.config), static_routes(wanted)));
+    configuration_.config = std::move(wanted);
     configuration_.origins = loaded.origins;
     const config::Config& c = configuration_.config;
     log_.set_level(c.log.level);
     router_.configure(now, router_settings(c, epoch_));
-    router_.set_static_routes(static_routes(c));
-    if (const auto listening = listen_for_routers(now); !listening)
-      log_.error("links are not changed: " + listening.error().detail());
+    links_.configure(now, c);
+    http_.set_origins(config::list_of(c.http.origins));
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_ping_interval(c.lifesign.interval);
@@ -318,7 +328,9 @@ class Program {
   core::Router router_{router_settings(configuration_.config, epoch_),
                        {random_number(), random_number()},
                        switchboard_};
-  io::WaitingMemory memory_{waiting_bytes(configuration_.config)};
+  // Slow readers of TCP and WebSockets take nothing from links, nor links from them.
+  io::WaitingMemory queue_memory_{waiting_bytes(configuration_.config)};
+  io::WaitingMemory link_memory_{waiting_bytes(configuration_.config)};
   io::ClientPort local_{loop_,
                         router_,
                         log_,
@@ -331,24 +343,25 @@ class Program {
   io::TcpPort tcp_{loop_,
                    router_,
                    log_,
-                   memory_.pool(),
+                   queue_memory_.pool(),
                    end_turn_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
   io::LinkPort links_{
       loop_,     router_,
-      log_,      memory_.pool(),
+      log_,      link_memory_.pool(),
       end_turn_, {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
   io::Facts facts_{router_, loop_, switchboard_, local_, links_, configuration_};
   io::HttpPort http_{loop_,
                      router_,
                      log_,
-                     memory_.pool(),
+                     queue_memory_.pool(),
                      end_turn_,
                      facts_,
                      {.message_max = configuration_.config.message.bytes_max,
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,
-                      .ping_interval = configuration_.config.lifesign.interval}};
+                      .ping_interval = configuration_.config.lifesign.interval,
+                      .origins = config::list_of(configuration_.config.http.origins)}};
   io::AdminDesk desk_{facts_};
   bool desk_has_turn_ = false;  // posted
   io::Tracer tracer_;

@@ -27,6 +27,7 @@ class Checker {
     check_exposure("tcp.listen", config_.tcp.listen);
     check_exposure("http.listen", config_.http.listen);
     check_exposure("udp.listen", config_.udp.listen);
+    check_origins();
     check_router();
     check_fleet();
     for (std::size_t i = 0; i < config_.links.size(); ++i) check_link(i);
@@ -42,6 +43,19 @@ class Checker {
     if (!listen || listen->loopback() || is_insecure()) return;
     fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
                           listen->to_string(), kNoKeys, listen->port, kInsecure));
+  }
+
+  void check_origins() {
+    for (const std::string& origin : list_of(config_.http.origins)) {
+      const std::size_t scheme = origin.starts_with("https://")  ? 8
+                                 : origin.starts_with("http://") ? 7
+                                                                 : std::string::npos;
+      const bool has_host = scheme < origin.size();
+      if (has_host && origin.find_first_of("/@?#* ", scheme) == std::string::npos) continue;
+      fail("http.origins", fmt::format("http.origins: \"{}\" is no origin of a page: write "
+                                       "\"http://robot7:3000\", without anything behind the port",
+                                       origin));
+    }
   }
 
   void check_router() {

@@ -36,6 +36,17 @@ TEST(Check, GoodTreesAreGood) {
   EXPECT_THAT(problems("[[link]]\nkind = \"peer\"\nsystem = \"*\"\n"), testing::IsEmpty());
 }
 
+TEST(Check, OriginsOfPages) {
+  EXPECT_THAT(problems("[http]\norigins = \"http://robot7:3000, https://[::1]\"\n"),
+              testing::IsEmpty());
+  for (const auto* wrong : {"robot7", "ftp://robot7", "http://", "http://robot7/", "http://*",
+                            "null", "http://evil@robot7"})
+    EXPECT_THAT(problems("[http]\norigins = \"http://a, " + std::string(wrong) + "\"\n"),
+                ElementsAre(testing::HasSubstr("\"" + std::string(wrong) +
+                                               "\" is no origin of a page: write")))
+        << wrong;
+}
+
 TEST(Check, ALinkHasAKind) {
   EXPECT_THAT(
       problems("[[link]]\nto = \"robot2\"\n"),

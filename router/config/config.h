@@ -109,12 +109,14 @@ struct Config {
   struct Tcp {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 2000};  // empty: off
     bool compat_delete = false;
+    bool admin = false;  // clients may change the router itself; those of http as well
     std::uint32_t queue_bytes = 4U << 20;  // waiting for one slow reader
     bool operator==(const Tcp&) const = default;
   } tcp;
 
   struct Http {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 8080};  // empty: off
+    std::string origins;  // "http://robot7:3000, http://localhost:5173"
     bool operator==(const Http&) const = default;
   } http;
 

@@ -72,7 +72,15 @@ constexpr std::array kOptions{
          .reload = Reload::kRestart,
          .help = "Where original RACK programs and remote clients connect; \"off\" for "
                  "nowhere, port 0 for any free one. Beyond loopback it needs "
-                 "security.insecure."}),
+                 "security.insecure. Whoever reaches the port can command every component, on "
+                 "loopback every user of this host: where users do not trust each other, write "
+                 "\"off\" here and at http.listen, so that unix.path is the only way in."}),
+    row<Kind::kFlag, &Config::tcp, &Config::Tcp::admin>(
+        {.key = "tcp.admin",
+         .reload = Reload::kYes,
+         .help = "Lets clients of tcp.listen and http.listen change this router: take links down, "
+                 "add routes, spoil links; otherwise only programs that connect to unix.path, and "
+                 "other routers."}),
     row<Kind::kFlag, &Config::tcp, &Config::Tcp::compat_delete>(
         {.key = "tcp.compat_delete",
          .reload = Reload::kYes,
@@ -89,7 +97,15 @@ constexpr std::array kOptions{
         {.key = "http.listen",
          .reload = Reload::kRestart,
          .help = "Where WebSocket clients connect, and /metrics and /healthz are served; "
-                 "\"off\" for nowhere. Beyond loopback it needs security.insecure."}),
+                 "\"off\" for nowhere. Beyond loopback it needs security.insecure. They can do "
+                 "what those of tcp.listen can."}),
+    row<Kind::kText, &Config::http, &Config::Http::origins>(
+        {.key = "http.origins",
+         .range = {0, 1024},
+         .reload = Reload::kYes,
+         .help = "Web pages that may open a WebSocket here beside those that came from this port: "
+                 "\"http://robot7:3000, http://localhost:5173\". The names in them count as names "
+                 "of this host."}),
 
     row<Kind::kEndpoint, &Config::udp, &Config::Udp::listen>(
         {.key = "udp.listen",
@@ -183,7 +199,10 @@ constexpr std::array kOptions{
         {.key = "limits.clients",
          .range = {1, 16384},
          .reload = Reload::kYes,
-         .help = "Clients connected at the same time, over all ports."}),
+         .help =
+             "Clients connected at the same time, over all ports. A quarter is kept for programs "
+             "of this host; pages of browsers have at most another quarter. While no place is "
+             "left for TCP, clients that have not said anything yet make room for new ones."}),
     row<Kind::kNumber, &Config::limits, &Config::Limits::mailboxes_per_client>(
         {.key = "limits.mailboxes_per_client",
          .range = {1, 1048576},

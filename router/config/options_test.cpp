@@ -40,6 +40,8 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "unix.everybody=true",
                               "tcp.listen=off",
                               "tcp.compat_delete=true",
+                              "tcp.admin=true",
+                              "http.origins=http://robot7:3000",
                               "tcp.queue=1MiB",
                               "http.listen=[::1]:1",
                               "fleet.name=harbour",

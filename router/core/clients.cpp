@@ -15,13 +15,16 @@ Client& Clients::add(const ClientInfo& info, Time now) {
   client->info = info;
   client->connected_at = now;
   ++size_;
+  ++sizes_[static_cast<std::size_t>(info.port)];
   return *client;
 }
 
 void Clients::remove(ClientId id) {
-  if (find(id) == nullptr) return;
-  slot(id).reset();
+  const Client* client = find(id);
+  if (client == nullptr) return;
+  --sizes_[static_cast<std::size_t>(client->info.port)];
   --size_;
+  slot(id).reset();
 }
 
 // Numbers that differ modulo n also differ modulo 2n: nobody meets in the new slots.

@@ -1,6 +1,7 @@
 // The clients that are connected now.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -69,6 +70,9 @@ class Clients {
     return client != nullptr && client->id == id ? client : nullptr;
   }
   [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t size(PortKind port) const {
+    return sizes_[static_cast<std::size_t>(port)];
+  }
 
   // `visit` may remove the client it is given.
   template <typename Visit>
@@ -86,6 +90,7 @@ class Clients {
 
   std::vector<std::unique_ptr<Client>> slots_;  // at most half of them taken
   std::size_t size_ = 0;
+  std::array<std::size_t, kPortKindCount> sizes_{};
   ClientId last_{};
 };
 

@@ -101,6 +101,7 @@ enum class CloseReason : std::uint8_t {
   kReplaced,
   kForgotten,
   kAdministrative,
+  kStalled,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -127,8 +128,10 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kForgotten, "forgotten", "it does not know this session"},
     Label<CloseReason>{CloseReason::kAdministrative, "administrative",
                        "somebody took the link down"},
+    Label<CloseReason>{CloseReason::kStalled, "stalled",
+                       "it did not end a message, and the memory for such messages was used up"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kAdministrative));
+static_assert(complete(kCloseReasons, CloseReason::kStalled));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 

@@ -93,12 +93,19 @@ void MessageQueue::close() {
   index_ = spare_ = kNone;
 }
 
+// Half of what is left, and what the queue has itself: it may have a third of both.
+std::uint64_t MessageQueue::limit() const {
+  if (share_ == Share::kAll) return bytes_max_;
+  const std::uint64_t left = std::uint64_t{pool_.available()} * BlockPool::kBlockSize;
+  return std::min(bytes_max_, (left + bytes_) / 3);
+}
+
 // Nothing is dropped for a message that would then be refused all the same, unless what is short
 // is the pool itself.
 bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, Losses& replaced) {
-  if (bytes_ + size > bytes_max_) {
+  if (bytes_ + size > limit()) {
     const std::uint64_t stays = bytes_ - bytes_up_to(priority);
-    if (stays + size > bytes_max_) return false;
+    if (stays + size > limit()) return false;
   }
   while (!fits(size, priority)) {
     const std::size_t victim = lowest();
@@ -109,7 +116,7 @@ bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, Losses& re
 }
 
 bool MessageQueue::fits(std::size_t size, std::uint8_t priority) const {
-  return bytes_ + size <= bytes_max_ &&
+  return bytes_ + size <= limit() &&
          levels()[priority].messages.blocks_needed(pool_, size) <= pool_.available();
 }
 

@@ -24,10 +24,13 @@ namespace tims::core {
 
 class MessageQueue {
  public:
+  // kFair: beside its bound, the queue takes at most half of what the pool has left (a dynamic
+  // threshold). However many receivers are stalled, there is room for the next one.
+  enum class Share : std::uint8_t { kAll, kFair };
   // `classes`: what is lost is counted by; they live as long as the queue.
-  MessageQueue(BlockPool& pool, std::uint64_t bytes_max,
+  MessageQueue(BlockPool& pool, std::uint64_t bytes_max, Share share = Share::kAll,
                const PriorityClasses& classes = kConventionalClasses)
-      : pool_(pool), classes_(classes), bytes_max_(bytes_max) {}
+      : pool_(pool), classes_(classes), bytes_max_(bytes_max), share_(share) {}
   MessageQueue(const MessageQueue&) = delete;
   MessageQueue& operator=(const MessageQueue&) = delete;
   ~MessageQueue();
@@ -66,6 +69,7 @@ class MessageQueue {
 
   bool open();
   void close();
+  [[nodiscard]] std::uint64_t limit() const;
   [[nodiscard]] bool make_room(std::size_t size, std::uint8_t priority, Losses& replaced);
   [[nodiscard]] bool fits(std::size_t size, std::uint8_t priority) const;
   [[nodiscard]] std::uint64_t bytes_up_to(std::uint8_t priority) const;
@@ -82,6 +86,7 @@ class MessageQueue {
   BlockPool& pool_;
   const PriorityClasses& classes_;
   std::uint64_t bytes_max_;
+  Share share_;
   std::uint64_t bytes_ = 0;  // in begun_ and all levels
   ByteChain begun_;          // the rest of a message that has been written in part
   std::uint64_t begun_bytes_ = 0;

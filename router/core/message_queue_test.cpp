@@ -1,6 +1,8 @@
 #include "router/core/message_queue.h"
 
 #include <algorithm>
+#include <deque>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -228,6 +230,57 @@ TEST(MessageQueueModel, BehavesAsItsRulesSay) {
     queue.consume(queue.bytes());
     EXPECT_EQ(pool.used(), 0U);
   }
+}
+
+// Of each of 20 who have stopped reading, and one who has not.
+std::size_t blocks_left_by_stalled_ones(MessageQueue::Share share) {
+  constexpr std::size_t kBlocks = 1024;
+  std::vector<std::byte> memory((kBlocks + 1) * BlockPool::kBlockSize);
+  void* aligned = memory.data();
+  std::size_t size = memory.size();
+  std::align(BlockPool::kBlockSize, kBlocks * BlockPool::kBlockSize, aligned, size);
+  BlockPool pool({static_cast<std::byte*>(aligned), kBlocks * BlockPool::kBlockSize});
+  std::deque<MessageQueue> stalled;
+  Losses replaced{};
+  std::vector<std::byte> message(1000);
+  wire::encode_header({.length = 1000}, std::span(message).first<kHeaderSize>());
+  for (int i = 0; i < 20; ++i) {
+    stalled.emplace_back(pool, 1 << 20, share);
+    for (int n = 0; n < 2000; ++n) stalled.back().push(message, 0, replaced);
+  }
+  for (int n = 0; n < 2000; ++n)
+    for (MessageQueue& queue : stalled) queue.push(message, 0, replaced);
+  const std::size_t left = pool.available();
+  for (const MessageQueue& queue : stalled)
+    EXPECT_TRUE(share == MessageQueue::Share::kAll || queue.bytes() > 0) << "each has some";
+  return left;
+}
+
+TEST(MessageQueueShare, StalledReceiversLeaveRoomForTheNext) {
+  EXPECT_LT(blocks_left_by_stalled_ones(MessageQueue::Share::kAll), 4U);
+  EXPECT_GT(blocks_left_by_stalled_ones(MessageQueue::Share::kFair), 60U);
+}
+
+TEST(MessageQueueShare, AloneItHasAThirdOfThePoolAndItsBoundAtMost) {
+  std::vector<std::byte> memory(101 * BlockPool::kBlockSize);
+  BlockPool pool{std::span<std::byte>(memory).first(100 * BlockPool::kBlockSize)};
+  std::vector<std::byte> message(1000);
+  wire::encode_header({.length = 1000}, std::span(message).first<kHeaderSize>());
+  Losses replaced{};
+  MessageQueue queue(pool, 1 << 20, MessageQueue::Share::kFair);
+  MessageQueue bounded(pool, 5000, MessageQueue::Share::kFair);
+  for (int n = 0; n < 500; ++n) {
+    EXPECT_TRUE(queue.push(message, 0, replaced));
+    EXPECT_TRUE(bounded.push(message, 0, replaced));
+  }
+  EXPECT_GT(queue.bytes(), 30 * BlockPool::kBlockSize);
+  EXPECT_LE(queue.bytes(), 34 * BlockPool::kBlockSize);
+  EXPECT_EQ(bounded.bytes(), 5000U);
+  // More than there is for it, whatever its priority.
+  std::vector<std::byte> large(60 * BlockPool::kBlockSize);
+  wire::encode_header({.length = static_cast<std::uint32_t>(large.size())},
+                      std::span(large).first<kHeaderSize>());
+  EXPECT_FALSE(queue.push(large, 255, replaced));
 }
 
 }  // namespace

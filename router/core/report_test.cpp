@@ -93,7 +93,7 @@ TEST_F(ReportTest, StatusAddsUp) {
 
 TEST_F(ReportTest, ClientsComeInOrderOfTheirNumbers) {
   std::vector<ClientId> ids;
-  for (int i = 0; i < 80; ++i) ids.push_back(connect());
+  for (int i = 0; i < 80; ++i) ids.push_back(connect(PortKind::kLocal));
   router_.disconnect(now_, ids[3], CloseReason::kPeerClosed);
   const auto clients = report_clients(router_, at(107));
   ASSERT_EQ(clients.size(), 79U);

@@ -58,8 +58,7 @@ void Router::configure(Time now, const RouterSettings& settings) {
 // --- Clients and mailboxes
 
 ClientId Router::connect(Time now, const ClientInfo& info) {
-  // Links are counted and bounded by those who make them.
-  if (info.port != PortKind::kLink && clients_.size() - links_.size() >= settings_.clients_max) {
+  if (!has_room(info.port)) {
     refuse(now, info, CloseReason::kTooManyClients);
     return kNoClient;
   }
@@ -71,6 +70,17 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
             .kind = link ? EventKind::kLinkUp : EventKind::kClientCame,
             .client = client.party()});
   return client.id;
+}
+
+bool Router::has_room(PortKind port) const {
+  if (port == PortKind::kLink) return true;
+  const std::size_t pages = clients_.size(PortKind::kWebSocket);
+  const std::size_t guests = clients_.size(PortKind::kTcp) + pages;
+  const std::size_t quarter = settings_.clients_max / 4;
+  if (clients_.size(PortKind::kLocal) + guests >= settings_.clients_max) return false;
+  if (port == PortKind::kLocal) return true;
+  if (port == PortKind::kWebSocket && pages >= std::max<std::size_t>(quarter, 1)) return false;
+  return guests < settings_.clients_max - quarter;
 }
 
 void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
@@ -195,6 +205,11 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const std::uint32_t handle = forged || link ? 0 : *own;
 
   if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
+  if (header.type == type::kAdminRequest && !local && !link && is_router(header.dest) &&
+      !sink_.may_ask(sender.id, message)) {
+    sink_.admin(sender.id, message);
+    return Outcome::kHandled;
+  }
   const Outcome outcome = forward(now, &sender, message);
   const bool lost_command =
       header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest);
@@ -210,6 +225,12 @@ std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address addr
   const auto reader = std::ranges::find(text_readers_, owner.id, &TextReader::client);
   if (reader == text_readers_.end()) return std::nullopt;
   return reader->handle;
+}
+
+// Routers have a class of their own, 0.
+bool Router::is_router(Address address) const {
+  return address.fields(settings_.widths).class_id ==
+         settings_.address.fields(settings_.widths).class_id;
 }
 
 Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {

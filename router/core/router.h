@@ -35,7 +35,7 @@ struct RouterSettings {
   std::uint32_t epoch = 0;     // lower half of what was drawn at start
   bool compat_delete = false;  // any TCP client may delete any TCP client's mailbox
   Duration lifesign_interval = std::chrono::seconds(5);
-  std::uint32_t clients_max = 1024;
+  std::uint32_t clients_max = 1024;  // see Router::has_room()
   std::uint32_t mailboxes_per_client_max = 4096;
 };
 
@@ -65,8 +65,12 @@ class Router {
   // Settings of a running router. The address stays.
   void configure(Time now, const RouterSettings& settings);
 
-  // kNoClient when there are clients_max already: the port closes the connection.
+  // Without room for it, kNoClient: the port closes the connection.
   ClientId connect(Time now, const ClientInfo& info);
+  // A quarter of clients_max is kept for programs of this host, another quarter is all that
+  // browsers can have, so that guests of one port do not shut out others. Links are counted and
+  // bounded by those who make them.
+  [[nodiscard]] bool has_room(PortKind port) const;
   // A client that a port had to turn away itself.
   void refuse(Time now, const ClientInfo& info, CloseReason reason);
   // Withdraws its mailboxes. Nothing happens when the router has given the client up itself.
@@ -162,6 +166,7 @@ class Router {
   Outcome dispatch(Time now, Client& sender, Message& message);
   // The port's number for a mailbox of the client's; nothing: it is somebody else's.
   [[nodiscard]] std::optional<std::uint32_t> handle_of(const Client& owner, Address address) const;
+  [[nodiscard]] bool is_router(Address address) const;
   // Without a handle: its connection.
   static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
   Outcome forward(Time now, Client* from, Message& message);

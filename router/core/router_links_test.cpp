@@ -45,10 +45,11 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
 TEST_F(RouterLinksTest, LinksTakeNoPlaceOfClients) {
   std::vector<ClientId> links;
   for (int i = 0; i < 200; ++i) links.push_back(link(LinkKind::kSub, 1, "robot"));
-  for (std::uint32_t i = 0; i < router_.settings().clients_max; ++i) EXPECT_TRUE(connect());
-  EXPECT_FALSE(connect());
+  for (std::uint32_t i = 0; i < router_.settings().clients_max; ++i)
+    EXPECT_TRUE(connect(PortKind::kLocal));
+  EXPECT_FALSE(connect(PortKind::kLocal));
   for (const ClientId id : links) router_.disconnect(now_, id, CloseReason::kSilent);
-  EXPECT_FALSE(connect());
+  EXPECT_FALSE(connect(PortKind::kLocal));
 }
 
 TEST_F(RouterLinksTest, NobodyHereDeletesWhatIsBehindALink) {

@@ -49,16 +49,45 @@ TEST_F(RouterTest, TheRoutersOwnAddressIsTaken) {
   EXPECT_EQ(refused.owner, kNoClient);
 }
 
+// Of 100 places.
+TEST_F(RouterTest, GuestsOfOnePortDoNotShutOutOthers) {
+  const auto connect_all = [&](PortKind port) {
+    int count = 0;
+    while (router_.has_room(port) && connect(port)) ++count;
+    EXPECT_FALSE(connect(port));
+    return count;
+  };
+  EXPECT_EQ(connect_all(PortKind::kWebSocket), 25);
+  EXPECT_EQ(connect_all(PortKind::kTcp), 50);
+  EXPECT_EQ(connect_all(PortKind::kLocal), 25);
+  EXPECT_TRUE(router_.has_room(PortKind::kLink));
+  EXPECT_EQ(router_.clients().size(PortKind::kTcp), 50U);
+}
+
+TEST_F(RouterTest, ProgramsOfThisHostMayHaveAllPlaces) {
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(connect(PortKind::kLocal));
+  EXPECT_FALSE(connect(PortKind::kTcp));
+  EXPECT_FALSE(connect(PortKind::kWebSocket));
+}
+
+TEST_F(RouterTest, OneClientMayBeABrowser) {
+  auto settings = router_.settings();
+  settings.clients_max = 1;
+  router_.configure(now_, settings);
+  EXPECT_TRUE(connect(PortKind::kWebSocket));
+  EXPECT_FALSE(connect(PortKind::kWebSocket));
+}
+
 TEST_F(RouterTest, ClientsAndMailboxesAreLimited) {
-  const ClientId laser = connect();
+  const ClientId laser = connect(PortKind::kLocal);
   for (std::uint32_t i = 0; i < 10; ++i) router_.register_mailbox(now_, laser, Address(i));
   EXPECT_EQ(router_.register_mailbox(now_, laser, kLaser).status, Registration::Status::kTooMany);
   EXPECT_EQ(sink_.events.back().kind, EventKind::kMailboxLimit);
-  for (int i = 1; i < 100; ++i) EXPECT_TRUE(connect());
-  EXPECT_FALSE(connect());
+  for (int i = 1; i < 100; ++i) EXPECT_TRUE(connect(PortKind::kLocal));
+  EXPECT_FALSE(connect(PortKind::kLocal));
   EXPECT_EQ(count(EventKind::kClientRefused), 1U);
   router_.disconnect(now_, laser, CloseReason::kPeerClosed);
-  EXPECT_TRUE(connect());
+  EXPECT_TRUE(connect(PortKind::kLocal));
 }
 
 TEST_F(RouterTest, OnlyTheOwnerRemovesAMailbox) {

@@ -36,6 +36,10 @@ class Sink {
   // A question to the router. Answered with Router::answer(), now or later.
   virtual void admin(ClientId from, const Message& request) = 0;
 
+  // A client of TCP or of a WebSocket asks another router. False: it may not; admin() gets the
+  // question and refuses it.
+  virtual bool may_ask(ClientId /*from*/, const Message& /*request*/) { return true; }
+
   // A message with flag TRACE is about to go from one client to another.
   virtual void traced(ClientId from, ClientId to, const Message& message) = 0;
 

@@ -118,6 +118,21 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
 
 // --- questions that wait
 
+namespace {
+
+std::string_view text_of(const core::Message& request) {
+  const auto body = request.body();
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
+  return {reinterpret_cast<const char*>(body.data()), body.size()};
+}
+
+QuestionError denied() {
+  return {"denied", "clients of TCP and of WebSockets may look here, and change nothing",
+          "ask a router by the Unix socket of its host, or set tcp.admin = true where you ask"};
+}
+
+}  // namespace
+
 void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request) {
   news_ = true;
   const auto is_his = [&](const Waiting& waiting) { return waiting.asker == from; };
@@ -125,14 +140,28 @@ void AdminDesk::ask(Time now, core::ClientId from, const core::Message& request)
     refused_.push_back({from, request.header});
     return;
   }
-  const auto body = request.body();
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
-  const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
-  Waiting waiting{
-      .asker = from, .request = request.header, .question = read_question(text, source_, now)};
-  if (const auto* question = std::get_if<Question>(&waiting.question))
+  Waiting waiting{.asker = from,
+                  .request = request.header,
+                  .question = read_question(text_of(request), source_, now)};
+  if (const auto* question = std::get_if<Question>(&waiting.question)) {
     waiting.deadline = now + question->wait;
+    if (acts(question->ask) && !may_change(from)) waiting.question = denied();
+  }
   waiting_.push_back(std::move(waiting));
+}
+
+bool AdminDesk::may_change(core::ClientId from) const {
+  const core::Client* client = source_.router().client(from);
+  const bool guest = client != nullptr && (client->info.port == core::PortKind::kTcp ||
+                                           client->info.port == core::PortKind::kWebSocket);
+  return !guest || source_.config().tcp.admin;
+}
+
+bool AdminDesk::may_ask(core::ClientId from, const core::Message& request) const {
+  if (may_change(from)) return true;
+  const auto read = parse_question(text_of(request), source_.router().settings().widths);
+  const auto* question = std::get_if<Question>(&read);
+  return question == nullptr || !acts(question->ask);
 }
 
 bool AdminDesk::is_due(const Waiting& waiting, Time now) const {

@@ -42,8 +42,11 @@ class AdminDesk {
 
   explicit AdminDesk(const AdminSource& source) : source_(source) {}
 
-  // From core::Sink::admin: copies what it needs.
+  // From core::Sink::admin: copies what it needs. What would change something is refused to
+  // clients of TCP and of WebSockets, unless tcp.admin allows it.
   void ask(Time now, core::ClientId from, const core::Message& request);
+  // From core::Sink::may_ask: the same for questions to other routers.
+  [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
   // From core::Sink::event.
   void event_happened() { news_ = true; }
 
@@ -73,6 +76,7 @@ class AdminDesk {
     core::ClientId asker{};
     Header request{};
   };
+  [[nodiscard]] bool may_change(core::ClientId from) const;
   [[nodiscard]] bool is_due(const Waiting& waiting, Time now) const;
   [[nodiscard]] bool can_take_more(core::ClientId asker) const;
   void refuse(const Send& send);

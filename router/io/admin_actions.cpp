@@ -1,6 +1,6 @@
 #include "router/io/admin_actions.h"
 
-#include <vector>
+#include <algorithm>
 
 namespace tims::io {
 namespace {
@@ -31,7 +31,24 @@ std::string change_routes(const Question& question, const AdminSource& source) {
   return {};
 }
 
+bool has(const std::vector<core::StaticRoute>& routes, const core::StaticRoute& route) {
+  return std::ranges::any_of(routes, [&](const core::StaticRoute& other) {
+    return other.text.view() == route.text.view() && other.via.view() == route.via.view();
+  });
+}
+
 }  // namespace
+
+std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
+                                             const std::vector<core::StaticRoute>& before,
+                                             const std::vector<core::StaticRoute>& after) {
+  std::vector<core::StaticRoute> routes;
+  for (const core::StaticRoute& route : after)
+    if (!has(before, route) || has(running, route)) routes.push_back(route);
+  for (const core::StaticRoute& route : running)
+    if (!has(before, route) && !has(routes, route)) routes.push_back(route);
+  return routes;
+}
 
 std::string carry_out(const Question& question, const AdminSource& source) {
   switch (question.ask) {

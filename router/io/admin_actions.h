@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "router/io/admin_question.h"
 #include "router/io/admin_source.h"
@@ -12,5 +13,11 @@ inline constexpr std::size_t kStaticRoutesMax = 256;
 
 // Does what the question asks for; what is wrong, else empty.
 std::string carry_out(const Question& question, const AdminSource& source);
+
+// The static routes after a reload: those of the configuration, as it has changed from `before` to
+// `after`, and what people have added and deleted at run time since.
+std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
+                                             const std::vector<core::StaticRoute>& before,
+                                             const std::vector<core::StaticRoute>& after);
 
 }  // namespace tims::io

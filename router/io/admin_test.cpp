@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "router/io/admin_actions.h"
 #include "router/io/admin_fixture.h"
 #include "wire/header.h"
 
@@ -446,6 +447,61 @@ TEST(AdminDesk, ATurnMakesABoundedNumberOfBytes) {
   EXPECT_EQ(answers.all[4].first, clients[4]) << "who had none comes first";
   answer_all(desk, answers);
   EXPECT_EQ(answers.all.size(), 12U);
+}
+
+TEST(AdminDesk, GuestsChangeNothingUnlessAllowed) {
+  AdminFixture lab;
+  AdminDesk desk(lab);
+  Answers answers;
+  const std::string_view question = R"({"ask":"route_del","match":"*"})";
+  put_question(desk, lab.pilot(), question);
+  put_question(desk, lab.laser(), question);
+  answer_all(desk, answers);
+  ASSERT_EQ(answers.all.size(), 2U);
+  EXPECT_EQ(error_code(answers.all[0].second), "denied") << "over TCP";
+  EXPECT_EQ(error_code(answers.all[1].second), "not_done") << "from this host";
+  lab.configure({"tcp.admin=true"});
+  put_question(desk, lab.pilot(), question);
+  answer_all(desk, answers);
+  EXPECT_EQ(error_code(answers.all[2].second), "not_done");
+}
+
+// Another router would not see where they come from.
+TEST(AdminDesk, GuestsChangeNoOtherRouter) {
+  AdminFixture lab;
+  const AdminDesk desk(lab);
+  const auto may_ask = [&](core::ClientId from, std::string_view question) {
+    std::vector<std::byte> bytes(kHeaderSize + question.size());
+    std::memcpy(bytes.data() + kHeaderSize, question.data(), question.size());
+    return desk.may_ask(from, {.header = {}, .bytes = bytes});
+  };
+  const std::string_view change = R"({"ask":"link","link":"base","do":"down"})";
+  EXPECT_FALSE(may_ask(lab.pilot(), change));
+  EXPECT_TRUE(may_ask(lab.laser(), change));
+  EXPECT_TRUE(may_ask(lab.pilot(), R"({"ask":"status"})"));
+  EXPECT_TRUE(may_ask(lab.pilot(), "nonsense")) << "the other router says what is wrong with it";
+  lab.configure({"tcp.admin=true"});
+  EXPECT_TRUE(may_ask(lab.pilot(), change));
+}
+
+TEST(ReloadRoutes, KeepsWhatPeopleHaveChanged) {
+  const auto route = [](std::string_view match, std::string_view via) {
+    return core::StaticRoute{.match = {}, .text = match, .via = via};
+  };
+  const auto words = [](const std::vector<core::StaticRoute>& routes) {
+    std::string text;
+    for (const auto& r : routes) text += fmt::format("{}>{} ", r.text.view(), r.via.view());
+    return text;
+  };
+  const auto a = route("a", "x");
+  const auto b = route("b", "x");
+  const auto c = route("c", "x");
+  const auto b_elsewhere = route("b", "y");
+  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {a, b})), "a>x b>x c>x ") << "c was added";
+  EXPECT_EQ(words(reload_routes({a, c}, {a, b}, {a, b})), "a>x c>x ") << "b was deleted";
+  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {b_elsewhere})), "b>y c>x ");
+  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {c, a})), "c>x a>x ") << "once";
+  EXPECT_EQ(words(reload_routes({}, {}, {a, b})), "a>x b>x ");
 }
 
 TEST(AdminDesk, WhoDoesNotReadItsAnswersGetsNoMore) {

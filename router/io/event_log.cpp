@@ -7,6 +7,7 @@ namespace tims::io {
 void log_event(Log& log, LinkLog& link_log, const core::Event& event, const AddressWidths& widths) {
   using Kind = core::EventKind;
   switch (event.kind) {
+    // A guest can cause any number of these, each with another text.
     case Kind::kClientRefused:
     case Kind::kAddressRefused:
     case Kind::kMailboxLimit:
@@ -17,12 +18,11 @@ void log_event(Log& log, LinkLog& link_log, const core::Event& event, const Addr
     case Kind::kDuplicateAddress:
     case Kind::kDuplicateRouter:
     case Kind::kLoop:
-      return log.warning(event_text(event, widths));
     case Kind::kLinkUp:
     case Kind::kLinkDown:
     case Kind::kLinkPath:
     case Kind::kUplinkChanged:
-      return link_log.on_event(event.at, event);
+      return link_log.on_event(event.at, event, widths);
     default:
       // A restart of the fleet brings a hundred thousand of these.
       if (log.writes(config::LogLevel::kDebug)) log.debug(event_text(event, widths));

@@ -13,7 +13,14 @@ using config::LogLevel;
 using core::EventKind;
 
 constexpr Duration kInterval = std::chrono::minutes(1);
-constexpr std::uint32_t kLinesMax = 6;  // of a link in that time
+constexpr std::uint32_t kLinesMax = 6;  // of a link, or of a kind, in that time
+constexpr std::size_t kLinksMax = 256;
+
+// Else something is wrong.
+bool is_news(EventKind kind) {
+  return kind == EventKind::kLinkUp || kind == EventKind::kLinkPath ||
+         kind == EventKind::kUplinkChanged;
+}
 
 }  // namespace
 
@@ -24,14 +31,26 @@ LinkLog::~LinkLog() {
   for (auto& [name, link] : links_) summarise(link);
 }
 
-void LinkLog::on_event(Time now, const core::Event& event) {
-  const bool uplink = event.kind == EventKind::kUplinkChanged;
-  const auto [at, first] =
-      links_.try_emplace(uplink ? std::string() : std::string(event.client.name.view()));
+std::string LinkLog::key_of(const core::Event& event) const {
+  switch (event.kind) {
+    case EventKind::kLinkUp:
+    case EventKind::kLinkDown:
+    case EventKind::kLinkPath:
+      break;
+    default:
+      return std::string(core::name(event.kind));
+  }
+  // Names of links are texts of others; with so many, those that are new share their lines.
+  const std::string name = fmt::format("link {}", event.client.name.view());
+  return links_.size() < kLinksMax || links_.contains(name) ? name : "link";
+}
+
+void LinkLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
+  const auto [at, first] = links_.try_emplace(key_of(event));
   History& link = at->second;
   if (first) link.since = now;
-  link.level = event.kind == EventKind::kLinkDown ? LogLevel::kWarning : LogLevel::kInfo;
-  link.text = event_text(event, {});
+  link.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
+  link.text = event_text(event, widths);
   if (link.lines == kLinesMax) {
     ++link.held_back;
     return;

@@ -1,5 +1,7 @@
-// What the log says of links that come and go. One that does so again and again would fill it: its
-// lines are held back then, and once a minute one line says what it is now and how many they were.
+// What the log says of links that come and go, and of what is refused to clients. A link that does
+// so again and again would fill it, and so would a client that asks again and again for what it
+// cannot have: lines of one link, or of one kind of refusal, are held back beyond six a minute, and
+// once a minute one line says what came last and how many they were.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +26,7 @@ class LinkLog {
   LinkLog& operator=(const LinkLog&) = delete;
   ~LinkLog();  // tells what is held back
 
-  // kLinkUp, kLinkDown, kLinkPath and kUplinkChanged.
-  void on_event(Time now, const core::Event& event);
+  void on_event(Time now, const core::Event& event, const AddressWidths& widths = {});
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
@@ -39,10 +40,11 @@ class LinkLog {
     std::string text{};
   };
 
+  [[nodiscard]] std::string key_of(const core::Event& event) const;
   void summarise(History& link);
 
   const Write write_;
-  std::map<std::string, History, std::less<>> links_;  // that have changed within a minute
+  std::map<std::string, History, std::less<>> links_;  // and kinds, of the last minute
 };
 
 }  // namespace tims::io

@@ -82,6 +82,28 @@ TEST_F(LinkLogTest, OtherLinksAreNotHeldBackWithIt) {
   EXPECT_EQ(lines.size(), 2U);
 }
 
+TEST_F(LinkLogTest, RefusalsOfOneKindAreHeldBackWhoeverCausesThem) {
+  for (int i = 0; i < 1000; ++i)
+    log.on_event(now, {.at = now,
+                       .kind = EventKind::kAddressRefused,
+                       .address = Address(static_cast<std::uint32_t>(i)),
+                       .client = {.name = std::string_view("guest")}});
+  happens(EventKind::kLinkDown);
+  ASSERT_EQ(lines.size(), 7U);
+  EXPECT_THAT(lines[0], HasSubstr("refused to guest"));
+  EXPECT_THAT(lines[6], HasSubstr("is down"));
+  pass(1min);
+  ASSERT_EQ(lines.size(), 8U);
+  EXPECT_THAT(lines[7], HasSubstr("(994 lines like this were held back)"));
+}
+
+TEST_F(LinkLogTest, NamesOfLinksAreNotKeptWithoutEnd) {
+  for (int i = 0; i < 1000; ++i) happens(EventKind::kLinkUp, "robot" + std::to_string(i));
+  EXPECT_EQ(lines.size(), 256U + 6U);
+  pass(1min);
+  EXPECT_THAT(lines.back(), HasSubstr("held back"));
+}
+
 TEST(LinkLog, TellsAtTheEndWhatItHolds) {
   std::vector<std::string> lines;
   {

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include <fmt/core.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -18,10 +19,10 @@ using config::LogLevel;
 constexpr Duration kSummaryInterval = std::chrono::seconds(10);
 
 // The journal says so in $JOURNAL_STREAM; it may be a stderr of a parent that was redirected since.
-bool stderr_is_journal() {
+bool is_journal(int file) {
   const char* stream = std::getenv("JOURNAL_STREAM");
   struct stat status {};
-  if (stream == nullptr || ::fstat(STDERR_FILENO, &status) != 0) return false;
+  if (stream == nullptr || ::fstat(file, &status) != 0) return false;
   return fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
 }
 
@@ -47,7 +48,7 @@ std::string local_time() {
 
 }  // namespace
 
-Log::Log(LogLevel level) : level_(level), journal_(stderr_is_journal()) {}
+Log::Log(LogLevel level, int file) : level_(level), file_(file), journal_(is_journal(file)) {}
 
 Log::~Log() {
   for (Recent& line : recent_) summarise(line);
@@ -86,12 +87,58 @@ void Log::summarise(Recent& line) {
   line.held_back = 0;
 }
 
+// There is room for a line where poll() says so: lines are shorter than what pipes (a page),
+// terminals and sockets then have. The file is shared with other programs, so it stays blocking.
 void Log::put(LogLevel level, std::string_view text) const {
+  pollfd ready{.fd = file_, .events = POLLOUT, .revents = 0};
+  if (::poll(&ready, 1, 0) == 0) {
+    ++left_out_;
+    return;
+  }
+  const std::string before =
+      left_out_ == 0 ? "" : fmt::format(" ({} lines before this one were left out)", left_out_);
+  left_out_ = 0;
   const std::string line =
-      journal_ ? fmt::format("<{}>{}{}\n", journal_priority(level), word(level), text)
-               : fmt::format("{} {}{}\n", local_time(), word(level), text);
+      journal_ ? fmt::format("<{}>{}{}{}\n", journal_priority(level), word(level), printable(text),
+                             before)
+               : fmt::format("{} {}{}{}\n", local_time(), word(level), printable(text), before);
   // Nothing can be done about a stderr that takes nothing.
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
+  [[maybe_unused]] const auto written = ::write(file_, line.data(), line.size());
+}
+
+namespace {
+
+// Of the character at the beginning of `text`, in bytes; 0 when it is not to be printed.
+std::size_t printable_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7F ? 1 : 0;
+  const std::size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : 2;
+  if (byte(0) < 0xC2 || byte(0) > 0xF4 || length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if (byte(i) >> 6 != 2) return 0;
+  const bool control = byte(0) == 0xC2 && byte(1) < 0xA0;
+  // U+2028 to U+202E, U+2066 to U+2069: line ends, and what turns the direction of writing.
+  const bool turns = text.starts_with("\xE2\x80") && byte(2) >= 0xA8 && byte(2) <= 0xAE;
+  const bool isolates = text.starts_with("\xE2\x81") && byte(2) >= 0xA6 && byte(2) <= 0xA9;
+  return control || turns || isolates ? 0 : length;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    if (out.size() >= kLogTextMax - 7) return out + "...";
+    const std::size_t length = printable_length(text);
+    if (length > 0)
+      out += text.substr(0, length);
+    else if (text.front() == '\n')
+      out += "\\n";
+    else
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return out;
 }
 
 }  // namespace tims::io

@@ -1,11 +1,17 @@
 // Lines for people on stderr. In the journal each carries its priority, elsewhere the time. A line
 // that comes again and again is written once and then summarised. Never called for a message.
+//
+// What is in a line may come from anybody: it is written so that it stays one line, and moves no
+// terminal. A reader who does not read stops nobody: lines that find no room are left out, and the
+// next one that does says how many.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
+
+#include <unistd.h>
 
 #include "router/config/config.h"
 #include "tims/time.h"
@@ -14,7 +20,7 @@ namespace tims::io {
 
 class Log {
  public:
-  explicit Log(config::LogLevel level);
+  explicit Log(config::LogLevel level, int file = STDERR_FILENO);
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
   ~Log();  // writes what is still to be summarised
@@ -46,9 +52,15 @@ class Log {
   void put(config::LogLevel level, std::string_view text) const;
 
   config::LogLevel level_;
+  int file_;
   bool journal_;
   std::array<Recent, 8> recent_;
   std::size_t oldest_ = 0;
+  mutable std::uint64_t left_out_ = 0;  // lines, since the last one that found room
 };
+
+// Control characters, and bytes that are no UTF-8, as "\\n", "\\x1b"; at most kLogTextMax bytes.
+inline constexpr std::size_t kLogTextMax = 2048;
+std::string printable(std::string_view text);
 
 }  // namespace tims::io

@@ -17,6 +17,9 @@ class Switchboard final : public core::Sink {
   void on_admin(std::function<void(core::ClientId, const core::Message&)> action) {
     on_admin_ = std::move(action);
   }
+  void on_may_ask(std::function<bool(core::ClientId, const core::Message&)> question) {
+    on_may_ask_ = std::move(question);
+  }
   void on_traced(std::function<void(core::ClientId, core::ClientId, const core::Message&)> action) {
     on_traced_ = std::move(action);
   }
@@ -55,6 +58,9 @@ class Switchboard final : public core::Sink {
   void admin(core::ClientId from, const core::Message& request) override {
     on_admin_(from, request);
   }
+  bool may_ask(core::ClientId from, const core::Message& request) override {
+    return on_may_ask_(from, request);
+  }
   void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
     on_traced_(from, to, message);
   }
@@ -73,6 +79,8 @@ class Switchboard final : public core::Sink {
   std::array<Port*, core::kPortKindCount> ports_{};
   std::function<void(core::ClientId, const core::Message&)> on_admin_ = [](core::ClientId,
                                                                            const core::Message&) {};
+  std::function<bool(core::ClientId, const core::Message&)> on_may_ask_ =
+      [](core::ClientId, const core::Message&) { return true; };
   std::function<void(core::ClientId, core::ClientId, const core::Message&)> on_traced_ =
       [](core::ClientId, core::ClientId, const core::Message&) {};
   std::function<void(const core::Event&)> on_event_ = [](const core::Event&) {};

@@ -27,10 +27,13 @@ void TcpPort::on_ready(TcpConnection& connection, Ready ready) {
 }
 
 void TcpPort::read_some(Time now, TcpConnection& connection) {
+  const std::uint32_t token = connection.token;
+  const core::ClientId id = connection.id;
   const TcpConnection::Read read = connection.read(scratch_->bytes);
   switch (read.status) {
     case TcpConnection::ReadStatus::kSome:
       take_messages(now, connection, read.chunk);
+      bound_half_messages(now, token, id);
       break;
     case TcpConnection::ReadStatus::kNothing:
       break;
@@ -52,6 +55,18 @@ void TcpPort::take_messages(Time now, TcpConnection& connection, std::span<std::
     if (item.status != Status::kMessage) return refuse_length(now, connection, item);
     take_message(now, connection, item);
     if (find(token, id) == nullptr || connection.closing) return;
+    touch(connection);  // again: the ports may have been flushed meanwhile
+  }
+}
+
+void TcpPort::bound_half_messages(Time now, std::uint32_t token, core::ClientId id) {
+  const TcpConnection* connection = find(token, id);
+  if (connection == nullptr || connection->closing) return;
+  half_messages_.set(now, token, connection->reader.pending());
+  while (const auto victim = half_messages_.victim()) {
+    half_messages_.set(now, victim->token, 0);
+    touch(*connections_[victim->token]);
+    on_end_of_input(now, *connections_[victim->token], CloseReason::kStalled);
   }
 }
 

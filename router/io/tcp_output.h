@@ -21,7 +21,9 @@ class TcpOutput {
  public:
   TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max,
             const core::PriorityClasses& classes = core::kConventionalClasses)
-      : socket_(socket), classes_(classes), queue_(pool, queue_bytes_max, classes) {}
+      : socket_(socket),
+        classes_(classes),
+        queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 

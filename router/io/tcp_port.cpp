@@ -28,6 +28,7 @@ TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& po
       acceptor_(
           loop, log,
           [this](os::File socket, const std::string& peer) { welcome(std::move(socket), peer); }),
+      half_messages_(settings.message_max),
       scratch_(std::make_unique_for_overwrite<Scratch>()),
       kept_(std::make_unique_for_overwrite<std::byte[]>(kKeptBytes)) {
   set_queue_bytes_max(settings.queue_bytes_max);
@@ -42,6 +43,7 @@ void TcpPort::set_queue_bytes_max(std::uint64_t bytes) {
 
 void TcpPort::welcome(os::File socket, const std::string& peer) {
   const Time now = os::now();
+  if (!router_.has_room(core::PortKind::kTcp)) make_room(now);
   const std::uint32_t token = free_token();
   const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
                                                   .token = token,
@@ -60,6 +62,22 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
                              [this, &connection](Ready ready) { on_ready(connection, ready); });
   }
   end_turn_(now);
+}
+
+// Of those that have not said anything yet, the one that came first has to go. Original programs
+// register as soon as they are connected.
+void TcpPort::make_room(Time now) {
+  TcpConnection* silent = nullptr;
+  Time since = kNever;
+  for (const auto& connection : connections_) {
+    const core::Client* client = connection ? router_.client(connection->id) : nullptr;
+    if (client == nullptr || client->in.messages > 0 || client->connected_at >= since) continue;
+    silent = connection.get();
+    since = client->connected_at;
+  }
+  if (silent == nullptr) return;
+  touch(*silent);
+  forget(now, *silent, CloseReason::kTooManyClients);
 }
 
 std::uint32_t TcpPort::free_token() {
@@ -166,6 +184,7 @@ void TcpPort::forget(Time now, TcpConnection& connection, CloseReason reason) {
 void TcpPort::erase(Time now, TcpConnection& connection) {
   connection.output.abandon();
   report_losses(now, connection);
+  half_messages_.set(now, connection.token, 0);
   free_tokens_.push_back(connection.token);
   connections_[connection.token].reset();
 }

@@ -16,6 +16,7 @@
 #include "router/core/block_pool.h"
 #include "router/core/router.h"
 #include "router/io/acceptor.h"
+#include "router/io/half_messages.h"
 #include "router/io/log.h"
 #include "router/io/port.h"
 #include "router/io/tcp_connection.h"
@@ -54,12 +55,14 @@ class TcpPort final : public Port {
   };
 
   void welcome(os::File socket, const std::string& peer);
+  void make_room(Time now);
   std::uint32_t free_token();
 
   void on_ready(TcpConnection& connection, Ready ready);
   void read_some(Time now, TcpConnection& connection);
   void take_messages(Time now, TcpConnection& connection, std::span<std::byte> chunk);
   void take_message(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
+  void bound_half_messages(Time now, std::uint32_t token, core::ClientId id);
   void refuse_length(Time now, TcpConnection& connection, const wire::StreamReader::Item& item);
   void on_end_of_input(Time now, TcpConnection& connection, core::CloseReason reason);
 
@@ -82,6 +85,7 @@ class TcpPort final : public Port {
   std::vector<std::unique_ptr<TcpConnection>> connections_;  // by token
   std::vector<std::uint32_t> free_tokens_;
   std::vector<TcpConnection*> touched_;
+  HalfMessages half_messages_;
   std::unique_ptr<Scratch> scratch_;  // what was read this turn
   // Replies of the router, and small messages whose bytes do not stay, until the flush.
   std::unique_ptr<std::byte[]> kept_;

@@ -1,9 +1,12 @@
 // tims-router as a program: command line, signals, service manager, limits of the system.
+#include <array>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
+#include <fcntl.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sched.h>
 #include <sys/socket.h>
@@ -208,6 +211,78 @@ TEST_F(RouterProgramTest, ReadsItsConfigurationAgain) {
   router->signal(SIGHUP);
   EXPECT_TRUE(router->wait_for_line("not reloaded").ok());
   EXPECT_TRUE(a->register_mailbox(Address(1)).ok());
+}
+
+// The configuration stays what is running, and so do routes that somebody has added.
+TEST_F(RouterProgramTest, AReloadThatCannotListenChangesNothing) {
+  const RouterProcess folder_only;
+  const os::File taken(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(taken.get(), reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::getsockname(taken.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const std::string path = folder_only.folder() + "/router.toml";
+  const std::string start = "[unix]\npath = \"" + folder_only.socket_path() +
+                            "\"\n[tcp]\nlisten = \"127.0.0.1:0\"\nadmin = true\n[http]\nlisten = "
+                            "\"off\"\n[udp]\nlisten = \"127.0.0.1:" +
+                            std::to_string(ntohs(address.sin_port)) + "\"\n";
+  const std::string log_level = "[log]\nlevel = \"debug\"\n";
+  std::ofstream(path) << start;
+  auto router = ChildProcess::start({TIMS_ROUTER_PROGRAM, "--config", path});
+  ASSERT_TRUE(router.ok());
+  const auto line = router->wait_for_line("listening tcp ");
+  ASSERT_TRUE(line.ok()) << line.error().message();
+  auto client = TcpClient::connect(line->substr(line->rfind(' ') + 1));
+  ASSERT_TRUE(client.ok());
+  const auto ask = [&](std::string_view question) -> std::string {
+    if (!client->send({.type = type::kAdminRequest}, bytes_of(question)).ok()) return "not sent";
+    const auto answer = client->receive();
+    if (!answer) return answer.error().message();
+    return {reinterpret_cast<const char*>(answer->body.data()), answer->body.size()};
+  };
+  EXPECT_TRUE(contains(ask(R"({"ask":"route_add","match":"*","via":"base"})"), "done"));
+
+  std::ofstream(path) << start << log_level
+                      << "[[link]]\nkind = \"super\"\nto = \"127.0.0.1:2010\"\n";
+  router->signal(SIGHUP);
+  EXPECT_TRUE(router->wait_for_line("not reloaded: cannot listen").ok());
+  const std::string unchanged = ask(R"({"ask":"config"})");
+  EXPECT_TRUE(contains(unchanged, R"("log.level","value":"\"info\"")")) << unchanged;
+  EXPECT_FALSE(contains(unchanged, "link[0].to")) << unchanged;
+
+  std::ofstream(path) << start << log_level;
+  router->signal(SIGHUP);
+  EXPECT_TRUE(router->wait_for_line("log.level").ok());
+  EXPECT_TRUE(contains(ask(R"({"ask":"routes","limit":1})"), R"("via":"base")"));
+}
+
+// A pipe that is full and that nobody reads.
+TEST_F(RouterProgramTest, AStandardErrorThatNobodyReadsStopsNobody) {
+  RouterProcess folder_only;
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
+  const os::File reader(ends[0]);
+  const os::File writer(ends[1]);
+  ::fcntl(writer.get(), F_SETFL, O_NONBLOCK);
+  const std::string filling(4096, 'x');
+  while (::write(writer.get(), filling.data(), filling.size()) > 0) {
+  }
+  ::fcntl(writer.get(), F_SETFL, 0);
+  const std::string path =
+      "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(writer.get());
+  auto router = ChildProcess::start(
+      {"sh", "-c",
+       "exec " TIMS_ROUTER_PROGRAM " --set tcp.listen=off --set http.listen=off --set unix.path=" +
+           folder_only.socket_path() + " 2>" + path});
+  ASSERT_TRUE(router.ok());
+  EXPECT_TRUE(eventually(
+      [&] {
+        return Session::connect({.router = folder_only.socket_path(), .timeout = kPatience}).ok();
+      },
+      "the router serves"));
+  EXPECT_TRUE(router->stop(SIGTERM).ok());
 }
 
 // --- Service manager

@@ -1,4 +1,7 @@
 // Guests at the TCP port who do not mean well, or are broken: nobody else notices.
+#include <algorithm>
+#include <array>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -7,7 +10,9 @@
 
 #include "tests/support/eventually.h"
 #include "tests/system/tcp_fixture.h"
+#include "tims/session.h"
 #include "wire/header.h"
+#include "wire/router_commands.h"
 
 namespace tims::test {
 namespace {
@@ -45,7 +50,7 @@ class HostileGuestTest : public TcpTest {
 // It once had 572 MB of answers made in one turn of 14 s.
 TEST_F(HostileGuestTest, ThousandsOfQuestionsAtOnceAreAnsweredInTurns) {
   constexpr int kQuestions = 8'000;
-  start();
+  start({"lifesign.interval=1h"});
   TcpClient guest = connect();
   for (std::uint32_t i = 0; i < 1'000; ++i) {
     ASSERT_TRUE(guest.register_mailbox(Address(0x02100000 + i)).ok());
@@ -70,6 +75,106 @@ TEST_F(HostileGuestTest, ThousandsOfQuestionsAtOnceAreAnsweredInTurns) {
   }
   EXPECT_GE(answers, 64);
   EXPECT_LT(peak_bytes() - before, std::size_t{64} << 20);
+}
+
+// Behind a message that is gathered and flushed on its own, a connection was forgotten and left
+// open.
+TEST_F(HostileGuestTest, ABadHeaderBehindALargeMessageClosesTheConnection) {
+  constexpr int kGuests = 20;
+  start({"lifesign.interval=1h"});
+  TcpClient bystander = connect_with(kPilot);
+  ASSERT_TRUE(is_served(bystander));
+  const std::size_t before = descriptors();
+  std::vector<std::byte> bytes;
+  append_message(bytes, {.type = 21, .dest = kLadar, .src = Address(3)}, std::string(5'000, 'x'));
+  const std::size_t first = 3'000;  // so that the rest of the message comes with what is behind it
+  bytes.resize(bytes.size() + kHeaderSize);  // says 0 bytes
+  std::vector<TcpClient> guests;
+  for (int i = 0; i < kGuests; ++i) {
+    guests.push_back(connect());
+    ASSERT_TRUE(guests.back().send_bytes(std::span(bytes).first(first)).ok());
+    ASSERT_TRUE(is_served(bystander));
+    ASSERT_TRUE(guests.back().send_bytes(std::span(bytes).subspan(first)).ok());
+    EXPECT_TRUE(guests.back().wait_for_close().ok());
+  }
+  EXPECT_TRUE(eventually([&] { return descriptors() == before; }, "every descriptor is closed"));
+  EXPECT_NE(ask(bystander, R"({"ask":"stats"})").find(R"("protocol_error":20)"), std::string::npos);
+}
+
+// 15 of 16 MiB, and then nothing: of each of many.
+TEST_F(HostileGuestTest, HalfMessagesDoNotUseUpTheMemory) {
+  constexpr std::uint32_t kMessage = 16 << 20;
+  constexpr std::size_t kSent = 15 << 20;
+  constexpr int kGuests = 20;
+  start({"lifesign.interval=1h"});
+  TcpClient bystander = connect_with(kPilot);
+  const std::size_t before = peak_bytes();
+  std::vector<std::byte> half(kSent);
+  wire::encode_header({.type = 21, .dest = kPilot, .length = kMessage},
+                      std::span(half).first<kHeaderSize>());
+  std::vector<TcpClient> guests;
+  for (int i = 0; i < kGuests; ++i) {
+    guests.push_back(connect());
+    // The first of them are closed while others still send.
+    ASSERT_TRUE(guests.back().send_bytes(half).ok());
+  }
+  EXPECT_TRUE(guests.front().wait_for_close().ok());
+  EXPECT_LT(peak_bytes() - before, std::size_t{100} << 20);
+  EXPECT_TRUE(eventually(
+      [&] {
+        return ask(bystander, R"({"ask":"stats"})").find(R"("incomplete")") != std::string::npos;
+      },
+      "what did not come to its end is counted"));
+  // Whoever sends on gets through.
+  const std::vector<std::byte> body(kMessage - kHeaderSize);
+  TcpClient sender = connect();
+  ASSERT_TRUE(sender.send({.type = 21, .dest = kPilot}, body).ok());
+  const auto whole = bystander.receive();
+  ASSERT_TRUE(whole.ok()) << whole.error().message();
+  EXPECT_EQ(whole->body.size(), body.size());
+}
+
+TEST_F(HostileGuestTest, SilentGuestsKeepNobodyOut) {
+  start({"limits.clients=8", "lifesign.interval=1h"});
+  TcpClient quiet = connect_with(kLadar);
+  std::vector<TcpClient> silent;
+  for (int i = 0; i < 20; ++i) silent.push_back(connect());
+  // Components of this host have places of their own.
+  auto session = Session::connect({.router = router_->socket_path(), .timeout = kPatience});
+  ASSERT_TRUE(session.ok()) << session.error().message();
+  auto mailbox = session->open({.address = Address(0x7F000001)});
+  EXPECT_TRUE(mailbox.ok());
+  // The oldest of those that said nothing makes room for who has something to say.
+  TcpClient newcomer = connect_with(kPilot);
+  EXPECT_TRUE(silent.front().wait_for_close().ok());
+  // Who has registered may be as quiet as it likes.
+  EXPECT_TRUE(reaches(newcomer, kPilot, quiet, kLadar));
+}
+
+// 4 000 refusals, each with another text: it once wrote 5 MB of log in 4 s.
+TEST_F(HostileGuestTest, RefusalsDoNotFillTheLog) {
+  start({"lifesign.interval=1h", "limits.mailboxes_per_client=1"});
+  TcpClient guest = connect_with(kLadar);
+  for (std::uint32_t i = 0; i < 4'000; ++i) {
+    const std::uint32_t address = 0x02200000 + i;
+    std::array<std::byte, 4> body{};
+    std::memcpy(body.data(), &address, sizeof address);
+    ASSERT_TRUE(guest.send({.type = wire::router_command::kMailboxInit}, body).ok());
+  }
+  ASSERT_TRUE(is_served(guest));
+  const std::string log = router_->process().standard_error();
+  EXPECT_NE(log.find("limits.mailboxes_per_client"), std::string::npos);
+  EXPECT_LT(std::count(log.begin(), log.end(), '\n'), 40);
+}
+
+TEST_F(HostileGuestTest, GuestsChangeTheRouterOnlyWhenAllowed) {
+  const std::string_view change = R"({"ask":"route_add","match":"*","via":"base"})";
+  start();
+  TcpClient guest = connect();
+  EXPECT_NE(ask(guest, change).find("denied"), std::string::npos);
+  start({"tcp.admin=true"});
+  guest = connect();
+  EXPECT_NE(ask(guest, change).find("tims/done/1"), std::string::npos);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using Closed = WebSocketClient::Closed;
 // --- Handshake
 
 TEST_F(WebSocketTest, Handshake) {
-  start();
+  start({"http.origins=http://localhost:3000"});
   WebSocketClient client(router_->http(), "Origin: http://localhost:3000\r\n");
   EXPECT_TRUE(client.is_open()) << client.answer();
   EXPECT_THAT(client.answer(), HasSubstr("Server: tims-router\r\n"));
@@ -28,6 +28,9 @@ TEST_F(WebSocketTest, WhoMayNotCome) {
   start();
   EXPECT_THAT(WebSocketClient(router_->http(), "Origin: https://evil.example\r\n").answer(),
               StartsWith("HTTP/1.1 403 "));
+  EXPECT_THAT(WebSocketClient(router_->http(), "Origin: http://localhost:3000\r\n").answer(),
+              StartsWith("HTTP/1.1 403 "))
+      << "any user of this machine may have served it";
   EXPECT_THAT(WebSocketClient(router_->http(), "Origin: null\r\n").answer(),
               StartsWith("HTTP/1.1 403 "));
   ByteSocket rebound(router_->http());
@@ -168,6 +171,25 @@ TEST_F(WebSocketTest, WhatIsNoBinaryMessage) {
   EXPECT_EQ(code_of({WebSocketClient::kPing, true, std::string(126, 'x')}), 1002);
   // And the router is still there.
   EXPECT_TRUE(page().is_open());
+}
+
+// 15 of 16 MiB, and then nothing: of each of some.
+TEST_F(WebSocketTest, HalfMessagesDoNotUseUpTheMemory) {
+  start();
+  const std::string half = WebSocketClient::to_bytes({.opcode = WebSocketClient::kBinary,
+                                                      .payload = std::string((16 << 20) - 1, 'x')})
+                               .substr(0, 15 << 20);
+  TcpClient bystander = tcp(kLadar);
+  WebSocketClient first = page();
+  ASSERT_TRUE(first.socket().send(half));
+  std::vector<WebSocketClient> others;
+  for (int i = 0; i < 4; ++i) {
+    others.push_back(page());
+    ASSERT_TRUE(others.back().socket().send(half));
+  }
+  EXPECT_EQ(first.wait_for_close().code, 0) << "without a word: it would wait for the rest";
+  EXPECT_TRUE(eventually([&] { return metric("tims_router_clients{port=\"websocket\"}") == 4; },
+                         "the others stay"));
 }
 
 TEST_F(WebSocketTest, TooManyClients) {

@@ -14,6 +14,11 @@ namespace timsctl {
 
 namespace {
 
+std::string_view who_reaches(std::string_view where) {
+  const bool loopback = where.starts_with("127.") || where.starts_with("[::1]");
+  return loopback ? "every user of this host" : "everybody who reaches it";
+}
+
 class Doctor {
  public:
   explicit Doctor(const Facts& facts) : facts_(facts) {}
@@ -67,7 +72,8 @@ class Doctor {
       const std::string where = text_at(facts_.status, fmt::format("listen.{}", port));
       add(fmt::format("port.{}", port), where.empty() ? Level::kInfo : Level::kOk,
           where.empty() ? fmt::format("{} is off", port)
-                        : fmt::format("{} listens at {}", port, where));
+                        : fmt::format("{} listens at {}: {} can command every component there",
+                                      port, where, who_reaches(where)));
     }
   }
 

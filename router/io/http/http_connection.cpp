@@ -115,7 +115,7 @@ void HttpConnection::serve_request(Time now) {
   const HttpFraming framing{.with_body = request.method != "HEAD",
                             .keep_alive = request.keep_alive && owner_.keeps_connections()};
   if (!is_for_websocket(request)) return answer(now, owner_.answer(request), framing);
-  if (const auto refusal = websocket_refusal(request)) return answer(now, *refusal, framing);
+  if (const auto refusal = owner_.websocket_refusal(request)) return answer(now, *refusal, framing);
   if (reader_.pending() > 0)
     return answer(now, http_error(400, "a WebSocket begins with the answer: wait for it"),
                   {.keep_alive = false});

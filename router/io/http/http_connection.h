@@ -27,6 +27,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   class Owner {
    public:
     virtual HttpResponse answer(const HttpRequest& request) = 0;
+    virtual std::optional<HttpResponse> websocket_refusal(const HttpRequest& request) = 0;
     [[nodiscard]] virtual bool keeps_connections() const = 0;
     // It goes on as a WebSocket: take_socket(), then forget it.
     virtual void upgrade(HttpConnection& connection) = 0;

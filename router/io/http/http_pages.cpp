@@ -36,16 +36,18 @@ bool has_field(const HttpRequest& request, std::string_view name) {
 // The asker's words, as much of them as is needed to recognise them.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
 
-std::optional<HttpResponse> host_refusal(const HttpRequest& request) {
+std::optional<HttpResponse> host_refusal(const HttpRequest& request,
+                                         std::span<const std::string> origins) {
   const std::string_view host = only_field(request, "Host");
-  if (is_safe_host(host)) return std::nullopt;
+  if (is_safe_host(host, origins)) return std::nullopt;
   return http_error(403, "host " + quoted(host) +
-                             ": only a number such as 127.0.0.1 or localhost is taken here, since "
-                             "any web site can point a name of its own at this machine");
+                             ": only a number such as 127.0.0.1, localhost and the names in "
+                             "http.origins are taken here, since any web site can point a name of "
+                             "its own at this machine");
 }
 
 HttpResponse answer_api(const HttpRequest& request, const HttpPages& pages) {
-  if (auto refusal = host_refusal(request)) return *refusal;
+  if (auto refusal = host_refusal(request, pages.origins())) return *refusal;
   const auto question = api_question(request.path().substr(kApiPath.size()), request.query());
   if (!question) return http_error(400, "broken %XX escape in " + quoted(request.target));
   std::string answer = pages.ask(*question);
@@ -68,17 +70,19 @@ HttpResponse not_found(const HttpRequest& request) {
 
 bool is_for_websocket(const HttpRequest& request) { return request.path() == kWebSocketPath; }
 
-std::optional<HttpResponse> websocket_refusal(const HttpRequest& request) {
+std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
+                                              std::span<const std::string> origins) {
   if (request.method != "GET" || !request.wants_websocket)
     return http_error(426, "here is a WebSocket: one binary message is one TiMS message",
                       "Upgrade: websocket\r\nConnection: Upgrade\r\n");
-  if (auto refusal = host_refusal(request)) return refusal;
+  if (auto refusal = host_refusal(request, origins)) return refusal;
   // Browsers always say where a page comes from; other programs need not.
   const std::string_view origin = only_field(request, "Origin");
-  if (!has_field(request, "Origin") || is_loopback_origin(origin)) return std::nullopt;
+  if (!has_field(request, "Origin") || is_safe_origin(origin, only_field(request, "Host"), origins))
+    return std::nullopt;
   return http_error(403, "origin " + quoted(origin) +
-                             ": only pages served by this machine (http://localhost:...) may open "
-                             "a WebSocket here");
+                             ": only pages that came from this port may open a WebSocket here, and "
+                             "those listed in http.origins");
 }
 
 HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages) {

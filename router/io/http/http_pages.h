@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "router/io/http/http_request.h"
@@ -16,12 +17,15 @@ struct HttpPages {
   std::function<std::string()> not_ready;
   // The answer to a question of the admin protocol.
   std::function<std::string(const std::string& question)> ask;
+  // Pages from elsewhere that are welcome: see origin.h.
+  std::function<std::span<const std::string>()> origins;
 };
 
 // Whether the request is for the place where WebSockets begin.
 bool is_for_websocket(const HttpRequest& request);
 // Why a request for that place is refused; nothing when the WebSocket may begin.
-std::optional<HttpResponse> websocket_refusal(const HttpRequest& request);
+std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
+                                              std::span<const std::string> origins);
 
 HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages);
 

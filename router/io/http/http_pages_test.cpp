@@ -21,9 +21,11 @@ HttpRequest websocket(std::vector<HttpRequest::Field> more = {}) {
   return request;
 }
 
+const std::vector<std::string> kOrigins{"http://robot7:3000"};
+
 // 0: not refused.
 int websocket_status(const HttpRequest& request) {
-  const auto refusal = websocket_refusal(request);
+  const auto refusal = websocket_refusal(request, kOrigins);
   return refusal ? refusal->status : 0;
 }
 
@@ -40,7 +42,8 @@ class HttpPagesTest : public testing::Test {
                        [this](const std::string& question) {
                          question_ = question;
                          return answer_;
-                       }};
+                       },
+                   .origins = [] { return std::span<const std::string>(); }};
 };
 
 TEST_F(HttpPagesTest, Pages) {
@@ -109,12 +112,16 @@ TEST_F(HttpPagesTest, OnlyForReading) {
 
 TEST(WebSocketRefusal, WhoMayCome) {
   EXPECT_EQ(websocket_status(websocket()), 0);
-  EXPECT_EQ(websocket_status(websocket({{"Origin", "http://localhost:3000"}})), 0);
-  EXPECT_EQ(websocket_status(websocket({{"origin", "http://127.0.0.1:8080"}})), 0);
+  EXPECT_EQ(websocket_status(websocket({{"Origin", "http://127.0.0.1:8080"}})), 0);
+  EXPECT_EQ(websocket_status(websocket({{"origin", "http://robot7:3000"}})), 0);
+  HttpRequest by_name = websocket();
+  by_name.fields.front().value = "robot7:8080";
+  EXPECT_EQ(websocket_status(by_name), 0);
 }
 
 TEST(WebSocketRefusal, WhoMayNot) {
   EXPECT_EQ(websocket_status(websocket({{"Origin", "https://evil.example"}})), 403);
+  EXPECT_EQ(websocket_status(websocket({{"Origin", "http://localhost:3000"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "null"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", ""}})), 403);
   EXPECT_EQ(websocket_status(
@@ -123,11 +130,11 @@ TEST(WebSocketRefusal, WhoMayNot) {
   HttpRequest rebound = websocket();
   rebound.fields.front().value = "evil.example:8080";
   EXPECT_EQ(websocket_status(rebound), 403);
-  EXPECT_THAT(websocket_refusal(rebound)->body, HasSubstr("\"evil.example:8080\""));
+  EXPECT_THAT(websocket_refusal(rebound, kOrigins)->body, HasSubstr("\"evil.example:8080\""));
 }
 
 TEST(WebSocketRefusal, APageIsNotAWebSocket) {
-  const auto refusal = websocket_refusal(get("/tims"));
+  const auto refusal = websocket_refusal(get("/tims"), {});
   ASSERT_TRUE(refusal);
   EXPECT_EQ(refusal->status, 426);
   EXPECT_EQ(refusal->field, "Upgrade: websocket\r\nConnection: Upgrade\r\n");

@@ -37,6 +37,7 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
       pool_(pool),
       end_turn_(std::move(end_turn)),
       settings_(settings),
+      half_messages_(settings.message_max),
       server_(loop, log, pages(source),
               {.upgrade =
                    [this](os::File socket, const HttpRequest& request, const std::string& peer) {
@@ -59,7 +60,8 @@ HttpPages HttpPort::pages(const AdminSource& source) const {
           .ask =
               [&source](const std::string& question) {
                 return answer_admin(question, source, read_clocks());
-              }};
+              },
+          .origins = [this] { return std::span<const std::string>(settings_.origins); }};
 }
 
 void HttpPort::set_queue_bytes_max(std::uint64_t bytes) {
@@ -165,6 +167,7 @@ void HttpPort::welcome(Client& client) {
 
 void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
   const Time now = os::now();
+  half_messages_.set(now, client.token, 0);
   core::Message message{.bytes = bytes};
   if (bytes.size() >= kHeaderSize) message.header = wire::decode_header(bytes.first<kHeaderSize>());
   if (client.closing) {
@@ -185,6 +188,21 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
               has_header ? fmt::format("the header says {} bytes, the WebSocket message has {}",
                                        header.length, size)
                          : fmt::format("{} bytes are no TiMS message: its header has 16", size));
+}
+
+// Its memory goes with the session: there is no time for a closing handshake.
+void HttpPort::bound_half_messages(Client& client, std::size_t bytes) {
+  const Time now = os::now();
+  half_messages_.set(now, client.token, bytes);
+  if (!half_messages_.victim()) return;
+  while (const auto victim = half_messages_.victim()) {
+    Client& gone = *clients_[victim->token];
+    router_.on_lost(now, PortKind::kWebSocket, gone.id, Outcome::kIncomplete, 0, victim->bytes);
+    forget(now, gone, CloseReason::kStalled);
+    gone.session->drop();
+    erase(now, gone);
+  }
+  end_turn_(now);
 }
 
 void HttpPort::refuse_text(Client& client) {
@@ -252,6 +270,7 @@ void HttpPort::on_end(Client& client, CloseReason reason, std::size_t unfinished
 void HttpPort::erase(Time now, Client& client) {
   core::Losses lost{};
   client.output.clear(lost);
+  half_messages_.set(now, client.token, 0);
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kClientGone, lost);
   free_tokens_.push_back(client.token);
   clients_[client.token].reset();

@@ -17,6 +17,7 @@
 #include "router/core/block_pool.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
+#include "router/io/half_messages.h"
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_output.h"
 #include "router/io/http/websocket_session.h"
@@ -28,6 +29,7 @@ struct HttpPortSettings {
   std::uint32_t message_max = kMessageMaxDefault;
   std::uint64_t queue_bytes_max = 4U << 20;  // for one WebSocket; at least one message
   Duration ping_interval = std::chrono::seconds(5);
+  std::vector<std::string> origins{};  // of pages from elsewhere that may come
   HttpTimeouts timeouts{};
 };
 
@@ -43,6 +45,7 @@ class HttpPort final : public Port {
   Result<config::Endpoint> listen(const config::Endpoint& where) { return server_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
   void set_ping_interval(Duration interval);
+  void set_origins(std::vector<std::string> origins) { settings_.origins = std::move(origins); }
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const { return server_.next_timeout(); }
@@ -63,6 +66,7 @@ class HttpPort final : public Port {
 
     void on_open() override { port.welcome(*this); }
     void on_message(std::span<std::byte> message) override { port.take_message(*this, message); }
+    void on_part(std::size_t bytes) override { port.bound_half_messages(*this, bytes); }
     void on_text() override { port.refuse_text(*this); }
     void on_written() override { port.on_written(*this); }
     void on_end(core::CloseReason reason, std::size_t unfinished) override {
@@ -85,6 +89,7 @@ class HttpPort final : public Port {
   void upgrade(os::File socket, const HttpRequest& request, const std::string& peer);
   void welcome(Client& client);
   void take_message(Client& client, std::span<std::byte> bytes);
+  void bound_half_messages(Client& client, std::size_t bytes);
   void refuse_text(Client& client);
   void refuse_length(Time now, Client& client, const Header& header, std::size_t size);
   void on_written(Client& client);
@@ -109,6 +114,7 @@ class HttpPort final : public Port {
   std::vector<std::unique_ptr<Client>> clients_;  // by token
   std::vector<std::uint32_t> free_tokens_;
   std::vector<Client*> touched_;
+  HalfMessages half_messages_;
   HttpServer server_;
 };
 

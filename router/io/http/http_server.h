@@ -40,6 +40,9 @@ class HttpServer final : private HttpConnection::Owner {
 
  private:
   HttpResponse answer(const HttpRequest& request) override { return answer_http(request, pages_); }
+  std::optional<HttpResponse> websocket_refusal(const HttpRequest& request) override {
+    return io::websocket_refusal(request, pages_.origins());
+  }
   [[nodiscard]] bool keeps_connections() const override { return !stopping_; }
   void upgrade(HttpConnection& connection) override;
   void done(HttpConnection& connection) override;

@@ -5,9 +5,6 @@
 #include <string>
 
 #include <arpa/inet.h>
-
-#include "router/config/config.h"
-
 namespace tims::io {
 namespace {
 
@@ -39,26 +36,39 @@ bool is_numeric(const std::string& host) {
          ::inet_pton(AF_INET6, host.c_str(), bytes.data()) == 1;
 }
 
-bool is_localhost(std::string_view host) {
-  return std::ranges::equal(host, std::string_view("localhost"), [](char a, char b) {
-    return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b;
-  });
+bool is_same(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+// "robot7:3000" of "http://robot7:3000"; empty when it is none.
+std::string_view host_field_of(std::string_view origin) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!origin.starts_with(scheme)) continue;
+    const std::string_view host = origin.substr(scheme.size());
+    return host_of(host).empty() ? std::string_view() : host;
+  }
+  return {};
 }
 
 }  // namespace
 
-bool is_safe_host(std::string_view host) {
+bool is_safe_host(std::string_view host, std::span<const std::string> origins) {
   const std::string name = host_of(host);
-  return is_localhost(name) || is_numeric(name);
+  if (name.empty()) return false;
+  return is_same(name, "localhost") || is_numeric(name) ||
+         std::ranges::any_of(origins, [&](const std::string& origin) {
+           return is_same(host_of(host_field_of(origin)), name);
+         });
 }
 
-bool is_loopback_origin(std::string_view origin) {
-  for (const std::string_view scheme : {"http://", "https://"}) {
-    if (!origin.starts_with(scheme)) continue;
-    const std::string name = host_of(origin.substr(scheme.size()));
-    return is_localhost(name) || config::Endpoint{name, 0}.loopback();
-  }
-  return false;
+bool is_safe_origin(std::string_view origin, std::string_view host,
+                    std::span<const std::string> origins) {
+  const std::string_view its_host = host_field_of(origin);
+  if (its_host.empty()) return false;
+  return is_same(its_host, host) || std::ranges::any_of(origins, [&](const std::string& listed) {
+           return is_same(listed, origin);
+         });
 }
 
 }  // namespace tims::io

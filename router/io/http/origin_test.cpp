@@ -1,5 +1,7 @@
 #include "router/io/http/origin.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace tims::io {
@@ -25,19 +27,43 @@ TEST(Host, HalfAHostIsNone) {
     EXPECT_FALSE(is_safe_host(host)) << host;
 }
 
-TEST(Origin, PagesOfThisMachine) {
-  for (const auto* origin : {"http://localhost", "http://localhost:3000", "https://127.0.0.1:8080",
-                             "http://127.8.9.10", "http://[::1]:8080"})
-    EXPECT_TRUE(is_loopback_origin(origin)) << origin;
+TEST(Host, NamesThatWereGivenAre) {
+  const std::vector<std::string> origins{"http://robot7:3000", "https://[::1]"};
+  for (const auto* host : {"robot7", "Robot7:8080", "127.0.0.1:8080"})
+    EXPECT_TRUE(is_safe_host(host, origins)) << host;
+  for (const auto* host : {"", "robot70", "robot7.evil.example", "http://robot7"})
+    EXPECT_FALSE(is_safe_host(host, origins)) << host;
+}
+
+TEST(Origin, PagesFromHere) {
+  EXPECT_TRUE(is_safe_origin("http://localhost:8080", "localhost:8080"));
+  EXPECT_TRUE(is_safe_origin("http://192.168.1.5:8080", "192.168.1.5:8080"));
+  EXPECT_TRUE(is_safe_origin("https://[fe80::1]", "[fe80::1]"));
+  EXPECT_TRUE(is_safe_origin("http://LocalHost:8080", "localhost:8080"));
+}
+
+TEST(Origin, OtherPagesOfThisMachineAreStrangers) {
+  EXPECT_FALSE(is_safe_origin("http://localhost:3000", "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://127.0.0.1:8080", "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://localhost", "localhost:8080"));
+}
+
+TEST(Origin, ListedOnesAreWelcome) {
+  const std::vector<std::string> origins{"http://robot7:3000", "http://localhost:5173"};
+  EXPECT_TRUE(is_safe_origin("http://robot7:3000", "127.0.0.1:8080", origins));
+  EXPECT_TRUE(is_safe_origin("http://localhost:5173", "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("https://robot7:3000", "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("http://robot7", "127.0.0.1:8080", origins));
 }
 
 TEST(Origin, AllOthersAreRefused) {
   for (const auto* origin :
-       {"", "null", "http://", "http://evil.example", "http://192.168.1.5:8080",
-        "http://localhost.evil.example", "http://127.0.0.1.evil.example", "file://", "localhost",
-        "http://localhost@evil.example", "http://localhost/", "ftp://localhost", "http://[::2]",
-        "http://localhost:x", "http://evil.example/http://localhost"})
-    EXPECT_FALSE(is_loopback_origin(origin)) << origin;
+       {"", "null", "http://", "http://evil.example", "http://127.0.0.1.evil.example", "file://",
+        "127.0.0.1", "http://127.0.0.1@evil.example", "http://127.0.0.1/", "ftp://127.0.0.1",
+        "http://127.0.0.1:x", "http://evil.example/http://127.0.0.1"})
+    EXPECT_FALSE(is_safe_origin(origin, "127.0.0.1")) << origin;
+  EXPECT_FALSE(is_safe_origin("http://", ""));
+  EXPECT_FALSE(is_safe_origin("null", "null"));
 }
 
 }  // namespace

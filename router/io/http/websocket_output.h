@@ -24,7 +24,7 @@ class WebSocketOutput {
  public:
   WebSocketOutput(core::BlockPool& pool, std::uint64_t queue_bytes_max,
                   const core::PriorityClasses& classes = core::kConventionalClasses)
-      : queue_(pool, queue_bytes_max, classes) {}
+      : queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 

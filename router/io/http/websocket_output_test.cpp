@@ -25,7 +25,7 @@ std::vector<std::byte> message(char name, std::size_t size = 20, std::uint8_t pr
 
 class WebSocketOutputTest : public testing::Test {
  protected:
-  static constexpr std::size_t kBlocks = 300;
+  static constexpr std::size_t kBlocks = 1000;
 
   Outcome add(char name, std::size_t size = 20, std::uint8_t priority = 0) {
     return output_.add(message(name, size, priority), priority);

@@ -167,6 +167,8 @@ void Session::on_read() {
     }
     input_.clear();
     if (input_.capacity() > kKeptBufferBytes) input_.shrink_to_fit();
+  } else if (!closing_) {
+    listener_->on_part(input_.size());
   }
   read();
 }

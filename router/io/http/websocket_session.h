@@ -35,6 +35,8 @@ class WebSocketSession {
     virtual void on_open() = 0;  // the handshake is done: first of all calls
     // The bytes may be written to, and are used until the call returns.
     virtual void on_message(std::span<std::byte> message) = 0;
+    // A part of a message came; so many bytes of it are here.
+    virtual void on_part(std::size_t bytes) = 0;
     virtual void on_text() = 0;     // a text message came; what is in it is not handed out
     virtual void on_written() = 0;  // the frame is in the socket
     // Last of all calls. `unfinished`: bytes of a message that did not come to its end.
