@@ -89,7 +89,7 @@ TEST_F(HttpTest, MetricsFollowWhatHappens) {
   EXPECT_THAT(after.head, HasSubstr("Content-Type: text/plain; version=0.0.4"));
   for (const auto* line :
        {"tims_router_clients{port=\"tcp\"} 1\n", "tims_router_mailboxes 1\n",
-        "tims_router_messages_total{port=\"tcp\",class=\"3\",outcome=\"no_route\"} 1\n",
+        "tims_router_messages_total{port=\"tcp\",class=\"6\",outcome=\"no_route\"} 1\n",
         "tims_router_drops_total{reason=\"no_route\"} 1\n",
         "tims_router_events_total{event=\"registered\"} 1\n",
         "tims_router_events_total{event=\"not_available\"} 1\n"})

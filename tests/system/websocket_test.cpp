@@ -65,7 +65,7 @@ TEST_F(WebSocketTest, APageAndATcpClient) {
   EXPECT_EQ(text_of(answer->body), "answer");
   EXPECT_EQ(metric("tims_router_clients{port=\"websocket\"}"), 1U);
   EXPECT_EQ(
-      metric("tims_router_messages_total{port=\"websocket\",class=\"0\",outcome=\"delivered\"}"),
+      metric("tims_router_messages_total{port=\"websocket\",class=\"2\",outcome=\"delivered\"}"),
       1U);
 }
 

@@ -71,14 +71,14 @@ std::string lines(const std::string& text, std::string_view beginning) {
 constexpr std::string_view kGolden =
     R"golden(# HELP tims_router_messages_total Messages by the port they came through, priority class (0 to 7) and outcome.
 # TYPE tims_router_messages_total counter
-tims_router_messages_total{port="tcp",class="0",outcome="delivered"} 1
+tims_router_messages_total{port="tcp",class="1",outcome="delivered"} 1
 tims_router_messages_total{port="tcp",class="7",outcome="no_route"} 1
-tims_router_messages_total{port="websocket",class="0",outcome="queue_full"} 1
+tims_router_messages_total{port="websocket",class="1",outcome="queue_full"} 1
 # HELP tims_router_message_bytes_total Bytes of these messages, headers included.
 # TYPE tims_router_message_bytes_total counter
-tims_router_message_bytes_total{port="tcp",class="0",outcome="delivered"} 20
+tims_router_message_bytes_total{port="tcp",class="1",outcome="delivered"} 20
 tims_router_message_bytes_total{port="tcp",class="7",outcome="no_route"} 20
-tims_router_message_bytes_total{port="websocket",class="0",outcome="queue_full"} 20
+tims_router_message_bytes_total{port="websocket",class="1",outcome="queue_full"} 20
 # HELP tims_router_drops_total Messages that were lost, by reason.
 # TYPE tims_router_drops_total counter
 tims_router_drops_total{reason="no_route"} 1

@@ -127,7 +127,7 @@ TEST_F(WebSocketOutputTest, WhatIsBeingWrittenIsNotReplaced) {
   ASSERT_TRUE(frame);
   EXPECT_EQ(add('c', 500'000, 9), Outcome::kDelivered);
   ASSERT_NE(output_.replaced(), nullptr);
-  EXPECT_EQ((*output_.replaced())[0], (core::Count{1, 500'000}));
+  EXPECT_EQ((*output_.replaced())[1], (core::Count{1, 500'000}));
   // The pieces of the frame still hold what they held.
   EXPECT_EQ(frame->pieces.back().back(), static_cast<std::byte>('a'));
   output_.end_frame();
@@ -155,7 +155,7 @@ TEST_F(WebSocketOutputTest, WhatIsThrownAwayIsCounted) {
   output_.end_frame();  // a part of 'c'
   core::Losses lost{};
   output_.clear(lost);
-  EXPECT_EQ(lost[0], (core::Count{1, 20}));
+  EXPECT_EQ(lost[1], (core::Count{1, 20}));
   EXPECT_EQ(lost[7].messages, 1U);
   EXPECT_TRUE(output_.empty());
   EXPECT_EQ(pool_.used(), 0U);
