@@ -93,8 +93,10 @@ void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
 void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   Client* client = clients_.find(id);
   if (client == nullptr) return;
+  const std::vector<Address> behind = routers_behind(*client);
   registrations_.stop_waiting(id);
   withdraw_all(now, *client);
+  miss(now, *client, behind);
   lifesigns_.unwatch(*client);
   std::erase(links_, id);
   if (uplink_ == id) uplink_ = kNoClient;

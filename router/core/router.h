@@ -17,6 +17,7 @@
 #include "router/core/legacy.h"
 #include "router/core/lifesign.h"
 #include "router/core/message.h"
+#include "router/core/missing_routers.h"
 #include "router/core/neighbour.h"
 #include "router/core/outcome.h"
 #include "router/core/priority_classes.h"
@@ -141,6 +142,9 @@ class Router {
   };
   [[nodiscard]] Way way(const Client* from, Address dest) const;
 
+  // Those that links announced until they went down, and that no other link has brought since.
+  [[nodiscard]] const MissingRouters& missing() const { return missing_; }
+
   // Whether more than one client has the sink of texts: each gets every text.
   [[nodiscard]] bool shares_texts() const { return !text_readers_.empty(); }
 
@@ -181,6 +185,8 @@ class Router {
   [[nodiscard]] ClientId link_named(std::string_view name) const;
   [[nodiscard]] ClientId peer_of(std::uint32_t system) const;
   void learn_again(Time now, Address address);
+  [[nodiscard]] std::vector<Address> routers_behind(const Client& link) const;
+  void miss(Time now, const Client& link, const std::vector<Address>& routers);
   void duplicate(Time now, const Client& link, Address address, const Origin& origin);
   [[nodiscard]] Party party_of(const Client& link, const Origin& origin) const;
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
@@ -216,6 +222,7 @@ class Router {
   std::vector<TextReader> text_readers_;  // but for the first, who is in the table
   Clients clients_;
   Registrations registrations_;
+  MissingRouters missing_;
   Lifesigns lifesigns_;
   MessageCounters messages_;
   EventCounters event_counts_;

@@ -130,6 +130,7 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   const Table::Entry* entry = find(address);
   if (entry == nullptr && address != settings_.address) {
     registrations_.add(now, *from, address, origin);
+    if (address == origin.router) missing_.found(address);
     happened({.at = now,
               .kind = EventKind::kRegistered,
               .address = address,
@@ -206,6 +207,27 @@ void Router::forget_all(Time now, ClientId link) {
   if (from == nullptr) return;
   registrations_.stop_waiting(link);
   withdraw_all(now, *from);
+}
+
+// The nearest first. A router announces its own address as it does those of its mailboxes.
+std::vector<Address> Router::routers_behind(const Client& link) const {
+  std::vector<Address> routers;
+  if (link.info.port != PortKind::kLink) return routers;
+  for (const OwnedMailbox& mailbox : link.mailboxes) {
+    if (origin(*find(mailbox.address)).router == mailbox.address)
+      routers.push_back(mailbox.address);
+  }
+  std::ranges::sort(routers, {}, [&](Address router) { return origin(*find(router)).hops; });
+  return routers;
+}
+
+// The link has gone, and with it those that no other link brings.
+void Router::miss(Time now, const Client& link, const std::vector<Address>& routers) {
+  for (const Address router : routers) {
+    if (find(router) != nullptr) continue;
+    missing_.add(
+        {.router = router, .behind = link.info.link.router, .via = link.info.name, .since = now});
+  }
 }
 
 std::optional<Origin> Router::announced(ClientId link, Address address) const {

@@ -1,8 +1,17 @@
 // What a router learns from links, and which way messages go by it.
+#include <map>
+#include <string>
+
+#include <gmock/gmock.h>
+
 #include "router/core/router_fixture.h"
 
 namespace tims::core::test {
 namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
 
 constexpr Address kLadar(0x01140000);
 constexpr Address kPilot(0x00180000);
@@ -40,6 +49,45 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
   EXPECT_EQ(owner(kLadar.raw()), kNoClient);
   EXPECT_EQ(router_.told(kLadar), std::nullopt);
   EXPECT_EQ(events(EventKind::kLinkDown), 1U);
+}
+
+TEST_F(RouterLinksTest, RoutersBehindALinkThatGoesAreMissing) {
+  const auto missing = [&] {
+    std::map<Address, std::string> all;  // and behind whom
+    router_.missing().for_each(now_, [&](const MissingRouter& m) {
+      all[m.router] = std::string(m.via.view()) + (m.behind == m.router ? " itself" : "");
+    });
+    return all;
+  };
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  ASSERT_TRUE(router_.learn(now_, sub, kRobot.router, kRobot));
+  ASSERT_TRUE(router_.learn(now_, sub, kFar.router, kFar));
+  ASSERT_TRUE(router_.learn(now_, sub, kLadar, kFar));
+  EXPECT_THAT(missing(), IsEmpty());
+  router_.disconnect(now_, sub, CloseReason::kSilent);
+  EXPECT_THAT(missing(),
+              ElementsAre(Pair(kRobot.router, "robot1 itself"), Pair(kFar.router, "robot1")));
+  // Back after a restart.
+  const ClientId again = link(LinkKind::kSub, 1, "robot1");
+  router_.learn(now_, again, kRobot.router, {kRobot.router, 9, 1});
+  EXPECT_THAT(missing(), ElementsAre(Pair(kFar.router, "robot1")));
+  router_.learn(now_, again, kFar.router, kFar);
+  EXPECT_THAT(missing(), IsEmpty());
+}
+
+TEST_F(RouterLinksTest, ARouterThatAnotherLinkBringsIsNotMissing) {
+  const ClientId one = link(LinkKind::kSub, 1, "robot1");
+  const ClientId other = link(LinkKind::kSub, 1, "spare");
+  ASSERT_TRUE(router_.learn(now_, one, kFar.router, kFar));
+  ASSERT_TRUE(router_.learn(now_, other, kFar.router, kFar));
+  int missing = 0;
+  router_.disconnect(now_, one, CloseReason::kSilent);
+  router_.missing().for_each(now_, [&](const MissingRouter&) { ++missing; });
+  EXPECT_EQ(missing, 0);
+  // One that is withdrawn while its link is up has been told by a router that knows why.
+  router_.forget(now_, other, kFar.router);
+  router_.missing().for_each(now_, [&](const MissingRouter&) { ++missing; });
+  EXPECT_EQ(missing, 0);
 }
 
 TEST_F(RouterLinksTest, LinksTakeNoPlaceOfClients) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <set>
 
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ class Answerer {
   json::object config();
   json::object ping() const;
   json::object routers();
+  void add_missing(json::object& out, Page& page) const;
   json::object links();
   json::object fleet();
   json::object act() const;
@@ -420,12 +422,20 @@ json::object Answerer::ping() const {
 
 // --- links
 
-// What a page goes on with is the slot of the first link that had no room.
+// What a page goes on with is the number of the first item that had no room: a link's is its slot,
+// and those of missing routers are greater.
+constexpr std::uint64_t kMissingFirst = 1ULL << 32;
+
+std::uint64_t first_number(const Question& question) {
+  std::uint64_t first = 0;
+  std::from_chars(question.after.data(), question.after.data() + question.after.size(), first);
+  return first;
+}
+
 template <typename Item>
 void fill_page(json::object& out, const link::Links* links, const Question& question, Page& page,
                Item item) {
-  std::uint32_t first = 0;
-  std::from_chars(question.after.data(), question.after.data() + question.after.size(), first);
+  const std::uint64_t first = first_number(question);
   bool full = false;
   if (links == nullptr) return;
   links->for_each([&](const link::Link& link) {
@@ -446,7 +456,22 @@ json::object Answerer::routers() {
     page.add(self_json(links->self(), source_.process(clocks_.now)));
   fill_page(out, links, question_, page,
             [&](const link::Link& link) { return router_json(link, clocks_.now); });
+  if (!out.contains("next")) add_missing(out, *page_);
   return out;
+}
+
+// Those that have a link are told with it, whatever its state.
+void Answerer::add_missing(json::object& out, Page& page) const {
+  std::set<Address> linked;
+  if (const link::Links* links = source_.links())
+    links->for_each([&](const link::Link& link) { linked.insert(link.peer().address()); });
+  const std::uint64_t first = first_number(question_);
+  router_.missing().for_each(clocks_.now, [&](const core::MissingRouter& missing) {
+    const std::uint64_t number = kMissingFirst + missing.number;
+    if (out.contains("next") || number < first || linked.contains(missing.router)) return;
+    if (page.size() == question_.limit || !page.add(missing_json(missing, widths(), clocks_.now)))
+      out["next"] = std::to_string(number);
+  });
 }
 
 json::object Answerer::links() {

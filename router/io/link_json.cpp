@@ -89,6 +89,25 @@ json::object router_json(const link::Link& link, Time now) {
   return out;
 }
 
+json::object missing_json(const core::MissingRouter& missing, const AddressWidths& widths,
+                          Time now) {
+  const auto fields = missing.router.fields(widths);
+  return {
+      {"name", missing.router == missing.behind ? text_or_null(missing.via.view()) : json::value()},
+      {"role", nullptr},
+      {"system", fields.system},
+      {"id", fields.instance},
+      {"address", to_json(missing.router, widths)},
+      {"epoch", nullptr},
+      {"kind", "missing"},
+      {"state", "down"},
+      {"via", text_or_null(missing.via.view())},
+      {"behind", to_json(missing.behind, widths)},
+      {"since_s", seconds(now - missing.since)},
+      {"rtt_s", nullptr},
+      {"clock", nullptr}};
+}
+
 json::object link_json(const link::Links& links, const link::Link& link, const core::Router& router,
                        Time now) {
   const link::Session& session = link.session();

@@ -12,6 +12,9 @@ namespace tims::io {
 // One of the fleet's routers: who it is, what it is to us, whether it is there.
 boost::json::object self_json(const link::Identity& self, const ProcessReport& process);
 boost::json::object router_json(const link::Link& link, Time now);
+// One that was announced by a link until that went down.
+boost::json::object missing_json(const core::MissingRouter& missing, const AddressWidths& widths,
+                                 Time now);
 
 // One link, with all that can be seen of it.
 boost::json::object link_json(const link::Links& links, const link::Link& link,

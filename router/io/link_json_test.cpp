@@ -95,6 +95,39 @@ TEST(LinkJson, TheRouterItselfIsTheFirstOfTheFleet) {
   EXPECT_EQ(answer.at("items").as_array().size(), 8U);
 }
 
+TEST(LinkJson, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
+  LinkedFixture lab;
+  const auto now = LinkedFixture::at(90);
+  constexpr Address kTail(0x03000E00);
+  constexpr Address kPaw(0x03000F00);
+  const core::ClientId tail = lab.router().connect(
+      now,
+      {.port = core::PortKind::kLink, .name = std::string_view("tail"), .link = {.router = kTail}});
+  lab.router().learn(now, tail, kPaw, {kPaw, 7, 2});
+  lab.router().learn(now, tail, kTail, {kTail, 6, 1});
+  lab.router().disconnect(now, tail, core::CloseReason::kSilent);
+  for (const int limit : {1, 2, 3, 9, 10}) {
+    std::vector<json::object> missing;
+    std::string after;
+    do {
+      const auto answer =
+          ask(lab, fmt::format(R"({{"ask":"routers","limit":{},"after":"{}"}})", limit, after));
+      for (const auto& item : answer.at("items").as_array())
+        if (item.at("kind") == "missing") missing.push_back(item.as_object());
+      after = answer.contains("next") ? answer.at("next").as_string().c_str() : "";
+    } while (!after.empty());
+    // "head" is silent, and told as a link.
+    ASSERT_EQ(missing.size(), 2U) << limit;
+    EXPECT_EQ(missing[0].at("name"), "tail");
+    EXPECT_TRUE(missing[1].at("name").is_null());
+    EXPECT_EQ(missing[1].at("address").at("name"), "Tims(3/15)");
+    EXPECT_EQ(missing[1].at("behind").at("name"), "Tims(3/14)");
+    EXPECT_EQ(missing[1].at("via"), "tail");
+    EXPECT_EQ(missing[1].at("state"), "down");
+    EXPECT_EQ(missing[1].at("since_s").to_number<double>(), 10);
+  }
+}
+
 TEST(LinkJson, PagesJoinToTheWhole) {
   const LinkedFixture lab;
   for (const int limit : {1, 2, 3}) {

@@ -185,6 +185,42 @@ TEST_F(Tree, AListWithoutARouterIsAPartOfIt) {
       "robot1 is listed as one that is missing"));
 }
 
+// The base alone can tell of the arm: robot1 cannot be asked, and one started anew knows nothing.
+TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
+  // The exit status of `router list`, and each router with its parent and state.
+  const auto list = [&] {
+    auto child =
+        ChildProcess::start({TIMSCTL_PROGRAM, "-H", "unix:" + base->socket(), "router", "list",
+                             "-j", "--timeout=" + std::to_string(kPatienceMs) + "ms"});
+    EXPECT_TRUE(child.ok());
+    const auto status = child->wait();
+    EXPECT_TRUE(status.ok());
+    std::string seen = std::to_string(status->code);
+    const json::value answer = json::parse(child->standard_output());
+    for (const json::value& item : answer.at("items").as_array())
+      for (const char* field : {"name", "parent", "state"})
+        if (const auto* text = item.at(field).if_string())
+          seen.append(*field == 'n' ? "; " : " ").append(*text);
+    return seen;
+  };
+  const auto becomes = [&](const std::string& wanted) {
+    return eventually([&] {
+      const std::string seen = list();
+      return seen == wanted ? "" : "seen: " + seen;
+    });
+  };
+  const std::string all = "0; base up; robot1 base up; arm robot1 up";
+  ASSERT_TRUE(becomes(all));
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
+  robot->kill();
+  ASSERT_TRUE(eventually([&] { return !base->knows(Address(0x01000100)); }, "its link is down"));
+  EXPECT_TRUE(becomes("6; base up; robot1 base down; Tims(1/2) robot1 down"));
+  EXPECT_THAT(base->timsctl({"router", "list"}), HasSubstr("\n    Tims(1/2)")) << "under robot1";
+  EXPECT_THAT(base->timsctl({"explain", "Tims/0/1", "Tims/1/2"}), HasSubstr("robot1"));
+  robot->start();
+  EXPECT_TRUE(becomes(all));
+}
+
 TEST_F(Tree, ARouterThatMaySpoilsItsLinks) {
   const auto link_loss = [&](const char* link, const char* word) {
     return robot->timsctl({"sim", "fault", "--link", link, word});

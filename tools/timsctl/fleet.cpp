@@ -22,15 +22,16 @@ class Walk {
       const std::string raw = waiting_.front();
       waiting_.pop_front();
       json::object& item = routers_[raw];
-      if (text_at(item, "state") != "up") {
-        partial_ = true;  // what is behind it is not known from here
-        continue;
-      }
-      visit(first_.at(router_address(item)), raw);
+      if (text_at(item, "state") == "up") visit(first_.at(router_address(item)), raw);
     }
     json::array items;
-    for (const std::string& raw : order_) items.push_back(std::move(routers_[raw]));
-    return {{"schema", "tims/router_list/1"}, {"partial", partial_}, {"items", std::move(items)}};
+    bool partial = false;
+    for (const std::string& raw : order_) {
+      json::object& item = routers_[raw];
+      partial = partial || text_at(item, "state") != "up";  // nor is known what came behind it
+      items.push_back(std::move(item));
+    }
+    return {{"schema", "tims/router_list/1"}, {"partial", partial}, {"items", std::move(items)}};
   }
 
  private:
@@ -44,7 +45,6 @@ class Walk {
       // One that cannot answer hides none of the others.
       routers_[raw]["state"] = "unreachable";
       routers_[raw]["trouble"] = failure.message;
-      partial_ = true;
       return;
     }
     std::string self = raw;
@@ -77,13 +77,20 @@ class Walk {
     const std::string raw = text_at(item, "address.raw");
     const bool is_new = !routers_.contains(raw);
     json::object& known = place(raw);
-    const bool better = text_at(item, "state") == "up" && text_at(known, "state") == "down";
+    // A router that has a link to it knows more than one that misses it.
+    const auto is_missing = [](const json::object& it) { return text_at(it, "kind") == "missing"; };
+    const bool better = (text_at(item, "state") == "up" && text_at(known, "state") == "down") ||
+                        (is_missing(known) && !is_missing(item));
     if (!is_new && !better) return;
-    const json::object& parent = routers_[at];
+    const std::string behind = text_at(item, "behind.raw");
+    const bool is_behind = behind != raw && routers_.contains(behind);
+    const json::object& parent = routers_[is_behind ? behind : at];
     const json::value parents_clock = parent.contains("clock") ? parent.at("clock") : json::value();
     const std::string name = text_at(parent, "name");
     const double depth = number_or_zero(parent, "depth");
     known = item;
+    // Only its neighbours know how a router is called.
+    if (text_at(item, "name").empty()) known["name"] = text_at(item, "address.name");
     known["parent"] = name;
     known["depth"] = static_cast<int>(depth) + 1;
     known["clock"] = sum(parents_clock, item);
@@ -109,7 +116,6 @@ class Walk {
   std::map<std::string, json::object> routers_;  // by raw address
   std::vector<std::string> order_;
   std::deque<std::string> waiting_;
-  bool partial_ = false;
 };
 
 }  // namespace

@@ -11,8 +11,9 @@ namespace timsctl {
 
 // {"items": one a router, "partial": somebody did not answer}, from the first on, neighbours after
 // each other. What an item has beside what routers say of themselves (router/io/ADMIN.md):
-// "state" (up; down: its link is; unreachable: it does not answer), "parent" (name of the router it
-// was found at), "depth", "clock" (added up along the way; null: not known).
+// "state" (up; down: its link is, or that of the router it was behind; unreachable: it does not
+// answer), "parent" (name of the router it was found at, or was behind), "depth", "clock" (added up
+// along the way; null: not known).
 json::object walk_fleet(const AdminClient& first);
 
 // The items of every router that is there, each with "at": the router that knows it; "partial" also

@@ -74,9 +74,10 @@ class Tree {
       if (other.is_null()) continue;
       const json::object& below = other.as_object();
       const std::string its_role = text_at(below, "role");
-      const bool lower =
-          (role == "top" && its_role == "system") || (role == "system" && its_role == "subsystem" &&
-                                                      number_or_zero(below, "system") == system);
+      const bool lower = (role == "top" && its_role == "system") ||
+                         (role == "system" && its_role == "subsystem" &&
+                          number_or_zero(below, "system") == system) ||
+                         (its_role.empty() && text_at(below, "parent") == name);  // it is missing
       if (lower) place(other, depth + 1);
     }
   }
