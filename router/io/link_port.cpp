@@ -1,5 +1,6 @@
 #include "router/io/link_port.h"
 
+#include <bit>
 #include <chrono>
 
 #include <fmt/core.h>
@@ -13,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kPartsBytes = 256 << 20;  // address space, not memory
+constexpr std::size_t kPartsBytesMin = 256 << 20;  // address space, not memory
 // Links that do not come up: their names may mean something else by now.
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
@@ -42,6 +43,11 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
 }
 static_assert(static_cast<int>(config::Link::Kind::kSub) == static_cast<int>(core::LinkKind::kSub));
 
+// A message of the largest size fits, whatever else is there.
+std::size_t parts_bytes(std::uint32_t message_max) {
+  return std::max(kPartsBytesMin, 4 * std::bit_ceil(std::size_t{message_max}));
+}
+
 }  // namespace
 
 LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
@@ -49,13 +55,19 @@ LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
     : loop_(loop),
       log_(log),
       end_turn_(std::move(end_turn)),
-      parts_(kPartsBytes),
+      parts_(parts_bytes(setup.self.message_max)),
       memory_(parts_.bytes()),
       links_(router, pool, memory_, setup),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
 Result<std::string> LinkPort::listen(const config::Endpoint& where) {
+  const std::uint32_t message_max = links_.self().message_max;
+  if (!memory_.has_room_for(message_max))
+    return Error(Errc::kSystem,
+                 fmt::format("the system gives no {} bytes of address space for messages in parts: "
+                             "lower message.max ({} bytes)",
+                             parts_bytes(message_max), message_max));
   auto socket = UdpSocket::open(where);
   if (!socket) return socket.error();
   socket_ = std::move(*socket);

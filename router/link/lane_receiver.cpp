@@ -1,7 +1,9 @@
 #include "router/link/lane_receiver.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <utility>
 
 #include "router/link/lane_sender.h"
 #include "wire/header.h"
@@ -14,6 +16,42 @@ constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
 constexpr std::size_t kRing = 2 * kLaneWindow / kBlock;
 
 }  // namespace
+
+// --- memory
+
+core::BlockPool::Index Assembly::take_block() {
+  if (blocks >= pool.available()) return core::BlockPool::kNone;
+  ++blocks;
+  return pool.allocate();
+}
+
+void Assembly::give_block(core::BlockPool::Index& block) {
+  if (block == core::BlockPool::kNone) return;
+  pool.release(std::exchange(block, core::BlockPool::kNone));
+  --blocks;
+}
+
+MessageBuffer Assembly::take(Time now, std::size_t size) {
+  const std::size_t piece = std::bit_ceil(std::max(size, MessageMemory::kPieceMin));
+  const std::size_t left = memory.size() - memory.used_bytes();
+  MessageBuffer buffer;
+  if (!memory.is_wanted(now, this) || bytes + piece <= left) buffer = MessageBuffer(memory, size);
+  if (!buffer) memory.note_wanted(now, this);
+  bytes += buffer.bytes().size();
+  return buffer;
+}
+
+void Assembly::give(MessageBuffer& buffer) {
+  bytes -= buffer.bytes().size();
+  buffer.reset();
+}
+
+void Assembly::hand_on(MessageBuffer& buffer) {
+  bytes -= buffer.bytes().size();
+  done.push_back(std::move(buffer));
+}
+
+// --- what comes
 
 LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
                                              std::span<std::byte> bytes, bool control,
@@ -38,8 +76,8 @@ LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to, bool con
                                             Arrivals& arrivals) {
   if (to <= next_) return Verdict::kTaken;
   next_ = to;
-  head_size_ = 0;
-  body_.reset();
+  head_size_ = thrown_away_ = 0;
+  assembly_.give(body_);
   return drain_early(now, control, arrivals);
 }
 
@@ -55,7 +93,7 @@ bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> b
   bool room = true;
   for (std::uint64_t at = offset / kBlock * kBlock; at < all.end; at += kBlock) {
     core::BlockPool::Index& block = block_of(at);
-    if (block == core::BlockPool::kNone) block = assembly_.pool.allocate();
+    if (block == core::BlockPool::kNone) block = assembly_.take_block();
     if (block == core::BlockPool::kNone) room = false;
   }
   if (!room || !early_.add(all)) {
@@ -100,9 +138,7 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, Arrivals
   } else {
     const std::uint64_t keep = std::min(next_, early_.front().begin) / kBlock;
     for (std::uint64_t b = first / kBlock; b < keep && b < first / kBlock + kRing; ++b) {
-      core::BlockPool::Index& block = early_blocks_[b % kRing];
-      if (block != core::BlockPool::kNone) assembly_.pool.release(block);
-      block = core::BlockPool::kNone;
+      assembly_.give_block(early_blocks_[b % kRing]);
     }
   }
   return verdict;
@@ -110,17 +146,14 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, Arrivals
 
 void LaneReceiver::drop_early() {
   early_.clear();
-  for (core::BlockPool::Index& block : early_blocks_) {
-    if (block != core::BlockPool::kNone) assembly_.pool.release(block);
-    block = core::BlockPool::kNone;
-  }
+  for (core::BlockPool::Index& block : early_blocks_) assembly_.give_block(block);
 }
 
 void LaneReceiver::clear() {
   drop_early();
   next_ = 0;
-  head_size_ = 0;
-  body_.reset();
+  head_size_ = thrown_away_ = 0;
+  assembly_.give(body_);
   broken_ = false;
 }
 
@@ -135,10 +168,13 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
   const std::size_t all = bytes.size();
   while (!bytes.empty() && !broken_) {
     std::size_t taken = 0;
-    if (body_) {
+    if (thrown_away_ > 0) {
+      taken = std::min(thrown_away_, bytes.size());
+      thrown_away_ -= taken;
+    } else if (body_) {
       taken = consume_body(now, bytes, control, arrivals);
     } else if (head_size_ > 0 || bytes.size() < kRecordHead || !stable) {
-      taken = consume_head(bytes);
+      taken = consume_head(now, bytes);
       if (taken == 0) break;
       if (body_ && body_size_ == header_.length) consume_body(now, {}, control, arrivals);
     } else {
@@ -151,7 +187,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
                 arrivals);
         taken = record_size(header.length);
       } else {
-        taken = consume_head(bytes);
+        taken = consume_head(now, bytes);
         if (taken == 0) break;
       }
     }
@@ -161,7 +197,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
 }
 
 // Takes bytes until the head of the next message is complete and there is memory for the whole.
-std::size_t LaneReceiver::consume_head(std::span<const std::byte> bytes) {
+std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> bytes) {
   const std::size_t size = std::min(kRecordHead - head_size_, bytes.size());
   std::memcpy(head_.data() + head_size_, bytes.data(), size);
   if (head_size_ + size < kRecordHead) {
@@ -173,13 +209,15 @@ std::size_t LaneReceiver::consume_head(std::span<const std::byte> bytes) {
     broken_ = true;
     return size;
   }
-  if (!begin_message(header)) return 0;
+  if (!begin_message(now, header)) return 0;
   return size;
 }
 
-bool LaneReceiver::begin_message(const Header& header) {
-  body_ = MessageBuffer(assembly_.memory, header.length);
+bool LaneReceiver::begin_message(Time now, const Header& header) {
+  body_ = assembly_.take(now, header.length);
   if (!body_) return false;
+  progress_ = now;
+  progress_at_ = 0;
   header_ = header;
   std::memcpy(body_.bytes().data(), head_.data() + kRecordPrefix, kHeaderSize);
   body_size_ = kHeaderSize;
@@ -192,12 +230,25 @@ std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> byte
   const std::size_t size = std::min<std::size_t>(header_.length - body_size_, bytes.size());
   if (size > 0) std::memcpy(body_.bytes().data() + body_size_, bytes.data(), size);
   body_size_ += size;
+  if (body_size_ >= progress_at_ + kProgress) {
+    progress_ = now;
+    progress_at_ = body_size_;
+  }
   if (body_size_ == header_.length) {
     const std::span message = body_.bytes().first(header_.length);
-    assembly_.done.push_back(std::move(body_));
+    assembly_.hand_on(body_);
     hand_on(now, std::span(head_).first(kRecordPrefix), {header_, message}, control, arrivals);
   }
   return size;
+}
+
+std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
+  const Duration patience =
+      assembly_.memory.is_wanted(now, &assembly_) ? kPatienceIfWanted : kPatience;
+  if (!body_ || now < progress_ + patience) return std::nullopt;
+  thrown_away_ = header_.length - body_size_;
+  assembly_.give(body_);
+  return header_;
 }
 
 void LaneReceiver::hand_on(Time now, std::span<const std::byte> prefix, core::Message message,

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,12 +18,24 @@
 
 namespace tims::link {
 
-// What the lanes of one link share.
+// What the lanes of one link share, and their share of what all links have: while another link
+// wants memory, one takes no more than it leaves to others (a dynamic threshold: Choudhury, Hahne
+// 1998).
 struct Assembly {
   core::BlockPool& pool;             // for what comes too early
   MessageMemory& memory;             // for messages that come in parts
   std::vector<MessageBuffer>& done;  // messages that were handed on and are still looked at
   std::uint32_t message_max = kMessageMaxDefault;
+  std::size_t blocks = 0;  // of the pool, that this link has
+  std::size_t bytes = 0;   // of the memory
+
+  core::BlockPool::Index take_block();
+  void give_block(core::BlockPool::Index& block);
+  // Empty when there is none now.
+  MessageBuffer take(Time now, std::size_t size);
+  void give(MessageBuffer& buffer);
+  void hand_on(MessageBuffer& buffer);  // it is looked at until the turn ends
+  [[nodiscard]] bool is_used() const { return bytes > 0; }
 };
 
 class LaneReceiver {
@@ -47,6 +60,13 @@ class LaneReceiver {
     return is_stuck() ? drain_early(now, control, arrivals) : Verdict::kTaken;
   }
 
+  // A message that makes no progress is given up after a while, sooner when others want its memory;
+  // what still comes of it is thrown away. Its header.
+  static constexpr Duration kPatience = std::chrono::seconds(30);
+  static constexpr Duration kPatienceIfWanted = std::chrono::seconds(2);
+  static constexpr std::size_t kProgress = 16 << 10;  // so much more, or all of it
+  std::optional<Header> give_up_stalled(Time now);
+
   void clear();  // the lane begins anew
   [[nodiscard]] std::uint64_t next() const { return next_; }
 
@@ -59,10 +79,10 @@ class LaneReceiver {
   // Returns how many bytes it took; sets broken_. `stable`: the bytes stay until the flush.
   std::size_t consume(Time now, std::span<std::byte> bytes, bool stable, bool control,
                       Arrivals& arrivals);
-  std::size_t consume_head(std::span<const std::byte> bytes);
+  std::size_t consume_head(Time now, std::span<const std::byte> bytes);
   std::size_t consume_body(Time now, std::span<const std::byte> bytes, bool control,
                            Arrivals& arrivals);
-  bool begin_message(const Header& header);
+  bool begin_message(Time now, const Header& header);
   [[nodiscard]] bool is_bad(const Header& header) const;
   static void hand_on(Time now, std::span<const std::byte> prefix, core::Message message,
                       bool control, Arrivals& arrivals);
@@ -74,8 +94,11 @@ class LaneReceiver {
   // The message in the making.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
-  MessageBuffer body_;         // the message, header included
-  std::size_t body_size_ = 0;  // so much of it is there
+  MessageBuffer body_;           // the message, header included
+  std::size_t body_size_ = 0;    // so much of it is there
+  std::size_t thrown_away_ = 0;  // of a message that was given up: so much is still to come
+  Time progress_{};              // a good part of it has come
+  std::size_t progress_at_ = 0;
   Header header_{};
 
   RangeSet early_;

@@ -1,5 +1,6 @@
 // A sender and a receiver of one lane, with nothing between them but what a test does.
 #include <cstring>
+#include <memory>
 
 #include <gtest/gtest.h>
 
@@ -52,7 +53,7 @@ struct LanesTest : testing::Test, Arrivals, Losses {
   }
 
   std::vector<std::byte> blocks = std::vector<std::byte>(8U << 20);
-  std::vector<std::byte> messages = std::vector<std::byte>(16U << 20);
+  std::vector<std::byte> messages = std::vector<std::byte>(32U << 20);
   core::BlockPool pool{aligned(blocks)};
   MessageMemory memory{messages};
   std::vector<MessageBuffer> done;
@@ -148,7 +149,7 @@ TEST_F(LanesTest, WhatWaitsCanGiveWay) {
 }
 
 TEST_F(LanesTest, WithoutMemoryNothingIsLost) {
-  MessageBuffer all(memory, 16U << 20);
+  MessageBuffer all(memory, 32U << 20);
   push(20'000);
   const auto pieces = take_all(1000);
   std::vector<Range> refused;
@@ -234,6 +235,121 @@ TEST_F(LanesTest, ThousandsOfGaps) {
   }
   EXPECT_EQ(arrived.size(), 200U);
   EXPECT_EQ(pool.used(), 0U);
+}
+
+// --- what links take from each other
+
+// A link whose lanes are told by hand what comes.
+struct Peer : Arrivals {
+  Peer(core::BlockPool& pool, MessageMemory& memory, std::vector<MessageBuffer>& all_done)
+      : done(all_done), assembly{pool, memory, all_done, 4U << 20} {
+    for (auto& lane : lanes) lane = std::make_unique<LaneReceiver>(assembly);
+  }
+  // The first bytes of a message of this length.
+  LaneReceiver::Verdict begin(std::size_t lane, std::uint32_t length, std::size_t first) {
+    std::vector<std::byte> bytes(kRecordPrefix + first);
+    wire::encode_header({.seq_nr = 7, .length = length},
+                        std::span(bytes).subspan<kRecordPrefix, kHeaderSize>());
+    return more(lane, bytes);
+  }
+  LaneReceiver::Verdict more(std::size_t lane, std::span<std::byte> bytes) {
+    // As it comes: in datagrams.
+    while (!bytes.empty()) {
+      const auto piece = bytes.first(std::min<std::size_t>(bytes.size(), 1200));
+      const auto verdict = lanes[lane]->on_bytes(now, lanes[lane]->next(), piece, false, *this);
+      done.clear();
+      if (verdict != LaneReceiver::Verdict::kTaken) return verdict;
+      bytes = bytes.subspan(piece.size());
+    }
+    return LaneReceiver::Verdict::kTaken;
+  }
+  LaneReceiver::Verdict whole(std::size_t lane, std::uint32_t length) {
+    return begin(lane, length, length);
+  }
+  void on_message(Time, const RecordPrefix&, core::Message&) override { ++arrived; }
+  void on_control(Time, const core::Message&) override {}
+  void on_frame(Time, const KeepAlive&) override {}
+  void on_frame(Time, const ChallengeFrame&) override {}
+  void on_frame(Time, const ResponseFrame&) override {}
+  void on_frame(Time, const CloseFrame&) override {}
+
+  std::vector<MessageBuffer>& done;
+  Assembly assembly;
+  std::array<std::unique_ptr<LaneReceiver>, kLanes> lanes;
+  int arrived = 0;
+  Time now{100s};
+};
+
+struct SharesTest : LanesTest {
+  static constexpr std::uint32_t kLarge = 1U << 20;
+  using Verdict = LaneReceiver::Verdict;
+  Peer first{pool, memory, done};
+  Peer second{pool, memory, done};
+  Peer honest{pool, memory, done};
+};
+
+// Heads that announce all there is take it, until somebody else wants some: then what does not go
+// on is given up, and they take no more than they leave.
+TEST_F(SharesTest, WhatIsOnlyAnnouncedHoldsUpOthersForAMoment) {
+  const auto announce = [&] {
+    for (Peer* peer : {&first, &second})
+      for (auto& lane : peer->lanes) {
+        lane->clear();
+        (void)peer->begin(static_cast<std::size_t>(&lane - peer->lanes.data()), 4 * kLarge,
+                          kHeaderSize);
+      }
+  };
+  announce();
+  EXPECT_EQ(memory.used_bytes(), memory.size());
+  EXPECT_EQ(honest.whole(0, kLarge), Verdict::kRefused);
+  for (Peer* peer : {&first, &second, &honest}) peer->now += LaneReceiver::kPatienceIfWanted;
+  for (Peer* peer : {&first, &second})
+    for (auto& lane : peer->lanes) (void)lane->give_up_stalled(peer->now);
+  EXPECT_EQ(memory.used_bytes(), 0U);
+  announce();
+  EXPECT_LE(first.assembly.bytes, memory.size() / 2);
+  EXPECT_LE(memory.used_bytes(), 3 * memory.size() / 4);
+  EXPECT_EQ(honest.lanes[0]->next(), 0U);
+  EXPECT_EQ(honest.whole(0, kLarge), Verdict::kTaken);
+  EXPECT_EQ(honest.arrived, 1);
+}
+
+TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpWhenOthersWantItsMemory) {
+  ASSERT_EQ(first.begin(3, kLarge, kLarge / 2), Verdict::kTaken);
+  const auto give_up = [&] { return first.lanes[3]->give_up_stalled(first.now); };
+  first.now += LaneReceiver::kPatience - 1ms;
+  EXPECT_FALSE(give_up());
+  memory.note_wanted(first.now, &first.assembly);
+  EXPECT_FALSE(give_up()) << "its own lanes wait for each other";
+  memory.note_wanted(first.now, &second.assembly);
+  memory.note_wanted(first.now, &first.assembly);
+  const auto header = give_up();
+  ASSERT_TRUE(header.has_value());
+  EXPECT_EQ(header->length, kLarge);
+  EXPECT_EQ(memory.used_bytes(), 0U);
+  // What still comes of it is thrown away, and the next one arrives.
+  std::vector<std::byte> rest(kLarge - kLarge / 2);
+  EXPECT_EQ(first.more(3, rest), Verdict::kTaken);
+  EXPECT_EQ(first.arrived, 0);
+  EXPECT_EQ(first.whole(3, 5000), Verdict::kTaken);
+  EXPECT_EQ(first.arrived, 1);
+}
+
+TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpInTheEnd) {
+  ASSERT_EQ(first.begin(3, kLarge, 5000), Verdict::kTaken);
+  first.now += LaneReceiver::kPatience;
+  EXPECT_TRUE(first.lanes[3]->give_up_stalled(first.now).has_value());
+  EXPECT_FALSE(first.assembly.is_used());
+}
+
+// Bytes far ahead of what is missing, in all lanes.
+TEST_F(SharesTest, WhatComesTooEarlyIsNotKeptAtTheCostOfOthers) {
+  std::vector<std::byte> piece(1000);
+  for (std::size_t lane = 0; lane + 1 < kLanes; ++lane)
+    for (std::uint64_t at = 4096; at < 4U << 20; at += 4096)
+      (void)first.lanes[lane]->on_bytes(now, at, piece, false, first);
+  EXPECT_LE(pool.used(), (pool.used() + pool.available()) / 2 + 1);
+  EXPECT_EQ(second.lanes[0]->on_bytes(now, 4096, piece, false, second), Verdict::kTaken);
 }
 
 }  // namespace

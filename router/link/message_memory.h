@@ -3,12 +3,17 @@
 // halves, and two free halves become one again.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "tims/time.h"
 
 namespace tims::link {
 
@@ -26,9 +31,26 @@ class MessageMemory {
   void release(std::span<std::byte> bytes);  // from allocate()
 
   [[nodiscard]] std::size_t used_bytes() const { return used_; }
+  [[nodiscard]] std::size_t size() const { return pieces_.size() * kPieceMin; }
+  [[nodiscard]] bool has_room_for(std::size_t message) const {
+    return std::bit_ceil(message) <= size() / 2;
+  }
+
+  // A link has asked in vain: the others give back what they hold without need. Not itself, whose
+  // lanes wait for each other.
+  void note_wanted(Time now, const void* link) {
+    if (link != wanted_by_[0].link) wanted_by_[1] = wanted_by_[0];
+    wanted_by_[0] = {link, now};
+  }
+  [[nodiscard]] bool is_wanted(Time now, const void* link) const {
+    return std::ranges::any_of(wanted_by_, [&](const Wanted& wanted) {
+      return wanted.link != nullptr && wanted.link != link &&
+             now < wanted.at + std::chrono::seconds(5);
+    });
+  }
 
  private:
-  static constexpr std::size_t kOrders = 20;
+  static constexpr std::size_t kOrders = 21;
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   // Of a piece, kept at the number of its first kPieceMin bytes.
   struct Piece {
@@ -46,6 +68,11 @@ class MessageMemory {
   std::vector<Piece> pieces_;
   std::array<std::uint32_t, kOrders> free_;  // first free piece of each order
   std::size_t used_ = 0;
+  struct Wanted {
+    const void* link = nullptr;
+    Time at{};
+  };
+  std::array<Wanted, 2> wanted_by_{};  // the last two links
 };
 
 // A piece that goes back by itself.

@@ -27,7 +27,7 @@ bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, Arrivals& arri
   part->have.add({frame.offset, frame.offset + frame.bytes.size()});
   if (!part->have.contains({0, part->total})) return true;
   const std::span message = part->bytes.bytes().first(part->total);
-  assembly_.done.push_back(std::move(part->bytes));
+  assembly_.hand_on(part->bytes);
   part->have.clear();
   return hand_on(now, frame.hops, frame.number, message, arrivals);
 }
@@ -45,7 +45,8 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
     ++incomplete_;
   }
   place->have.clear();
-  place->bytes = MessageBuffer(assembly_.memory, frame.total);
+  assembly_.give(place->bytes);
+  place->bytes = assembly_.take(now, frame.total);
   place->number = frame.number;
   place->total = frame.total;
   place->since = now;
@@ -76,14 +77,14 @@ void SampleReceiver::expire(Time now) {
   for (Part& part : parts_) {
     if (!part.bytes || now < part.since + kPatience) continue;
     ++incomplete_;
-    part.bytes.reset();
+    assembly_.give(part.bytes);
     part.have.clear();
   }
 }
 
 void SampleReceiver::clear() {
   for (Part& part : parts_) {
-    part.bytes.reset();
+    assembly_.give(part.bytes);
     part.have.clear();
   }
   streams_.fill({});

@@ -59,7 +59,7 @@ Time Session::probe_deadline() const {
 
 Time Session::next_timeout(Time now) {
   forget_idle_lanes();
-  Time next = occupied_.empty() ? kNever : next_expiry_;
+  Time next = occupied_.empty() && !assembly_.is_used() ? kNever : next_expiry_;
   if (!open_) return next;
   next = std::min({next, ack_at_, sent_.loss_time(), probe_deadline()});
   if (rtt_.known()) next = std::min(next, mtu_.next_probe(datagram_max()));
@@ -77,8 +77,11 @@ void Session::on_timeout(Time now) {
       samples_[lane].expire(now, settings_.lifetime, losses_);
     }
     sample_receiver_.expire(now);
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
       (void)receivers_[lane].retry(now, lane == kControlLane, arrivals_);
+      if (const auto header = receivers_[lane].give_up_stalled(now))
+        losses_.on_lost(now, *header, core::Outcome::kIncomplete);
+    }
   }
   if (ack_at_ <= now) ack_now_ = true;
   if (!open_) return;
