@@ -61,13 +61,17 @@ LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
-Result<std::string> LinkPort::listen(const config::Endpoint& where) {
+Result<void> LinkPort::check_memory() const {
   const std::uint32_t message_max = links_.self().message_max;
-  if (!memory_.has_room_for(message_max))
-    return Error(Errc::kSystem,
-                 fmt::format("the system gives no {} bytes of address space for messages in parts: "
-                             "lower message.max ({} bytes)",
-                             parts_bytes(message_max), message_max));
+  if (memory_.has_room_for(message_max)) return {};
+  return Error(Errc::kSystem,
+               fmt::format("the system gives no {} bytes of address space for messages in parts: "
+                           "lower message.max ({} bytes)",
+                           parts_bytes(message_max), message_max));
+}
+
+Result<std::string> LinkPort::listen(const config::Endpoint& where) {
+  if (auto result = check_memory(); !result) return result.error();
   auto socket = UdpSocket::open(where);
   if (!socket) return socket.error();
   socket_ = std::move(*socket);
@@ -85,6 +89,7 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
 }
 
 Result<void> LinkPort::join(const config::Config& config) {
+  if (auto result = check_memory(); !result) return result;
   watch_network();
   dds_.emplace(loop_, log_, links_, end_turn_, config);
   return dds_->start(udp_addresses());

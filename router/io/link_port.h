@@ -85,6 +85,7 @@ class LinkPort final : public Port {
     }
   };
 
+  [[nodiscard]] Result<void> check_memory() const;
   // Read once a turn, when it is asked for first: the turn may be another port's.
   Time turn_time();
   void on_ready(Ready ready);
