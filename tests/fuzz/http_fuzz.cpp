@@ -21,7 +21,7 @@ std::string told(const HttpRequest& request) {
   for (const HttpRequest::Field& field : request.fields) {
     text += '\n' + field.name + ": " + field.value;
     tims::fuzz::use(tims::io::is_safe_host(field.value));
-    tims::fuzz::use(tims::io::is_loopback_origin(field.value));
+    tims::fuzz::use(tims::io::is_safe_origin(field.value, request.target));
   }
   tims::fuzz::use(tims::io::api_question(request.path(), request.query()));
   return text;
