@@ -2,6 +2,11 @@
 
 namespace rack {
 
+std::string_view reason_of(std::span<const std::byte> body) {
+  const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
+  return words.substr(0, words.find('\0'));
+}
+
 std::string_view name(Status status) {
   switch (status) {
     case Status::kEnabled:

@@ -2,6 +2,8 @@
 // message types are tims::type.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string_view>
 
 #include "proxies/codec/quantity.h"
@@ -55,6 +57,16 @@ struct ParameterList {
 };
 
 // --- of our own runtime, which programs of the original do not know
+
+// In an ON, where the original has no body: who refuses shall say why, in at most so many bytes of
+// words behind its ERROR. Who sends no body gets none.
+struct OnRequest {
+  i32 reasonMax = kReasonMax;
+
+  static constexpr i32 kReasonMax = 240;
+};
+// Of the body of an ERROR; empty: it says nothing.
+std::string_view reason_of(std::span<const std::byte> body);
 
 // What a component can see of its own real-time behaviour.
 enum class WatchDepth : u8 {

@@ -6,6 +6,7 @@
 
 #include "os/clock.h"
 #include "proxies/answer.h"
+#include "proxies/catalogue.h"
 
 namespace rack {
 
@@ -33,7 +34,9 @@ Result<void> without_body(const Result<tims::PeekGuard>& answer) {
 
 }  // namespace
 
-Result<void> Proxy::on() { return without_body(ask(tims::type::kOn, kOk, timeouts_.on)); }
+Result<void> Proxy::on() {
+  return without_body(ask(tims::type::kOn, OnRequest{}, kOk, timeouts_.on));
+}
 
 Result<void> Proxy::off() { return without_body(ask(tims::type::kOff, kOk, timeouts_.off)); }
 
@@ -92,13 +95,21 @@ Result<tims::PeekGuard> Proxy::finish(Result<tims::Loan> loan, i8 type, std::spa
     if (!message) return named(message.error(), type);
     const Verdict verdict = judge(question, message->header());
     if (verdict == Verdict::kAnswer) return message;
-    if (verdict != Verdict::kUnrelated) return named(error_of(verdict), type);
+    if (verdict == Verdict::kUnrelated) continue;
+    const std::string_view reason =
+        verdict == Verdict::kError ? reason_of(message->body()) : std::string_view();
+    return named(
+        reason.empty() ? error_of(verdict) : Error(Errc::kAnsweredError, std::string(reason)),
+        type);
   }
 }
 
-// "Chassis(0/0), type 21: ..."
+// "Chassis(0/0), MOVE: ..."
 Error Proxy::named(const Error& error, i8 type) const {
-  std::string detail = component_.to_string() + ", type " + std::to_string(type);
+  const tims::AddressWidths widths = work_->address_widths();
+  const MessageInfo* info = find_message(component_.fields(widths).class_id, type);
+  std::string detail = component_.to_string(widths) + ", " +
+                       (info != nullptr ? std::string(info->name) : "type " + std::to_string(type));
   if (!error.detail().empty()) detail.append(": ").append(error.detail());
   return {error.code(), std::move(detail)};
 }

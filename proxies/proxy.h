@@ -6,7 +6,7 @@
 // A proxy sends from a *work mailbox*, which is for answers only: whatever else arrives there
 // during a call is thrown away. Several proxies may share one, but only one may be called at a
 // time. It needs slots as large as the largest answer (body_max<Data>()), else the answer cannot be
-// delivered and the call ends with kTimeout.
+// delivered and the call ends with kTimeout; for on(), which is told why not, 240 bytes.
 //
 // Errors of every call, with the component and the command in their text:
 //   kAnsweredError    the component answered ERROR, or TIMEOUT

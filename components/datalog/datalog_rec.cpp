@@ -191,16 +191,22 @@ class DatalogRec : public DataModule<DatalogData> {
     }
   }
 
-  // Takes effect with the next ON, as everything that is set.
+  // Takes effect with the next ON, as everything that is set; what is being recorded is counted on.
   Result<void> set_log(const tims::MessageView& message) {
     const auto wanted = decode<DatalogData>(message);
     if (!wanted) return wanted.error();
-    if (is_on()) return refused("turn it off first");
     {
       const std::lock_guard lock(list_mutex_);
       if (wanted->logInfo.size() != list_.logInfo.size())
         return refused("the list has " + std::to_string(list_.logInfo.size()) + " modules");
-      list_ = *wanted;
+      list_.logPathName = wanted->logPathName;
+      for (std::size_t i = 0; i < list_.logInfo.size(); ++i) {
+        DatalogLogInfo& info = list_.logInfo[i];
+        const DatalogLogInfo old = std::exchange(info, wanted->logInfo[i]);
+        if (recorders_.empty()) continue;
+        info.bytesLogged = old.bytesLogged;
+        info.setsLogged = old.setsLogged;
+      }
     }
     reply(message.header, tims::type::kOk);
     return {};

@@ -32,7 +32,7 @@ tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t numbe
       std::from_chars(digits.data(), digits.data() + digits.size(), address, 16);
   if (error != std::errc() || end != digits.data() + digits.size())
     return bad(number, "the address is no hexadecimal number");
-  DatalogLogInfo info{.logEnable = 1, .moduleMbx = tims::Address(address)};
+  DatalogLogInfo info{.moduleMbx = tims::Address(address)};
   const RecordedClass* recorded = recorded_class(info.moduleMbx.fields().class_id);
   if (recorded == nullptr) return bad(number, "data of this class are not recorded");
   info.maxDataLen = static_cast<i32>(recorded->body_max);

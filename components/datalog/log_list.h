@@ -12,7 +12,7 @@
 namespace rack::datalog {
 
 // A list in a file: lines of an address in hexadecimal, a blank, a file name; an empty line, or the
-// end, ends it. All of it is recorded as fast as it comes. kMalformed says in which line.
+// end, ends it. Nothing is recorded until SET_LOG says so. kMalformed says in which line.
 tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text);
 
 // Path and name without what follows its last dot: files of single messages are called so.

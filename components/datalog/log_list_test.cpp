@@ -16,7 +16,7 @@ TEST(LogList, IsReadToAnEmptyLine) {
   ASSERT_EQ(list->size(), 2U);
   EXPECT_EQ((*list)[0].moduleMbx, tims::Address(0x00120000));
   EXPECT_EQ((*list)[0].filename, "odo.dat");
-  EXPECT_EQ((*list)[0].logEnable, 1);
+  EXPECT_EQ((*list)[0].logEnable, 0) << "until it is told so";
   EXPECT_EQ((*list)[0].maxDataLen, 28);
   EXPECT_EQ((*list)[1].moduleMbx, tims::Address(0x00190100));
   EXPECT_EQ((*list)[1].filename, "scan.dat");

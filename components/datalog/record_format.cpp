@@ -164,9 +164,9 @@ constexpr std::array<RecordedClass, 19> kClasses = {{
                       "recordingTime width height depth mode colorFilterId fileNum"),
     entry<ChassisData>(id::kChassis, "chassis", 1,
                        "recordingTime deltaX deltaY deltaRho vx vy omega battery activePilot"),
-    entry<ClockData>(
-        id::kClock, "clock", 3,
-        "recordingTime hour minute second day month year utcTime dayOfWeek syncMode varT"),
+    // As the original writes it, which has forgotten the minute.
+    entry<ClockData>(id::kClock, "clock", 3,
+                     "recordingTime hour second day month year utcTime dayOfWeek syncMode varT"),
     entry<CompassData>(id::kCompass, "compass", 1, "recordingTime orientation varOrientation"),
     entry<GpsData>(id::kGps, "gps", 4,
                    "recordingTime mode latitude longitude altitude heading speed satelliteNum "

@@ -1,5 +1,6 @@
 #include "components/runtime/module.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -254,15 +255,14 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
   auto mailbox =
       session_->open({.address = tims::Address::of(fields, session_->address_widths()),
                       .slots = slots,
-                      .body_max = body_max,
+                      .body_max = std::max<std::uint32_t>(body_max, OnRequest::kReasonMax),
                       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
   return &mailboxes_.emplace_back(std::move(*mailbox));
 }
 
-void Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
-  // Who has gone meanwhile needs no answer.
-  (void)command_mailbox_->reply(request, type, body);
+bool Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
+  return command_mailbox_->reply(request, type, body).ok();
 }
 
 tims::Time Module::sleep_until_next(tims::Duration period) {

@@ -95,7 +95,8 @@ class Module {
   // Of what a component has found out itself; must be a number that its parameter allows.
   void set_parameter(std::string_view name, std::int32_t value);
 
-  // With the next local id, and the priority of the data task. In module_init().
+  // With the next local id, and the priority of the data task; takes bodies of at least
+  // OnRequest::kReasonMax bytes. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
   // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
@@ -109,7 +110,8 @@ class Module {
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
 
-  void reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
+  // False: not delivered. Who has gone meanwhile needs no answer.
+  bool reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
   template <Struct Body>
   void reply(const tims::Header& request, std::int8_t type, const Body& body);
   // Why it does not do what it is asked, for the log.
@@ -137,6 +139,12 @@ class Module {
   void command_task();
   void on_command(const tims::MessageView& message);
   void set_parameters(const tims::MessageView& message);
+  void turn_on(const tims::Header& request);
+  void turn_off(const tims::Header& request);
+  void answer_on(const tims::Header& request, std::int8_t type, std::string_view why);
+  [[nodiscard]] std::string why_not_on() const;
+  [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
+  [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
   [[nodiscard]] Status status() const;
   [[nodiscard]] ParameterList parameter_list() const;
   [[nodiscard]] RuntimeData runtime_data() const;
@@ -144,6 +152,7 @@ class Module {
   void data_task();
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
+  void say_failed(const char* what, const std::string& why);
   void tell_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
 
@@ -162,6 +171,7 @@ class Module {
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
   RealTimeWatch watch_;  // of the data task
   tims::Time next_period_{};
+  std::string said_failed_;  // why it failed, as last said; data task
   std::atomic<bool> stopping_ = false;
   tims::os::File stop_;  // eventfd
   std::optional<Thread> command_thread_;
@@ -171,8 +181,9 @@ class Module {
 template <Struct Body>
 void Module::reply(const tims::Header& request, std::int8_t type, const Body& body) {
   std::vector<std::byte> bytes(encoded_size(body));
-  if (const auto size = encode(body, bytes)) return reply(request, type, bytes);
-  reply(request, tims::type::kError);
+  const bool good = encode(body, bytes).ok();
+  if (!good) bytes.clear();
+  reply(request, good ? type : tims::type::kError, std::span<const std::byte>(bytes));
 }
 
 }  // namespace rack

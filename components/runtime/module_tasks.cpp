@@ -5,6 +5,7 @@
 #include "components/runtime/clock.h"
 #include "components/runtime/module.h"
 #include "os/clock.h"
+#include "proxies/catalogue.h"
 
 namespace rack {
 namespace {
@@ -30,29 +31,13 @@ void Module::command_task() {
 void Module::on_command(const tims::MessageView& message) {
   const tims::Header& header = message.header;
   switch (header.type) {
-    case tims::type::kOn: {
-      std::optional<std::int8_t> answer;
-      {
-        const std::lock_guard lock(mutex_);
-        answer = cycle_->turn_on(header);
-      }
-      commanded_.notify_all();
-      if (answer) reply(header, *answer);
-      return;
-    }
-    case tims::type::kOff: {
-      std::optional<tims::Header> unanswered;
-      {
-        const std::lock_guard lock(mutex_);
-        unanswered = cycle_->turn_off();
-      }
-      commanded_.notify_all();
-      reply(header, tims::type::kOk);
-      if (unanswered) reply(*unanswered, tims::type::kError);
-      return;
-    }
+    case tims::type::kOn:
+      return turn_on(header);
+    case tims::type::kOff:
+      return turn_off(header);
     case tims::type::kGetStatus:
-      return reply(header, static_cast<std::int8_t>(status()));
+      reply(header, static_cast<std::int8_t>(status()));
+      return;
     case tims::type::kGetParam:
       return reply(header, tims::type::kParam, parameter_list());
     case tims::type::kGetRuntime:
@@ -62,10 +47,63 @@ void Module::on_command(const tims::MessageView& message) {
     default:
       break;
   }
-  if (const auto done = module_command(message); !done && header.type > 0) {
-    log_.warning("Command %i from %n: %s", header.type, header.src, done.error().message());
-    reply(header, tims::type::kError);
+  const auto done = module_command(message);
+  if (done || header.type <= 0) return;
+  // Who looks at a component that is off, as windows do, disturbs nobody.
+  log_.write(is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
+             {name_of_command(header), header.src, done.error().message()});
+  reply(header, tims::type::kError);
+}
+
+void Module::turn_on(const tims::Header& request) {
+  std::optional<std::int8_t> answer;
+  std::string why;
+  {
+    const std::lock_guard lock(mutex_);
+    answer = cycle_->turn_on(tims::os::now(), request, commanded_by(request.src));
+    if (answer == tims::type::kError) why = why_not_on();
   }
+  commanded_.notify_all();
+  if (answer) answer_on(request, *answer, why);
+}
+
+void Module::turn_off(const tims::Header& request) {
+  std::optional<tims::Header> unanswered;
+  {
+    const std::lock_guard lock(mutex_);
+    unanswered = cycle_->turn_off(request, commanded_by(request.src));
+  }
+  commanded_.notify_all();
+  reply(request, tims::type::kOk);
+  if (unanswered)
+    answer_on(*unanswered, tims::type::kError,
+              request.src.to_string(address_widths()) + " has turned it off meanwhile");
+}
+
+// Programs of the original, which ask without OnRequest, could not take words.
+void Module::answer_on(const tims::Header& request, std::int8_t type, std::string_view why) {
+  const bool wants_words = request.length >= tims::kHeaderSize + wire_size<OnRequest>();
+  const auto words = std::as_bytes(std::span(why.substr(0, OnRequest::kReasonMax)));
+  if (type == tims::type::kError && wants_words && reply(request, type, words)) return;
+  reply(request, type);
+}
+
+std::string Module::why_not_on() const {
+  const auto by = cycle_->held_off_by();
+  if (!by) return "it is being turned on already";
+  return by->to_string(address_widths()) + " has turned it off, until it is turned on by hand";
+}
+
+// Classes of components begin at Test.
+LifeCycle::By Module::commanded_by(tims::Address program) const {
+  return program.fields(address_widths()).class_id < tims::class_id::kTest
+             ? LifeCycle::By::kHand
+             : LifeCycle::By::kComponent;
+}
+
+std::string Module::name_of_command(const tims::Header& header) const {
+  const MessageInfo* info = find_message(info_.class_id, header.type);
+  return info != nullptr ? std::string(info->name) : "Command " + std::to_string(header.type);
 }
 
 Result<void> Module::module_command(const tims::MessageView&) { return refused("not known here"); }
@@ -93,7 +131,8 @@ void Module::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
     log_.error("Parameters from %n: %s", message.header.src, list.error().message());
-    return reply(message.header, tims::type::kError);
+    reply(message.header, tims::type::kError);
+    return;
   }
   bool good = true;
   for (const Parameter& record : list->parameters) {
@@ -167,29 +206,41 @@ void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
     case Kind::kNone:
       break;
     case Kind::kOn:
+      said_failed_.clear();
       log_.print("Module on");
       tell_status("on");
       break;
     case Kind::kOff:
       turned_off();
       module_off();
+      said_failed_.clear();
       log_.print("Module off");
       tell_status("off");
       break;
     case Kind::kCannotTurnOn:
-      log_.print("Error, can't turn on module: %s", why->message());
+      say_failed("Error, can't turn on module", why->message());
       tell_status("error", why);
       turned_off();
       module_off();
       break;
     case Kind::kError:
-      log_.print("Error: %s", why->message());
+      say_failed("Error", why->message());
       tell_status("error", why);
       turned_off();
       module_off();
       break;
   }
-  if (change.request) reply(*change.request, change.answer);
+  if (change.request)
+    answer_on(*change.request, change.answer, why != nullptr ? why->message() : std::string());
+}
+
+// Once, however often it is tried again in vain for the same reason. The graphical interface of the
+// original looks for the short text, which is of the level of all that it knows.
+void Module::say_failed(const char* what, const std::string& why) {
+  const bool again = why == said_failed_;
+  said_failed_ = why;
+  log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "%s", {why});
+  if (!again) log_.print(what);
 }
 
 void Module::tell_status(std::string_view status, const tims::Error* why) {

@@ -68,8 +68,9 @@ void TextLog::pass_on(const Text& text, tims::Mailbox& mailbox) {
   // Texts are the least important of all, and nobody may be there to read them.
   (void)mailbox.send(
       {.dest = gdos::kSink, .type = static_cast<std::int8_t>(text.level), .priority = 0}, body);
-  const auto words = gdos::decode(body, std::endian::native);
-  std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string().c_str(),
+  const auto widths = mailbox.address_widths();
+  const auto words = gdos::decode(body, std::endian::native, widths);
+  std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string(widths).c_str(),
                std::string(gdos::name(text.level)).c_str(),
                (words ? *words : words.error().detail()).c_str());
 }

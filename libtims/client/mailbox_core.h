@@ -35,6 +35,7 @@ class MailboxCore {
   Result<void> commit(const Draft& draft);
 
   [[nodiscard]] Address address() const { return address_; }
+  [[nodiscard]] AddressWidths address_widths() const { return session_->welcome().widths; }
   [[nodiscard]] int event_fd() const { return event_fd_; }
   [[nodiscard]] MailboxCounters counters() const;
 

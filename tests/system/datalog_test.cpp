@@ -49,6 +49,29 @@ TEST_F(DatalogTest, AFileOfTheOriginal) {
   EXPECT_EQ(std::ranges::count(lines.at(2), ' '), 8) << lines.at(2);
 }
 
+TEST_F(DatalogTest, TheListIsSetWhileItRecords) {
+  const TemporaryFolder folder;
+  record(folder.path().string() + "/", "c.dat");
+  auto datalog = proxy<rack::DatalogProxy>(kDatalog);
+  const auto sets = [&] {
+    const auto log = datalog.get_log_status(kPatience);
+    return log ? log->logInfo.at(0).setsLogged : 0;
+  };
+  ASSERT_TRUE(eventually([&] { return sets() > 3; }, "it records"));
+  auto log = datalog.get_log_status(kPatience);
+  ASSERT_TRUE(log);
+  log->logInfo.at(0).setsLogged = 0;
+  log->logInfo.at(0).logEnable = 0;
+  const auto set = datalog.set_log(*log);
+  ASSERT_TRUE(set) << set.error().message();
+  EXPECT_GT(sets(), 3U) << "counted by the recorder";
+  ASSERT_TRUE(datalog.off());
+  ASSERT_TRUE(eventually([&] { return datalog.on().ok(); }, "on again"));
+  const auto now = datalog.get_log_status(kPatience);
+  ASSERT_TRUE(now);
+  EXPECT_EQ(now->logInfo.at(0).logEnable, 0) << "from then on";
+}
+
 TEST_F(DatalogTest, AFullDiskIsSaidAndStopsNobody) {
   auto& recorder = record("/dev/", "full");
   EXPECT_TRUE(recorder.wait_for_line("No space left on device"));

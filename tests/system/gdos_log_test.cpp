@@ -142,8 +142,7 @@ TEST_F(GdosLogTest, AFullDiskIsSaidOnceAndGoesBy) {
 
 TEST_F(GdosLogTest, NoFolderIsAnErrorThatNamesIt) {
   auto& log = start("gdos-log", {"--directory=/proc/nowhere"});
-  EXPECT_TRUE(
-      log.wait_for_line("can't turn on module: the operating system refused: /proc/nowhere"));
+  EXPECT_TRUE(log.wait_for_line("error: the operating system refused: /proc/nowhere"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "proxies/chassis.h"
 #include "proxies/gdos.h"
+#include "proxies/odometry.h"
 #include "proxies/scan2d.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"
@@ -45,6 +46,58 @@ TEST_F(ModulesProgramsTest, GoOnAndOff) {
   EXPECT_TRUE(chassis().off());
   EXPECT_TRUE(eventually([&] { return status() == "disabled"; }, "off"));
   EXPECT_FALSE(chassis().get_data());
+}
+
+// What a window of the graphical interface asks for twice a second.
+TEST_F(ModulesProgramsTest, AreSilentAboutCommandsWhileTheyAreOff) {
+  auto& program = start("ChassisSim", {"--periodTime=20"});
+  EXPECT_FALSE(chassis().get_data());
+  EXPECT_FALSE(chassis().move(100, 0, 0));
+  ASSERT_TRUE(chassis().on());
+  EXPECT_FALSE(chassis().move(100, 0, 0));
+  const auto said = program.wait_for_line("not from the active pilot");
+  ASSERT_TRUE(said) << said.error().message();
+  EXPECT_NE(said->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *said;
+  EXPECT_EQ(program.output().find("GET_DATA"), std::string::npos);
+  EXPECT_EQ(program.output().find("is off"), std::string::npos);
+}
+
+TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByHand) {
+  start("ChassisSim", {"--periodTime=20"});
+  auto& odometry = start("OdometryChassis", {"--errorTimeout=50"});
+  auto told = proxy<rack::OdometryProxy>(0x00120000);
+  ASSERT_TRUE(told.on());
+  EXPECT_EQ(status(), "enabled") << "turned on by who needs it";
+  ASSERT_TRUE(chassis().off());
+  const auto said = odometry.wait_for_line("GUI(0/0):1 has turned it off");
+  ASSERT_TRUE(said) << said.error().message();
+  EXPECT_NE(said->find("error: Chassis(0/0), ON: "), std::string::npos) << *said;
+  for (int i = 0; i < 3; ++i) {
+    const auto tried = told.on();
+    ASSERT_FALSE(tried) << "tried at once, and answered why not";
+    EXPECT_NE(tried.error().message().find("Odometry(0/0), ON: the component answered"),
+              std::string::npos);
+    EXPECT_NE(tried.error().message().find("until it is turned on by hand"), std::string::npos)
+        << tried.error().message();
+  }
+  EXPECT_EQ(status(), "disabled");
+  const std::string all = odometry.output();
+  EXPECT_EQ(all.find("has turned it off"), all.rfind("has turned it off")) << "once: " << all;
+  ASSERT_TRUE(chassis().on());
+  EXPECT_TRUE(eventually([&] { return told.on().ok(); }, "it goes on by itself"));
+}
+
+// Programs of the original would close a connection for a body that they do not expect.
+TEST_F(ModulesProgramsTest, SayWhyNotOnlyToThoseWhoAsk) {
+  start("OdometryChassis");
+  for (const bool asks : {false, true}) {
+    std::vector<std::byte> body(asks ? 4 : 0);
+    ASSERT_TRUE(work_->send({.dest = Address(0x00120000), .type = type::kOn, .seq_nr = 9}, body));
+    const auto answer = work_->peek_for(kPatience);
+    ASSERT_TRUE(answer) << answer.error().message();
+    EXPECT_EQ(answer->header().type, type::kError);
+    EXPECT_EQ(text_of(answer->body()).empty(), !asks) << text_of(answer->body());
+  }
 }
 
 TEST_F(ModulesProgramsTest, DoWhatTheyAreTold) {

@@ -88,13 +88,16 @@ void wait_until_off(Context& context, ComponentCall& call, tims::Address compone
   }
 }
 
-bool turn(Context& context, ComponentCall& call, tims::Address component, bool on) {
+// Nothing, or what it says why not: empty when it is one of the original, which has no words.
+std::optional<std::string> turn(Context& context, ComponentCall& call, tims::Address component,
+                                bool on) {
   const auto patience =
       on ? std::max(kOnPatience, context.options.timeout) : context.options.timeout;
-  const std::int8_t type = on ? tims::type::kOn : tims::type::kOff;
-  if (call.ask(component, type, {}, patience).header.type != tims::type::kOk) return false;
+  const Message answer = on ? call.ask(component, tims::type::kOn, rack::OnRequest{}, patience)
+                            : call.ask(component, tims::type::kOff, {}, patience);
+  if (answer.header.type != tims::type::kOk) return std::string(rack::reason_of(answer.body));
   if (!on && !context.options.no_wait) wait_until_off(context, call, component);
-  return true;
+  return std::nullopt;
 }
 
 Exit turn_all(Context& context, bool on) {
@@ -103,17 +106,23 @@ Exit turn_all(Context& context, bool on) {
   Exit exit = Exit::kDone;
   for (const tims::Address component :
        need_addresses(context.options.arguments, connection->widths())) {
-    const bool done = waited(context, [&] { return turn(context, call, component, on); });
+    std::optional<std::string> refused;
+    const bool done =
+        waited(context, [&] { return !(refused = turn(context, call, component, on)); });
     if (!done) exit = Exit::kNo;
     if (context.out.json()) {
-      context.out.write(json::object{{"schema", "tims/component_switched/1"},
-                                     {"address", address_json(component, connection->widths())},
-                                     {"done", done}});
+      json::object answer{{"schema", "tims/component_switched/1"},
+                          {"address", address_json(component, connection->widths())},
+                          {"done", done}};
+      if (!done && !refused->empty()) answer["reason"] = *refused;
+      context.out.write(answer);
     } else {
       context.out.write(fmt::format("{} {}\n", call.name_of(component), done ? "ok" : "error"));
     }
     if (!done)
-      context.out.note(call.name_of(component) + " says no; `timsctl log follow` shows its words");
+      context.out.note(
+          call.name_of(component) +
+          (refused->empty() ? " says no; `timsctl log follow` shows its words" : ": " + *refused));
   }
   return exit;
 }

@@ -22,10 +22,11 @@ class ComponentCall {
               std::optional<tims::Duration> timeout = {});
 
   template <rack::Struct Body>
-  Message ask(tims::Address component, std::int8_t type, const Body& body) {
+  Message ask(tims::Address component, std::int8_t type, const Body& body,
+              std::optional<tims::Duration> timeout = {}) {
     std::vector<std::byte> bytes(rack::encoded_size(body));
     (void)value_or_fail(rack::encode(body, bytes), name_of(component));
-    return ask(component, type, std::span<const std::byte>(bytes));
+    return ask(component, type, std::span<const std::byte>(bytes), timeout);
   }
 
   // Nothing when it has none, as when it is off.

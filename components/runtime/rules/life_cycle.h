@@ -1,4 +1,5 @@
-// The life of a component: off, on, in error, and trying again (specification, section 5.2).
+// The life of a component: off, on, in error, and trying again (specification, section 5.2). Other
+// than in the original, OFF by hand holds: components that need this one do not turn it on again.
 //
 // Pure. The command task brings commands, the data task asks what to do next and says how it went;
 // the shell (module.cpp) sees to it that they do so one after the other.
@@ -21,13 +22,18 @@ class LifeCycle {
 
   // --- the command task
 
-  // ON. The type to answer with now; nothing: the data task answers `request` when it is on.
-  // While an earlier ON is under way, or after an error: kError at once, and it goes on trying.
-  std::optional<std::int8_t> turn_on(const tims::Header& request);
+  // Who commands: a person with a program for people, or another component that needs this one.
+  enum class By : std::uint8_t { kHand, kComponent };
+  // ON. The type to answer with now; nothing: the data task answers `request` when it is on, or
+  // when it could not be turned on. After an error it is tried at once. kError: an earlier ON is
+  // under way, or it is held off and only another component wants it on.
+  std::optional<std::int8_t> turn_on(tims::Time now, const tims::Header& request, By by);
   void turn_on() { wants_on_ = true; }  // nobody waits for an answer
-  // OFF is always answered kOk at once. Returns the request of an ON that will not come about now,
-  // which is to be answered kError.
-  std::optional<tims::Header> turn_off();
+  // OFF is always answered kOk at once; by hand, it also holds. Returns the request of an ON that
+  // will not come about now, which is to be answered kError.
+  std::optional<tims::Header> turn_off(const tims::Header& request, By by);
+  // Who has turned it off by hand, when it was not turned on by hand since.
+  [[nodiscard]] std::optional<tims::Address> held_off_by() const { return held_off_by_; }
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const { return wants_on_; }
 
@@ -72,6 +78,7 @@ class LifeCycle {
   bool wants_on_ = false;
   tims::Time retry_at_{};
   std::optional<tims::Header> request_;  // ON, not answered yet
+  std::optional<tims::Address> held_off_by_;
 };
 
 }  // namespace rack

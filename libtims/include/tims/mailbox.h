@@ -126,6 +126,8 @@ class Mailbox {
   ~Mailbox();  // closes: senders learn it with their next message
 
   [[nodiscard]] Address address() const;
+  // Of the addresses of its router's fleet.
+  [[nodiscard]] AddressWidths address_widths() const;
 
   // Sending to a known mailbox of this host never waits. What the router has to deliver may wait
   // until it has taken earlier messages, at most 0.2 s when it stands still, then kFull; without a
