@@ -62,7 +62,8 @@ class DatalogRec : public DataModule<DatalogData> {
     } else {
       std::ifstream file(path);
       if (!file) return tims::os::system_error(path);
-      const auto read = read_list(std::string(std::istreambuf_iterator<char>(file), {}));
+      const auto read =
+          read_list(std::string(std::istreambuf_iterator<char>(file), {}), address_widths());
       if (!read) return tims::Error(read.error().code(), path + ", " + read.error().detail());
       list = *read;
     }
@@ -104,9 +105,11 @@ class DatalogRec : public DataModule<DatalogData> {
     auto shortest = std::chrono::milliseconds(1000);
     for (DatalogLogInfo& info : list_.logInfo) {
       if (info.logEnable == 0) continue;
-      const RecordedClass* recorded = recorded_class(info.moduleMbx.fields().class_id);
+      const RecordedClass* recorded =
+          recorded_class(info.moduleMbx.fields(address_widths()).class_id);
       if (recorded == nullptr)
-        return refused("data of " + info.moduleMbx.to_string() + " are not recorded");
+        return refused("data of " + info.moduleMbx.to_string(address_widths()) +
+                       " are not recorded");
       info.bytesLogged = 0;
       info.setsLogged = 0;
       const auto& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;

@@ -21,7 +21,8 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t number) {
+tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t number,
+                                        const tims::AddressWidths& widths) {
   const auto blank = line.find(' ');
   if (blank == std::string_view::npos || blank + 1 == line.size())
     return bad(number, "expected an address, a blank and a file name");
@@ -33,7 +34,7 @@ tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t numbe
   if (error != std::errc() || end != digits.data() + digits.size())
     return bad(number, "the address is no hexadecimal number");
   DatalogLogInfo info{.moduleMbx = tims::Address(address)};
-  const RecordedClass* recorded = recorded_class(info.moduleMbx.fields().class_id);
+  const RecordedClass* recorded = recorded_class(info.moduleMbx.fields(widths).class_id);
   if (recorded == nullptr) return bad(number, "data of this class are not recorded");
   info.maxDataLen = static_cast<i32>(recorded->body_max);
   if (!info.filename.assign(line.substr(blank + 1)))
@@ -43,12 +44,13 @@ tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t numbe
 
 }  // namespace
 
-tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text) {
+tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
+                                                    const tims::AddressWidths& widths) {
   std::vector<DatalogLogInfo> list;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
-    const auto entry = read_entry(line, number);
+    const auto entry = read_entry(line, number, widths);
     if (!entry) return entry.error();
     if (list.size() == kListMax) return bad(number, "more than 100 modules");
     list.push_back(*entry);

@@ -13,7 +13,8 @@ namespace rack::datalog {
 
 // A list in a file: lines of an address in hexadecimal, a blank, a file name; an empty line, or the
 // end, ends it. Nothing is recorded until SET_LOG says so. kMalformed says in which line.
-tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text);
+tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
+                                                    const tims::AddressWidths& widths = {});
 
 // Path and name without what follows its last dot: files of single messages are called so.
 std::string base_of(const std::string& path);

@@ -225,8 +225,9 @@ const RecordedClass* recorded_class(std::uint32_t class_id) {
   return nullptr;
 }
 
-std::string heading(const RecordedClass& recorded, tims::Address module) {
-  return "% " + module.to_string() + "\n% " + std::string(recorded.columns) + "\n";
+std::string heading(const RecordedClass& recorded, tims::Address module,
+                    const tims::AddressWidths& widths) {
+  return "% " + module.to_string(widths) + "\n% " + std::string(recorded.columns) + "\n";
 }
 
 }  // namespace rack::datalog

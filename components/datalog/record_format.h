@@ -36,6 +36,7 @@ std::span<const RecordedClass> recorded_classes();
 const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: is not recorded
 
 // The first two lines of a file.
-std::string heading(const RecordedClass& recorded, tims::Address module);
+std::string heading(const RecordedClass& recorded, tims::Address module,
+                    const tims::AddressWidths& widths = {});
 
 }  // namespace rack::datalog

@@ -14,7 +14,7 @@ constexpr auto kAskAgain = std::chrono::seconds(2);
 Result<void> Recorder::create(const std::string& path) {
   base_ = base_of(path);
   if (auto created = file_.create(path); !created) return created;
-  return file_.append(heading(*recorded_, info_->moduleMbx));
+  return file_.append(heading(*recorded_, info_->moduleMbx, widths_));
 }
 
 Result<void> Recorder::subscribe(tims::Time now) {

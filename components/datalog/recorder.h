@@ -20,7 +20,8 @@ class Recorder {
       : info_(&info),
         recorded_(&recorded),
         proxy_(work, info.moduleMbx, {.data = std::chrono::seconds(1)}),
-        stream_(stream) {}
+        stream_(stream),
+        widths_(work.address_widths()) {}
 
   [[nodiscard]] tims::Address module() const { return proxy_.component(); }
   [[nodiscard]] std::chrono::milliseconds period() const { return period_; }
@@ -43,6 +44,7 @@ class Recorder {
   const RecordedClass* recorded_;
   Proxy proxy_;
   tims::Address stream_;
+  tims::AddressWidths widths_;
   std::string base_;
   LogFile file_;
   std::chrono::milliseconds period_{};

@@ -1,10 +1,13 @@
 // OdometryChassis: adds up what a chassis says it has moved.
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <variant>
 
+#include "components/geometry/angle.h"
 #include "components/navigation/dead_reckoning.h"
 #include "components/runtime/data_module.h"
 #include "components/runtime/input.h"
@@ -44,7 +47,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   Result<void> module_on() override {
     {
       const std::lock_guard lock(reckoning_mutex_);
-      reckoning_.emplace(start());
+      if (!failed_ || !reckoning_) reckoning_.emplace(start());
     }
     const auto granted = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
     if (!granted) return granted.error();
@@ -56,11 +59,14 @@ class OdometryChassis : public DataModule<OdometryData> {
   void module_off() override { chassis_->stop(); }
 
   Result<void> module_loop() override {
-    if (auto come = chassis_->next(movement_, 2 * period()); !come) return come;
+    auto come = chassis_->next(movement_, 2 * period());
+    failed_ = !come;
+    if (failed_) return come;
     {
       const std::lock_guard lock(reckoning_mutex_);
       get_local_buffer() = reckoning_->add(movement_);
     }
+    tell_place(get_local_buffer().pos);
     return put_local_buffer();
   }
 
@@ -85,6 +91,18 @@ class OdometryChassis : public DataModule<OdometryData> {
     return encode(interpolated(*before, *after, time), to);
   }
 
+  // A program that is started again after a crash goes on where it was, to the millimetre and
+  // degree.
+  void tell_place(const Position3d& pos) {
+    const auto degree = std::lround(degrees(pos.rho.raw()));
+    const auto tell = [this](std::string_view name, std::int64_t& told, std::int64_t now) {
+      if (std::exchange(told, now) != now) tell_parameter(name, std::to_string(now));
+    };
+    tell("initPosX", told_[0], pos.x.raw());
+    tell("initPosY", told_[1], pos.y.raw());
+    tell("initPosRho", told_[2], degree);
+  }
+
   [[nodiscard]] Pose start() const {
     return {.x = static_cast<double>(integer("initPosX")),
             .y = static_cast<double>(integer("initPosY")),
@@ -93,6 +111,8 @@ class OdometryChassis : public DataModule<OdometryData> {
 
   std::optional<Input<ChassisProxy>> chassis_;
   ChassisData movement_;
+  bool failed_ = false;                 // goes on where it was; after OFF it begins anew
+  std::array<std::int64_t, 3> told_{};  // x, y, heading
   std::atomic<std::chrono::milliseconds> ahead_{};  // how far beyond the newest data it guesses
   PriorityMutex reckoning_mutex_;
   std::optional<DeadReckoning> reckoning_;

@@ -81,8 +81,8 @@ class Input {
  private:
   [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) const {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(waited).count();
-    return {error.code(),
-            "no data of " + proxy_->component().to_string() + " for " + std::to_string(ms) + " ms"};
+    return {error.code(), "no data of " + proxy_->component().to_string(work_->address_widths()) +
+                              " for " + std::to_string(ms) + " ms"};
   }
 
   tims::Mailbox* work_;

@@ -24,7 +24,6 @@
 namespace rack {
 namespace {
 
-constexpr std::uint32_t kLocalMax = 255;
 constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // also over a slow network
 constexpr int kReportEach = 250;  // ms; a real-time task does not stop to wake anybody
 
@@ -101,6 +100,13 @@ Result<void> Module::start(const std::string& router) {
   if (!session_) return {};  // told to end before there was a router
   address_ =
       address_of(info_.class_id, parameters_.integer("system"), parameters_.integer("instance"));
+  const auto fields = address_.fields(address_widths());
+  if (fields.system != static_cast<std::uint32_t>(parameters_.integer("system")) ||
+      fields.instance != static_cast<std::uint32_t>(parameters_.integer("instance")))
+    return refused(
+        "--system and --instance: too large for the addresses of this fleet, which have " +
+        std::to_string(address_widths().system) + " bits for the system and " +
+        std::to_string(address_widths().instance) + " for the instance");
   auto mailbox =
       session_->open({.address = address_,
                       .slots = info_.command_slots,
@@ -249,7 +255,8 @@ tims::Address Module::component_of(tims::Address mailbox) const {
 }
 
 Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
-  if (last_local_ == kLocalMax) return refused("a component has at most 255 mailboxes");
+  if (last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
+    return refused("addresses here have no room for more mailboxes of a component");
   auto fields = address_.fields(session_->address_widths());
   fields.local = ++last_local_;
   auto mailbox =

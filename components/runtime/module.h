@@ -95,6 +95,8 @@ class Module {
   // Of what a component has found out itself; must be a number that its parameter allows.
   void set_parameter(std::string_view name, std::int32_t value);
 
+  // With what this parameter shall be when the program is started again after a crash.
+  void tell_parameter(std::string_view name, const std::string& value) const;
   // With the next local id, and the priority of the data task; takes bodies of at least
   // OnRequest::kReasonMax bytes. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);

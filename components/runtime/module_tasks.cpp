@@ -137,15 +137,24 @@ void Module::set_parameters(const tims::MessageView& message) {
   bool good = true;
   for (const Parameter& record : list->parameters) {
     Result<bool> set = false;
+    std::string value;
     {
       const std::lock_guard lock(mutex_);
       set = parameters_.set(record);
       if (set) log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
+      if (set && *set) value = parameters_.as_text(record.name.view());
     }
+    if (set && *set) tell_parameter(record.name.view(), value);
     if (!set) log_.error("%s", set.error().detail());
     good = good && set.ok();
   }
   reply(message.header, good ? tims::type::kOk : tims::type::kError);
+}
+
+// Whoever starts this program again after a crash starts it with what was set meanwhile.
+void Module::tell_parameter(std::string_view name, const std::string& value) const {
+  if (value.find('\n') != std::string::npos) return;  // each line of what is told has a name
+  manager_.tell("X_TIMS_PARAMETER=" + std::string(name) + "=" + value);
 }
 
 // --- the data task

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <sys/resource.h>
@@ -151,7 +152,9 @@ void RealTimeWatch::report(TextLog& log) {
       const std::lock_guard lock(mutex_);
       is_new = places_.add(offence, place);
     }
-    if (is_new) log.warning("Not in real time: %s in %s", words(offence), place);
+    if (is_new) log.detail("Not in real time: %s in %s", words(offence), place);
+    if (!std::exchange(said_, true))
+      log.warning("Not always in real time: `timsctl component show` tells where");
   }
 }
 

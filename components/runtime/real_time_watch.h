@@ -50,7 +50,7 @@ class RealTimeWatch final : private tims::os::WaitObserver {
 
   // --- the main thread
 
-  // Finds out where what was found is, and says so, of each place once.
+  // Finds out where what was found is, for describe(); says once that there is something.
   void report(TextLog& log);
 
   // --- any thread
@@ -107,6 +107,7 @@ class RealTimeWatch final : private tims::os::WaitObserver {
   std::atomic<std::uint32_t> taken_ = 0;
 
   // The main thread.
+  bool said_ = false;
   Unwinder unwinder_;
   SymbolNames names_;
 

@@ -15,6 +15,7 @@ class ChassisModel {
 
   void set_active_pilot(tims::Address pilot);  // also stops
   [[nodiscard]] tims::Address active_pilot() const { return pilot_; }
+  [[nodiscard]] const ChassisParamData& limits() const { return limits_; }
   // The wish is cut to what the vehicle can do: a speed below the smallest becomes the smallest.
   void move(const ChassisMoveData& wish);
 

@@ -81,7 +81,7 @@ class ChassisSim : public DataModule<ChassisData> {
       case ChassisType::kMove:
         return move(message);
       case ChassisType::kGetParameter:
-        reply(message.header, ChassisType::kParameter, limits());
+        reply(message.header, ChassisType::kParameter, limits_in_force());
         return {};
       case ChassisType::kSetActivePilot:
         return set_active_pilot(message);
@@ -107,12 +107,27 @@ class ChassisSim : public DataModule<ChassisData> {
   Result<void> set_active_pilot(const tims::MessageView& message) {
     const auto wish = decode<ChassisSetActivePilotData>(message);
     if (!wish) return wish.error();
+    const bool none = wish->activePilot == kNoPilot;
+    const tims::Address pilot = none ? kNoPilot : component_of(wish->activePilot);
+    bool is_new = false;
     {
       const std::lock_guard lock(model_mutex_);
-      if (model_) model_->set_active_pilot(component_of(wish->activePilot));
+      is_new = model_ && model_->active_pilot() != pilot;
+      if (model_) model_->set_active_pilot(pilot);
     }
+    if (is_new && none) log().print("No active pilot, says %n", message.header.src);
+    if (is_new && !none) log().print("Active pilot is %n, says %n", pilot, message.header.src);
     reply(message.header, tims::type::kOk);
     return {};
+  }
+
+  // Parameters are read at every ON; while it is off, those of the next one.
+  [[nodiscard]] ChassisParamData limits_in_force() {
+    {
+      const std::lock_guard lock(model_mutex_);
+      if (model_) return model_->limits();
+    }
+    return limits();
   }
 
   [[nodiscard]] ChassisParamData limits() const {

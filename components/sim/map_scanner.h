@@ -24,9 +24,9 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
 }};
 
-// Nothing but what could be read of it, said in the log.
-FloorMap load_map(const std::string& path, double scale, double offset_x, double offset_y,
-                  TextLog& log);
+// What could be read of it, said in the log; a file that is none is an error.
+Result<FloorMap> load_map(const std::string& path, double scale, double offset_x, double offset_y,
+                          TextLog& log);
 
 template <Struct Scan>
 class MapScanner : public DataModule<Scan> {
@@ -48,9 +48,10 @@ class MapScanner : public DataModule<Scan> {
   Result<void> module_on() override {
     const auto wanted = settings();
     if (!wanted) return wanted.error();
-    model_.emplace(load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
-                            this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log()),
-                   *wanted);
+    auto map = load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
+                        this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log());
+    if (!map) return map.error();
+    model_.emplace(std::move(*map), *wanted);
     const auto granted = odometry_->start(this->address_of(tims::class_id::kOdometry, "odometry"));
     if (!granted) return granted.error();
     this->set_period(*granted);

@@ -113,6 +113,58 @@ TEST_F(ModulesProgramsTest, DoWhatTheyAreTold) {
   EXPECT_EQ(data->activePilot, Address(kWork & ~0xFFU));
 }
 
+TEST_F(ModulesProgramsTest, SayWhoDrivesAndAnswerWhatIsInForce) {
+  auto& program = start("ChassisSim", {"--periodTime=20"});
+  auto told = chassis();
+  ASSERT_TRUE(told.on());
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(told.set_active_pilot(Address(0x00180100)));
+  ASSERT_TRUE(told.set_active_pilot(rack::kNoPilot));
+  ASSERT_TRUE(program.wait_for_line("No active pilot, says GUI(0/0)"));
+  const std::string all = program.output();
+  EXPECT_NE(all.find("print: Active pilot is Pilot(0/1), says GUI(0/0)"), std::string::npos);
+  EXPECT_EQ(all.find("Active pilot is"), all.rfind("Active pilot is")) << "when it changes";
+  rack::Parameter speed;
+  ASSERT_TRUE(speed.name.assign("vxMax"));
+  speed.valueInt = 900;
+  ASSERT_TRUE(told.set_param(speed));
+  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 700) << "until the next ON";
+  ASSERT_TRUE(told.off());
+  EXPECT_TRUE(eventually([&] { return told.get_parameter()->vxMax.raw() == 900; }, "the next ON"));
+}
+
+TEST_F(ModulesProgramsTest, RefuseOnWithoutAMap) {
+  start("ChassisSim");
+  start("OdometryChassis");
+  const std::string path = "/nowhere/" + std::string(200, 'x') + ".dxf";
+  start("LadarSim", {"--mapFile=" + path});
+  const auto on = proxy<rack::OdometryProxy>(0x00140000).on();
+  ASSERT_FALSE(on);
+  EXPECT_NE(on.error().message().find("map /nowhere/xxx"), std::string::npos)
+      << on.error().message();
+}
+
+TEST_F(ModulesProgramsTest, AChassisThatDiesMovesNobody) {
+  start("ChassisSim", {"--periodTime=20"});
+  start("OdometryChassis", {"--errorTimeout=50"});
+  auto odometry = proxy<rack::OdometryProxy>(0x00120000);
+  const auto x = [&] {
+    const auto data = odometry.get_data();
+    return data ? data->pos.x.raw() : -1;
+  };
+  ASSERT_TRUE(odometry.on());
+  ASSERT_TRUE(chassis().set_active_pilot(Address(kWork)));
+  ASSERT_TRUE(chassis().move(600, 0, 0));
+  ASSERT_TRUE(eventually([&] { return x() > 100; }, "it drives"));
+  const auto before = x();
+  kill("ChassisSim");
+  start("ChassisSim", {"--periodTime=20"});
+  EXPECT_TRUE(eventually([&] { return x() >= before; }, "where it was"));
+  ASSERT_TRUE(odometry.off());
+  ASSERT_TRUE(eventually([&] { return *odometry.status() == rack::Status::kDisabled; }, "off"));
+  ASSERT_TRUE(odometry.on());
+  EXPECT_EQ(x(), 0) << "as the original";
+}
+
 TEST_F(ModulesProgramsTest, SendStreams) {
   start_chassis();
   auto producer = chassis();

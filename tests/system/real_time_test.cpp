@@ -65,8 +65,9 @@ TEST_F(RealTimeTest, WhoBlocksIsNamed) {
   EXPECT_TRUE(eventually([&] { return runtime().blocked > 10; }, "blocked"));
   if (!sees_places(runtime())) GTEST_SKIP() << "the kernel shows no places here";
   EXPECT_TRUE(tells(rack::RuntimePlace::kBlocked, "rack::deeds::takes_a_nap"));
-  const auto said = program.wait_for_line("Not in real time: blocked in ");
+  const auto said = program.wait_for_line("`timsctl component show` tells where");
   EXPECT_TRUE(said) << said.error().message();
+  EXPECT_EQ(program.output().find("rack::deeds"), std::string::npos) << "the log stays short";
 }
 
 TEST_F(RealTimeTest, WhoTouchesNewMemoryIsNamed) {

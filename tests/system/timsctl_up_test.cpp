@@ -81,10 +81,13 @@ TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   expect_line(up, "1 of 1 programs are ready");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
   expect_line(up, "Module on");
+  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "901"}).code, 0);
+  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "902"}).code, 0);
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);
   expect_line(up, "killed by signal 9: starts again in 0.2 s");
   expect_line(up, "Module on");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0);
+  EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("902"));
 }
 
 TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {

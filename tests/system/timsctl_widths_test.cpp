@@ -49,6 +49,26 @@ TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
   }
 }
 
+TEST_F(WidthsTest, Components) {
+  const auto at_router =
+      ChildOptions{.environment = {"TIMS_ROUTER=" + router_.socket_path()}, .folder = {}};
+  const std::string program = std::string(TIMS_PROGRAMS) + "/ChassisSim";
+  auto chassis = ChildProcess::start({program, "--system=3", "--instance=500"}, at_router);
+  ASSERT_TRUE(chassis);
+  EXPECT_TRUE(chassis->wait_for_line("Chassis(3/500) print: Init"));
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/3/500"}).out, "Chassis(3/500) ok\n");
+  EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/500", "Pilot/3/300"}).out, "Pilot(3/300)\n");
+  const auto said = chassis->wait_for_line("Active pilot is ");
+  ASSERT_TRUE(said);
+  EXPECT_THAT(*said, HasSubstr("Pilot(3/300)"));
+  auto wrong = ChildProcess::start({program, "--system=70"}, at_router);
+  ASSERT_TRUE(wrong);
+  const auto status = wrong->wait();
+  ASSERT_TRUE(status);
+  EXPECT_EQ(status->code, 1);
+  EXPECT_THAT(wrong->output(), HasSubstr("6 bits for the system and 10 for the instance"));
+}
+
 TEST_F(WidthsTest, Ping) {
   for (const std::string& host : hosts()) {
     auto ping = start({"ping", "Ladar/3/500:2", "-n", "1", "-H", host});

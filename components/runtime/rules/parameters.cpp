@@ -10,13 +10,17 @@
 namespace rack {
 namespace {
 
+// As long as any path; a message has room for 79 bytes, and shows the beginning of more.
+constexpr std::size_t kTextMax = 4095;
 constexpr double kLowest = -2147483648.0;
 constexpr double kHighest = 2147483647.0;
 
+constexpr double kIdMax = 65535;  // what fits says the router: 255 where it does not say otherwise
+
 // Order and names as every module of the original has them.
 constexpr std::array<ParameterInfo, 8> kCommon = {{
-    {"system", 0, "system id", 0, 255},
-    {"instance", 0, "instance id", 0, 255},
+    {"system", 0, "system id", 0, kIdMax},
+    {"instance", 0, "instance id", 0, kIdMax},
     {"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4},
     {"targetStatus", 0, "1: turn on at start", 0, 1},
     {"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99},
@@ -84,7 +88,8 @@ std::string default_of(const ParameterInfo& info) {
 }
 
 std::string allowed(const ParameterInfo& info) {
-  if (std::holds_alternative<std::string_view>(info.initial)) return "a text of at most 79 bytes";
+  if (std::holds_alternative<std::string_view>(info.initial))
+    return "a text of at most " + std::to_string(kTextMax) + " bytes";
   const std::string kind =
       std::holds_alternative<std::int32_t>(info.initial) ? "a whole number" : "a number";
   const bool low = info.min > kLowest;
@@ -130,6 +135,8 @@ float Parameters::real(std::string_view name) const { return std::get<float>(ent
 const std::string& Parameters::text(std::string_view name) const {
   return std::get<std::string>(entry(name).value);
 }
+
+std::string Parameters::as_text(std::string_view name) const { return to_text(entry(name).value); }
 
 ParameterList Parameters::list() const {
   ParameterList list;
@@ -187,7 +194,7 @@ tims::Result<void> Parameters::assign(Entry& entry, ParameterValue value) {
   if (const auto* real = std::get_if<float>(&value))
     good = std::isfinite(*real) && in_range(static_cast<double>(*real));
   if (const auto* text = std::get_if<std::string>(&value))
-    good = text->size() < Text<80>::kBytes && text->find('\0') == std::string::npos;
+    good = text->size() <= kTextMax && text->find('\0') == std::string::npos;
   if (!good) return refused(info, to_text(value));
   entry.value = std::move(value);
   entry.given = true;

@@ -49,6 +49,8 @@ class Parameters {
   // False: there is no such parameter. Programs of the original may send any number type for any.
   tims::Result<bool> set(const Parameter& record);
 
+  // As an argument would have it.
+  [[nodiscard]] std::string as_text(std::string_view name) const;
   [[nodiscard]] ParameterList list() const;
 
   struct Entry {

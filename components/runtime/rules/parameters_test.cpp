@@ -93,8 +93,8 @@ TEST_F(ParametersTest, RefuseWhatIsOutOfRangeAndKeepTheOldValue) {
   EXPECT_EQ(parameters.integer("vxMax"), 700);
   EXPECT_FALSE(parameters.set("scale", "2.01"));
   EXPECT_FALSE(parameters.set("scale", "nan"));
-  EXPECT_FALSE(parameters.set("mapFile", std::string(80, 'x')));
-  EXPECT_TRUE(parameters.set("mapFile", std::string(79, 'x')));
+  EXPECT_FALSE(parameters.set("mapFile", std::string(4096, 'x')));
+  EXPECT_TRUE(parameters.set("mapFile", std::string(4095, 'x')));
   EXPECT_FALSE(parameters.set("nothing", "1"));
 }
 

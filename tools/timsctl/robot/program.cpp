@@ -34,6 +34,7 @@ std::optional<pid_t> Program::pid() const {
 
 void Program::start(tims::Time now) {
   Launch launch = launch_;
+  for (const auto& [name, value] : parameters_) launch.command.push_back("--" + name + "=" + value);
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
@@ -58,6 +59,10 @@ void Program::start(tims::Time now) {
 void Program::hear(std::string_view said) {
   if (says_ready(said)) state_ = State::kReady;
   if (auto status = status_in(said)) status_ = std::move(*status);
+  if (const auto parameter = parameter_in(said)) {
+    const std::size_t equals = parameter->find('=');
+    parameters_[parameter->substr(0, equals)] = parameter->substr(equals + 1);
+  }
 }
 
 void Program::signal(int number) const {

@@ -1,6 +1,7 @@
 // A program of a robot: it is started, heard, ended and started again.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,7 +30,7 @@ class Program {
   [[nodiscard]] std::optional<pid_t> pid() const;
 
   // Throws Failure when it cannot be executed. A component that was on when it ended is told to be
-  // on again.
+  // on again, and has the parameters that were set while it ran.
   void start(tims::Time now);
   void hear(std::string_view said);  // at the status socket
   void signal(int number) const;
@@ -63,6 +64,7 @@ class Program {
   LineBuffer lines_;
   State state_ = State::kDown;
   std::string status_;
+  std::map<std::string, std::string> parameters_;  // set while it ran
   tims::Time started_{};
   tims::Time start_at_ = tims::kNever;
 };

@@ -73,6 +73,12 @@ std::optional<std::string> status_in(std::string_view text) {
   return std::string(*value);
 }
 
+std::optional<std::string> parameter_in(std::string_view text) {
+  const auto value = value_of(text, "X_TIMS_PARAMETER=");
+  if (!value || value->find('=') == std::string_view::npos) return std::nullopt;
+  return std::string(*value);
+}
+
 bool says_ready(std::string_view text) { return value_of(text, "READY=") == "1"; }
 
 }  // namespace timsctl::robot

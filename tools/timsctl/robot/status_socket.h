@@ -34,5 +34,7 @@ class StatusSocket {
 // "READY=1\nSTATUS=on": what stands behind STATUS=; nothing when nothing does.
 std::optional<std::string> status_in(std::string_view text);
 bool says_ready(std::string_view text);
+// A parameter of a component that was set while it ran: "vxMax=900".
+std::optional<std::string> parameter_in(std::string_view text);
 
 }  // namespace timsctl::robot
