@@ -220,8 +220,7 @@ TEST_F(ProxiesTest, ErrorsNameTheComponentAndTheCommand) {
   const auto moved = proxy().move(1, 2, 3);
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().code(), Errc::kAnsweredError);
-  EXPECT_TRUE(moved.error().detail().starts_with("Chassis(0/0), MOVE: "))
-      << moved.error().detail();
+  EXPECT_TRUE(moved.error().detail().starts_with("Chassis(0/0), MOVE: ")) << moved.error().detail();
 }
 
 TEST_F(ProxiesTest, NobodyThere) {
