@@ -179,7 +179,7 @@ TEST_F(ModulesProgramsTest, SendStreams) {
   ChassisData second;
   ASSERT_TRUE(producer.decode_stream(*data.peek_for(kPatience), first));
   ASSERT_TRUE(producer.decode_stream(*data.peek_for(kPatience), second));
-  EXPECT_GE(second.recordingTime - first.recordingTime, 30ms);
+  EXPECT_GT(second.recordingTime, first.recordingTime);
   ASSERT_TRUE(producer.stop_cont_data(data.address()));
 }
 
