@@ -2,6 +2,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
@@ -88,6 +89,44 @@ TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   expect_line(up, "Module on");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0);
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("902"));
+}
+
+// The simulated world is where odometry says that the robot is.
+TEST_F(TimsctlUpTest, WhatCrashesMovesNothing) {
+  ChildProcess up = begin({"up", std::string(TIMS_ROBOTS) + "/sim.toml", "--system", "3"});
+  expect_line(up, "6 of 6 programs are ready");
+  const auto x_of = [&](const std::string& component) {
+    const Ran ran = timsctl({"component", "data", component, "--json"});
+    if (ran.code != 0) return -1.0;
+    const json::object answer = json_lines(ran.out).at(0);
+    return answer.at("data").at("pos").at("x").to_number<double>();
+  };
+  const auto x = [&] { return x_of("Odometry/3/0"); };
+  ASSERT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
+  ASSERT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).code, 0);
+  const Ran on = timsctl({"component", "on", "Pilot/3/1"});
+  ASSERT_EQ(on.code, 0) << on.err;
+  const double start = x();
+  ASSERT_TRUE(eventually([&] { return x() > start + 100; }, "it drives"));
+  ASSERT_EQ(timsctl({"component", "off", "Pilot/3/1"}).code, 0);
+  ASSERT_EQ(timsctl({"component", "on", "Position/3/0"}).code, 0);
+  double before = 0;
+  ASSERT_TRUE(eventually([&] { return std::exchange(before, x()) == before; }, "it stands"));
+  const double position = x_of("Position/3/0");
+  for (const std::string name : {"Chassis", "Odometry"}) {
+    ::kill(owner_of(name + "(3/0)"), SIGKILL);
+    expect_line(up, "starts again in");
+    for (const char* component : {"Chassis/3/0", "Odometry/3/0", "Position/3/0"})
+      EXPECT_TRUE(eventually(
+          [&] {
+            return timsctl({"component", "status", component}).code == 0;
+          },
+          component));
+    EXPECT_TRUE(eventually([&] { return x() >= 0; }, "data"));
+    EXPECT_NEAR(x(), before, 2) << name;
+    EXPECT_TRUE(eventually([&] { return x_of("Position/3/0") >= 0; }, "data"));
+    EXPECT_NEAR(x_of("Position/3/0"), position, 2) << name;
+  }
 }
 
 TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {
