@@ -135,7 +135,7 @@ struct Config {
     bool multicast = true;
     std::string peers;   // "10.9.1.1, 10.9.1.2:7410"
     std::string server;  // "10.9.1.1:11811"; empty: none
-    Duration lease = std::chrono::seconds(3);
+    Duration lease = std::chrono::seconds(10);
     std::uint32_t message_max = 1392;  // bytes; within a tunnel too (WireGuard takes 1420 with IP)
     std::uint32_t history = 32;        // samples
     Duration heartbeat = std::chrono::milliseconds(2);

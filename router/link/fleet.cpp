@@ -15,12 +15,6 @@ bool Fleet::add(const Announcement& announcement) {
 
 void Fleet::remove(const NetAddress& dds) { routers_.erase(dds); }
 
-bool Fleet::is_above(const Identity& who) const {
-  if (self_.role == Role::kSubsystem)
-    return who.role == Role::kSystem && who.system == self_.system;
-  return self_.role == Role::kSystem && who.role == Role::kTop;
-}
-
 std::string Fleet::looked_for() const {
   if (self_.role == Role::kSystem) return "a top-level router";
   return "a system router of system " + std::to_string(self_.system);
@@ -44,7 +38,7 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
   };
   for (const auto& [from, a] : routers_) {
     if (is_linked(a) && link.is_up()) return {&a};
-    if (is_linked(a) || is_called(a) || (above && is_above(a.who))) all.push_back(&a);
+    if (is_linked(a) || is_called(a) || (above && is_above(a.who, self_))) all.push_back(&a);
   }
   std::ranges::sort(all, {}, [&](const Announcement* a) {
     return std::tuple(!is_linked(*a), !is_called(*a), a->who.system, a->who.id, a->who.epoch);

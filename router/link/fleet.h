@@ -31,8 +31,6 @@ class Fleet {
   [[nodiscard]] const std::map<NetAddress, Announcement>& routers() const { return routers_; }
 
  private:
-  [[nodiscard]] bool is_above(const Identity& who) const;
-
   const Identity self_;
   std::map<NetAddress, Announcement> routers_;  // by where they announce themselves from
 };

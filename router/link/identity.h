@@ -30,4 +30,12 @@ struct Identity {
   bool operator==(const Identity&) const = default;
 };
 
+// Whether `who` is what a router like `below` looks for above it: the system router of its system,
+// or a top-level one.
+inline bool is_above(const Identity& who, const Identity& below) {
+  if (below.role == Role::kSubsystem)
+    return who.role == Role::kSystem && who.system == below.system;
+  return below.role == Role::kSystem && who.role == Role::kTop;
+}
+
 }  // namespace tims::link

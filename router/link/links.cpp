@@ -75,6 +75,7 @@ Link& Links::add(const LinkSettings& settings) {
     tries_.push_back(0);
     were_up_.push_back(false);
     token_of_.push_back(0);
+    turns_.emplace_back();
   }
   LinkSurroundings& around = *this;
   links_[slot] =
@@ -90,6 +91,7 @@ void Links::remove(Time now, std::uint32_t slot) {
   std::erase(touched_, &link);
   is_touched_[slot] = were_up_[slot] = false;
   tries_[slot] = 0;
+  turns_[slot] = {};
   if (uplink_ == &link) uplink_ = nullptr;
   std::erase(supers_, slot);
   links_[slot].reset();
@@ -229,6 +231,7 @@ void Links::on_timeout(Time now) {
       ++tries_[wake.slot];
       look_for(now, *link);
     }
+    if (turns_[wake.slot].is_awaited && turns_[wake.slot].at <= now) look_for(now, *link);
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
@@ -348,7 +351,9 @@ bool Links::flush_link(Time now, Link& link, const Send& send) {
   if (were_up_[link.slot()] != link.is_up()) look_anew(now, link);
   is_touched_[link.slot()] = false;
   learn_token(link);
-  const Time at = link.next_timeout(now);
+  const Turn& turn = turns_[link.slot()];
+  const Time next = link.next_timeout(now);
+  const Time at = turn.is_awaited ? std::min(turn.at, next) : next;
   if (at < wakes_at_[link.slot()]) {
     wakes_at_[link.slot()] = at;
     wake_.push({at, link.slot()});

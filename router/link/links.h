@@ -141,6 +141,7 @@ class Links final : private LinkSurroundings {
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
   void look_anew(Time now, Link& link);
+  bool waits_for_dds(Time now, const Link& link);
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);
@@ -162,6 +163,13 @@ class Links final : private LinkSurroundings {
   Fleet fleet_;
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<bool> were_up_;       // by slot: when it was last looked for
+  // The way over DDS of a link that has UDP as well is not tried before; kNever: not thought of.
+  struct Turn {
+    Time at = kNever;
+    bool is_drawn = false;  // else it is when the turn is drawn
+    bool is_awaited = false;
+  };
+  std::vector<Turn> turns_;  // by slot
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

@@ -1,7 +1,14 @@
 // Links, the part that finds other routers in the fleet.
+#include "router/core/random.h"
 #include "router/link/links.h"
 
 namespace tims::link {
+namespace {
+
+constexpr Duration kDdsSettle = std::chrono::milliseconds(100);  // to hear who else there is
+constexpr Duration kDdsTurn = std::chrono::milliseconds(100);    // of each of them
+
+}  // namespace
 
 void Links::on_announced(Time now, const Announcement& announcement) {
   now_ = now;
@@ -42,6 +49,21 @@ void Links::look_anew(Time now, Link& link) {
   look_for(now, link);
 }
 
+// What a way over DDS costs the router above grows with how many it has already. So routers that
+// start at once take turns, each side by itself.
+bool Links::waits_for_dds(Time now, const Link& link) {
+  if (link.paths().find(PathKind::kUdp) == nullptr) return false;
+  Turn& turn = turns_[link.slot()];
+  if (turn.at == kNever) turn.at = now + kDdsSettle;
+  if (now >= turn.at && !turn.is_drawn) {
+    std::uint64_t drawn = random();
+    const double share = core::next_share(drawn);
+    const auto all = static_cast<double>(fleet_.routers().size()) * kDdsTurn;
+    turn = {.at = now + std::chrono::duration_cast<Duration>(share * all), .is_drawn = true};
+  }
+  return turn.is_awaited = now < turn.at;
+}
+
 // Tells a link where the router it means has announced to be.
 void Links::look_for(Time now, Link& link) {
   touch(link);
@@ -64,6 +86,7 @@ void Links::look_for(Time now, Link& link) {
     dds.push_back(a->dds);
   }
   if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, udp);
+  if (waits_for_dds(now, link)) dds.clear();
   link.set_targets(now, PathKind::kDds, dds);
 }
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "router/core/random.h"
 #include "router/io/dds/dds_engine.h"
 #include "tests/support/patience.h"
 
@@ -27,7 +28,10 @@ inline std::string test_fleet(const std::string& name = "fleet") {
 
 inline link::Announcement announcement_of(const std::string& name, const std::string& fleet) {
   return {.fleet = std::string_view(fleet),
-          .who = {.epoch = 1, .name = std::string_view(name), .message_max = 1 << 20},
+          .who = {.epoch = core::spread(
+                      static_cast<std::uint64_t>(os::now().time_since_epoch().count())),
+                  .name = std::string_view(name),
+                  .message_max = 1 << 20},
           .udp = {link::NetAddress::v4(10, 9, 1, 1, 2010)}};
 }
 

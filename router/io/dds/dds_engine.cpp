@@ -29,6 +29,7 @@ constexpr std::size_t kSamplesATurn = 32;
 constexpr Duration kTryAgain = 3s;
 constexpr Duration kFinishLimit = 200ms;  // for the last words
 constexpr Duration kEndLimit = 3s;
+constexpr Duration kSweep = 1s;  // between two looks for who has been silent too long
 
 NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
   link::DdsParticipant id{};
@@ -77,10 +78,14 @@ class DdsEngine::Running {
     auto traffic = UserTraffic::open(engine_.settings_.interface, port_);
     if (!traffic) return fail(traffic.error().detail());
     traffic_ = *traffic;
+    // A discovery server does not tell everything to everybody itself.
+    const bool filtered = engine_.settings_.discovery_server.empty();
+    metatraffic_ = filtered ? std::make_shared<Metatraffic>(self, life_, news_, traffic_) : nullptr;
     orders_->change([&](DdsOrders::Wanted& wanted) {
       wanted.life = life_;
       wanted.self = self;
       wanted.traffic = traffic_;
+      wanted.metatraffic = metatraffic_;
     });
   }
 
@@ -92,7 +97,7 @@ class DdsEngine::Running {
     if (known == known_.end()) return nullptr;
     std::unique_ptr<DdsRoute>& route = known->second.route;
     if (!route) {
-      route = std::make_unique<DdsRoute>(to);
+      route = std::make_unique<DdsRoute>(to, engine_.settings_.heartbeat);
       order_peers();
     }
     return route.get();
@@ -204,7 +209,8 @@ class DdsEngine::Running {
     inlet_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
     engine_.last_error_.clear();
     // Who went while there was no participant has not been heard going.
-    sweep_.set(os::now() + engine_.settings_.lease + 1s);
+    former_until_ = os::now() + engine_.settings_.lease + 1s;
+    sweep_.set(os::now() + kSweep);
     engine_.listener_.on_state();
   }
 
@@ -234,10 +240,15 @@ class DdsEngine::Running {
   }
 
   void forget_the_silent() {
+    const Time now = os::now();
+    sweep_.set(now + kSweep);
     std::vector<NetAddress> silent;
     for (const auto& [address, router] : known_) {
-      if (router.life != life_) silent.push_back(address);
+      if (router.life != life_ && now >= former_until_) silent.push_back(address);
     }
+    if (metatraffic_)
+      for (const link::DdsParticipant& who : metatraffic_->expire(now))
+        silent.push_back(NetAddress::dds(who));
     for (const NetAddress& address : silent) forget(address);
     if (!silent.empty()) engine_.listener_.on_turn_end();
   }
@@ -319,12 +330,14 @@ class DdsEngine::Running {
   Timer sweep_;
   Timer serve_;
   Time serve_at_ = kNever;
+  Time former_until_{};  // those of our former life are known
   std::thread thread_;
 
   std::uint64_t life_ = 0;
   link::Announcement self_{};
   NetAddress address_{};
   std::shared_ptr<UserTraffic> traffic_;
+  std::shared_ptr<Metatraffic> metatraffic_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
   std::map<NetAddress, Router> known_;
   std::deque<OctetsIn> buffers_;  // of one turn

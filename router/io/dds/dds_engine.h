@@ -31,8 +31,8 @@ struct DdsSettings {
   std::string discovery_server{};
   // Where this host can be reached, when not at all its addresses: "10.9.1.4".
   std::string interface {};
-  std::string profiles{};                    // a file of XML profiles; those named "tims" count
-  Duration lease = std::chrono::seconds(3);  // who is silent for as long is gone
+  std::string profiles{};                     // a file of XML profiles; those named "tims" count
+  Duration lease = std::chrono::seconds(10);  // who is silent for as long is gone
   // Larger messages than the network takes go in IP fragments.
   std::uint32_t message_max = 1392;
   std::uint32_t history = 32;  // samples that one router has not acknowledged

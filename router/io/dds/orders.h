@@ -9,6 +9,7 @@
 #include <mutex>
 #include <vector>
 
+#include "router/io/dds/metatraffic.h"
 #include "router/io/dds/user_traffic.h"
 #include "router/link/announcement.h"
 #include "tims/time.h"
@@ -29,6 +30,7 @@ class DdsOrders {
     std::uint64_t life = 0;  // another number: another participant
     link::Announcement self{};
     std::shared_ptr<UserTraffic> traffic{};
+    std::shared_ptr<Metatraffic> metatraffic{};  // none: a server says who there is
     std::vector<std::shared_ptr<DdsPeer>> peers{};
     bool end = false;
   };

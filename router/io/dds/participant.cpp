@@ -41,8 +41,11 @@ std::optional<link::Announcement> read(const rtps::ParticipantProxyData& data,
 
 class DdsParticipant::Discovery final : public fast::DomainParticipantListener {
  public:
-  Discovery(std::string fleet, std::uint64_t life, std::shared_ptr<DdsNews> news)
-      : fleet_(std::move(fleet)), life_(life), news_(std::move(news)) {}
+  Discovery(std::string fleet, const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news)
+      : fleet_(std::move(fleet)),
+        life_(wanted.life),
+        metatraffic_(wanted.metatraffic),
+        news_(std::move(news)) {}
 
   void on_participant_discovery(fast::DomainParticipant*,
                                 rtps::ParticipantDiscoveryInfo&& info) override {
@@ -51,12 +54,15 @@ class DdsParticipant::Discovery final : public fast::DomainParticipantListener {
         info.status == Info::DISCOVERED_PARTICIPANT || info.status == Info::CHANGED_QOS_PARTICIPANT;
     DdsNews::Router router{.life = life_};
     if (there) router.announcement = read(info.info, fleet_);
-    news_->has_seen(id_of(info.info.m_guid.guidPrefix), std::move(router));
+    const link::DdsParticipant id = id_of(info.info.m_guid.guidPrefix);
+    if (!there && metatraffic_) metatraffic_->forget(id);
+    news_->has_seen(id, std::move(router));
   }
 
  private:
   const std::string fleet_;
   const std::uint64_t life_;
+  const std::shared_ptr<Metatraffic> metatraffic_;
   const std::shared_ptr<DdsNews> news_;
 };
 
@@ -76,10 +82,11 @@ DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticip
     : settings_(settings),
       news_(std::move(news)),
       traffic_(wanted.traffic),
-      discovery_(std::make_unique<Discovery>(settings.fleet, wanted.life, news_)),
+      metatraffic_(wanted.metatraffic),
+      discovery_(std::make_unique<Discovery>(settings.fleet, wanted, news_)),
       arrival_(std::make_unique<Arrival>(news_)) {
   announce(qos, wanted.self);
-  carry(qos, traffic_);
+  carry(qos, traffic_, metatraffic_);
   participant_ = require(fast::DomainParticipantFactory::get_instance()->create_participant(
                              settings.domain, qos, discovery_.get(), fast::StatusMask::none()),
                          "participant");
@@ -120,7 +127,7 @@ void DdsParticipant::make_presence() {
   where.partition().push_back(partition_of(address()).c_str());
   auto* publisher = require(participant_->create_publisher(where), "publisher");
   fast::DataWriterQos qos = publisher->get_default_datawriter_qos();
-  complete(qos, settings_, false);
+  complete(qos, settings_, false, false);
   require(publisher->create_datawriter(topic_, qos), "writer");
 }
 
@@ -136,6 +143,7 @@ link::NetAddress DdsParticipant::address() const {
 }
 
 std::unique_ptr<DdsWriter> DdsParticipant::make_writer(const std::shared_ptr<DdsPeer>& peer) {
+  if (metatraffic_) metatraffic_->admit(peer->address.participant());
   const DdsWriter::Place place{*participant_, *topic_, settings_};
   return std::make_unique<DdsWriter>(place, peer, news_, traffic_);
 }

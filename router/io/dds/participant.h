@@ -40,6 +40,7 @@ class DdsParticipant {
   const DdsSettings& settings_;
   const std::shared_ptr<DdsNews> news_;
   const std::shared_ptr<UserTraffic> traffic_;
+  const std::shared_ptr<Metatraffic> metatraffic_;
   std::unique_ptr<Discovery> discovery_;
   std::unique_ptr<Arrival> arrival_;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

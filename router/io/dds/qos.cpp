@@ -1,5 +1,6 @@
 #include "router/io/dds/qos.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 
@@ -9,6 +10,7 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <fmt/core.h>
 
+#include "router/core/random.h"
 #include "router/io/dds/locator.h"
 #include "router/io/dds/transport.h"
 #include "router/io/net/system_address.h"
@@ -26,6 +28,14 @@ constexpr unsigned kDomainMax = 232;                // the library ends the proc
 constexpr std::uint32_t kParticipantsOfAHost = 16;  // where a peer without port is looked for
 constexpr std::uint16_t kServerPort = 11811;        // as the library's own tools
 constexpr int kReaderSamples = 256;
+// For a router that starts alone one would do: others answer. Of a fleet that starts at once some
+// are lost.
+constexpr std::uint32_t kInitialAnnouncements = 3;
+// What the library sends beside our heartbeats, which readers do not count.
+constexpr Duration kLibraryHeartbeat = 250ms;
+constexpr Duration kInitialPeriod = 300ms;
+// Participants of one host, each at a port of its own: those beyond find none.
+constexpr std::uint32_t kPortsTried = 500;
 // Between two times that the same is sent again: to a reader without room, that is all the time.
 constexpr Duration kResendPause = 10ms;
 
@@ -184,7 +194,9 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
       fast::DomainParticipantQos().wire_protocol().builtin.discovery_config.leaseDuration) {
     discovery.leaseDuration = dds_duration(settings.lease);
     discovery.leaseDuration_announcementperiod = dds_duration(settings.lease / 3);
+    discovery.initial_announcements = {kInitialAnnouncements, dds_duration(kInitialPeriod)};
   }
+  qos.wire_protocol().builtin.mutation_tries = kPortsTried;
   return qos;
 }
 
@@ -194,14 +206,22 @@ std::uint16_t user_traffic_port(const fast::DomainParticipantQos& qos, unsigned 
 }
 
 // What a profile says of both stays.
-void carry(fast::DomainParticipantQos& qos, const std::shared_ptr<UserTraffic>& traffic) {
+void carry(fast::DomainParticipantQos& qos, const std::shared_ptr<UserTraffic>& traffic,
+           const std::shared_ptr<Metatraffic>& metatraffic) {
   auto& locators = qos.wire_protocol().default_unicast_locator_list;
   for (auto& descriptor : qos.transport().user_transports) {
     if (dynamic_cast<const UdpDescriptor*>(descriptor.get()) == nullptr) continue;
-    descriptor = std::make_shared<DdsTransport>(descriptor, traffic);
+    descriptor = std::make_shared<DdsTransport>(descriptor, traffic, metatraffic);
     if (locators.empty()) locators.push_back(traffic->locator());
     return;
   }
+}
+
+// Between two thirds and all of it: a fleet that started at once does not announce itself at once.
+void spread(eprosima::fastrtps::Duration_t& period, std::uint64_t random) {
+  constexpr std::int64_t kSteps = 1024;
+  const auto steps = kSteps - static_cast<std::int64_t>(core::spread(random) % (kSteps / 3));
+  period = dds_duration(Duration(period.to_ns() / kSteps * steps));
 }
 
 void announce(fast::DomainParticipantQos& qos, const link::Announcement& announcement) {
@@ -210,6 +230,9 @@ void announce(fast::DomainParticipantQos& qos, const link::Announcement& announc
   for (const std::byte byte : link::encode(announcement))
     octets.push_back(std::to_integer<rtps::octet>(byte));
   qos.user_data().data_vec(octets);
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  spread(discovery.leaseDuration_announcementperiod, announcement.who.epoch);
+  spread(discovery.initial_announcements.period, announcement.who.epoch);
 }
 
 // KEEP_LAST would lose without a word.
@@ -223,7 +246,7 @@ void keep_all(Qos& qos, int samples) {
   qos.resource_limits().allocated_samples = 2;
 }
 
-void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_profile) {
+void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_profile, bool asks) {
   keep_all(qos, static_cast<int>(settings.history));
   // What has been acknowledged stays until there is no room. Volatile writers take it out at once,
   // in Fast DDS 2.9.1 also when a reader goes, with two locks in the other order than the thread
@@ -234,7 +257,8 @@ void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_pro
   if (is_profile) return;
   auto& times = qos.reliable_writer_qos().times;
   // What was lost is noticed by the next one, and asked for at once.
-  times.heartbeatPeriod = dds_duration(settings.heartbeat);
+  times.heartbeatPeriod =
+      dds_duration(asks ? std::max(settings.heartbeat, kLibraryHeartbeat) : settings.heartbeat);
   times.nackResponseDelay = dds_duration(0ms);
   times.nackSupressionDuration = dds_duration(kResendPause);
   // Else with each sample once the history is full of what was acknowledged long ago.

@@ -10,6 +10,7 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 
 #include "router/io/dds/dds_engine.h"
+#include "router/io/dds/metatraffic.h"
 #include "router/io/dds/user_traffic.h"
 
 namespace tims::io {
@@ -30,14 +31,16 @@ std::uint16_t user_traffic_port(const eprosima::fastdds::dds::DomainParticipantQ
                                 unsigned domain);
 
 void carry(eprosima::fastdds::dds::DomainParticipantQos& qos,
-           const std::shared_ptr<UserTraffic>& traffic);
+           const std::shared_ptr<UserTraffic>& traffic,
+           const std::shared_ptr<Metatraffic>& metatraffic);
 
 void announce(eprosima::fastdds::dds::DomainParticipantQos& qos,
               const link::Announcement& announcement);
 
 // To what is there: the library's own, or a profile.
+// `asks`: heartbeats are sent by us.
 void complete(eprosima::fastdds::dds::DataWriterQos& qos, const DdsSettings& settings,
-              bool is_profile);
+              bool is_profile, bool asks);
 void complete(eprosima::fastdds::dds::DataReaderQos& qos, bool is_profile);
 
 }  // namespace tims::io

@@ -11,12 +11,26 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
+constexpr Duration kHeartbeatMax = 250ms;
 constexpr Duration kPatienceMin = 100us;
 constexpr Duration kPatienceMax = 2ms;
 
 }  // namespace
 
 Time DdsRoute::serve(Time now, Counters& counters) {
+  const Time next = write_next(now, counters);
+  return std::min(next, ask(now));
+}
+
+Time DdsRoute::ask(Time now) {
+  if (!writer_ || now < ask_at_) return ask_at_;
+  if (writer_->has_arrived()) return ask_at_ = kNever;
+  writer_->ask();
+  return ask_at_ = now + std::clamp((now - written_at_) / 4, heartbeat_,
+                                    std::max(heartbeat_, kHeartbeatMax));
+}
+
+Time DdsRoute::write_next(Time now, Counters& counters) {
   if (!writer_ || !peer_->matched) return wait_for_reader(now, counters);
   waits_since_ = kNever;
   if (queue_.waiting_bytes() == 0) return kNever;
@@ -29,6 +43,8 @@ Time DdsRoute::serve(Time now, Counters& counters) {
     return again_at_ = now + patience_;
   }
   patience_ = {};
+  written_at_ = now;
+  ask_at_ = std::min(ask_at_, now + heartbeat_);
   queue_.remove(front);
   counters.samples += 1;
   counters.datagrams += front.datagrams;

@@ -19,12 +19,19 @@ class DdsRoute {
     std::uint64_t unmatched = 0;  // datagrams thrown away: the receiver did not appear
   };
 
-  explicit DdsRoute(const link::NetAddress& to) : peer_(std::make_shared<DdsPeer>(to)) {}
+  // `heartbeat`: how soon the other is asked what it has got. The longer the same is asked for, the
+  // more seldom: who is slow since its host is busy gets no more to do that way, and many who wait
+  // for each other do not keep each other waiting.
+  DdsRoute(const link::NetAddress& to, Duration heartbeat)
+      : peer_(std::make_shared<DdsPeer>(to)), heartbeat_(heartbeat) {}
 
   // What the engine's thread makes a writer for.
   [[nodiscard]] const std::shared_ptr<DdsPeer>& peer() const { return peer_; }
   // None: until there is another one, all waits.
-  void set_writer(DdsWriter* writer) { writer_ = writer; }
+  void set_writer(DdsWriter* writer) {
+    writer_ = writer;
+    ask_at_ = kNever;
+  }
 
   // False when there is no room.
   bool put(const link::Train& train) { return queue_.put(train); }
@@ -41,6 +48,8 @@ class DdsRoute {
   }
 
  private:
+  Time write_next(Time now, Counters& counters);
+  Time ask(Time now);
   Time wait_for_reader(Time now, Counters& counters);
 
   std::shared_ptr<DdsPeer> peer_;
@@ -49,6 +58,9 @@ class DdsRoute {
   Time waits_since_ = kNever;  // for the reader
   Time again_at_{};            // with a full history: each try costs a copy
   Duration patience_{};
+  const Duration heartbeat_;
+  Time written_at_{};  // the last sample
+  Time ask_at_ = kNever;
 };
 
 }  // namespace tims::io

@@ -34,8 +34,10 @@ class Transport final : public ChainingTransport {
 
   bool OpenInputChannel(const Locator& locator, UserTraffic::Receiver* receiver,
                         std::uint32_t message_max) override {
-    if (!is_user_traffic(locator))
+    if (!is_user_traffic(locator)) {
+      if (metatraffic() != nullptr) metatraffic()->set_receiver(receiver);
       return ChainingTransport::OpenInputChannel(locator, receiver, message_max);
+    }
     traffic().set_receiver(receiver);
     return true;
   }
@@ -53,6 +55,7 @@ class Transport final : public ChainingTransport {
             const std::chrono::steady_clock::time_point& limit) override {
     if (!traffic().is_corked()) {
       traffic().flush();
+      if (metatraffic() != nullptr) metatraffic()->sent(std::as_bytes(std::span(message, size)));
       return socket->send(message, size, first, last, limit);
     }
     const rtps::SenderResource* none = nullptr;
@@ -67,11 +70,13 @@ class Transport final : public ChainingTransport {
 
   void receive(UserTraffic::Receiver* next, const octet* message, std::uint32_t size,
                const Locator& local, const Locator& remote) override {
-    next->OnDataReceived(message, size, local, remote);
+    if (metatraffic() == nullptr) return next->OnDataReceived(message, size, local, remote);
+    metatraffic()->receive(*next, std::as_bytes(std::span(message, size)), local, remote);
   }
 
  private:
   [[nodiscard]] UserTraffic& traffic() const { return *descriptor_.traffic; }
+  [[nodiscard]] Metatraffic* metatraffic() const { return descriptor_.metatraffic.get(); }
   [[nodiscard]] bool is_user_traffic(const Locator& locator) const {
     return is_unicast(locator) && locator.port == traffic().locator().port;
   }

@@ -1,10 +1,12 @@
-// UDP as the library does it, but for the user traffic: that comes and goes by a socket of ours.
+// UDP as the library does it, but for the user traffic, which comes and goes by a socket of ours,
+// and for discovery, of which the library gets what it needs.
 #pragma once
 
 #include <memory>
 
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
+#include "router/io/dds/metatraffic.h"
 #include "router/io/dds/user_traffic.h"
 
 namespace tims::io {
@@ -12,11 +14,15 @@ namespace tims::io {
 struct DdsTransport final : eprosima::fastdds::rtps::ChainingTransportDescriptor {
   using Udp = std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface>;
 
-  DdsTransport(Udp udp, std::shared_ptr<UserTraffic> user_traffic)
-      : ChainingTransportDescriptor(std::move(udp)), traffic(std::move(user_traffic)) {}
+  DdsTransport(Udp udp, std::shared_ptr<UserTraffic> user_traffic,
+               std::shared_ptr<Metatraffic> discovery)
+      : ChainingTransportDescriptor(std::move(udp)),
+        traffic(std::move(user_traffic)),
+        metatraffic(std::move(discovery)) {}
   [[nodiscard]] eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
 
   std::shared_ptr<UserTraffic> traffic;
+  std::shared_ptr<Metatraffic> metatraffic;  // none: the library gets all
 };
 
 }  // namespace tims::io

@@ -58,6 +58,17 @@ void UserTraffic::put(std::span<const std::byte> message, std::span<const link::
   train_.insert(train_.end(), message.begin(), message.end());
 }
 
+void UserTraffic::send(std::span<const std::byte> message, std::span<const link::NetAddress> to) {
+  const std::lock_guard lock(mutex_);
+  for (const link::NetAddress& address : to)
+    (void)socket_.send({.to = address, .bytes = message, .datagram_size = message.size()});
+}
+
+void UserTraffic::last_to(std::vector<link::NetAddress>& to) {
+  const std::lock_guard lock(mutex_);
+  to.assign(to_.begin(), to_.end());
+}
+
 void UserTraffic::flush() {
   const std::lock_guard lock(mutex_);
   flush_locked();

@@ -65,6 +65,10 @@ class UserTraffic {
   [[nodiscard]] bool is_corked() const { return corked_by_ == std::this_thread::get_id(); }
   // `to`: all addresses of the receiver, as the library does it; whoever gets it twice drops one.
   void put(std::span<const std::byte> message, std::span<const link::NetAddress> to);
+  // By itself, at once.
+  void send(std::span<const std::byte> message, std::span<const link::NetAddress> to);
+  // Where the last message of put() went.
+  void last_to(std::vector<link::NetAddress>& to);
   // Before anything goes another way: a heartbeat that overtakes what it tells of would have that
   // sent again.
   void flush();

@@ -8,6 +8,13 @@
 
 namespace tims::io {
 
+namespace {
+
+// The library's own, which are few, do not count beside ours.
+constexpr std::uint32_t kFirstHeartbeat = 1 << 16;
+
+}  // namespace
+
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
@@ -30,7 +37,10 @@ class DdsWriter::Match final : public fast::DataWriterListener {
 
 DdsWriter::DdsWriter(const Place& place, std::shared_ptr<DdsPeer> peer,
                      std::shared_ptr<DdsNews> news, std::shared_ptr<UserTraffic> traffic)
-    : participant_(place.participant), traffic_(std::move(traffic)) {
+    : participant_(place.participant),
+      traffic_(std::move(traffic)),
+      heartbeat_{.to = peer->address.participant(), .count = kFirstHeartbeat},
+      history_(place.settings.history) {
   fast::PublisherQos where = fast::PUBLISHER_QOS_DEFAULT;
   where.partition().push_back(partition_of(peer->address).c_str());
   match_ = std::make_unique<Match>(std::move(peer), std::move(news));
@@ -39,11 +49,15 @@ DdsWriter::DdsWriter(const Place& place, std::shared_ptr<DdsPeer> peer,
   const bool is_profile =
       !place.settings.profiles.empty() &&
       publisher_->get_datawriter_qos_from_profile(kDdsProfile, qos) == ReturnCode_t::RETCODE_OK;
-  complete(qos, place.settings, is_profile);
+  asks_ = !is_profile && traffic_->has_receiver();
+  complete(qos, place.settings, is_profile, asks_);
   writer_ = publisher_->create_datawriter(&place.topic, qos, match_.get(),
                                           fast::StatusMask::publication_matched());
   if (writer_ == nullptr) participant_.delete_publisher(publisher_);
   require(writer_, "writer");
+  const auto& guid = writer_->guid();
+  std::copy_n(guid.guidPrefix.value, heartbeat_.from.size(), heartbeat_.from.begin());
+  std::copy_n(guid.entityId.value, heartbeat_.writer.size(), heartbeat_.writer.begin());
 }
 
 DdsWriter::~DdsWriter() {
@@ -57,10 +71,21 @@ Written DdsWriter::write(const OctetsOut& sample) {
   const UserTraffic::Cork cork(*traffic_);
   OctetsOut octets = sample;  // the library takes no const
   const ReturnCode_t code = writer_->write(&octets, eprosima::fastrtps::rtps::InstanceHandle_t());
-  if (code == ReturnCode_t::RETCODE_OK) return Written::kYes;
+  if (code == ReturnCode_t::RETCODE_OK) {
+    // As many as the history takes stay in it.
+    if (++heartbeat_.last > history_) ++heartbeat_.first;
+    traffic_->last_to(to_);
+    return Written::kYes;
+  }
   const bool full =
       code == ReturnCode_t::RETCODE_TIMEOUT || code == ReturnCode_t::RETCODE_OUT_OF_RESOURCES;
   return full ? Written::kNotNow : Written::kNever;
+}
+
+void DdsWriter::ask() {
+  if (!asks_) return;
+  ++heartbeat_.count;
+  traffic_->send(encode(heartbeat_), to_);
 }
 
 bool DdsWriter::has_arrived() {

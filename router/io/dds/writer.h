@@ -11,6 +11,7 @@
 #include "router/io/dds/news.h"
 #include "router/io/dds/octets_type.h"
 #include "router/io/dds/orders.h"
+#include "router/io/dds/rtps_message.h"
 
 namespace tims::io {
 
@@ -39,6 +40,9 @@ class DdsWriter {
   Written write(const OctetsOut& sample);
   // Whether all that was written has been acknowledged.
   [[nodiscard]] bool has_arrived();
+  // Asks the reader what it has got: what it lacks is sent again. Nothing where the library does
+  // that, as a profile says.
+  void ask();
 
  private:
   class Match;
@@ -48,6 +52,10 @@ class DdsWriter {
   std::unique_ptr<Match> match_;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
+  bool asks_ = false;
+  RtpsHeartbeat heartbeat_{};
+  const std::uint32_t history_;
+  std::vector<link::NetAddress> to_{};
 };
 
 }  // namespace tims::io

@@ -1,0 +1,192 @@
+#include "router/io/dds/discovery_filter.h"
+
+#include <gtest/gtest.h>
+
+#include "router/io/dds/rtps_message.h"
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+using link::DdsParticipant;
+using link::Role;
+
+using Bytes = std::vector<std::byte>;
+
+constexpr DdsParticipant kSelf{9};
+const link::NetAddress kWhere = link::NetAddress::v4(10, 9, 1, 7, 7412);
+
+link::Announcement announcement(std::uint64_t epoch, Role role, const char* fleet = "fleet") {
+  return {.fleet = std::string_view(fleet), .who = {.epoch = epoch, .role = role, .system = 1}};
+}
+
+void put(Bytes& to, std::initializer_list<int> octets) {
+  for (const int octet : octets) to.push_back(static_cast<std::byte>(octet));
+}
+
+Bytes header(const DdsParticipant& from) {
+  Bytes message;
+  put(message, {'R', 'T', 'P', 'S', 2, 2, 1, 15});
+  for (const std::uint8_t octet : from) put(message, {octet});
+  return message;
+}
+
+// DATA(p), little-endian, as Fast DDS writes it.
+Bytes announces(const DdsParticipant& from, const link::Announcement& what) {
+  Bytes message = header(from);
+  put(message, {0x15, 0x05, 0, 0, 0, 0, 16, 0, 0, 1, 0, 0xC7, 0, 1, 0, 0xC2});
+  put(message, {0, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 0});
+  put(message, {0x02, 0, 8, 0, 4, 0, 0, 0, 0, 0, 0, 0x80});  // lease: 4.5 s
+  put(message, {0x32, 0, 24, 0, 1, 0, 0, 0, 0xF4, 0x1C, 0, 0});
+  put(message, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 9, 1, 7});
+  Bytes octets = encode(what);
+  const std::size_t size = octets.size();
+  octets.resize((size + 3) / 4 * 4);
+  put(message, {0x2C, 0, static_cast<int>(octets.size() + 4), 0, static_cast<int>(size), 0, 0, 0});
+  message.insert(message.end(), octets.begin(), octets.end());
+  put(message, {1, 0, 0, 0});
+  return message;
+}
+
+Bytes announces(std::uint8_t number, Role role, const char* fleet = "fleet") {
+  return announces(DdsParticipant{number}, announcement(number, role, fleet));
+}
+
+// An INFO_DST, and something that is none of ours.
+Bytes addresses(const DdsParticipant& from, const DdsParticipant& to) {
+  Bytes message = header(from);
+  put(message, {0x06, 0x01, 4, 0, 1, 2, 3, 4});
+  return directed(message, to);
+}
+
+Bytes ends(const DdsParticipant& from) {
+  Bytes message = header(from);
+  put(message, {0x15, 0x03, 0, 0, 0, 0, 16, 0, 0, 1, 0, 0xC7, 0, 1, 0, 0xC2});
+  put(message, {0, 0, 0, 0, 2, 0, 0, 0, 0x71, 0, 4, 0, 0, 0, 0, 3, 1, 0, 0, 0});
+  return message;
+}
+
+class DiscoveryFilterTest : public testing::Test {
+ protected:
+  DiscoveryFilter::Verdict hear(const Bytes& message, bool multicast = true) {
+    return filter.on_message(now, message, multicast);
+  }
+  void announce_self() { filter.on_own(announces(kSelf, announcement(9, Role::kTop))); }
+
+  Time now{1h};
+  DiscoveryFilter filter{announcement(9, Role::kTop)};
+};
+
+TEST_F(DiscoveryFilterTest, ARouterIsKnownAndHeldUntilItIsWanted) {
+  const Bytes message = announces(1, Role::kSystem);
+  const auto first = hear(message);
+  EXPECT_FALSE(first.passes);
+  ASSERT_TRUE(first.announced);
+  EXPECT_EQ(first.announced->dds, link::NetAddress::dds({1}));
+  EXPECT_EQ(first.announced->who.epoch, 1);
+  const auto again = hear(message);
+  EXPECT_FALSE(again.passes || again.announced);
+  EXPECT_FALSE(hear(addresses({1}, {2})).passes) << "for somebody else";
+  EXPECT_EQ(filter.admit({1}), message);
+  EXPECT_TRUE(filter.admit({1}).empty()) << "once";
+  EXPECT_TRUE(hear(message).passes);
+  EXPECT_TRUE(hear(addresses({1}, {2})).passes);
+  filter.forget({1});
+  const auto anew = hear(message);
+  EXPECT_FALSE(anew.passes);
+  EXPECT_TRUE(anew.announced);
+}
+
+TEST_F(DiscoveryFilterTest, WhoAddressesUsIsAdmitted) {
+  announce_self();
+  EXPECT_FALSE(hear(addresses({1}, kSelf)).passes) << "nobody knows it";
+  const Bytes message = announces(1, Role::kSystem);
+  (void)hear(message);
+  const auto verdict = hear(addresses({1}, kSelf));
+  EXPECT_TRUE(verdict.passes);
+  EXPECT_EQ(verdict.first, message);
+  EXPECT_TRUE(hear(addresses({1}, kSelf)).first.empty());
+}
+
+TEST_F(DiscoveryFilterTest, OthersAreNotHeard) {
+  EXPECT_FALSE(hear(announces(1, Role::kSystem, "others")).announced);
+  EXPECT_FALSE(hear(announces(2, Role::kSystem, "others")).passes);
+  EXPECT_FALSE(hear(announces(9, Role::kTop)).announced) << "our own epoch";
+  Bytes none = announces(1, Role::kSystem);
+  none[0] = std::byte{'X'};
+  EXPECT_FALSE(hear(none).announced || hear({}).announced);
+  EXPECT_TRUE(filter.admit({1}).empty());
+}
+
+TEST_F(DiscoveryFilterTest, WhatIsCutShortHarmsNobody) {
+  const Bytes whole = announces(1, Role::kSystem);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    DiscoveryFilter fresh{announcement(9, Role::kTop)};
+    (void)fresh.on_message(now, std::span(whole).first(size), true);
+  }
+}
+
+TEST_F(DiscoveryFilterTest, WhoLooksForUsIsAnswered) {
+  EXPECT_TRUE(hear(announces(1, Role::kSystem)).answer.empty()) << "nothing to say yet";
+  announce_self();
+  const auto verdict = hear(announces(1, Role::kSystem));
+  EXPECT_EQ(verdict.to, std::vector{kWhere});
+  const auto answer = parse_rtps(verdict.answer);
+  ASSERT_TRUE(answer && answer->announced);
+  EXPECT_EQ(answer->from, kSelf);
+  EXPECT_EQ(answer->to, DdsParticipant{1});
+  EXPECT_TRUE(hear(announces(2, Role::kTop)).answer.empty()) << "it looks for nobody";
+  EXPECT_TRUE(hear(announces(3, Role::kSubsystem)).answer.empty()) << "not for us";
+  EXPECT_FALSE(hear(announces(3, Role::kSubsystem), false).answer.empty()) << "by address";
+  EXPECT_TRUE(hear(directed(announces(4, Role::kSystem), kSelf), false).answer.empty())
+      << "is an answer";
+  (void)filter.admit({1});
+  EXPECT_TRUE(hear(announces(1, Role::kSystem)).answer.empty()) << "the library does it";
+}
+
+// Without multicast and peers there is nothing of ours to be repeated.
+TEST_F(DiscoveryFilterTest, WhoComesByAddressBeforeWeAnnouncedIsForTheLibraryToAnswer) {
+  const auto verdict = hear(announces(1, Role::kSystem), false);
+  EXPECT_TRUE(verdict.passes);
+  EXPECT_TRUE(verdict.announced);
+}
+
+TEST_F(DiscoveryFilterTest, WhoGoesOrIsSilentIsGone) {
+  (void)hear(announces(1, Role::kSystem));
+  EXPECT_EQ(hear(ends({1})).gone, DdsParticipant{1});
+  EXPECT_FALSE(hear(ends({1})).gone);
+  (void)hear(announces(1, Role::kSystem));
+  (void)hear(announces(2, Role::kSystem));
+  now += 4499ms;
+  EXPECT_TRUE(filter.expire(now).empty());
+  (void)hear(announces(2, Role::kSystem));
+  now += 2ms;
+  EXPECT_EQ(filter.expire(now), std::vector{DdsParticipant{1}});
+  EXPECT_TRUE(filter.expire(now).empty());
+}
+
+// The library hears of them on other ways than we.
+TEST_F(DiscoveryFilterTest, WhomTheLibraryKnowsItJudgesItself) {
+  (void)hear(announces(1, Role::kSystem));
+  (void)filter.admit({1});
+  now += 3 * 4500ms - 1ms;
+  EXPECT_TRUE(filter.expire(now).empty());
+  now += 1ms;
+  EXPECT_EQ(filter.expire(now).size(), 1) << "and if it never did";
+}
+
+TEST_F(DiscoveryFilterTest, KnowsNoMoreThanItsLimit) {
+  const auto of = [](std::size_t i) {
+    return announces(
+        DdsParticipant{1, static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i >> 8)},
+        announcement(i + 100, Role::kSystem));
+  };
+  for (std::size_t i = 0; i < DiscoveryFilter::kRoutersMax; ++i)
+    ASSERT_TRUE(hear(of(i)).announced) << i;
+  EXPECT_FALSE(hear(of(DiscoveryFilter::kRoutersMax)).announced);
+  (void)hear(ends({1, 7}));
+  EXPECT_TRUE(hear(of(DiscoveryFilter::kRoutersMax)).announced);
+}
+
+}  // namespace
+}  // namespace tims::io
