@@ -243,7 +243,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (!is_up()) return;
   paths_.on_arrived(session_.newest_acked_sent());
   // They may be elsewhere now. A datagram says it, and an answer from there proves it.
-  if (from == address()) return;
+  if (from == address() || !paths_.leads(from.kind)) return;
   if (const auto question = paths_.on_source(now, from, around_.random()))
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
 }

@@ -33,7 +33,8 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
-  send_nonce(now, FrameType::kResponse, frame.nonce, from_);
+  // A way that is not prepared yet: an answer would, and many may ask at once.
+  if (paths_.leads(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
   // What comes this way may not go back this way.
   if (from_.kind != paths_.kind())
     send_nonce(now, FrameType::kResponse, frame.nonce, paths_.address());

@@ -9,6 +9,8 @@ namespace tims::link {
 namespace {
 
 constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
+// Ways over DDS that one router prepares, where UDP is there as well; as many at once.
+constexpr std::uint64_t kDdsWaysPerSecond = 10;
 // Differentiated services (RFC 4594): EF for what is urgent, AF41 and AF31 below, CS1 for texts.
 // Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};
@@ -23,7 +25,9 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       setup_(setup),
       secret_{setup.seed, core::spread(setup.seed)},
       fleet_(setup.self),
-      scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {}
+      scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {
+  dds_budget_.set(kDdsWaysPerSecond, kDdsWaysPerSecond);
+}
 
 std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
 
@@ -231,7 +235,7 @@ void Links::on_timeout(Time now) {
       ++tries_[wake.slot];
       look_for(now, *link);
     }
-    if (turns_[wake.slot].is_awaited && turns_[wake.slot].at <= now) look_for(now, *link);
+    if (turns_[wake.slot].at <= now) look_for(now, *link);
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
@@ -351,9 +355,7 @@ bool Links::flush_link(Time now, Link& link, const Send& send) {
   if (were_up_[link.slot()] != link.is_up()) look_anew(now, link);
   is_touched_[link.slot()] = false;
   learn_token(link);
-  const Turn& turn = turns_[link.slot()];
-  const Time next = link.next_timeout(now);
-  const Time at = turn.is_awaited ? std::min(turn.at, next) : next;
+  const Time at = std::min(turns_[link.slot()].at, link.next_timeout(now));
   if (at < wakes_at_[link.slot()]) {
     wakes_at_[link.slot()] = at;
     wake_.push({at, link.slot()});

@@ -17,6 +17,7 @@
 #include "router/core/router.h"
 #include "router/link/fleet.h"
 #include "router/link/link.h"
+#include "router/link/token_bucket.h"
 #include "router/link/train.h"
 
 namespace tims::link {
@@ -138,10 +139,18 @@ class Links final : private LinkSurroundings {
   void learn_token(Link& link);
   void choose_uplink(Time now);  // links_uplink.cpp
   // links_fleet.cpp
+  // When a link that has UDP as well prepares its way over DDS.
+  struct Turn {
+    std::vector<NetAddress> prepared{};
+    Time since = kNever;  // others wait to be
+    double share = 0;     // of the turns of all
+    Time at = kNever;
+  };
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
   void look_anew(Time now, Link& link);
-  bool waits_for_dds(Time now, const Link& link);
+  Time dds_turn(Time now, const Link& link, Turn& turn);
+  void take_turn(Time now, const Link& link, std::vector<NetAddress>& dds);
   void tell(Time now);
   void report_losses(Time now);
   bool send_trains(Time now, Link& link, const Send& send);
@@ -163,13 +172,8 @@ class Links final : private LinkSurroundings {
   Fleet fleet_;
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<bool> were_up_;       // by slot: when it was last looked for
-  // The way over DDS of a link that has UDP as well is not tried before; kNever: not thought of.
-  struct Turn {
-    Time at = kNever;
-    bool is_drawn = false;  // else it is when the turn is drawn
-    bool is_awaited = false;
-  };
-  std::vector<Turn> turns_;  // by slot
+  std::vector<Turn> turns_;         // by slot
+  TokenBucket dds_budget_;          // ways prepared
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

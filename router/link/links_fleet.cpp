@@ -1,12 +1,15 @@
 // Links, the part that finds other routers in the fleet.
+#include <algorithm>
+
 #include "router/core/random.h"
 #include "router/link/links.h"
 
 namespace tims::link {
 namespace {
 
-constexpr Duration kDdsSettle = std::chrono::milliseconds(100);  // to hear who else there is
-constexpr Duration kDdsTurn = std::chrono::milliseconds(100);    // of each of them
+using namespace std::chrono_literals;
+
+constexpr Duration kDdsTurn = 500ms;  // to prepare a way over DDS, of each router of the fleet
 
 }  // namespace
 
@@ -49,19 +52,41 @@ void Links::look_anew(Time now, Link& link) {
   look_for(now, link);
 }
 
-// What a way over DDS costs the router above grows with how many it has already. So routers that
-// start at once take turns, each side by itself.
-bool Links::waits_for_dds(Time now, const Link& link) {
-  if (link.paths().find(PathKind::kUdp) == nullptr) return false;
-  Turn& turn = turns_[link.slot()];
-  if (turn.at == kNever) turn.at = now + kDdsSettle;
-  if (now >= turn.at && !turn.is_drawn) {
+// What a way over DDS costs the router above grows with how many it has already. So where UDP is
+// there as well, routers that start at once take turns, each side by itself, and none prepares more
+// than a few a second. That a link is silent or does not come up changes nothing: when all are too
+// busy to answer, they have no more to do for it.
+Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
+  if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
+  if (turn.since == kNever) {
     std::uint64_t drawn = random();
-    const double share = core::next_share(drawn);
-    const auto all = static_cast<double>(fleet_.routers().size()) * kDdsTurn;
-    turn = {.at = now + std::chrono::duration_cast<Duration>(share * all), .is_drawn = true};
+    turn.since = now;
+    turn.share = core::next_share(drawn);
   }
-  return turn.is_awaited = now < turn.at;
+  const auto all = static_cast<double>(fleet_.routers().size()) * kDdsTurn;
+  const Time at = turn.since + link.settings().keep_alive +
+                  std::chrono::duration_cast<Duration>(turn.share * all);
+  return at > now ? at : dds_budget_.ready_at(now);
+}
+
+// Leaves those to which the way may be prepared now.
+void Links::take_turn(Time now, const Link& link, std::vector<NetAddress>& dds) {
+  Turn& turn = turns_[link.slot()];
+  const auto waits = [&](const NetAddress& to) {
+    return std::ranges::find(turn.prepared, to) == turn.prepared.end();
+  };
+  const Path* udp = link.paths().find(PathKind::kUdp);
+  const bool by_dds = link.is_up() && link.paths().kind() == PathKind::kDds;
+  turn.at = kNever;
+  if (udp != nullptr && !udp->targets.empty() && !by_dds && std::ranges::any_of(dds, waits)) {
+    turn.at = dds_turn(now, link, turn);
+    if (turn.at > now) {
+      std::erase_if(dds, waits);
+      return;
+    }
+    dds_budget_.take(1);
+  }
+  turn = {.prepared = dds};
 }
 
 // Tells a link where the router it means has announced to be.
@@ -71,6 +96,7 @@ void Links::look_for(Time now, Link& link) {
   const bool automatic = link.settings().is_automatic();
   if (candidates.empty()) {
     link.set_targets(now, PathKind::kDds, {});
+    turns_[link.slot()] = {};
     if (!automatic) return;
     link.set_targets(now, PathKind::kUdp, {});
     const std::string why = "nobody in the fleet is " + fleet_.looked_for();
@@ -86,7 +112,7 @@ void Links::look_for(Time now, Link& link) {
     dds.push_back(a->dds);
   }
   if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, udp);
-  if (waits_for_dds(now, link)) dds.clear();
+  take_turn(now, link, dds);
   link.set_targets(now, PathKind::kDds, dds);
 }
 

@@ -67,6 +67,11 @@ bool Paths::is_at(const NetAddress& address) const {
   return std::ranges::find(paths_, address, &Path::address) != paths_.end();
 }
 
+bool Paths::leads(PathKind kind) const {
+  const Path* path = find(kind);
+  return path != nullptr && (path->address || !path->targets.empty());
+}
+
 // Where the other router may be on this way: where it was found, or else wherever it should be.
 std::vector<NetAddress> Paths::places(const Path& path) {
   if (path.works) return {path.address};

@@ -66,6 +66,8 @@ class Paths {
   void begin(Time now, const NetAddress& address);
   // It is there, as far as we know.
   [[nodiscard]] bool is_at(const NetAddress& address) const;
+  // Whether anything may be sent that way: where it is or should be is known.
+  [[nodiscard]] bool leads(PathKind kind) const;
   // No other way has led to it so far: whoever is there may be another router.
   [[nodiscard]] bool is_strange(const NetAddress& from) const;
   // The link was silent and is up again: which ways still work is to be seen.

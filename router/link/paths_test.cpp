@@ -396,5 +396,13 @@ TEST_F(PathsTest, EachWayIsCounted) {
   }
 }
 
+TEST_F(PathsTest, AWayWithoutTargetsLeadsNowhereUntilSomebodyWasThere) {
+  EXPECT_TRUE(paths.leads(PathKind::kDds));
+  paths.set_targets(PathKind::kDds, {});
+  EXPECT_FALSE(paths.leads(PathKind::kDds));
+  paths.set_targets(PathKind::kUdp, {});
+  EXPECT_TRUE(paths.leads(PathKind::kUdp));
+}
+
 }  // namespace
 }  // namespace tims::link

@@ -44,7 +44,37 @@ class Fleet : public testing::Test {
     return world.run_until([&] { return super_of(node) == super; }, within);
   }
 
+  // A base and its robots, from when all links are up: too early for most ways over DDS.
+  Node& fifty_up() {
+    Node& ship = base();
+    for (std::uint8_t system = 1; system <= 50; ++system) robots.push_back(&robot(system));
+    EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 50; }, 5s));
+    return ship;
+  }
+  // To how many routers a way over DDS has been prepared.
+  static std::size_t prepared(Node& node) {
+    std::size_t n = 0;
+    node.links().for_each([&](const link::Link& link) {
+      n += link.paths().find(PathKind::kDds)->targets.empty() ? 0U : 1U;
+    });
+    return n;
+  }
+  std::size_t prepared_by_robots() {
+    std::size_t n = 0;
+    for (Node* node : robots) n += prepared(*node);
+    return n;
+  }
+  static bool goes_by(Node& node, PathKind kind) {
+    const link::Link* up = node.links().uplink();
+    return up != nullptr && up->paths().kind() == kind;
+  }
+  std::size_t robots_by(PathKind kind) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(robots, [&](Node* node) { return goes_by(*node, kind); }));
+  }
+
   World world;
+  std::vector<Node*> robots;
 };
 
 TEST_F(Fleet, EachFindsItsSuperRouterByRoleAndSystem) {
@@ -145,6 +175,49 @@ TEST_F(Fleet, FiftyComeUpTogether) {
   Node& ship = base();
   for (std::uint8_t system = 1; system < 50; ++system) robot(system);
   EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 49; }, 5s));
+}
+
+TEST_F(Fleet, WaysOverDdsArePreparedAFewASecond) {
+  Node& ship = fifty_up();
+  std::size_t before = prepared(ship);
+  EXPECT_LT(before, 15U);
+  EXPECT_LT(prepared_by_robots(), 15U);
+  for (int second = 0; second < 6; ++second) {
+    world.run_for(1s);
+    EXPECT_LE(prepared(ship), before + 20) << "ten, and ten saved";
+    before = prepared(ship);
+  }
+  EXPECT_TRUE(
+      world.run_until([&] { return prepared(ship) == 50 && prepared_by_robots() == 50; }, 40s));
+  EXPECT_EQ(robots_by(PathKind::kUdp), 50U);
+}
+
+TEST_F(Fleet, WhoLosesUdpBeforeItsTurnIsDownUntilThen) {
+  fifty_up();
+  Node& one = **std::ranges::find_if(robots, [](Node* node) { return prepared(*node) == 0; });
+  world.cut("base", one.setup().name, true, PathKind::kUdp);
+  EXPECT_TRUE(world.run_until([&] { return goes_by(one, PathKind::kDds); }, 40s));
+}
+
+TEST_F(Fleet, WhenAllFallSilentTheirWaysArePreparedInTurnsToo) {
+  Node& ship = fifty_up();
+  for (Node* node : robots) world.cut("base", node->setup().name, true, PathKind::kUdp);
+  world.run_for(2 * kKeepAlive);
+  EXPECT_LE(prepared(ship), 20U);
+  EXPECT_TRUE(world.run_until(
+      [&] { return robots_by(PathKind::kDds) == 50 && Story::links_up(ship) == 50; }, 40s));
+}
+
+// The base knows them no longer than their lease, and each has a participant of its own now.
+TEST_F(Fleet, AfterAPowerCutOfAllTheBaseTakesTurnsAgain) {
+  Node& ship = fifty_up();
+  world.run_for(40s);
+  EXPECT_EQ(prepared(ship), 50U);
+  for (Node* node : robots) node->kill();
+  world.run_for(10s);
+  for (Node* node : robots) node->start(world.now());
+  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 50; }, 5s));
+  EXPECT_LT(prepared(ship), 15U);
 }
 
 }  // namespace

@@ -377,8 +377,13 @@ TEST_F(Paths, ADeadWayIsNoLoss) {
   EXPECT_EQ(link_of(*base, "robot").session().loss_permille(), 0);
   EXPECT_EQ(link_of(*robot, "base").session().loss_permille(), 0);
   set_dds({.loss = 0.2, .delay = kDdsDelay});
-  world.run_for(30s);
-  EXPECT_NEAR(link_of(*base, "robot").session().loss_permille(), 200, 150);
+  // What it says follows the last few datagrams: their share of a minute counts.
+  int sum = 0;
+  for (int second = 0; second < 60; ++second) {
+    world.run_for(1s);
+    sum += link_of(*base, "robot").session().loss_permille();
+  }
+  EXPECT_NEAR(sum / 60, 200, 100);
 }
 
 TEST_F(Paths, ASlowWayWithLossesIsStillOne) {

@@ -6,6 +6,7 @@
 //   }));
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <concepts>
 #include <string>
@@ -24,7 +25,9 @@ template <typename Missing>
   requires std::convertible_to<std::invoke_result_t<Missing>, std::string>
 testing::AssertionResult eventually(Missing missing, Duration limit = kPatience) {
   using Clock = std::chrono::steady_clock;
+  constexpr Duration kPauseMax = std::chrono::milliseconds(50);
   const auto deadline = Clock::now() + limit;
+  Duration pause = std::chrono::milliseconds(1);
   for (;;) {
     const bool last_try = Clock::now() >= deadline;
     const std::string text = missing();
@@ -33,9 +36,11 @@ testing::AssertionResult eventually(Missing missing, Duration limit = kPatience)
       const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
       return testing::AssertionFailure() << "after " << ms << " ms: " << text;
     }
-    // Conditions that nobody announces are looked at again and again. Where something can be
-    // waited for (a line, a message, an exit status), wait for that instead.
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    // Conditions that nobody announces are looked at again and again, less often the longer that
+    // takes: what is waited for gets the processor. Where something can be waited for (a line, a
+    // message, an exit status), wait for that instead.
+    std::this_thread::sleep_for(pause);
+    pause = std::min(pause * 5 / 4, kPauseMax);
   }
 }
 

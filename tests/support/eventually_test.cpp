@@ -30,5 +30,12 @@ TEST(Eventually, LooksOnceMoreAtTheDeadline) {
   EXPECT_TRUE(eventually([] { return true; }, "anything", Duration::zero()));
 }
 
+TEST(Eventually, LooksLessOftenTheLongerItTakes) {
+  int tries = 0;
+  const auto never = [&] { return ++tries < 0; };
+  EXPECT_FALSE(eventually(never, "anything", std::chrono::milliseconds(500)));
+  EXPECT_LT(tries, 40);
+}
+
 }  // namespace
 }  // namespace tims::test
