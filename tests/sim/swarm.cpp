@@ -48,6 +48,11 @@ std::vector<std::string> Swarm::run() {
   try {
     build();
     world_.run_for(1s + within(1500ms));
+    // The ways over DDS have their turns (PROTOCOL.md, section 7): before, a link that loses UDP is
+    // down.
+    const Duration turns =
+        plan_.troubles.dds ? 2s + static_cast<int>(plan_.nodes.size()) * 500ms : Duration{};
+    if (plan_.troubles.half_cuts) world_.run_for(turns);
     const Duration span =
         500ms + within(plan_.troubles.partitions || plan_.troubles.half_cuts ? 6s : 2s);
     plan_trouble(span);
@@ -57,7 +62,7 @@ std::vector<std::string> Swarm::run() {
     world_.run_for(kConvergence + (plan_.one_way_only ? 0ms : kFailBack));
     check_tables();
     check_ways();
-    world_.run_for(plan_.troubles.rates ? kSlowDrain : kDrain);
+    world_.run_for((plan_.troubles.rates ? kSlowDrain : kDrain) + turns);
     check_losses();
     check_answers();
     check_idle();
