@@ -98,7 +98,9 @@ TEST(RouterProgram, RunsInRealTimeWithLockedMemoryWhereItMay) {
   const pid_t pid = router.process().pid();
   const std::string said = router.process().output();
   const bool locked = !contains(status_of(pid, "VmLck"), " 0 kB");
-  EXPECT_NE(locked, contains(said, "memory is not locked")) << said;
+  if (kSlowdown == 1) {  // sanitizers lock nothing, and say that they did
+    EXPECT_NE(locked, contains(said, "memory is not locked")) << said;
+  }
   if (contains(said, "no real-time priority")) GTEST_SKIP() << "not allowed here: " << said;
   EXPECT_EQ(::sched_getscheduler(pid) & ~SCHED_RESET_ON_FORK, SCHED_FIFO);
   sched_param parameter{};
