@@ -1,5 +1,7 @@
 #include "router/io/arguments.h"
 
+#include <algorithm>
+#include <array>
 #include <optional>
 
 #include <fmt/core.h>
@@ -33,10 +35,52 @@ std::optional<Arguments::Action> action_of(std::string_view word) {
   return std::nullopt;
 }
 
+// Of getopt: "-p VALUE" and "-pVALUE".
+std::optional<std::string_view> short_value(std::string_view name,
+                                            std::span<const char* const>& rest) {
+  const std::string_view word = rest.front();
+  if (!word.starts_with(name) || word.size() == name.size()) return option_value(name, rest);
+  rest = rest.subspan(1);
+  return word.substr(name.size());
+}
+
+// The options of the original's tims_router_tcp, which start scripts of RACK 0.6.1 call.
+struct OriginalOptions {
+  std::string_view address = "127.0.0.1";
+  std::string_view port = "2000";
+  bool listens = false;  // where they say
+
+  bool take(std::span<const char* const>& words, Arguments& arguments) {
+    if (const auto ip = short_value("-i", words)) {
+      address = *ip;
+      listens = true;
+    } else if (const auto number = short_value("-p", words)) {
+      port = *number;
+      listens = true;
+    } else if (const auto kib = short_value("-m", words)) {
+      arguments.settings.emplace_back(fmt::format("message.max={}KiB", *kib));
+    } else if (const auto level = short_value("-l", words)) {
+      if (*level != "0") arguments.settings.emplace_back("log.level=debug");
+    } else if (const auto priority = short_value("-P", words)) {
+      arguments.settings.emplace_back(fmt::format("router.priority={}", *priority));
+    } else {
+      return false;
+    }
+    return true;
+  }
+};
+
+bool wants_value(std::string_view word) {
+  constexpr std::array<std::string_view, 7> kOptions = {"--config", "--set", "-i", "-p",
+                                                        "-m",       "-l",    "-P"};
+  return std::ranges::find(kOptions, word) != kOptions.end();
+}
+
 }  // namespace
 
 Result<Arguments> parse_arguments(std::span<const char* const> words) {
   Arguments arguments;
+  OriginalOptions original;
   while (!words.empty()) {
     const std::string_view word = words.front();
     if (const auto action = action_of(word)) {
@@ -46,14 +90,16 @@ Result<Arguments> parse_arguments(std::span<const char* const> words) {
       arguments.config_path = *path;
     } else if (const auto setting = option_value("--set", words)) {
       arguments.settings.emplace_back(*setting);
-    } else if (const auto priority = option_value("-P", words)) {
-      arguments.settings.emplace_back(fmt::format("router.priority={}", *priority));
-    } else if (word == "--config" || word == "--set" || word == "-P") {
+    } else if (original.take(words, arguments)) {
+    } else if (wants_value(word)) {
       return Error(Errc::kInvalidArgument, fmt::format("{} wants something behind it", word));
     } else {
       return Error(Errc::kInvalidArgument, fmt::format("\"{}\" is not known here", word));
     }
   }
+  if (original.listens)
+    arguments.settings.emplace_back(
+        fmt::format("tcp.listen={}:{}", original.address, original.port));
   return arguments;
 }
 
@@ -66,7 +112,12 @@ WebSocket.
   --config FILE      read the configuration from FILE, then from *.toml in the folder FILE.d
                      (router.toml, router.d/*.toml)
   --set KEY=VALUE    one value over all files; as often as needed
-  -P PRIORITY        as the original's: --set router.priority=PRIORITY
+
+As the original's tims_router_tcp, which this program is called too:
+  -i ADDRESS, -p PORT  where to listen (127.0.0.1 and 2000): --set tcp.listen=ADDRESS:PORT
+  -m KIB             --set message.max=KIBKiB
+  -l LEVEL           0: as configured; 1, 2: --set log.level=debug
+  -P PRIORITY        --set router.priority=PRIORITY
 
 Actions other than to run:
   check              say whether the configuration is good, and end

@@ -26,9 +26,17 @@ TEST(Arguments, ValuesStandBehindASpaceOrAnEqualsSign) {
   EXPECT_EQ(arguments->settings, (std::vector<std::string>{"a.b=1", "c.d=x=y"}));
 }
 
-TEST(Arguments, TheOriginalsPriority) {
-  EXPECT_EQ(parse({"-P", "10"})->settings, std::vector<std::string>{"router.priority=10"});
-  EXPECT_EQ(parse({"-P"}).error().detail(), "-P wants something behind it");
+TEST(Arguments, TheOriginals) {
+  using Settings = std::vector<std::string>;
+  EXPECT_EQ(parse({"-P", "10"})->settings, Settings{"router.priority=10"});
+  EXPECT_EQ(parse({"-p", "2001"})->settings, Settings{"tcp.listen=127.0.0.1:2001"});
+  EXPECT_EQ(parse({"-i", "10.0.0.1"})->settings, Settings{"tcp.listen=10.0.0.1:2000"});
+  EXPECT_EQ(parse({"-i", "10.0.0.1", "-m", "1024", "-p", "2001", "-l", "0"})->settings,
+            (Settings{"message.max=1024KiB", "tcp.listen=10.0.0.1:2001"}));
+  EXPECT_EQ(parse({"-m64"})->settings, Settings{"message.max=64KiB"});
+  EXPECT_EQ(parse({"-l", "2"})->settings, Settings{"log.level=debug"});
+  for (const char* word : {"-i", "-p", "-m", "-l", "-P"})
+    EXPECT_EQ(parse({word}).error().detail(), fmt::format("{} wants something behind it", word));
 }
 
 TEST(Arguments, KnowsItsActions) {

@@ -47,6 +47,7 @@ function(tims_install_host)
   if(NOT TARGET tims-router)
     return()
   endif()
+  install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/tims_router_tcp TYPE BIN)  # a link
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
