@@ -22,9 +22,9 @@ constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // for large messages meanwhile
 
 constexpr std::array<ParameterInfo, 3> kParameters = {{
+    {"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
     {"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"},
     {"logPathName", "", "in front of each file name, with its slash; at most 39 characters"},
-    {"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
 }};
 
 constexpr ModuleInfo kInfo{

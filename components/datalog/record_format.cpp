@@ -151,67 +151,83 @@ Result<Record> record(const MessageView& message, u32 file_number, bool binary_i
 
 #define POSITION(name) name ".x " name ".y " name ".z " name ".phi " name ".psi " name ".rho"
 
+// Of a spline, between its way point and its end.
+#define SPLINE                                                                           \
+  "spline[0].startPos.x spline[0].startPos.y spline[0].startPos.rho spline[0].endPos.x " \
+  "spline[0].endPos.y spline[0].endPos.rho spline[0].centerPos.x spline[0].centerPos.y " \
+  "spline[0].centerPos.rho spline[0].length spline[0].radius spline[0].vMax "            \
+  "spline[0].vStart spline[0].vEnd spline[0].accMax spline[0].decMax spline[0].type "    \
+  "spline[0].request spline[0].lbo"
+#define BASEPOINT                                                                       \
+  "spline[0].basepoint.x spline[0].basepoint.y spline[0].basepoint.speed "              \
+  "spline[0].basepoint.maxRadius spline[0].basepoint.type spline[0].basepoint.request " \
+  "spline[0].basepoint.lbo spline[0].basepoint.id spline[0].basepoint.wayId"
+
 template <Struct Data>
-constexpr RecordedClass entry(std::uint32_t class_id, std::string_view name, std::int32_t instances,
-                              std::string_view columns) {
-  return {class_id, name, instances, body_max<Data>(), columns, &record<Data>};
+constexpr RecordedClass entry(std::uint32_t class_id, std::string_view title, std::string_view name,
+                              std::int32_t instances, std::string_view columns) {
+  return {class_id, title, name, instances, body_max<Data>(), columns, &record<Data>};
 }
 
 namespace id = tims::class_id;
 
+// Columns as the original writes them: of a sequence the first element, and without those that it
+// has forgotten (minute of the clock, engine of the vehicle, variances of recognised objects).
 constexpr std::array<RecordedClass, 19> kClasses = {{
-    entry<CameraData>(id::kCamera, "camera", 4,
-                      "recordingTime width height depth mode colorFilterId fileNum"),
-    entry<ChassisData>(id::kChassis, "chassis", 1,
+    entry<CameraData>(id::kCamera, "Camera", "camera", 4,
+                      "recordingTime width height depth mode colorFilterId cameraFileNum"),
+    entry<ChassisData>(id::kChassis, "Chassis", "chassis", 1,
                        "recordingTime deltaX deltaY deltaRho vx vy omega battery activePilot"),
-    // As the original writes it, which has forgotten the minute.
-    entry<ClockData>(id::kClock, "clock", 3,
+    entry<ClockData>(id::kClock, "Clock", "clock", 3,
                      "recordingTime hour second day month year utcTime dayOfWeek syncMode varT"),
-    entry<CompassData>(id::kCompass, "compass", 1, "recordingTime orientation varOrientation"),
-    entry<GpsData>(id::kGps, "gps", 4,
+    entry<CompassData>(id::kCompass, "Compass", "compass", 1,
+                       "recordingTime orientation varOrientation"),
+    entry<GpsData>(id::kGps, "Gps", "gps", 4,
                    "recordingTime mode latitude longitude altitude heading speed satelliteNum "
                    "utcTime pdop " POSITION("pos") " " POSITION("var")),
-    entry<GyroData>(id::kGyro, "gyro", 2,
+    entry<GyroData>(id::kGyro, "Gyro", "gyro", 2,
                     "recordingTime roll pitch yaw aX aY aZ wRoll wPitch wYaw"),
-    entry<IoData>(id::kIo, "io", 2, "recordingTime valueNum value..."),
-    entry<LadarData>(id::kLadar, "ladar", 4,
-                     "recordingTime duration maxRange startAngle endAngle pointNum "
-                     "(angle distance type intensity)..."),
-    entry<ServoDriveData>(id::kServoDrive, "servodrive", 5, "recordingTime position"),
-    entry<VehicleData>(id::kVehicle, "vehicle", 1,
-                       "recordingTime speed omega throttle brake clutch steering gear engine "
-                       "parkBrake vehicleProtect activeController"),
-    entry<OdometryData>(id::kOdometry, "odometry", 3, "recordingTime " POSITION("pos")),
-    entry<GridMapData>(id::kGridMap, "gridmap", 2,
-                       "recordingTime offsetX offsetY scale gridNumX gridNumY fileNum"),
-    entry<MclData>(id::kMcl, "mcl", 5,
-                   "recordingTime " POSITION("pos") " pointNum (x y z type)..."),
-    entry<PathData>(id::kPath, "path", 2,
-                    "recordingTime splineNum (x y speed maxRadius type request lbo id wayId "
-                    "startPos.x startPos.y startPos.rho endPos.x endPos.y endPos.rho centerPos.x "
-                    "centerPos.y centerPos.rho length radius vMax vStart vEnd accMax decMax type "
-                    "request lbo)..."),
-    entry<PilotData>(
-        id::kPilot, "pilot", 3,
-        "recordingTime " POSITION("pos") " " POSITION(
-            "dest") " speed curve distanceToDest splineNum (x y speed maxRadius type request lbo "
-                    "id wayId layer actionStart actionEnd startPos.x startPos.y startPos.rho "
-                    "endPos.x endPos.y endPos.rho centerPos.x centerPos.y centerPos.rho length "
-                    "radius vMax vStart vEnd accMax decMax type request lbo)..."),
-    entry<PositionData>(id::kPosition, "position", 3,
+    entry<IoData>(id::kIo, "Io", "io", 2, "recordingTime valueNum value[0] "),
+    entry<LadarData>(id::kLadar, "Ladar", "ladar", 4,
+                     "recordingTime duration maxRange startAngle endAngle pointNum point[0].angle "
+                     "point[0].distance point[0].type point[0].intensity"),
+    entry<ServoDriveData>(id::kServoDrive, "Servodrive", "servodrive", 5, "recordingTime position"),
+    entry<VehicleData>(id::kVehicle, "Vehicle", "vehicle", 1,
+                       "recordingTime speed omega throttle brake clutch steering gear parkBrake "
+                       "vehicleProtect activeController"),
+    entry<OdometryData>(id::kOdometry, "Odometry", "odometry", 3, "recordingTime " POSITION("pos")),
+    entry<GridMapData>(id::kGridMap, "Gridmap", "gridmap", 2,
+                       "recordingTime offsetX offsetY scale gridNumX gridNumY gridMapFileNum"),
+    entry<MclData>(id::kMcl, "Mcl", "mcl", 5,
+                   "recordingTime " POSITION(
+                       "pos") " pointNum point[0].x point[0].y point[0].z point[0].type"),
+    entry<PathData>(id::kPath, "Path", "path", 2, "recordingTime splineNum " BASEPOINT " " SPLINE),
+    entry<PilotData>(id::kPilot, "Pilot", "pilot", 3,
+                     "recordingTime " POSITION("pos") " " POSITION(
+                         "dest") " speed curve distanceToDest splineNum " BASEPOINT
+                                 " spline[0].basepoint.layer spline[0].basepoint.actionStart "
+                                 "spline[0].basepoint.actionEnd " SPLINE),
+    entry<PositionData>(id::kPosition, "Position", "position", 3,
                         "recordingTime " POSITION("pos") " " POSITION("var")),
     entry<ObjRecogData>(
-        id::kObjRecog, "obj_recog", 6,
-        "recordingTime " POSITION("refPos") " " POSITION(
-            "varRefPos") " objectNum (objectId type pos varPos vel varVel dim prob imageArea)..."),
-    entry<Scan2dData>(id::kScan2d, "scan2d", 9,
+        id::kObjRecog, "ObjRecog", "obj_recog", 6,
+        "recordingTime " POSITION("refPos") " objectNum object[0].objectId " POSITION(
+            "object[0].pos") "  " POSITION("object[0].vel") " object[0].dim.x object[0].dim.y "
+                                                            "object[0].dim.z object[0].prob "
+                                                            "object[0].imageArea.x "
+                                                            "object[0].imageArea.y "
+                                                            "object[0].imageArea.width "
+                                                            "object[0].imageArea.height"),
+    entry<Scan2dData>(id::kScan2d, "Scan2d", "scan2d", 9,
                       "recordingTime duration maxRange sectorNum sectorIndex " POSITION(
-                          "refPos") " pointNum fileNum"),
-    entry<Scan3dData>(id::kScan3d, "scan3d", 3,
+                          "refPos") " pointNum scan2dFileNum"),
+    entry<Scan3dData>(id::kScan3d, "Scan3d", "scan3d", 3,
                       "recordingTime duration maxRange scanNum scanPointNum scanMode scanHardware "
-                      "sectorNum sectorIndex " POSITION("refPos") " pointNum fileNum"),
+                      "sectorNum sectorIndex " POSITION("refPos") " pointNum scan3dFileNum"),
 }};
 
+#undef BASEPOINT
+#undef SPLINE
 #undef POSITION
 
 }  // namespace
@@ -227,7 +243,9 @@ const RecordedClass* recorded_class(std::uint32_t class_id) {
 
 std::string heading(const RecordedClass& recorded, tims::Address module,
                     const tims::AddressWidths& widths) {
-  return "% " + module.to_string(widths) + "\n% " + std::string(recorded.columns) + "\n";
+  const auto [system, class_id, instance, local] = module.fields(widths);
+  return "% " + std::string(recorded.title) + "(" + std::to_string(system) + "/" +
+         std::to_string(instance) + ")\n% " + std::string(recorded.columns) + "\n";
 }
 
 }  // namespace rack::datalog

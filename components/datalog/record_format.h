@@ -22,6 +22,7 @@ struct Record {
 
 struct RecordedClass {
   std::uint32_t class_id;
+  std::string_view title;    // in its files: "Scan2d"
   std::string_view name;     // of its files: "scan2d"
   std::int32_t instances;    // in the built-in list: from 0 on
   std::size_t body_max;      // bytes

@@ -93,6 +93,34 @@ TEST(RecordFormat, Headings) {
   const RecordedClass* odometry = recorded_class(tims::class_id::kOdometry);
   EXPECT_EQ(heading(*odometry, *tims::Address::parse("Odometry(0/2)")),
             "% Odometry(0/2)\n% recordingTime pos.x pos.y pos.z pos.phi pos.psi pos.rho\n");
+  const auto of = [](const char* module) {
+    const tims::Address address = *tims::Address::parse(module);
+    return heading(*recorded_class(address.fields().class_id), address);
+  };
+  EXPECT_EQ(of("Clock(1/0)"),
+            "% Clock(1/0)\n% recordingTime hour second day month year utcTime dayOfWeek syncMode "
+            "varT\n");
+  EXPECT_EQ(of("Ladar(0/1)"),
+            "% Ladar(0/1)\n% recordingTime duration maxRange startAngle endAngle pointNum "
+            "point[0].angle point[0].distance point[0].type point[0].intensity\n");
+  EXPECT_EQ(of("Scan2d(0/0)"),
+            "% Scan2d(0/0)\n% recordingTime duration maxRange sectorNum sectorIndex refPos.x "
+            "refPos.y refPos.z refPos.phi refPos.psi refPos.rho pointNum scan2dFileNum\n");
+  EXPECT_EQ(
+      of("Pilot(0/0)"),
+      "% Pilot(0/0)\n% recordingTime pos.x pos.y pos.z pos.phi pos.psi pos.rho dest.x dest.y "
+      "dest.z dest.phi dest.psi dest.rho speed curve distanceToDest splineNum "
+      "spline[0].basepoint.x spline[0].basepoint.y spline[0].basepoint.speed "
+      "spline[0].basepoint.maxRadius spline[0].basepoint.type spline[0].basepoint.request "
+      "spline[0].basepoint.lbo spline[0].basepoint.id spline[0].basepoint.wayId "
+      "spline[0].basepoint.layer spline[0].basepoint.actionStart spline[0].basepoint.actionEnd "
+      "spline[0].startPos.x spline[0].startPos.y spline[0].startPos.rho spline[0].endPos.x "
+      "spline[0].endPos.y spline[0].endPos.rho spline[0].centerPos.x spline[0].centerPos.y "
+      "spline[0].centerPos.rho spline[0].length spline[0].radius spline[0].vMax spline[0].vStart "
+      "spline[0].vEnd spline[0].accMax spline[0].decMax spline[0].type spline[0].request "
+      "spline[0].lbo\n");
+  EXPECT_TRUE(of("ServoDrive(0/3)").starts_with("% Servodrive(0/3)\n"));
+  EXPECT_TRUE(of("GridMap(0/0)").starts_with("% Gridmap(0/0)\n"));
   EXPECT_EQ(recorded_class(tims::class_id::kJoystick), nullptr);
   std::int32_t all = 0;
   for (const RecordedClass& recorded : recorded_classes()) all += recorded.instances;

@@ -49,6 +49,18 @@ TEST_F(DatalogTest, AFileOfTheOriginal) {
   EXPECT_EQ(std::ranges::count(lines.at(2), ' '), 8) << lines.at(2);
 }
 
+// Behind those of every component: the original's two first.
+TEST_F(DatalogTest, ParametersInTheirOrder) {
+  start("DatalogRec");
+  const auto list = proxy<rack::DatalogProxy>(kDatalog).get_param();
+  ASSERT_TRUE(list) << list.error().message();
+  std::vector<std::string> names;
+  for (const auto& one : list->parameters) names.emplace_back(one.name.view());
+  ASSERT_GE(names.size(), 3U);
+  names.erase(names.begin(), names.end() - 3);
+  EXPECT_EQ(names, (std::vector<std::string>{"binaryIo", "logInfoFileName", "logPathName"}));
+}
+
 TEST_F(DatalogTest, TheListIsSetWhileItRecords) {
   const TemporaryFolder folder;
   record(folder.path().string() + "/", "c.dat");
