@@ -1,6 +1,5 @@
 #include "router/io/link_port.h"
 
-#include <bit>
 #include <chrono>
 
 #include <fmt/core.h>
@@ -14,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kPartsBytesMin = 256 << 20;  // address space, not memory
+constexpr std::size_t kPartsBytesMin = 256 << 20;
 // Links that do not come up: their names may mean something else by now.
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
@@ -43,9 +42,14 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
 }
 static_assert(static_cast<int>(config::Link::Kind::kSub) == static_cast<int>(core::LinkKind::kSub));
 
-// A message of the largest size fits, whatever else is there.
+// Of memory. What the largest message needs is kept, and others go on beside it.
 std::size_t parts_bytes(std::uint32_t message_max) {
-  return std::max(kPartsBytesMin, 4 * std::bit_ceil(std::size_t{message_max}));
+  return std::max(kPartsBytesMin, 4 * link::MessageMemory::place_bytes(message_max));
+}
+
+// Of address space, which costs nothing.
+std::size_t parts_space(std::uint32_t message_max) {
+  return link::MessageMemory::kPlacesMax * link::MessageMemory::place_bytes(message_max);
 }
 
 }  // namespace
@@ -55,19 +59,26 @@ LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
     : loop_(loop),
       log_(log),
       end_turn_(std::move(end_turn)),
-      parts_(parts_bytes(setup.self.message_max)),
-      memory_(parts_.bytes()),
+      parts_(parts_space(setup.self.message_max)),
+      memory_(parts_.bytes(), setup.self.message_max, parts_bytes(setup.self.message_max)),
       links_(router, pool, memory_, setup),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
 Result<void> LinkPort::check_memory() const {
   const std::uint32_t message_max = links_.self().message_max;
-  if (memory_.has_room_for(message_max)) return {};
-  return Error(Errc::kSystem,
-               fmt::format("the system gives no {} bytes of address space for messages in parts: "
-                           "lower message.max ({} bytes)",
-                           parts_bytes(message_max), message_max));
+  if (memory_.is_enough()) return {};
+  return Error(
+      Errc::kSystem,
+      fmt::format("the system gives no {} bytes of address space for messages in parts "
+                  "(ulimit -v): lower message.max ({} bytes)",
+                  link::MessageMemory::kPlacesMin * std::size_t{message_max}, message_max));
+}
+
+void LinkPort::release() {
+  links_.release();
+  for (auto bytes = memory_.surplus(); !bytes.empty(); bytes = memory_.surplus())
+    WaitingMemory::discard(bytes);
 }
 
 Result<std::string> LinkPort::listen(const config::Endpoint& where) {

@@ -54,7 +54,7 @@ class LinkPort final : public Port {
   [[nodiscard]] bool drained() const override { return true; }
 
   // After all ports were flushed.
-  void release() { links_.release(); }
+  void release();
   // Other routers hear that this one ends.
   void say_goodbye(Time now);
   void stop();

@@ -7,6 +7,8 @@
 
 namespace tims::io::test {
 
+inline constexpr std::uint32_t kMessageMax = 1U << 16;
+
 // The links of one router, and the memory they need. Hosts hear each other at once.
 struct Host {
   Host(core::Router& router, const link::Identity& self)
@@ -34,11 +36,11 @@ struct Host {
   const link::NetAddress address;
   struct alignas(core::BlockPool::kBlockSize) Memory {
     std::array<std::byte, 16 * core::BlockPool::kBlockSize> blocks;
-    std::array<std::byte, 16 * link::MessageMemory::kPieceMin> messages;
+    std::array<std::byte, std::size_t{8} * kMessageMax> messages;
   };
   std::unique_ptr<Memory> bytes = std::make_unique<Memory>();
   core::BlockPool pool{bytes->blocks};
-  link::MessageMemory memory{bytes->messages};
+  link::MessageMemory memory{bytes->messages, kMessageMax, std::size_t{4} * kMessageMax};
   link::Links links;
 
  private:
@@ -106,7 +108,7 @@ class LinkedFixture final : public AdminFixture {
             .system = system,
             .id = id,
             .name = name,
-            .message_max = 1U << 16};
+            .message_max = kMessageMax};
   }
   static void run(Time from, Time to, std::initializer_list<Host*> hosts) {
     for (Time now = from; now < to; now += std::chrono::milliseconds(100)) {

@@ -28,9 +28,13 @@ WaitingMemory::~WaitingMemory() {
 void WaitingMemory::give_back() {
   if (pool_.used() != 0 || pool_.touched_bytes() <= kKeptBytes) return;
   pool_.forget();
+  discard(memory_);
+}
+
+void WaitingMemory::discard(std::span<std::byte> bytes) {
   // What is locked (router.priority) wants the second; kernels before 5.18 keep it.
-  if (::madvise(memory_.data(), memory_.size(), MADV_DONTNEED) != 0)
-    ::madvise(memory_.data(), memory_.size(), MADV_DONTNEED_LOCKED);
+  if (::madvise(bytes.data(), bytes.size(), MADV_DONTNEED) != 0)
+    ::madvise(bytes.data(), bytes.size(), MADV_DONTNEED_LOCKED);
 }
 
 }  // namespace tims::io

@@ -19,6 +19,9 @@ class WaitingMemory {
   core::BlockPool& pool() { return pool_; }
   [[nodiscard]] std::span<std::byte> bytes() const { return memory_; }
 
+  // Bytes of such memory go back to the system; what they held is gone.
+  static void discard(std::span<std::byte> bytes);
+
   // After every turn: once nothing waits any more, what it took goes back to the system.
   void give_back();
 

@@ -87,7 +87,7 @@ class FleetTest : public testing::Test {
   alignas(core::BlockPool::kBlockSize) std::array<std::byte, 1U << 18> blocks{};
   std::array<std::byte, 1U << 16> messages{};
   core::BlockPool pool{blocks};
-  MessageMemory memory{messages};
+  MessageMemory memory{messages, 1U << 12, 1U << 16};
   std::vector<MessageBuffer> done;
   NoSink sink;
   Around around;

@@ -91,6 +91,8 @@ std::optional<Frame> get_frame(ByteReader& in, std::span<std::byte> all) {
       return ResponseFrame{in.get<std::uint64_t>()};
     case FrameType::kClose:
       return CloseFrame{in.get<std::uint8_t>()};
+    case FrameType::kNotReady:
+      return NotReadyFrame{in.get<std::uint16_t>()};
   }
   return std::nullopt;
 }
@@ -139,6 +141,11 @@ void put(ByteWriter& out, const SkipFrame& frame) {
   out.put(frame.lane);
   out.put(std::uint16_t{0});
   out.put(frame.to);
+}
+
+void put(ByteWriter& out, const NotReadyFrame& frame) {
+  out.put(static_cast<std::uint8_t>(FrameType::kNotReady));
+  out.put(frame.lanes);
 }
 
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) {

@@ -28,6 +28,7 @@ enum class FrameType : std::uint8_t {
   kChallenge = 7,
   kResponse = 8,
   kClose = 9,
+  kNotReady = 10,
 };
 
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
@@ -95,9 +96,15 @@ inline constexpr std::size_t kNonceFrameSize = 9;
 struct CloseFrame {
   std::uint8_t reason = 0;
 };
+// There was no memory for what came in these lanes: try again in a while (the RNR NAK of
+// InfiniBand). A hint, which may be lost: what was not kept is not acknowledged either.
+struct NotReadyFrame {
+  std::uint16_t lanes = 0;  // a bit for each
+};
+inline constexpr std::size_t kNotReadySize = 3;
 
 using Frame = std::variant<KeepAlive, Ack, StreamFrame, SkipFrame, SampleFrame, ProbeFrame,
-                           ChallengeFrame, ResponseFrame, CloseFrame>;
+                           ChallengeFrame, ResponseFrame, CloseFrame, NotReadyFrame>;
 
 // Walks the frames of a datagram. Once next() has said nothing, ok() tells whether that was the end
 // or something that is no frame.
@@ -119,6 +126,7 @@ class ByteWriter;
 void put(ByteWriter& out, const KeepAlive& frame);
 void put(ByteWriter& out, const Ack& frame);
 void put(ByteWriter& out, const SkipFrame& frame);
+void put(ByteWriter& out, const NotReadyFrame& frame);
 void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce);
 void put_close(ByteWriter& out, std::uint8_t reason);
 // The headers only: the bytes follow.

@@ -1,7 +1,6 @@
 #include "router/link/lane_receiver.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -31,23 +30,39 @@ void Assembly::give_block(core::BlockPool::Index& block) {
   --blocks;
 }
 
-MessageBuffer Assembly::take(Time now, std::size_t size) {
-  const std::size_t piece = std::bit_ceil(std::max(size, MessageMemory::kPieceMin));
-  const std::size_t left = memory.size() - memory.used_bytes();
-  MessageBuffer buffer;
-  if (!memory.is_wanted(now, this) || bytes + piece <= left) buffer = MessageBuffer(memory, size);
-  if (!buffer) memory.note_wanted(now, this);
-  bytes += buffer.bytes().size();
-  return buffer;
+bool Assembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists) {
+  MessageBuffer fresh;
+  if (!buffer && places < memory.free_places()) fresh = MessageBuffer(memory);
+  MessageBuffer& grown = buffer ? buffer : fresh;
+  const std::size_t before = grown.size();
+  bool larger = false;
+  if (grown) {
+    const std::size_t after = bytes + MessageMemory::whole_chunks(size) - before;
+    larger = !is_over_share(now, after) && grown.grow(size);
+    if (!larger) memory.note_wanted(now, this);
+    larger = larger || (insists && grown.grow_as_kept(size));
+  }
+  if (!larger) return false;
+  bytes += grown.size() - before;
+  if (buffer) return true;
+  if (places++ == 0) memory.add_user();
+  buffer = std::move(fresh);
+  return true;
 }
 
 void Assembly::give(MessageBuffer& buffer) {
-  bytes -= buffer.bytes().size();
+  if (!buffer) return;
+  forget(buffer);
   buffer.reset();
 }
 
+void Assembly::forget(const MessageBuffer& buffer) {
+  bytes -= buffer.size();
+  if (--places == 0) memory.remove_user();
+}
+
 void Assembly::hand_on(MessageBuffer& buffer) {
-  bytes -= buffer.bytes().size();
+  forget(buffer);
   done.push_back(std::move(buffer));
 }
 
@@ -173,6 +188,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
       thrown_away_ -= taken;
     } else if (body_) {
       taken = consume_body(now, bytes, control, arrivals);
+      if (taken == 0) break;
     } else if (head_size_ > 0 || bytes.size() < kRecordHead || !stable) {
       taken = consume_head(now, bytes);
       if (taken == 0) break;
@@ -196,7 +212,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
   return all - bytes.size();
 }
 
-// Takes bytes until the head of the next message is complete and there is memory for the whole.
+// Takes bytes until the head of the next message is complete and there is memory for its beginning.
 std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> bytes) {
   const std::size_t size = std::min(kRecordHead - head_size_, bytes.size());
   std::memcpy(head_.data() + head_size_, bytes.data(), size);
@@ -214,8 +230,10 @@ std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> byte
 }
 
 bool LaneReceiver::begin_message(Time now, const Header& header) {
-  body_ = assembly_.take(now, header.length);
-  if (!body_) return false;
+  if (!assembly_.grow(now, body_, kHeaderSize, true)) {
+    refused_ = now;
+    return false;
+  }
   progress_ = now;
   progress_at_ = 0;
   header_ = header;
@@ -227,7 +245,11 @@ bool LaneReceiver::begin_message(Time now, const Header& header) {
 
 std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> bytes, bool control,
                                        Arrivals& arrivals) {
-  const std::size_t size = std::min<std::size_t>(header_.length - body_size_, bytes.size());
+  std::size_t size = std::min<std::size_t>(header_.length - body_size_, bytes.size());
+  if (body_size_ + size > body_.size() && !assembly_.grow(now, body_, body_size_ + size, true)) {
+    refused_ = now;
+    size = body_.size() - body_size_;
+  }
   if (size > 0) std::memcpy(body_.bytes().data() + body_size_, bytes.data(), size);
   body_size_ += size;
   if (body_size_ >= progress_at_ + kProgress) {
@@ -246,6 +268,8 @@ std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
   const Duration patience =
       assembly_.memory.is_wanted(now, &assembly_) ? kPatienceIfWanted : kPatience;
   if (!body_ || now < progress_ + patience) return std::nullopt;
+  const bool waits = now < refused_ + kPatienceIfWanted;
+  if (waits && !assembly_.is_over_share(now, assembly_.bytes)) return std::nullopt;
   thrown_away_ = header_.length - body_size_;
   assembly_.give(body_);
   return header_;

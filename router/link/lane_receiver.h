@@ -18,9 +18,10 @@
 
 namespace tims::link {
 
-// What the lanes of one link share, and their share of what all links have: while another link
+// What the lanes of one link share, and their share of what all links have. While another link
 // wants memory, one takes no more than it leaves to others (a dynamic threshold: Choudhury, Hahne
-// 1998).
+// 1998) or an equal share, but for the one message that has what is kept (message_memory.h). Places
+// and blocks are always shared like that.
 struct Assembly {
   core::BlockPool& pool;             // for what comes too early
   MessageMemory& memory;             // for messages that come in parts
@@ -28,14 +29,21 @@ struct Assembly {
   std::uint32_t message_max = kMessageMaxDefault;
   std::size_t blocks = 0;  // of the pool, that this link has
   std::size_t bytes = 0;   // of the memory
+  std::size_t places = 0;  // of the memory
 
   core::BlockPool::Index take_block();
   void give_block(core::BlockPool::Index& block);
-  // Empty when there is none now.
-  MessageBuffer take(Time now, std::size_t size);
+  // Makes `buffer` as large, which is empty before its first bytes come. False: not now. Who
+  // `insists` comes again, and may have what is kept.
+  bool grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists);
   void give(MessageBuffer& buffer);
   void hand_on(MessageBuffer& buffer);  // it is looked at until the turn ends
-  [[nodiscard]] bool is_used() const { return bytes > 0; }
+  void forget(const MessageBuffer& buffer);
+  [[nodiscard]] bool is_used() const { return places > 0; }
+  // Would so many bytes be more than it may have now?
+  [[nodiscard]] bool is_over_share(Time now, std::size_t of_bytes) const {
+    return memory.is_wanted(now, this) && of_bytes > memory.share();
+  }
 };
 
 class LaneReceiver {
@@ -54,14 +62,18 @@ class LaneReceiver {
                    Arrivals& arrivals);
   Verdict on_skip(Time now, std::uint64_t to, bool control, Arrivals& arrivals);
 
+  // There was no memory for what has just come.
+  [[nodiscard]] bool has_refused(Time now) const { return refused_ == now; }
+
   // What is here and in order could not be handed on for lack of memory: on_bytes and retry do.
   [[nodiscard]] bool is_stuck() const { return !early_.empty() && early_.front().begin <= next_; }
   Verdict retry(Time now, bool control, Arrivals& arrivals) {
     return is_stuck() ? drain_early(now, control, arrivals) : Verdict::kTaken;
   }
 
-  // A message that makes no progress is given up after a while, sooner when others want its memory;
-  // what still comes of it is thrown away. Its header.
+  // A message that makes no progress is given up after a while, sooner when other links want its
+  // memory; what still comes of it is thrown away. Not one that waits for memory, unless its link
+  // has more than its share. Its header.
   static constexpr Duration kPatience = std::chrono::seconds(30);
   static constexpr Duration kPatienceIfWanted = std::chrono::seconds(2);
   static constexpr std::size_t kProgress = 16 << 10;  // so much more, or all of it
@@ -94,11 +106,12 @@ class LaneReceiver {
   // The message in the making.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
-  MessageBuffer body_;           // the message, header included
+  MessageBuffer body_;           // the message, header included, as far as it came
   std::size_t body_size_ = 0;    // so much of it is there
   std::size_t thrown_away_ = 0;  // of a message that was given up: so much is still to come
   Time progress_{};              // a good part of it has come
   std::size_t progress_at_ = 0;
+  Time refused_{};  // when there was no memory for what came, the last time
   Header header_{};
 
   RangeSet early_;

@@ -53,9 +53,10 @@ struct LanesTest : testing::Test, Arrivals, Losses {
   }
 
   std::vector<std::byte> blocks = std::vector<std::byte>(8U << 20);
-  std::vector<std::byte> messages = std::vector<std::byte>(32U << 20);
+  static constexpr std::uint32_t kMessageMax = 9U << 20;
+  std::vector<std::byte> messages = std::vector<std::byte>(MessageMemory::kPlacesMin * kMessageMax);
   core::BlockPool pool{aligned(blocks)};
-  MessageMemory memory{messages};
+  MessageMemory memory{messages, kMessageMax, 32U << 20};
   std::vector<MessageBuffer> done;
   Assembly assembly{pool, memory, done};
   LaneSender sender{pool};
@@ -149,14 +150,23 @@ TEST_F(LanesTest, WhatWaitsCanGiveWay) {
 }
 
 TEST_F(LanesTest, WithoutMemoryNothingIsLost) {
-  MessageBuffer all(memory, 32U << 20);
+  std::array<MessageBuffer, 4> all;
+  for (MessageBuffer& one : all) {
+    one = MessageBuffer(memory);
+    (void)one.grow(kMessageMax);
+  }
+  while (all[3].grow(all[3].size() + 1)) {
+  }
+  ASSERT_TRUE(all[3].grow_as_kept(kMessageMax));
+  while (all[2].grow(all[2].size() + 1)) {
+  }
   push(20'000);
   const auto pieces = take_all(1000);
   std::vector<Range> refused;
   for (const Range range : pieces)
     if (deliver(range) == LaneReceiver::Verdict::kRefused) refused.push_back(range);
   EXPECT_FALSE(refused.empty());
-  all.reset();
+  all = {};
   for (const Range range : refused) EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
   EXPECT_EQ(arrived.size(), 1U);
 }
@@ -288,30 +298,75 @@ struct SharesTest : LanesTest {
   Peer honest{pool, memory, done};
 };
 
-// Heads that announce all there is take it, until somebody else wants some: then what does not go
-// on is given up, and they take no more than they leave.
-TEST_F(SharesTest, WhatIsOnlyAnnouncedHoldsUpOthersForAMoment) {
-  const auto announce = [&] {
-    for (Peer* peer : {&first, &second})
-      for (auto& lane : peer->lanes) {
-        lane->clear();
-        (void)peer->begin(static_cast<std::size_t>(&lane - peer->lanes.data()), 4 * kLarge,
-                          kHeaderSize);
-      }
-  };
-  announce();
-  EXPECT_EQ(memory.used_bytes(), memory.size());
-  EXPECT_EQ(honest.whole(0, kLarge), Verdict::kRefused);
-  for (Peer* peer : {&first, &second, &honest}) peer->now += LaneReceiver::kPatienceIfWanted;
+// As much as they can, and not a byte for it.
+TEST_F(SharesTest, WhatIsOnlyAnnouncedTakesNoMemory) {
   for (Peer* peer : {&first, &second})
-    for (auto& lane : peer->lanes) (void)lane->give_up_stalled(peer->now);
-  EXPECT_EQ(memory.used_bytes(), 0U);
-  announce();
-  EXPECT_LE(first.assembly.bytes, memory.size() / 2);
-  EXPECT_LE(memory.used_bytes(), 3 * memory.size() / 4);
-  EXPECT_EQ(honest.lanes[0]->next(), 0U);
-  EXPECT_EQ(honest.whole(0, kLarge), Verdict::kTaken);
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+      (void)peer->begin(lane, 4 * kLarge, kHeaderSize);
+  EXPECT_LE(memory.used_bytes(), 2 * kLanes * MessageMemory::kChunk);
+  EXPECT_EQ(honest.whole(0, 4 * kLarge), Verdict::kTaken);
   EXPECT_EQ(honest.arrived, 1);
+}
+
+// All that there is, by bytes that came; then others get their share of it.
+TEST_F(SharesTest, WhoHoldsAllGivesItBackWhenOthersWantSome) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    (void)first.begin(lane, 4 * kLarge, 4 * kLarge - 10'000);
+  EXPECT_EQ(memory.free_bytes(), 0U);
+  EXPECT_EQ(honest.whole(0, kLarge), Verdict::kRefused);
+  // It goes on asking, which is no reason to keep all that.
+  for (int i = 0; i < 3; ++i) {
+    for (Peer* peer : {&first, &honest}) peer->now += LaneReceiver::kPatienceIfWanted / 2;
+    std::vector<std::byte> rest(1000);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      (void)first.more(lane, rest);
+      (void)first.lanes[lane]->give_up_stalled(first.now);
+    }
+    if (i == 0) {
+      EXPECT_EQ(honest.whole(0, kLarge), Verdict::kRefused);
+    }
+  }
+  EXPECT_EQ(honest.whole(0, 4 * kLarge), Verdict::kTaken);
+  EXPECT_EQ(honest.arrived, 1);
+}
+
+// More than there is memory for, and each is half there.
+TEST_F(SharesTest, OfMessagesThatWaitForEachOtherEachArrives) {
+  constexpr std::uint32_t kSize = 4 * kLarge;
+  std::vector<std::byte> stream(kRecordPrefix + kSize);
+  wire::encode_header({.length = kSize}, std::span(stream).subspan<kRecordPrefix, kHeaderSize>());
+  int refused = 0;
+  for (int round = 0; round < 10'000 && first.arrived + second.arrived < 2 * int{kLanes}; ++round) {
+    for (Peer* peer : {&first, &second})
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::size_t at = peer->lanes[lane]->next();
+        std::vector<std::byte> copy(
+            stream.begin() + static_cast<std::ptrdiff_t>(at),
+            stream.begin() + static_cast<std::ptrdiff_t>(std::min(at + 6000, stream.size())));
+        if (peer->more(lane, copy) != Verdict::kTaken) ++refused;
+        ASSERT_LE(memory.used_bytes(), memory.bytes_max());
+      }
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(first.arrived, int{kLanes});
+  EXPECT_EQ(second.arrived, int{kLanes});
+  EXPECT_EQ(memory.used_bytes(), 0U);
+}
+
+// A message that waits for memory is not taken as one that does not go on.
+TEST_F(SharesTest, WhoWaitsForMemoryIsNotGivenUp) {
+  ASSERT_EQ(first.begin(0, 4 * kLarge, kLarge), Verdict::kTaken);
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    (void)second.begin(lane, 4 * kLarge, 4 * kLarge - 1);
+  ASSERT_EQ(memory.free_bytes(), 0U);
+  std::vector<std::byte> more(100'000);
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_EQ(first.more(0, more), Verdict::kRefused);
+    first.now += 1s;
+    EXPECT_FALSE(first.lanes[0]->give_up_stalled(first.now).has_value());
+  }
+  first.now += LaneReceiver::kPatienceIfWanted;
+  EXPECT_TRUE(first.lanes[0]->give_up_stalled(first.now).has_value()) << "it does not come again";
 }
 
 TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpWhenOthersWantItsMemory) {

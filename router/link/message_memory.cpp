@@ -1,70 +1,67 @@
 #include "router/link/message_memory.h"
 
-#include <algorithm>
-#include <bit>
-
 namespace tims::link {
 
-MessageMemory::MessageMemory(std::span<std::byte> memory) : memory_(memory.data()) {
-  free_.fill(kNone);
-  const std::size_t count = std::bit_floor(memory.size() / kPieceMin);
-  if (count == 0) return;
-  order_max_ = std::min(static_cast<std::size_t>(std::countr_zero(count)), kOrders - 1);
-  pieces_.resize(std::size_t{1} << order_max_);
-  push(0, order_max_);
+MessageMemory::MessageMemory(std::span<std::byte> address_space, std::uint32_t message_max,
+                             std::size_t bytes_max)
+    : memory_(address_space.data()),
+      place_bytes_(place_bytes(message_max)),
+      bytes_max_(std::max(bytes_max, place_bytes_)),
+      touched_(std::min(address_space.size() / place_bytes_, kPlacesMax)) {
+  for (std::size_t place = touched_.size(); place > 0; --place)
+    free_.push_back(static_cast<std::uint32_t>(place - 1));
 }
 
-void MessageMemory::push(std::uint32_t piece, std::size_t order) {
-  pieces_[piece] = {.next = free_[order],
-                    .previous = kNone,
-                    .order = static_cast<std::uint8_t>(order),
-                    .free = true};
-  if (free_[order] != kNone) pieces_[free_[order]].previous = piece;
-  free_[order] = piece;
+std::uint32_t MessageMemory::take_place() {
+  if (free_.empty()) return kNone;
+  const std::uint32_t place = free_.back();
+  free_.pop_back();
+  return place;
 }
 
-void MessageMemory::unlink(std::uint32_t piece) {
-  Piece& p = pieces_[piece];
-  if (p.previous == kNone) {
-    free_[p.order] = p.next;
+bool MessageMemory::grow(std::uint32_t place, std::size_t size, std::size_t larger) {
+  if (place == has_kept_) return grow_as_kept(place, size, larger);
+  if (larger - size > free_bytes() || larger > place_bytes_) return false;
+  used_ += larger - size;
+  touch(place, larger);
+  return true;
+}
+
+bool MessageMemory::grow_as_kept(std::uint32_t place, std::size_t size, std::size_t larger) {
+  if ((has_kept_ != kNone && has_kept_ != place) || larger > place_bytes_) return false;
+  // What it has so far is free for others.
+  if (has_kept_ == kNone) used_ -= size;
+  has_kept_ = place;
+  kept_used_ = larger;
+  touch(place, larger);
+  return true;
+}
+
+void MessageMemory::touch(std::uint32_t place, std::size_t size) {
+  if (size <= touched_[place]) return;
+  touched_bytes_ += size - touched_[place];
+  touched_[place] = size;
+}
+
+void MessageMemory::release(std::uint32_t place, std::size_t size) {
+  if (place == has_kept_) {
+    has_kept_ = kNone;
+    kept_used_ = 0;
   } else {
-    pieces_[p.previous].next = p.next;
+    used_ -= size;
   }
-  if (p.next != kNone) pieces_[p.next].previous = p.previous;
-  p.free = false;
+  free_.push_back(place);
 }
 
-std::span<std::byte> MessageMemory::allocate(std::size_t size) {
-  if (pieces_.empty()) return {};
-  const std::size_t units =
-      std::bit_ceil(std::max<std::size_t>(1, (size + kPieceMin - 1) / kPieceMin));
-  const std::size_t wanted = static_cast<std::size_t>(std::countr_zero(units));
-  std::size_t order = wanted;
-  while (order <= order_max_ && free_[order] == kNone) ++order;
-  if (order > order_max_) return {};
-  const std::uint32_t piece = free_[order];
-  unlink(piece);
-  while (order > wanted) {
-    --order;
-    push(piece + (std::uint32_t{1} << order), order);
-  }
-  pieces_[piece].order = static_cast<std::uint8_t>(wanted);
-  used_ += units * kPieceMin;
-  return {memory_ + std::size_t{piece} * kPieceMin, units * kPieceMin};
-}
-
-void MessageMemory::release(std::span<std::byte> bytes) {
-  auto piece = static_cast<std::uint32_t>((bytes.data() - memory_) / std::ptrdiff_t{kPieceMin});
-  std::size_t order = pieces_[piece].order;
-  used_ -= bytes.size();
-  while (order < order_max_) {
-    const std::uint32_t buddy = piece ^ (std::uint32_t{1} << order);
-    if (!pieces_[buddy].free || pieces_[buddy].order != order) break;
-    unlink(buddy);
-    piece = std::min(piece, buddy);
-    ++order;
-  }
-  push(piece, order);
+std::span<std::byte> MessageMemory::surplus() {
+  const bool idle = free_.size() == touched_.size();
+  if (touched_bytes_ <= (idle ? std::min(kTouchedIfIdle, bytes_max_) : bytes_max_)) return {};
+  const auto place =
+      std::ranges::find_if(free_, [&](std::uint32_t free) { return touched_[free] > 0; });
+  if (place == free_.end()) return {};
+  const std::size_t size = std::exchange(touched_[*place], 0);
+  touched_bytes_ -= size;
+  return {at(*place), size};
 }
 
 }  // namespace tims::link

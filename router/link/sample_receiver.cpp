@@ -23,12 +23,17 @@ bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, Arrivals& arri
   Part* part = part_for(now, frame);
   if (part == nullptr) return true;  // no memory, and samples may be lost
   if (part->total != frame.total) return false;
+  const std::size_t end = frame.offset + frame.bytes.size();
+  // Memory reaches as far as what came, so it must not come from far ahead.
+  if (end > kAheadMin + kAheadTimes * part->received) return true;
+  if (!assembly_.grow(now, part->bytes, end, false)) return true;
+  part->received += frame.bytes.size();
   std::memcpy(part->bytes.bytes().data() + frame.offset, frame.bytes.data(), frame.bytes.size());
-  part->have.add({frame.offset, frame.offset + frame.bytes.size()});
+  part->have.add({frame.offset, end});
   if (!part->have.contains({0, part->total})) return true;
   const std::span message = part->bytes.bytes().first(part->total);
   assembly_.hand_on(part->bytes);
-  part->have.clear();
+  give_up(*part);
   return hand_on(now, frame.hops, frame.number, message, arrivals);
 }
 
@@ -44,9 +49,8 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
     if (is_older(frame.number, place->number)) return nullptr;
     ++incomplete_;
   }
-  place->have.clear();
-  assembly_.give(place->bytes);
-  place->bytes = assembly_.take(now, frame.total);
+  give_up(*place);
+  (void)assembly_.grow(now, place->bytes, kHeaderSize, false);
   place->number = frame.number;
   place->total = frame.total;
   place->since = now;
@@ -77,16 +81,18 @@ void SampleReceiver::expire(Time now) {
   for (Part& part : parts_) {
     if (!part.bytes || now < part.since + kPatience) continue;
     ++incomplete_;
-    assembly_.give(part.bytes);
-    part.have.clear();
+    give_up(part);
   }
 }
 
+void SampleReceiver::give_up(Part& part) {
+  assembly_.give(part.bytes);
+  part.received = 0;
+  part.have.clear();
+}
+
 void SampleReceiver::clear() {
-  for (Part& part : parts_) {
-    assembly_.give(part.bytes);
-    part.have.clear();
-  }
+  for (Part& part : parts_) give_up(part);
   streams_.fill({});
 }
 

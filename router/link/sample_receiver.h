@@ -29,12 +29,16 @@ class SampleReceiver {
  private:
   static constexpr std::size_t kPartsMax = 8;   // samples in part
   static constexpr std::size_t kStreams = 128;  // whose newest number is remembered
+  // Parts are taken so far ahead: this, and so many times what has come.
+  static constexpr std::size_t kAheadMin = 64 << 10;
+  static constexpr std::size_t kAheadTimes = 4;
 
   struct Part {
     std::uint32_t number = 0;
     std::uint32_t total = 0;
     Time since{};
     MessageBuffer bytes{};
+    std::size_t received = 0;  // bytes
     RangeSet have{};
   };
   struct Stream {
@@ -45,6 +49,7 @@ class SampleReceiver {
   };
 
   Part* part_for(Time now, const SampleFrame& frame);
+  void give_up(Part& part);
   bool hand_on(Time now, std::uint8_t hops, std::uint32_t number, std::span<std::byte> message,
                Arrivals& arrivals);
 

@@ -59,9 +59,9 @@ struct SamplesTest : testing::Test, Arrivals, Losses {
     std::array<std::byte, 1U << 20> bytes;
   };
   std::unique_ptr<Blocks> blocks = std::make_unique<Blocks>();
-  std::vector<std::byte> messages = std::vector<std::byte>(1U << 20);
+  std::vector<std::byte> messages = std::vector<std::byte>(MessageMemory::kPlacesMin << 20);
   core::BlockPool pool{blocks->bytes};
-  MessageMemory memory{messages};
+  MessageMemory memory{messages, 1U << 20, 4U << 20};
   std::vector<MessageBuffer> done;
   Assembly assembly{pool, memory, done};
   SampleSender sender{pool};

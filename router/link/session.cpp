@@ -127,6 +127,8 @@ void Session::reset(Time now, core::Outcome why) {
   sample_receiver_.clear();
   window_ = PacketWindow();
   unacked_ = 0;
+  not_ready_ = 0;
+  paused_until_ = {};
   ack_now_ = false;
   ack_at_ = kNever;
   measured_next_ = 0;

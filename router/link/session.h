@@ -130,6 +130,7 @@ class Session final : private PacketFate {
   // session_receive.cpp
   Verdict on_frames(Time now, const Data& data, bool& eliciting, bool& keep);
   bool on_ack(Time now, const Ack& ack);
+  void on_not_ready(Time now, std::uint16_t lanes);
   void after_ack(Time now, const SentPackets::AckResult& result, Duration rtt,
                  std::uint64_t in_flight);
 
@@ -146,6 +147,7 @@ class Session final : private PacketFate {
   [[nodiscard]] bool is_idle(std::size_t lane) const;
   void forget_idle_lanes();
   void put_ack(Time now, Packet& packet);
+  void put_not_ready(Packet& packet);
   void put_skip(Packet& packet);
   static void put_ping(Packet& packet);
   void put_lanes(Time now, Packet& packet);
@@ -170,10 +172,11 @@ class Session final : private PacketFate {
   Congestion congestion_{kDatagramBase};
   PathMtu mtu_;
   TokenBucket pacer_;
-  TokenBucket cap_;        // the link's rate
-  TokenBucket lower_cap_;  // what the lower classes may have of it
-  int probes_ = 0;         // probe timeouts in a row
-  int probe_packets_ = 0;  // that may go in spite of the window
+  TokenBucket cap_;                          // the link's rate
+  TokenBucket lower_cap_;                    // what the lower classes may have of it
+  std::array<Time, kLanes> paused_until_{};  // the other side has no memory for them
+  int probes_ = 0;                           // probe timeouts in a row
+  int probe_packets_ = 0;                    // that may go in spite of the window
   Time next_expiry_{};
   std::uint64_t queued_at_most_ = 0;
   Time newest_acked_sent_{};
@@ -186,6 +189,7 @@ class Session final : private PacketFate {
   Time newest_at_{};           // when the packet with the highest number came
   std::uint32_t unacked_ = 0;  // packets that want an acknowledgement
   bool ack_now_ = false;
+  std::uint16_t not_ready_ = 0;  // lanes for which there was no memory, to be told
   Time ack_at_ = kNever;
 
   SessionCounters counters_;

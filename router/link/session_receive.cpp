@@ -5,6 +5,16 @@
 
 namespace tims::link {
 
+namespace {
+
+using namespace std::chrono_literals;
+
+// Of a lane that the other side has no memory for.
+constexpr Duration kPauseMin = 20ms;
+constexpr Duration kPauseMax = 500ms;
+
+}  // namespace
+
 Session::Verdict Session::on_data(Time now, const Data& data) {
   const std::uint64_t number = window_.expand(data.header.packet);
   const bool newest = number >= window_.next();
@@ -16,6 +26,7 @@ Session::Verdict Session::on_data(Time now, const Data& data) {
   if (verdict == Verdict::kBroken) return verdict;
   if (!keep) {
     ++counters_.packets_refused;
+    if (not_ready_ != 0) ack_now_ = true;
     return Verdict::kTaken;
   }
   window_.add(number);
@@ -36,13 +47,17 @@ Session::Verdict Session::on_frames(Time now, const Data& data, bool& eliciting,
   while (!broken) {
     const auto frame = reader.next();
     if (!frame) break;
-    const auto lane_verdict = [&](LaneReceiver::Verdict v) {
+    const auto lane_verdict = [&](std::size_t lane, LaneReceiver::Verdict v) {
       eliciting = true;
-      if (v == LaneReceiver::Verdict::kRefused) keep = false;
+      if (v == LaneReceiver::Verdict::kRefused) {
+        keep = false;
+        if (receivers_[lane].has_refused(now)) not_ready_ |= static_cast<std::uint16_t>(1U << lane);
+      }
       if (v == LaneReceiver::Verdict::kBroken) broken = true;
     };
     if (const auto* stream = std::get_if<StreamFrame>(&*frame)) {
-      lane_verdict(receivers_[stream->lane].on_bytes(now, stream->offset, stream->bytes,
+      lane_verdict(stream->lane,
+                   receivers_[stream->lane].on_bytes(now, stream->offset, stream->bytes,
                                                      stream->lane == kControlLane, arrivals_));
     } else if (const auto* sample = std::get_if<SampleFrame>(&*frame)) {
       eliciting = true;
@@ -50,8 +65,8 @@ Session::Verdict Session::on_frames(Time now, const Data& data, bool& eliciting,
     } else if (const auto* ack = std::get_if<Ack>(&*frame)) {
       broken = !on_ack(now, *ack);
     } else if (const auto* skip = std::get_if<SkipFrame>(&*frame)) {
-      lane_verdict(
-          receivers_[skip->lane].on_skip(now, skip->to, skip->lane == kControlLane, arrivals_));
+      lane_verdict(skip->lane, receivers_[skip->lane].on_skip(
+                                   now, skip->to, skip->lane == kControlLane, arrivals_));
     } else if (const auto* keep_alive = std::get_if<KeepAlive>(&*frame)) {
       arrivals_.on_frame(now, *keep_alive);
     } else if (const auto* challenge = std::get_if<ChallengeFrame>(&*frame)) {
@@ -62,11 +77,21 @@ Session::Verdict Session::on_frames(Time now, const Data& data, bool& eliciting,
       arrivals_.on_frame(now, *response);
     } else if (const auto* close = std::get_if<CloseFrame>(&*frame)) {
       arrivals_.on_frame(now, *close);
+    } else if (const auto* not_ready = std::get_if<NotReadyFrame>(&*frame)) {
+      on_not_ready(now, not_ready->lanes);
     } else {
       eliciting = true;  // a probe
     }
   }
   return broken || !reader.ok() ? Verdict::kBroken : Verdict::kTaken;
+}
+
+// The other side has no memory for these lanes: those that hold it go on, and must get through.
+void Session::on_not_ready(Time now, std::uint16_t lanes) {
+  const Duration pause = std::clamp<Duration>(4 * rtt_.smoothed(), kPauseMin, kPauseMax);
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    if ((lanes >> lane & 1) != 0) paused_until_[lane] = now + pause;
+  probes_ = 0;
 }
 
 // False: it acknowledges what was never sent.

@@ -41,7 +41,7 @@ struct SessionTest : testing::Test {
   }
 
   core::BlockPool pool{{}};
-  MessageMemory memory{{}};
+  MessageMemory memory{{}, 1U << 16, 1U << 18};
   std::vector<MessageBuffer> done;
   Nobody nobody;
   Session session{pool, memory, done, SessionSettings(), nobody, nobody};
@@ -98,7 +98,7 @@ struct FullQueueTest : testing::Test {
   static constexpr std::uint64_t kMax = 400'000;
   alignas(core::BlockPool::kBlockSize) std::array<std::byte, 4U << 20> blocks{};
   core::BlockPool pool{blocks};
-  MessageMemory memory{{}};
+  MessageMemory memory{{}, 1U << 16, 1U << 18};
   std::vector<MessageBuffer> done;
   Told told;
   Session session{pool, memory, done, {.queue_bytes_max = kMax}, told, told};

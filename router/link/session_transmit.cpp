@@ -130,7 +130,7 @@ void Session::set_rates() {
 // When something of this lane may go; kNever: only an acknowledgement can bring that about.
 Time Session::ready_at(Time now, std::size_t lane) {
   if (sent_.full()) return kNever;
-  const Time cap = cap_.ready_at(now);
+  const Time cap = std::max(cap_.ready_at(now), paused_until_[lane]);
   if (probe_packets_ > 0) return cap;
   const std::uint64_t in_flight = sent_.bytes_in_flight();
   if (lane >= kUrgentLane) {
@@ -187,6 +187,7 @@ std::size_t Session::build(Time now, std::uint64_t token, std::span<std::byte> o
   if (keep_alive != nullptr) put(packet.out, *keep_alive);
   if (open_) {
     if (unacked_ > 0 || ack_now_) put_ack(now, packet);
+    put_not_ready(packet);
     put_skip(packet);
     put_lanes(now, packet);
     if (probe_packets_ > 0 && !packet.record.elicits_ack) put_ping(packet);
@@ -215,6 +216,11 @@ void Session::put_ack(Time now, Packet& packet) {
   ack.delay = static_cast<std::uint16_t>(
       std::clamp<std::int64_t>((now - newest_at_) / kAckDelayUnit, 0, 0xFFFF));
   put(packet.out, ack);
+}
+
+void Session::put_not_ready(Packet& packet) {
+  if (not_ready_ == 0 || packet.out.room() < kNotReadySize) return;
+  put(packet.out, NotReadyFrame{std::exchange(not_ready_, std::uint16_t{0})});
 }
 
 void Session::put_skip(Packet& packet) {

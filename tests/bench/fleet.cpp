@@ -35,7 +35,7 @@ class Robot final : core::Sink {
  public:
   Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket)
       : socket_(std::move(socket)),
-        memory_(parts_.bytes()),
+        memory_(parts_.bytes(), kMessageMaxDefault, 4 * std::size_t{kMessageMaxDefault}),
         router_({.address = self.address()}, {self.epoch, seed}, *this),
         links_(router_, blocks_.pool(), memory_, {.self = self, .seed = seed}) {}
 
@@ -95,7 +95,7 @@ class Robot final : core::Sink {
 
   io::UdpSocket socket_;
   io::WaitingMemory blocks_{kMemory};
-  io::WaitingMemory parts_{kMemory};
+  io::WaitingMemory parts_{link::MessageMemory::kPlacesMin * std::size_t{kMessageMaxDefault}};
   link::MessageMemory memory_;
   core::Router router_;
   link::Links links_;

@@ -13,6 +13,8 @@ namespace {
 
 using core::next_random;
 
+constexpr std::size_t kPlaces = 32;  // for messages in parts
+
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
   return {.epoch = epoch,
           .role = setup.role,
@@ -38,9 +40,9 @@ Memory::~Memory() { ::munmap(bytes_.data(), bytes_.size()); }
 
 Node::Running::Running(Node& node, std::uint64_t epoch)
     : blocks(node.setup_.block_bytes),
-      messages(node.setup_.message_bytes),
+      messages(kPlaces * link::MessageMemory::place_bytes(node.setup_.message_max)),
       pool(blocks.bytes()),
-      memory(messages.bytes()),
+      memory(messages.bytes(), node.setup_.message_max, node.setup_.message_bytes),
       router({.address = identity(node.setup_, epoch).address(),
               .widths = node.setup_.widths,
               .classes = node.setup_.classes,

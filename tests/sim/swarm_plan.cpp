@@ -45,7 +45,8 @@ class Planner {
                                      .system = system,
                                      .id = id,
                                      .block_bytes = memory(32U << 20, 256U << 10),
-                                     .message_bytes = memory(32U << 20, 1U << 20)}});
+                                     .message_bytes = memory(32U << 20, 1U << 20),
+                                     .message_max = 400'000}});
     if (plan_.troubles.dds) plan_.nodes[index].setup.fleet = "harbour";
     if (role != core::Role::kSubsystem) accept(index, core::LinkKind::kSub);
     return index;

@@ -31,8 +31,10 @@ constexpr CatalogueEntry kEntries[] = {
      "a program sends with somebody else's address: correct it; over TCP it is only counted"},
     {"bad_length", "reason", "a header said less than 16 bytes or more than message.max",
      "a program that is no TiMS client, or message.max is too small"},
-    {"incomplete", "reason", "the sender went away in the middle of a message",
-     "`timsctl status` shows who left"},
+    {"incomplete", "reason",
+     "the sender went away in the middle of a message, or a link did not go on with it for 2 to 30 "
+     "s",
+     "`timsctl status` shows who left, `timsctl link show` what a link loses"},
     {"malformed_command", "reason", "a command to the router was too short",
      "a client program with a mistake"},
     {"unknown_command", "reason", "a command to the router that it does not know",
