@@ -104,7 +104,8 @@ TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 40U);
 }
 
-// Memory for two large messages at a time, and three are on their way.
+// Memory for two large messages at a time, and three are on their way: each is half there, and the
+// others wait.
 TEST(Load, WhatThereIsNoMemoryForComesAgain) {
   Story s(8, {.block_bytes = 256U << 10, .message_bytes = 256U << 10, .message_max = 110'000});
   s.begin();
@@ -122,6 +123,54 @@ TEST(Load, WhatThereIsNoMemoryForComesAgain) {
   EXPECT_GT(refused, 0U);
   s.run_for(2s);
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 30U);
+}
+
+// Two routers that announce the largest message in each class, and send nothing more of it.
+TEST(Load, WhatIsOnlyAnnouncedHoldsUpNobody) {
+  Story s;
+  std::array<Node*, 2> attackers{};
+  link::LinkSettings up = super_link(address_of(0));
+  up.session.queue_bytes_max = 128U << 20;
+  for (std::size_t i = 0; i < attackers.size(); ++i)
+    attackers[i] = &s.add({.name = "attacker" + std::to_string(i),
+                           .role = core::Role::kSystem,
+                           .system = static_cast<std::uint8_t>(10 + i),
+                           .links = {up},
+                           .block_bytes = 256U << 20});
+  s.begin();
+  s.tap = [&](Node& from, const NetAddress&, std::span<const std::byte> bytes) {
+    if (!std::ranges::count(attackers, &from) || bytes[0] != std::byte{1}) return false;
+    std::vector<std::byte> copy(bytes.begin() + link::kDataHeaderSize, bytes.end());
+    link::FrameReader reader(copy);
+    while (const auto frame = reader.next()) {
+      const auto* stream = std::get_if<link::StreamFrame>(&*frame);
+      if (stream != nullptr && stream->lane < core::kClasses && stream->offset > 0) return true;
+    }
+    return false;
+  };
+  const std::vector<std::byte> largest((8U << 20) - kHeaderSize);
+  constexpr std::array<std::uint8_t, 8> kPriorities{0, 0, 10, 20, 30, 40, 50, 100};
+  for (Node* attacker : attackers) {
+    const Address own(static_cast<std::uint32_t>(attacker->setup().system) << 24 | 0x00140000);
+    const auto client = s.client(*attacker, own);
+    for (const std::uint8_t priority : kPriorities) {
+      attacker->send(s.now(), client, {.type = 3, .priority = priority, .dest = kGui, .src = own},
+                     largest);
+      s.run_for(1s);
+    }
+  }
+  for (int i = 0; i < 5; ++i) {
+    const std::size_t before = s.base->arrivals(s.gui).size();
+    s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar},
+                  std::span(largest).first(6U << 20));
+    EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() > before; }, 10s));
+    s.run_for(50ms);  // until it is acknowledged
+  }
+  s.base->links().for_each([&](const link::Link& l) {
+    EXPECT_EQ(l.session().counters().packets_refused, 0U) << "there was memory for all";
+  });
+  s.run_for(40s);
+  EXPECT_LT(s.base->memory_in_use(), 1U << 20) << "given up";
 }
 
 // A router says how large a message it takes.
