@@ -270,12 +270,8 @@ Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
 }
 
 void SessionCore::lost() {
-  // Nobody reads the old uplink any more: its routes look for the new one.
   const std::lock_guard lock(resolve_mutex_);
-  client::Target* old = std::exchange(uplink_, nullptr);
-  if (old == nullptr) return;
-  old->sender.view().header().closed.store(1, std::memory_order_release);
-  retire(*old);
+  leave_uplink();
 }
 
 void SessionCore::moved(Address address) { routes_.forget(address); }

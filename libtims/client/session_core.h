@@ -85,6 +85,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   Result<client::Target*> add_target(const os::File& memfd, std::uint64_t offset);
   void lead(client::Route& route, client::Target* to);
   void retire(client::Target& target);
+  void leave_uplink();
+  void take_along(client::Target& from, client::Target& to);
 
   const SessionOptions options_;
 
@@ -98,7 +100,9 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   std::map<std::uint64_t, client::PeerSegment*> peers_;  // by inode
   std::vector<std::unique_ptr<client::PeerSegment>> segments_;
   std::vector<std::unique_ptr<client::Target>> targets_;
-  client::Target* uplink_ = nullptr;  // of this connection
+  client::Target* uplink_ = nullptr;         // of this connection
+  client::Target* former_uplink_ = nullptr;  // of a router that went away, with what waits in it
+  Time uplink_left_{};
   std::atomic<bool> uplink_wanted_ = false;
 
   client::RouterLink link_;  // last: its thread uses all of the above

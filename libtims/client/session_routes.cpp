@@ -1,5 +1,8 @@
 // How a session finds its way to an address. Everything here happens once for each address, and
 // again after something changed; the way of an ordinary message is target_for's first lines.
+#include <algorithm>
+#include <string>
+
 #include <sys/stat.h>
 
 #include "client/session_core.h"
@@ -7,6 +10,8 @@
 #include "os/event_fd.h"
 #include "os/futex.h"
 #include "os/waker.h"
+#include "shm/receiver.h"
+#include "shm/reclaim.h"
 
 namespace tims {
 
@@ -142,7 +147,48 @@ Result<Target*> SessionCore::uplink_target(Answer& grant) {
   target.value()->waker = std::move(grant.files[1]);
   uplink_ = *target;
   uplink_wanted_ = true;
+  if (client::Target* former = std::exchange(former_uplink_, nullptr)) {
+    take_along(*former, *uplink_);
+    retire(*former);
+  }
   return target;
+}
+
+// Nobody reads the old uplink any more: its routes look for the new one. What is in it waits for
+// that, too; who is writing to it now is told so, and sends again.
+void SessionCore::leave_uplink() {
+  if (uplink_ == nullptr) return;
+  former_uplink_ = std::exchange(uplink_, nullptr);
+  uplink_left_ = os::now();
+  const shm::MailboxView& view = former_uplink_->sender.view();
+  shm::condemn(view);
+  shm::reclaim(view, [](std::uint32_t) { return true; });
+}
+
+// What the former router had not taken goes to this one, before anything else does. A router that
+// lives, and has only closed the connection, takes the same messages at the same time: each goes
+// to one of the two.
+void SessionCore::take_along(Target& from, Target& to) {
+  constexpr Duration kTooOld = 30s;  // as long as messages wait for a link, by default
+  const bool too_old = os::now() >= uplink_left_ + kTooOld;
+  std::size_t lost = 0;
+  shm::Receiver receiver(from.sender.view());
+  while (const auto taken = receiver.take()) {
+    shm::Claim claim;
+    const Header& header = taken->header;
+    const bool claimed =
+        !too_old && shm::taken(to.sender.claim(header.length, header.priority, claim));
+    if (claimed) {
+      wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+      std::ranges::copy(taken->body, claim.body);
+    }
+    if (!claimed || to.sender.commit(claim) != shm::SendOutcome::kOk) ++lost;
+    receiver.release(taken->hint);
+  }
+  wake(to);
+  if (lost > 0)
+    event(SessionEvent::Kind::kMessagesLost,
+          std::to_string(lost) + " messages that waited for the former router are lost");
 }
 
 Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t offset) {

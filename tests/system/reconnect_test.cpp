@@ -78,6 +78,33 @@ TEST_F(ReconnectTest, WhomTheRouterHasDroppedIsHeardAgain) {
   EXPECT_EQ(lost_, 0U);
 }
 
+// The router dies with all that was sent while it stood still: the next one gets it.
+TEST_F(ReconnectTest, WhatWaitedForARouterThatDiedGoesToTheNextOne) {
+  constexpr int kCount = 1000;
+  Session s = counted();
+  Mailbox sender = open(s, 1, {.slots = 2 * kCount});
+  // Nobody has this address: the router says so of each.
+  const auto send_one = [&](int i) {
+    return sender.send({.dest = Address(0x63140000),
+                        .type = 21,
+                        .seq_nr = static_cast<std::uint8_t>(i),
+                        .tell_if_gone = true},
+                       bytes_of(std::string(i % 20 == 0 ? 20'000 : 10, 'x')));
+  };
+  ASSERT_TRUE(send_one(0).ok());
+  ASSERT_TRUE(sender.peek_for(kPatience).ok());
+  router_.process().signal(SIGSTOP);
+  for (int i = 1; i <= kCount; ++i) ASSERT_TRUE(send_one(i).ok()) << i;
+  router_.kill();
+  ASSERT_TRUE(router_.start().ok());
+  for (int i = 0; i < kCount; ++i) {
+    const auto answer = sender.peek_for(kPatience);
+    ASSERT_TRUE(answer.ok()) << i << " of " << kCount;
+    ASSERT_EQ(answer->header().type, type::kNotAvailable);
+  }
+  EXPECT_FALSE(sender.peek_for(20ms).ok()) << "nothing twice";
+}
+
 // A mailbox by hand.
 struct RawMailbox {
   os::File memfd = std::move(*os::make_memfd("raw", shm::Geometry::of(4, 80).bytes));

@@ -11,6 +11,11 @@
 // a router that stands still 5 s, then kNoRouter. Who may not wait sends something to each address
 // before it counts: from then on no send waits for the router, also not while it is away, slow, or
 // was restarted.
+//
+// A router that dies: messages to this host do not need it. Those to other hosts that it had not
+// taken yet, up to 1024, stay in memory of this program, and the next router gets them within 30 s;
+// after that they are lost, and SessionEvent::kMessagesLost says how many. What it had taken and
+// not sent on dies with it.
 #pragma once
 
 #include <cstddef>

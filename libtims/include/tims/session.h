@@ -23,10 +23,11 @@ namespace tims {
 
 struct SessionEvent {
   enum class Kind {
-    kWaiting,      // no router answers; trying again
-    kConnected,    // to a router, for the first time or again
-    kLost,         // the router went away; trying again
-    kMailboxLost,  // after a reconnect somebody else owns the address; tried again with the next
+    kWaiting,       // no router answers; trying again
+    kConnected,     // to a router, for the first time or again
+    kLost,          // the router went away; trying again
+    kMailboxLost,   // after a reconnect somebody else owns the address; tried again with the next
+    kMessagesLost,  // after a reconnect: what waited for the former router is too old (mailbox.h)
   };
   Kind kind;
   std::string text;  // one line for people
@@ -41,7 +42,7 @@ struct SessionOptions {
   // The largest message that a router reached over TCP takes, header included; it does not say so
   // itself, and closes the connection of whoever sends a larger one. Default: the original's.
   std::uint32_t tcp_message_max = 256U << 10;
-  // Called from the session's own thread. Default: kWaiting, kLost and kMailboxLost go to stderr.
+  // Called from the session's own thread. Default: all but kConnected go to stderr.
   std::function<void(const SessionEvent&)> on_event = {};
 };
 
