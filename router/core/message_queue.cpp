@@ -35,11 +35,11 @@ bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priorit
   return true;
 }
 
-bool MessageQueue::push_rest(std::span<const std::byte> rest, std::uint8_t priority) {
+bool MessageQueue::push_rest(std::span<const std::byte> rest, const Header& header) {
   if (begun_.blocks_needed(pool_, rest.size()) > pool_.available()) return false;
   begun_.append(pool_, rest);
   begun_bytes_ = rest.size();
-  begun_priority_ = priority;
+  begun_class_ = classes_.of(header);
   bytes_ += rest.size();
   return true;
 }
@@ -63,16 +63,10 @@ void MessageQueue::consume(std::uint64_t size) {
 }
 
 void MessageQueue::clear(Losses& lost) {
-  if (begun_bytes_ > 0) lost[classes_.of(begun_priority_)].add(begun_bytes_);
+  if (begun_bytes_ > 0) lost[begun_class_].add(begun_bytes_);
   begun_.clear(pool_);
   begun_bytes_ = 0;
-  for (std::size_t i = lowest(); i != kNoLevel; i = lowest()) {
-    Level& level = levels()[i];
-    lost[classes_.of(static_cast<std::uint8_t>(i))].messages += level.count;
-    lost[classes_.of(static_cast<std::uint8_t>(i))].bytes += level.bytes;
-    level.messages.clear(pool_);
-    used_[i / 64] &= ~(std::uint64_t{1} << i % 64);
-  }
+  for (std::size_t i = lowest(); i != kNoLevel; i = lowest()) drop_oldest(i, lost);
   bytes_ = 0;
   close();
 }
@@ -127,11 +121,11 @@ std::uint64_t MessageQueue::bytes_up_to(std::uint8_t priority) const {
 }
 
 void MessageQueue::drop_oldest(std::size_t level, Losses& replaced) {
-  const std::uint32_t length = length_of_first(levels()[level]);
-  levels()[level].messages.drop(pool_, length);
-  replaced[classes_.of(static_cast<std::uint8_t>(level))].add(length);
-  bytes_ -= length;
-  took(level, length);
+  const Header header = header_of_first(levels()[level]);
+  levels()[level].messages.drop(pool_, header.length);
+  replaced[classes_.of(header)].add(header.length);
+  bytes_ -= header.length;
+  took(level, header.length);
 }
 
 // Returns how many bytes that were.
@@ -149,23 +143,23 @@ std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
 std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
   const std::size_t i = highest();
   Level& level = levels()[i];
-  const std::uint32_t length = length_of_first(level);
-  const std::uint64_t n = std::min<std::uint64_t>(size, length);
+  const Header header = header_of_first(level);
+  const std::uint64_t n = std::min<std::uint64_t>(size, header.length);
   level.messages.drop(pool_, n);
   bytes_ -= n;
-  if (n < length) {
-    level.messages.move_front(pool_, length - n, begun_, spare_);
-    begun_bytes_ = length - n;
-    begun_priority_ = static_cast<std::uint8_t>(i);
+  if (n < header.length) {
+    level.messages.move_front(pool_, header.length - n, begun_, spare_);
+    begun_bytes_ = header.length - n;
+    begun_class_ = classes_.of(header);
   }
-  took(i, length);
+  took(i, header.length);
   return n;
 }
 
-std::uint32_t MessageQueue::length_of_first(const Level& level) const {
+Header MessageQueue::header_of_first(const Level& level) const {
   std::array<std::byte, kHeaderSize> header{};
   level.messages.peek(pool_, header);
-  return wire::decode_header(header).length;
+  return wire::decode_header(header);
 }
 
 // A message has left the level.

@@ -19,6 +19,7 @@
 #include "router/core/byte_chain.h"
 #include "router/core/counters.h"
 #include "router/core/priority_classes.h"
+#include "tims/message.h"
 
 namespace tims::core {
 
@@ -27,7 +28,7 @@ class MessageQueue {
   // kFair: beside its bound, the queue takes at most half of what the pool has left (a dynamic
   // threshold). However many receivers are stalled, there is room for the next one.
   enum class Share : std::uint8_t { kAll, kFair };
-  // `classes`: what is lost is counted by; they live as long as the queue.
+  // `classes`: what is lost is counted by, by header; they live as long as the queue.
   MessageQueue(BlockPool& pool, std::uint64_t bytes_max, Share share = Share::kAll,
                const PriorityClasses& classes = kConventionalClasses)
       : pool_(pool), classes_(classes), bytes_max_(bytes_max), share_(share) {}
@@ -44,7 +45,7 @@ class MessageQueue {
 
   // The rest of a message whose beginning was written past this queue, which is empty. False when
   // the pool has no memory for it: then the receiver cannot be served any more.
-  bool push_rest(std::span<const std::byte> rest, std::uint8_t priority);
+  bool push_rest(std::span<const std::byte> rest, const Header& header);
 
   // What is to be written next, in order; returns how many pieces there are.
   std::size_t gather(std::span<std::span<const std::byte>> pieces) const;
@@ -76,7 +77,7 @@ class MessageQueue {
   void drop_oldest(std::size_t level, Losses& replaced);
   std::uint64_t consume_begun(std::uint64_t size);
   std::uint64_t consume_first(std::uint64_t size);
-  [[nodiscard]] std::uint32_t length_of_first(const Level& level) const;
+  [[nodiscard]] Header header_of_first(const Level& level) const;
   void took(std::size_t i, std::uint32_t length);
 
   [[nodiscard]] Level* levels() const { return reinterpret_cast<Level*>(pool_.at(index_)); }
@@ -90,7 +91,7 @@ class MessageQueue {
   std::uint64_t bytes_ = 0;  // in begun_ and all levels
   ByteChain begun_;          // the rest of a message that has been written in part
   std::uint64_t begun_bytes_ = 0;
-  std::uint8_t begun_priority_ = 0;
+  std::size_t begun_class_ = 0;
   BlockPool::Index index_ = BlockPool::kNone;       // block of the levels, while there are some
   BlockPool::Index spare_ = BlockPool::kNone;       // so that a message can always become begun_
   std::array<std::uint64_t, kLevels / 64> used_{};  // bit: this level has messages

@@ -51,6 +51,26 @@ class MessageQueueTest : public testing::Test {
   Losses replaced_{};
 };
 
+// A text says 50, and gives way all the same; it is counted as one.
+TEST_F(MessageQueueTest, TextsAreCountedAsTexts) {
+  Bytes text = message(100, 50);
+  wire::encode_header({.priority = 50, .dest = kTextSink, .length = 100},
+                      std::span(text).first<kHeaderSize>());
+  const auto put = [&] {
+    return queue_.push(text, PriorityClasses::waits_with({.priority = 50, .dest = kTextSink}),
+                       replaced_);
+  };
+  while (replaced_[0].messages == 0) ASSERT_TRUE(put());
+  EXPECT_TRUE(push(message(900, 1)));
+  EXPECT_EQ(replaced_[0].messages, 10U);
+  EXPECT_EQ(replaced_[6].messages, 0U);
+  EXPECT_TRUE(put());
+  Losses lost{};
+  queue_.consume(950);  // half of the text
+  queue_.clear(lost);
+  EXPECT_EQ(lost[0].messages, 1U);
+}
+
 TEST_F(MessageQueueTest, TakesNoMemoryWhileItIsEmpty) {
   EXPECT_EQ(pool_.used(), 0U);
   push(message(20, 1));
@@ -100,7 +120,7 @@ TEST_F(MessageQueueTest, OneThatIsPartlyWrittenIsNeitherOvertakenNorReplaced) {
 
 TEST_F(MessageQueueTest, TheRestOfAMessageComesFirst) {
   const Bytes whole = message(500, 3, 1);
-  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(123), 3));
+  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(123), {.priority = 3}));
   push(message(100, 255, 2));
   EXPECT_EQ(waiting(), Bytes(whole.begin() + 123, whole.end()) + message(100, 255, 2));
   queue_.consume(377 + 100);
@@ -113,7 +133,7 @@ TEST_F(MessageQueueTest, RefusesWhenThePoolIsExhausted) {
   while (pool_.available() > 2) others.push_back(pool_.allocate());
   EXPECT_FALSE(push(message(100, 1)));  // the index and the spare block leave nothing
   const Bytes whole = message(900, 3);
-  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(1), 3));
+  EXPECT_TRUE(queue_.push_rest(std::span(whole).subspan(1), {.priority = 3}));
   EXPECT_FALSE(push(message(100, 1)));
   queue_.consume(899);
   pool_.release(others.back());

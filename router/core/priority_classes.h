@@ -29,6 +29,10 @@ struct PriorityClasses {
     for (const std::uint8_t first : from) message_class += priority >= first ? 1 : 0;
     return message_class;
   }
+  // With what a message waits for a slow client: texts give way to all others.
+  [[nodiscard]] static constexpr std::uint8_t waits_with(const Header& header) {
+    return header.dest == kTextSink ? 0 : header.priority;
+  }
   [[nodiscard]] constexpr bool valid() const {
     return std::ranges::adjacent_find(from, std::ranges::greater_equal()) == from.end();
   }

@@ -82,8 +82,8 @@ void TcpOutput::forget_lost() {
 }
 
 void TcpOutput::abandon() {
-  for_each_message([this](std::span<const std::byte> message, std::uint8_t priority) {
-    lost_.gone[classes_.of(priority)].add(message.size());
+  for_each_message([this](std::span<const std::byte> message, const Header& header) {
+    lost_.gone[classes_.of(header)].add(message.size());
     may_have_lost_ = true;
   });
   piece_count_ = 0;
@@ -109,28 +109,28 @@ std::size_t TcpOutput::send(std::span<const iovec> pieces) {
 
 // Copies the messages of the batch that were not written into the queue, which is empty.
 void TcpOutput::keep_rest(std::size_t written) {
-  for_each_message([&](std::span<const std::byte> message, std::uint8_t priority) {
+  for_each_message([&](std::span<const std::byte> message, const Header& header) {
     if (written >= message.size()) {
       written -= message.size();
       return;
     }
-    keep(message, priority, written);
+    keep(message, header, written);
     written = 0;
   });
 }
 
-void TcpOutput::keep(std::span<const std::byte> message, std::uint8_t priority,
+void TcpOutput::keep(std::span<const std::byte> message, const Header& header,
                      std::size_t written) {
   may_have_lost_ = true;
   if (failure_ == State::kIdle) {
     if (written > 0) {
-      if (!queue_.push_rest(message.subspan(written), priority)) failure_ = State::kOutOfMemory;
+      if (!queue_.push_rest(message.subspan(written), header)) failure_ = State::kOutOfMemory;
       return;
     }
-    if (queue_.push(message, priority, lost_.replaced)) return;
-    lost_.refused[classes_.of(priority)].add(message.size());
+    if (queue_.push(message, core::PriorityClasses::waits_with(header), lost_.replaced)) return;
+    lost_.refused[classes_.of(header)].add(message.size());
   } else {
-    lost_.gone[classes_.of(priority)].add(message.size());
+    lost_.gone[classes_.of(header)].add(message.size());
   }
 }
 
@@ -139,7 +139,7 @@ void TcpOutput::for_each_message(Visit visit) const {
   for (std::size_t i = 0; i < piece_count_; ++i) {
     for (auto bytes = bytes_of(pieces_[i]); !bytes.empty();) {
       const Header header = wire::decode_header(bytes.first<kHeaderSize>());
-      visit(bytes.first(header.length), header.priority);
+      visit(bytes.first(header.length), header);
       bytes = bytes.subspan(header.length);
     }
   }

@@ -62,7 +62,7 @@ class TcpOutput {
 
   std::size_t send(std::span<const iovec> pieces);
   void keep_rest(std::size_t written);
-  void keep(std::span<const std::byte> message, std::uint8_t priority, std::size_t written);
+  void keep(std::span<const std::byte> message, const Header& header, std::size_t written);
   template <typename Visit>
   void for_each_message(Visit visit) const;
 

@@ -96,7 +96,7 @@ Outcome TcpPort::deliver(const core::Receiver& to, const core::Message& message)
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return Outcome::kClientGone;
   touch(*connection);
-  return connection->output.add(message.bytes, message.header.priority);
+  return connection->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
 }
 
 void TcpPort::reply(const core::Receiver& to, const Header& header) {

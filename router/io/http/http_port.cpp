@@ -84,7 +84,7 @@ Outcome HttpPort::deliver(const core::Receiver& to, const core::Message& message
   Client* client = find(to.token, to.client);
   if (client == nullptr || client->closing) return Outcome::kClientGone;
   touch(*client);
-  return client->output.add(message.bytes, message.header.priority);
+  return client->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
 }
 
 void HttpPort::reply(const core::Receiver& to, const Header& header) {
