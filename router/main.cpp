@@ -22,7 +22,7 @@
 #include "router/io/event_log.h"
 #include "router/io/facts.h"
 #include "router/io/http/http_port.h"
-#include "router/io/link_log.h"
+#include "router/io/limited_log.h"
 #include "router/io/link_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
@@ -145,7 +145,7 @@ class Program {
     router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
       desk_.event_happened();
-      io::log_event(log_, link_log_, event, configuration_.config.address.widths);
+      io::log_event(log_, limited_log_, event, configuration_.config.address.widths);
     });
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
       desk_.ask(os::now(), from, request);
@@ -161,8 +161,8 @@ class Program {
                  .on_timeout = [this](Time now) { http_.on_timeout(now); }});
     loop_.watch({.next = [this] { return links_.next_timeout(); },
                  .on_timeout = [this](Time now) { links_.on_timeout(now); }});
-    loop_.watch({.next = [this] { return link_log_.next_timeout(); },
-                 .on_timeout = [this](Time now) { link_log_.on_timeout(now); }});
+    loop_.watch({.next = [this] { return limited_log_.next_timeout(); },
+                 .on_timeout = [this](Time now) { limited_log_.on_timeout(now); }});
     loop_.watch(
         {.next = [this] { return drain_deadline_; }, .on_timeout = [this](Time) { loop_.stop(); }});
   }
@@ -321,7 +321,7 @@ class Program {
   const io::Arguments& arguments_;
   const std::uint64_t epoch_ = random_number();
   io::Log log_{configuration_.config.log.level};
-  io::LinkLog link_log_{log_};
+  io::LimitedLog limited_log_{log_};
   io::Loop loop_;
   const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
   io::Switchboard switchboard_;

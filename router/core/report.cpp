@@ -41,22 +41,29 @@ StatusReport report_status(const Router& router, Time now) {
   return report;
 }
 
-std::vector<ClientReport> report_clients(const Router& router, Time now) {
-  std::vector<ClientReport> reports;
-  reports.reserve(router.clients().size());
+ClientPage report_clients(const Router& router, Time now, ClientId after, std::size_t limit) {
+  std::vector<const Client*> clients;
   router.clients().for_each([&](const Client& client) {
-    reports.push_back({.client = client.party(),
-                       .uid = client.info.uid,
-                       .token = client.info.token,
-                       .connected = now - client.connected_at,
-                       .mailboxes = client.mailboxes.size(),
-                       .watched = client.watched,
-                       .in = client.in,
-                       .out = client.out,
-                       .dropped = client.dropped});
+    if (client.id > after) clients.push_back(&client);
   });
-  std::ranges::sort(reports, {}, [](const ClientReport& r) { return r.client.id; });
-  return reports;
+  ClientPage page{.items = {}, .more = clients.size() > limit};
+  const std::size_t size = std::min(limit, clients.size());
+  std::ranges::partial_sort(clients, clients.begin() + static_cast<std::ptrdiff_t>(size), {},
+                            [](const Client* client) { return client->id; });
+  clients.resize(size);
+  page.items.reserve(size);
+  for (const Client* client : clients) {
+    page.items.push_back({.client = client->party(),
+                          .uid = client->info.uid,
+                          .token = client->info.token,
+                          .connected = now - client->connected_at,
+                          .mailboxes = client->mailboxes.size(),
+                          .watched = client->watched,
+                          .in = client->in,
+                          .out = client->out,
+                          .dropped = client->dropped});
+  }
+  return page;
 }
 
 MailboxPage report_mailboxes(const Router& router, Time now, const AddressPattern& match,

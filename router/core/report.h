@@ -36,7 +36,12 @@ struct ClientReport {
   Count out{};
   Count dropped{};
 };
-std::vector<ClientReport> report_clients(const Router& router, Time now);
+struct ClientPage {
+  std::vector<ClientReport> items{};  // by number
+  bool more = false;                  // there are others behind
+};
+// At most `limit` clients, behind `after`. Of the others nothing but the numbers is looked at.
+ClientPage report_clients(const Router& router, Time now, ClientId after, std::size_t limit);
 
 struct MailboxReport {
   Address address{};

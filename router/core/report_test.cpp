@@ -95,10 +95,17 @@ TEST_F(ReportTest, ClientsComeInOrderOfTheirNumbers) {
   std::vector<ClientId> ids;
   for (int i = 0; i < 80; ++i) ids.push_back(connect(PortKind::kLocal));
   router_.disconnect(now_, ids[3], CloseReason::kPeerClosed);
-  const auto clients = report_clients(router_, at(107));
+  const ClientPage all = report_clients(router_, at(107), {}, 79);
+  const auto& clients = all.items;
   ASSERT_EQ(clients.size(), 79U);
+  EXPECT_FALSE(all.more);
   EXPECT_TRUE(std::ranges::is_sorted(clients, {}, [](const auto& c) { return c.client.id; }));
   EXPECT_EQ(clients[0].connected, std::chrono::seconds(7));
+  const ClientPage page = report_clients(router_, at(107), ids[2], 5);
+  ASSERT_EQ(page.items.size(), 5U);
+  EXPECT_TRUE(page.more);
+  EXPECT_EQ(page.items[0].client.id, ids[4]) << "the one between has gone";
+  EXPECT_TRUE(report_clients(router_, at(107), ids[79], 5).items.empty());
 }
 
 TEST_F(ReportTest, EventsComeBehindANumberAndTellWhatIsLost) {

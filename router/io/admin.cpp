@@ -25,10 +25,14 @@ constexpr std::size_t kStatusEvents = 5;
 // Items until the answer is full, as the text they become.
 class Page {
  public:
+  // Beside the items the answer has `fields_bytes` of more than a few fields.
+  explicit Page(std::size_t fields_bytes = 0)
+      : bytes_max_(kAnswerBytesMax - kEnvelopeBytes - fields_bytes) {}
+
   // False: no room; the item was not taken.
   bool add(const json::object& item) {
     const std::string text = json::serialize(item);
-    if (items_.size() + text.size() + 1 > kAnswerBytesMax - kEnvelopeBytes) return false;
+    if (items_.size() + text.size() + 1 > bytes_max_) return false;
     items_.append(count_ == 0 ? "" : ",").append(text);
     ++count_;
     return true;
@@ -43,6 +47,7 @@ class Page {
   }
 
  private:
+  const std::size_t bytes_max_;
   std::string items_;
   std::size_t count_ = 0;
 };
@@ -63,6 +68,7 @@ class Answerer {
   json::object status() const;
   json::object clients();
   json::object mailboxes(std::string_view schema, bool with_fill);
+  [[nodiscard]] json::array static_routes() const;
   json::object route() const;
   json::object stats();
   json::object events();
@@ -314,16 +320,19 @@ json::object Answerer::clients() {
   std::uint32_t after = 0;
   std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
   Page& page = page_.emplace();
-  for (const core::ClientReport& report : core::report_clients(router_, clocks_.now)) {
-    if (report.client.id.value <= after) continue;
+  const auto found =
+      core::report_clients(router_, clocks_.now, core::ClientId{after}, question_.limit);
+  bool more = found.more;
+  for (const core::ClientReport& report : found.items) {
     json::object item = to_json(report);
     item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
-    if (page.size() == question_.limit || !page.add(item)) {
-      out["next"] = std::to_string(after);
+    if (!page.add(item)) {
+      more = true;
       break;
     }
     after = report.client.id.value;
   }
+  if (more) out["next"] = std::to_string(after);
   return out;
 }
 
@@ -332,7 +341,8 @@ json::object Answerer::mailboxes(std::string_view schema, bool with_fill) {
   std::optional<Address> after = Address::parse(question_.after);
   const auto found =
       core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
-  Page& page = page_.emplace();
+  if (!with_fill) out["static"] = static_routes();
+  Page& page = page_.emplace(with_fill ? 0 : json::serialize(out).size());
   std::optional<Address> next = found.more ? found.last : std::nullopt;
   for (const core::MailboxReport& report : found.items) {
     json::object item = to_json(report, widths());
@@ -345,13 +355,17 @@ json::object Answerer::mailboxes(std::string_view schema, bool with_fill) {
     after = report.address;
   }
   if (next) out["next"] = next->to_hex();
-  if (!with_fill) {
-    json::array routes;
-    for (const core::StaticRoute& route : router_.static_routes())
-      routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
-    out["static"] = std::move(routes);
-  }
   return out;
+}
+
+// All that are added by hand; of a longer list in the configuration its beginning.
+json::array Answerer::static_routes() const {
+  json::array routes;
+  for (const core::StaticRoute& route : router_.static_routes()) {
+    if (routes.size() == kStaticRoutesMax) break;
+    routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
+  }
+  return routes;
 }
 
 json::object Answerer::route() const {

@@ -164,6 +164,22 @@ TEST(Admin, AnswersAreBounded) {
   EXPECT_TRUE(parsed.contains("next"));
 }
 
+// As many static routes as there may be, with the longest names.
+TEST(Admin, AnswersWithStaticRoutesAreBounded) {
+  AdminFixture lab;
+  for (std::uint32_t i = 0; i < 3000; ++i)
+    lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i), 7);
+  const std::string name(63, '"');  // each of them two characters in JSON
+  lab.router().set_static_routes(std::vector<core::StaticRoute>(
+      2 * kStaticRoutesMax, {.text = std::string_view(name), .via = std::string_view(name)}));
+  const std::string answer = answer_admin(R"({"ask":"routes"})", lab, AdminFixture::clocks());
+  EXPECT_LE(answer.size(), kAnswerBytesMax);
+  const auto parsed = json::parse(answer).as_object();
+  EXPECT_EQ(parsed.at("static").as_array().size(), kStaticRoutesMax);
+  EXPECT_GT(parsed.at("items").as_array().size(), 100U);
+  EXPECT_TRUE(parsed.contains("next"));
+}
+
 TEST(Admin, ConfigTellsOrigins) {
   const AdminFixture lab;
   bool found = false;

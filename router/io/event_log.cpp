@@ -4,7 +4,8 @@
 
 namespace tims::io {
 
-void log_event(Log& log, LinkLog& link_log, const core::Event& event, const AddressWidths& widths) {
+void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
+               const AddressWidths& widths) {
   using Kind = core::EventKind;
   switch (event.kind) {
     // A guest can cause any number of these, each with another text.
@@ -22,7 +23,7 @@ void log_event(Log& log, LinkLog& link_log, const core::Event& event, const Addr
     case Kind::kLinkDown:
     case Kind::kLinkPath:
     case Kind::kUplinkChanged:
-      return link_log.on_event(event.at, event, widths);
+      return limited_log.on_event(event.at, event, widths);
     default:
       // A restart of the fleet brings a hundred thousand of these.
       if (log.writes(config::LogLevel::kDebug)) log.debug(event_text(event, widths));

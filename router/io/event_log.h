@@ -2,12 +2,13 @@
 #pragma once
 
 #include "router/core/event.h"
-#include "router/io/link_log.h"
+#include "router/io/limited_log.h"
 #include "router/io/log.h"
 #include "tims/address.h"
 
 namespace tims::io {
 
-void log_event(Log& log, LinkLog& link_log, const core::Event& event, const AddressWidths& widths);
+void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
+               const AddressWidths& widths);
 
 }  // namespace tims::io

@@ -1,4 +1,4 @@
-#include "router/io/link_log.h"
+#include "router/io/limited_log.h"
 
 #include <algorithm>
 
@@ -24,14 +24,14 @@ bool is_news(EventKind kind) {
 
 }  // namespace
 
-LinkLog::LinkLog(const Log& log)
-    : LinkLog([&log](LogLevel level, std::string_view text) { log.always(level, text); }) {}
+LimitedLog::LimitedLog(const Log& log)
+    : LimitedLog([&log](LogLevel level, std::string_view text) { log.always(level, text); }) {}
 
-LinkLog::~LinkLog() {
-  for (auto& [name, link] : links_) summarise(link);
+LimitedLog::~LimitedLog() {
+  for (auto& [name, link] : histories_) summarise(link);
 }
 
-std::string LinkLog::key_of(const core::Event& event) const {
+std::string LimitedLog::key_of(const core::Event& event) const {
   switch (event.kind) {
     case EventKind::kLinkUp:
     case EventKind::kLinkDown:
@@ -42,11 +42,11 @@ std::string LinkLog::key_of(const core::Event& event) const {
   }
   // Names of links are texts of others; with so many, those that are new share their lines.
   const std::string name = fmt::format("link {}", event.client.name.view());
-  return links_.size() < kLinksMax || links_.contains(name) ? name : "link";
+  return histories_.size() < kLinksMax || histories_.contains(name) ? name : "link";
 }
 
-void LinkLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
-  const auto [at, first] = links_.try_emplace(key_of(event));
+void LimitedLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
+  const auto [at, first] = histories_.try_emplace(key_of(event));
   History& link = at->second;
   if (first) link.since = now;
   link.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
@@ -59,19 +59,19 @@ void LinkLog::on_event(Time now, const core::Event& event, const AddressWidths& 
   write_(link.level, link.text);
 }
 
-Time LinkLog::next_timeout() const {
+Time LimitedLog::next_timeout() const {
   Time next = kNever;
-  for (const auto& [name, link] : links_) next = std::min(next, link.since + kInterval);
+  for (const auto& [name, link] : histories_) next = std::min(next, link.since + kInterval);
   return next;
 }
 
 // Who was held back has to be quiet for a while before its lines are written again.
-void LinkLog::on_timeout(Time now) {
-  for (auto at = links_.begin(); at != links_.end();) {
+void LimitedLog::on_timeout(Time now) {
+  for (auto at = histories_.begin(); at != histories_.end();) {
     History& link = at->second;
     const bool over = now >= link.since + kInterval;
     if (over && link.held_back == 0) {
-      at = links_.erase(at);
+      at = histories_.erase(at);
       continue;
     }
     if (over) {
@@ -82,10 +82,10 @@ void LinkLog::on_timeout(Time now) {
   }
 }
 
-void LinkLog::summarise(History& link) {
-  if (link.held_back == 0) return;
-  write_(link.level, fmt::format("{} ({} lines like this were held back)", link.text,
-                                 std::exchange(link.held_back, 0)));
+void LimitedLog::summarise(History& history) {
+  if (history.held_back == 0) return;
+  write_(history.level, fmt::format("{} ({} lines like this were held back)", history.text,
+                                    std::exchange(history.held_back, 0)));
 }
 
 }  // namespace tims::io

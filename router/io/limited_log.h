@@ -1,7 +1,7 @@
-// What the log says of links that come and go, and of what is refused to clients. A link that does
-// so again and again would fill it, and so would a client that asks again and again for what it
-// cannot have: lines of one link, or of one kind of refusal, are held back beyond six a minute, and
-// once a minute one line says what came last and how many they were.
+// A rate-limited log: what is said of links that come and go, and of what is refused to clients. A
+// link that does so again and again would fill it, and so would a client that asks again and again
+// for what it cannot have: lines of one link, or of one kind of refusal, are held back beyond six a
+// minute, and once a minute one line says what came last and how many they were.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace tims::io {
 
-class LinkLog {
+class LimitedLog {
  public:
   using Write = std::function<void(config::LogLevel, std::string_view)>;
-  explicit LinkLog(Write write) : write_(std::move(write)) {}
-  explicit LinkLog(const Log& log);
-  LinkLog(const LinkLog&) = delete;
-  LinkLog& operator=(const LinkLog&) = delete;
-  ~LinkLog();  // tells what is held back
+  explicit LimitedLog(Write write) : write_(std::move(write)) {}
+  explicit LimitedLog(const Log& log);
+  LimitedLog(const LimitedLog&) = delete;
+  LimitedLog& operator=(const LimitedLog&) = delete;
+  ~LimitedLog();  // tells what is held back
 
   void on_event(Time now, const core::Event& event, const AddressWidths& widths = {});
 
@@ -41,10 +41,10 @@ class LinkLog {
   };
 
   [[nodiscard]] std::string key_of(const core::Event& event) const;
-  void summarise(History& link);
+  void summarise(History& history);
 
   const Write write_;
-  std::map<std::string, History, std::less<>> links_;  // and kinds, of the last minute
+  std::map<std::string, History, std::less<>> histories_;  // by link or kind, of the last minute
 };
 
 }  // namespace tims::io

@@ -1,4 +1,4 @@
-#include "router/io/link_log.h"
+#include "router/io/limited_log.h"
 
 #include <vector>
 
@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 using core::EventKind;
 using testing::HasSubstr;
 
-struct LinkLogTest : testing::Test {
+struct LimitedLogTest : testing::Test {
   void happens(EventKind kind, std::string_view router = "base") {
     const core::Party party{.id = core::ClientId(1),
                             .port = core::PortKind::kLink,
@@ -34,10 +34,10 @@ struct LinkLogTest : testing::Test {
 
   std::vector<std::string> lines;
   Time now{1h};
-  LinkLog log{[this](config::LogLevel, std::string_view text) { lines.emplace_back(text); }};
+  LimitedLog log{[this](config::LogLevel, std::string_view text) { lines.emplace_back(text); }};
 };
 
-TEST_F(LinkLogTest, SingleChangesAreWrittenAtOnce) {
+TEST_F(LimitedLogTest, SingleChangesAreWrittenAtOnce) {
   flap(1);
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_THAT(lines[0], HasSubstr("base (10.0.0.1:2010) is down"));
@@ -47,7 +47,7 @@ TEST_F(LinkLogTest, SingleChangesAreWrittenAtOnce) {
   EXPECT_EQ(log.next_timeout(), kNever);
 }
 
-TEST_F(LinkLogTest, AFlappingLinkIsOneLineAMinute) {
+TEST_F(LimitedLogTest, AFlappingLinkIsOneLineAMinute) {
   flap(3);
   EXPECT_EQ(lines.size(), 6U);
   flap(20);
@@ -65,7 +65,7 @@ TEST_F(LinkLogTest, AFlappingLinkIsOneLineAMinute) {
   EXPECT_THAT(lines.back(), HasSubstr("is up"));
 }
 
-TEST_F(LinkLogTest, AfterAQuietMinuteItIsTrustedAgain) {
+TEST_F(LimitedLogTest, AfterAQuietMinuteItIsTrustedAgain) {
   flap(10);
   pass(1min);
   pass(1min);
@@ -74,7 +74,7 @@ TEST_F(LinkLogTest, AfterAQuietMinuteItIsTrustedAgain) {
   EXPECT_EQ(lines.size(), 2U);
 }
 
-TEST_F(LinkLogTest, OtherLinksAreNotHeldBackWithIt) {
+TEST_F(LimitedLogTest, OtherLinksAreNotHeldBackWithIt) {
   flap(10);
   lines.clear();
   happens(EventKind::kLinkDown, "robot1");
@@ -82,7 +82,7 @@ TEST_F(LinkLogTest, OtherLinksAreNotHeldBackWithIt) {
   EXPECT_EQ(lines.size(), 2U);
 }
 
-TEST_F(LinkLogTest, RefusalsOfOneKindAreHeldBackWhoeverCausesThem) {
+TEST_F(LimitedLogTest, RefusalsOfOneKindAreHeldBackWhoeverCausesThem) {
   for (int i = 0; i < 1000; ++i)
     log.on_event(now, {.at = now,
                        .kind = EventKind::kAddressRefused,
@@ -97,17 +97,17 @@ TEST_F(LinkLogTest, RefusalsOfOneKindAreHeldBackWhoeverCausesThem) {
   EXPECT_THAT(lines[7], HasSubstr("(994 lines like this were held back)"));
 }
 
-TEST_F(LinkLogTest, NamesOfLinksAreNotKeptWithoutEnd) {
+TEST_F(LimitedLogTest, NamesOfLinksAreNotKeptWithoutEnd) {
   for (int i = 0; i < 1000; ++i) happens(EventKind::kLinkUp, "robot" + std::to_string(i));
   EXPECT_EQ(lines.size(), 256U + 6U);
   pass(1min);
   EXPECT_THAT(lines.back(), HasSubstr("held back"));
 }
 
-TEST(LinkLog, TellsAtTheEndWhatItHolds) {
+TEST(LimitedLog, TellsAtTheEndWhatItHolds) {
   std::vector<std::string> lines;
   {
-    LinkLog log([&](config::LogLevel, std::string_view text) { lines.emplace_back(text); });
+    LimitedLog log([&](config::LogLevel, std::string_view text) { lines.emplace_back(text); });
     for (int i = 0; i < 7; ++i) log.on_event(Time(1h), {.kind = EventKind::kLinkUp});
     EXPECT_EQ(lines.size(), 6U);
   }
