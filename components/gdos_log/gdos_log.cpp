@@ -24,7 +24,7 @@ constexpr int kAtOnce = 256;
 
 constexpr std::array<ParameterInfo, 8> kParameters = {{
     // The sink itself is instance 0 of system 0.
-    {"instance", 1, "instance id", 0, 255},
+    {"instance", 1, "instance id", 0, kIdMax},
     {"targetStatus", 1, "1: turn on at start", 0, 1},
     {"directory", "", "for the files; none: /var/log/tims for root, else ~/.local/state/tims"},
     {"fileSize", 10240, "KiB of a file; then the next one begins", 1, 1 << 21},
@@ -52,8 +52,9 @@ class GdosLog : public DataModule<GdosData> {
  private:
   Result<void> module_init() override {
     if (address() != gdos::kSink) return {};
-    return tims::Error(tims::Errc::kInvalidArgument,
-                       address().to_string() + " is the sink itself: --instance 1 is free");
+    return tims::Error(
+        tims::Errc::kInvalidArgument,
+        address().to_string(address_widths()) + " is the sink itself: --instance 1 is free");
   }
 
   Result<void> module_on() override {

@@ -16,8 +16,8 @@ namespace rack::navigation {
 namespace {
 
 constexpr std::array<ParameterInfo, 5> kParameters = {{
-    {"chassisSys", 0, "system id of the chassis", 0, 255},
-    {"chassisInst", 0, "instance of the chassis", 0, 255},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
     {"initPosX", 0, "where it is when it is turned on, mm"},
     {"initPosY", 0, "mm"},
     {"initPosRho", 0, "deg"},

@@ -12,8 +12,8 @@ namespace rack::navigation {
 namespace {
 
 constexpr std::array<ParameterInfo, 16> kParameters = {{
-    {"odometrySys", 0, "system id of the odometry", 0, 255},
-    {"odometryInst", 0, "instance of the odometry", 0, 255},
+    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
+    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
     {"updateInterpol", 0, "time an update takes to have its full effect, ms", 0, 3600000},
     {"offsetLatitude", 0.0F, "of x = 0, deg", -90, 90},
     {"offsetLongitude", 0.0F, "of y = 0, deg", -180, 180},

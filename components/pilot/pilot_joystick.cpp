@@ -16,12 +16,12 @@ constexpr int kSilence = 10;  // periods without a message of an input
 constexpr std::uint32_t kScanMax = body_max<Scan2dData>();
 
 constexpr std::array<ParameterInfo, 12> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, 255},
-    {"scan2dInst", 0, "instance of the scan, -1: none, no braking", -1, 255, true},
-    {"chassisSys", 0, "system id of the chassis", 0, 255},
-    {"chassisInst", 0, "instance of the chassis", 0, 255},
-    {"joystickSys", 0, "system id of the joystick", 0, 255},
-    {"joystickInst", 0, "instance of the joystick", 0, 255},
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan, -1: none, no braking", -1, kIdMax, true},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+    {"joystickSys", 0, "system id of the joystick", 0, kIdMax},
+    {"joystickInst", 0, "instance of the joystick", 0, kIdMax},
     {"maxSpeed", 4000, "with the stick all the way forward, mm/s", 0, 1e6},
     {"maxSpeedSide", 0, "with its third axis all the way, to the side, mm/s", 0, 1e6},
     {"mode", 0, "to the side the stick means: 0 a curve, 1 a turning speed", 0, 1},
@@ -129,7 +129,7 @@ class PilotJoystick : public DataModule<PilotData> {
     silence = *come ? 0 : silence + 1;
     if (silence >= kSilence)
       return tims::Error(tims::Errc::kTimeout,
-                         "no data of " + input.proxy().component().to_string());
+                         "no data of " + input.proxy().component().to_string(address_widths()));
     return come;
   }
 

@@ -13,12 +13,12 @@ namespace rack::pilot {
 namespace {
 
 constexpr std::array<ParameterInfo, 11> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, 255},
-    {"scan2dInst", 0, "instance of the scan", 0, 255, true},
-    {"chassisSys", 0, "system id of the chassis", 0, 255},
-    {"chassisInst", 0, "instance of the chassis", 0, 255},
-    {"positionSys", 0, "system id of the position", 0, 255},
-    {"positionInst", 0, "instance of the position", 0, 255},
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", 0, "instance of the position", 0, kIdMax},
     {"maxSpeed", 500, "mm/s", 0, 1e6},
     {"omegaMax", 20, "deg/s", 0, 3600},
     {"mode", 1, "0: keeps the wall on its right, 1: along near walls, away from what is ahead", 0,

@@ -98,15 +98,9 @@ Result<void> Module::start(const std::string& router) {
 
   if (auto connected = connect(router); !connected) return connected;
   if (!session_) return {};  // told to end before there was a router
+  if (auto fit = parameters_.set_widths(address_widths()); !fit) return fit;
   address_ =
       address_of(info_.class_id, parameters_.integer("system"), parameters_.integer("instance"));
-  const auto fields = address_.fields(address_widths());
-  if (fields.system != static_cast<std::uint32_t>(parameters_.integer("system")) ||
-      fields.instance != static_cast<std::uint32_t>(parameters_.integer("instance")))
-    return refused(
-        "--system and --instance: too large for the addresses of this fleet, which have " +
-        std::to_string(address_widths().system) + " bits for the system and " +
-        std::to_string(address_widths().instance) + " for the instance");
   auto mailbox =
       session_->open({.address = address_,
                       .slots = info_.command_slots,

@@ -18,12 +18,12 @@ constexpr std::uint32_t kPictureMax =
 
 // The original's, in its order.
 constexpr std::array<ParameterInfo, 17> kParameters = {{
-    {"ladarSys", 0, "system id of the ladar", 0, 255},
-    {"ladarInst", 0, "instance of the ladar", 0, 255, true},
-    {"cameraSys", 0, "system id of the camera", 0, 255},
-    {"cameraInst", -1, "instance of the camera that has the intensities; -1: none", -1, 255},
-    {"positionSys", 0, "system id of the position", 0, 255},
-    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, 255},
+    {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
+    {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
+    {"cameraSys", 0, "system id of the camera", 0, kIdMax},
+    {"cameraInst", -1, "instance of the camera that has the intensities; -1: none", -1, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
     {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
     {"ladarOffsetY", 0, "mm"},
     {"ladarOffsetRho", 0, "where it looks, deg / ladarOffsetRhoDivider"},

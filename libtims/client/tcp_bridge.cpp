@@ -117,15 +117,16 @@ bool TcpBridge::take_messages(std::span<std::byte> chunk) {
     const wire::StreamReader::Item item = reader_.next(chunk);
     if (item.status == wire::StreamReader::Status::kNeedMore) return true;
     if (item.status != wire::StreamReader::Status::kMessage) return false;
+    const auto body = item.message.subspan(kHeaderSize);
     if (item.header.dest == Address() && item.header.src == Address()) {
-      on_router_command(item.header);
+      on_router_command(item.header, body);
     } else {
-      mailboxes_.deliver(item.header, item.message.subspan(kHeaderSize));
+      mailboxes_.deliver(item.header, body);
     }
   }
 }
 
-void TcpBridge::on_router_command(const Header& header) {
+void TcpBridge::on_router_command(const Header& header, std::span<const std::byte> body) {
   switch (header.type) {
     case router_command::kLifesign: {
       if (output_.size() > kAnswersBytesMax) return;
@@ -135,6 +136,9 @@ void TcpBridge::on_router_command(const Header& header) {
                           wire::HeaderBytes(&output_[at], kHeaderSize));
       return;
     }
+    case router_command::kAddressWidths:
+      widths_ = router_command::decode_widths(body).value_or(widths_);
+      return;
     case type::kOk:
     case type::kError:
       return on_router_word(header.type == type::kOk);

@@ -64,12 +64,13 @@ class TcpBridge {
   void command(std::int8_t type, Address mailbox);
   bool read_router();
   bool take_messages(std::span<std::byte> chunk);
-  void on_router_command(const Header& header);
+  void on_router_command(const Header& header, std::span<const std::byte> body);
 
   const Settings settings_;
   os::File router_;
   os::File session_;
-  bool failed_ = false;  // the session takes no more
+  AddressWidths widths_;  // as the router says before it answers the first question
+  bool failed_ = false;   // the session takes no more
 
   std::deque<Asked> asked_;
   TcpMailboxes mailboxes_;

@@ -36,8 +36,9 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
                       wire::Welcome{.writer = kTcpWriter,
                                     .router = Address(),
                                     .message_max = settings_.message_max,
-                                    .widths = {}},
+                                    .widths = {}},  // on_router_word() knows
                       1});
+    command(router_command::kLogin, {});
     command(router_command::kMailboxDeleteWithReply, kNobody);
   } else if (const auto* offer = std::get_if<wire::OfferSegment>(&record)) {
     if (files.size() != 1 || !mailboxes_.offer(offer->segment, files[0])) failed_ = true;
@@ -69,7 +70,8 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
   auto waker = files.begin();
   for (std::size_t i = 0; i < wish.entries.size(); ++i) {
     const bool given = wish.entries[i].has_waker && waker != files.end();
-    const auto added = mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File());
+    const auto added =
+        mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File(), widths_);
     if (added) continue;
     opened.text = added.error().detail();
     opened.entries[i].status = added.error() == Errc::kAddressInUse
@@ -114,6 +116,7 @@ void TcpBridge::on_router_word(bool good) {
         good ? wire::OpenStatus::kOk : wire::OpenStatus::kAddressInUse;
   if (--first.missing > 0) return;
   if (opened != nullptr) settle(*opened);
+  if (auto* welcome = std::get_if<wire::Welcome>(&first.answer)) welcome->widths = widths_;
   answer(first.request, first.answer);
   asked_.pop_front();
 }
@@ -125,8 +128,9 @@ void TcpBridge::settle(wire::Opened& opened) {
   };
   const auto refused = std::ranges::find_if_not(opened.entries, is_good);
   if (refused == opened.entries.end()) return;
-  opened.text = refused->address.to_string() + " belongs to somebody else, or the router at " +
-                settings_.where + " has room for no more mailboxes";
+  opened.text = refused->address.to_string(widths_) +
+                " belongs to somebody else, or the router at " + settings_.where +
+                " has room for no more mailboxes";
   for (wire::OpenedEntry& entry : opened.entries) {
     mailboxes_.remove(entry.address);
     if (!is_good(entry)) continue;

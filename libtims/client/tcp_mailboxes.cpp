@@ -16,9 +16,10 @@ Result<void> TcpMailboxes::offer(std::uint64_t segment, const os::File& memfd) {
   return {};
 }
 
-Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker) {
+Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker,
+                               const AddressWidths& widths) {
   if (mailboxes_.contains(entry.address))
-    return Error(Errc::kAddressInUse, entry.address.to_string() + " belongs to this session");
+    return Error(Errc::kAddressInUse, entry.address.to_string(widths) + " belongs to this session");
   const auto segment = segments_.find(entry.place.segment);
   if (segment == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
   auto view = shm::MailboxView::open(segment->second.mapping.bytes(), entry.place.offset);

@@ -23,7 +23,8 @@ class TcpMailboxes {
  public:
   Result<void> offer(std::uint64_t segment, const os::File& memfd);
   // `waker` may be none: a futex. kAddressInUse: another mailbox of this session has it.
-  Result<void> add(const wire::OpenEntry& entry, os::File waker);
+  // `widths`: for its text.
+  Result<void> add(const wire::OpenEntry& entry, os::File waker, const AddressWidths& widths);
   bool remove(Address address);  // false: unknown
 
   // To the mailbox of its receiver, if it has room; what it does not take, it counts.

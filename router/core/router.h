@@ -193,7 +193,8 @@ class Router {
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
   // router_commands.cpp
-  Outcome carry_out(Time now, Client& sender, const Message& message);
+  Outcome carry_out(Time now, Client& sender, Message& message);
+  void tell_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
   void answer_command(const Client& client, const Header& request, bool success);
   void ask_for_lifesign(const Client& client);

@@ -170,6 +170,42 @@ TEST_F(RouterTest, UnknownCommandsAreIgnoredAndCounted) {
   EXPECT_TRUE(sink_.replies.empty());
 }
 
+TEST_F(RouterTest, ALoginIsNotAnsweredWhereAddressesAreAsTheOriginals) {
+  const ClientId a = connect();
+  EXPECT_EQ(send(a, {.type = command::kLogin}, Bytes(command::kWidthsSize)), Outcome::kHandled);
+  EXPECT_TRUE(sink_.replies.empty());
+  EXPECT_TRUE(sink_.delivered.empty());
+}
+
+TEST(RouterOfOtherWidths, TellsThemToALoginWithRoomForThem) {
+  constexpr AddressWidths kWidths{6, 8, 10, 8};
+  RecordingSink sink;
+  Router router({.address = Address::of({.system = 1}, kWidths), .widths = kWidths}, {1, 2}, sink);
+  const Time now(std::chrono::seconds(1));
+  const ClientId client = router.connect(now, {.port = PortKind::kTcp, .token = 1});
+  const auto login = [&](const Bytes& body) {
+    Header header{.flags = 0, .type = command::kLogin, .priority = 3, .seq_nr = 7};
+    Bytes bytes = encoded(header, body);
+    header.length = static_cast<std::uint32_t>(bytes.size());
+    Message message{.header = header, .bytes = bytes};
+    EXPECT_EQ(router.on_message(now, client, message), Outcome::kHandled);
+  };
+  login({});
+  login(Bytes(command::kWidthsSize + 1));
+  EXPECT_TRUE(sink.delivered.empty());
+  login(Bytes(command::kWidthsSize));
+  ASSERT_EQ(sink.delivered.size(), 1U);
+  const auto& answer = sink.delivered[0];
+  EXPECT_EQ(answer.to.client, client);
+  EXPECT_EQ(answer.header.type, command::kAddressWidths);
+  EXPECT_EQ(answer.header.seq_nr, 7);
+  EXPECT_EQ(answer.header.length, kHeaderSize + command::kWidthsSize);
+  const auto body = std::span(answer.bytes).subspan(kHeaderSize);
+  EXPECT_EQ(command::decode_widths(body), kWidths);
+  EXPECT_FALSE(command::decode_widths(body.first(3)));
+  EXPECT_FALSE(command::decode_widths(Bytes(command::kWidthsSize))) << "not 32 bits in all";
+}
+
 // --- Watchdog
 
 class WatchdogTest : public RouterTest {

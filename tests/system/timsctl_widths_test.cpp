@@ -27,7 +27,39 @@ struct WidthsTest : TimsctlTest {
   }
 };
 
-TEST_F(WidthsTest, ASessionKnowsThem) { EXPECT_EQ(session_->address_widths(), kWidths); }
+TEST_F(WidthsTest, ASessionKnowsThem) {
+  EXPECT_EQ(session_->address_widths(), kWidths);
+  const auto far = Session::connect({.name = "far", .router = router_.tcp()});
+  ASSERT_TRUE(far) << far.error().message();
+  EXPECT_EQ(far->address_widths(), kWidths);
+}
+
+// A chassis by the local socket, its odometry over TCP.
+TEST_F(WidthsTest, ComponentsFindOthersBeyond255) {
+  const auto start_at = [&](const std::string& router, std::vector<std::string> command) {
+    command.front().insert(0, std::string(TIMS_PROGRAMS) + "/");
+    return ChildProcess::start(command, {.environment = {"TIMS_ROUTER=" + router}, .folder = {}});
+  };
+  auto chassis = start_at(router_.socket_path(), {"ChassisSim", "--system=3", "--instance=500"});
+  ASSERT_TRUE(chassis);
+  EXPECT_TRUE(chassis->wait_for_line("Chassis(3/500) print: Init"));
+  auto odometry = start_at(router_.tcp(), {"OdometryChassis", "--system=3", "--instance=700",
+                                           "--chassisSys=3", "--chassisInst=500"});
+  ASSERT_TRUE(odometry);
+  EXPECT_TRUE(odometry->wait_for_line("Odometry(3/700) print: Init"));
+  EXPECT_EQ(timsctl({"component", "on", "Odometry/3/700"}).out, "Odometry(3/700) ok\n");
+  for (const std::string& host : hosts()) {
+    const Ran echo =
+        timsctl({"msg", "echo", "Odometry/3/700", "-n", "1", "-o", "json", "-H", host});
+    EXPECT_THAT(echo.out, HasSubstr("\"Odometry(3/700)\"")) << echo.err;
+  }
+  EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/500", "Pilot/3/300"}).out, "Pilot(3/300)\n");
+  EXPECT_THAT(timsctl({"msg", "echo", "Chassis/3/500", "-n", "1", "-o", "json"}).out,
+              HasSubstr("\"activePilot\":\"Pilot(3/300)\""));
+  const Ran large = timsctl({"component", "param", "set", "Odometry/3/700", "chassisInst", "1024"});
+  EXPECT_NE(large.code, 0);
+  EXPECT_TRUE(odometry->wait_for_line("chassisInst = 1024: must be a whole number from 0 to 1023"));
+}
 
 TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
   EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));

@@ -44,16 +44,6 @@ std::optional<json::object> json_of(const Message& message) {
   return std::move(value.get_object());
 }
 
-tims::AddressWidths widths_in(const json::object& status) {
-  const json::value* said = at_path(status, "widths");
-  if (said == nullptr || !said->is_array() || said->get_array().size() != 4) return {};
-  const auto bits = [&](std::size_t i) {
-    return static_cast<std::uint8_t>(said->get_array()[i].to_number<double>());
-  };
-  const tims::AddressWidths widths{bits(0), bits(1), bits(2), bits(3)};
-  return widths.valid() ? widths : tims::AddressWidths();
-}
-
 json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
   json::object answer = ask_once(question, patience);
   json::object next = question;

@@ -11,9 +11,6 @@ namespace timsctl {
 
 // The body as a JSON object, if it is one.
 std::optional<json::object> json_of(const Message& message);
-// Of the fleet's addresses, in the answer to the question "status"; the usual ones when a router
-// does not say.
-tims::AddressWidths widths_in(const json::object& status);
 
 class AdminClient {
  public:

@@ -146,19 +146,14 @@ void TcpConnection::begin(const MailboxWish& wish) {
   register_mailbox(wish, deadline);
 }
 
-// An original router, which has the usual ones, answers commands only. Another one has answered
-// the question when it answers the second command: that one finds it in a later turn.
+// An original router, which has the usual ones, does not answer the question.
 void TcpConnection::learn_widths(tims::Time deadline) {
-  constexpr std::string_view kQuestion = R"({"ask":"status"})";
-  value_or_fail(write({.dest = {}, .type = tims::type::kAdminRequest}, {},
-                      std::as_bytes(std::span(kQuestion))),
-                where_);
-  for (int i = 0; i < 2; ++i) {
-    send_command(command::kMailboxDeleteWithReply, {});  // which nobody has
-    Message said = router_says(deadline);
-    for (; said.header.type == tims::type::kAdminReply; said = router_says(deadline))
-      widths_ = widths_in(json_of(said).value_or(json::object()));
-  }
+  send_command(command::kLogin, {});
+  send_command(command::kMailboxDeleteWithReply, {});  // which nobody has
+  const Message said = router_says(deadline);
+  if (said.header.type != command::kAddressWidths) return;
+  widths_ = command::decode_widths(said.body).value_or(widths_);
+  (void)router_says(deadline);
 }
 
 void TcpConnection::register_mailbox(const MailboxWish& wish, tims::Time deadline) {

@@ -15,8 +15,6 @@ constexpr std::size_t kTextMax = 4095;
 constexpr double kLowest = -2147483648.0;
 constexpr double kHighest = 2147483647.0;
 
-constexpr double kIdMax = 65535;  // what fits says the router: 255 where it does not say otherwise
-
 // Order and names as every module of the original has them.
 constexpr std::array<ParameterInfo, 8> kCommon = {{
     {"system", 0, "system id", 0, kIdMax},
@@ -51,9 +49,18 @@ std::string to_text(const ParameterValue& value) {
   return plain(std::get<float>(value));
 }
 
-tims::Error refused(const ParameterInfo& info, std::string_view value) {
+tims::Error refused(const Parameters::Entry& entry, std::string_view value) {
+  ParameterInfo info = *entry.info;
+  info.max = entry.max;
   return {tims::Errc::kInvalidArgument,
           std::string(info.name) + " = " + std::string(value) + ": must be " + allowed(info)};
+}
+
+// That an id has in an address; 0: it is none.
+int bits_of_id(std::string_view name, const tims::AddressWidths& widths) {
+  if (name == "system" || name.ends_with("Sys")) return widths.system;
+  if (name == "instance" || name.ends_with("Inst")) return widths.instance;
+  return 0;
 }
 
 ParameterValue initial_of(const ParameterInfo& info) {
@@ -136,6 +143,21 @@ const std::string& Parameters::text(std::string_view name) const {
   return std::get<std::string>(entry(name).value);
 }
 
+tims::Result<void> Parameters::set_widths(const tims::AddressWidths& widths) {
+  for (Entry& entry : entries_) {
+    const int bits = bits_of_id(entry.info->name, widths);
+    if (bits == 0) continue;
+    entry.max = std::min(entry.info->max, std::exp2(bits) - 1);
+    if (std::get<std::int32_t>(entry.value) <= entry.max) continue;
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       std::string(entry.info->name) + " = " + as_text(entry.info->name) +
+                           ": addresses of this fleet have " + std::to_string(widths.system) +
+                           " bits for the system and " + std::to_string(widths.instance) +
+                           " for the instance");
+  }
+  return {};
+}
+
 std::string Parameters::as_text(std::string_view name) const { return to_text(entry(name).value); }
 
 ParameterList Parameters::list() const {
@@ -167,11 +189,11 @@ tims::Result<void> Parameters::set(std::string_view name, std::string_view value
   ParameterValue next = std::string(value);
   if (std::holds_alternative<std::int32_t>(entry->value)) {
     const auto whole = number<std::int32_t>(value);
-    if (!whole) return refused(*entry->info, value);
+    if (!whole) return refused(*entry, value);
     next = *whole;
   } else if (std::holds_alternative<float>(entry->value)) {
     const auto real = number<float>(value);
-    if (!real) return refused(*entry->info, value);
+    if (!real) return refused(*entry, value);
     next = *real;
   }
   return assign(*entry, std::move(next));
@@ -181,21 +203,22 @@ tims::Result<bool> Parameters::set(const Parameter& record) {
   Entry* entry = find(record.name.view());
   if (entry == nullptr) return false;
   auto value = value_of(record, entry->value);
-  if (!value) return refused(*entry->info, "a value of another type");
+  if (!value) return refused(*entry, "a value of another type");
   if (const auto good = assign(*entry, std::move(*value)); !good) return good.error();
   return true;
 }
 
 tims::Result<void> Parameters::assign(Entry& entry, ParameterValue value) {
-  const ParameterInfo& info = *entry.info;
-  const auto in_range = [&](double number) { return number >= info.min && number <= info.max; };
+  const auto in_range = [&](double number) {
+    return number >= entry.info->min && number <= entry.max;
+  };
   bool good = true;
   if (const auto* whole = std::get_if<std::int32_t>(&value)) good = in_range(*whole);
   if (const auto* real = std::get_if<float>(&value))
     good = std::isfinite(*real) && in_range(static_cast<double>(*real));
   if (const auto* text = std::get_if<std::string>(&value))
     good = text->size() <= kTextMax && text->find('\0') == std::string::npos;
-  if (!good) return refused(info, to_text(value));
+  if (!good) return refused(entry, to_text(value));
   entry.value = std::move(value);
   entry.given = true;
   return {};

@@ -11,11 +11,16 @@
 #include <vector>
 
 #include "proxies/generic.h"
+#include "tims/address.h"
 #include "tims/result.h"
 
 namespace rack {
 
 using ParameterValue = std::variant<std::int32_t, std::string, float>;  // as Parameter::type counts
+
+// Of a system or an instance, as far as parameters go; what fits into the addresses of a fleet is
+// known with its router (Parameters::set_widths).
+inline constexpr double kIdMax = 65535;
 
 // What a component says about one of its parameters.
 struct ParameterInfo {
@@ -49,6 +54,10 @@ class Parameters {
   // False: there is no such parameter. Programs of the original may send any number type for any.
   tims::Result<bool> set(const Parameter& record);
 
+  // Ids must fit into the fleet's addresses: "system", "instance", and those that end in "Sys" or
+  // "Inst". kInvalidArgument: one that was given does not.
+  tims::Result<void> set_widths(const tims::AddressWidths& widths);
+
   // As an argument would have it.
   [[nodiscard]] std::string as_text(std::string_view name) const;
   [[nodiscard]] ParameterList list() const;
@@ -57,6 +66,7 @@ class Parameters {
     const ParameterInfo* info;
     ParameterValue value;
     bool given = false;
+    double max = info->max;
   };
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
 

@@ -98,6 +98,25 @@ TEST_F(ParametersTest, RefuseWhatIsOutOfRangeAndKeepTheOldValue) {
   EXPECT_FALSE(parameters.set("nothing", "1"));
 }
 
+TEST(Parameters, IdsFitIntoTheFleetsAddresses) {
+  static constexpr std::array<ParameterInfo, 2> kPilot = {
+      {{"scan2dSys", 0, "system", 0, kIdMax}, {"scan2dInst", 0, "instance", -1, kIdMax}}};
+  Parameters parameters("Pilot", kPilot);
+  EXPECT_TRUE(parameters.set("scan2dSys", "300")) << "before the router is known";
+  EXPECT_TRUE(parameters.set("instance", "500"));
+  EXPECT_TRUE(parameters.set_widths({.system = 9, .class_id = 8, .instance = 9, .local = 6}));
+  EXPECT_TRUE(parameters.set("scan2dInst", "511"));
+  EXPECT_TRUE(parameters.set("scan2dInst", "-1"));
+  const auto large = parameters.set("scan2dInst", "512");
+  ASSERT_FALSE(large);
+  EXPECT_EQ(large.error().detail(), "scan2dInst = 512: must be a whole number from -1 to 511");
+  const auto fits = parameters.set_widths({});
+  ASSERT_FALSE(fits);
+  EXPECT_EQ(fits.error().detail(),
+            "instance = 500: addresses of this fleet have 8 bits for the system and 8 for the "
+            "instance");
+}
+
 TEST_F(ParametersTest, TakeRecords) {
   EXPECT_TRUE(parameters.set(whole("vxMax", 800)).value());
   EXPECT_EQ(parameters.integer("vxMax"), 800);

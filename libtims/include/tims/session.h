@@ -65,8 +65,8 @@ class Session {
 
   [[nodiscard]] bool connected() const;
   [[nodiscard]] Address router() const;  // the router's own address; over TCP 0
-  // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told. Over TCP
-  // the usual ones.
+  // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told. An
+  // original router, over TCP, has the usual ones.
   [[nodiscard]] AddressWidths address_widths() const;
 
  private:
