@@ -182,6 +182,58 @@ TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
     EXPECT_TRUE(gui.hears(text));
 }
 
+// Its "all off" holds everything off, its On buttons are a hand as well: whatever their order, all
+// come up again. It does not wait for answers.
+TEST_F(RobotTest, AllOnAfterAllOffOfTheOriginalsGui) {
+  start("ChassisSim");
+  start("OdometryChassis");
+  start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
+  start("Position");
+  start("PilotWallFollowing", {"--instance=1", "--scan2dInst=0"});
+  auto client = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(client) << client.error().message();
+  client->set_byte_order(std::endian::big);
+  ASSERT_TRUE(client->send({.type = wire::router_command::kDisableWatchdog}));
+  std::vector<std::pair<Address, Address>> list;  // window and component, in the order of gui.cfg
+  for (const std::uint32_t component :
+       {0x00110000U, 0x00120000U, 0x00190000U, 0x00130000U, 0x00180100U}) {
+    const Address window(0x00020102U + static_cast<std::uint32_t>(list.size()));
+    ASSERT_TRUE(client->register_mailbox(window));
+    list.emplace_back(window, Address(component));
+  }
+  const auto say = [&](std::int8_t type, const auto& order) {
+    for (const auto& [window, component] : order)
+      ASSERT_TRUE(client->send(
+          {.flags = 0, .type = type, .seq_nr = 1, .dest = component, .src = window}, {}));
+  };
+  const auto all_are = [&](rack::Status wanted) -> std::string {
+    for (const auto& [window, component] : list) {
+      const auto status = rack::Proxy(*work_, component).status();
+      if (!status) return component.to_string() + ": " + status.error().message();
+      if (*status != wanted) return component.to_string() + " is not";
+    }
+    return "";
+  };
+  // A chassis that comes on obeys nobody.
+  const auto choose_pilot = [&]() -> std::string {
+    auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+    const auto status = chassis.status();
+    if (!status || *status != rack::Status::kEnabled) return "the chassis is not on";
+    const auto chosen = chassis.set_active_pilot(*Address::parse("Pilot(0/1)"));
+    return chosen ? "" : chosen.error().message();
+  };
+  say(type::kOn, list);
+  for (const bool reverse : {false, true}) {
+    EXPECT_TRUE(eventually(choose_pilot));
+    EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kEnabled); }));
+    say(type::kOff, std::views::reverse(list));
+    EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kDisabled); }));
+    reverse ? say(type::kOn, std::views::reverse(list)) : say(type::kOn, list);
+  }
+  EXPECT_TRUE(eventually(choose_pilot));
+  EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kEnabled); }));
+}
+
 // --- modules in C++
 
 bool answers_to(const Header& request, const Header& header) {
