@@ -107,17 +107,42 @@ TEST(WallFollower, WandersForEver) {
 
 // Two rooms, and between them a bent corridor that is 1 m wide where it bends, as in the original's
 // example map.
-TEST(WallFollower, PassesANarrowCorridor) {
+FloorMap corridor() {
   DxfDrawing drawing;
   drawing.lines = {{{-1.2, 0.5}, {-0.2, 2.5}},
                    {{-0.2, 2.5}, {-1.2, 4.5}},
                    {{0.8, -1.5}, {0.8, 2.5}},
                    {{0.8, 2.5}, {-0.2, 5.5}}};
-  Trip trip({.mode = Mode::kGeometric, .speed_max = 500, .distance = 500},
-            FloorMap(drawing, 1000, 0, 0));
+  return {drawing, 1000, 0, 0};
+}
+
+TEST(WallFollower, PassesANarrowCorridor) {
+  Trip trip({.mode = Mode::kGeometric, .speed_max = 500, .distance = 500}, corridor());
   trip.drive(1min);
   EXPECT_GT(trip.max.x, 4500);
   EXPECT_GT(trip.clearance, kCorner);
+}
+
+// How far to the south and to the north the original's rules lead in the same world in a minute.
+// At 1000 it turns back where the corridor is narrow, and goes round the outside.
+TEST(WallFollower, GoesWhereTheOriginalGoes) {
+  struct Original {
+    Mode mode;
+    i32 distance;
+    double min_x, max_x;
+  };
+  for (const Original& original : {Original{Mode::kGeometric, 1000, -587, 5802},
+                                   {Mode::kGeometric, 600, -2237, 6217},
+                                   {Mode::kGeometric, 500, -2142, 6129},
+                                   {Mode::kGeometric, 400, -2050, 6032},
+                                   {Mode::kBraitenberg, 1000, -3074, 6937},
+                                   {Mode::kBraitenberg, 900, -3064, 6888},
+                                   {Mode::kBraitenberg, 500, -3038, 6710}}) {
+    Trip trip({.mode = original.mode, .speed_max = 500, .distance = original.distance}, corridor());
+    trip.drive(1min);
+    EXPECT_NEAR(trip.min.x, original.min_x, 50) << original.distance;
+    EXPECT_NEAR(trip.max.x, original.max_x, 250) << original.distance;
+  }
 }
 
 Scan2dData point(i32 x, i32 y, i32 type = 0) {
