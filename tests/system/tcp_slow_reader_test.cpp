@@ -83,5 +83,41 @@ TEST_F(SlowReaderTest, DoesNotKeepTheRouterFromEnding) {
   EXPECT_TRUE(status->success()) << status->to_string();
 }
 
+// Twenty of them want more than the memory of all queues; who reads stays, and gets what is
+// important.
+TEST_F(TcpTest, StalledReadersTakeNothingFromWhoReads) {
+  start({"message.max=1MiB", "tcp.queue=16MiB"});  // of which 16 fit into the memory
+  TcpClient source = connect();
+  std::vector<TcpClient> stalled;
+  for (std::uint32_t i = 0; i < 20; ++i) stalled.push_back(connect_with(Address(kSlow.raw() + i)));
+  const std::vector<std::byte> large = numbered(1, 1'000'000);
+  for (int round = 0; round < 20; ++round) {
+    for (std::uint32_t i = 0; i < stalled.size(); ++i)
+      ASSERT_TRUE(
+          source.send({.type = -6, .priority = 40, .dest = Address(kSlow.raw() + i)}, large).ok());
+  }
+  ASSERT_TRUE(is_served(source));
+  EXPECT_NE(ask(source, R"({"ask":"stats"})").find("queue_replaced"), std::string::npos);
+  TcpClient reader = connect_with(kPing);
+  for (std::uint32_t round = 0; round < 5; ++round) {
+    // More at once than its socket takes, so that it has a message in part.
+    for (std::uint32_t i = 0; i < 12; ++i)
+      ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, large).ok());
+    ASSERT_TRUE(is_served(source));
+    ASSERT_TRUE(
+        source.send({.type = -6, .priority = 200, .dest = kPing}, numbered(2 + round, 100)).ok());
+    for (std::uint32_t number = 1; number == 1;) {
+      const auto message = reader.receive();
+      ASSERT_TRUE(message.ok()) << "in round " << round << ": " << message.error().message();
+      number = number_of(message->body);
+      ASSERT_TRUE(number == 1 || number == 2 + round) << number;
+    }
+    // What was less important than that.
+    ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, numbered(100, 100)).ok());
+    while (number_of(reader.receive().value().body) != 100) {
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tims::test
