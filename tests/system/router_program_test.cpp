@@ -131,6 +131,29 @@ TEST(RouterProgram, WithoutTheRightToRealTimeItWarnsAndRuns) {
   EXPECT_TRUE(router->wait_for_line("listening tcp ").ok());
 }
 
+// Where links could never put together the largest message, the router does not start.
+TEST(RouterProgram, SaysThatThereIsNoRoomForTheLargestMessageInParts) {
+  if (kSlowdown > 1) GTEST_SKIP() << "sanitizers need address space themselves";
+  const TemporaryFolder folder;
+  for (const std::string message_max : {"16MiB", "1GiB"}) {
+    auto router = ChildProcess::start({"prlimit", "--as=8589934592", TIMS_ROUTER_PROGRAM, "--set",
+                                       "unix.path=" + (folder.path() / "r.sock").string(), "--set",
+                                       "tcp.listen=off", "--set", "http.listen=off", "--set",
+                                       "udp.listen=127.0.0.1:0", "--set", "link=kind=sub,system=*",
+                                       "--set", "message.max=" + message_max});
+    ASSERT_TRUE(router.ok());
+    if (message_max == "16MiB") {
+      EXPECT_TRUE(router->wait_for_line("listening udp ").ok()) << router->output();
+      continue;
+    }
+    const auto error = router->wait_for_line("messages in parts");
+    ASSERT_TRUE(error.ok()) << router->output();
+    EXPECT_TRUE(contains(*error, "lower message.max (1073741824 bytes)")) << *error;
+    const auto status = router->wait();
+    EXPECT_TRUE(status.ok() && !status->success());
+  }
+}
+
 TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
   using std::filesystem::perms;
   constexpr perms kGroup =
