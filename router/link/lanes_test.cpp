@@ -54,9 +54,10 @@ struct LanesTest : testing::Test, Arrivals, Losses {
 
   std::vector<std::byte> blocks = std::vector<std::byte>(8U << 20);
   static constexpr std::uint32_t kMessageMax = 9U << 20;
-  std::vector<std::byte> messages = std::vector<std::byte>(MessageMemory::kPlacesMin * kMessageMax);
+  static constexpr std::size_t kSpace = MessageMemory::kPlacesMin * kMessageMax;
+  const std::unique_ptr<std::byte[]> messages = std::make_unique_for_overwrite<std::byte[]>(kSpace);
   core::BlockPool pool{aligned(blocks)};
-  MessageMemory memory{messages, kMessageMax, 32U << 20};
+  MessageMemory memory{{messages.get(), kSpace}, kMessageMax, 32U << 20};
   std::vector<MessageBuffer> done;
   Assembly assembly{pool, memory, done};
   LaneSender sender{pool};
