@@ -59,10 +59,10 @@ struct WithSequence {
 template <typename T>
 class BoundsTest : public testing::Test {};
 using Messages =
-    testing::Types<ParameterList, RuntimeData, ListenersData, LadarData, Scan2dData, PilotData,
-                   PilotMultiDestData, PathData, PathRddfData, FeatureMapData, FeatureMapLayerData,
-                   FileName, MclData, ObjRecogData, IoData, DatalogData, PlannerData,
-                   PlannerCommand, GdosData>;
+    testing::Types<ParameterList, ParameterEffects, RuntimeData, ListenersData, LadarData,
+                   Scan2dData, PilotData, PilotMultiDestData, PathData, PathRddfData,
+                   FeatureMapData, FeatureMapLayerData, FileName, MclData, ObjRecogData, IoData,
+                   DatalogData, PlannerData, PlannerCommand, GdosData>;
 TYPED_TEST_SUITE(BoundsTest, Messages);
 
 TYPED_TEST(BoundsTest, UpToTheLimitAndNotBeyond) {

@@ -21,6 +21,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kDisabled, "DISABLED"},
     {kEveryClass, type::kContData, "CONT_DATA", kBody<ContDataReply>},
     {kEveryClass, type::kParam, "PARAM", kBody<ParameterList>},
+    {kEveryClass, type::kParamEffects, "PARAM_EFFECTS", kBody<ParameterEffects>},
     {kEveryClass, type::kRuntime, "RUNTIME", kBody<RuntimeData>},
     {kEveryClass, type::kListeners, "LISTENERS", kBody<ListenersData>},
     {kEveryClass, type::kOn, "ON"},
@@ -32,6 +33,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetNextData, "GET_NEXT_DATA"},
     {kEveryClass, type::kGetParam, "GET_PARAM"},
     {kEveryClass, type::kSetParam, "SET_PARAM", kBody<ParameterList>},
+    {kEveryClass, type::kGetParamEffects, "GET_PARAM_EFFECTS"},
     {kEveryClass, type::kGetRuntime, "GET_RUNTIME"},
     {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
 };

@@ -19,6 +19,18 @@ std::string_view name(Status status) {
   return "unknown";
 }
 
+std::string_view name(TakesEffect when) {
+  switch (when) {
+    case TakesEffect::kNow:
+      return "now";
+    case TakesEffect::kAtOn:
+      return "at the next ON";
+    case TakesEffect::kAtStart:
+      return "when its program starts again";
+  }
+  return "unknown";
+}
+
 std::string_view name(WatchDepth depth) {
   switch (depth) {
     case WatchDepth::kOff:

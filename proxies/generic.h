@@ -58,15 +58,35 @@ struct ParameterList {
 
 // --- of our own runtime, which programs of the original do not know
 
-// In an ON, where the original has no body: who refuses shall say why, in at most so many bytes of
-// words behind its ERROR. Who sends no body gets none.
+// Who refuses a command with tims::flag::kTellWhy says why, in at most so many bytes of words
+// behind its ERROR. Others get none: programs of the original have no room for them.
+inline constexpr std::size_t kReasonMax = 240;
+// In an ON, where the original has no body: the same for a program at a TCP port, which has no
+// flags.
 struct OnRequest {
   i32 reasonMax = kReasonMax;
-
-  static constexpr i32 kReasonMax = 240;
 };
 // Of the body of an ERROR; empty: it says nothing.
 std::string_view reason_of(std::span<const std::byte> body);
+
+// When a new value of a parameter takes effect.
+enum class TakesEffect : u8 {
+  kNow,
+  kAtOn,     // the next one
+  kAtStart,  // of its program
+};
+std::string_view name(TakesEffect when);
+
+struct ParameterEffect {
+  Text<80> name = {};
+  i32 takesEffect = 0;  // TakesEffect
+};
+
+// Of all parameters, in the order of ParameterList.
+struct ParameterEffects {
+  Count count = {};
+  Sequence<ParameterEffect, 128> effects = {};
+};
 
 // What a component can see of its own real-time behaviour.
 enum class WatchDepth : u8 {

@@ -53,6 +53,13 @@ TEST(Generic, ListenersOnTheWire) {
             "001800020000002800000005");
 }
 
+TEST(Generic, ParameterEffectsOnTheWire) {
+  ParameterEffects effects;
+  effects.effects.push_back({.name = "vxMax", .takesEffect = static_cast<i32>(TakesEffect::kAtOn)});
+  EXPECT_EQ(hex(effects, std::endian::big),
+            "0000000176784d6178" + std::string(2 * 75, '0') + "00000001");
+}
+
 TEST(Generic, RuntimeIsKnownOfEveryClass) {
   const MessageInfo* known = find_message(0x11, tims::type::kRuntime);
   ASSERT_NE(known, nullptr);

@@ -78,7 +78,10 @@ Result<tims::PeekGuard> Proxy::ask(i8 type, std::span<const i8> answers, tims::D
 
 Result<tims::Loan> Proxy::begin(Request request) {
   ++seq_nr_;
-  return work_->loan({.dest = component_, .type = request.type, .seq_nr = seq_nr_},
+  return work_->loan({.dest = component_,
+                      .type = request.type,
+                      .seq_nr = seq_nr_,
+                      .tell_why = work_->body_max() >= kReasonMax},
                      static_cast<u32>(request.body_size));
 }
 

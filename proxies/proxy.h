@@ -6,10 +6,11 @@
 // A proxy sends from a *work mailbox*, which is for answers only: whatever else arrives there
 // during a call is thrown away. Several proxies may share one, but only one may be called at a
 // time. It needs slots as large as the largest answer (body_max<Data>()), else the answer cannot be
-// delivered and the call ends with kTimeout; for on(), which is told why not, 240 bytes.
+// delivered and the call ends with kTimeout. With 240 bytes or more, who refuses a command can say
+// why (kReasonMax).
 //
 // Errors of every call, with the component and the command in their text:
-//   kAnsweredError    the component answered ERROR, or TIMEOUT
+//   kAnsweredError    the component answered ERROR, with its reason; or TIMEOUT
 //   kTimeout          no answer in time
 //   kNoMailbox        nobody owns the address (NOT_AVAILABLE)
 //   kMalformed        the answer is not what it should be

@@ -51,6 +51,8 @@ static_assert(wire_size<ParameterList>() == 4);
 static_assert(wire_size<RuntimeData>() == 52);
 static_assert(wire_size<RuntimePlace>() == 212);
 static_assert(wire_size<ListenersData>() == 16);
+static_assert(wire_size<ParameterEffects>() == 4);
+static_assert(wire_size<ParameterEffect>() == 84);
 static_assert(wire_size<ListenerInfo>() == 12);
 
 static_assert(wire_size<ChassisData>() == 36 && is_plain<ChassisData>());

@@ -15,13 +15,14 @@ namespace {
 constexpr auto kPeriod = std::chrono::milliseconds(5000);
 constexpr auto kStep = std::chrono::milliseconds(100);  // OFF does not wait for a whole period
 
-constexpr std::array<ParameterInfo, 4> kParameters = {{
-    {"clockSys", 0, "system id of the clock that sets this one", 0, kIdMax},
-    {"clockInst", -1, "instance of the clock that sets this one; -1: none", -1, kIdMax},
-    {"systemClockUpdate", 1, "1: that clock sets the time of this host, which needs CAP_SYS_TIME",
-     0, 1},
-    {"systemClockUpdateTime", 60000, "how often, ms", 0},
-}};
+constexpr std::array<ParameterInfo, 4> kParameters = {
+    ParameterInfo{"clockSys", 0, "system id of the clock that sets this one", 0, kIdMax},
+    ParameterInfo{"clockInst", -1, "instance of the clock that sets this one; -1: none", -1,
+                  kIdMax},
+    at_once({"systemClockUpdate", 1,
+             "1: that clock sets the time of this host, which needs CAP_SYS_TIME", 0, 1}),
+    at_once({"systemClockUpdateTime", 60000, "how often, ms", 0}),
+};
 
 constexpr ModuleInfo kInfo{
     .program = "ClockSystem",

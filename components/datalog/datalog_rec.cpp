@@ -21,11 +21,13 @@ constexpr std::uint32_t kLarge = 1 << 20;
 constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // for large messages meanwhile
 
-constexpr std::array<ParameterInfo, 3> kParameters = {{
-    {"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
-    {"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"},
-    {"logPathName", "", "in front of each file name, with its slash; at most 39 characters"},
-}};
+// The list is made at the start, and when INIT_LOG says so.
+constexpr std::array<ParameterInfo, 3> kParameters = {
+    ParameterInfo{"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
+    at_start({"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"}),
+    at_start(
+        {"logPathName", "", "in front of each file name, with its slash; at most 39 characters"}),
+};
 
 constexpr ModuleInfo kInfo{
     .program = "DatalogRec",

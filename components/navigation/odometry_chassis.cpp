@@ -96,7 +96,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   void tell_place(const Position3d& pos) {
     const auto degree = std::lround(degrees(pos.rho.raw()));
     const auto tell = [this](std::string_view name, std::int64_t& told, std::int64_t now) {
-      if (std::exchange(told, now) != now) tell_parameter(name, std::to_string(now));
+      if (std::exchange(told, now) != now) tell_state(name, std::to_string(now));
     };
     tell("initPosX", told_[0], pos.x.raw());
     tell("initPosY", told_[1], pos.y.raw());

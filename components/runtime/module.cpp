@@ -15,7 +15,6 @@
 
 #include "components/runtime/clock.h"
 #include "components/runtime/crash.h"
-#include "components/runtime/rules/arguments.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
 #include "os/event_fd.h"
@@ -77,7 +76,7 @@ int Module::run(std::span<const char* const> arguments) {
     std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
-  const auto started = start(parsed->router);
+  const auto started = start(*parsed);
   if (started) {
     if (session_) wait_for_end();
     end();
@@ -87,7 +86,7 @@ int Module::run(std::span<const char* const> arguments) {
   return fail(info_.program, started.error(), ExitCode::kFailed);
 }
 
-Result<void> Module::start(const std::string& router) {
+Result<void> Module::start(const Arguments& arguments) {
   // Before any thread is there, so that all of them leave these signals to the main thread.
   const sigset_t signals = end_signals();
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
@@ -96,7 +95,7 @@ Result<void> Module::start(const std::string& router) {
   stop_ = std::move(*stop);
   log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
 
-  if (auto connected = connect(router); !connected) return connected;
+  if (auto connected = connect(arguments.router); !connected) return connected;
   if (!session_) return {};  // told to end before there was a router
   if (auto fit = parameters_.set_widths(address_widths()); !fit) return fit;
   address_ =
@@ -110,8 +109,8 @@ Result<void> Module::start(const std::string& router) {
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
   if (auto ready = module_init(); !ready) return ready;
-  if (auto tasks = start_tasks(); !tasks) return tasks;
-  manager_.tell("READY=1");
+  if (auto tasks = start_tasks(arguments.held_off_by); !tasks) return tasks;
+  manager_.tell("READY=1\nX_TIMS_ADDRESS=" + address_.to_hex());
   return {};
 }
 
@@ -139,12 +138,16 @@ Result<void> Module::connect(const std::string& router) {
   return {};
 }
 
-Result<void> Module::start_tasks() {
+Result<void> Module::start_tasks(std::optional<tims::Address> held_off_by) {
   const std::int32_t retry = parameters_.integer("errorTimeout");
   std::optional<tims::Duration> error_retry;
   if (retry >= 0) error_retry = std::chrono::milliseconds(retry);
   cycle_.emplace(error_retry, std::random_device()());
-  if (parameters_.integer("targetStatus") != 0) cycle_->turn_on();
+  if (held_off_by) {
+    cycle_->hold_off(*held_off_by);
+  } else if (parameters_.integer("targetStatus") != 0) {
+    cycle_->turn_on();
+  }
   state_since_ = time_stamp();
 
   const int command_priority = parameters_.integer("cmdTaskPrio");
@@ -256,7 +259,7 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
   auto mailbox =
       session_->open({.address = tims::Address::of(fields, session_->address_widths()),
                       .slots = slots,
-                      .body_max = std::max<std::uint32_t>(body_max, OnRequest::kReasonMax),
+                      .body_max = std::max<std::uint32_t>(body_max, kReasonMax),
                       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
   return &mailboxes_.emplace_back(std::move(*mailbox));

@@ -30,6 +30,7 @@
 
 #include "components/runtime/priority_mutex.h"
 #include "components/runtime/real_time_watch.h"
+#include "components/runtime/rules/arguments.h"
 #include "components/runtime/rules/life_cycle.h"
 #include "components/runtime/rules/parameters.h"
 #include "components/runtime/text_log.h"
@@ -95,10 +96,11 @@ class Module {
   // Of what a component has found out itself; must be a number that its parameter allows.
   void set_parameter(std::string_view name, std::int32_t value);
 
-  // With what this parameter shall be when the program is started again after a crash.
-  void tell_parameter(std::string_view name, const std::string& value) const;
-  // With the next local id, and the priority of the data task; takes bodies of at least
-  // OnRequest::kReasonMax bytes. In module_init().
+  // With what this parameter shall be when the program is started again after a crash, because it
+  // goes on where it was: nobody has set it.
+  void tell_state(std::string_view name, const std::string& value) const;
+  // With the next local id, and the priority of the data task; takes bodies of at least kReasonMax
+  // bytes. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
   // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
@@ -132,9 +134,9 @@ class Module {
   mutable PriorityMutex mutex_;  // of the runtime's state
 
  private:
-  Result<void> start(const std::string& router);
+  Result<void> start(const Arguments& arguments);
   Result<void> connect(const std::string& router);
-  Result<void> start_tasks();
+  Result<void> start_tasks(std::optional<tims::Address> held_off_by);
   void wait_for_end();
   void end();
 
@@ -143,7 +145,9 @@ class Module {
   void set_parameters(const tims::MessageView& message);
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
-  void answer_on(const tims::Header& request, std::int8_t type, std::string_view why);
+  void refuse(const tims::Header& request, std::string_view why);
+  void tell_held(std::optional<tims::Address> by) const;
+  void tell(std::string_view what, std::string_view name, const std::string& value) const;
   [[nodiscard]] std::string why_not_on() const;
   [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
   [[nodiscard]] std::string name_of_command(const tims::Header& header) const;

@@ -12,6 +12,12 @@ namespace {
 
 constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
 
+// What a component says itself needs no heading.
+std::string words_of(const tims::Error& error) {
+  return error.code() == tims::Errc::kInvalidArgument && !error.detail().empty() ? error.detail()
+                                                                                 : error.message();
+}
+
 }  // namespace
 
 // --- the command task
@@ -40,6 +46,8 @@ void Module::on_command(const tims::MessageView& message) {
       return;
     case tims::type::kGetParam:
       return reply(header, tims::type::kParam, parameter_list());
+    case tims::type::kGetParamEffects:
+      return reply(header, tims::type::kParamEffects, parameters_.effects());
     case tims::type::kGetRuntime:
       return reply(header, tims::type::kRuntime, runtime_data());
     case tims::type::kSetParam:
@@ -51,41 +59,55 @@ void Module::on_command(const tims::MessageView& message) {
   if (done || header.type <= 0) return;
   // Who looks at a component that is off, as windows do, disturbs nobody.
   log_.write(is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
-             {name_of_command(header), header.src, done.error().message()});
-  reply(header, tims::type::kError);
+             {name_of_command(header), header.src, words_of(done.error())});
+  refuse(header, words_of(done.error()));
 }
 
 void Module::turn_on(const tims::Header& request) {
   std::optional<std::int8_t> answer;
   std::string why;
+  bool was_held = false;
+  bool is_held = false;
   {
     const std::lock_guard lock(mutex_);
+    was_held = cycle_->held_off_by().has_value();
     answer = cycle_->turn_on(tims::os::now(), request, commanded_by(request.src));
+    is_held = cycle_->held_off_by().has_value();
     if (answer == tims::type::kError) why = why_not_on();
   }
   commanded_.notify_all();
-  if (answer) answer_on(request, *answer, why);
+  if (was_held && !is_held) tell_held(std::nullopt);
+  if (answer == tims::type::kError) return refuse(request, why);
+  if (answer) reply(request, *answer);
 }
 
 void Module::turn_off(const tims::Header& request) {
+  const LifeCycle::By by = commanded_by(request.src);
   std::optional<tims::Header> unanswered;
   {
     const std::lock_guard lock(mutex_);
-    unanswered = cycle_->turn_off(request, commanded_by(request.src));
+    unanswered = cycle_->turn_off(request, by);
   }
   commanded_.notify_all();
+  if (by == LifeCycle::By::kHand) tell_held(request.src);  // before anybody knows that it is off
   reply(request, tims::type::kOk);
   if (unanswered)
-    answer_on(*unanswered, tims::type::kError,
-              request.src.to_string(address_widths()) + " has turned it off meanwhile");
+    refuse(*unanswered, request.src.to_string(address_widths()) + " has turned it off meanwhile");
 }
 
-// Programs of the original, which ask without OnRequest, could not take words.
-void Module::answer_on(const tims::Header& request, std::int8_t type, std::string_view why) {
-  const bool wants_words = request.length >= tims::kHeaderSize + wire_size<OnRequest>();
-  const auto words = std::as_bytes(std::span(why.substr(0, OnRequest::kReasonMax)));
-  if (type == tims::type::kError && wants_words && reply(request, type, words)) return;
-  reply(request, type);
+// With ERROR, and in words when there is room for them.
+void Module::refuse(const tims::Header& request, std::string_view why) {
+  const bool has_room = (request.flags & tims::flag::kTellWhy) != 0 ||
+                        (request.type == tims::type::kOn &&
+                         request.length >= tims::kHeaderSize + wire_size<OnRequest>());
+  const auto words = std::as_bytes(std::span(why.substr(0, kReasonMax)));
+  if (has_room && reply(request, tims::type::kError, words)) return;
+  reply(request, tims::type::kError);
+}
+
+// Whoever starts this program again after a crash leaves it off.
+void Module::tell_held(std::optional<tims::Address> by) const {
+  tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
 }
 
 std::string Module::why_not_on() const {
@@ -131,10 +153,9 @@ void Module::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
     log_.error("Parameters from %n: %s", message.header.src, list.error().message());
-    reply(message.header, tims::type::kError);
-    return;
+    return refuse(message.header, list.error().message());
   }
-  bool good = true;
+  std::string why;
   for (const Parameter& record : list->parameters) {
     Result<bool> set = false;
     std::string value;
@@ -144,17 +165,23 @@ void Module::set_parameters(const tims::MessageView& message) {
       if (set) log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
       if (set && *set) value = parameters_.as_text(record.name.view());
     }
-    if (set && *set) tell_parameter(record.name.view(), value);
-    if (!set) log_.error("%s", set.error().detail());
-    good = good && set.ok();
+    if (set && *set) tell("X_TIMS_PARAMETER=", record.name.view(), value);
+    if (set) continue;
+    log_.error("%s", set.error().detail());
+    if (why.empty()) why = set.error().detail();
   }
-  reply(message.header, good ? tims::type::kOk : tims::type::kError);
+  if (!why.empty()) return refuse(message.header, why);
+  reply(message.header, tims::type::kOk);
 }
 
 // Whoever starts this program again after a crash starts it with what was set meanwhile.
-void Module::tell_parameter(std::string_view name, const std::string& value) const {
+void Module::tell(std::string_view what, std::string_view name, const std::string& value) const {
   if (value.find('\n') != std::string::npos) return;  // each line of what is told has a name
-  manager_.tell("X_TIMS_PARAMETER=" + std::string(name) + "=" + value);
+  manager_.tell(std::string(what).append(name) + "=" + value);
+}
+
+void Module::tell_state(std::string_view name, const std::string& value) const {
+  tell("X_TIMS_STATE=", name, value);
 }
 
 // --- the data task
@@ -239,8 +266,12 @@ void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
       module_off();
       break;
   }
-  if (change.request)
-    answer_on(*change.request, change.answer, why != nullptr ? why->message() : std::string());
+  if (!change.request) return;
+  if (change.answer != tims::type::kError) {
+    reply(*change.request, change.answer);
+  } else {
+    refuse(*change.request, why != nullptr ? words_of(*why) : std::string());
+  }
 }
 
 // Once, however often it is tried again in vain for the same reason. The graphical interface of the

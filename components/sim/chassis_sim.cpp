@@ -97,11 +97,19 @@ class ChassisSim : public DataModule<ChassisData> {
       const std::lock_guard lock(model_mutex_);
       if (!model_) return refused("the chassis is off");
       if (component_of(message.header.src) != model_->active_pilot())
-        return refused("not from the active pilot");
+        return refused(not_active(component_of(message.header.src)));
       model_->move(*wish);
     }
     reply(message.header, tims::type::kOk);
     return {};
+  }
+
+  // With the lock of the model.
+  [[nodiscard]] std::string not_active(tims::Address pilot) const {
+    const tims::Address active = model_->active_pilot();
+    const auto widths = address_widths();
+    return pilot.to_string(widths) + " is not its active pilot, " +
+           (active == kNoPilot ? "it has none" : "that is " + active.to_string(widths));
   }
 
   Result<void> set_active_pilot(const tims::MessageView& message) {

@@ -71,6 +71,7 @@ Mailbox::~Mailbox() {
 }
 
 Address Mailbox::address() const { return core_->address(); }
+std::uint32_t Mailbox::body_max() const { return core_->body_max(); }
 AddressWidths Mailbox::address_widths() const { return core_->address_widths(); }
 MailboxCounters Mailbox::counters() const { return core_->counters(); }
 int Mailbox::event_fd() const { return core_->event_fd(); }

@@ -26,6 +26,7 @@ MailboxCore::MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<O
     : session_(std::move(session)),
       segment_(std::move(segment)),
       address_(segment_->mailboxes[index].address),
+      body_max_(options.body_max),
       priority_(options.priority),
       linger_(options.linger),
       event_fd_(segment_->mailboxes[index].wake.woken.get()),

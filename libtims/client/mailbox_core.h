@@ -35,6 +35,7 @@ class MailboxCore {
   Result<void> commit(const Draft& draft);
 
   [[nodiscard]] Address address() const { return address_; }
+  [[nodiscard]] std::uint32_t body_max() const { return body_max_; }
   [[nodiscard]] AddressWidths address_widths() const { return session_->welcome().widths; }
   [[nodiscard]] int event_fd() const { return event_fd_; }
   [[nodiscard]] MailboxCounters counters() const;
@@ -51,6 +52,7 @@ class MailboxCore {
   std::shared_ptr<SessionCore> session_;
   std::shared_ptr<OwnSegment> segment_;
   const Address address_;
+  const std::uint32_t body_max_;
   const std::uint8_t priority_;
   const Duration linger_;
   const int event_fd_;  // -1: a futex wakes
@@ -70,7 +72,8 @@ inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t bod
   const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
   const std::uint8_t trace = envelope.trace ? flag::kTrace : 0;
   const std::uint8_t tell = envelope.tell_if_gone ? flag::kTellIfGone : 0;
-  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace | tell),
+  const std::uint8_t why = envelope.tell_why ? flag::kTellWhy : 0;
+  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace | tell | why),
                   .type = envelope.type,
                   .priority = envelope.priority.value_or(priority_),
                   .seq_nr = envelope.seq_nr,

@@ -8,7 +8,8 @@
 namespace tims::core {
 namespace {
 
-constexpr std::uint8_t kOwnFlags = flag::kStream | flag::kTrace | flag::kTellIfGone;
+constexpr std::uint8_t kOwnFlags =
+    flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
 
 // Nobody on the way knows where it should go: the sender of a command is told.
 bool is_no_way(Outcome outcome) {

@@ -212,12 +212,12 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   router_.register_mailbox(now_, local, kPilot);
   router_.register_mailbox(now_, web, Address(5));
   const std::uint8_t flags =
-      flag::kNativeOrder | flag::kStream | flag::kTrace | flag::kTellIfGone | 0x80;
+      flag::kNativeOrder | flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
   send(local, {.flags = flags, .dest = kLaser, .src = kPilot});
   send(local, {.flags = flags, .dest = Address(5), .src = kPilot});
   send(tcp, {.flags = flags, .dest = kLaser, .src = kLaser});
   ASSERT_EQ(sink_.delivered.size(), 3U);
-  EXPECT_EQ(sink_.delivered[0].header.flags, flag::kNativeOrder | 0x80);
+  EXPECT_EQ(sink_.delivered[0].header.flags, flag::kNativeOrder);
   EXPECT_EQ(sink_.delivered[1].header.flags, flags);
   EXPECT_EQ(sink_.delivered[2].header.flags, flags);
 }

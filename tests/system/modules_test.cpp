@@ -54,8 +54,11 @@ TEST_F(ModulesProgramsTest, AreSilentAboutCommandsWhileTheyAreOff) {
   EXPECT_FALSE(chassis().get_data());
   EXPECT_FALSE(chassis().move(100, 0, 0));
   ASSERT_TRUE(chassis().on());
-  EXPECT_FALSE(chassis().move(100, 0, 0));
-  const auto said = program.wait_for_line("not from the active pilot");
+  const auto moved = chassis().move(100, 0, 0);
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().detail(),
+            "Chassis(0/0), MOVE: GUI(0/0) is not its active pilot, it has none");
+  const auto said = program.wait_for_line("is not its active pilot");
   ASSERT_TRUE(said) << said.error().message();
   EXPECT_NE(said->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *said;
   EXPECT_EQ(program.output().find("GET_DATA"), std::string::npos);

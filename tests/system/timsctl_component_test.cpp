@@ -70,6 +70,9 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
   EXPECT_EQ(line.at("units").as_object().at("vx").as_string(), "mm/s");
   EXPECT_TRUE(line.at("data").as_object().contains("omega"));
 
+  const Ran refused = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("is not its active pilot, that is Pilot(0/1)\n"));
   const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
@@ -99,12 +102,38 @@ TEST_F(TimsctlComponentTest, TheCatalogueOfMessages) {
 
 TEST_F(TimsctlComponentTest, Parameters) {
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0"}).out, HasSubstr("vxMax "));
-  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "900"}).code, 0);
+  EXPECT_THAT(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "900"}).err,
+              HasSubstr("Chassis(0/0): vxMax = 900, takes effect at the next ON\n"));
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("900"));
-  EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "-1"}).code, 1);
+  EXPECT_THAT(timsctl({"component", "param", "set", "Chassis/0/0", "gdosLevel", "3"}).err,
+              HasSubstr("gdosLevel = 3, takes effect now\n"));
+  const Ran get = timsctl({"component", "param", "get", "Chassis/0/0", "cpu", "-j"});
+  EXPECT_EQ(json_lines(get.out).at(0).at("items").at(0).at("takes_effect").as_string(),
+            "when its program starts again");
+  const Ran refused = timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "-1"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("vxMax = -1: must be a whole number"));
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "fast"}).code, 2);
   EXPECT_EQ(timsctl({"component", "param", "get", "Chassis/0/0", "nothing"}).code, 4);
   EXPECT_EQ(timsctl({"component", "param", "delete", "Chassis/0/0"}).code, 2);
+}
+
+// The ladar of the test stands for an original one, which knows no such question.
+TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotSayWhenParametersTakeEffect) {
+  auto child = start({"component", "param", "set", "Ladar/0/0", "maxRange", "7"});
+  ASSERT_TRUE(child);
+  const auto request = expect_request(type::kGetParam);
+  ASSERT_TRUE(request);
+  std::array<std::byte, 4 + 172> list{};
+  list[std::endian::native == std::endian::little ? 0 : 3] = std::byte{1};
+  constexpr std::string_view kName = "maxRange";
+  std::memcpy(&list[4], kName.data(), kName.size());
+  EXPECT_TRUE(ladar_->reply(*request, type::kParam, list));
+  answer(type::kGetParamEffects, type::kError);
+  answer(type::kSetParam, type::kOk);
+  const Ran ran = finish(*child);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.err, HasSubstr("maxRange = 7, most take effect at the next ON"));
 }
 
 TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {

@@ -61,6 +61,8 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   expect_line(up, "sim-3                6 of 6 programs are ready");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0"}).out, "none\n");
+  EXPECT_THAT(timsctl({"component", "on", "Pilot/3/1"}).err,
+              HasSubstr("Pilot(3/1) is not its active pilot, it has none"));
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).out, "Pilot(3/1)\n");
   EXPECT_EQ(timsctl({"component", "on", "Pilot/3/1"}).out, "Pilot(3/1) ok\n");
   EXPECT_THAT(timsctl({"component", "param", "get", "Pilot/3/1", "mode"}).out, HasSubstr("0"))
@@ -89,6 +91,30 @@ TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   expect_line(up, "Module on");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0);
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("902"));
+}
+
+TEST_F(TimsctlUpTest, WhatWasTurnedOffByHandStaysOff) {
+  ChildProcess up = begin({"up", write(R"(
+[[component]]
+program = "ChassisSim"
+parameters = { targetStatus = 1 }
+
+[[component]]
+program = "OdometryChassis"
+parameters = { targetStatus = 1, errorTimeout = 100 }
+)")});
+  expect_line(up, "2 of 2 programs are ready");
+  EXPECT_EQ(timsctl({"component", "status", "Odometry/0/0", "--wait"}).code, 0);
+  EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
+  expect_line(up, "has turned it off");
+  ::kill(owner_of("Chassis(0/0)"), SIGKILL);
+  expect_line(up, "killed by signal 9: starts again in 0.2 s");
+  expect_line(up, "has turned it off, until it is turned on by hand");
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  ::kill(owner_of("Chassis(0/0)"), SIGKILL);
+  expect_line(up, "starts again in");
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0) << "on again";
 }
 
 // The simulated world is where odometry says that the robot is.
@@ -127,6 +153,52 @@ TEST_F(TimsctlUpTest, WhatCrashesMovesNothing) {
     EXPECT_TRUE(eventually([&] { return x_of("Position/3/0") >= 0; }, "data"));
     EXPECT_NEAR(x_of("Position/3/0"), position, 2) << name;
   }
+}
+
+TEST_F(TimsctlUpTest, WhatWasSetIsSavedInItsFile) {
+  const std::string before =
+      "# mine\n[[component]]\nprogram = \"ChassisSim\"\nparameters = { vxMax = 700 } # slow\n";
+  const std::string after =
+      "# mine\n[[component]]\nprogram = \"ChassisSim\"\n"
+      "parameters = { vxMax = 901, accMax = 50 } # slow\n";
+  const std::string file = write(before);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write | fs::perms::others_read);
+  const auto text = [&] {
+    std::ifstream stream(file);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const auto set = [&](const char* name, const char* value) {
+    EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", name, value}).code, 0);
+  };
+  ChildProcess up = begin({"up", file});
+  expect_line(up, "1 of 1 programs are ready");
+  EXPECT_THAT(run({"component", "param", "save", "Chassis/0/0"}).err, HasSubstr("nothing was set"));
+  set("vxMax", "901");
+  const Ran dry = run({"component", "param", "save", "Chassis/0/0", "--dry-run"});
+  EXPECT_EQ(dry.out, "vxMax = 901 (was 700)\n");
+  EXPECT_THAT(dry.err, HasSubstr("Chassis(0/0): would be written to " + file));
+  EXPECT_EQ(text(), before);
+  EXPECT_EQ(run({"component", "param", "save", "Chassis/0/0"}).code, 0);
+  set("accMax", "50");
+  const Ran again = run({"component", "param", "save", "Chassis/0/0", "accMax", "-j"});
+  const json::object saved = json_lines(again.out).at(0);
+  EXPECT_TRUE(saved.at("written").as_bool());
+  EXPECT_EQ(saved.at("file").as_string(), file);
+  EXPECT_EQ(text(), after);
+  EXPECT_EQ(fs::status(file).permissions(),
+            fs::perms::owner_read | fs::perms::owner_write | fs::perms::others_read);
+  EXPECT_FALSE(fs::exists(file + ".new"));
+
+  write(after + "# changed\n");
+  set("vxMax", "902");
+  const Ran changed = run({"component", "param", "save", "Chassis/0/0"});
+  EXPECT_EQ(changed.code, 1);
+  EXPECT_THAT(changed.err, HasSubstr("robot.toml has changed since this robot was read from it"));
+  EXPECT_EQ(text(), after + "# changed\n");
+  const Ran none = run({"component", "param", "save", "Ladar/0/0"});
+  EXPECT_EQ(none.code, 4);
+  EXPECT_THAT(none.err, HasSubstr("no robot that `timsctl up` has started here"));
+  EXPECT_EQ(run({"component", "param", "save", "Chassis/0/0", "vxMax", "1"}).code, 2);
 }
 
 TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {

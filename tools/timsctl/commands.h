@@ -47,6 +47,7 @@ Exit component_pilot(Context& context);
 Exit up(Context& context);
 Exit down(Context& context);
 Exit robot_show(Context& context);
+Exit save_parameters(Context& context);  // component param save
 
 Exit log_show(Context& context);
 Exit log_follow(Context& context);

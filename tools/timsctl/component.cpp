@@ -166,12 +166,13 @@ Exit param_get(Context& context) {
   ComponentCall call(context, *connection);
   const tims::Address component = need_address(arguments[1], connection->widths());
   const rack::ParameterList list = get_parameters(call, component);
+  const auto effects = get_effects(call, component);
   json::array items;
   if (arguments.size() > 2) {
-    items.push_back(parameter_json(find(list, arguments[2], call.name_of(component))));
+    items.push_back(parameter_json(find(list, arguments[2], call.name_of(component)), effects));
   } else {
     for (const rack::Parameter& parameter : list.parameters)
-      items.push_back(parameter_json(parameter));
+      items.push_back(parameter_json(parameter, effects));
   }
   if (context.out.json()) {
     context.out.write(json::object{{"schema", "tims/parameters/1"},
@@ -193,16 +194,18 @@ Exit param_set(Context& context) {
   rack::ParameterList wish;
   wish.parameters.push_back(find(get_parameters(call, component), arguments[2], name));
   assign(wish.parameters[0], arguments[3]);
-  if (call.ask(component, tims::type::kSetParam, wish).header.type != tims::type::kOk)
-    throw Failure(Exit::kNo, "refused",
-                  fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
-                  "its --help says what it may be; `timsctl log follow` shows its words");
+  const auto effects = get_effects(call, component);
+  need_ok(call.ask(component, tims::type::kSetParam, wish),
+          fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
+          "its --help says what it may be");
   if (context.out.json())
     context.out.write(json::object{{"schema", "tims/parameter_set/1"},
                                    {"address", address_json(component, connection->widths())},
-                                   {"parameter", parameter_json(wish.parameters[0])}});
-  context.out.note(fmt::format("{}: {} = {}; most take effect at the next ON", name, arguments[2],
-                               arguments[3]));
+                                   {"parameter", parameter_json(wish.parameters[0], effects)}});
+  const auto effect = effect_of(effects, arguments[2]);
+  context.out.note(fmt::format("{}: {} = {}, {}", name, arguments[2], arguments[3],
+                               effect ? fmt::format("takes effect {}", rack::name(*effect))
+                                      : "most take effect at the next ON; it does not say which"));
   return Exit::kDone;
 }
 
@@ -297,7 +300,8 @@ Exit component_param(Context& context) {
   const std::string& verb = context.options.arguments.front();
   if (verb == "get") return param_get(context);
   if (verb == "set") return param_set(context);
-  throw usage_error("component param get ADDR [NAME], or component param set ADDR NAME VALUE");
+  if (verb == "save" && context.options.arguments.size() < 4) return save_parameters(context);
+  throw usage_error("component param get ADDR [NAME], set ADDR NAME VALUE, or save ADDR [NAME]");
 }
 
 Exit component_data(Context& context) {

@@ -12,8 +12,9 @@ Message ComponentCall::ask(tims::Address component, std::int8_t type,
                            std::span<const std::byte> body, std::optional<tims::Duration> timeout) {
   const std::uint8_t seq_nr = connection_.next_seq_nr();
   const std::uint64_t losses = connection_.losses();
-  value_or_fail(connection_.send({.dest = component, .type = type, .seq_nr = seq_nr}, body),
-                name_of(component));
+  value_or_fail(
+      connection_.send({.dest = component, .type = type, .seq_nr = seq_nr, .tell_why = true}, body),
+      name_of(component));
   const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
   while (auto message = receive(connection_, context_.signals, deadline, losses)) {
     if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
@@ -51,6 +52,14 @@ std::vector<std::optional<std::int8_t>> ComponentCall::states(
     state = message->header.type;
   }
   return states;
+}
+
+void need_ok(const Message& answer, const std::string& what, const std::string& hint) {
+  if (answer.header.type == tims::type::kOk) return;
+  const std::string_view reason = rack::reason_of(answer.body);
+  if (reason.empty())
+    throw Failure(Exit::kNo, "refused", what, hint + " `timsctl log follow` shows its words");
+  throw Failure(Exit::kNo, "refused", what + ": " + std::string(reason), hint);
 }
 
 bool waited(const Context& context, const std::function<bool()>& attempt) {

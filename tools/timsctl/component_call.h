@@ -29,6 +29,20 @@ class ComponentCall {
     return ask(component, type, std::span<const std::byte>(bytes), timeout);
   }
 
+  // What only our own runtime knows. Programs of the original answer ERROR, or nothing.
+  template <typename Data>
+  std::optional<Data> ask_ours(tims::Address component, std::int8_t question,
+                               std::int8_t expected) {
+    try {
+      const Message answer = ask(component, question);
+      if (answer.header.type != expected) return std::nullopt;
+      return value_or_fail(rack::decode<Data>(answer.view()), name_of(component));
+    } catch (const Failure& failure) {
+      if (failure.exit == Exit::kTimeout) return std::nullopt;
+      throw;
+    }
+  }
+
   // Nothing when it has none, as when it is off.
   std::optional<Message> newest_data(tims::Address component);
 
@@ -44,6 +58,10 @@ class ComponentCall {
   Context& context_;
   Connection& connection_;
 };
+
+// Throws Failure unless it is OK: `what`, with the reason in the component's own words. An original
+// one has none.
+void need_ok(const Message& answer, const std::string& what, const std::string& hint);
 
 // Whether it is so: asked once, and with --wait again and again until it is or the time is over.
 // What the last attempt throws is thrown.

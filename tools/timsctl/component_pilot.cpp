@@ -24,10 +24,8 @@ void set_pilot(ComponentCall& call, tims::Address chassis, tims::Address pilot) 
                   call.name_of(chassis) + " is not on, and forgets its pilot when it is turned on",
                   "`timsctl component on ADDR` first");
   const auto type = static_cast<std::int8_t>(rack::ChassisType::kSetActivePilot);
-  if (call.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}).header.type !=
-      tims::type::kOk)
-    throw Failure(Exit::kNo, "refused", call.name_of(chassis) + " does not take it",
-                  "is it a chassis? `timsctl log follow` shows its words");
+  need_ok(call.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}),
+          call.name_of(chassis) + " does not take it", "is it a chassis?");
 }
 
 std::optional<tims::Address> get_pilot(ComponentCall& call, tims::Address chassis) {

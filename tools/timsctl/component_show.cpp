@@ -53,20 +53,6 @@ constexpr Column kListeners[] = {
 constexpr std::string_view kNoMember =
     "It is not made with this runtime: nothing more is known of it.";
 
-// What only our own runtime knows. Programs of the original answer ERROR, or nothing.
-template <typename Data>
-std::optional<Data> ask_ours(ComponentCall& call, tims::Address component, std::int8_t question,
-                             std::int8_t expected) {
-  try {
-    const Message answer = call.ask(component, question);
-    if (answer.header.type != expected) return std::nullopt;
-    return value_or_fail(rack::decode<Data>({answer.header, answer.body}), call.name_of(component));
-  } catch (const Failure& failure) {
-    if (failure.exit == Exit::kTimeout) return std::nullopt;
-    throw;
-  }
-}
-
 double seconds(rack::Milliseconds<rack::u32> period) {
   return static_cast<double>(period.raw()) / 1000;
 }
@@ -112,18 +98,19 @@ json::object ask_all(ComponentCall& call, tims::Address component,
                       {"address", address_json(component, widths)},
                       {"state", state_text(call.ask(component, type::kGetStatus).header.type)}};
   const auto runtime =
-      ask_ours<rack::RuntimeData>(call, component, type::kGetRuntime, type::kRuntime);
+      call.ask_ours<rack::RuntimeData>(component, type::kGetRuntime, type::kRuntime);
   answer["member"] = runtime.has_value();
   if (runtime) {
     answer["since_s"] = seconds_since(runtime->since);
     answer["real_time"] = real_time_json(*runtime);
     const auto data =
-        ask_ours<rack::ListenersData>(call, component, type::kGetListeners, type::kListeners);
+        call.ask_ours<rack::ListenersData>(component, type::kGetListeners, type::kListeners);
     if (data) answer["data"] = data_json(*data, widths);
   }
+  const auto effects = runtime ? get_effects(call, component) : std::nullopt;
   json::array parameters;
   for (const rack::Parameter& parameter : get_parameters(call, component).parameters)
-    parameters.push_back(parameter_json(parameter));
+    parameters.push_back(parameter_json(parameter, effects));
   answer["parameters"] = std::move(parameters);
   return answer;
 }

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "proxies/generic.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"
@@ -166,6 +167,7 @@ void Publisher::send(const Draft& draft) {
                                 .type = draft.type,
                                 .priority = draft.priority,
                                 .seq_nr = draft.seq_nr,
+                                .tell_why = draft.type > 0,
                                 .body_order = order},
                                draft.body);
   if (!sent) throw failure_of(sent.error(), target_name_);
@@ -198,6 +200,9 @@ Exit Publisher::wait_for_answer() {
     if (message->header.src != target_) continue;
     report(&*message);
     if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
+    if (const auto why = rack::reason_of(message->body);
+        message->header.type == tims::type::kError && !why.empty())
+      context_.out.note(target_name_ + ": " + std::string(why));
     const bool failed =
         message->header.type == tims::type::kError || message->header.type == tims::type::kTimeout;
     return failed ? Exit::kNo : Exit::kDone;

@@ -124,6 +124,8 @@ constexpr OptionRow kRows[] = {
     {"filter", 0, "COND",
      "only messages with this: 'vx>100', 'type_name=move,points[].distance<300'",
      [](Options& o, string_view v) { o.filter = v; }},
+    {"dry-run", 0, "", "only show what would be written",
+     [](Options& o, string_view) { o.dry_run = true; }},
     {"no-wait", 0, "", "do not wait for the answer to a command",
      [](Options& o, string_view) { o.no_wait = true; }},
     {"rate", 0, "HZ", "send again and again",

@@ -63,6 +63,7 @@ struct Options {
   bool yes = false;
   bool raw = false;
   bool no_wait = false;
+  bool dry_run = false;  // of component param save
   bool origin = false;
   bool all_routers = false;
   bool hops = false;

@@ -1,4 +1,5 @@
 // timsctl up, down and robot: the components of a robot.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -11,9 +12,11 @@
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/detach.h"
+#include "tools/timsctl/message_text.h"
 #include "tools/timsctl/robot/running.h"
 #include "tools/timsctl/robot/supervisor.h"
 #include "tools/timsctl/toml_reader.h"
+#include "tools/timsctl/values.h"
 
 namespace timsctl {
 
@@ -65,13 +68,17 @@ Given read_robot_file(const Context& context) {
   const bool from_stdin = path == "-";
   std::ifstream file(from_stdin ? "/dev/stdin" : path);
   Given given;
-  given.place.text = read_text(file, path);
+  given.place.source = {
+      .file = {}, .text = read_text(file, path), .system = context.options.system};
   given.place.host = context.options.on;
   given.place.router = absolute(context.host);
   given.held = from_stdin && !file.eof();
-  if (!from_stdin) given.place.folder = fs::path(path).parent_path();
+  if (!from_stdin) {
+    given.place.folder = fs::path(path).parent_path();
+    given.place.source.file = fs::absolute(path);
+  }
   const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
-  auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.text}, name,
+  auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.source.text}, name,
                                 context.options.system);
   fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
   given.robot = std::move(read.robot);
@@ -91,6 +98,24 @@ Exit run_robot(Context& context, const Given& given, const std::function<void()>
       context.options.run_for ? tims::os::deadline_after(*context.options.run_for) : tims::kNever,
       given.held ? STDIN_FILENO : -1);
   return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+void show_saved(Context& context, const std::string& name, const json::object& answer) {
+  const json::array& changes = answer.at("changes").as_array();
+  const std::string file = text_at(answer, "file");
+  if (context.out.json()) return context.out.write(answer);
+  for (const json::value& value : changes) {
+    const json::object& change = value.as_object();
+    const std::string before = text_at(change, "before");
+    context.out.write(fmt::format("{} = {}{}\n", text_at(change, "name"), text_at(change, "after"),
+                                  before.empty() ? "" : fmt::format(" (was {})", before)));
+  }
+  if (changes.empty()) {
+    context.out.note(fmt::format("{}: nothing was set that {} does not have", name, file));
+  } else {
+    context.out.note(fmt::format("{}: {} to {}", name,
+                                 context.options.dry_run ? "would be written" : "written", file));
+  }
 }
 
 }  // namespace
@@ -120,6 +145,38 @@ Exit down(Context& context) {
         json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
   context.out.note(fmt::format("robot {}: down", name));
   return Exit::kDone;
+}
+
+// timsctl component param save
+Exit save_parameters(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const auto connection = context.connect();
+  const tims::Address component = need_address(arguments[1], connection->widths());
+  const std::string name = component.to_string(connection->widths());
+  const std::string router = absolute(context.host);
+  json::object question{{"do", "save"},
+                        {"address", component.to_hex()},
+                        {"name", arguments.size() > 2 ? arguments[2] : std::string()},
+                        {"dry_run", context.options.dry_run}};
+  for (const std::string& key : robot::running()) {
+    const auto ask = [&](const json::object& what) {
+      return robot::ask(key, what, context.signals, context.options.timeout);
+    };
+    const json::object shown = ask({{"do", "show"}});
+    const auto is_it = [&](const json::value& item) {
+      return text_at(item.as_object(), "address") == component.to_hex();
+    };
+    if (text_at(shown, "router") != router || std::ranges::none_of(items_of(shown), is_it))
+      continue;
+    json::object answer = ask(question);
+    answer["address"] = address_json(component, connection->widths());
+    show_saved(context, name, answer);
+    return Exit::kDone;
+  }
+  throw Failure(
+      Exit::kNoSuch, "no_robot_file",
+      fmt::format("no robot that `timsctl up` has started here at {} has {}", router, name),
+      "only that knows its file: on its host, with the same -H");
 }
 
 Exit robot_show(Context& context) {

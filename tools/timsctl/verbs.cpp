@@ -90,8 +90,10 @@ constexpr Verb kVerbs[] = {
     {"component", "off", "ADDR...", 1, 64, "no-wait wait", false,
      "Turns components off, and waits until they are.", "timsctl component off Pilot/1/1",
      component_off},
-    {"component", "param", "get|set ADDR [NAME] [VALUE]", 2, 4, "wait", false,
-     "Parameters of a component: all, one, or a new value for one.",
+    {"component", "param", "get|set|save ADDR [NAME] [VALUE]", 2, 4, "wait dry-run", false,
+     "Parameters of a component: all, one, or a new value for one, and when it takes effect. save "
+     "writes those that were set since `timsctl up` started it (or the one called NAME) into the "
+     "robot's file, whose comments and order stay; here, where that robot runs.",
      "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
     {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
      "The newest data of a component, field by field. --wait: until it has some.",

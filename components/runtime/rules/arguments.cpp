@@ -24,6 +24,7 @@ std::vector<std::string_view> known_names(const Parameters& parameters) {
 // The one option that begins like this, or is this.
 tims::Result<std::string_view> option(std::string_view text, const Parameters& parameters) {
   std::vector<std::string_view> found;
+  if (text == kHeldOffBy) return kHeldOffBy;
   for (const std::string_view name : known_names(parameters)) {
     if (name == text) return name;
     if (!text.empty() && name.starts_with(text)) found.push_back(name);
@@ -72,6 +73,8 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
     if (!value) return wrong("--" + std::string(*name) + " needs a value");
     if (*name == kRouter) {
       result.router = *value;
+    } else if (*name == kHeldOffBy) {
+      result.held_off_by = tims::Address::parse(*value);
     } else if (const auto set = parameters.set(*name, *value); !set) {
       return wrong("--" + set.error().detail());
     }

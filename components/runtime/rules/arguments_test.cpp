@@ -42,6 +42,14 @@ TEST_F(ArgumentsTest, AsMuchOfANameAsIsUnique) {
             "--scan2d can be --scan2dInst or --scan2dSys (--help lists the options)");
 }
 
+TEST_F(ArgumentsTest, WhoHoldsItOffIsWrittenOut) {
+  const auto held = parse({"--scan2dInst=1", "--heldOffBy=0x00020001"});
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->held_off_by, tims::Address(0x00020001));
+  EXPECT_TRUE(parse({"--he"})->help) << "the beginning of nothing else";
+  EXPECT_FALSE(parse({"--scan2dInst=1"})->held_off_by);
+}
+
 TEST_F(ArgumentsTest, SayWhatIsWrong) {
   EXPECT_EQ(error({"--vMax", "1"}), "unknown option --vMax (--help lists the options)");
   EXPECT_EQ(error({"vxMax=1"}),

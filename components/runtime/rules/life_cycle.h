@@ -32,6 +32,8 @@ class LifeCycle {
   // OFF is always answered kOk at once; by hand, it also holds. Returns the request of an ON that
   // will not come about now, which is to be answered kError.
   std::optional<tims::Header> turn_off(const tims::Header& request, By by);
+  // As if `by` had turned it off by hand: it did, before the program crashed.
+  void hold_off(tims::Address by) { held_off_by_ = by; }
   // Who has turned it off by hand, when it was not turned on by hand since.
   [[nodiscard]] std::optional<tims::Address> held_off_by() const { return held_off_by_; }
   [[nodiscard]] Status status() const;

@@ -134,6 +134,16 @@ TEST(LifeCycle, GoesOffFromEveryState) {
   EXPECT_EQ(in_error.status(), Status::kDisabled);
 }
 
+TEST(LifeCycle, OffByHandHoldsOverACrash) {
+  LifeCycle cycle(100ms, 1);
+  cycle.hold_off(tims::Address(0x00020001));
+  EXPECT_EQ(cycle.held_off_by(), tims::Address(0x00020001));
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(1), By::kComponent), kError);
+  EXPECT_EQ(cycle.next(kStart), Step::kWait);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kHand), std::nullopt);
+  EXPECT_EQ(cycle.next(kStart), Step::kTurnOn);
+}
+
 TEST(LifeCycle, OffEndsAnOnThatIsUnderWay) {
   LifeCycle cycle(100ms, 1);
   (void)cycle.turn_on(kStart, on_request(5), By::kComponent);

@@ -16,16 +16,18 @@ constexpr double kLowest = -2147483648.0;
 constexpr double kHighest = 2147483647.0;
 
 // Order and names as every module of the original has them.
-constexpr std::array<ParameterInfo, 8> kCommon = {{
-    {"system", 0, "system id", 0, kIdMax},
-    {"instance", 0, "instance id", 0, kIdMax},
-    {"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4},
-    {"targetStatus", 0, "1: turn on at start", 0, 1},
-    {"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99},
-    {"dataTaskPrio", 1, "real-time priority of the data task, 1: none; and of its messages", 0, 99},
-    {"cpu", 0, "which the tasks run on, when they have a real-time priority", 0, 1023},
-    {"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance", -1},
-}};
+constexpr std::array<ParameterInfo, 8> kCommon = {
+    at_start({"system", 0, "system id", 0, kIdMax}),
+    at_start({"instance", 0, "instance id", 0, kIdMax}),
+    at_once({"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4}),
+    at_start({"targetStatus", 0, "1: turn on at start", 0, 1}),
+    at_start({"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99}),
+    at_start({"dataTaskPrio", 1,
+              "real-time priority of the data task, 1: none; and of its messages", 0, 99}),
+    at_start({"cpu", 0, "which the tasks run on, when they have a real-time priority", 0, 1023}),
+    at_start({"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance",
+              -1}),
+};
 
 template <typename Number>
 std::optional<Number> number(std::string_view text) {
@@ -112,7 +114,7 @@ Parameters::Parameters(std::string_view program, std::span<const ParameterInfo> 
   for (const auto infos : {common_parameters(), own}) {
     for (const ParameterInfo& info : infos) {
       if (Entry* common = find(info.name)) {
-        *common = {&info, initial_of(info)};
+        *common = {&info, initial_of(info), common->takes_effect};
       } else {
         entries_.push_back({&info, initial_of(info)});
       }
@@ -176,6 +178,19 @@ ParameterList Parameters::list() const {
     if (const auto* text = std::get_if<std::string>(&entry.value))
       (void)record.valueString.assign(*text);
     list.parameters.push_back(record);
+  }
+  return list;
+}
+
+ParameterEffects Parameters::effects() const {
+  ParameterEffects list;
+  ParameterEffect program{.takesEffect = static_cast<i32>(TakesEffect::kAtStart)};
+  program.name = "name";
+  list.effects.push_back(program);
+  for (const Entry& entry : entries_) {
+    ParameterEffect effect{.takesEffect = static_cast<i32>(entry.takes_effect)};
+    (void)effect.name.assign(entry.info->name);
+    list.effects.push_back(effect);
   }
   return list;
 }

@@ -30,9 +30,20 @@ struct ParameterInfo {
   double min = -2147483648.0;                                   // of numbers
   double max = 2147483647.0;
   bool required = false;  // as an argument
+  // When a new value does. What module_on() reads, and nothing later, is of the next ON.
+  TakesEffect takes_effect = TakesEffect::kAtOn;
 };
 
-// Those that every module has, before its own.
+constexpr ParameterInfo at_once(ParameterInfo info) {
+  info.takes_effect = TakesEffect::kNow;
+  return info;
+}
+constexpr ParameterInfo at_start(ParameterInfo info) {
+  info.takes_effect = TakesEffect::kAtStart;
+  return info;
+}
+
+// Those that every module has, before its own. They take effect where the runtime reads them.
 std::span<const ParameterInfo> common_parameters();
 
 class Parameters {
@@ -61,10 +72,12 @@ class Parameters {
   // As an argument would have it.
   [[nodiscard]] std::string as_text(std::string_view name) const;
   [[nodiscard]] ParameterList list() const;
+  [[nodiscard]] ParameterEffects effects() const;  // in the order of list()
 
   struct Entry {
     const ParameterInfo* info;
     ParameterValue value;
+    TakesEffect takes_effect = info->takes_effect;
     bool given = false;
     double max = info->max;
   };

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -54,6 +55,26 @@ TEST(Parameters, ACommonOneCanHaveAnotherDefault) {
   EXPECT_FALSE(parameters.set("instance", "0")) << "its range, too";
   EXPECT_EQ(parameters.list().parameters[2].name, "instance") << "in its usual place";
   EXPECT_EQ(parameters.list().parameters.size(), 1 + common_parameters().size() + 1);
+}
+
+TEST(Parameters, SayWhenTheyTakeEffect) {
+  static constexpr std::array<ParameterInfo, 3> kSome = {
+      ParameterInfo{"instance", 1, "instance id", 1, 255}, ParameterInfo{"vxMax", 700, "speed"},
+      at_once({"update", 1, "now"})};
+  const Parameters parameters("ClockSystem", kSome);
+  const ParameterEffects effects = parameters.effects();
+  const ParameterList list = parameters.list();
+  ASSERT_EQ(effects.effects.size(), list.parameters.size());
+  std::map<std::string_view, TakesEffect> of;
+  for (std::size_t i = 0; i < list.parameters.size(); ++i) {
+    EXPECT_EQ(effects.effects[i].name, list.parameters[i].name);
+    of[effects.effects[i].name.view()] = static_cast<TakesEffect>(effects.effects[i].takesEffect);
+  }
+  EXPECT_EQ(of["vxMax"], TakesEffect::kAtOn);
+  EXPECT_EQ(of["update"], TakesEffect::kNow);
+  EXPECT_EQ(of["gdosLevel"], TakesEffect::kNow);
+  EXPECT_EQ(of["dataTaskPrio"], TakesEffect::kAtStart);
+  EXPECT_EQ(of["instance"], TakesEffect::kAtStart) << "another default changes nothing";
 }
 
 TEST_F(ParametersTest, AreListedInTheOrderOfTheOriginal) {

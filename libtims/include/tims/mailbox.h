@@ -52,6 +52,7 @@ struct Envelope {
   bool trace = false;   // every router on the way tells the sender (type::kHopRecord)
   // NOT_AVAILABLE when nobody owns `dest`, as for commands.
   bool tell_if_gone = false;
+  bool tell_why = false;  // who refuses this command says why, behind ERROR
   // Order of the body's numbers: flag::kBodyLittleEndian or 0.
   std::uint8_t body_order = flag::kNativeOrder & flag::kBodyLittleEndian;
 };
@@ -131,6 +132,7 @@ class Mailbox {
   ~Mailbox();  // closes: senders learn it with their next message
 
   [[nodiscard]] Address address() const;
+  [[nodiscard]] std::uint32_t body_max() const;  // largest body it takes, bytes
   // Of the addresses of its router's fleet.
   [[nodiscard]] AddressWidths address_widths() const;
 

@@ -23,6 +23,9 @@ inline constexpr std::uint8_t kTrace = 0x20;   // asks every router on the way f
 // Whoever finds that nobody owns the destination answers NOT_AVAILABLE, also when this is no
 // command: so a producer learns that a listener has gone.
 inline constexpr std::uint8_t kTellIfGone = 0x40;
+// The sender of a command takes words behind an ERROR: why it is refused. Programs of the original
+// have no room for them.
+inline constexpr std::uint8_t kTellWhy = 0x80;
 // What a native program sets: the order of its own machine for header and body.
 inline constexpr std::uint8_t kNativeOrder =
     std::endian::native == std::endian::little ? kHeaderLittleEndian | kBodyLittleEndian : 0;
@@ -50,8 +53,10 @@ inline constexpr std::int8_t kGetNextData = 8;
 inline constexpr std::int8_t kGetParam = 9;
 inline constexpr std::int8_t kSetParam = 10;
 // Of our own runtime: programs of the original answer ERROR.
+inline constexpr std::int8_t kGetParamEffects = 14;
 inline constexpr std::int8_t kGetRuntime = 15;
 inline constexpr std::int8_t kGetListeners = 16;
+inline constexpr std::int8_t kParamEffects = -14;
 inline constexpr std::int8_t kRuntime = -15;
 inline constexpr std::int8_t kListeners = -16;
 // Router administration: JSON in the body, to dest = src = 0 or to a router's own address.

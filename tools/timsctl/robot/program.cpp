@@ -34,7 +34,8 @@ std::optional<pid_t> Program::pid() const {
 
 void Program::start(tims::Time now) {
   Launch launch = launch_;
-  for (const auto& [name, value] : parameters_) launch.command.push_back("--" + name + "=" + value);
+  for (const auto& options : {parameters_, kept_})
+    for (const auto& [name, value] : options) launch.command.push_back("--" + name + "=" + value);
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
@@ -58,10 +59,15 @@ void Program::start(tims::Time now) {
 
 void Program::hear(std::string_view said) {
   if (says_ready(said)) state_ = State::kReady;
+  if (auto address = address_in(said)) address_ = std::move(*address);
   if (auto status = status_in(said)) status_ = std::move(*status);
-  if (const auto parameter = parameter_in(said)) {
-    const std::size_t equals = parameter->find('=');
-    parameters_[parameter->substr(0, equals)] = parameter->substr(equals + 1);
+  if (auto told = told_in(said, kParameterTold)) parameters_[told->name] = std::move(told->value);
+  if (auto told = told_in(said, kStateTold)) {
+    if (told->value.empty()) {
+      kept_.erase(told->name);
+    } else {
+      kept_[told->name] = std::move(told->value);
+    }
   }
 }
 

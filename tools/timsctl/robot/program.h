@@ -26,7 +26,10 @@ class Program {
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] State state() const { return state_; }
-  [[nodiscard]] const std::string& status() const { return status_; }  // "on", "error: ..."
+  [[nodiscard]] const std::string& status() const { return status_; }    // "on", "error: ..."
+  [[nodiscard]] const std::string& address() const { return address_; }  // empty: none is known
+  using Parameters = std::map<std::string, std::string>;
+  [[nodiscard]] const Parameters& parameters() const { return parameters_; }  // set while it ran
   [[nodiscard]] std::optional<pid_t> pid() const;
 
   // Throws Failure when it cannot be executed. A component that was on when it ended is told to be
@@ -64,7 +67,9 @@ class Program {
   LineBuffer lines_;
   State state_ = State::kDown;
   std::string status_;
-  std::map<std::string, std::string> parameters_;  // set while it ran
+  std::string address_;
+  Parameters parameters_;
+  Parameters kept_;  // what it goes on with after a crash
   tims::Time started_{};
   tims::Time start_at_ = tims::kNever;
 };

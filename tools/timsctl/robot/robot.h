@@ -20,6 +20,8 @@ struct Component {
   std::string host;     // empty: where timsctl runs
   Restart restart = Restart::kOnFailure;
   bool tells = true;  // when it is ready, as our components do; other commands do not
+
+  bool operator==(const Component&) const = default;
 };
 
 // Another computer of the robot.

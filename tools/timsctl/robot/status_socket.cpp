@@ -73,10 +73,17 @@ std::optional<std::string> status_in(std::string_view text) {
   return std::string(*value);
 }
 
-std::optional<std::string> parameter_in(std::string_view text) {
-  const auto value = value_of(text, "X_TIMS_PARAMETER=");
-  if (!value || value->find('=') == std::string_view::npos) return std::nullopt;
+std::optional<std::string> address_in(std::string_view text) {
+  const auto value = value_of(text, "X_TIMS_ADDRESS=");
+  if (!value) return std::nullopt;
   return std::string(*value);
+}
+
+std::optional<Told> told_in(std::string_view text, std::string_view what) {
+  const auto told = value_of(text, what);
+  const std::size_t equals = told ? told->find('=') : std::string_view::npos;
+  if (equals == std::string_view::npos) return std::nullopt;
+  return Told{std::string(told->substr(0, equals)), std::string(told->substr(equals + 1))};
 }
 
 bool says_ready(std::string_view text) { return value_of(text, "READY=") == "1"; }

@@ -34,7 +34,15 @@ class StatusSocket {
 // "READY=1\nSTATUS=on": what stands behind STATUS=; nothing when nothing does.
 std::optional<std::string> status_in(std::string_view text);
 bool says_ready(std::string_view text);
-// A parameter of a component that was set while it ran: "vxMax=900".
-std::optional<std::string> parameter_in(std::string_view text);
+std::optional<std::string> address_in(std::string_view text);  // of a component: "0x01110000"
+// Of a component: a parameter that was set while it ran ("X_TIMS_PARAMETER=vxMax=900"), and what it
+// goes on with after a crash ("X_TIMS_STATE=initPosX=120"; without a value: no more).
+struct Told {
+  std::string name;
+  std::string value;
+};
+inline constexpr std::string_view kParameterTold = "X_TIMS_PARAMETER=";
+inline constexpr std::string_view kStateTold = "X_TIMS_STATE=";
+std::optional<Told> told_in(std::string_view text, std::string_view what);
 
 }  // namespace timsctl::robot

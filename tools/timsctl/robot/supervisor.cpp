@@ -43,7 +43,8 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
       events_(context, "tims/robot_event/1", 20),
       name_(place.name),
       router_(place.router),
-      key_(key_of(place.name, place.router)) {
+      key_(key_of(place.name, place.router)),
+      source_(place.source) {
   auto control = tims::os::listen_unix(control_socket(key_), 0600);
   if (!control && control.error().code() == tims::Errc::kAddressInUse)
     throw Failure(Exit::kDenied, "robot_runs",
@@ -51,8 +52,8 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
                   fmt::format("`timsctl down {}` ends it", name_));
   control_ = value_or_fail(std::move(control), control_socket(key_));
   status_.emplace(status_socket(key_));
-  for (const Component& component : robot.components)
-    if (component.host == place.host) add(component, place);
+  for (std::size_t i = 0; i < robot.components.size(); ++i)
+    if (robot.components[i].host == place.host) add(robot.components[i], i, place);
   if (place.host.empty())
     for (const Host& host : robot.hosts) add(host, robot, place);
 }
@@ -67,13 +68,14 @@ Supervisor::~Supervisor() {
   asker_.answer({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
 
-void Supervisor::add(const Component& component, const Place& place) {
+void Supervisor::add(const Component& component, std::size_t number, const Place& place) {
   programs_.emplace_back(component.name,
                          Launch{.command = component.command,
                                 .environment = {"TIMS_ROUTER=" + place.router, "TIMS_HOST=",
                                                 "NOTIFY_SOCKET=" + status_socket(key_)},
                                 .folder = place.folder},
                          Program::Manner{.restart = component.restart, .tells = component.tells});
+  components_[&programs_.back()] = number;
 }
 
 // There timsctl looks after its programs, and ends when its stdin does: when we or the network go.
@@ -83,7 +85,7 @@ void Supervisor::add(const Host& host, const Robot& robot, const Place& place) {
   for (std::string word : {std::string("up"), std::string("-"), "--on=" + host.name,
                            fmt::format("--system={}", robot.system), std::string("--no-color")})
     command.push_back(std::move(word));
-  std::string input = place.text;
+  std::string input = place.source.text;
   input += '\0';
   programs_.emplace_back(
       host.name, Launch{.command = std::move(command)},
@@ -185,7 +187,9 @@ void Supervisor::hear() {
 
 void Supervisor::answer_questions() {
   take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
-    if (text_at(question, "do") != "down") return asker.answer(report());
+    const std::string what = text_at(question, "do");
+    if (what == "save") return asker.answer(save(question));
+    if (what != "down") return asker.answer(report());
     asked_to_end_ = true;
     asker_ = std::move(asker);
   });
@@ -196,12 +200,31 @@ json::object Supervisor::report() const {
   for (const Program& program : programs_) {
     json::object item{{"name", program.name()}, {"status", program.status()}};
     if (const auto pid = program.pid()) item["pid"] = *pid;
+    if (!program.address().empty()) item["address"] = program.address();
     items.push_back(std::move(item));
   }
   return {{"schema", "tims/robot/1"},
           {"name", name_},
           {"router", router_},
           {"items", std::move(items)}};
+}
+
+// Of the component at an address, which is one of ours; all of its parameters, or the one called
+// so.
+json::object Supervisor::save(const json::object& question) {
+  hear();  // what it was told a moment ago
+  const auto program =
+      std::ranges::find(programs_, text_at(question, "address"), &Program::address);
+  if (program == programs_.end() || !components_.contains(&*program))
+    throw Failure(Exit::kNoSuch, "no_such_component", "robot " + name_ + " has no such component",
+                  "`timsctl robot` shows what it has");
+  Program::Parameters parameters = program->parameters();
+  if (const std::string name = text_at(question, "name"); !name.empty())
+    std::erase_if(parameters, [&](const auto& parameter) { return parameter.first != name; });
+  const bool dry_run = text_at(question, "dry_run") == "true";
+  json::object answer = save_parameters(source_, components_.at(&*program), parameters, dry_run);
+  answer["component"] = program->name();
+  return answer;
 }
 
 void Supervisor::end_all() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <list>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "tools/timsctl/event_lines.h"
 #include "tools/timsctl/robot/program.h"
 #include "tools/timsctl/robot/robot.h"
+#include "tools/timsctl/robot/save.h"
 #include "tools/timsctl/robot/status_socket.h"
 
 namespace timsctl::robot {
@@ -21,7 +23,7 @@ struct Place {
   std::string host;    // of the robot, whose components run here; empty: those without a host
   std::string folder;  // programs run there: the file's
   std::string router;  // theirs, as in $TIMS_ROUTER
-  std::string text;    // the robot file's, for other hosts
+  RobotText source;    // its text also for other hosts
 };
 
 class Supervisor {
@@ -41,7 +43,7 @@ class Supervisor {
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
-  void add(const Component& component, const Place& place);
+  void add(const Component& component, std::size_t number, const Place& place);
   void add(const Host& host, const Robot& robot, const Place& place);
 
   void wait(tims::Time deadline, int input);
@@ -52,6 +54,7 @@ class Supervisor {
   void hear();
   void answer_questions();
   [[nodiscard]] json::object report() const;
+  json::object save(const json::object& question);
   [[nodiscard]] tims::Time next_start() const;
   [[nodiscard]] bool is_starting() const;
   void end_all();
@@ -61,10 +64,12 @@ class Supervisor {
   std::string name_;
   std::string router_;
   std::string key_;  // of its folder
+  RobotText source_;
   tims::os::File control_;
   std::optional<StatusSocket> status_;
   std::list<Program> programs_;
-  Asker asker_;  // of `down`: told when all have ended
+  std::map<const Program*, std::size_t> components_;  // which of the file's it is
+  Asker asker_;                                       // of `down`: told when all have ended
   bool asked_to_end_ = false;
   bool ending_ = false;
   std::size_t failures_ = 0;
