@@ -94,7 +94,9 @@ void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
 void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   Client* client = clients_.find(id);
   if (client == nullptr) return;
-  const std::vector<Address> behind = routers_behind(*client);
+  std::vector<Address> behind = routers_behind(*client);
+  // It said goodbye: nobody misses it. Those behind it did not.
+  if (reason == CloseReason::kShutdown) std::erase(behind, client->info.link.router);
   registrations_.stop_waiting(id);
   withdraw_all(now, *client);
   miss(now, *client, behind);

@@ -75,6 +75,16 @@ TEST_F(RouterLinksTest, RoutersBehindALinkThatGoesAreMissing) {
   EXPECT_THAT(missing(), IsEmpty());
 }
 
+TEST_F(RouterLinksTest, ARouterThatSaysGoodbyeIsNotMissing) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  ASSERT_TRUE(router_.learn(now_, sub, kRobot.router, kRobot));
+  ASSERT_TRUE(router_.learn(now_, sub, kFar.router, kFar));
+  router_.disconnect(now_, sub, CloseReason::kShutdown);
+  std::vector<Address> missing;
+  router_.missing().for_each(now_, [&](const MissingRouter& m) { missing.push_back(m.router); });
+  EXPECT_THAT(missing, ElementsAre(kFar.router)) << "who was behind it did not";
+}
+
 TEST_F(RouterLinksTest, ARouterThatAnotherLinkBringsIsNotMissing) {
   const ClientId one = link(LinkKind::kSub, 1, "robot1");
   const ClientId other = link(LinkKind::kSub, 1, "spare");

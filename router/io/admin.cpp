@@ -80,7 +80,7 @@ class Answerer {
   json::object fleet();
   json::object act() const;
   [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
-  json::object done(const std::string& problem) const;
+  json::object done(const std::optional<QuestionError>& problem) const;
 
   const Question& question_;
   const AdminSource& source_;
@@ -509,8 +509,8 @@ json::object Answerer::fleet() {
   return out;
 }
 
-json::object Answerer::done(const std::string& problem) const {
-  if (!problem.empty()) return error_json({"not_done", problem});
+json::object Answerer::done(const std::optional<QuestionError>& problem) const {
+  if (problem) return error_json(*problem);
   json::object out = frame("tims/done/1");
   out["done"] = true;
   return out;

@@ -1,7 +1,7 @@
 // Admin questions that change something (ADMIN.md): links taken up and down, faults, static routes.
 #pragma once
 
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "router/io/admin_question.h"
@@ -11,8 +11,8 @@ namespace tims::io {
 
 inline constexpr std::size_t kStaticRoutesMax = 256;
 
-// Does what the question asks for; what is wrong, else empty.
-std::string carry_out(const Question& question, const AdminSource& source);
+// Does what the question asks for; else what is wrong.
+std::optional<QuestionError> carry_out(const Question& question, const AdminSource& source);
 
 // The static routes after a reload: those of the configuration, as it has changed from `before` to
 // `after`, and what people have added and deleted at run time since.

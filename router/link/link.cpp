@@ -14,6 +14,9 @@ constexpr Duration kAfterRefusal = std::chrono::seconds(3);
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // And then forgets it.
 constexpr Duration kGoneAfter = std::chrono::seconds(60);
+// What CLOSE says when there will be no more of this session.
+constexpr std::uint8_t kRouterEnds = 10;
+static_assert(static_cast<std::uint8_t>(core::CloseReason::kShutdown) == kRouterEnds);
 
 constexpr std::array<std::string_view, 6> kStates{"idle", "connecting", "refused",
                                                   "up",   "silent",     "down"};
@@ -157,6 +160,7 @@ void Link::come_up(Time now) {
                                            .router = peer_.address(),
                                            .only = settings_.system}});
   if (!client_) return;
+  ended_ = false;
   heard_ = now;
   next_hello_ = kNever;
   next_keep_alive_ = now;
@@ -248,9 +252,11 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
 }
 
-void Link::on_frame(Time now, const CloseFrame&) {
+void Link::on_frame(Time now, const CloseFrame& frame) {
   if (!is_up()) return;
-  go_down(now, core::CloseReason::kPeerClosed, State::kSilent);
+  ended_ = frame.reason == kRouterEnds;
+  go_down(now, ended_ ? core::CloseReason::kShutdown : core::CloseReason::kPeerClosed,
+          State::kSilent);
 }
 
 void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& message) {
@@ -343,14 +349,14 @@ Time Link::next_timeout(Time now) {
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
     next = std::min({next, heard_ + dead_after(), paths_.next_timeout(session_.rtt().smoothed())});
-  if (!settings_.connects && state_ == State::kSilent && session_.queued_bytes() == 0)
-    next = std::min(next, since_ + kGoneAfter);
-  return next;
+  return std::min(next, gone_at());
 }
 
-bool Link::is_gone(Time now) const {
-  return !settings_.connects && state_ == State::kSilent && now >= since_ + kGoneAfter &&
-         session_.queued_bytes() == 0;
+// Nothing waits for a router that has ended: what comes of it next is another session.
+Time Link::gone_at() const {
+  if (settings_.connects || state_ != State::kSilent) return kNever;
+  if (ended_) return since_;
+  return session_.queued_bytes() == 0 ? since_ + kGoneAfter : kNever;
 }
 
 void Link::on_timeout(Time now) {

@@ -103,8 +103,8 @@ class Link final : private Arrivals, private Losses {
 
   [[nodiscard]] Time next_timeout(Time now);
   void on_timeout(Time now);
-  // It accepted a router that has not been heard for long, and nothing waits for it any more.
-  [[nodiscard]] bool is_gone(Time now) const;
+  // It accepted a router that has ended, or has not been heard for long and nothing waits for it.
+  [[nodiscard]] bool is_gone(Time now) const { return now >= gone_at(); }
 
   // By hand: `timsctl link down|up|reset`.
   void take_down(Time now, State state = State::kDown);
@@ -161,6 +161,7 @@ class Link final : private Arrivals, private Losses {
   void say_hello(Time now);
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
+  [[nodiscard]] Time gone_at() const;
   void go_elsewhere(Time now, PathKind before);
   void watch_paths(Time now);
   void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
@@ -203,6 +204,7 @@ class Link final : private Arrivals, private Losses {
   NetAddress from_{};    // of the datagram at hand
   bool broken_ = false;  // it was none of ours
   bool deaf_ = false;    // it says that they do not hear us
+  bool ended_ = false;   // their router said that it ends
 };
 
 std::string_view name(Link::State state);

@@ -1,5 +1,6 @@
 // Routers of several hosts, as processes joined by real UDP over the loopback: the tree.
 #include <csignal>
+#include <fstream>
 #include <memory>
 
 #include <boost/json/parse.hpp>
@@ -173,9 +174,9 @@ TEST_F(Tree, ComponentsOfAnotherRobotAreListed) {
 TEST_F(Tree, AListWithoutARouterIsAPartOfIt) {
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
   EXPECT_THAT(base->timsctl({"router", "list", "-j"}), HasSubstr(R"("partial":false)"));
-  EXPECT_THAT(base->timsctl({"route", "add", "Ladar(3/*)", "robt1"}),
-              HasSubstr("did you mean robot1?"));
   robot->kill();
+  // Who asks it before its link is down waits for an answer.
+  ASSERT_TRUE(eventually([&] { return !base->knows(Address(0x01000100)); }, "its link is down"));
   EXPECT_TRUE(eventually(
       [&] {
         const std::string list = base->timsctl({"router", "list", "-j"});
@@ -185,13 +186,12 @@ TEST_F(Tree, AListWithoutARouterIsAPartOfIt) {
       "robot1 is listed as one that is missing"));
 }
 
-// The base alone can tell of the arm: robot1 cannot be asked, and one started anew knows nothing.
-TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
-  // The exit status of `router list`, and each router with its parent and state.
-  const auto list = [&] {
+// The exit status of `router list`, and each router with its parent and state.
+testing::AssertionResult list_becomes(const Host& host, const std::string& wanted) {
+  return eventually([&]() -> std::string {
     auto child =
-        ChildProcess::start({TIMSCTL_PROGRAM, "-H", "unix:" + base->socket(), "router", "list",
-                             "-j", "--timeout=" + std::to_string(kPatienceMs) + "ms"});
+        ChildProcess::start({TIMSCTL_PROGRAM, "-H", "unix:" + host.socket(), "router", "list", "-j",
+                             "--timeout=" + std::to_string(kPatienceMs) + "ms"});
     EXPECT_TRUE(child.ok());
     const auto status = child->wait();
     EXPECT_TRUE(status.ok());
@@ -201,14 +201,80 @@ TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
       for (const char* field : {"name", "parent", "state"})
         if (const auto* text = item.at(field).if_string())
           seen.append(*field == 'n' ? "; " : " ").append(*text);
-    return seen;
+    return seen == wanted ? "" : "seen: " + seen;
+  });
+}
+
+TEST_F(Tree, ARouteIsOverALinkThatIsThere) {
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
+  // Whoever asks: the router itself says it.
+  Session session = base->session("client");
+  Mailbox client = open(session, kClient);
+  ASSERT_TRUE(client.send({.dest = session.router(), .type = type::kAdminRequest},
+                          bytes_of(R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robt1"})x")));
+  const auto answer = client.peek_for(kPatience);
+  ASSERT_TRUE(answer.ok()) << answer.error().message();
+  EXPECT_THAT(text_of(answer->body()), HasSubstr("no_such_link"));
+  EXPECT_THAT(base->timsctl({"route", "add", "Ladar(3/*)", "robt1"}),
+              HasSubstr("no link to a router \"robt1\""));
+  EXPECT_THAT(base->timsctl({"route", "add", "Ladar(3/*)", "robt1"}),
+              HasSubstr("did you mean robot1?"));
+  const auto has_route = [&] {
+    return base->timsctl({"route", "show", "-j"}).find("Ladar(3/*)") != std::string::npos;
   };
-  const auto becomes = [&](const std::string& wanted) {
-    return eventually([&] {
-      const std::string seen = list();
-      return seen == wanted ? "" : "seen: " + seen;
-    });
+  EXPECT_FALSE(has_route());
+  (void)base->timsctl({"route", "add", "Ladar(3/*)", "robot1"});
+  EXPECT_TRUE(has_route());
+}
+
+TEST_F(Tree, ARouteThatWasAddedIsKeptByAReload) {
+  const std::string folder = base->socket().substr(0, base->socket().rfind('/'));
+  const std::string path = folder + "/spare.toml";
+  const std::string socket = folder + "/spare.sock";
+  const std::string start =
+      "router = { name = \"spare\", role = \"system\", system = 9, id = 1 }\nunix.path = \"" +
+      socket + "\"\ntcp.listen = \"off\"\nhttp.listen = \"off\"\nudp.listen = \"127.0.0.1:0\"\n" +
+      "link = [{ kind = \"super\", to = \"" + base->udp() + "\" }]\n";
+  std::ofstream(path) << start;
+  auto spare = ChildProcess::start({TIMS_ROUTER_PROGRAM, "--config", path});
+  ASSERT_TRUE(spare.ok());
+  const auto timsctl = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket});
+    auto child = ChildProcess::start(std::move(words));
+    if (!child || !child->wait()) return std::string("not run");
+    return child->standard_output() + child->standard_error();
   };
+  const auto has_route = [&] {
+    return timsctl({"route", "show", "-j"}).find("Ladar(3/*)") != std::string::npos;
+  };
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"route", "add", "Ladar(3/*)", "base"}).empty();
+      },
+      "the link is there"));
+  EXPECT_TRUE(has_route());
+  std::ofstream(path) << start << "log.level = \"debug\"\n";
+  spare->signal(SIGHUP);
+  EXPECT_TRUE(spare->wait_for_line("reloaded: log.level").ok());
+  EXPECT_TRUE(has_route());
+}
+
+TEST_F(Tree, WhoSaysGoodbyeIsNotMissing) {
+  ASSERT_TRUE(list_becomes(*base, "0; base up; robot1 base up; arm robot1 up"));
+  arm->process().signal(SIGTERM);
+  ASSERT_TRUE(arm->process().wait());
+  EXPECT_TRUE(list_becomes(*robot, "0; base robot1 up; robot1 up"));
+  EXPECT_TRUE(list_becomes(*base, "0; base up; robot1 base up"));
+  robot->process().signal(SIGTERM);
+  ASSERT_TRUE(robot->process().wait());
+  EXPECT_TRUE(list_becomes(*base, "0; base up"));
+  robot->start();
+  EXPECT_TRUE(list_becomes(*base, "0; base up; robot1 base up")) << "and is found again";
+}
+
+// The base alone can tell of the arm: robot1 cannot be asked, and one started anew knows nothing.
+TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
+  const auto becomes = [&](const std::string& wanted) { return list_becomes(*base, wanted); };
   const std::string all = "0; base up; robot1 base up; arm robot1 up";
   ASSERT_TRUE(becomes(all));
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));

@@ -39,7 +39,10 @@ constexpr std::string_view kZsh = R"zsh(#compdef timsctl
 _timsctl() {
   local -a candidates
   candidates=(${(f)"$(timsctl __complete "${(@)words[2,CURRENT]}" 2>/dev/null)"})
-  if (( $#candidates )); then compadd -- $candidates; else _files; fi
+  if (( ! $#candidates )); then _files; return; fi
+  # The value stands right behind "=".
+  compadd -S '' -- ${(M)candidates:#*=}
+  compadd -- ${candidates:#*=}
 }
 compdef _timsctl timsctl
 )zsh";

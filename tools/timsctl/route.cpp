@@ -1,9 +1,6 @@
 // timsctl route: where messages go.
-#include <algorithm>
-
 #include <fmt/format.h>
 
-#include "router/config/nearest.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
@@ -57,21 +54,6 @@ std::string draw_verdict(const json::object& route, const Look& look) {
   return text;
 }
 
-// A route over a link that is not there would take messages away, and say nothing.
-void need_link(AdminClient& admin, const std::string& name) {
-  std::vector<std::string> known;
-  const json::object links = admin.ask({{"ask", "links"}});
-  for (const json::value& link : items_of(links))
-    known.push_back(text_at(link.as_object(), "name"));
-  if (std::ranges::find(known, name) != known.end()) return;
-  const std::vector<std::string_view> views(known.begin(), known.end());
-  const auto near = tims::config::nearest(name, views);
-  throw Failure(Exit::kNoSuch, "no_such_link", fmt::format("no link to a router \"{}\"", name),
-                near            ? fmt::format("did you mean {}?", *near)
-                : known.empty() ? "this router has no links: [[link]] in its configuration"
-                                : fmt::format("there are {}", fmt::join(known, ", ")));
-}
-
 Exit change_route(Context& context, std::string_view ask) {
   const std::vector<std::string>& arguments = context.options.arguments;
   (void)need_pattern(arguments[0], kAnyWidths);
@@ -79,7 +61,6 @@ Exit change_route(Context& context, std::string_view ask) {
   if (arguments.size() > 1) question["via"] = arguments[1];
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
-  if (ask == "route_add") need_link(admin, arguments[1]);
   const json::object answer = admin.ask(question);
   if (context.out.json()) context.out.write(answer);
   return Exit::kDone;
