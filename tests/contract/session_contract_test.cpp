@@ -313,6 +313,13 @@ TEST_P(SessionContract, AReconnectMakesAWorkingSession) {
     router_.kill();
     EXPECT_TRUE(eventually([&] { return !s.connected() && !t.connected(); }, "router missed"));
     EXPECT_EQ(send(a, 99, "x").error().code(), Errc::kNoRouter);
+    // Who is known: without the router where none is on the way, else it is told at once.
+    const auto known = send(a, 2, "meanwhile");
+    if (GetParam() == Way::kSharedMemory) {
+      EXPECT_EQ(receive(b), "meanwhile");
+    } else {
+      EXPECT_EQ(known.error().code(), Errc::kNoRouter);
+    }
     ASSERT_TRUE(router_.start().ok());
     EXPECT_TRUE(eventually([&] { return s.connected() && t.connected(); }, "both back"));
     ASSERT_TRUE(send(a, 2, "after"));

@@ -127,25 +127,6 @@ TEST_F(TcpSessionTest, AnAddressHasOneOwner) {
   EXPECT_EQ(receive(successor), "to the next owner");
 }
 
-TEST_F(TcpSessionTest, TheRouterMayDieAndComeBack) {
-  Session s = tcp_session();
-  Mailbox a = open(s, 1);
-  Mailbox b = open(s, 2);
-  ASSERT_TRUE(send(a, 2, "before"));
-  EXPECT_EQ(receive(b), "before");
-  router_.kill();
-  EXPECT_TRUE(eventually([&] { return !s.connected(); }, "router missed"));
-  EXPECT_EQ(send(a, 2, "x").error().code(), Errc::kNoRouter);
-  ASSERT_TRUE(router_.start().ok());
-  EXPECT_TRUE(eventually([&] { return s.connected(); }, "back"));
-  ASSERT_TRUE(send(a, 2, "after"));
-  EXPECT_EQ(receive(b), "after");
-  auto old = TcpClient::connect(router_.tcp());
-  ASSERT_TRUE(old.ok());
-  ASSERT_TRUE(old->send({.type = 21, .dest = Address(2), .src = Address(7)}, bytes_of("tcp")));
-  EXPECT_EQ(receive(b), "tcp");  // registered again
-}
-
 TEST_F(TcpSessionTest, ARouterThatStandsStillKeepsNoSenderForLong) {
   Session s = tcp_session();
   Mailbox a = open(s, 1);
