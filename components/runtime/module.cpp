@@ -124,11 +124,16 @@ Result<void> Module::connect(const std::string& router) {
       std::fprintf(stderr, "%s: %s\n", program.c_str(), event.text.c_str());
     if (!waiting) said->store(false);
   };
+  // What a real-time task sends waits for no ordinary thread.
+  const int priority =
+      std::max(parameters_.integer("cmdTaskPrio"), parameters_.integer("dataTaskPrio"));
   while (!session_ && !end_is_wanted()) {
-    auto session = tims::Session::connect({.name = parameters_.program(),
-                                           .router = router,
-                                           .timeout = kRouterWait,
-                                           .on_event = say_once});
+    auto session =
+        tims::Session::connect({.name = parameters_.program(),
+                                .router = router,
+                                .timeout = kRouterWait,
+                                .tcp_priority = priority >= kFirstRealTime ? priority : 0,
+                                .on_event = say_once});
     if (session) {
       session_.emplace(std::move(*session));
     } else if (session.error().code() != tims::Errc::kTimeout) {

@@ -199,9 +199,11 @@ Result<os::File> RouterLink::dial(const wire::TcpEndpoint& router) {
   if (!socket) return socket.error();
   auto ends = os::make_record_pair();
   if (!ends) return ends.error();
-  bridge_ = std::make_unique<TcpBridge>(
-      std::move(*socket), std::move(ends->other),
-      TcpBridge::Settings{.where = where_, .message_max = settings_.tcp_message_max});
+  bridge_ =
+      std::make_unique<TcpBridge>(std::move(*socket), std::move(ends->other),
+                                  TcpBridge::Settings{.where = where_,
+                                                      .message_max = settings_.tcp_message_max,
+                                                      .priority = settings_.tcp_priority});
   return std::move(ends->one);
 }
 

@@ -58,6 +58,7 @@ class RouterLink {
     wire::Endpoint router;
     std::string name;                   // of this program
     std::uint32_t tcp_message_max = 0;  // header included
+    int tcp_priority = 0;
   };
   RouterLink(Settings settings, Listener& listener);
   ~RouterLink();

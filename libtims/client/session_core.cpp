@@ -151,7 +151,8 @@ SessionCore::SessionCore(SessionOptions options, wire::Endpoint router)
     : options_(with_defaults(std::move(options))),
       link_({.router = std::move(router),
              .name = options_.name,
-             .tcp_message_max = options_.tcp_message_max},
+             .tcp_message_max = options_.tcp_message_max,
+             .tcp_priority = options_.tcp_priority},
             *this) {}
 
 Result<void> SessionCore::connect() {

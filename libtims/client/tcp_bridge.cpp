@@ -4,6 +4,7 @@
 #include <cerrno>
 
 #include <poll.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
@@ -38,6 +39,10 @@ TcpBridge::TcpBridge(os::File router, os::File session, Settings settings)
 TcpBridge::~TcpBridge() { thread_.join(); }
 
 void TcpBridge::run() {
+  ::pthread_setname_np(::pthread_self(), "tims-tcp");
+  const sched_param priority{.sched_priority = settings_.priority};
+  if (priority.sched_priority > 0)
+    (void)::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority);
   while (turn()) {
   }
   session_.reset();

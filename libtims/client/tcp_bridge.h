@@ -27,6 +27,7 @@ class TcpBridge {
   struct Settings {
     std::string where;              // the router, for people
     std::uint32_t message_max = 0;  // that it takes, header included
+    int priority = 0;               // real-time, of the thread; 0: none
   };
   // `router`: connected, non-blocking. `session`: the other end of the session's socket.
   TcpBridge(os::File router, os::File session, Settings settings);

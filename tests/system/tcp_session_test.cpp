@@ -1,6 +1,8 @@
 // Sessions that reach their router over TCP: the same calls, the same order, the same errors.
 #include <atomic>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
@@ -8,6 +10,7 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/resource.h>
 
 #include "os/clock.h"
@@ -173,6 +176,44 @@ TEST_F(TcpSessionTest, TextsThatNameNoRouterAreRefused) {
   ASSERT_FALSE(nobody.ok());
   EXPECT_EQ(nobody.error().code(), Errc::kTimeout);
   EXPECT_NE(nobody.error().message().find("127.0.0.1:1"), std::string::npos);
+}
+
+bool may_be_real_time(int priority) {
+  bool may = false;
+  std::thread([&] {
+    const sched_param wanted{.sched_priority = priority};
+    may = ::sched_setscheduler(0, SCHED_FIFO, &wanted) == 0;
+  }).join();
+  return may;
+}
+
+// Of the thread with that name; 0: an ordinary one, or none.
+int priority_of(pid_t process, const std::string& thread) {
+  for (const auto& task :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
+    std::string name;
+    std::ifstream(task.path() / "comm") >> name;
+    const pid_t id = std::stoi(task.path().filename());
+    sched_param param{};
+    if (name == thread && ::sched_getscheduler(id) == SCHED_FIFO &&
+        ::sched_getparam(id, &param) == 0)
+      return param.sched_priority;
+  }
+  return 0;
+}
+
+// What its tasks send would wait for an ordinary thread else, on a busy machine for 100 ms and
+// more.
+TEST_F(TcpSessionTest, ARealTimeComponentSendsInRealTime) {
+  if (!may_be_real_time(30)) GTEST_SKIP() << "needs the right to real-time priorities";
+  for (const int priority : {1, 29}) {
+    auto chassis = ChildProcess::start({TIMS_CHASSIS_SIM_PROGRAM, "--router", router_.tcp(),
+                                        "--dataTaskPrio", std::to_string(priority)});
+    ASSERT_TRUE(chassis.ok());
+    ASSERT_TRUE(chassis->wait_for_line("Init"));
+    EXPECT_EQ(priority_of(chassis->pid(), "tims-tcp"), priority == 1 ? 0 : priority);
+    EXPECT_TRUE(chassis->stop(SIGTERM));
+  }
 }
 
 TEST_F(TcpSessionTest, AComponentDoesWithoutARouterOfItsHost) {

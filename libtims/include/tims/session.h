@@ -42,6 +42,9 @@ struct SessionOptions {
   // The largest message that a router reached over TCP takes, header included; it does not say so
   // itself, and closes the connection of whoever sends a larger one. Default: the original's.
   std::uint32_t tcp_message_max = 256U << 10;
+  // Real-time priority (SCHED_FIFO) of the thread that carries messages to and from a router
+  // reached over TCP: no less than that of whoever sends them. 0, or without the right to it: none.
+  int tcp_priority = 0;
   // Called from the session's own thread. Default: all but kConnected go to stderr.
   std::function<void(const SessionEvent&)> on_event = {};
 };
