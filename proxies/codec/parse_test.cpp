@@ -2,50 +2,32 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/codec/quantity.h"
+#include "proxies/codec/sample_fixture.h"
 
 namespace rack {
 namespace {
 
-struct Corner {
-  Millimetres<i32> x = 0;
-  Radians<f32> rho = 0;
-};
+using test::Sample;
 
-struct Order {
-  TimeStamp recordingTime = 0;
-  Corner pos = {};
-  tims::Address who = {};
-  Text<8> name = {};
-  std::array<i8, 2> pair = {};
-  Count cornerNum = {};
-  Sequence<Corner, 3> corners = {};
-  Tail<std::byte, 4> image = {};
-
-  [[nodiscard]] std::array<std::int64_t, 1> tail_sizes() const {
-    return {static_cast<std::int64_t>(image.size())};
-  }
-};
-
-std::string set(Order& order, std::string_view field, std::string_view value, bool si = false) {
+std::string set(Sample& order, std::string_view field, std::string_view value, bool si = false) {
   const auto done = assign(order, {field, value}, {.si = si});
   return done ? "" : done.error().detail();
 }
 
 TEST(Parse, NumbersInTheUnitsOfTheWire) {
-  Order order;
+  Sample order;
   EXPECT_EQ(set(order, "recordingTime", "7"), "");
   EXPECT_EQ(set(order, "pos.x", "-5"), "");
   EXPECT_EQ(set(order, "pos.rho", "0.5"), "");
-  EXPECT_EQ(set(order, "pair[1]", "-128"), "");
+  EXPECT_EQ(set(order, "levels[1]", "-128"), "");
   EXPECT_EQ(order.recordingTime, TimeStamp(7));
   EXPECT_EQ(order.pos.x, -5);
   EXPECT_EQ(order.pos.rho, 0.5F);
-  EXPECT_EQ(order.pair[1], -128);
+  EXPECT_EQ(order.levels[1], -128);
 }
 
 TEST(Parse, NumbersWithUnitsAndInSi) {
-  Order order;
+  Sample order;
   EXPECT_EQ(set(order, "pos.x", "200mm"), "");
   EXPECT_EQ(order.pos.x, 200);
   EXPECT_EQ(set(order, "pos.x", "0.25 m"), "");
@@ -59,7 +41,7 @@ TEST(Parse, NumbersWithUnitsAndInSi) {
 }
 
 TEST(Parse, TextsAddressesBytes) {
-  Order order;
+  Sample order;
   EXPECT_EQ(set(order, "name", "1234567"), "");
   EXPECT_EQ(order.name, "1234567");
   EXPECT_EQ(set(order, "who", "Pilot(0/1)"), "");
@@ -72,22 +54,22 @@ TEST(Parse, TextsAddressesBytes) {
 }
 
 TEST(Parse, SequencesGrowInTheirOrder) {
-  Order order;
-  EXPECT_NE(set(order, "corners[1].x", "1"), "");
-  EXPECT_EQ(set(order, "corners[0].x", "1"), "");
-  EXPECT_EQ(set(order, "corners[0].rho", "2"), "");
-  EXPECT_EQ(set(order, "corners[1].x", "3"), "");
-  EXPECT_EQ(set(order, "corners[2].x", "4"), "");
-  EXPECT_NE(set(order, "corners[3].x", "5"), "") << "3 fit";
-  ASSERT_EQ(order.corners.size(), 3U);
-  EXPECT_EQ(order.corners[0].rho, 2.0F);
-  EXPECT_EQ(order.corners[1].x, 3);
+  Sample order;
+  EXPECT_NE(set(order, "points[1].x", "1"), "");
+  EXPECT_EQ(set(order, "points[0].x", "1"), "");
+  EXPECT_EQ(set(order, "points[0].rho", "2"), "");
+  EXPECT_EQ(set(order, "points[1].x", "3"), "");
+  EXPECT_EQ(set(order, "points[2].x", "4"), "");
+  EXPECT_NE(set(order, "points[3].x", "5"), "") << "3 fit";
+  ASSERT_EQ(order.points.size(), 3U);
+  EXPECT_EQ(order.points[0].rho, 2.0F);
+  EXPECT_EQ(order.points[1].x, 3);
 }
 
 TEST(Parse, RefusesWhatIsNotMeantAndLeavesTheMessageAlone) {
-  Order order{.pos = {.x = 1}, .name = "a", .pair = {3, 4}};
-  EXPECT_EQ(set(order, "vz", "1"), "Order has no field \"vz\"");
-  EXPECT_EQ(set(order, "pos.z", "1"), "Corner has no field \"z\"");
+  Sample order{.pos = {.x = 1}, .name = "a", .levels = {3, 4}};
+  EXPECT_EQ(set(order, "vz", "1"), "Sample has no field \"vz\"");
+  EXPECT_EQ(set(order, "pos.z", "1"), "Pose has no field \"z\"");
   EXPECT_EQ(set(order, "pos.x.y", "1"), "i32 has no field \".y\"");
   EXPECT_EQ(set(order, "pos.x", "fast"), "pos.x=fast: wanted is a number in mm");
   EXPECT_EQ(set(order, "pos.x", ""),
@@ -100,12 +82,13 @@ TEST(Parse, RefusesWhatIsNotMeantAndLeavesTheMessageAlone) {
             "pos.x=2147483648: wanted is a whole number from -2147483648 to 2147483647");
   EXPECT_EQ(set(order, "pos.x", "2147484m"),
             "pos.x=2147484m: wanted is a whole number from -2147483648 to 2147483647");
-  EXPECT_EQ(set(order, "pair[0]", "128"), "pair[0]=128: wanted is a whole number from -128 to 127");
-  EXPECT_NE(set(order, "pair[2]", "1"), "");
-  EXPECT_NE(set(order, "pair", "1"), "");
+  EXPECT_EQ(set(order, "levels[0]", "128"),
+            "levels[0]=128: wanted is a whole number from -128 to 127");
+  EXPECT_NE(set(order, "levels[2]", "1"), "");
+  EXPECT_NE(set(order, "levels", "1"), "");
   EXPECT_NE(set(order, "pos", "1"), "");
-  EXPECT_NE(set(order, "cornerNum", "1"), "");
-  EXPECT_NE(set(order, "corners[0].z", "1"), "");
+  EXPECT_NE(set(order, "pointNum", "1"), "");
+  EXPECT_NE(set(order, "points[0].z", "1"), "");
   EXPECT_NE(set(order, "name", "12345678"), "") << "7 fit";
   EXPECT_NE(set(order, "who", "somebody"), "");
   EXPECT_NE(set(order, "image", "0"), "");
@@ -114,13 +97,13 @@ TEST(Parse, RefusesWhatIsNotMeantAndLeavesTheMessageAlone) {
   EXPECT_NE(set(order, "[", "1"), "");
   EXPECT_EQ(order.pos.x, 2147483647);
   EXPECT_EQ(order.name, "a");
-  EXPECT_EQ(order.pair[0], 3);
-  EXPECT_TRUE(order.corners.empty());
+  EXPECT_EQ(order.levels[0], 3);
+  EXPECT_TRUE(order.points.empty());
 }
 
 TEST(Parse, WhatIsPrintedCanBeRead) {
-  Order order{.recordingTime = 1, .pos = {.x = 2, .rho = 0.1F}, .pair = {5, 6}};
-  Order again;
+  Sample order{.recordingTime = 1, .pos = {.x = 2, .rho = 0.1F}, .levels = {5, 6}};
+  Sample again;
   for (const std::string_view field : {"pos.x", "pos.rho"}) {
     const std::string text = to_text(order, {.si = true});
     const std::size_t at = text.find(std::string(field) + ": ") + field.size() + 2;

@@ -4,26 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/codec/quantity.h"
+#include "proxies/codec/sample_fixture.h"
 
 namespace rack {
 namespace {
 
-struct Pose {
-  Millimetres<i32> x = 0;
-  Radians<f32> rho = 0;
-};
-
-struct Sample {
-  TimeStamp recordingTime = 0;
-  Pose pos = {};
-  tims::Address who = {};
-  Text<16> name = {};
-  std::array<f64, 2> pair = {};
-  Count pointNum = {};
-  Sequence<Pose, 10> points = {};
-  Tail<std::byte, 10> image = {};
-};
+using test::Sample;
 
 Sample sample() {
   return {.recordingTime = 7,
@@ -31,21 +17,24 @@ Sample sample() {
           .who = tims::Address(0x00180100),
           .name = "a\"b",
           .pair = {1.5, std::numeric_limits<f64>::quiet_NaN()},
+          .levels = {3, -4},
           .points = {{.x = 1, .rho = 2}, {.x = 3, .rho = 4}},
           .image = {std::byte{0x0A}, std::byte{0xFF}}};
 }
 
 TEST(Print, Json) {
-  EXPECT_EQ(to_json(sample()),
-            R"~({"recordingTime":7,"pos":{"x":-5,"rho":0.1},"who":"Pilot(0/1)","name":"a\"b",)~"
-            R"~("pair":[1.5,null],"pointNum":2,"points":[{"x":1,"rho":2},{"x":3,"rho":4}],)~"
-            R"~("image":"0aff"})~");
+  EXPECT_EQ(
+      to_json(sample()),
+      R"~({"recordingTime":7,"pos":{"x":-5,"rho":0.1},"who":"Pilot(0/1)","name":"a\"b",)~"
+      R"~("pair":[1.5,null],"levels":[3,-4],"pointNum":2,"points":[{"x":1,"rho":2},{"x":3,"rho":4}],)~"
+      R"~("image":"0aff"})~");
 }
 
 TEST(Print, JsonOfTheFirstElements) {
   EXPECT_TRUE(
       to_json(sample(), {.elements_max = 1})
-          .ends_with(R"("pair":[1.5,null],"pointNum":2,"points":[{"x":1,"rho":2}],"image":"0a"})"));
+          .ends_with(
+              R"("pair":[1.5,null],"levels":[3,-4],"pointNum":2,"points":[{"x":1,"rho":2}],"image":"0a"})"));
 }
 
 TEST(Print, TextWithUnits) {
@@ -56,6 +45,7 @@ TEST(Print, TextWithUnits) {
             "who: Pilot(0/1)\n"
             "name: \"a\\\"b\"\n"
             "pair: 1.5 nan\n"
+            "levels: 3 -4\n"
             "pointNum: 2\n"
             "points[0]: x 1 mm, rho 2 rad\n"
             "points[1]: x 3 mm, rho 4 rad\n"
@@ -72,7 +62,8 @@ TEST(Print, TextSaysWhatItLeavesOut) {
 TEST(Print, OneLine) {
   EXPECT_EQ(to_text(sample(), {.elements_max = 1, .one_line = true}),
             "recordingTime 7 ms, pos.x -5 mm, pos.rho 0.1 rad, who Pilot(0/1), name \"a\\\"b\", "
-            "pair 1.5 nan, pointNum 2, points[0] (x 1 mm, rho 2 rad), points 1 more, image \"0a\"");
+            "pair 1.5 nan, levels 3 -4, pointNum 2, points[0] (x 1 mm, rho 2 rad), points 1 more, "
+            "image \"0a\"");
 }
 
 TEST(Print, InSiUnits) {
@@ -109,6 +100,8 @@ TEST(Print, Columns) {
                                         {"name", "", "", "text"},
                                         {"pair[0]", "", "", "f64"},
                                         {"pair[1]", "", "", "f64"},
+                                        {"levels[0]", "", "", "i8"},
+                                        {"levels[1]", "", "", "i8"},
                                         {"pointNum", "", "", "count"},
                                         {"points[].x", "mm", "m", "i32"},
                                         {"points[].rho", "rad", "rad", "f32"},
