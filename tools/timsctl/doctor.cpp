@@ -24,6 +24,8 @@ void ask_router(Context& context, Facts& facts) {
   if (there) facts.clock_difference_s = std::chrono::duration<double>(*there - wall_now()).count();
   json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
   facts.mailboxes = std::move(items_of(mailboxes));
+  json::object clients = admin.ask({{"ask", "clients"}});
+  facts.clients = std::move(items_of(clients));
   facts.stats = admin.ask({{"ask", "stats"}});
   json::object links = admin.ask({{"ask", "links"}});
   facts.links = std::move(items_of(links));

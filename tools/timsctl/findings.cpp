@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -139,6 +140,8 @@ class Doctor {
           entry == nullptr ? "" : std::string(entry->hint));
     }
     if (sums.empty()) add("drops", Level::kOk, "every message was delivered");
+    if (const std::string to = lost_to(facts_.clients, facts_.mailboxes); !to.empty())
+      add("drops.receivers", Level::kInfo, "messages were lost: " + to);
   }
 
   void host() {
@@ -184,6 +187,32 @@ Finding make_finding(std::string id, Level level, std::string text, std::string 
   if (hint.empty() && level >= Level::kWarning)
     if (const auto* entry = find_in_catalogue(id)) hint = entry->hint;
   return {std::move(id), level, std::move(text), std::move(hint)};
+}
+
+std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes) {
+  std::vector<std::pair<double, std::string>> all;
+  for (const json::value& value : clients) {
+    const json::object& client = value.as_object();
+    const std::string name = text_at(client, "name");
+    all.emplace_back(number_or_zero(client, "drops"),
+                     "to " + (name.empty() ? text_at(client, "peer") : name));
+  }
+  for (const json::value& value : mailboxes) {
+    const json::object& mailbox = value.as_object();
+    double lost = 0;
+    for (const char* reason : {"replaced", "refused", "too_big"})
+      lost += number_or_zero(mailbox, reason);
+    all.emplace_back(lost, "in the mailbox " + text_at(mailbox, "address.name"));
+  }
+  std::erase_if(all, [](const auto& one) { return one.first == 0; });
+  std::ranges::stable_sort(all, std::greater(), [](const auto& one) { return one.first; });
+  std::string text;
+  for (std::size_t i = 0; i < all.size() && i < kReceiversShown; ++i)
+    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", human_count(all[i].first),
+                        printable(all[i].second));
+  if (all.size() > kReceiversShown)
+    text += fmt::format(", and {} more", all.size() - kReceiversShown);
+  return text;
 }
 
 std::vector<Finding> judge(const Facts& facts) { return Doctor(facts).examine(); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct Facts {
   std::optional<Failure> unreachable{};
   json::object status{};
   json::array mailboxes{};
+  json::array clients{};
   json::object stats{};
   json::array links{};
   std::vector<std::string> dead_owners{};  // "Ladar(3/0) of laser (pid 811)"
@@ -45,6 +47,10 @@ struct Finding {
 Finding make_finding(std::string id, Level level, std::string text, std::string hint = {});
 
 std::vector<Finding> judge(const Facts& facts);
+// Of the clients (links, too) and mailboxes of a router: whom messages have not reached, those with
+// most of them first: "12 to camera, 3 in the mailbox Ladar(3/0)". Empty: none were lost.
+inline constexpr std::size_t kReceiversShown = 5;
+std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes);
 // Those about links to other routers.
 std::vector<Finding> judge_links(const Facts& facts);
 std::string_view name(Level level);

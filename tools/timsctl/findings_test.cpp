@@ -85,6 +85,21 @@ TEST(Doctor, DropsOfTheLastMinuteWarnWithTheReasonsHint) {
   EXPECT_EQ(finding(facts, "mailboxes.duplicate").level, Level::kWarning);
 }
 
+TEST(Doctor, SaysToWhomMessagesWereLost) {
+  Facts facts = healthy();
+  EXPECT_EQ(finding(facts, "drops.receivers").id, "none") << "none were";
+  facts.clients = {object(R"({"name": "laser", "drops": 0})"),
+                   object(R"({"name": "camera", "drops": 12})"),
+                   object(R"({"name": "", "peer": "127.0.0.1:50000", "drops": 40})")};
+  facts.mailboxes = {
+      object(R"x({"address": {"name": "Ladar(3/0)"}, "replaced": 1, "refused": 2})x"),
+      object(R"x({"address": {"name": "Pilot(3/0)"}, "replaced": 0})x")};
+  EXPECT_EQ(finding(facts, "drops.receivers").text,
+            "messages were lost: 40 to 127.0.0.1:50000, 12 to camera, 3 in the mailbox Ladar(3/0)");
+  for (int i = 0; i < 4; ++i) facts.clients.push_back(object(R"({"name": "x", "drops": 1})"));
+  EXPECT_TRUE(finding(facts, "drops.receivers").text.ends_with("1 to x, and 2 more"));
+}
+
 TEST(Doctor, FilesAndMemory) {
   Facts facts = healthy();
   facts.files = OpenFiles{1024, 30};

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/timsctl/commands.h"
+#include "tools/timsctl/findings.h"
 #include "tools/timsctl/humanize.h"
 #include "tools/timsctl/show.h"
 
@@ -27,7 +28,10 @@ std::string drops_line(const json::object& status, const Look& look) {
   const std::string text =
       fmt::format("{} in the last minute, {} since the start", human_count(now),
                   human_count(number_or_zero(status, "drops")));
-  return now == 0 ? text : paint(text, Tone::kBad, look.colour) + "   -> timsctl stats --by reason";
+  const std::string to = text_at(status, "dropped_to");
+  const std::string whole = to.empty() ? text : text + ": " + to;
+  return now == 0 ? whole
+                  : paint(whole, Tone::kBad, look.colour) + "   -> timsctl stats --by reason";
 }
 
 std::string event_lines(const json::object& status, const Look& look) {
@@ -105,6 +109,11 @@ json::array foreign_events(AdminClient& admin, double last) {
 json::object ask_status(AdminClient& admin) {
   json::object status = admin.ask({{"ask", "status"}});
   status["events"] = foreign_events(admin, number_or_zero(status, "last_event"));
+  if (number_or_zero(status, "drops") > 0) {
+    const json::object clients = admin.ask({{"ask", "clients"}});
+    if (std::string to = lost_to(items_of(clients), {}); !to.empty())
+      status["dropped_to"] = std::move(to);
+  }
   return status;
 }
 
