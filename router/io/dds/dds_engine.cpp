@@ -1,6 +1,7 @@
 // The loop's side of the engine.
 #include "router/io/dds/dds_engine.h"
 
+#include <algorithm>
 #include <deque>
 #include <map>
 #include <thread>
@@ -98,6 +99,7 @@ class DdsEngine::Running {
     std::unique_ptr<DdsRoute>& route = known->second.route;
     if (!route) {
       route = std::make_unique<DdsRoute>(to, engine_.settings_.heartbeat);
+      routes_.push_back(route.get());
       order_peers();
     }
     return route.get();
@@ -120,8 +122,7 @@ class DdsEngine::Running {
     all.bytes_out = written_.bytes;
     all.datagrams_out = written_.datagrams;
     all.unmatched = written_.unmatched;
-    for (const auto& [address, router] : known_)
-      if (router.route) all.waiting_bytes += router.route->waiting_bytes();
+    for (const DdsRoute* route : routes_) all.waiting_bytes += route->waiting_bytes();
     return all;
   }
 
@@ -146,13 +147,7 @@ class DdsEngine::Running {
     inlet_.reset();
     reader_ = nullptr;
     address_ = {};
-    for_each_route([](DdsRoute& route) { route.set_writer(nullptr); });
-  }
-
-  template <typename Visit>
-  void for_each_route(Visit visit) {
-    for (auto& [address, router] : known_)
-      if (router.route) visit(*router.route);
+    for (DdsRoute* route : routes_) route->set_writer(nullptr);
   }
 
   // --- what the threads tell
@@ -176,8 +171,13 @@ class DdsEngine::Running {
 
   // Acknowledgements are among them.
   void hand_on_arrivals() {
-    news_->quietly([this] { traffic_->receive(); });
-    for_each_route([](DdsRoute& route) { route.try_again(); });
+    news_->quietly([this] {
+      const Time now = os::now();
+      for (const link::DdsParticipant& from : traffic_->receive()) {
+        const auto known = known_.find(NetAddress::dds(from));
+        if (known != known_.end() && known->second.route) known->second.route->on_heard(now);
+      }
+    });
   }
 
   void complain(const DdsNews::Line& line) {
@@ -228,14 +228,14 @@ class DdsEngine::Running {
 
   void order_peers() {
     std::vector<std::shared_ptr<DdsPeer>> peers;
-    for_each_route([&](DdsRoute& route) { peers.push_back(route.peer()); });
+    for (const DdsRoute* route : routes_) peers.push_back(route->peer());
     orders_->change([&](DdsOrders::Wanted& wanted) { wanted.peers = std::move(peers); });
   }
 
   void forget(const NetAddress& address) {
     const auto known = known_.extract(address);
     if (!known) return;
-    if (known.mapped().route) order_peers();
+    if (std::erase(routes_, known.mapped().route.get()) > 0) order_peers();
     engine_.listener_.on_gone(address);
   }
 
@@ -259,7 +259,7 @@ class DdsEngine::Running {
     const Time now = os::now();
     Time next = serve_at_ = kNever;
     guarded([&] {
-      for_each_route([&](DdsRoute& route) { next = std::min(next, route.serve(now, written_)); });
+      for (DdsRoute* route : routes_) next = std::min(next, route->serve(now, written_));
     });
     serve_by(next);
   }
@@ -272,15 +272,13 @@ class DdsEngine::Running {
   void finish() {
     const Time limit = os::now() + kFinishLimit;
     const auto is_finished = [this] {
-      bool all = true;
-      for_each_route([&](DdsRoute& route) { all = all && route.is_finished(); });
-      return all;
+      return std::ranges::all_of(routes_, [](DdsRoute* route) { return route->is_finished(); });
     };
     while (reader_ != nullptr && os::now() < limit && !is_finished()) {
       pollfd acknowledgements{traffic_->fd(), POLLIN, 0};
       ::poll(&acknowledgements, 1, 1);
       hand_on_arrivals();
-      for_each_route([&](DdsRoute& route) { route.serve(os::now(), written_); });
+      for (DdsRoute* route : routes_) route->serve(os::now(), written_);
     }
   }
 
@@ -340,7 +338,8 @@ class DdsEngine::Running {
   std::shared_ptr<Metatraffic> metatraffic_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
   std::map<NetAddress, Router> known_;
-  std::deque<OctetsIn> buffers_;  // of one turn
+  std::vector<DdsRoute*> routes_;  // of those in known_ that are sent to
+  std::deque<OctetsIn> buffers_;   // of one turn
   Counters counters_{};
   DdsRoute::Counters written_{};
 };

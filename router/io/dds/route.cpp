@@ -11,11 +11,27 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
-constexpr Duration kHeartbeatMax = 250ms;
-constexpr Duration kPatienceMin = 100us;
-constexpr Duration kPatienceMax = 2ms;
+constexpr Duration kPauseMax = 250ms;
+constexpr Duration kTryAgain = 100us;
 
 }  // namespace
+
+Duration DdsRoute::pause(Duration silent, Duration least) {
+  return std::clamp(silent, least, std::max(least, kPauseMax));
+}
+
+void DdsRoute::on_heard(Time now) {
+  if (silent_since_ == kNever) return;
+  silent_since_ = kNever;
+  again_at_ = {};
+  if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, now + heartbeat_);
+}
+
+// From now on, if not longer.
+Duration DdsRoute::silence(Time now) {
+  silent_since_ = std::min(silent_since_, now);
+  return now - silent_since_;
+}
 
 Time DdsRoute::serve(Time now, Counters& counters) {
   const Time next = write_next(now, counters);
@@ -26,8 +42,7 @@ Time DdsRoute::ask(Time now) {
   if (!writer_ || now < ask_at_) return ask_at_;
   if (writer_->has_arrived()) return ask_at_ = kNever;
   writer_->ask();
-  return ask_at_ = now + std::clamp((now - written_at_) / 4, heartbeat_,
-                                    std::max(heartbeat_, kHeartbeatMax));
+  return ask_at_ = now + pause(silence(now), heartbeat_);
 }
 
 Time DdsRoute::write_next(Time now, Counters& counters) {
@@ -38,13 +53,9 @@ Time DdsRoute::write_next(Time now, Counters& counters) {
   const SendQueue::Front front = queue_.front(kSampleBytesMax);
   const Written written = writer_->write({.parts = front.parts});
   if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
-  if (written == Written::kNotNow) {
-    patience_ = std::clamp(2 * patience_, kPatienceMin, kPatienceMax);
-    return again_at_ = now + patience_;
-  }
-  patience_ = {};
-  written_at_ = now;
-  ask_at_ = std::min(ask_at_, now + heartbeat_);
+  if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kTryAgain);
+  // When it is silent the next question is set already.
+  ask_at_ = std::min(ask_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
   queue_.remove(front);
   counters.samples += 1;
   counters.datagrams += front.datagrams;

@@ -19,9 +19,9 @@ class DdsRoute {
     std::uint64_t unmatched = 0;  // datagrams thrown away: the receiver did not appear
   };
 
-  // `heartbeat`: how soon the other is asked what it has got. The longer the same is asked for, the
-  // more seldom: who is slow since its host is busy gets no more to do that way, and many who wait
-  // for each other do not keep each other waiting.
+  // `heartbeat`: how soon the other is asked what it has got. The longer nothing comes from it, the
+  // more seldom, whatever else is written meanwhile: who is slow since its host is busy gets no
+  // more to do that way, and many who wait for each other do not keep each other waiting.
   DdsRoute(const link::NetAddress& to, Duration heartbeat)
       : peer_(std::make_shared<DdsPeer>(to)), heartbeat_(heartbeat) {}
 
@@ -30,7 +30,8 @@ class DdsRoute {
   // None: until there is another one, all waits.
   void set_writer(DdsWriter* writer) {
     writer_ = writer;
-    ask_at_ = kNever;
+    ask_at_ = silent_since_ = kNever;
+    again_at_ = {};
   }
 
   // False when there is no room.
@@ -38,8 +39,11 @@ class DdsRoute {
   // Writes one sample of what waits, if it can: then others have their turn. When to call again;
   // earlier if something has happened. Throws what the library throws.
   Time serve(Time now, Counters& counters);
-  // Something has come, perhaps an acknowledgement: a full history may have room.
-  void try_again() { again_at_ = {}; }
+  // Something has come from there, perhaps an acknowledgement: a full history may have room.
+  void on_heard(Time now);
+
+  // Until the next question or try, when nothing has come for so long: twice as long each time.
+  static Duration pause(Duration silent, Duration least);
 
   [[nodiscard]] std::size_t waiting_bytes() const { return queue_.waiting_bytes(); }
   // Whether nothing is on its way.
@@ -51,15 +55,15 @@ class DdsRoute {
   Time write_next(Time now, Counters& counters);
   Time ask(Time now);
   Time wait_for_reader(Time now, Counters& counters);
+  Duration silence(Time now);
 
   std::shared_ptr<DdsPeer> peer_;
   SendQueue queue_;
   DdsWriter* writer_ = nullptr;
-  Time waits_since_ = kNever;  // for the reader
-  Time again_at_{};            // with a full history: each try costs a copy
-  Duration patience_{};
+  Time waits_since_ = kNever;   // for the reader
+  Time silent_since_ = kNever;  // the other, as far as it was asked or is waited for
+  Time again_at_{};             // with a full history: each try costs a copy
   const Duration heartbeat_;
-  Time written_at_{};  // the last sample
   Time ask_at_ = kNever;
 };
 

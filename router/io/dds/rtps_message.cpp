@@ -127,10 +127,16 @@ void read_data(Input in, std::uint8_t flags, RtpsMessage& message) {
 
 }  // namespace
 
-std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> bytes) {
+std::optional<DdsParticipant> rtps_sender(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   if (in.text(4) != "RTPS" || bytes.size() < kHeaderBytes) return std::nullopt;
-  RtpsMessage message{.from = participant_in(bytes.subspan(kPrefixAt))};
+  return participant_in(bytes.subspan(kPrefixAt));
+}
+
+std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> bytes) {
+  const auto sender = rtps_sender(bytes);
+  if (!sender) return std::nullopt;
+  RtpsMessage message{.from = *sender};
   for (auto rest = bytes.subspan(kHeaderBytes); rest.size() >= 4;) {
     const auto kind = std::to_integer<std::uint8_t>(rest[0]);
     const auto flags = std::to_integer<std::uint8_t>(rest[1]);

@@ -31,6 +31,9 @@ struct RtpsMessage {
 // Nothing for bytes that are no RTPS message. Of one that is cut short, what can be read.
 std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> message);
 
+// Who sent it, without a look at the rest.
+std::optional<link::DdsParticipant> rtps_sender(std::span<const std::byte> message);
+
 // What a reliable writer tells the readers of `to` it has; they answer with what they have got.
 struct RtpsHeartbeat {
   link::DdsParticipant from{};

@@ -31,6 +31,14 @@ TEST(RtpsMessage, OfTheOtherByteOrderIsRead) {
   EXPECT_FALSE(read->to || read->ends);
 }
 
+TEST(RtpsMessage, TheSenderStandsInTheHeader) {
+  const auto message =
+      bytes({'R', 'T', 'P', 'S', 2, 3, 1, 15, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+  EXPECT_EQ(rtps_sender(message), (link::DdsParticipant{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+  EXPECT_FALSE(rtps_sender(std::span(message).first(19)));
+  EXPECT_FALSE(rtps_sender(std::vector<std::byte>(20)));
+}
+
 TEST(RtpsMessage, AHeartbeatTellsWhatThereIs) {
   const auto message = encode(RtpsHeartbeat{.from = {1},
                                             .writer = {0, 0, 2, 3},

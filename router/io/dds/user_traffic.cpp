@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "router/io/dds/rtps_message.h"
+
 namespace tims::io {
 namespace {
 
@@ -34,13 +36,17 @@ UserTraffic::UserTraffic(UdpSocket socket, const std::string& interface)
   train_.reserve(link::kTrainBytesMax);
 }
 
-void UserTraffic::receive() {
-  if (!socket_.receive(arrived_) || receiver_ == nullptr) return;
+std::span<const link::DdsParticipant> UserTraffic::receive() {
+  heard_.clear();
+  if (!socket_.receive(arrived_) || receiver_ == nullptr) return heard_;
   arrived_.for_each_datagram([this](const link::NetAddress& from, std::span<std::byte> datagram) {
     receiver_->OnDataReceived(reinterpret_cast<const octet*>(datagram.data()),
                               static_cast<std::uint32_t>(datagram.size()), locator_,
                               locator_of(from));
+    const auto sender = rtps_sender(datagram);
+    if (sender && (heard_.empty() || heard_.back() != *sender)) heard_.push_back(*sender);
   });
+  return heard_;
 }
 
 // A message that is shorter than those before it ends their train.

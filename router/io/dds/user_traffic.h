@@ -39,8 +39,9 @@ class UserTraffic {
   // --- by the loop, while there is a participant
 
   [[nodiscard]] int fd() const { return socket_.fd(); }
-  // Hands on some of what has arrived; listeners are called from here.
-  void receive();
+  // Hands on some of what has arrived; listeners are called from here. Returns whom it came from,
+  // until the next call.
+  std::span<const link::DdsParticipant> receive();
 
   // What the library sends meanwhile from this thread goes out in few calls of the system, the last
   // of them at the end. What the system does not take is lost, and sent again by RTPS.
@@ -80,6 +81,7 @@ class UserTraffic {
   const Locator locator_;
   Receiver* receiver_ = nullptr;
   Datagrams arrived_;
+  std::vector<link::DdsParticipant> heard_;
 
   std::atomic<std::thread::id> corked_by_{};
   std::mutex mutex_;  // of what follows
