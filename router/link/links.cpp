@@ -9,8 +9,6 @@ namespace tims::link {
 namespace {
 
 constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
-// Ways over DDS that one router prepares, where UDP is there as well; as many at once.
-constexpr std::uint64_t kDdsWaysPerSecond = 10;
 // Differentiated services (RFC 4594): EF for what is urgent, AF41 and AF31 below, CS1 for texts.
 // Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};

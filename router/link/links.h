@@ -139,6 +139,8 @@ class Links final : private LinkSurroundings {
   void learn_token(Link& link);
   void choose_uplink(Time now);  // links_uplink.cpp
   // links_fleet.cpp
+  // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
+  static constexpr std::uint64_t kDdsWaysPerSecond = 10;
   // When a link that has UDP as well prepares its way over DDS.
   struct Turn {
     std::vector<NetAddress> prepared{};
@@ -174,6 +176,7 @@ class Links final : private LinkSurroundings {
   std::vector<bool> were_up_;       // by slot: when it was last looked for
   std::vector<Turn> turns_;         // by slot
   TokenBucket dds_budget_;          // ways prepared
+  Time dds_needed_until_{};         // a link that needs its way waits for the budget
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

@@ -9,6 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr int kUdpFirst = 10;  // keep-alives: so long has UDP to bring up a link of a new router
 constexpr Duration kDdsTurn = 500ms;  // to prepare a way over DDS, of each router of the fleet
 
 }  // namespace
@@ -54,8 +55,9 @@ void Links::look_anew(Time now, Link& link) {
 
 // What a way over DDS costs the router above grows with how many it has already. So where UDP is
 // there as well, routers that start at once take turns, each side by itself, and none prepares more
-// than a few a second. That a link is silent or does not come up changes nothing: when all are too
-// busy to answer, they have no more to do for it.
+// than a few a second. A link that is down although UDP had time enough needs this way now, and
+// goes before those that only take their turn; but when all are too busy to answer they are all
+// down, so no more are prepared a second for it.
 Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
   if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
   if (turn.since == kNever) {
@@ -64,9 +66,17 @@ Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
     turn.share = core::next_share(drawn);
   }
   const auto all = static_cast<double>(fleet_.routers().size()) * kDdsTurn;
-  const Time at = turn.since + link.settings().keep_alive +
-                  std::chrono::duration_cast<Duration>(turn.share * all);
-  return at > now ? at : dds_budget_.ready_at(now);
+  const Duration keep_alive = link.settings().keep_alive;
+  const Time turns_at =
+      turn.since + keep_alive + std::chrono::duration_cast<Duration>(turn.share * all);
+  const Time needed_at =
+      link.is_up() ? kNever
+                   : std::max(turn.since + kUdpFirst * keep_alive, link.since() + keep_alive);
+  if (now < std::min(turns_at, needed_at)) return std::min(turns_at, needed_at);
+  const Time ready_at = dds_budget_.ready_at(now);
+  if (now < needed_at) return std::max(ready_at, dds_needed_until_);
+  if (now < ready_at) dds_needed_until_ = ready_at + 1s / kDdsWaysPerSecond;
+  return ready_at;
 }
 
 // Leaves those to which the way may be prepared now.

@@ -1,12 +1,16 @@
 // How routers find each other, who else there is, and how they go.
 #include <fstream>
 
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gmock/gmock.h>
 
 #include "libtims/os/clock.h"
 #include "router/io/dds/foreign_participant.h"
+#include "router/io/dds/route.h"
+#include "router/io/dds/transport.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_fixture.h"
+#include "tests/support/own_network.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::io {
@@ -87,16 +91,35 @@ TEST_F(DdsEngineTest, DISABLED_Actor) {
       loop_, [] { return false; }, "to be killed", 5 * test::kPatience);
 }
 
+Result<test::ChildProcess> start_actor() {
+  const test::ChildOptions where{
+      {"DDS_TEST_DOMAIN=" + std::to_string(test_domain()), "DDS_TEST_FLEET=" + test_fleet()}, {}};
+  return test::ChildProcess::start({"/proc/self/exe", "--gtest_also_run_disabled_tests",
+                                    "--gtest_filter=DdsEngineTest.DISABLED_Actor"},
+                                   where);
+}
+
+// UDP, of this network namespace.
+std::uint64_t packets_out() {
+  std::ifstream statistics("/proc/thread-self/net/snmp");
+  std::string name;
+  std::uint64_t in = 0;
+  std::uint64_t no_port = 0;
+  std::uint64_t errors = 0;
+  std::uint64_t out = 0;
+  while (statistics >> name) {
+    if (name == "Udp:" && statistics >> in >> no_port >> errors >> out) return out;
+    statistics.clear();
+  }
+  return 0;
+}
+
 // The library notices; what is written when it dies may begin the lease anew.
 TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
   constexpr Duration kLease = 3s;
   Host a(loop_, "a", {.lease = kLease});
   ASSERT_TRUE(a.start());
-  const test::ChildOptions where{
-      {"DDS_TEST_DOMAIN=" + std::to_string(test_domain()), "DDS_TEST_FLEET=" + test_fleet()}, {}};
-  auto actor = test::ChildProcess::start({"/proc/self/exe", "--gtest_also_run_disabled_tests",
-                                          "--gtest_filter=DdsEngineTest.DISABLED_Actor"},
-                                         where);
+  auto actor = start_actor();
   ASSERT_TRUE(actor) << actor.error().message();
   ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
   EXPECT_EQ(a.seen[0].who.name.view(), "actor");
@@ -106,6 +129,42 @@ TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
   ASSERT_TRUE(run_until(
       loop_, [&] { return !a.gone.empty(); }, "a notices", 2 * kLease * test::kSlowdown));
   EXPECT_TRUE(a.seen.empty());
+}
+
+TEST_F(DdsEngineTest, WhoIsSilentIsAskedLessAndLess) {
+  constexpr int kSamples = 30;  // a history takes them
+  auto network = test::OwnNetwork::enter();
+  if (!network) GTEST_SKIP() << network.error().message();
+  Host a(loop_, "a", {.lease = 60s});
+  ASSERT_TRUE(a.start());
+  auto actor = start_actor();
+  ASSERT_TRUE(actor) << actor.error().message();
+  ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.engine.counters().samples_out == 1; }, "it is written"));
+  actor->signal(SIGSTOP);
+  const std::uint64_t before = packets_out();
+  for (int i = 0; i < kSamples; ++i) {
+    ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(10), 10));
+    const Time next = os::now() + 20ms;
+    ASSERT_TRUE(until([&] { return os::now() >= next; }, "a while"));
+  }
+  EXPECT_EQ(a.engine.counters().samples_out, kSamples + 1);
+  // The rest is discovery, and some 15 heartbeats.
+  EXPECT_LT(packets_out() - before, 2 * kSamples);
+}
+
+TEST(DdsTransport, AsksAllReadersForNoSampleToOne) {
+  const DdsTransport transport(
+      std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>(), nullptr, nullptr);
+  EXPECT_GE(transport.min_send_buffer_size(), 1U << 30);
+}
+
+TEST(DdsRoute, PausesAreTwiceAsLongEachTime) {
+  EXPECT_EQ(DdsRoute::pause({}, 2ms), 2ms);
+  EXPECT_EQ(DdsRoute::pause(10ms, 2ms), 10ms);
+  EXPECT_EQ(DdsRoute::pause(10s, 2ms), 250ms);
+  EXPECT_EQ(DdsRoute::pause(10s, 300ms), 300ms) << "as configured";
 }
 
 // --- without multicast

@@ -43,7 +43,8 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
       verdict.answer = directed(own_message_, message->from);
       verdict.to = message->announced->metatraffic;
     }
-  } else if (is_known && own_ && message->to == own_) {
+  } else if (is_known && own_ && message->to == own_ && budget_.ready(now)) {
+    budget_.take(1);
     verdict = {.passes = true, .first = admit(message->from)};
   }
   return verdict;

@@ -6,7 +6,8 @@
 //     held ── admit(): we send to it; or it addresses us ──► admitted ── forget() ──► held again
 //
 // Until then all other messages of a participant are dropped; so are those of participants that
-// are no routers of our fleet.
+// are no routers of our fleet. Of those that address us a few a second are admitted; the others
+// do it again within a second.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +18,16 @@
 #include <vector>
 
 #include "router/link/announcement.h"
+#include "router/link/token_bucket.h"
 #include "tims/time.h"
 
 namespace tims::io {
 
 class DiscoveryFilter {
  public:
-  static constexpr std::size_t kRoutersMax = 4096;    // more are not heard
-  static constexpr std::size_t kAnnouncedMax = 4096;  // bytes of a message that announces
+  static constexpr std::size_t kRoutersMax = 4096;         // more are not heard
+  static constexpr std::size_t kAnnouncedMax = 4096;       // bytes of a message that announces
+  static constexpr std::uint64_t kAdmittedPerSecond = 10;  // that address us; as many at once
 
   // What follows from one message.
   struct Verdict {
@@ -36,7 +39,9 @@ class DiscoveryFilter {
     std::optional<link::DdsParticipant> gone{};
   };
 
-  explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {}
+  explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {
+    budget_.set(kAdmittedPerSecond, kAdmittedPerSecond);
+  }
 
   Verdict on_message(Time now, std::span<const std::byte> message, bool multicast);
   // One of ours: the answer is taken from it.
@@ -66,6 +71,7 @@ class DiscoveryFilter {
   std::optional<link::DdsParticipant> own_{};
   std::vector<std::byte> own_message_{};
   std::map<link::DdsParticipant, Router> routers_;
+  link::TokenBucket budget_;  // of those that address us
 };
 
 }  // namespace tims::io

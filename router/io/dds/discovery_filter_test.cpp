@@ -108,6 +108,24 @@ TEST_F(DiscoveryFilterTest, WhoAddressesUsIsAdmitted) {
   EXPECT_TRUE(hear(addresses({1}, kSelf)).first.empty());
 }
 
+// A fleet that loses UDP at once addresses the router above all at once.
+TEST_F(DiscoveryFilterTest, AFewASecondAreAdmittedThatAddressUs) {
+  announce_self();
+  const auto admitted = [&] {
+    std::size_t n = 0;
+    for (std::uint8_t i = 10; i < 100; ++i) n += hear(addresses({i}, kSelf)).first.empty() ? 0 : 1;
+    return n;
+  };
+  for (std::uint8_t i = 10; i < 100; ++i) (void)hear(announces(i, Role::kSystem));
+  EXPECT_EQ(admitted(), DiscoveryFilter::kAdmittedPerSecond);
+  EXPECT_EQ(admitted(), 0);
+  EXPECT_FALSE(filter.admit({99}).empty()) << "those we send to do not wait";
+  now += 1s;
+  EXPECT_EQ(admitted(), DiscoveryFilter::kAdmittedPerSecond);
+  now += 10s;
+  EXPECT_EQ(admitted(), DiscoveryFilter::kAdmittedPerSecond);
+}
+
 TEST_F(DiscoveryFilterTest, OthersAreNotHeard) {
   EXPECT_FALSE(hear(announces(1, Role::kSystem, "others")).announced);
   EXPECT_FALSE(hear(announces(2, Role::kSystem, "others")).passes);

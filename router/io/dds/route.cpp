@@ -22,9 +22,16 @@ Duration DdsRoute::pause(Duration silent, Duration least) {
 
 void DdsRoute::on_heard(Time now) {
   if (silent_since_ == kNever) return;
+  answers_in_ = (3 * answers_in_ + silence(now)) / 4;
   silent_since_ = kNever;
   again_at_ = {};
-  if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, now + heartbeat_);
+  if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, next_ask(now));
+}
+
+// Twice as long as it usually takes, and twice as long each time.
+Time DdsRoute::next_ask(Time now) {
+  const Duration silence = silent_since_ == kNever ? Duration() : now - silent_since_;
+  return now + pause(std::max(silence, 2 * answers_in_), heartbeat_);
 }
 
 // From now on, if not longer.
@@ -42,7 +49,8 @@ Time DdsRoute::ask(Time now) {
   if (!writer_ || now < ask_at_) return ask_at_;
   if (writer_->has_arrived()) return ask_at_ = kNever;
   writer_->ask();
-  return ask_at_ = now + pause(silence(now), heartbeat_);
+  (void)silence(now);
+  return ask_at_ = next_ask(now);
 }
 
 Time DdsRoute::write_next(Time now, Counters& counters) {

@@ -55,12 +55,14 @@ class DdsRoute {
   Time write_next(Time now, Counters& counters);
   Time ask(Time now);
   Time wait_for_reader(Time now, Counters& counters);
+  Time next_ask(Time now);
   Duration silence(Time now);
 
   std::shared_ptr<DdsPeer> peer_;
   SendQueue queue_;
   DdsWriter* writer_ = nullptr;
   Time waits_since_ = kNever;   // for the reader
+  Duration answers_in_{};       // how long it takes to answer, of late
   Time silent_since_ = kNever;  // the other, as far as it was asked or is waited for
   Time again_at_{};             // with a full history: each try costs a copy
   const Duration heartbeat_;
