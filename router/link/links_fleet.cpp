@@ -9,7 +9,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kUdpFirst = 10;  // keep-alives: so long has UDP to bring up a link of a new router
+// Keep-alives, 9 s: so long has UDP to bring up a link to a new router. Of a fleet that starts at
+// once on a busy machine some take seconds, which is not the time to begin with DDS.
+constexpr int kUdpFirst = 30;
 constexpr Duration kDdsTurn = 500ms;  // to prepare a way over DDS, of each router of the fleet
 
 }  // namespace
