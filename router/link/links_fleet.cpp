@@ -13,6 +13,8 @@ using namespace std::chrono_literals;
 // once on a busy machine some take seconds, which is not the time to begin with DDS.
 constexpr int kUdpFirst = 30;
 constexpr Duration kDdsTurn = 500ms;  // to prepare a way over DDS, of each router of the fleet
+// With more routers in the fleet none is prepared before it is needed.
+constexpr std::size_t kStandbyFleetMax = 100;
 
 }  // namespace
 
@@ -59,7 +61,8 @@ void Links::look_anew(Time now, Link& link) {
 // there as well, routers that start at once take turns, each side by itself, and none prepares more
 // than a few a second. A link that is down although UDP had time enough needs this way now, and
 // goes before those that only take their turn; but when all are too busy to answer they are all
-// down, so no more are prepared a second for it.
+// down, so no more are prepared a second for it. In a large fleet nobody has a turn: what many
+// ways ask of the router above while nobody needs them is what it then lacks to hear its links.
 Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
   if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
   if (turn.since == kNever) {
@@ -67,10 +70,13 @@ Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
     turn.since = now;
     turn.share = core::next_share(drawn);
   }
-  const auto all = static_cast<double>(fleet_.routers().size()) * kDdsTurn;
+  const std::size_t others = fleet_.routers().size();
+  const auto all = static_cast<double>(others) * kDdsTurn;
   const Duration keep_alive = link.settings().keep_alive;
   const Time turns_at =
-      turn.since + keep_alive + std::chrono::duration_cast<Duration>(turn.share * all);
+      others > kStandbyFleetMax
+          ? kNever
+          : turn.since + keep_alive + std::chrono::duration_cast<Duration>(turn.share * all);
   const Time needed_at =
       link.is_up() ? kNever
                    : std::max(turn.since + kUdpFirst * keep_alive, link.since() + keep_alive);

@@ -45,12 +45,13 @@ class Fleet : public testing::Test {
   }
 
   // A base and its robots, from when all links are up: too early for most ways over DDS.
-  Node& fifty_up() {
+  Node& all_up(std::uint8_t count) {
     Node& ship = base();
-    for (std::uint8_t system = 1; system <= 50; ++system) robots.push_back(&robot(system));
-    EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 50; }, 5s));
+    for (std::uint8_t system = 1; system <= count; ++system) robots.push_back(&robot(system));
+    EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == count; }, 5s));
     return ship;
   }
+  Node& fifty_up() { return all_up(50); }
   // To how many routers a way over DDS has been prepared.
   static std::size_t prepared(Node& node) {
     std::size_t n = 0;
@@ -208,6 +209,22 @@ TEST_F(Fleet, WhoLosesUdpBeforeItsTurnDoesNotWaitForIt) {
       },
       3s));
   EXPECT_LT(prepared(ship), before + 20) << "others have their turns";
+}
+
+// Of a hundred others and one, each has this way only when it needs it.
+TEST_F(Fleet, InALargeFleetWaysOverDdsArePreparedWhenTheyAreNeeded) {
+  Node& ship = all_up(101);
+  world.run_for(60s);
+  EXPECT_EQ(prepared(ship), 0U);
+  EXPECT_EQ(prepared_by_robots(), 0U);
+  Node& one = *robots[7];
+  world.cut("base", one.setup().name, true, PathKind::kUdp);
+  EXPECT_TRUE(world.run_until([&] { return goes_by(one, PathKind::kDds); }, 3s));
+  world.run_for(3s);
+  EXPECT_TRUE(goes_by(one, PathKind::kDds));
+  EXPECT_EQ(Story::links_up(ship), 101U);
+  EXPECT_LE(prepared(ship), 1U);
+  EXPECT_EQ(prepared_by_robots(), 1U);
 }
 
 TEST_F(Fleet, WhoNeverHadUdpDoesNotWaitForItsTurn) {
