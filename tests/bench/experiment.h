@@ -22,8 +22,9 @@ enum class Shape {
   kIdleLink,   // nothing but two routers
   kLinkDeath,  // and the cable between them is cut
   kConvergence,
-  kFleetJoin,  // one router finds another
-  kFailover,   // UDP between them is cut, and comes back
+  kFleetJoin,   // one router finds another
+  kFleetStart,  // so many at once, in one network
+  kFailover,    // UDP between them is cut, and comes back
 };
 enum class Between {
   kNothing,

@@ -107,6 +107,7 @@ Result<Metrics> measure_idle(const Crew& crew) {
 
 Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   if (experiment.shape == Shape::kConvergence) return measure_convergence(experiment, setting);
+  if (experiment.shape == Shape::kFleetStart) return measure_fleet_start(experiment, setting);
   Crew crew(setting, experiment);
   if (auto started = crew.start_middle(); !started) return started.error();
   if (experiment.shape == Shape::kIdle) return measure_idle(crew);

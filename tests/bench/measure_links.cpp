@@ -2,7 +2,11 @@
 
 #include <csignal>
 #include <optional>
+#include <string>
 #include <thread>
+#include <vector>
+
+#include <unistd.h>
 
 #include "libtims/os/clock.h"
 #include "tests/bench/admin.h"
@@ -74,6 +78,63 @@ class Base {
   std::optional<test::ChildProcess> process_;
 };
 
+// Routers that find each other by name, on this host only: a base and so many robots.
+class NamedFleet {
+ public:
+  NamedFleet(const Setting& setting, std::uint64_t robots)
+      : router_(setting.router), folder_(setting.folder), robots_(robots) {}
+
+  // All at once. Seconds until the base knows all robots.
+  Result<double> start() {
+    const Time started = os::now();
+    for (std::uint64_t system = 0; system <= robots_; ++system) {
+      auto process = launch(command(system), false);
+      if (!process) return process.error();
+      processes_.push_back(std::move(*process));
+    }
+    if (const auto line = base().wait_for_line("listening unix", kStartLimit); !line)
+      return line.error();
+    auto admin = Admin::open(socket(0));
+    if (!admin) return admin.error();
+    for (std::uint64_t system = 1; system <= robots_; ++system) {
+      const Address robot =
+          Address::of({.system = static_cast<std::uint32_t>(system), .instance = 1});
+      const auto known =
+          wait_until([&] { return admin->knows(robot); }, "the base does not hear of all robots");
+      if (!known) return known.error();
+    }
+    return seconds_since(started);
+  }
+  // As when their power is cut.
+  void kill() {
+    for (auto& process : processes_) process.signal(SIGKILL);
+    for (auto& process : processes_) (void)process.wait();
+    processes_.clear();
+  }
+
+  [[nodiscard]] test::ChildProcess& base() { return processes_.front(); }
+  [[nodiscard]] test::ChildProcess& robot() { return processes_.back(); }
+
+ private:
+  [[nodiscard]] std::string socket(std::uint64_t system) const {
+    return folder_ + "/fleet" + std::to_string(system) + ".sock";
+  }
+  [[nodiscard]] std::vector<std::string> command(std::uint64_t system) const {
+    const bool top = system == 0;
+    return router_command(
+        router_, socket(system),
+        {top ? "router.role=top" : "router.role=system", "router.id=1",
+         "router.system=" + std::to_string(system), "fleet.name=bench" + std::to_string(::getpid()),
+         top ? "link=kind=sub,system=*" : "link=kind=super,to=auto", "tcp.listen=off",
+         "udp.listen=127.0.0.1:0"});
+  }
+
+  std::string router_;
+  std::string folder_;
+  std::uint64_t robots_;
+  std::vector<test::ChildProcess> processes_;  // the base is the first
+};
+
 }  // namespace
 
 Result<Metrics> measure_idle_link(const Crew& crew, const Setting& setting) {
@@ -125,6 +186,29 @@ Result<Metrics> measure_fleet_join(const Crew& crew, const Setting& setting) {
   auto idle = measure_idle_link(crew, setting);
   if (idle) (*idle)["join_s"] = joined;
   return idle;
+}
+
+Result<Metrics> measure_fleet_start(const Experiment& experiment, const Setting& setting) {
+  constexpr double kShown = 5;
+  constexpr Duration kSettle = std::chrono::seconds(2);
+  NamedFleet fleet(setting, experiment.count);
+  const auto first = fleet.start();
+  if (!first) return first.error();
+  fleet.kill();
+  const auto again = fleet.start();
+  if (!again) return again.error();
+  std::this_thread::sleep_for(kSettle);
+  const Usage base = usage_of(fleet.base().pid());
+  const Usage robot = usage_of(fleet.robot().pid());
+  const Time start = os::now();
+  std::this_thread::sleep_for(setting.link);
+  const double share = kShown / seconds_since(start);
+  return Metrics{{"join_s", *first},
+                 {"join_again_s", *again},
+                 {"cpu_ms_in_5s", (usage_of(fleet.robot().pid()) - robot).cpu_s * 1e3 * share},
+                 {"base_cpu_ms_in_5s", (usage_of(fleet.base().pid()) - base).cpu_s * 1e3 * share},
+                 {"rss_mb", resident_mb(fleet.robot().pid())},
+                 {"base_rss_mb", resident_mb(fleet.base().pid())}};
 }
 
 Result<Metrics> measure_convergence(const Experiment& experiment, const Setting& setting) {

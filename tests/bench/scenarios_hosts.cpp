@@ -22,6 +22,7 @@ constexpr double kIdleBytes = 500;
 constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
 constexpr double kDdsRoundTripRatio = 1.5;
 constexpr double kJoinSeconds = 3;
+constexpr double kFleetStartSeconds = 10;
 constexpr double kFleetMb = 40 * 1.048576;
 constexpr double kFailoverSeconds = 3 * 0.3;
 
@@ -77,6 +78,19 @@ Case fleet_join() {
                    {"tims", "down_bytes_per_s", "", {}}}};
 }
 
+// On one host.
+Case fleet_start(std::uint64_t robots) {
+  return {.scenario = "fleet_start@" + std::to_string(robots),
+          .payload = 0,
+          .contenders = {{"tims", {.shape = Shape::kFleetStart, .count = robots}}},
+          .rows = {{"tims", "join_s", "", {.at_most = kFleetStartSeconds}},
+                   {"tims", "join_again_s", "", {.at_most = kFleetStartSeconds}},
+                   {"tims", "cpu_ms_in_5s", "", {}},
+                   {"tims", "base_cpu_ms_in_5s", "", {}},
+                   {"tims", "rss_mb", "", {}},
+                   {"tims", "base_rss_mb", "", {}}}};
+}
+
 Case failover() {
   return {.scenario = "failover",
           .payload = 8,
@@ -98,6 +112,7 @@ void add_dds_cases(std::vector<Case>& cases, bool quick) {
     for (const std::size_t payload : sizes(quick).round_trip)
       cases.push_back(dds_hosts_rtt(payload, one_cpu));
   cases.push_back(fleet_join());
+  for (const std::uint64_t robots : {10U, 50U, 200U}) cases.push_back(fleet_start(robots));
   cases.push_back(failover());
 }
 
