@@ -47,7 +47,7 @@ class TcpBridge {
   void run();
   bool turn();
 
-  // Towards the session: tcp_bridge_session.cpp.
+  // Towards the session.
   bool read_session();
   void on_record(std::uint32_t request, const wire::Record& record, std::vector<os::File> files);
   void open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files);

@@ -1,5 +1,5 @@
 // Commands of the original protocol to the router: messages with dest = src = 0 (specification,
-// section 3.2). What they mean; router_commands.cpp carries them out.
+// section 3.2). What they mean; router.cpp carries them out.
 #pragma once
 
 #include <cstdint>

@@ -111,7 +111,7 @@ class Links final : private LinkSurroundings {
   void lost(core::ClientId client, const Header& header, core::Outcome why) override;
   void changed() override { choose_ = true; }
 
-  // links_accept.cpp
+  // Who may connect.
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
   const LinkSettings* accepting(const NetAddress& from, const Hello& hello, Refuse& refuse) const;
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
@@ -137,8 +137,8 @@ class Links final : private LinkSurroundings {
   void remove(Time now, std::uint32_t slot);
   void touch(Link& link);
   void learn_token(Link& link);
-  void choose_uplink(Time now);  // links_uplink.cpp
-  // links_fleet.cpp
+  void choose_uplink(Time now);
+  // Routers of the fleet.
   // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
   static constexpr std::uint64_t kDdsWaysPerSecond = 10;
   // When a link that has UDP as well prepares its way over DDS.

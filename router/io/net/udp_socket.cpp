@@ -1,6 +1,9 @@
 #include "router/io/net/udp_socket.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstring>
 
 #include <netinet/udp.h>
 
@@ -9,6 +12,8 @@
 
 namespace tims::io {
 namespace {
+
+using link::Train;
 
 bool set(int socket, int level, int option, int value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
@@ -24,6 +29,102 @@ std::uint32_t buffer_size(int socket, int option) {
 Error cannot_open(const config::Endpoint& where) {
   const Errc code = errno == EADDRINUSE ? Errc::kAddressInUse : Errc::kSystem;
   return {code, os::system_error("UDP " + where.to_string()).detail()};
+}
+
+constexpr std::size_t kTrainsPerCall = 16;
+constexpr std::size_t kPlainMax = 64;
+
+std::size_t datagrams_in(const Train& train) {
+  if (train.datagram_size == 0) return 1;
+  const std::size_t n = (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
+  return std::max<std::size_t>(n, 1);
+}
+
+iovec part_of(std::span<const std::byte> bytes) {
+  return {const_cast<std::byte*>(bytes.data()), bytes.size()};  // only read
+}
+
+// What stands beside a train: its class, and how it is to be cut.
+class Control {
+ public:
+  // The family is the address's, not the socket's: an IPv6 socket sends IPv4 as an IPv4 socket.
+  void add_dscp(std::uint8_t dscp, bool v4) {
+    if (dscp == 0) return;
+    const int field = (dscp & 0x3F) << 2;
+    v4 ? add(IPPROTO_IP, IP_TOS, field) : add(IPPROTO_IPV6, IPV6_TCLASS, field);
+  }
+  void add_segment_size(std::size_t size) {
+    add(SOL_UDP, UDP_SEGMENT, static_cast<std::uint16_t>(size));
+  }
+  void put_into(msghdr& message) {
+    message.msg_control = size_ > 0 ? bytes_.data() : nullptr;
+    message.msg_controllen = size_;
+  }
+
+ private:
+  template <typename T>
+  void add(int level, int type, T value) {
+    cmsghdr header{};
+    header.cmsg_len = CMSG_LEN(sizeof value);
+    header.cmsg_level = level;
+    header.cmsg_type = type;
+    std::memcpy(bytes_.data() + size_, &header, sizeof header);
+    std::memcpy(bytes_.data() + size_ + CMSG_LEN(0), &value, sizeof value);
+    size_ += CMSG_SPACE(sizeof value);
+  }
+
+  alignas(cmsghdr) std::array<char, 2 * CMSG_SPACE(sizeof(int))> bytes_{};
+  std::size_t size_ = 0;
+};
+
+// One train as sendmsg() takes it; `message` points into it.
+struct Call {
+  SystemAddress to{};
+  Control control{};
+  iovec part{};
+
+  // False: not from a socket of this family.
+  bool prepare(const Train& train, int family, bool segmented, msghdr& message) {
+    const auto address = system_address(train.to, family);
+    if (!address) return false;
+    to = *address;
+    part = part_of(train.bytes);
+    control.add_dscp(train.dscp, train.to.is_v4());
+    if (segmented) control.add_segment_size(train.datagram_size);
+    message = {};
+    message.msg_name = to.get();
+    message.msg_namelen = to.size;
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    control.put_into(message);
+    return true;
+  }
+};
+
+Sent meaning_of(int error) {
+  switch (error) {
+    case EAGAIN:
+      return Sent::kWouldBlock;
+    case EMSGSIZE:
+      return Sent::kTooBig;
+    case ENETUNREACH:
+    case EHOSTUNREACH:
+    case ECONNREFUSED:
+    case EPERM:   // a firewall
+    case EACCES:  // a route that prohibits
+    case ENETDOWN:
+    case ENODEV:
+    case EADDRNOTAVAIL:
+    case ENOBUFS:
+    case ENOMEM:
+      return Sent::kUnreachable;
+    default:
+      return Sent::kFailed;
+  }
+}
+
+bool refuses_segments(int error) {
+  return error == EIO || error == EINVAL || error == ENOPROTOOPT || error == EOPNOTSUPP;
 }
 
 }  // namespace
@@ -91,6 +192,97 @@ bool UdpSocket::receive(Datagrams& into) {
     kernel_drops_ = *drops;
   }
   return outcome.messages > 0;
+}
+
+// --- sending
+
+Sent UdpSocket::send(const Train& train) {
+  if (datagrams_in(train) == 1) return send_segmented(train);
+  return is_plain(train.to) ? send_plain(train) : send_segmented(train);
+}
+
+// Also a single datagram, which needs no cutting.
+Sent UdpSocket::send_segmented(const Train& train) {
+  const bool cut = datagrams_in(train) > 1;
+  Call call;
+  msghdr message;
+  if (!call.prepare(train, family_, cut, message)) return Sent::kUnreachable;
+  if (::sendmsg(fd(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kAll;
+  const bool wants_fragments = options_.fragments && errno == EMSGSIZE;
+  if (!cut || !(refuses_segments(errno) || wants_fragments)) return meaning_of(errno);
+  // Kernels before 6.13 call datagrams that are too big for the interface invalid: only when they
+  // go one by one was it the cutting.
+  const Sent sent = send_plain(train);
+  if (sent == Sent::kAll) remember_plain(train.to);
+  return sent;
+}
+
+// One by one, in one call. When the buffer becomes full on the way, the rest is lost: what went
+// must not go twice.
+Sent UdpSocket::send_plain(const Train& train) {
+  Call call;
+  msghdr message;
+  if (!call.prepare(train, family_, false, message)) return Sent::kUnreachable;
+  std::array<mmsghdr, link::kTrainDatagramsMax> messages;
+  std::array<iovec, link::kTrainDatagramsMax> parts;
+  const std::size_t count = datagrams_in(train);
+  if (count > messages.size()) return Sent::kFailed;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = i * train.datagram_size;
+    const std::size_t size = std::min(train.datagram_size, train.bytes.size() - at);
+    parts[i] = part_of(train.bytes.subspan(at, size));
+    messages[i] = {.msg_hdr = message, .msg_len = 0};
+    messages[i].msg_hdr.msg_iov = &parts[i];
+  }
+  const auto length = static_cast<unsigned>(count);
+  const int n = ::sendmmsg(fd(), messages.data(), length, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (n <= 0) return meaning_of(errno);
+  counters_.cut_short += count - static_cast<std::size_t>(n);
+  return Sent::kAll;
+}
+
+SentMany UdpSocket::send_many(std::span<const Train> trains) {
+  SentMany result;
+  while (result.trains < trains.size()) {
+    const auto rest = trains.subspan(result.trains);
+    const auto batch = rest.first(std::min(rest.size(), kTrainsPerCall));
+    const std::size_t n = send_batch(batch);
+    result.trains += n;
+    if (n == batch.size()) continue;
+    // The next one does not go like this: alone, it says why, or goes another way.
+    result.why = send(batch[n]);
+    if (result.why != Sent::kAll) return result;
+    ++result.trains;
+  }
+  return result;
+}
+
+// How many of them went in one call; at most kTrainsPerCall are given.
+std::size_t UdpSocket::send_batch(std::span<const Train> trains) {
+  std::array<Call, kTrainsPerCall> calls;
+  std::array<mmsghdr, kTrainsPerCall> messages;
+  unsigned count = 0;
+  for (const Train& train : trains) {
+    const bool cut = datagrams_in(train) > 1;
+    if (cut && is_plain(train.to)) break;
+    if (!calls[count].prepare(train, family_, cut, messages[count].msg_hdr)) break;
+    ++count;
+  }
+  if (count < 2) return 0;
+  const int n = ::sendmmsg(fd(), messages.data(), count, MSG_DONTWAIT | MSG_NOSIGNAL);
+  return n > 0 ? static_cast<std::size_t>(n) : 0;
+}
+
+bool UdpSocket::is_plain(const link::NetAddress& to) const {
+  return !options_.segmentation || std::ranges::find(plain_, to) != plain_.end();
+}
+
+void UdpSocket::remember_plain(const link::NetAddress& to) {
+  if (plain_.size() < kPlainMax) {
+    plain_.push_back(to);
+  } else {
+    plain_[plain_next_++ % kPlainMax] = to;
+  }
 }
 
 }  // namespace tims::io
