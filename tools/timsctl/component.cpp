@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
+#include "proxies/chassis.h"
 #include "proxies/codec/codec.h"
 #include "proxies/generic.h"
 #include "tools/timsctl/commands.h"
@@ -12,13 +13,13 @@
 #include "tools/timsctl/component_parameters.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
+#include "tools/timsctl/humanize.h"
 #include "tools/timsctl/message_fields.h"
 #include "tools/timsctl/message_text.h"
 #include "tools/timsctl/show.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
-
 namespace {
 
 // Below are routers, the sink of texts, and people's programs.
@@ -326,6 +327,211 @@ Exit component_data(Context& context) {
                   call.name_of(component) + ": data of an unknown class",
                   "`timsctl msg echo ADDR -n 1` shows the bytes");
   show_data(context, component, *newest, *info->body, style);
+  return Exit::kDone;
+}
+
+// --- component show: what a component is and how it is doing
+
+namespace {
+
+constexpr Column kState[] = {
+    {"Address", "address.name"},
+    {"Raw address", "address.raw"},
+    {"State", "state"},
+    {"Since", "since_s", As::kDuration},
+};
+
+constexpr Column kRealTime[] = {
+    {"Watched", "watch"},
+    {"Loops", "loops", As::kCount},
+    {"Blocked", "blocked", As::kCount},
+    {"Preempted", "preempted", As::kCount},
+    {"Page faults", "page_faults", As::kCount},
+    {"Lost", "lost", As::kCount},
+};
+
+constexpr Column kPlaces[] = {
+    {"NOT IN REAL TIME", "kind"},
+    {"TIMES", "count", As::kCount},
+    {"WHERE, INNERMOST FIRST", "where"},
+};
+
+constexpr Column kData[] = {
+    {"Period", "period_s", As::kDuration},
+    {"Data sets", "data_sets", As::kCount},
+};
+
+constexpr Column kListeners[] = {
+    {"LISTENER", "address.name"},
+    {"RAW", "address.raw", As::kText, true},
+    {"PERIOD", "period_s", As::kDuration},
+    {"PRIORITY", "priority"},
+};
+
+constexpr std::string_view kNoMember =
+    "It is not made with this runtime: nothing more is known of it.";
+
+double seconds(rack::Milliseconds<rack::u32> period) {
+  return static_cast<double>(period.raw()) / 1000;
+}
+
+// The clocks of two hosts may differ a little.
+double seconds_since(rack::TimeStamp time) {
+  const auto now = rack::TimeStamp::of(
+      std::chrono::duration_cast<std::chrono::milliseconds>(wall_now().time_since_epoch()));
+  return std::max(std::chrono::duration<double>(now - time).count(), 0.0);
+}
+
+json::object real_time_json(const rack::RuntimeData& data) {
+  json::array places;
+  for (const rack::RuntimePlace& place : data.places)
+    places.push_back(
+        {{"kind", place.kind == rack::RuntimePlace::kPageFault ? "page fault" : "blocked"},
+         {"count", place.count},
+         {"where", place.where.view()}});
+  return {{"watch", rack::name(static_cast<rack::WatchDepth>(data.watch))},
+          {"loops", data.loops},
+          {"blocked", data.blocked},
+          {"preempted", data.preempted},
+          {"page_faults", data.pageFaults},
+          {"lost", data.lost},
+          {"places", std::move(places)}};
+}
+
+json::object data_json(const rack::ListenersData& data, const tims::AddressWidths& widths) {
+  json::array listeners;
+  for (const rack::ListenerInfo& listener : data.listeners)
+    listeners.push_back({{"address", address_json(listener.mailbox, widths)},
+                         {"period_s", seconds(listener.periodTime)},
+                         {"priority", listener.priority}});
+  return {{"period_s", seconds(data.periodTime)},
+          {"data_sets", data.dataSets},
+          {"listeners", std::move(listeners)}};
+}
+
+json::object ask_all(ComponentCall& call, tims::Address component,
+                     const tims::AddressWidths& widths) {
+  namespace type = tims::type;
+  json::object answer{{"schema", "tims/component/1"},
+                      {"address", address_json(component, widths)},
+                      {"state", state_text(call.ask(component, type::kGetStatus).header.type)}};
+  const auto runtime =
+      call.ask_ours<rack::RuntimeData>(component, type::kGetRuntime, type::kRuntime);
+  answer["member"] = runtime.has_value();
+  if (runtime) {
+    answer["since_s"] = seconds_since(runtime->since);
+    answer["real_time"] = real_time_json(*runtime);
+    const auto data =
+        call.ask_ours<rack::ListenersData>(component, type::kGetListeners, type::kListeners);
+    if (data) answer["data"] = data_json(*data, widths);
+  }
+  const auto effects = runtime ? get_effects(call, component) : std::nullopt;
+  json::array parameters;
+  for (const rack::Parameter& parameter : get_parameters(call, component).parameters)
+    parameters.push_back(parameter_json(parameter, effects));
+  answer["parameters"] = std::move(parameters);
+  return answer;
+}
+
+// A table below what stands already; an empty one is left out.
+std::string section(const json::value& items, std::span<const Column> columns, const Look& look) {
+  if (items.as_array().empty()) return "";
+  return "\n" + render_items(items.as_array(), columns, look);
+}
+
+std::string text_of(const json::object& answer, const Look& look) {
+  std::string text = render_page(answer, kState, look);
+  if (const json::value* found = answer.if_contains("real_time")) {
+    const json::object& real_time = found->as_object();
+    text += "\nReal time\n" + render_page(real_time, kRealTime, look);
+    text += section(real_time.at("places"), kPlaces, look);
+  } else {
+    text += fmt::format("{}\n", kNoMember);
+  }
+  if (const json::value* found = answer.if_contains("data")) {
+    const json::object& data = found->as_object();
+    text += "\nData\n" + render_page(data, kData, look);
+    text += section(data.at("listeners"), kListeners, look);
+  }
+  return text + "\n" + parameter_table(answer.at("parameters").as_array(), look);
+}
+
+}  // namespace
+
+Exit component_show(Context& context) {
+  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
+  ComponentCall call(context, *connection);
+  const tims::Address component =
+      need_address(context.options.arguments.front(), connection->widths());
+  const json::object answer = ask_all(call, component, connection->widths());
+  if (context.out.json()) {
+    context.out.write(answer);
+  } else {
+    context.out.write(text_of(answer, context.out.look()));
+  }
+  return Exit::kDone;
+}
+
+// --- component pilot: who may drive a chassis
+
+namespace {
+
+// An address of anything else would take the chassis away from its pilots.
+void need_class_of(tims::Address address, std::uint32_t wanted, std::string_view what,
+                   std::string_view example, const tims::AddressWidths& widths) {
+  if (address.fields(widths).class_id == wanted) return;
+  throw usage_error(fmt::format("{} is no {}", address.to_string(widths), what),
+                    fmt::format("such as {}", example));
+}
+
+void set_pilot(ComponentCall& call, tims::Address chassis, tims::Address pilot) {
+  if (call.ask(chassis, tims::type::kGetStatus).header.type != tims::type::kEnabled)
+    throw Failure(Exit::kNo, "component_off",
+                  call.name_of(chassis) + " is not on, and forgets its pilot when it is turned on",
+                  "`timsctl component on ADDR` first");
+  const auto type = static_cast<std::int8_t>(rack::ChassisType::kSetActivePilot);
+  need_ok(call.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}),
+          call.name_of(chassis) + " does not take it", "is it a chassis?");
+}
+
+std::optional<tims::Address> get_pilot(ComponentCall& call, tims::Address chassis) {
+  const auto newest = call.newest_data(chassis);
+  if (!newest)
+    throw Failure(Exit::kNo, "no_data", call.name_of(chassis) + " has no data",
+                  "it tells its pilot while it is on: `timsctl component on ADDR`");
+  const auto data =
+      value_or_fail(rack::decode<rack::ChassisData>(newest->view()), call.name_of(chassis));
+  const tims::Address pilot = data.activePilot;
+  return pilot == rack::kNoPilot ? std::nullopt : std::optional(pilot);
+}
+
+}  // namespace
+
+Exit component_pilot(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const auto connection = context.connect();
+  const auto widths = connection->widths();
+  ComponentCall call(context, *connection);
+  const tims::Address chassis = need_address(arguments[0], widths);
+  need_class_of(chassis, tims::class_id::kChassis, "chassis", "Chassis/0/0", widths);
+  std::optional<tims::Address> pilot;
+  if (arguments.size() > 1) {
+    if (arguments[1] != "none") {
+      pilot = need_address(arguments[1], widths);
+      need_class_of(*pilot, tims::class_id::kPilot, "pilot", "Pilot/0/1, or none", widths);
+    }
+    waited(context, [&] { return set_pilot(call, chassis, pilot.value_or(rack::kNoPilot)), true; });
+  } else {
+    waited(context, [&] { return pilot = get_pilot(call, chassis), true; });
+  }
+  if (context.out.json()) {
+    context.out.write(
+        json::object{{"schema", "tims/active_pilot/1"},
+                     {"chassis", address_json(chassis, widths)},
+                     {"pilot", pilot ? json::value(address_json(*pilot, widths)) : nullptr}});
+  } else {
+    context.out.write((pilot ? call.name_of(*pilot) : std::string("none")) + "\n");
+  }
   return Exit::kDone;
 }
 

@@ -1,0 +1,690 @@
+// timsctl msg: messages as they come, and sent by name.
+#include <cerrno>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "proxies/generic.h"
+#include "router/config/nearest.h"
+#include "tools/timsctl/commands.h"
+#include "tools/timsctl/context.h"
+#include "tools/timsctl/failure.h"
+#include "tools/timsctl/humanize.h"
+#include "tools/timsctl/message_fields.h"
+#include "tools/timsctl/message_text.h"
+#include "tools/timsctl/missed.h"
+#include "tools/timsctl/rate_meter.h"
+#include "tools/timsctl/subscription.h"
+#include "tools/timsctl/values.h"
+
+namespace timsctl {
+namespace {
+
+// Of a body, and of a sequence in it; all with -o wide, or into a pipe.
+constexpr std::size_t kTerminalBytes = 256;
+constexpr std::size_t kTerminalElements = 3;
+
+class Echo {
+ public:
+  Echo(Context& context, Connection& connection)
+      : context_(context),
+        connection_(connection),
+        left_(context.options.count.value_or(UINT64_MAX)),
+        end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
+                                     : tims::kNever),
+        filter_(context.options.filter),
+        style_{
+            .widths = connection.widths(),
+            .utc = context.options.utc,
+            .si = context.options.si,
+            .fields = context.options.fields,
+            .header = !context.options.listen.empty() || context.options.format == Format::kWide} {}
+
+  Exit subscribe();
+  Exit listen();
+
+ private:
+  void tell(const Message& message);
+  void note_changes(const Subscriptions& subscriptions);
+  [[nodiscard]] std::string name_of(tims::Address address) const {
+    return address.to_string(connection_.widths());
+  }
+  [[nodiscard]] Exit end() const {
+    const bool complete = !context_.options.count || left_ == 0;
+    return complete && (told_ > 0 || !context_.options.run_for) ? Exit::kDone : Exit::kTimeout;
+  }
+
+  Context& context_;
+  Connection& connection_;
+  std::uint64_t left_;
+  std::uint64_t told_ = 0;
+  tims::Time end_;
+  std::vector<Subscription::State> states_;
+  Missed missed_{"messages"};
+  FieldFilter filter_;
+  FieldStyle style_;
+  CsvLines csv_;
+};
+
+void Echo::tell(const Message& message) {
+  const WallTime now = wall_now();
+  const Format format = context_.out.look().format;
+  const bool lines = format == Format::kTable || format == Format::kWide;
+  if (!lines || !filter_.empty()) {
+    const json::object described = described_json(message, now, style_);
+    if (!filter_.passes(described)) return;
+    if (format == Format::kJson) context_.out.write(described);
+    if (format == Format::kCsv) context_.out.write(csv_.add(described));
+  }
+  --left_;
+  ++told_;
+  if (!lines) return;
+  const bool shorten = context_.out.terminal() && format != Format::kWide;
+  if (context_.options.raw)
+    return context_.out.write(dump(message, now,
+                                   {.widths = style_.widths,
+                                    .utc = style_.utc,
+                                    .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
+  FieldStyle style = style_;
+  if (shorten) style.elements_max = kTerminalElements;
+  context_.out.write(describe(message, now, style));
+}
+
+// What does not come says why. Alone and without -n or --for, an address that nobody has is an
+// error at once; later it may come back.
+void Echo::note_changes(const Subscriptions& subscriptions) {
+  const auto& all = subscriptions.all();
+  states_.resize(all.size(), Subscription::State::kAsking);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto state = all[i].state();
+    if (state == states_[i]) continue;
+    const bool first = states_[i] == Subscription::State::kAsking;
+    states_[i] = state;
+    const std::string who = name_of(all[i].component());
+    if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
+      throw Failure(Exit::kNoSuch, "no_such_mailbox", who + ": nobody has registered this address",
+                    "`timsctl mbx list` shows all");
+    if (state == Subscription::State::kOff && first && all.size() == 1)
+      throw Failure(Exit::kNo, "component_off",
+                    who + " gives no data: it answers ERROR, as a component does that is off",
+                    fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
+    if (state == Subscription::State::kNoMailbox) context_.out.note(who + " is not there, waiting");
+    if (state == Subscription::State::kOff) context_.out.note(who + " is off, waiting");
+    if (state == Subscription::State::kRunning)
+      context_.out.detail(
+          fmt::format("{} sends every {} ms", who, all[i].granted_ms().value_or(0)));
+  }
+}
+
+Exit Echo::subscribe() {
+  const auto components = need_addresses(context_.options.arguments, connection_.widths());
+  for (const tims::Address component : components) {
+    const auto* data =
+        rack::find_message(component.fields(style_.widths).class_id, tims::type::kData);
+    if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
+  }
+  const auto period =
+      std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
+  Subscriptions subscriptions(connection_, components, static_cast<std::uint32_t>(period.count()));
+  const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
+  while (left_ > 0 && tims::os::now() < end_) {
+    const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
+    const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
+    note_changes(subscriptions);
+    missed_.note(connection_, context_.out);
+    if (data) tell(data->message);
+    const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
+    if (components.size() == 1 && asking && tims::os::now() > patience)
+      throw Failure(Exit::kTimeout, "timeout",
+                    name_of(components.front()) + " does not answer GET_CONT_DATA",
+                    "is its owner busy? `timsctl mbx show ADDR` shows what waits");
+  }
+  return end();
+}
+
+Exit Echo::listen() {
+  context_.out.note(name_of(connection_.address()) + " is registered, Ctrl-C ends");
+  while (left_ > 0) {
+    const auto message = receive(connection_, context_.signals, end_);
+    if (!message) break;
+    tell(*message);
+    missed_.note(connection_, context_.out);
+    // Who sends a command waits for an answer; this one is of nobody who can carry it out.
+    if (message->header.type > 0)
+      (void)connection_.send({.dest = message->header.src,
+                              .type = tims::type::kError,
+                              .priority = message->header.priority,
+                              .seq_nr = message->header.seq_nr},
+                             {});
+  }
+  return end();
+}
+
+}  // namespace
+
+Exit msg_echo(Context& context) {
+  const Options& options = context.options;
+  const bool listens = !options.listen.empty();
+  if (listens != options.arguments.empty())
+    throw usage_error("msg echo: either ADDR... or --listen ADDR");
+  if (listens) (void)need_address(options.listen, kAnyWidths);
+  (void)need_addresses(options.arguments, kAnyWidths);
+  (void)FieldFilter(options.filter);
+  const auto connection =
+      context.connect({.address = options.listen, .body_max = options.body_max_bytes});
+  Echo echo(context, *connection);
+  return listens ? echo.listen() : echo.subscribe();
+}
+
+// --- msg pub: sends messages
+
+namespace {
+
+// Classes whose components move something.
+bool is_actuator(tims::Address address, const tims::AddressWidths& widths) {
+  const std::uint32_t class_id = address.fields(widths).class_id;
+  for (const char* name : {"Chassis", "Pilot", "ServoDrive", "PtzDrive", "Vehicle"})
+    if (tims::class_id_of(name) == class_id) return true;
+  return false;
+}
+
+std::string read_all(const std::string& name) {
+  std::ifstream file;
+  if (name != "-") {
+    file.open(name, std::ios::binary);
+    if (!file)
+      throw Failure(Exit::kNoSuch, "no_such_file",
+                    name + ": " + std::generic_category().message(errno));
+  }
+  std::istream& in = name == "-" ? std::cin : file;
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+struct Arguments {
+  std::string target;
+  std::string type;                 // a number or a name; empty: as in the file
+  std::vector<std::string> fields;  // "vx=200"
+  std::string file;                 // "-": stdin; empty: none
+};
+
+Arguments read_arguments(const Options& options) {
+  Arguments out{.target = options.arguments[0], .type = {}, .fields = {}, .file = options.file};
+  (void)need_address(out.target, kAnyWidths);
+  for (const std::string& word : std::span(options.arguments).subspan(1)) {
+    if (word == "-")
+      out.file = word;
+    else if (word.find('=') != std::string::npos)
+      out.fields.push_back(word);
+    else if (out.type.empty())
+      out.type = word;
+    else
+      throw usage_error(fmt::format("msg pub: \"{}\" is one word too many", word),
+                        "fields are FIELD=VALUE, such as vx=200");
+  }
+  const int bodies = int{!out.file.empty()} + int{!options.hex.empty()} + int{!out.fields.empty()};
+  if (bodies > 1) throw usage_error("msg pub: only one of --hex, a file and FIELD=VALUE");
+  if (!out.fields.empty() && out.type.empty())
+    throw usage_error("msg pub: which TYPE has these fields?",
+                      "its name behind ADDR, such as move; `timsctl msg types` shows all");
+  return out;
+}
+
+// The body of a message that is called by its name: all fields that are not given are as in its
+// struct. A bare number says nothing of the body.
+std::vector<std::byte> body_of(const Arguments& arguments, std::uint32_t class_id,
+                               const FieldStyle& style) {
+  if (arguments.fields.empty() && parse_type(arguments.type)) return {};
+  return make_body(need_message(class_id, arguments.type), class_id, arguments.fields, style);
+}
+
+std::vector<Draft> load_drafts(const Arguments& arguments, const Options& options,
+                               std::uint32_t class_id, const FieldStyle& style) {
+  Draft plain{.little_endian = std::endian::native == std::endian::little, .body = {}};
+  std::vector<Draft> drafts;
+  const auto type = parse_type(arguments.type, class_id);
+  if (!type && !arguments.type.empty()) (void)need_message(class_id, arguments.type);
+  if (!options.hex.empty()) {
+    const auto body = parse_hex(options.hex);
+    if (!body)
+      throw usage_error(fmt::format("--hex: \"{}\" is not pairs of hex digits", options.hex));
+    plain.body = *body;
+  } else if (!arguments.file.empty()) {
+    const std::string text = read_all(arguments.file);
+    if (!options.raw && is_recorded(text)) drafts = parse_recorded(text);
+    const auto bytes = std::as_bytes(std::span(text));
+    plain.body.assign(bytes.begin(), bytes.end());
+  } else if (type) {
+    plain.body = body_of(arguments, class_id, style);
+  }
+  if (drafts.empty()) {
+    if (!type)
+      throw usage_error("msg pub: which TYPE?",
+                        "a number or a name such as get_status, behind ADDR");
+    drafts.push_back(std::move(plain));
+  }
+  for (Draft& draft : drafts) {
+    if (type) draft.type = *type;
+    if (options.priority) draft.priority = *options.priority;
+  }
+  return drafts;
+}
+
+void confirm(const Context& context, tims::Address target, const tims::AddressWidths& widths) {
+  if (!is_actuator(target, widths) || context.options.yes || ::isatty(STDIN_FILENO) == 0) return;
+  std::cerr << target.to_string(widths) << " moves something. Send? [y/N] " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer != "y" && answer != "Y" && answer != "yes")
+    throw Failure(Exit::kDenied, "not_confirmed", "nothing was sent", "-y sends without asking");
+}
+
+class Publisher {
+ public:
+  Publisher(Context& context, tims::Address target, Connection& connection, const FieldStyle& style)
+      : context_(context),
+        style_(style),
+        target_(target),
+        target_name_(target.to_string(connection.widths())),
+        connection_(connection) {}
+
+  // Data to nobody would be dropped without a word to the sender.
+  void check_route(std::int8_t type);
+  void send(const Draft& draft);
+  // Again and again, as --rate says.
+  void send_all(const std::vector<Draft>& drafts);
+  Exit wait_for_answer();
+  void report(const Message* answer);
+
+ private:
+  Context& context_;
+  FieldStyle style_;  // of the answer
+  tims::Address target_;
+  std::string target_name_;
+  Connection& connection_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+void Publisher::check_route(std::int8_t type) {
+  AdminClient admin = context_.admin(connection_);
+  json::object route;
+  try {
+    route = admin.ask({{"ask", "route"}, {"to", target_.to_hex()}, {"type", type}});
+  } catch (const Failure& failure) {
+    if (failure.exit != Exit::kTimeout) throw;
+    return context_.out.detail(failure.message);  // an original router: nobody to ask
+  }
+  if (text_at(route, "verdict") != "no_route") return;
+  throw Failure(Exit::kNoSuch, "no_such_mailbox",
+                target_name_ + ": nobody has registered this address",
+                "`timsctl mbx list` shows all");
+}
+
+void Publisher::send(const Draft& draft) {
+  const std::uint8_t order = draft.little_endian ? tims::flag::kBodyLittleEndian : 0;
+  auto sent = connection_.send({.dest = target_,
+                                .type = draft.type,
+                                .priority = draft.priority,
+                                .seq_nr = draft.seq_nr,
+                                .tell_why = draft.type > 0,
+                                .body_order = order},
+                               draft.body);
+  if (!sent) throw failure_of(sent.error(), target_name_);
+  ++sent_;
+  bytes_ += draft.body.size();
+}
+
+void Publisher::send_all(const std::vector<Draft>& drafts) {
+  const Options& options = context_.options;
+  const bool repeats = options.rate_hz.has_value();
+  const std::uint64_t rounds = options.count.value_or(repeats ? UINT64_MAX : 1);
+  const tims::Time end =
+      options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+  const tims::Duration pause(repeats ? std::llround(1e9 / *options.rate_hz) : 0);
+  tims::Time next = tims::os::now();
+  for (std::uint64_t round = 0; round < rounds && tims::os::now() < end; ++round)
+    for (const Draft& draft : drafts) {
+      if (sent_ > 0 && repeats) {
+        next += pause;
+        context_.signals.sleep_until(std::min(next, end));
+        if (next >= end) return;
+      }
+      send(draft);
+    }
+}
+
+Exit Publisher::wait_for_answer() {
+  const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
+  while (const auto message = receive(connection_, context_.signals, deadline)) {
+    if (message->header.src != target_) continue;
+    report(&*message);
+    if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
+    if (const auto why = rack::reason_of(message->body);
+        message->header.type == tims::type::kError && !why.empty())
+      context_.out.note(target_name_ + ": " + std::string(why));
+    const bool failed =
+        message->header.type == tims::type::kError || message->header.type == tims::type::kTimeout;
+    return failed ? Exit::kNo : Exit::kDone;
+  }
+  throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
+                "a longer --timeout, or --no-wait");
+}
+
+void Publisher::report(const Message* answer) {
+  const tims::AddressWidths widths = connection_.widths();
+  if (context_.out.json()) {
+    const json::value reply = answer == nullptr
+                                  ? json::value()
+                                  : json::value(described_json(*answer, wall_now(), style_));
+    return context_.out.write(json::object{{"schema", "tims/pub/1"},
+                                           {"target", address_json(target_, widths)},
+                                           {"sent", sent_},
+                                           {"sent_bytes", bytes_},
+                                           {"answer", reply}});
+  }
+  if (answer != nullptr)
+    context_.out.write(describe(*answer, wall_now(), style_));
+  else
+    context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
+                                  target_name_, human_bytes(static_cast<double>(bytes_))));
+}
+
+}  // namespace
+
+Exit msg_pub(Context& context) {
+  const Arguments arguments = read_arguments(context.options);
+  const auto connection =
+      context.connect({.address = {}, .body_max = context.options.body_max_bytes});
+  const FieldStyle style{.widths = connection->widths(),
+                         .utc = context.options.utc,
+                         .si = context.options.si,
+                         .fields = context.options.fields};
+  const tims::Address target = need_address(arguments.target, style.widths);
+  const std::vector<Draft> drafts =
+      load_drafts(arguments, context.options, target.fields(style.widths).class_id, style);
+  confirm(context, target, connection->widths());
+  Publisher publisher(context, target, *connection, style);
+  publisher.check_route(drafts.front().type);
+  try {
+    publisher.send_all(drafts);
+  } catch (const Interrupted&) {
+    publisher.report(nullptr);
+    if (context.options.rate_hz && context.options.endless()) return Exit::kDone;
+    throw;
+  }
+  const bool one_command = drafts.size() == 1 && drafts.front().type > 0 &&
+                           context.options.count.value_or(1) == 1 && !context.options.rate_hz;
+  if (one_command && !context.options.no_wait) return publisher.wait_for_answer();
+  publisher.report(nullptr);
+  return Exit::kDone;
+}
+
+// --- msg hz and bw: several streams side by side
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Column kHz[] = {
+    {"ADDRESS", "address.name"},
+    {"HZ", "rate_hz", As::kRate},
+    {"MIN", "interval_min_s", As::kDuration},
+    {"MAX", "interval_max_s", As::kDuration},
+    {"STD", "interval_std_s", As::kDuration},
+    {"JITTER", "jitter_s", As::kDuration},
+    {"MESSAGES", "messages_total", As::kCount},
+    {"LOST", "lost", As::kCount, false, true},
+    {"BYTES/S", "bytes_per_s", As::kBytes, true},
+    {"SILENT", "silent_s", As::kDuration, true},
+    {"STATE", "state"},
+};
+constexpr Column kBw[] = {
+    {"ADDRESS", "address.name"},
+    {"BYTES/S", "bytes_per_s", As::kBytes},
+    {"MIN", "body_min_bytes", As::kBytes},
+    {"MEAN", "body_mean_bytes", As::kBytes},
+    {"MAX", "body_max_bytes", As::kBytes},
+    {"HZ", "rate_hz", As::kRate},
+    {"MESSAGES", "messages_total", As::kCount},
+    {"LOST", "lost", As::kCount, false, true},
+    {"STATE", "state"},
+};
+
+json::value or_null(const std::optional<double>& value) {
+  return value ? json::value(*value) : json::value();
+}
+
+json::object item_json(const Subscription& subscription, const RateReport& report,
+                       const tims::AddressWidths& widths) {
+  json::object item{{"address", address_json(subscription.component(), widths)},
+                    {"state", subscription.state_name()},
+                    {"messages", report.messages},
+                    {"messages_total", report.messages_total},
+                    {"bytes_per_s", report.bytes_per_s},
+                    {"body_min_bytes", report.body_min_bytes},
+                    {"body_mean_bytes", report.body_mean_bytes},
+                    {"body_max_bytes", report.body_max_bytes},
+                    {"lost", report.lost ? json::value(*report.lost) : json::value()},
+                    {"silent_s", or_null(report.silent_s)}};
+  if (const auto granted = subscription.granted_ms()) item["period_s"] = *granted / 1000.0;
+  const auto& intervals = report.intervals;
+  const auto put = [&](const char* name, double RateReport::Intervals::*field) {
+    item[name] = intervals ? json::value((*intervals).*field) : json::value();
+  };
+  put("rate_hz", &RateReport::Intervals::rate_hz);
+  put("interval_min_s", &RateReport::Intervals::min_s);
+  put("interval_max_s", &RateReport::Intervals::max_s);
+  put("interval_std_s", &RateReport::Intervals::std_s);
+  put("jitter_s", &RateReport::Intervals::jitter_s);
+  return item;
+}
+
+class RateWatch {
+ public:
+  RateWatch(Context& context, Connection& connection, const std::vector<tims::Address>& components,
+            std::span<const Column> columns)
+      : context_(context),
+        widths_(connection.widths()),
+        columns_(columns),
+        subscriptions_(connection, components, period_ms(context.options)),
+        meters_(components.size(), RateMeter(tims::os::now())) {}
+
+  Exit run();
+
+ private:
+  static std::uint32_t period_ms(const Options& options) {
+    return static_cast<std::uint32_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(options.period).count());
+  }
+  void listen_until(tims::Time deadline);
+  void report();
+  void check_reachable() const;
+  [[nodiscard]] Exit verdict() const;
+
+  Context& context_;
+  tims::AddressWidths widths_;
+  std::span<const Column> columns_;
+  Subscriptions subscriptions_;
+  std::vector<RateMeter> meters_;
+  std::vector<std::uint64_t> totals_;
+  std::uint64_t missed_ = 0;
+};
+
+void RateWatch::listen_until(tims::Time deadline) {
+  while (const auto data = subscriptions_.next(context_.signals, deadline))
+    meters_[data->index].on_message(data->at, static_cast<std::uint32_t>(data->message.body.size()),
+                                    data->message.header.seq_nr);
+}
+
+// A person waiting for numbers of an address nobody has would wait for ever.
+void RateWatch::check_reachable() const {
+  const auto& all = subscriptions_.all();
+  for (const Subscription& s : all)
+    if (s.state() != Subscription::State::kNoMailbox) return;
+  throw Failure(Exit::kNoSuch, "no_such_mailbox",
+                all.front().component().to_string(widths_) + ": nobody has registered this address",
+                "`timsctl mbx list` shows all");
+}
+
+void RateWatch::report() {
+  json::array items;
+  totals_.clear();
+  const tims::Time now = tims::os::now();
+  for (std::size_t i = 0; i < meters_.size(); ++i) {
+    const RateReport numbers = meters_[i].report(now);
+    totals_.push_back(numbers.messages_total);
+    items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
+  }
+  const Look& look = context_.out.look();
+  if (look.format == Format::kJson)
+    return context_.out.write(json::object{
+        {"schema", "tims/rate/1"}, {"time", rfc3339(wall_now())}, {"items", std::move(items)}});
+  const std::span<const json::value> rows(items.data(), items.size());
+  if (const std::uint64_t missed = subscriptions_.missed(); missed > missed_) {
+    context_.out.note(
+        fmt::format("{} messages came faster than timsctl takes them, or were larger "
+                    "than --body-max",
+                    missed - missed_));
+    missed_ = missed;
+  }
+  const bool once = context_.options.count == 1;
+  if (context_.out.terminal() && !once)
+    return context_.out.redraw(render_items(rows, columns_, look));
+  context_.out.write(render_items(rows, columns_, look));
+}
+
+Exit RateWatch::verdict() const {
+  bool missing = false;
+  for (const Subscription& s : subscriptions_.all())
+    missing = missing || s.state() == Subscription::State::kNoMailbox;
+  if (missing) return Exit::kNoSuch;
+  const bool silent = std::ranges::find(totals_, 0U) != totals_.end();
+  return silent ? Exit::kTimeout : Exit::kDone;
+}
+
+Exit RateWatch::run() {
+  const Options& options = context_.options;
+  const std::uint64_t count = options.count.value_or(UINT64_MAX);
+  const tims::Time end =
+      options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+  const tims::Duration interval = options.interval.value_or(1s);
+  if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
+  tims::Time next = tims::os::now();
+  for (std::uint64_t i = 0; i < count && next < end; ++i) {
+    next = std::min(next + interval, end);
+    listen_until(next);
+    if (i == 0) check_reachable();
+    report();
+  }
+  return verdict();
+}
+
+Exit measure(Context& context, std::span<const Column> columns) {
+  const Options& options = context.options;
+  (void)need_addresses(options.arguments, kAnyWidths);
+  const auto connection =
+      context.connect({.address = {}, .slots = 256, .body_max = options.body_max_bytes});
+  const auto components = need_addresses(options.arguments, connection->widths());
+  return RateWatch(context, *connection, components, columns).run();
+}
+
+}  // namespace
+
+Exit msg_hz(Context& context) { return measure(context, kHz); }
+Exit msg_bw(Context& context) { return measure(context, kBw); }
+
+// --- msg types and show: the catalogue of messages; needs no router
+
+namespace {
+
+constexpr Column kTypes[] = {
+    {"NAME", "name"},
+    {"CLASS", "class"},
+    {"TYPE", "type", As::kCount},
+    {"BODY", "body"},
+    {"MAX", "body_max_bytes", As::kBytes},
+};
+
+constexpr Column kFields[] = {
+    {"FIELD", "name"},
+    {"UNIT", "unit"},
+    {"SI", "si_unit"},
+    {"TYPE", "type"},
+};
+
+json::object message_item(const rack::MessageInfo& message) {
+  const std::string_view name = tims::class_name(message.class_id);
+  json::object item{{"class", message.class_id == rack::kEveryClass ? "every" : name},
+                    {"type", message.type},
+                    {"name", lower(message.name)},
+                    {"body", nullptr},
+                    {"body_max_bytes", 0}};
+  if (message.body == nullptr) return item;
+  item["body"] = message.body->name;
+  item["body_max_bytes"] = message.body->body_max;
+  return item;
+}
+
+json::array fields_of(const rack::MessageInfo& message) {
+  json::array items;
+  if (message.body == nullptr) return items;
+  for (const rack::Column& column : message.body->columns())
+    items.push_back({{"name", column.name},
+                     {"unit", column.unit},
+                     {"si_unit", column.si_unit},
+                     {"type", column.type}});
+  return items;
+}
+
+}  // namespace
+
+Exit msg_types(Context& context) {
+  const auto& arguments = context.options.arguments;
+  std::optional<std::uint32_t> class_id;
+  if (!arguments.empty() && lower(arguments[0]) == "every")
+    class_id = rack::kEveryClass;
+  else if (!arguments.empty())
+    class_id = need_class(arguments[0]);
+  json::array items;
+  for (const auto table : rack::message_tables())
+    for (const rack::MessageInfo& message : table)
+      if (!class_id || message.class_id == *class_id) items.push_back(message_item(message));
+  if (context.out.json())
+    context.out.write(
+        json::object{{"schema", "tims/message_types/1"}, {"items", std::move(items)}});
+  else
+    context.out.write(render_items({items.data(), items.size()}, kTypes, context.out.look()));
+  return Exit::kDone;
+}
+
+Exit msg_show(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const std::uint32_t class_id = need_class(arguments[0]);
+  const rack::MessageInfo& message = need_message(class_id, arguments[1]);
+  json::object answer = message_item(message);
+  const json::array fields = fields_of(message);
+  if (context.out.json()) {
+    answer["schema"] = "tims/message_type/1";
+    answer["fields"] = fields;
+    context.out.write(answer);
+    return Exit::kDone;
+  }
+  const Look& look = context.out.look();
+  if (look.format == Format::kTable || look.format == Format::kWide) {
+    const bool framework = message.class_id == rack::kEveryClass;
+    context.out.write(fmt::format(
+        "{}{} (type {}){}\n", lower(message.name), framework ? ", of every class" : "",
+        message.type,
+        message.body == nullptr ? ": no body" : fmt::format(": {}", message.body->name)));
+  }
+  if (!fields.empty())
+    context.out.write(render_items({fields.data(), fields.size()}, kFields, look));
+  return Exit::kDone;
+}
+
+}  // namespace timsctl
