@@ -252,32 +252,43 @@ void TcpBridge::on_router_word(bool good) {
   if (asked_.empty()) return;
   Asked& first = asked_.front();
   auto* opened = std::get_if<wire::Opened>(&first.answer);
-  if (opened != nullptr)
+  if (opened != nullptr && !first.undone)
     opened->entries[opened->entries.size() - first.missing].status =
         good ? wire::OpenStatus::kOk : wire::OpenStatus::kAddressInUse;
   if (--first.missing > 0) return;
-  if (opened != nullptr) settle(*opened);
-  if (auto* welcome = std::get_if<wire::Welcome>(&first.answer)) welcome->widths = widths_;
-  answer(first.request, first.answer);
+  Asked done = std::move(first);
   asked_.pop_front();
+  opened = std::get_if<wire::Opened>(&done.answer);
+  if (opened != nullptr && !done.undone) done.missing = settle(*opened);
+  if (done.missing > 0) {
+    done.undone = true;
+    asked_.push_back(std::move(done));
+    return;
+  }
+  if (auto* welcome = std::get_if<wire::Welcome>(&done.answer)) welcome->widths = widths_;
+  answer(done.request, done.answer);
 }
 
-// All mailboxes of a record or none.
-void TcpBridge::settle(wire::Opened& opened) {
+// All mailboxes of a record or none. How many are given back, which the router confirms: when the
+// session has its answer, somebody else can have them.
+std::size_t TcpBridge::settle(wire::Opened& opened) {
   const auto is_good = [](const wire::OpenedEntry& entry) {
     return entry.status == wire::OpenStatus::kOk;
   };
   const auto refused = std::ranges::find_if_not(opened.entries, is_good);
-  if (refused == opened.entries.end()) return;
+  if (refused == opened.entries.end()) return 0;
   opened.text = refused->address.to_string(widths_) +
                 " belongs to somebody else, or the router at " + settings_.where +
                 " has room for no more mailboxes";
+  std::size_t deleted = 0;
   for (wire::OpenedEntry& entry : opened.entries) {
     mailboxes_.remove(entry.address);
     if (!is_good(entry)) continue;
-    command(router_command::kMailboxDelete, entry.address);
+    command(router_command::kMailboxDeleteWithReply, entry.address);
     entry.status = wire::OpenStatus::kNotTried;
+    ++deleted;
   }
+  return deleted;
 }
 
 void TcpBridge::answer(std::uint32_t request, const wire::Record& record,

@@ -42,6 +42,7 @@ class TcpBridge {
     std::uint32_t request = 0;
     wire::Record answer;
     std::size_t missing = 0;  // of the router's words
+    bool undone = false;      // an Open that was refused: its other mailboxes are given back
   };
 
   void run();
@@ -55,7 +56,7 @@ class TcpBridge {
   void close(std::uint32_t request, const wire::Close& wish);
   void grant_uplink(std::uint32_t request);
   void on_router_word(bool good);
-  void settle(wire::Opened& opened);
+  std::size_t settle(wire::Opened& opened);
   void answer(std::uint32_t request, const wire::Record& record, std::span<const int> files = {});
 
   // Towards the router.
