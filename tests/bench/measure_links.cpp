@@ -52,11 +52,10 @@ class Base {
       : router_(setting.router), socket_(setting.folder + "/base.sock") {}
 
   Result<void> start() {
-    auto process = launch(
-        router_command(router_, socket_,
-                       {"router.role=top", "link=kind=sub,system=*", "tcp.listen=off",
-                        "udp.listen=" + udp_, "limits.clients=" + std::to_string(kClientsMax)}),
-        false);
+    auto process = launch(router_command(router_, socket_,
+                                         {"router.role=top", "link=kind=sub,system=*",
+                                          "tcp.listen=off", "udp.listen=" + udp_}),
+                          false);
     if (!process) return process.error();
     process_ = std::move(*process);
     const auto line = process_->wait_for_line("listening udp", kStartLimit);
@@ -70,8 +69,6 @@ class Base {
   [[nodiscard]] const std::string& socket() const { return socket_; }
 
  private:
-  static constexpr std::uint32_t kClientsMax = 4096;
-
   std::string router_;
   std::string socket_;
   std::string udp_ = "127.0.0.1:0";
