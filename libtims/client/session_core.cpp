@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +11,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "os/environment.h"
 #include "os/event_fd.h"
 #include "os/futex.h"
 #include "os/unix_socket.h"
@@ -159,9 +159,9 @@ std::uint64_t inode_of(const os::File& file) {
 }  // namespace
 
 std::string default_router() {
-  if (const char* given = std::getenv("TIMS_ROUTER"); given != nullptr && *given != 0) return given;
-  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != 0) {
-    std::string path = std::string(runtime) + "/tims/router.sock";
+  if (std::string given = os::environment("TIMS_ROUTER"); !given.empty()) return given;
+  if (const std::string runtime = os::environment("XDG_RUNTIME_DIR"); !runtime.empty()) {
+    std::string path = runtime + "/tims/router.sock";
     if (::access(path.c_str(), F_OK) == 0) return path;
   }
   if (auto path = router_in_tmp()) return *path;

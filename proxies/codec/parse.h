@@ -125,7 +125,7 @@ Result<void> set_leaf(T& field, const Assignment& a, const PrintStyle& style) {
     return set_quantity(field, a, style.si);
   } else if constexpr (std::same_as<T, TimeStamp>) {
     Milliseconds<u32> time = field.raw();
-    const auto set = set_quantity(time, a, style.si);
+    auto set = set_quantity(time, a, style.si);
     if (set) field = time.raw();
     return set;
   } else {

@@ -1,14 +1,14 @@
 // A client of the local protocol that says what it likes, and what is to be seen of a process.
 #pragma once
 
-#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
-#include <dirent.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 
@@ -89,12 +89,9 @@ inline char state_of(pid_t pid) {
 }
 
 inline std::size_t descriptors_of(pid_t pid) {
-  std::size_t count = 0;
-  DIR* folder = ::opendir(("/proc/" + std::to_string(pid) + "/fd").c_str());
-  if (folder == nullptr) return 0;
-  while (const dirent* entry = ::readdir(folder)) count += entry->d_name[0] != '.' ? 1 : 0;
-  ::closedir(folder);
-  return count;
+  std::error_code gone;
+  const std::filesystem::directory_iterator folder("/proc/" + std::to_string(pid) + "/fd", gone);
+  return static_cast<std::size_t>(std::distance(begin(folder), end(folder)));
 }
 // How many shared mappings a process has: private ones are its allocator's, and a sanitizer's.
 inline std::size_t mappings_of(pid_t pid) {
