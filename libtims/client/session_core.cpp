@@ -286,8 +286,15 @@ Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
   if (!uplink_wanted_) return {};
   auto grant = greeting.ask(wire::UplinkRequest{});
   if (!grant) return grant.error();
-  const std::lock_guard lock(resolve_mutex_);
-  (void)uplink_target(*grant);  // refused: who needs it asks once more, and is told why
+  std::size_t lost = 0;
+  {
+    const std::lock_guard lock(resolve_mutex_);
+    (void)uplink_target(*grant);  // refused: who needs it asks once more, and is told why
+    lost = std::exchange(not_taken_along_, 0);
+  }
+  if (lost > 0)
+    event(SessionEvent::Kind::kMessagesLost,
+          std::to_string(lost) + " messages that waited for the former router are lost");
   return {};
 }
 
@@ -445,7 +452,6 @@ void SessionCore::leave_uplink() {
 void SessionCore::take_along(Target& from, Target& to) {
   constexpr Duration kTooOld = 30s;  // as long as messages wait for a link, by default
   const bool too_old = os::now() >= uplink_left_ + kTooOld;
-  std::size_t lost = 0;
   shm::Receiver receiver(from.sender.view());
   while (const auto taken = receiver.take()) {
     shm::Claim claim;
@@ -456,13 +462,10 @@ void SessionCore::take_along(Target& from, Target& to) {
       wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
       std::ranges::copy(taken->body, claim.body);
     }
-    if (!claimed || to.sender.commit(claim) != shm::SendOutcome::kOk) ++lost;
+    if (!claimed || to.sender.commit(claim) != shm::SendOutcome::kOk) ++not_taken_along_;
     receiver.release(taken->hint);
   }
   wake(to);
-  if (lost > 0)
-    event(SessionEvent::Kind::kMessagesLost,
-          std::to_string(lost) + " messages that waited for the former router are lost");
 }
 
 Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t offset) {

@@ -103,6 +103,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   client::Target* uplink_ = nullptr;         // of this connection
   client::Target* former_uplink_ = nullptr;  // of a router that went away, with what waits in it
   Time uplink_left_{};
+  std::size_t not_taken_along_ = 0;  // messages, not told of yet: no lock is held for that
   std::atomic<bool> uplink_wanted_ = false;
 
   client::RouterLink link_;  // last: its thread uses all of the above

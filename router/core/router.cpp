@@ -389,13 +389,18 @@ void Router::withdraw_all(Time now, Client& client) {
   const Party owner = client.party();
   while (!client.mailboxes.empty()) {
     const Address address = registrations_.remove_last(client);
-    happened({.at = now,
-              .kind = EventKind::kWithdrawn,
-              .address = address,
-              .client = owner,
-              .owner = owner});
-    learn_again(now, address);
+    withdrawn(now, address, owner);
   }
+}
+
+// Whoever has waited for the address gets it.
+void Router::withdrawn(Time now, Address address, const Party& owner) {
+  happened({.at = now,
+            .kind = EventKind::kWithdrawn,
+            .address = address,
+            .client = owner,
+            .owner = owner});
+  learn_again(now, address);
 }
 
 void Router::record_end(Time now, const Client& client, CloseReason reason) {
@@ -603,12 +608,7 @@ void Router::forget(Time now, ClientId link, Address address) {
   if (entry == nullptr || entry->owner != link) return;
   const Party owner = party_of(*from, origin(*entry));
   registrations_.remove(*from, address);
-  happened({.at = now,
-            .kind = EventKind::kWithdrawn,
-            .address = address,
-            .client = owner,
-            .owner = owner});
-  learn_again(now, address);
+  withdrawn(now, address, owner);
 }
 
 void Router::forget_all(Time now, ClientId link) {

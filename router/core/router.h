@@ -181,7 +181,7 @@ class Router {
   void answer_not_available(const Receiver& to, const Header& request);
   static void count_dropped(Client* receiver, const Count& count);
 
-  // Other routers.
+  // --- other routers
   [[nodiscard]] ClientId link_named(std::string_view name) const;
   [[nodiscard]] ClientId peer_of(std::uint32_t system) const;
   void learn_again(Time now, Address address);
@@ -192,7 +192,7 @@ class Router {
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
-  // The original's commands.
+  // --- the original's commands
   Outcome carry_out(Time now, Client& sender, Message& message);
   void tell_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
@@ -201,6 +201,7 @@ class Router {
   void give_up(Time now, Client& client, CloseReason reason);
 
   void withdraw_all(Time now, Client& client);
+  void withdrawn(Time now, Address address, const Party& owner);
   // The sink of texts, which several may have: the first as any mailbox, the others beside it.
   [[nodiscard]] bool may_share(const Client& client, Address address) const;
   bool stop_sharing(ClientId client);

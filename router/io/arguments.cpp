@@ -46,17 +46,14 @@ std::optional<std::string_view> short_value(std::string_view name,
 
 // The options of the original's tims_router_tcp, which start scripts of RACK 0.6.1 call.
 struct OriginalOptions {
-  std::string_view address = "127.0.0.1";
-  std::string_view port = "2000";
-  bool listens = false;  // where they say
+  std::optional<std::string_view> address{};
+  std::optional<std::string_view> port{};
 
   bool take(std::span<const char* const>& words, Arguments& arguments) {
     if (const auto ip = short_value("-i", words)) {
-      address = *ip;
-      listens = true;
+      address = ip;
     } else if (const auto number = short_value("-p", words)) {
-      port = *number;
-      listens = true;
+      port = number;
     } else if (const auto kib = short_value("-m", words)) {
       arguments.settings.emplace_back(fmt::format("message.max={}KiB", *kib));
     } else if (const auto level = short_value("-l", words)) {
@@ -97,9 +94,10 @@ Result<Arguments> parse_arguments(std::span<const char* const> words) {
       return Error(Errc::kInvalidArgument, fmt::format("\"{}\" is not known here", word));
     }
   }
-  if (original.listens)
-    arguments.settings.emplace_back(
-        fmt::format("tcp.listen={}:{}", original.address, original.port));
+  if (original.address || original.port)
+    arguments.settings.emplace_back(fmt::format("tcp.listen={}:{}",
+                                                original.address.value_or("127.0.0.1"),
+                                                original.port.value_or("2000")));
   return arguments;
 }
 

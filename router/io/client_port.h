@@ -66,7 +66,7 @@ class ClientPort final : public Port {
   void drop(std::uint32_t token, core::CloseReason reason);
   void forget(LocalClient& client);
 
-  // What the records ask for. False: the client broke the rules.
+  // --- what the records ask for; false: the client broke the rules
   bool handle(LocalClient& client, wire::Packet& packet, os::Received& received);
   bool hello(LocalClient& client, std::uint32_t request, const wire::Hello& hello);
   bool offer(LocalClient& client, const wire::OfferSegment& offer, os::Received& received);
@@ -89,7 +89,7 @@ class ClientPort final : public Port {
             std::span<const int> files = {});
   std::uint32_t writer_for(std::uint32_t wish);
 
-  // Messages that clients cannot deliver themselves.
+  // --- messages that clients cannot deliver themselves
   void on_doorbell(LocalClient& client);
   bool drain(LocalClient& client, int messages_max);
   bool take_what_came_before(LocalClient& client);

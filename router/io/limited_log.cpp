@@ -28,7 +28,7 @@ LimitedLog::LimitedLog(const Log& log)
     : LimitedLog([&log](LogLevel level, std::string_view text) { log.always(level, text); }) {}
 
 LimitedLog::~LimitedLog() {
-  for (auto& [name, link] : histories_) summarise(link);
+  for (auto& [name, history] : histories_) summarise(history);
 }
 
 std::string LimitedLog::key_of(const core::Event& event) const {
@@ -47,36 +47,36 @@ std::string LimitedLog::key_of(const core::Event& event) const {
 
 void LimitedLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
   const auto [at, first] = histories_.try_emplace(key_of(event));
-  History& link = at->second;
-  if (first) link.since = now;
-  link.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
-  link.text = event_text(event, widths);
-  if (link.lines == kLinesMax) {
-    ++link.held_back;
+  History& history = at->second;
+  if (first) history.since = now;
+  history.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
+  history.text = event_text(event, widths);
+  if (history.lines == kLinesMax) {
+    ++history.held_back;
     return;
   }
-  ++link.lines;
-  write_(link.level, link.text);
+  ++history.lines;
+  write_(history.level, history.text);
 }
 
 Time LimitedLog::next_timeout() const {
   Time next = kNever;
-  for (const auto& [name, link] : histories_) next = std::min(next, link.since + kInterval);
+  for (const auto& [name, history] : histories_) next = std::min(next, history.since + kInterval);
   return next;
 }
 
 // Who was held back has to be quiet for a while before its lines are written again.
 void LimitedLog::on_timeout(Time now) {
   for (auto at = histories_.begin(); at != histories_.end();) {
-    History& link = at->second;
-    const bool over = now >= link.since + kInterval;
-    if (over && link.held_back == 0) {
+    History& history = at->second;
+    const bool over = now >= history.since + kInterval;
+    if (over && history.held_back == 0) {
       at = histories_.erase(at);
       continue;
     }
     if (over) {
-      summarise(link);
-      link.since = now;
+      summarise(history);
+      history.since = now;
     }
     ++at;
   }

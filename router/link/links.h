@@ -111,7 +111,7 @@ class Links final : private LinkSurroundings {
   void lost(core::ClientId client, const Header& header, core::Outcome why) override;
   void changed() override { choose_ = true; }
 
-  // Who may connect.
+  // --- who may connect
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
   const LinkSettings* accepting(const NetAddress& from, const Hello& hello, Refuse& refuse) const;
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
@@ -138,7 +138,8 @@ class Links final : private LinkSurroundings {
   void touch(Link& link);
   void learn_token(Link& link);
   void choose_uplink(Time now);
-  // Routers of the fleet.
+
+  // --- routers of the fleet
   // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
   static constexpr std::uint64_t kDdsWaysPerSecond = 10;
   // When a link that has UDP as well prepares its way over DDS.

@@ -127,14 +127,14 @@ class Session final : private PacketFate {
 
   void forget_path(Time now);
 
-  // What comes.
+  // --- what comes
   Verdict on_frames(Time now, const Data& data, bool& eliciting, bool& keep);
   bool on_ack(Time now, const Ack& ack);
   void on_not_ready(Time now, std::uint16_t lanes);
   void after_ack(Time now, const SentPackets::AckResult& result, Duration rtt,
                  std::uint64_t in_flight);
 
-  // What is sent next.
+  // --- what is sent next
   struct Packet;  // in the making
   bool make_room(Time now, std::size_t lane, std::size_t message);
   bool drop_one(Time now, std::size_t lane);

@@ -1,5 +1,6 @@
 #include "tools/timsctl/context.h"
 
+#include "os/clock.h"
 #include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/fleet.h"
@@ -7,6 +8,10 @@
 #include "tools/timsctl/values.h"
 
 namespace timsctl {
+
+tims::Time Context::run_end() const {
+  return options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+}
 
 std::unique_ptr<Connection> Context::connect(const MailboxWish& wish) const {
   if (const auto* tcp = std::get_if<TcpHost>(&host))

@@ -21,6 +21,9 @@ class Context {
   const Signals& signals;
   const Host host;
 
+  // When it ends by itself, counted from now: --for. kNever: it does not.
+  [[nodiscard]] tims::Time run_end() const;
+
   // A mailbox at the router. Throws Failure.
   [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxWish& wish = {}) const;
   // Asks the router of the connection, or that of --router.

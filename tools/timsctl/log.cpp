@@ -28,8 +28,7 @@ class Follower {
   explicit Follower(Context& context)
       : context_(context),
         left_(context.options.count.value_or(UINT64_MAX)),
-        end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
-                                     : tims::kNever) {}
+        end_(context.run_end()) {}
 
   Exit own_sink(Connection& connection);
   Exit subscribe(Connection& connection, tims::Address log);

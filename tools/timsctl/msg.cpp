@@ -35,8 +35,7 @@ class Echo {
       : context_(context),
         connection_(connection),
         left_(context.options.count.value_or(UINT64_MAX)),
-        end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
-                                     : tims::kNever),
+        end_(context.run_end()),
         filter_(context.options.filter),
         style_{
             .widths = connection.widths(),
@@ -343,8 +342,7 @@ void Publisher::send_all(const std::vector<Draft>& drafts) {
   const Options& options = context_.options;
   const bool repeats = options.rate_hz.has_value();
   const std::uint64_t rounds = options.count.value_or(repeats ? UINT64_MAX : 1);
-  const tims::Time end =
-      options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+  const tims::Time end = context_.run_end();
   const tims::Duration pause(repeats ? std::llround(1e9 / *options.rate_hz) : 0);
   tims::Time next = tims::os::now();
   for (std::uint64_t round = 0; round < rounds && tims::os::now() < end; ++round)
@@ -570,8 +568,7 @@ Exit RateWatch::verdict() const {
 Exit RateWatch::run() {
   const Options& options = context_.options;
   const std::uint64_t count = options.count.value_or(UINT64_MAX);
-  const tims::Time end =
-      options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+  const tims::Time end = context_.run_end();
   const tims::Duration interval = options.interval.value_or(1s);
   if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
   tims::Time next = tims::os::now();

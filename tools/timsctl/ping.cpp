@@ -56,8 +56,7 @@ class Pinger {
 Exit Pinger::run() {
   const Options& options = context_.options;
   const std::uint64_t count = options.count.value_or(options.run_for ? UINT64_MAX : 4);
-  const tims::Time end =
-      options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+  const tims::Time end = context_.run_end();
   tims::Time next = tims::os::now();
   bool interrupted = false;
   try {

@@ -94,9 +94,7 @@ Exit run_robot(Context& context, const Given& given, const std::function<void()>
   supervisor.start();
   tims::os::ServiceManager::of_environment().tell("READY=1");
   ready();
-  supervisor.serve(
-      context.options.run_for ? tims::os::deadline_after(*context.options.run_for) : tims::kNever,
-      given.held ? STDIN_FILENO : -1);
+  supervisor.serve(context.run_end(), given.held ? STDIN_FILENO : -1);
   return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
 }
 

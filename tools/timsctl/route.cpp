@@ -121,8 +121,7 @@ class RouteWatch {
   explicit RouteWatch(Context& context)
       : context_(context),
         left_(context.options.count.value_or(UINT64_MAX)),
-        end_(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
-                                     : tims::kNever) {
+        end_(context.run_end()) {
     if (!context.options.arguments.empty())
       (void)need_pattern(context.options.arguments.front(), kAnyWidths);
   }

@@ -48,8 +48,7 @@ Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void
   sim::Supervisor fleet(context, plan);
   fleet.bring_up();
   ready();
-  fleet.serve(context.options.run_for ? tims::os::deadline_after(*context.options.run_for)
-                                      : tims::kNever);
+  fleet.serve(context.run_end());
   return fleet.failures() == 0 ? Exit::kDone : Exit::kNo;
 }
 

@@ -52,6 +52,7 @@ class Input {
     return swapped;
   }
   std::span<const std::byte> take(std::size_t size) { return bytes_.take(size); }
+  Input part(std::size_t size) { return {take(size), little_}; }
   [[nodiscard]] bool ok() const { return bytes_.ok(); }
   [[nodiscard]] bool empty() const { return bytes_.empty(); }
   [[nodiscard]] std::span<const std::byte> rest() const { return bytes_.rest(); }
@@ -68,14 +69,14 @@ DdsParticipant participant_in(std::span<const std::byte> bytes) {
   return id;
 }
 
-// Calls visit(id, value, little) for each parameter, up to the last one; what is left behind it.
+// Calls visit(id, value) for each parameter, up to the last one; what is left behind it.
 template <typename Visit>
-std::span<const std::byte> for_each_parameter(Input in, bool little, Visit visit) {
+std::span<const std::byte> for_each_parameter(Input in, Visit visit) {
   while (!in.empty()) {
     const auto id = in.get<std::uint16_t>();
-    const auto value = in.take(in.get<std::uint16_t>());
+    const Input value = in.part(in.get<std::uint16_t>());
     if (!in.ok() || id == kSentinel) break;
-    visit(id, Input(value, little));
+    visit(id, value);
   }
   return in.rest();
 }
@@ -101,7 +102,7 @@ RtpsMessage::Announced read_announced(std::span<const std::byte> payload) {
   RtpsMessage::Announced announced;
   if (payload.size() < 4) return announced;
   const bool little = payload[1] == std::byte{3};  // PL_CDR_LE
-  for_each_parameter({payload.subspan(4), little}, little, [&](std::uint16_t id, Input value) {
+  for_each_parameter({payload.subspan(4), little}, [&](std::uint16_t id, Input value) {
     if (id == kLease) announced.lease = lease_in(value);
     if (id == kMetatrafficUnicast) add_locator(value, announced.metatraffic);
     if (id == kUserData) announced.user_data = value.take(value.get<std::uint32_t>());
@@ -110,15 +111,13 @@ RtpsMessage::Announced read_announced(std::span<const std::byte> payload) {
 }
 
 void read_data(Input in, std::uint8_t flags, RtpsMessage& message) {
-  const bool little = (flags & kLittleEndian) != 0;
   (void)in.get<std::uint16_t>();
-  const auto to_qos = in.get<std::uint16_t>();  // from here
-  Input head(in.take(to_qos), little);
-  (void)head.take(4);  // the reader
+  Input head = in.part(in.get<std::uint16_t>());  // up to the inline QoS
+  (void)head.take(4);                             // the reader
   if (!std::ranges::equal(head.take(4), kParticipantWriter) || !in.ok()) return;
   std::span<const std::byte> payload = in.rest();
   if ((flags & kInlineQos) != 0)
-    payload = for_each_parameter(in, little, [&](std::uint16_t id, Input value) {
+    payload = for_each_parameter(in, [&](std::uint16_t id, Input value) {
       if (id == kStatusInfo && value.rest().size() >= 4)
         message.ends = (value.rest()[3] & kDisposedOrUnregistered) != std::byte{0};
     });

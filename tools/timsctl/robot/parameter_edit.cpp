@@ -5,11 +5,13 @@
 #include <fmt/format.h>
 
 #include "router/config/toml_source.h"
+#include "router/config/value.h"
 
 namespace timsctl::robot {
 
 namespace {
 
+using tims::config::in_quotes;
 using tims::config::TomlNode;
 
 constexpr std::string_view kDigits = "0123456789";
@@ -24,20 +26,6 @@ bool is_number(std::string_view text) {
   };
   return digits(whole) && (whole == "0" || !whole.starts_with('0')) &&
          (point == std::string_view::npos || digits(text.substr(point + 1)));
-}
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out.append({'\\', c});
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
 }
 
 const TomlNode* child_of(const TomlNode& node, std::string_view key) {
@@ -68,7 +56,7 @@ class Editor {
   [[nodiscard]] std::string replaced(const TomlNode& old, const std::string& value) const {
     const std::size_t begin = place(old.at_value);
     const bool was_text = is_at('"', old) || is_at('\'', old);
-    const std::string now = !was_text && is_number(value) ? value : quoted(value);
+    const std::string now = !was_text && is_number(value) ? value : in_quotes(value);
     return std::string(text_.substr(0, begin)) + now +
            std::string(text_.substr(end_of_value(begin)));
   }
@@ -91,7 +79,7 @@ class Editor {
   }
 
   static std::string assignment(const std::string& name, const std::string& value) {
-    return fmt::format("{} = {}", name, is_number(value) ? value : quoted(value));
+    return fmt::format("{} = {}", name, is_number(value) ? value : in_quotes(value));
   }
 
   [[nodiscard]] std::string inserted(std::size_t at, std::string_view what) const {
