@@ -272,7 +272,7 @@ class Program {
     const Time now = os::now();
     manager_.stopping();
     log_.info("stopping");
-    if (links_.is_open()) links_.say_goodbye(now);
+    if (links_.is_open()) links_.end(now);
     switchboard_.stop_accepting();
     drain_deadline_ = now + kDrainTime;
     loop_.end_turn(now);

@@ -231,8 +231,8 @@ std::uint64_t LinkPort::queued_bytes(std::uint32_t token) const {
   return link == nullptr ? 0 : link->session().queued_bytes();
 }
 
-void LinkPort::say_goodbye(Time now) {
-  links_.say_goodbye(now);
+void LinkPort::end(Time now) {
+  links_.end(now);
   flush(now);
 }
 

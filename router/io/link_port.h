@@ -56,7 +56,7 @@ class LinkPort final : public Port {
   // After all ports were flushed.
   void release();
   // Other routers hear that this one ends.
-  void say_goodbye(Time now);
+  void end(Time now);
   void stop();
 
   [[nodiscard]] Time next_timeout() const;

@@ -381,9 +381,9 @@ void Link::say_goodbye(Time now, core::CloseReason reason) {
                               now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
 }
 
-void Link::take_down(Time now, State state) {
-  say_goodbye(now, core::CloseReason::kAdministrative);
-  if (is_up()) go_down(now, core::CloseReason::kAdministrative, state);
+void Link::take_down(Time now, State state, core::CloseReason reason) {
+  say_goodbye(now, reason);
+  if (is_up()) go_down(now, reason, state);
   end_session(now);
   enter(now, state);
 }

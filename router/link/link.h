@@ -107,11 +107,10 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] bool is_gone(Time now) const { return now >= gone_at(); }
 
   // By hand: `timsctl link down|up|reset`.
-  void take_down(Time now, State state = State::kDown);
+  void take_down(Time now, State state = State::kDown,
+                 core::CloseReason reason = core::CloseReason::kAdministrative);
   void bring_up(Time now);
   void start_anew(Time now);
-  // Tells the other side that this one ends.
-  void say_goodbye(Time now, core::CloseReason reason);
   void configure(Time now, const LinkSettings& settings);
 
   // --- to look at
@@ -157,6 +156,8 @@ class Link final : private Arrivals, private Losses {
   void on_lost(Time now, const Header& header, core::Outcome why) override;
 
   void enter(Time now, State state);
+  // Tells the other side why this one ends.
+  void say_goodbye(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
   void say_hello(Time now);
   void come_up(Time now);

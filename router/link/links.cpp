@@ -186,6 +186,7 @@ void Links::touch(Link& link) {
 
 void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes) {
   now_ = now;
+  if (ends_) return;
   const auto datagram = decode(bytes);
   if (!datagram) {
     ++counters_.strange;
@@ -405,10 +406,10 @@ bool Links::flush_link(Time now, Link& link, const Send& send) {
   return true;
 }
 
-void Links::say_goodbye(Time now) {
-  for (const auto& link : links_) {
-    if (link) link->say_goodbye(now, core::CloseReason::kShutdown);
-  }
+void Links::end(Time now) {
+  ends_ = true;
+  for (const auto& link : links_)
+    if (link) link->take_down(now, Link::State::kDown, core::CloseReason::kShutdown);
 }
 
 // --- by hand

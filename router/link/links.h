@@ -70,8 +70,8 @@ class Links final : private LinkSurroundings {
   [[nodiscard]] Time next_timeout() const { return wake_.empty() ? kNever : wake_.top().at; }
   void on_timeout(Time now);
 
-  // Before the router ends.
-  void say_goodbye(Time now);
+  // Before the router ends: says so to all, and no link comes up any more.
+  void end(Time now);
 
   // By hand: the name of the other router, or what stands behind `to`. False: there is none.
   enum class Hand : std::uint8_t { kUp, kDown, kReset };
@@ -187,6 +187,7 @@ class Links final : private LinkSurroundings {
   const Link* uplink_before_ = nullptr;  // only to be compared: it may be gone
   Time overlap_end_{};
   bool choose_ = false;
+  bool ends_ = false;
   std::uint32_t told_ = 0;  // number of the router's table that was told
   Counters counters_;
   std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO

@@ -52,6 +52,20 @@ TEST(Reconnect, TheLowerRouterWasRestarted) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
+// It ends when what waits at its local readers is written: up to 2 s later.
+TEST(Reconnect, WhoSaidGoodbyeDoesNotComeBack) {
+  Story s;
+  s.begin();
+  EXPECT_EQ(Story::links_up(*s.base), 2U);
+  s.robot->links().end(s.now());
+  s.robot->end_turn(s.now());
+  s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
+  s.run_for(2s);
+  EXPECT_EQ(Story::links_up(*s.base), 1U);
+  EXPECT_EQ(Story::links_up(*s.robot), 0U);
+  EXPECT_FALSE(Story::knows(*s.base, kLadar));
+}
+
 // One side has forgotten the session, the other has not.
 TEST(Reconnect, AHalfOpenSession) {
   Story s;

@@ -72,7 +72,7 @@ Exit Top::run() {
   }
   const tims::Duration interval = options.interval.value_or(1s);
   const std::uint64_t count = options.count.value_or(UINT64_MAX);
-  const tims::Time end = context.run_end();
+  const tims::Time end = context_.run_end();
   sample();
   tims::Time next = tims::os::now();
   for (std::uint64_t i = 0; i < count && !quit_ && next < end; ++i) {
