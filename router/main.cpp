@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "router/config/files.h"
 #include "router/config/load.h"
 #include "router/config/options.h"
 #include "router/config/reload.h"

@@ -1,15 +1,20 @@
 #include "router/config/load.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <vector>
 
+#include <fmt/core.h>
 #include <fmt/format.h>
 
 #include "router/config/check.h"
+#include "router/config/nearest.h"
 #include "router/config/options.h"
-#include "router/config/substitute.h"
 #include "router/config/toml_source.h"
-#include "router/config/unknown.h"
 
 namespace tims::config {
 namespace {
@@ -245,6 +250,71 @@ class Loader {
   Loaded loaded_;
 };
 
+// --- files
+
+namespace fs = std::filesystem;
+
+Error unreadable(const fs::path& path, std::string_view why) {
+  return {Errc::kSystem, "cannot read " + path.string() + ": " + std::string(why)};
+}
+
+Result<File> read_file(const fs::path& path) {
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  File file{.name = path.string(), .text = {}};
+  if (stream) file.text.assign(std::istreambuf_iterator<char>(stream), {});
+  if (!stream || stream.bad()) return unreadable(path, std::strerror(errno));
+  return file;
+}
+
+// The *.toml files of a folder, in alphabetical order.
+Result<std::vector<fs::path>> toml_files(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> paths;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (it->path().extension() == ".toml") paths.push_back(it->path());
+  if (error) return unreadable(folder, error.message());
+  std::ranges::sort(paths);
+  return paths;
+}
+
+// --- names that nobody knows
+
+// Nearest known key; else, for a name in the wrong table, the key that has exactly this name.
+std::string did_you_mean(std::string_view key) {
+  std::vector<std::string_view> known;
+  for (const Option& option : options()) known.push_back(option.key);
+  for (const List& list : lists()) known.push_back(list.name);
+  if (const auto best = nearest(key, known)) return fmt::format("; did you mean {}?", *best);
+  const std::string_view name = key.substr(key.rfind('.') + 1);
+  std::string found;
+  for (const Option& option : options())
+    if (option.name() == name)
+      found += fmt::format("{}{}", found.empty() ? "" : " or ", option.key);
+  return found.empty() ? "" : fmt::format("; did you mean {}?", found);
+}
+
+std::string in_brackets(std::string_view name, bool is_list) {
+  return fmt::format("{}{}{}", is_list ? "[[" : "[", name, is_list ? "]]" : "]");
+}
+
+std::vector<std::string_view> tables() {
+  std::vector<std::string_view> known;
+  for (const Option& option : options())
+    if (known.empty() || known.back() != option.table()) known.push_back(option.table());
+  for (const List& list : lists()) known.push_back(list.name);
+  return known;
+}
+
+// --- back to text
+
+// A line of TOML, with a comment that says where it comes from.
+std::string with_origin(std::string_view line, const Origins& origins, std::string_view key) {
+  const auto found = origins.find(key);
+  const Origin origin = found == origins.end() ? Origin{} : found->second;
+  return fmt::format("{:<36}# {}\n", line, origin.to_string());
+}
+
 }  // namespace
 
 Loaded load(const Sources& sources) { return Loader(sources).run(); }
@@ -278,6 +348,98 @@ std::string Origin::to_string() const {
 std::string Problem::to_string() const {
   if (at.kind != Origin::Kind::kFile) return fmt::format("{}: {}", at.to_string(), text);
   return fmt::format("{}:{}: {}", at.to_string(), at.column, text);
+}
+
+Result<std::vector<File>> read_files(const std::string& path) {
+  std::vector<fs::path> paths;
+  fs::path folder = path;
+  if (!fs::is_directory(path)) {
+    paths.push_back(path);
+    folder.replace_extension(".d");
+  }
+  if (fs::is_directory(folder)) {
+    auto more = toml_files(folder);
+    if (!more) return more.error();
+    paths.insert(paths.end(), more->begin(), more->end());
+  }
+  std::vector<File> files;
+  for (const fs::path& each : paths) {
+    auto file = read_file(each);
+    if (!file) return file.error();
+    files.push_back(std::move(*file));
+  }
+  return files;
+}
+
+Result<std::string> substitute(std::string_view text, const Environment& environment) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t plain = std::min(text.find('$'), text.size());
+    out += text.substr(0, plain);
+    text.remove_prefix(plain);
+    if (text.starts_with("${")) {
+      const std::size_t close = text.find('}');
+      if (close == std::string_view::npos)
+        return Error(Errc::kInvalidArgument, "has ${ without }; a dollar sign is written $$");
+      const std::string_view name = text.substr(2, close - 2);
+      const auto found = environment.find(name);
+      if (found == environment.end())
+        return Error(Errc::kInvalidArgument,
+                     "names the environment variable " + std::string(name) + ", which is not set");
+      out += found->second;
+      text.remove_prefix(close + 1);
+    } else if (!text.empty()) {
+      out += '$';
+      text.remove_prefix(text.starts_with("$$") ? 2 : 1);
+    }
+  }
+  return out;
+}
+
+bool is_table(std::string_view name) {
+  return std::ranges::any_of(options(), [&](const Option& o) { return o.table() == name; });
+}
+
+std::string unknown_key(std::string_view key) {
+  return fmt::format("unknown key {}{}", key, did_you_mean(key));
+}
+
+std::string unknown_table(std::string_view name, bool is_list) {
+  const auto known = tables();
+  const std::string written = in_brackets(name, is_list);
+  auto candidates = known;
+  if (is_list) std::ranges::reverse(candidates);  // the lists first
+  if (const auto best = nearest(name, candidates))
+    return fmt::format("unknown table {}; did you mean {}?", written,
+                       in_brackets(*best, find_list(*best) != nullptr));
+  return fmt::format("unknown table {}; known are {}", written, fmt::join(known, ", "));
+}
+
+std::string unknown_item_key(const List& list, std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const Option& option : list.options) known.push_back(option.name());
+  const std::string unknown = fmt::format("unknown key {}.{}", list.name, name);
+  if (const auto best = nearest(name, known))
+    return fmt::format("{}; did you mean {}.{}?", unknown, list.name, *best);
+  return fmt::format("{}; known are {}", unknown, fmt::join(known, ", "));
+}
+
+std::string print_config(const Config& config, const Origins& origins) {
+  std::string out;
+  std::string opened;
+  for (const Entry& entry : entries(config)) {
+    const std::string table = entry.key.substr(0, entry.key.rfind('.'));
+    if (table != opened) {
+      opened = table;
+      const bool is_item = find_list(entry.option->table()) != nullptr;
+      out += out.empty() ? "" : "\n";
+      out += is_item ? with_origin(fmt::format("[[{}]]", entry.option->table()), origins, table)
+                     : fmt::format("[{}]\n", table);
+    }
+    out += with_origin(fmt::format("{} = {}", entry.option->name(), to_toml(entry.get(config))),
+                       origins, entry.key);
+  }
+  return out;
 }
 
 }  // namespace tims::config

@@ -1,17 +1,22 @@
-// From files and `--set` to a Config. Pure: texts, environment and host come in as arguments
-// (files.h reads the files). Strict: an unknown key is an error that names the nearest known one.
-// Every error is reported, not only the first, each with the place it was written at.
+// From files and `--set` to a Config, and back to text. Strict: an unknown key is an error that
+// names the nearest known one; every error is reported, not only the first, each with the place it
+// was written at. Texts, environment and host come in as arguments: only read_files touches the
+// disk.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "router/config/config.h"
+#include "tims/result.h"
 
 namespace tims::config {
+
+struct List;
 
 // Where a value or an error comes from.
 struct Origin {
@@ -72,5 +77,26 @@ Config defaults(const Host& host);
 // Every effective value as TOML, each with a comment that says where it comes from. Loading the
 // result gives the same Config.
 std::string print_config(const Config& config, const Origins& origins);
+
+// The configuration files of a path, read. A file: that file, then *.toml of the folder beside it
+// that has its name with ".d" (router.toml, router.d/*.toml), in alphabetical order. A folder: its
+// *.toml files.
+Result<std::vector<File>> read_files(const std::string& path);
+
+// --- parts of load()
+
+using Environment = std::map<std::string, std::string, std::less<>>;
+
+// ${NAME} in a text becomes the environment's value; $$ becomes a dollar sign. An unknown variable
+// or an unclosed brace is an error that names it.
+Result<std::string> substitute(std::string_view text, const Environment& environment);
+
+// What is said about names that nobody knows.
+bool is_table(std::string_view name);
+
+std::string unknown_key(std::string_view key);
+// Shown as it was written: "[tpc]", "[[lnk]]".
+std::string unknown_table(std::string_view name, bool is_list);
+std::string unknown_item_key(const List& list, std::string_view name);
 
 }  // namespace tims::config

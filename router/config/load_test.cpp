@@ -1,7 +1,12 @@
 #include "router/config/load.h"
 
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "router/config/options.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tims::config {
 namespace {
@@ -380,5 +385,186 @@ TEST(Load, ListeningBeyondLoopbackMustBeWanted) {
   EXPECT_TRUE(load_text("[tcp]\nlisten = \"[::1]:2000\"\n").ok());
 }
 
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  void write(const fs::path& name, std::string_view text) const {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+  }
+
+  // "name=text" of every file read.
+  [[nodiscard]] std::vector<std::string> read(const fs::path& name) const {
+    const auto files = read_files((folder_ / name).string());
+    if (!files) return {"refused"};
+    std::vector<std::string> list;
+    for (const File& file : *files)
+      list.push_back(fs::relative(file.name, folder_).string() + "=" + file.text);
+    return list;
+  }
+
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
+};
+
+TEST_F(Files, AFileAlone) {
+  write("router.toml", "a");
+  EXPECT_THAT(read("router.toml"), testing::ElementsAre("router.toml=a"));
+}
+
+TEST_F(Files, AFileAndTheFolderBesideItInOrder) {
+  write("router.toml", "a");
+  write("router.d/20-b.toml", "c");
+  write("router.d/10-a.toml", "b");
+  write("router.d/notes.txt", "no");
+  write("other.d/x.toml", "no");
+  EXPECT_THAT(read("router.toml"), testing::ElementsAre("router.toml=a", "router.d/10-a.toml=b",
+                                                        "router.d/20-b.toml=c"));
+}
+
+TEST_F(Files, AFolder) {
+  write("b.toml", "2");
+  write("a.toml", "1");
+  EXPECT_THAT(read("."), testing::ElementsAre("a.toml=1", "b.toml=2"));
+}
+
+TEST_F(Files, AFileThatIsNotThereIsAnErrorThatNamesIt) {
+  const auto files = read_files(folder_ / "no.toml");
+  ASSERT_FALSE(files.ok());
+  EXPECT_EQ(files.error().detail(),
+            "cannot read " + (folder_ / "no.toml").string() + ": No such file or directory");
+}
+
+const Environment kEnvironment{{"HOSTNAME", "robot1"}, {"EMPTY", ""}, {"NESTED", "${HOSTNAME}"}};
+
+std::string replaced(std::string_view text) {
+  const auto result = substitute(text, kEnvironment);
+  return result ? *result : "refused: " + result.error().detail();
+}
+
+TEST(Substitute, ReplacesVariables) {
+  EXPECT_EQ(replaced("${HOSTNAME}"), "robot1");
+  EXPECT_EQ(replaced("/run/${HOSTNAME}/${HOSTNAME}.sock"), "/run/robot1/robot1.sock");
+  EXPECT_EQ(replaced("a${EMPTY}b"), "ab");
+}
+
+TEST(Substitute, LeavesOtherTextAlone) {
+  EXPECT_EQ(replaced(""), "");
+  EXPECT_EQ(replaced("plain {text}"), "plain {text}");
+  EXPECT_EQ(replaced("$HOSTNAME costs 5$"), "$HOSTNAME costs 5$");
+}
+
+TEST(Substitute, TwoDollarsAreOne) {
+  EXPECT_EQ(replaced("$${HOSTNAME}"), "${HOSTNAME}");
+  EXPECT_EQ(replaced("$$"), "$");
+  EXPECT_EQ(replaced("$$$${"), "$${");
+}
+
+TEST(Substitute, ReplacesOnlyOnce) { EXPECT_EQ(replaced("${NESTED}"), "${HOSTNAME}"); }
+
+TEST(Substitute, RefusesWhatItCannotReplace) {
+  EXPECT_EQ(replaced("${ROBOT}"),
+            "refused: names the environment variable ROBOT, which is not set");
+  EXPECT_EQ(replaced("${}"), "refused: names the environment variable , which is not set");
+  EXPECT_EQ(replaced("x${HOSTNAME"), "refused: has ${ without }; a dollar sign is written $$");
+}
+
+TEST(Unknown, TablesAreThoseOfOptions) {
+  EXPECT_TRUE(is_table("tcp"));
+  EXPECT_FALSE(is_table("link"));
+  EXPECT_FALSE(is_table("tcp.listen"));
+}
+
+TEST(Unknown, KeysAreToldTheNearestOrTheSameNameElsewhere) {
+  EXPECT_EQ(unknown_key("tcp.listn"), "unknown key tcp.listn; did you mean tcp.listen?");
+  EXPECT_EQ(unknown_key("links"), "unknown key links; did you mean link?");
+  EXPECT_EQ(unknown_key("router.faults"), "unknown key router.faults; did you mean sim.faults?");
+  EXPECT_EQ(unknown_key("tcp.flux"), "unknown key tcp.flux");
+}
+
+TEST(Unknown, TablesAreShownWithTheBracketsOfWhatIsMeant) {
+  EXPECT_EQ(unknown_table("tpc", true), "unknown table [[tpc]]; did you mean [tcp]?");
+  EXPECT_EQ(unknown_table("links", false), "unknown table [links]; did you mean [[link]]?");
+  EXPECT_TRUE(
+      unknown_table("flux", true).starts_with("unknown table [[flux]]; known are router, "));
+}
+
+TEST(Unknown, AmongEquallyNearTablesTheOneOfTheSameFormIsMeant) {
+  EXPECT_EQ(unknown_table("routes", true), "unknown table [[routes]]; did you mean [[route]]?");
+  EXPECT_EQ(unknown_table("routes", false), "unknown table [routes]; did you mean [router]?");
+}
+
+TEST(Unknown, KeysOfItemsAreTheItemsOnly) {
+  const List& link = *find_list("link");
+  EXPECT_EQ(unknown_item_key(link, "too"), "unknown key link.too; did you mean link.to?");
+  EXPECT_EQ(unknown_item_key(*find_list("route"), "listen"),
+            "unknown key route.listen; known are match, via");
+}
+
+TEST(PrintConfig, NamesTheOriginOfEveryValue) {
+  const Loaded loaded =
+      load({{{"r.toml", "[tcp]\n\nqueue = 1048576\n"}}, {"log.level=debug"}, kHost});
+  const std::string text = print_config(loaded.config, loaded.origins);
+  EXPECT_THAT(text,
+              testing::StartsWith("[router]\nname = \"robot1\"                     # default\n"));
+  EXPECT_THAT(text, testing::HasSubstr("queue = \"1MiB\"                      # r.toml:3\n"));
+  EXPECT_THAT(text, testing::HasSubstr("[log]\nlevel = \"debug\"                     # --set 1\n"));
+}
+
+TEST(PrintConfig, PrintsEveryLinkAndRoute) {
+  const Loaded loaded =
+      load({{{"r.toml", "[[link]]\nkind = \"sub\"\n\n[[route]]\nmatch = \"*\"\nvia = \"r\"\n"}},
+            {"link=kind=super,to=127.0.0.1"},
+            kHost});
+  EXPECT_THAT(print_config(loaded.config, loaded.origins), testing::EndsWith(R"(
+[[link]]                            # r.toml:1
+kind = "sub"                        # r.toml:2
+system = "*"                        # default
+paths = ["udp"]                     # default
+name = ""                           # default
+mailboxes = 65536                   # default
+interval = "300ms"                  # default
+rate = "0B"                         # default
+reserve = 10                        # default
+lifetime = "30s"                    # default
+
+[[link]]                            # --set 1
+kind = "super"                      # --set 1
+to = "127.0.0.1:2010"               # --set 1
+paths = ["udp"]                     # default
+name = ""                           # default
+mailboxes = 65536                   # default
+interval = "300ms"                  # default
+rate = "0B"                         # default
+reserve = 10                        # default
+lifetime = "30s"                    # default
+
+[[route]]                           # r.toml:4
+match = "*"                         # r.toml:5
+via = "r"                           # r.toml:6
+)"));
+}
+
+TEST(PrintConfig, LoadsBackToTheSameConfig) {
+  const Loaded loaded = load(
+      {{},
+       {R"(router.name=a "b" \c ${HOSTNAME} $$ #d)", "tcp.listen=off", "message.max=262144B",
+        "lifesign.interval=1500ms", "http.listen=[::1]:0", "security.insecure=true",
+        "router.role=system", "router.system=3", "address.widths=6/8/10/8", "sim.faults=true",
+        "message.classes=32/64/96/128/160/192/224",
+        "link=kind=super,to=[fe80::1%eth0],rate=6MB,name=a $ \"b\"",
+        "link=kind=super,to=robot2:1,interval=50ms,lifetime=100ms", "link=kind=peer,to=[::1]:2",
+        "link=kind=peer,system=4", "link=kind=sub,rate=10001,reserve=0", "link=kind=sub,system=0",
+        "route=match=Ladar(3/*),via=$HOME", "route=match=0x0C140000,via=b"},
+       kHost});
+  ASSERT_TRUE(loaded.ok()) << loaded.problems.front().to_string();
+  const std::string text = print_config(loaded.config, loaded.origins);
+  const Loaded again = load({{{"printed.toml", text}}, {}, kHost});
+  EXPECT_TRUE(again.ok()) << text;
+  EXPECT_EQ(again.config, loaded.config) << text;
+}
+
 }  // namespace
+
 }  // namespace tims::config

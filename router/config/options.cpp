@@ -2,13 +2,65 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include <fmt/core.h>
 
-#include "router/config/option_row.h"
-
 namespace tims::config {
 namespace {
+
+// --- how a row of the table reaches its member of Config
+
+constexpr std::int64_t kKi = 1LL << 10;
+constexpr std::int64_t kGi = 1LL << 30;
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kHour = 3'600'000 * kMs;
+
+// How a member of Config is kept in a Value, and back.
+template <Kind kind, typename T>
+Value to_value(const T& member) {
+  if constexpr (kind == Kind::kSize) return Bytes{std::int64_t{member}};
+  if constexpr (kind == Kind::kRate) return Rate{static_cast<std::int64_t>(member)};
+  if constexpr (kind == Kind::kNumber) return std::int64_t{member};
+  return member;
+}
+
+template <Kind kind, typename T>
+void from_value(T& member, const Value& value) {
+  if constexpr (kind == Kind::kSize)
+    member = static_cast<T>(std::get<Bytes>(value).count);
+  else if constexpr (kind == Kind::kRate)
+    member = static_cast<T>(std::get<Rate>(value).bytes_per_second);
+  else if constexpr (kind == Kind::kNumber)
+    member = static_cast<T>(std::get<std::int64_t>(value));
+  else
+    member = std::get<T>(value);
+}
+
+bool always(const Config& /*config*/, std::size_t /*index*/) { return true; }
+
+// The struct that holds the member: a table of Config, or one item of a list of Config.
+template <auto holder, typename AnyConfig>
+auto& held(AnyConfig& config, [[maybe_unused]] std::size_t index) {
+  if constexpr (requires { (config.*holder).at(index); })
+    return (config.*holder).at(index);
+  else
+    return config.*holder;
+}
+
+// A row: the way to the value, then what is said about it.
+template <Kind kind, auto holder, auto member>
+constexpr Option row(Spec spec) {
+  spec.kind = kind;
+  return {spec,
+          [](const Config& c, std::size_t i) { return to_value<kind>(held<holder>(c, i).*member); },
+          [](Config& c, std::size_t i, const Value& value) {
+            from_value<kind>(held<holder>(c, i).*member, value);
+          },
+          always};
+}
+
+// --- the options
 
 constexpr std::int64_t kSocketPathMax = 107;  // sockaddr_un, with its zero
 
@@ -227,6 +279,227 @@ constexpr std::array kOptions{
          .help = "Lets timsctl sim fault spoil this router's UDP on purpose; only for tests."}),
 };
 
+// --- the items of lists: [[link]] and [[route]]
+
+// Where a link connects is one key and two members.
+constexpr Option destination_row(Spec spec) {
+  spec.kind = Kind::kDestination;
+  return {spec,
+          [](const Config& c, std::size_t i) -> Value {
+            return Destination{c.links.at(i).host, c.links.at(i).port};
+          },
+          [](Config& c, std::size_t i, const Value& value) {
+            const auto& to = std::get<Destination>(value);
+            c.links.at(i).host = to.host;
+            c.links.at(i).port = to.port;
+          },
+          [](const Config& c, std::size_t i) { return !c.links.at(i).accepts(); }};
+}
+
+constexpr Option accepted_system_row(const Spec& spec) {
+  Option option = row<Kind::kSystem, &Config::links, &Link::system>(spec);
+  option.has_value = [](const Config& c, std::size_t i) { return c.links.at(i).accepts(); };
+  return option;
+}
+
+constexpr std::array kLinkOptions{
+    row<Kind::kLinkKind, &Config::links, &Link::kind>(
+        {.key = "link.kind",
+         .help = "What the other router is to this one: its super router (a second super link is "
+                 "the next in order of preference), a peer, or a router below it.",
+         .default_note = "none: it must be written"}),
+    destination_row({.key = "link.to",
+                     .help = "Where this side connects; without a port 2010. Beyond loopback it "
+                             "needs security.insecure. \"auto\" finds the super router in the "
+                             "fleet, by role and system. A super link needs it, a sub link has "
+                             "none, a peer link without it accepts.",
+                     .default_note = "none: this side accepts"}),
+    accepted_system_row({.key = "link.system",
+                         .help = "Whom this side accepts: routers of this system, \"*\" for any. "
+                                 "Only where it accepts."}),
+    row<Kind::kPaths, &Config::links, &Link::paths>(
+        {.key = "link.paths",
+         .help = "Ways to the other router in order of preference: \"udp\", \"dds\". A later one "
+                 "carries the link while those before do not work; dds wants fleet.name.",
+         .default_note = R"(["udp"], with fleet.name ["udp", "dds"])",
+         .sample = R"(["udp", "dds"])"}),
+    row<Kind::kText, &Config::links, &Link::name>(
+        {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
+    row<Kind::kNumber, &Config::links, &Link::mailboxes>(
+        {.key = "link.mailboxes",
+         .range = {1, 1048576},
+         .help = "Mailboxes that the other router may announce over this link; what is beyond is "
+                 "not taken, and said in the log. A link for one system (link.system) brings only "
+                 "mailboxes and messages of that system."}),
+    row<Kind::kDuration, &Config::links, &Link::interval>(
+        {.key = "link.interval",
+         .range = {50 * kMs, 10'000 * kMs},
+         .help = "How often the link shows that it lives; after three missed it is dead."}),
+    row<Kind::kRate, &Config::links, &Link::rate>(
+        {.key = "link.rate",
+         .range = {10'000, 100'000'000'000},
+         .help = "Bytes a second this router sends at most; 0 for no cap."}),
+    row<Kind::kNumber, &Config::links, &Link::reserve>(
+        {.key = "link.reserve",
+         .range = {0, 90},
+         .help = "Percent of the rate that is kept for the upper classes of priority."}),
+    row<Kind::kDuration, &Config::links, &Link::lifetime>(
+        {.key = "link.lifetime",
+         .range = {100 * kMs, kHour},
+         .help = "How long a reliable message is tried before it is given up and counted."}),
+};
+
+constexpr std::array kRouteOptions{
+    row<Kind::kText, &Config::routes, &Route::match>(
+        {.key = "route.match",
+         .range = {1, 64},
+         .help = "Which destinations: an address pattern such as \"Ladar(3/*)\".",
+         .default_note = "none: it must be written"}),
+    row<Kind::kText, &Config::routes, &Route::via>(
+        {.key = "route.via",
+         .range = {1, 64},
+         .help = "Name (router.name) of the router at the other end of a link.",
+         .default_note = "none: it must be written"}),
+};
+
+template <auto items>
+constexpr List list(std::string_view name, std::span<const Option> rows) {
+  return {.name = name,
+          .help = {},
+          .sample_items = {},
+          .sample_setting = {},
+          .options = rows,
+          .size = [](const Config& c) { return (c.*items).size(); },
+          .append = [](Config& c) { (c.*items).emplace_back(); },
+          .copy = [](Config& to, const Config& from) { to.*items = from.*items; },
+          .label = [](const Config& c, std::size_t i) { return (c.*items).at(i).to_string(); }};
+}
+
+constexpr List link_list() {
+  List links = list<&Config::links>("link", kLinkOptions);
+  links.help =
+      "Links to other routers: one [[link]] for each router this side connects to, and for each "
+      "group of routers it accepts.";
+  links.sample_items = R"toml([[link]]
+kind = "super"
+to = "10.9.1.1:2010"
+
+[[link]]                        # where to turn when the first is not there
+kind = "super"
+to = "fleet.example.org"
+rate = "6MB"
+
+[[link]]                        # by the name of the fleet, see [fleet]
+kind = "super"
+to = "auto"
+paths = ["udp", "dds"]
+
+[[link]]
+kind = "peer"
+to = "robot2:2010"
+
+[[link]]                        # at a system router: its subsystem routers
+kind = "sub"
+system = 1
+)toml";
+  links.sample_setting = "link='kind=super,to=10.9.1.1:2010'";
+  return links;
+}
+
+constexpr List route_list() {
+  List routes = list<&Config::routes>("route", kRouteOptions);
+  routes.help = "What goes another way than the tree's, over the link to a certain router.";
+  routes.sample_items = R"toml([[route]]
+match = "Ladar(3/*)"
+via = "robot2"
+)toml";
+  routes.sample_setting = "route='match=Ladar(3/*),via=robot2'";
+  return routes;
+}
+
+constexpr std::array kLists{link_list(), route_list()};
+
+// --- what people read: --help and the sample file
+
+constexpr std::string_view kSampleTop =
+    "# Configuration of tims-router: every key with its default, switched off by a '#'.\n"
+    "# Sizes (B, KiB, MiB, GiB) and durations (ms, s, min, h) carry units. ${NAME} in a text is\n"
+    "# the environment variable. An unknown key is an error. tims-router --help says the same.\n"
+    "# [[link]] and [[route]] at the end have no defaults: what stands there are examples.\n";
+
+std::string default_text(const Option& option) {
+  if (!option.default_note.empty()) return std::string(option.default_note);
+  Config config;
+  for (const List& list : lists()) list.append(config);
+  return to_toml(option.get(config));
+}
+
+std::string sample_value(const Option& option) {
+  return option.sample.empty() ? default_text(option) : std::string(option.sample);
+}
+
+// `text` in lines of at most 98 columns, each behind `margin`, the first behind `first`.
+std::string wrapped(std::string_view text, std::string_view margin, std::string_view first) {
+  constexpr std::size_t kWidth = 98;
+  std::string out;
+  std::string line(first);
+  bool empty = true;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    if (!empty && line.size() + 1 + word.size() > kWidth) {
+      out += line + '\n';
+      line = margin;
+      empty = true;
+    }
+    line += fmt::format("{}{}", empty ? "" : " ", word);
+    empty = false;
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+  }
+  return out + line + '\n';
+}
+
+std::string wrapped(std::string_view text, std::string_view margin) {
+  return wrapped(text, margin, margin);
+}
+
+std::string full_help(const Option& option) {
+  const bool restart = option.reload == Reload::kRestart;
+  return fmt::format("{}{}", option.help, restart ? " Changes need a restart." : "");
+}
+
+std::string limits_text(const Option& option) {
+  const std::string range = range_text(option.kind, option.range);
+  return fmt::format("{}{}{}", kind_name(option.kind), range.empty() ? "" : ", ", range);
+}
+
+std::string option_help(const Option& option) {
+  return fmt::format("  {}  ({}; default {})\n{}", option.key, limits_text(option),
+                     default_text(option), wrapped(full_help(option), "      "));
+}
+
+std::string sample_option(const Option& option) {
+  std::string out = wrapped(fmt::format("{} ({})", full_help(option), limits_text(option)), "# ");
+  if (!option.default_note.empty())
+    out += wrapped(fmt::format("Default: {}", option.default_note), "# ");
+  return out + fmt::format("#{} = {}\n", option.name(), sample_value(option));
+}
+
+// The keys of an item in words, then examples behind '#'.
+std::string sample_list(const List& list) {
+  std::string out = "\n" + wrapped(list.help, "# ");
+  for (const Option& option : list.options)
+    out += wrapped(
+        fmt::format("{} ({}; default {})", option.help, limits_text(option), default_text(option)),
+        "#            ", fmt::format("# {:<10} ", option.name()));
+  std::string_view items = list.sample_items;
+  while (!items.empty()) {
+    const std::string_view line = items.substr(0, items.find('\n'));
+    out += fmt::format("#{}\n", line);
+    items.remove_prefix(line.size() + 1);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::span<const Option> options() { return kOptions; }
@@ -246,6 +519,47 @@ std::vector<Entry> entries(const Config& config) {
         if (option.has_value(config, i))
           all.push_back({fmt::format("{}.{}", item_key(list, i), option.name()), &option, i});
   return all;
+}
+
+const Option* List::find(std::string_view option_name) const {
+  const auto found = std::ranges::find(options, option_name, &Option::name);
+  return found == options.end() ? nullptr : &*found;
+}
+
+std::span<const List> lists() { return kLists; }
+
+const List* find_list(std::string_view name) {
+  const auto found = std::ranges::find(kLists, name, &List::name);
+  return found == kLists.end() ? nullptr : &*found;
+}
+
+std::string item_key(const List& list, std::size_t index) {
+  return fmt::format("{}[{}]", list.name, index);
+}
+
+std::string options_help() {
+  std::string out;
+  for (const Option& option : options()) out += option_help(option);
+  for (const List& list : lists()) {
+    out += fmt::format("\n{}", wrapped(fmt::format("[[{}]] {}", list.name, list.help), "  "));
+    out += fmt::format("      --set {}\n", list.sample_setting);
+    for (const Option& option : list.options) out += option_help(option);
+  }
+  return out;
+}
+
+std::string sample_file() {
+  std::string out(kSampleTop);
+  std::string_view table;
+  for (const Option& option : options()) {
+    if (option.table() != table) {
+      table = option.table();
+      out += fmt::format("\n[{}]\n", table);
+    }
+    out += sample_option(option);
+  }
+  for (const List& list : lists()) out += sample_list(list);
+  return out;
 }
 
 }  // namespace tims::config

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "router/config/files.h"
 #include "router/config/load.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/failure.h"

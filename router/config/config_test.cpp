@@ -1,28 +1,59 @@
-#include <gtest/gtest.h>
-
 #include "router/config/config.h"
+
+#include <gtest/gtest.h>
 
 namespace tims::config {
 namespace {
 
-std::string round_trip(std::string_view text) {
-  const auto to = Destination::parse(text);
-  return to ? to->to_string() : "refused";
+template <typename T>
+std::string read_back(std::string_view text) {
+  const auto value = T::parse(text);
+  return value ? value->to_string() : "refused";
+}
+
+TEST(Endpoint, ReadsAddressesOfBothFamilies) {
+  EXPECT_EQ(read_back<Endpoint>("127.0.0.1:2000"), "127.0.0.1:2000");
+  EXPECT_EQ(read_back<Endpoint>("0.0.0.0:65535"), "0.0.0.0:65535");
+  EXPECT_EQ(read_back<Endpoint>("[::1]:2000"), "[::1]:2000");
+  EXPECT_EQ(read_back<Endpoint>("[fe80::1]:0"), "[fe80::1]:0");
+}
+
+TEST(Endpoint, LocalhostIsTheLoopbackAddress) {
+  EXPECT_EQ(read_back<Endpoint>("localhost:2000"), "127.0.0.1:2000");
+}
+
+TEST(Endpoint, RefusesWhatCannotBeListenedAt) {
+  for (const char* text :
+       {"", ":", "2000", ":2000", "*:2000", "robot1:2000", "127.0.0.1",
+        "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:2000 ", "127.0.0.1:2k",
+        "::1:2000", "[::1]", "[::1:2000", "[]:2000", "[127.0.0.1]:2000", "256.0.0.1:2000"})
+    EXPECT_FALSE(Endpoint::parse(text)) << text;
+}
+
+TEST(Endpoint, KnowsLoopback) {
+  EXPECT_TRUE(Endpoint::parse("127.0.0.1:1")->loopback());
+  EXPECT_TRUE(Endpoint::parse("127.255.3.4:1")->loopback());
+  EXPECT_TRUE(Endpoint::parse("[::1]:1")->loopback());
+  EXPECT_FALSE(Endpoint::parse("0.0.0.0:1")->loopback());
+  EXPECT_FALSE(Endpoint::parse("128.0.0.1:1")->loopback());
+  EXPECT_FALSE(Endpoint::parse("[::]:1")->loopback());
+  EXPECT_FALSE(Endpoint::parse("[::2]:1")->loopback());
 }
 
 TEST(Destination, IsAnAddressOrAName) {
-  EXPECT_EQ(round_trip("10.9.1.1:2011"), "10.9.1.1:2011");
-  EXPECT_EQ(round_trip("[fd00::1]:2011"), "[fd00::1]:2011");
-  EXPECT_EQ(round_trip("[fe80::1%enP3s0.7]:2011"), "[fe80::1%enP3s0.7]:2011");
-  EXPECT_EQ(round_trip("robot1:2011"), "robot1:2011");
-  EXPECT_EQ(round_trip("Robot-1.fleet_2.Example.org:1"), "robot-1.fleet_2.example.org:1");
-  EXPECT_EQ(round_trip("localhost:2011"), "127.0.0.1:2011");
+  EXPECT_EQ(read_back<Destination>("10.9.1.1:2011"), "10.9.1.1:2011");
+  EXPECT_EQ(read_back<Destination>("[fd00::1]:2011"), "[fd00::1]:2011");
+  EXPECT_EQ(read_back<Destination>("[fe80::1%enP3s0.7]:2011"), "[fe80::1%enP3s0.7]:2011");
+  EXPECT_EQ(read_back<Destination>("robot1:2011"), "robot1:2011");
+  EXPECT_EQ(read_back<Destination>("Robot-1.fleet_2.Example.org:1"),
+            "robot-1.fleet_2.example.org:1");
+  EXPECT_EQ(read_back<Destination>("localhost:2011"), "127.0.0.1:2011");
 }
 
 TEST(Destination, WithoutPortItIsTheDefaultPort) {
-  EXPECT_EQ(round_trip("10.9.1.1"), "10.9.1.1:2010");
-  EXPECT_EQ(round_trip("robot1"), "robot1:2010");
-  EXPECT_EQ(round_trip("[::1]"), "[::1]:2010");
+  EXPECT_EQ(read_back<Destination>("10.9.1.1"), "10.9.1.1:2010");
+  EXPECT_EQ(read_back<Destination>("robot1"), "robot1:2010");
+  EXPECT_EQ(read_back<Destination>("[::1]"), "[::1]:2010");
 }
 
 TEST(Destination, RefusesWhatCannotBeReached) {
@@ -84,4 +115,5 @@ TEST(Link, IsNamedByWhereItGoesOrWhomItAccepts) {
 }
 
 }  // namespace
+
 }  // namespace tims::config

@@ -1,3 +1,5 @@
+#include "router/config/config.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -5,17 +7,22 @@
 #include <arpa/inet.h>
 #include <fmt/core.h>
 
-#include "router/config/config.h"
-
 namespace tims::config {
 namespace {
-
-constexpr std::size_t kNameMax = 253;  // of a host in the DNS
 
 bool is_numeric(int family, const std::string& host) {
   std::array<unsigned char, sizeof(in6_addr)> bytes{};
   return ::inet_pton(family, host.c_str(), bytes.data()) == 1;
 }
+
+std::optional<std::uint16_t> parse_port(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return port;
+}
+
+constexpr std::size_t kNameMax = 253;  // of a host in the DNS
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_name_character(char c) {
@@ -48,14 +55,11 @@ bool is_name(std::string_view host) {
   return true;
 }
 
-// Nobody can be reached at port 0.
-std::optional<std::uint16_t> parse_port(std::string_view text) {
+// ":2010", or nothing for the default; nobody can be reached at port 0.
+std::optional<std::uint16_t> parse_port_behind(std::string_view text) {
   if (text.empty()) return kLinkPort;
-  text.remove_prefix(1);
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc{} || end != text.data() + text.size() || port == 0) return std::nullopt;
-  return port;
+  const auto port = parse_port(text.substr(1));
+  return port == 0 ? std::nullopt : port;
 }
 
 std::string_view word(Link::Kind kind) {
@@ -72,6 +76,35 @@ std::string_view word(Link::Kind kind) {
 
 }  // namespace
 
+std::optional<Endpoint> Endpoint::parse(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const auto port = parse_port(text.substr(colon + 1));
+  if (!port) return std::nullopt;
+
+  std::string host(text.substr(0, colon));
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+    if (!is_numeric(AF_INET6, host)) return std::nullopt;
+    return Endpoint{host, *port};
+  }
+  if (host == "localhost") host = "127.0.0.1";
+  if (!is_numeric(AF_INET, host)) return std::nullopt;
+  return Endpoint{host, *port};
+}
+
+bool Endpoint::loopback() const {
+  if (in_addr v4{}; ::inet_pton(AF_INET, host.c_str(), &v4) == 1)
+    return ntohl(v4.s_addr) >> 24 == IN_LOOPBACKNET;
+  in6_addr v6{};
+  return ::inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
+}
+
+std::string Endpoint::to_string() const {
+  const bool v6 = host.find(':') != std::string::npos;
+  return v6 ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port);
+}
+
 std::optional<Destination> Destination::parse(std::string_view text) {
   if (text == "auto") return Destination{std::string(text), 0};
   const bool in_brackets = text.starts_with('[');
@@ -79,7 +112,7 @@ std::optional<Destination> Destination::parse(std::string_view text) {
   if (in_brackets && end == std::string_view::npos) return std::nullopt;
   std::string_view port_text = text.substr(std::min(text.size(), end + (in_brackets ? 1 : 0)));
   if (!port_text.empty() && port_text.front() != ':') return std::nullopt;
-  const auto port = parse_port(port_text);
+  const auto port = parse_port_behind(port_text);
   if (!port) return std::nullopt;
 
   std::string host(in_brackets ? text.substr(1, end - 1) : text.substr(0, end));
