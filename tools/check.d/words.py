@@ -47,8 +47,8 @@ BANNED = [
     Banned("fence", r"\batomic_thread_fence\b",
            "acquire and release on the variables themselves: sanitizers do not see fences",
            but=BENCH),
-    Banned("toml", r"#\s*include\s*<toml\+\+/", "router/config/toml_source.h",
-           but=r"^router/config/toml_source\.cpp$"),
+    Banned("toml", r"#\s*include\s*<toml\+\+/", "libtims/base/toml.h",
+           but=r"^(libtims/base/toml|router/config/toml_source)\.cpp$"),
     Banned("boost", r"#\s*include\s*<boost/", "Boost belongs to the router and the tools",
            where=r"^(libtims|proxies|router/core|router/config)/",
            but=r"^proxies/codec/reflect\.h$"),  # Boost.PFR: headers only, nothing at run time

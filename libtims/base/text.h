@@ -1,0 +1,77 @@
+// Texts as all programs here read and write them: UTF-8 and what of it may reach a terminal,
+// quotes, hex digits, words, and the name somebody meant.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tims::base {
+
+// --- characters
+
+struct Character {
+  std::uint32_t code = 0;
+  std::size_t bytes = 0;  // it takes; 0: the text begins with none
+};
+// Strict: no forms that are too long, no halves of pairs, nothing beyond Unicode. `text` is not
+// empty.
+Character first_character(std::string_view text);
+void append_utf8(std::uint32_t code, std::string& out);
+// C0 and C1: what a terminal obeys.
+constexpr bool is_control(std::uint32_t code) {
+  return code < 0x20 || (code >= 0x7F && code < 0xA0);
+}
+
+// Broken bytes become '?'.
+std::string valid_utf8(std::string_view text);
+// Text of others on a terminal: control characters become '?' as well. A name must not move the
+// cursor.
+std::string printable(std::string_view text);
+// The same for texts of several lines.
+std::string printable_lines(std::string_view text);
+// Columns the text takes on a terminal, one for each character.
+std::size_t display_width(std::string_view text);
+
+// Of ASCII letters; others stay.
+std::string lower(std::string_view text);
+
+// --- quotes, digits, words
+
+// As a string of TOML or JSON: "a \"b\"\u000A".
+std::string in_quotes(std::string_view text);
+
+// All of the text is this number.
+template <typename Number>
+std::optional<Number> parse_number(std::string_view text, int radix = 10) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number, radix);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return number;
+}
+
+std::string to_hex(std::span<const std::byte> bytes);
+// Pairs of digits; blanks, line ends, ":" and "0x" may stand between them.
+std::optional<std::vector<std::byte>> parse_hex(std::string_view text);
+
+// "tims-demo ladar --at 'Ladar(1/0)'" as a shell would cut it. Nothing: a quote is not closed.
+std::optional<std::vector<std::string>> split_words(std::string_view text);
+
+// --- did you mean
+//
+// The distance is that of Damerau and Levenshtein in its restricted form: insertions, deletions,
+// replacements and swaps of neighbours, none within another.
+
+std::size_t edit_distance(std::string_view a, std::string_view b);
+// Empty when nothing is near enough to be what somebody meant: a third of the name may differ.
+std::optional<std::string_view> nearest(std::string_view name,
+                                        std::span<const std::string_view> known);
+std::optional<std::string_view> nearest(std::string_view name, std::span<const std::string> known);
+
+}  // namespace tims::base
