@@ -1,4 +1,6 @@
-// The loop's side of the engine.
+// The engine: its loop's side (DdsEngine::Running) and its thread (DdsWorker). The loop writes and
+// reads samples and decides who is there; the thread makes and ends what the library needs long
+// for.
 #include "router/io/dds/dds_engine.h"
 
 #include <algorithm>
@@ -12,9 +14,9 @@
 #include <poll.h>
 
 #include "os/clock.h"
+#include "router/io/dds/participant.h"
 #include "router/io/dds/qos.h"
-#include "router/io/dds/route.h"
-#include "router/io/dds/worker.h"
+#include "router/io/dds/writer.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
 #include "router/link/bundle.h"
@@ -39,31 +41,100 @@ NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
   return NetAddress::dds(id);
 }
 
+// The engine's thread: makes and ends participants and their writers, which may take long in the
+// library.
+class DdsWorker {
+ public:
+  DdsWorker(const DdsSettings& settings, const eprosima::fastdds::dds::DomainParticipantQos& qos,
+            std::shared_ptr<DdsEvents> events, std::shared_ptr<DdsCommands> commands);
+
+  void run();  // until the end is ordered
+
+ private:
+  void carry_out(const DdsCommands::Wanted& wanted);
+  void make_participant(const DdsCommands::Wanted& wanted);
+  void keep_writers(const DdsCommands::Wanted& wanted);
+
+  const DdsSettings settings_;
+  const eprosima::fastdds::dds::DomainParticipantQos qos_;
+  const std::shared_ptr<DdsEvents> events_;
+  const std::shared_ptr<DdsCommands> commands_;
+  std::uint64_t generation_ = 0;
+  std::unique_ptr<DdsParticipant> participant_;
+  // Go before the participant does.
+  std::map<std::shared_ptr<DdsPeer>, std::unique_ptr<DdsWriter>> writers_;
+};
+
+DdsWorker::DdsWorker(const DdsSettings& settings,
+                     const eprosima::fastdds::dds::DomainParticipantQos& qos,
+                     std::shared_ptr<DdsEvents> events, std::shared_ptr<DdsCommands> commands)
+    : settings_(settings), qos_(qos), events_(std::move(events)), commands_(std::move(commands)) {}
+
+void DdsWorker::run() {
+  send_library_log_to(events_);
+  for (DdsCommands::Wanted wanted = commands_->wait(); !wanted.end; wanted = commands_->wait()) {
+    // Exceptions are the library's. What it has begun stays until another generation is wanted.
+    try {
+      carry_out(wanted);
+    } catch (const std::exception& e) {
+      events_->post_failure({generation_, e.what()});
+    }
+  }
+  writers_.clear();
+  participant_.reset();
+}
+
+void DdsWorker::carry_out(const DdsCommands::Wanted& wanted) {
+  if (wanted.generation != generation_) make_participant(wanted);
+  keep_writers(wanted);
+}
+
+void DdsWorker::make_participant(const DdsCommands::Wanted& wanted) {
+  writers_.clear();
+  participant_.reset();
+  generation_ = wanted.generation;
+  participant_ = std::make_unique<DdsParticipant>(settings_, qos_, wanted, events_);
+  events_->post_up({generation_, participant_->address(), participant_->reader()});
+}
+
+void DdsWorker::keep_writers(const DdsCommands::Wanted& wanted) {
+  std::erase_if(writers_, [&](const auto& writer) {
+    return std::ranges::find(wanted.peers, writer.first) == wanted.peers.end();
+  });
+  if (!participant_) return;
+  for (const auto& peer : wanted.peers) {
+    if (writers_.contains(peer)) continue;
+    const auto made = writers_.emplace(peer, participant_->make_writer(peer)).first;
+    events_->post_writer({generation_, peer, made->second.get()});
+  }
+}
+
 }  // namespace
 
 // From start() to stop().
 class DdsEngine::Running {
  public:
   Running(DdsEngine& engine, const eprosima::fastdds::dds::DomainParticipantQos& qos,
-          std::shared_ptr<DdsNews> news)
+          std::shared_ptr<DdsEvents> events)
       : engine_(engine),
-        news_(std::move(news)),
+        events_(std::move(events)),
         port_(user_traffic_port(qos, engine.settings_.domain)),
-        retry_(engine.loop_, [this] { live_again(); }),
+        retry_(engine.loop_, [this] { begin_again(); }),
         sweep_(engine.loop_, [this] { forget_the_silent(); }),
         serve_(engine.loop_, [this] { serve(); }) {
-    ear_.emplace(engine.loop_, news_->fd(), [this](Ready) { hear(); });
-    thread_ = std::thread([settings = engine.settings_, qos, news = news_, orders = orders_] {
-      DdsWorker(settings, qos, news, orders).run();
-      orders->ended();
-    });
+    events_watch_.emplace(engine.loop_, events_->fd(), [this](Ready) { take_events(); });
+    thread_ =
+        std::thread([settings = engine.settings_, qos, events = events_, commands = commands_] {
+          DdsWorker(settings, qos, events, commands).run();
+          commands->ended();
+        });
   }
 
   ~Running() {
     guarded([this] { finish(); });
     leave();
-    orders_->change([](DdsOrders::Wanted& wanted) { wanted.end = true; });
-    if (orders_->wait_for_end(kEndLimit)) {
+    commands_->change([](DdsCommands::Wanted& wanted) { wanted.end = true; });
+    if (commands_->wait_for_end(kEndLimit)) {
       thread_.join();
     } else {
       engine_.log_.error("dds: Fast DDS does not end; it is left behind");
@@ -71,9 +142,9 @@ class DdsEngine::Running {
     }
   }
 
-  void live(const link::Announcement& self) {
+  void begin(const link::Announcement& self) {
     leave();
-    ++life_;
+    ++generation_;
     self_ = self;
     retry_.cancel();
     auto traffic = UserTraffic::open(engine_.settings_.interface, port_);
@@ -81,9 +152,10 @@ class DdsEngine::Running {
     traffic_ = *traffic;
     // A discovery server does not tell everything to everybody itself.
     const bool filtered = engine_.settings_.discovery_server.empty();
-    metatraffic_ = filtered ? std::make_shared<Metatraffic>(self, life_, news_, traffic_) : nullptr;
-    orders_->change([&](DdsOrders::Wanted& wanted) {
-      wanted.life = life_;
+    metatraffic_ =
+        filtered ? std::make_shared<Metatraffic>(self, generation_, events_, traffic_) : nullptr;
+    commands_->change([&](DdsCommands::Wanted& wanted) {
+      wanted.generation = generation_;
       wanted.self = self;
       wanted.traffic = traffic_;
       wanted.metatraffic = metatraffic_;
@@ -128,7 +200,7 @@ class DdsEngine::Running {
 
  private:
   struct Router {
-    std::uint64_t life = 0;             // in which it was last heard of
+    std::uint64_t generation = 0;       // in which it was last heard of
     std::unique_ptr<DdsRoute> route{};  // when it is sent to
   };
 
@@ -144,7 +216,7 @@ class DdsEngine::Running {
 
   // Before the thread may end what the library has made.
   void leave() {
-    inlet_.reset();
+    socket_watch_.reset();
     reader_ = nullptr;
     address_ = {};
     for (DdsRoute* route : routes_) route->set_writer(nullptr);
@@ -152,13 +224,13 @@ class DdsEngine::Running {
 
   // --- what the threads tell
 
-  void hear() {
-    DdsNews::All news = news_->take();
-    for (const DdsNews::Line& line : news.lines) complain(line);
-    for (auto& [id, router] : news.routers) hear_of(NetAddress::dds(id), router);
-    if (news.up && news.up->life == life_) come_up(*news.up);
-    for (const DdsNews::Opened& opened : news.opened) hear_of(opened);
-    if (news.failure && news.failure->life == life_) fail(news.failure->text);
+  void take_events() {
+    DdsEvents::All events = events_->take();
+    for (const DdsEvents::Line& line : events.lines) complain(line);
+    for (auto& [id, router] : events.routers) on_router(NetAddress::dds(id), router);
+    if (events.up && events.up->generation == generation_) on_up(*events.up);
+    for (const DdsEvents::WriterReady& ready : events.writers) on_writer(ready);
+    if (events.failure && events.failure->generation == generation_) fail(events.failure->text);
     take_samples();
     serve();
     engine_.listener_.on_turn_end();
@@ -166,12 +238,12 @@ class DdsEngine::Running {
 
   void receive() {
     guarded([this] { hand_on_arrivals(); });
-    hear();
+    take_events();
   }
 
   // Acknowledgements are among them.
   void hand_on_arrivals() {
-    news_->quietly([this] {
+    events_->without_notifying([this] {
       const Time now = os::now();
       for (const link::DdsParticipant& from : traffic_->receive()) {
         const auto known = known_.find(NetAddress::dds(from));
@@ -180,33 +252,33 @@ class DdsEngine::Running {
     });
   }
 
-  void complain(const DdsNews::Line& line) {
+  void complain(const DdsEvents::Line& line) {
     if (!line.error) return engine_.log_.debug("dds: " + line.text);
     engine_.log_.warning("dds: " + line.text);
     if (std::exchange(engine_.last_error_, line.text) != line.text) engine_.listener_.on_state();
   }
 
-  void hear_of(const NetAddress& address, const DdsNews::Router& router) {
-    if (router.life != life_) return;
+  void on_router(const NetAddress& address, const DdsEvents::Router& router) {
+    if (router.generation != generation_) return;
     if (!router.announcement) {
       forget(address);
       return;
     }
-    known_[address].life = life_;
+    known_[address].generation = generation_;
     engine_.listener_.on_announced(*router.announcement);
   }
 
-  void hear_of(const DdsNews::Opened& opened) {
-    const auto known = known_.find(opened.peer->address);
-    if (opened.life != life_ || known == known_.end()) return;
+  void on_writer(const DdsEvents::WriterReady& ready) {
+    const auto known = known_.find(ready.peer->address);
+    if (ready.generation != generation_ || known == known_.end()) return;
     DdsRoute* const route = known->second.route.get();
-    if (route != nullptr && route->peer() == opened.peer) route->set_writer(opened.writer);
+    if (route != nullptr && route->peer() == ready.peer) route->set_writer(ready.writer);
   }
 
-  void come_up(const DdsNews::Up& up) {
+  void on_up(const DdsEvents::Up& up) {
     reader_ = up.reader;
     address_ = up.address;
-    inlet_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
+    socket_watch_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
     engine_.last_error_.clear();
     // Who went while there was no participant has not been heard going.
     former_until_ = os::now() + engine_.settings_.lease + 1s;
@@ -222,14 +294,14 @@ class DdsEngine::Running {
     engine_.listener_.on_state();
   }
 
-  void live_again() { live(link::Announcement(self_)); }
+  void begin_again() { begin(link::Announcement(self_)); }
 
   // --- who is there
 
   void order_peers() {
     std::vector<std::shared_ptr<DdsPeer>> peers;
     for (const DdsRoute* route : routes_) peers.push_back(route->peer());
-    orders_->change([&](DdsOrders::Wanted& wanted) { wanted.peers = std::move(peers); });
+    commands_->change([&](DdsCommands::Wanted& wanted) { wanted.peers = std::move(peers); });
   }
 
   void forget(const NetAddress& address) {
@@ -244,7 +316,7 @@ class DdsEngine::Running {
     sweep_.set(now + kSweep);
     std::vector<NetAddress> silent;
     for (const auto& [address, router] : known_) {
-      if (router.life != life_ && now >= former_until_) silent.push_back(address);
+      if (router.generation != generation_ && now >= former_until_) silent.push_back(address);
     }
     if (metatraffic_)
       for (const link::DdsParticipant& who : metatraffic_->expire(now))
@@ -316,22 +388,22 @@ class DdsEngine::Running {
   }
 
   // Others have their turn first.
-  void continue_later() { news_->has_moved(); }
+  void continue_later() { events_->wake(); }
 
   DdsEngine& engine_;
-  const std::shared_ptr<DdsNews> news_;
-  const std::shared_ptr<DdsOrders> orders_ = std::make_shared<DdsOrders>();
+  const std::shared_ptr<DdsEvents> events_;
+  const std::shared_ptr<DdsCommands> commands_ = std::make_shared<DdsCommands>();
   const std::uint16_t port_;
-  std::optional<Watch> ear_;
-  std::optional<Watch> inlet_;  // while there is a participant
+  std::optional<Watch> events_watch_;
+  std::optional<Watch> socket_watch_;  // while there is a participant
   Timer retry_;
   Timer sweep_;
   Timer serve_;
   Time serve_at_ = kNever;
-  Time former_until_{};  // those of our former life are known
+  Time former_until_{};  // those of our former generation are known
   std::thread thread_;
 
-  std::uint64_t life_ = 0;
+  std::uint64_t generation_ = 0;
   link::Announcement self_{};
   NetAddress address_{};
   std::shared_ptr<UserTraffic> traffic_;
@@ -354,15 +426,15 @@ DdsEngine::~DdsEngine() { stop(); }
 Result<void> DdsEngine::start(const link::Announcement& self) {
   auto qos = participant_qos(settings_);
   if (!qos) return qos.error();
-  auto news = DdsNews::make();
-  if (!news) return news.error();
-  running_ = std::make_unique<Running>(*this, *qos, std::move(*news));
-  running_->live(self);
+  auto events = DdsEvents::make();
+  if (!events) return events.error();
+  running_ = std::make_unique<Running>(*this, *qos, std::move(*events));
+  running_->begin(self);
   return {};
 }
 
 void DdsEngine::restart(const link::Announcement& self) {
-  if (running_) running_->live(self);
+  if (running_) running_->begin(self);
 }
 
 void DdsEngine::stop() { running_.reset(); }

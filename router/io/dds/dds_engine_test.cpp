@@ -2,12 +2,21 @@
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <thread>
 
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gmock/gmock.h>
 
+#include "libtims/os/clock.h"
+#include "router/io/dds/foreign_participant_fixture.h"
+#include "router/io/dds/transport.h"
+#include "router/io/dds/writer.h"
+#include "tests/support/child_process.h"
 #include "tests/support/dds_fixture.h"
+#include "tests/support/own_network.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tims::io {
 namespace {
@@ -266,5 +275,291 @@ INSTANTIATE_TEST_SUITE_P(
                     Bad{"NoProfiles", {.profiles = "/nowhere/dds.xml"}, "/nowhere/dds.xml"}),
     [](const auto& bad) { return bad.param.name; });
 
+// How routers find each other, who else there is, and how they go.
+
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+std::string partition_of(const Host& host) {
+  const std::string text = host.address().to_string();
+  return text.substr(text.find(':') + 1);
+}
+
+Bytes bytes(std::initializer_list<int> values) {
+  Bytes made;
+  for (const int value : values) made.push_back(static_cast<std::byte>(value));
+  return made;
+}
+
+TEST_F(DdsEngineTest, GarbageOfOthersIsCountedAndHarmsNobody) {
+  Host a(loop_, "a");
+  Host b(loop_, "b");
+  meet(a, b);
+  const auto announcement = announcement_of("stranger", test_fleet());
+  ForeignParticipant stranger(test_domain(), ForeignParticipant::router(announcement));
+  stranger.open("tims/" + test_fleet(), partition_of(a));
+  ASSERT_TRUE(until([&] { return stranger.is_matched(); }, "the stranger reaches a"));
+  stranger.write({});
+  stranger.write(bytes({5}));
+  stranger.write(bytes({200, 0, 1, 2, 3}));
+  stranger.write(Bytes(50'000, std::byte{0xFF}));
+  stranger.write(bytes({2, 0, 0xAB, 0xCD}));  // well-formed: links tell who may say it
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "two datagrams"));
+  ASSERT_TRUE(until([&] { return a.engine.counters().strange == 4; }, "four are strange"));
+}
+
+TEST_F(DdsEngineTest, WhoIsNoRouterOfTheFleetReachesNobody) {
+  Host a(loop_, "a");
+  Host b(loop_, "b");
+  meet(a, b);
+  ForeignParticipant other(test_domain());
+  other.open("tims/" + test_fleet(), partition_of(a));
+  const auto announcement = announcement_of("stranger", test_fleet());
+  ForeignParticipant stranger(test_domain(), ForeignParticipant::router(announcement));
+  stranger.open("tims/" + test_fleet(), partition_of(a));
+  ASSERT_TRUE(until([&] { return stranger.is_matched(); }, "the router reaches a"));
+  // It had as much time.
+  EXPECT_FALSE(other.is_matched());
+  EXPECT_EQ(a.seen.size(), 2);
+}
+
+TEST_F(DdsEngineTest, WhatIsForNobodyIsGivenUp) {
+  Host a(loop_, "a");
+  ASSERT_TRUE(a.start());
+  // It never makes a reader.
+  const auto announcement = announcement_of("silent", test_fleet());
+  ForeignParticipant silent(test_domain(), ForeignParticipant::router(announcement));
+  ASSERT_TRUE(until([&] { return a.is_up() && a.seen.size() == 1; }, "a sees it"));
+  a.engine.connect(a.seen[0].dds);
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(25), 10));
+  EXPECT_GT(a.engine.counters().waiting_bytes, 25);
+  ASSERT_TRUE(until([&] { return a.engine.counters().unmatched == 3; }, "all are given up"));
+  EXPECT_EQ(a.engine.counters().waiting_bytes, 0);
+}
+
+// --- killed
+
+// Not a test: a router in a process of its own.
+TEST_F(DdsEngineTest, DISABLED_Actor) {
+  const char* domain = ::getenv("DDS_TEST_DOMAIN");
+  const char* fleet = ::getenv("DDS_TEST_FLEET");
+  ASSERT_TRUE(domain != nullptr && fleet != nullptr);
+  Host actor(loop_, "actor",
+             {.fleet = fleet, .domain = static_cast<unsigned>(std::stoul(domain)), .lease = 3s});
+  ASSERT_TRUE(actor.start());
+  (void)run_until(
+      loop_, [] { return false; }, "to be killed", 5 * test::kPatience);
+}
+
+Result<test::ChildProcess> start_actor() {
+  const test::ChildOptions where{
+      {"DDS_TEST_DOMAIN=" + std::to_string(test_domain()), "DDS_TEST_FLEET=" + test_fleet()}, {}};
+  return test::ChildProcess::start({"/proc/self/exe", "--gtest_also_run_disabled_tests",
+                                    "--gtest_filter=DdsEngineTest.DISABLED_Actor"},
+                                   where);
+}
+
+// UDP, of this network namespace.
+std::uint64_t packets_out() {
+  std::ifstream statistics("/proc/thread-self/net/snmp");
+  std::string name;
+  std::uint64_t in = 0;
+  std::uint64_t no_port = 0;
+  std::uint64_t errors = 0;
+  std::uint64_t out = 0;
+  while (statistics >> name) {
+    if (name == "Udp:" && statistics >> in >> no_port >> errors >> out) return out;
+    statistics.clear();
+  }
+  return 0;
+}
+
+// The library notices; what is written when it dies may begin the lease anew.
+TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
+  constexpr Duration kLease = 3s;
+  Host a(loop_, "a", {.lease = kLease});
+  ASSERT_TRUE(a.start());
+  auto actor = start_actor();
+  ASSERT_TRUE(actor) << actor.error().message();
+  ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
+  EXPECT_EQ(a.seen[0].who.name.view(), "actor");
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(100), 100));
+  ASSERT_TRUE(until([&] { return a.engine.counters().samples_out == 1; }, "it is written"));
+  ASSERT_TRUE(actor->stop(SIGKILL));
+  ASSERT_TRUE(run_until(
+      loop_, [&] { return !a.gone.empty(); }, "a notices", 2 * kLease * test::kSlowdown));
+  EXPECT_TRUE(a.seen.empty());
+}
+
+TEST_F(DdsEngineTest, WhoIsSilentIsAskedLessAndLess) {
+  constexpr int kSamples = 30;  // a history takes them
+  auto network = test::OwnNetwork::enter();
+  if (!network) GTEST_SKIP() << network.error().message();
+  Host a(loop_, "a", {.lease = 60s});
+  ASSERT_TRUE(a.start());
+  auto actor = start_actor();
+  ASSERT_TRUE(actor) << actor.error().message();
+  ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
+  ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.engine.counters().samples_out == 1; }, "it is written"));
+  actor->signal(SIGSTOP);
+  const std::uint64_t before = packets_out();
+  for (int i = 0; i < kSamples; ++i) {
+    ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(10), 10));
+    const Time next = os::now() + 20ms;
+    ASSERT_TRUE(until([&] { return os::now() >= next; }, "a while"));
+  }
+  EXPECT_EQ(a.engine.counters().samples_out, kSamples + 1);
+  // The rest is discovery, and some 15 heartbeats.
+  EXPECT_LT(packets_out() - before, 2 * kSamples);
+}
+
+TEST(DdsTransport, AsksAllReadersForNoSampleToOne) {
+  const DdsTransport transport(
+      std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>(), nullptr, nullptr);
+  EXPECT_GE(transport.min_send_buffer_size(), 1U << 30);
+}
+
+TEST(DdsRoute, PausesAreTwiceAsLongEachTime) {
+  EXPECT_EQ(DdsRoute::pause({}, 2ms), 2ms);
+  EXPECT_EQ(DdsRoute::pause(10ms, 2ms), 10ms);
+  EXPECT_EQ(DdsRoute::pause(10s, 2ms), 250ms);
+  EXPECT_EQ(DdsRoute::pause(10s, 300ms), 300ms) << "as configured";
+}
+
+// --- without multicast
+
+TEST_F(DdsEngineTest, OnePeerInTheListIsEnough) {
+  Host a(loop_, "a", {.multicast = false});
+  Host b(loop_, "b", {.multicast = false, .peers = {"127.0.0.1"}});
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return a.arrivals.size() == 1 && b.arrivals.size() == 1; }, "both"));
+}
+
+TEST_F(DdsEngineTest, APeerIsFoundAfterManyRestarts) {
+  Host a(loop_, "a", {.multicast = false});
+  Host b(loop_, "b", {.multicast = false, .peers = {"127.0.0.1"}});
+  ASSERT_TRUE(a.start());
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(until([&] { return a.is_up(); }, "it is up"));
+    a.engine.restart(a.self);
+  }
+  ASSERT_TRUE(b.start());
+  EXPECT_TRUE(until([&] { return a.is_up() && b.is_up() && a.sees(b) && b.sees(a); }, "they meet"));
+}
+
+// The port is one that another test's server would not have.
+std::uint16_t server_port() { return static_cast<std::uint16_t>(20'000 + ::getpid() % 20'000); }
+
+TEST_F(DdsEngineTest, ADiscoveryServerTellsWhoThereIsAndMayGo) {
+  const DdsSettings by_server{.multicast = false,
+                              .discovery_server = "127.0.0.1:" + std::to_string(server_port())};
+  auto server = std::make_unique<ForeignParticipant>(test_domain(),
+                                                     ForeignParticipant::server(server_port()));
+  Host a(loop_, "a", by_server);
+  Host b(loop_, "b", by_server);
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 1 && b.arrivals.size() == 1; }, "both"));
+  server.reset();
+  Host late(loop_, "late", by_server);
+  ASSERT_TRUE(late.start());
+  ASSERT_TRUE(until([&] { return late.is_up(); }, "the late one is up"));
+  // Who has sent to each other needs no server.
+  ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
+  ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "it arrives"));
+  server = std::make_unique<ForeignParticipant>(test_domain(),
+                                                ForeignParticipant::server(server_port()));
+  EXPECT_TRUE(until([&] { return late.sees(a) && late.sees(b) && a.sees(late) && b.sees(late); },
+                    "all see the late one"));
+  ASSERT_TRUE(late.send(a.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return a.arrivals.size() == 3; }, "it arrives"));
+}
+
+// --- profiles
+
+std::string profiles(const std::string& name) {
+  return R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name=")" +
+         name + R"("><rtps><builtin><discovery_config>
+    <leaseDuration><sec>7</sec></leaseDuration>
+  </discovery_config></builtin></rtps></participant>
+  <data_writer profile_name=")" +
+         name + R"("><qos><publishMode><kind>ASYNCHRONOUS</kind></publishMode></qos></data_writer>
+</profiles></dds>)";
+}
+
+std::string profiles_with_transport(const std::string& type) {
+  return R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <transport_descriptors><transport_descriptor>
+    <transport_id>own</transport_id><type>)" +
+         type + R"(</type>
+  </transport_descriptor></transport_descriptors>
+  <participant profile_name="tims"><rtps>
+    <userTransports><transport_id>own</transport_id></userTransports>
+    <useBuiltinTransports>false</useBuiltinTransports>
+  </rtps></participant>
+</profiles></dds>)";
+}
+
+class DdsProfiles : public DdsEngineTest {
+ protected:
+  std::string write(const std::string& text) {
+    const auto path = folder_.path() / "dds.xml";
+    std::ofstream(path) << text;
+    return path;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(DdsProfiles, AreRead) {
+  const std::string file = write(profiles("tims"));
+  Host a(loop_, "a", {.profiles = file});
+  Host b(loop_, "b", {.profiles = file});
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(10), 10));
+  EXPECT_TRUE(until([&] { return b.arrivals.size() == 1; }, "it arrives"));
+}
+
+TEST_F(DdsProfiles, MayHaveATransportOfTheirOwn) {
+  const std::string file = write(profiles_with_transport("UDPv4"));
+  Host a(loop_, "a", {.profiles = file});
+  Host b(loop_, "b");
+  meet(a, b);
+  ASSERT_TRUE(a.send(b.address(), Bytes(60'000), 1200));
+  ASSERT_TRUE(b.send(a.address(), Bytes(60'000), 1200));
+  EXPECT_TRUE(until([&] { return b.bytes_in == 60'000 && a.bytes_in == 60'000; }, "all arrive"));
+}
+
+TEST_F(DdsProfiles, ButNotOneThatWaits) {
+  Host a(loop_, "a", {.profiles = write(profiles_with_transport("TCPv4"))});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml: TCP is no transport for routers"));
+}
+
+TEST_F(DdsProfiles, WithoutOneForUs) {
+  Host a(loop_, "a", {.profiles = write(profiles("somebody"))});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("no participant profile \"tims\""));
+}
+
+TEST_F(DdsProfiles, ThatAreNone) {
+  Host a(loop_, "a", {.profiles = write("<dds><profiles><participant")});
+  const auto started = a.start();
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml is no file of Fast DDS profiles"));
+}
+
 }  // namespace
+
+// How routers find each other, who else there is, and how they go.
+
 }  // namespace tims::io

@@ -4,6 +4,7 @@
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
@@ -11,7 +12,6 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 
 #include "router/io/dds/qos.h"
-#include "router/io/dds/require.h"
 
 namespace tims::io {
 namespace {
@@ -19,6 +19,23 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
+
+class Consumer final : public fast::LogConsumer {
+ public:
+  explicit Consumer(std::weak_ptr<DdsEvents> events) : events_(std::move(events)) {}
+
+  // In the library's own thread.
+  void Consume(const fast::Log::Entry& entry) override {
+    const auto events = events_.lock();
+    if (!events) return;
+    const char* category = entry.context.category != nullptr ? entry.context.category : "";
+    events->post_line({.error = entry.kind == fast::Log::Kind::Error,
+                       .text = std::string(category) + ": " + entry.message});
+  }
+
+ private:
+  const std::weak_ptr<DdsEvents> events_;
+};
 
 link::DdsParticipant id_of(const rtps::GuidPrefix_t& prefix) {
   link::DdsParticipant id{};
@@ -37,54 +54,60 @@ std::optional<link::Announcement> read(const rtps::ParticipantProxyData& data,
 
 }  // namespace
 
+void send_library_log_to(const std::shared_ptr<DdsEvents>& events) {
+  fast::Log::ClearConsumers();
+  fast::Log::SetVerbosity(fast::Log::Kind::Warning);
+  fast::Log::RegisterConsumer(std::make_unique<Consumer>(events));
+}
+
 // --- what the library's threads call
 
 class DdsParticipant::Discovery final : public fast::DomainParticipantListener {
  public:
-  Discovery(std::string fleet, const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news)
+  Discovery(std::string fleet, const DdsCommands::Wanted& wanted, std::shared_ptr<DdsEvents> events)
       : fleet_(std::move(fleet)),
-        life_(wanted.life),
+        generation_(wanted.generation),
         metatraffic_(wanted.metatraffic),
-        news_(std::move(news)) {}
+        events_(std::move(events)) {}
 
   void on_participant_discovery(fast::DomainParticipant*,
                                 rtps::ParticipantDiscoveryInfo&& info) override {
     using Info = rtps::ParticipantDiscoveryInfo;
     const bool there =
         info.status == Info::DISCOVERED_PARTICIPANT || info.status == Info::CHANGED_QOS_PARTICIPANT;
-    DdsNews::Router router{.life = life_};
+    DdsEvents::Router router{.generation = generation_};
     if (there) router.announcement = read(info.info, fleet_);
     const link::DdsParticipant id = id_of(info.info.m_guid.guidPrefix);
     if (!there && metatraffic_) metatraffic_->forget(id);
-    news_->has_seen(id, std::move(router));
+    events_->post_router(id, std::move(router));
   }
 
  private:
   const std::string fleet_;
-  const std::uint64_t life_;
+  const std::uint64_t generation_;
   const std::shared_ptr<Metatraffic> metatraffic_;
-  const std::shared_ptr<DdsNews> news_;
+  const std::shared_ptr<DdsEvents> events_;
 };
 
 class DdsParticipant::Arrival final : public fast::DataReaderListener {
  public:
-  explicit Arrival(std::shared_ptr<DdsNews> news) : news_(std::move(news)) {}
-  void on_data_available(fast::DataReader*) override { news_->has_moved(); }
+  explicit Arrival(std::shared_ptr<DdsEvents> events) : events_(std::move(events)) {}
+  void on_data_available(fast::DataReader*) override { events_->wake(); }
 
  private:
-  const std::shared_ptr<DdsNews> news_;
+  const std::shared_ptr<DdsEvents> events_;
 };
 
 // --- the participant
 
 DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticipantQos qos,
-                               const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news)
+                               const DdsCommands::Wanted& wanted, std::shared_ptr<DdsEvents> events)
     : settings_(settings),
-      news_(std::move(news)),
+      events_(std::move(events)),
       traffic_(wanted.traffic),
       metatraffic_(wanted.metatraffic),
-      discovery_(std::make_unique<Discovery>(settings.fleet, wanted, news_)),
-      arrival_(std::make_unique<Arrival>(news_)) {
+      discovery_(std::make_unique<Discovery>(settings.fleet, wanted, events_)),
+      arrival_(std::make_unique<Arrival>(events_)) {
   announce(qos, wanted.self);
   carry(qos, traffic_, metatraffic_);
   participant_ = require(fast::DomainParticipantFactory::get_instance()->create_participant(
@@ -145,7 +168,7 @@ link::NetAddress DdsParticipant::address() const {
 std::unique_ptr<DdsWriter> DdsParticipant::make_writer(const std::shared_ptr<DdsPeer>& peer) {
   if (metatraffic_) metatraffic_->admit(peer->address.participant());
   const DdsWriter::Place place{*participant_, *topic_, settings_};
-  return std::make_unique<DdsWriter>(place, peer, news_, traffic_);
+  return std::make_unique<DdsWriter>(place, peer, events_, traffic_);
 }
 
 }  // namespace tims::io

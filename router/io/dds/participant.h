@@ -1,4 +1,6 @@
-// One life of our participant: from when it is made until the host's addresses change.
+// One participant of Fast DDS: from when it is made until the host's addresses change, with the
+// reader of what is sent to this router and a writer for each router that is sent to. What the
+// library's threads see is told as events.
 #pragma once
 
 #include <memory>
@@ -9,17 +11,20 @@
 #include <fastdds/dds/subscriber/DataReader.hpp>
 
 #include "router/io/dds/dds_engine.h"
-#include "router/io/dds/news.h"
-#include "router/io/dds/orders.h"
+#include "router/io/dds/events.h"
 #include "router/io/dds/writer.h"
 
 namespace tims::io {
+
+// Fast DDS has one log a process: it tells the engine that was started last, as long as `events`
+// lives. Nothing goes to the terminal any more.
+void send_library_log_to(const std::shared_ptr<DdsEvents>& events);
 
 class DdsParticipant {
  public:
   // Throws std::runtime_error when the library does not make it.
   DdsParticipant(const DdsSettings& settings, eprosima::fastdds::dds::DomainParticipantQos qos,
-                 const DdsOrders::Wanted& wanted, std::shared_ptr<DdsNews> news);
+                 const DdsCommands::Wanted& wanted, std::shared_ptr<DdsEvents> events);
   DdsParticipant(const DdsParticipant&) = delete;
   DdsParticipant& operator=(const DdsParticipant&) = delete;
   ~DdsParticipant();
@@ -38,7 +43,7 @@ class DdsParticipant {
   void remove();
 
   const DdsSettings& settings_;
-  const std::shared_ptr<DdsNews> news_;
+  const std::shared_ptr<DdsEvents> events_;
   const std::shared_ptr<UserTraffic> traffic_;
   const std::shared_ptr<Metatraffic> metatraffic_;
   std::unique_ptr<Discovery> discovery_;

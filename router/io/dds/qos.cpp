@@ -11,7 +11,6 @@
 #include <fmt/core.h>
 
 #include "router/core/random.h"
-#include "router/io/dds/locator.h"
 #include "router/io/dds/transport.h"
 #include "router/io/net/system_address.h"
 

@@ -10,8 +10,7 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 
 #include "router/io/dds/dds_engine.h"
-#include "router/io/dds/metatraffic.h"
-#include "router/io/dds/user_traffic.h"
+#include "router/io/dds/transport.h"
 
 namespace tims::io {
 

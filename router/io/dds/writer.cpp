@@ -1,49 +1,164 @@
 #include "router/io/dds/writer.h"
 
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 
 #include "router/io/dds/qos.h"
-#include "router/io/dds/require.h"
+#include "router/link/bundle.h"
 
 namespace tims::io {
-
 namespace {
+
+namespace fast = eprosima::fastdds::dds;
+using eprosima::fastrtps::types::ReturnCode_t;
+using namespace std::chrono_literals;
+
+constexpr std::array<unsigned char, 4> kLittleEndianCdr{0, 1, 0, 0};
+
+std::size_t serialized_size(const OctetsOut& sample) {
+  return kLittleEndianCdr.size() + sample.parts[0].size() + sample.parts[1].size();
+}
 
 // The library's own, which are few, do not count beside ours.
 constexpr std::uint32_t kFirstHeartbeat = 1 << 16;
 
+constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
+constexpr Duration kPauseMax = 250ms;
+constexpr Duration kTryAgain = 100us;
+
 }  // namespace
 
-namespace fast = eprosima::fastdds::dds;
-using eprosima::fastrtps::types::ReturnCode_t;
+// --- samples
+
+void OctetsIn::assign(std::span<const std::byte> bytes) {
+  if (!memory_) memory_ = std::make_unique_for_overwrite<std::byte[]>(kSampleBytesMax);
+  size_ = bytes.size() <= kSampleBytesMax ? bytes.size() : 0;
+  if (size_ > 0) std::memcpy(memory_.get(), bytes.data(), size_);
+}
+
+OctetsType::OctetsType() {
+  setName(kName);
+  m_typeSize = kSampleBytesMax + kLittleEndianCdr.size();
+  m_isGetKeyDefined = false;
+  auto_fill_type_object(false);
+  auto_fill_type_information(false);
+}
+
+bool OctetsType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
+  const auto& sample = *static_cast<const OctetsOut*>(data);
+  const std::size_t size = serialized_size(sample);
+  if (size > payload->max_size) return false;
+  payload->encapsulation = CDR_LE;
+  payload->length = static_cast<std::uint32_t>(size);
+  unsigned char* to = std::ranges::copy(kLittleEndianCdr, payload->data).out;
+  for (const auto part : sample.parts) {
+    if (!part.empty()) std::memcpy(to, part.data(), part.size());
+    to += part.size();
+  }
+  return true;
+}
+
+bool OctetsType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) {
+  const std::span all(payload->data, payload->length);
+  const std::size_t header = std::min(all.size(), kLittleEndianCdr.size());
+  static_cast<OctetsIn*>(data)->assign(std::as_bytes(all.subspan(header)));
+  return true;
+}
+
+std::function<std::uint32_t()> OctetsType::getSerializedSizeProvider(void* data) {
+  return [data] {
+    return static_cast<std::uint32_t>(serialized_size(*static_cast<const OctetsOut*>(data)));
+  };
+}
+
+using link::kBundleSizeBytes;
+
+// --- the queue
+
+bool SendQueue::put(const link::Train& train) {
+  if (train.bytes.empty() || train.datagram_size == 0) return true;
+  const std::size_t datagrams =
+      (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
+  if (train.bytes.size() + datagrams * kBundleSizeBytes > size_ - used_) return false;
+  if (!ring_) ring_ = std::make_unique_for_overwrite<std::byte[]>(size_);
+  for (std::span<const std::byte> rest = train.bytes; !rest.empty();) {
+    const auto datagram = rest.first(std::min(train.datagram_size, rest.size()));
+    const std::array size{static_cast<std::byte>(datagram.size() & 0xFF),
+                          static_cast<std::byte>(datagram.size() >> 8)};
+    write(size);
+    write(datagram);
+    rest = rest.subspan(datagram.size());
+  }
+  return true;
+}
+
+void SendQueue::write(std::span<const std::byte> bytes) {
+  const std::size_t before_wrap = std::min(bytes.size(), size_ - end_);
+  std::memcpy(ring_.get() + end_, bytes.data(), before_wrap);
+  std::memcpy(ring_.get(), bytes.data() + before_wrap, bytes.size() - before_wrap);
+  end_ = (end_ + bytes.size()) % size_;
+  used_ += bytes.size();
+}
+
+std::size_t SendQueue::datagram_size_at(std::size_t position) const {
+  return std::to_integer<std::size_t>(ring_[position % size_]) |
+         std::to_integer<std::size_t>(ring_[(position + 1) % size_]) << 8;
+}
+
+SendQueue::Front SendQueue::front(std::size_t bytes_max) const {
+  Front front;
+  while (front.bytes < used_) {
+    const std::size_t next = kBundleSizeBytes + datagram_size_at(first_ + front.bytes);
+    if (front.datagrams > 0 && front.bytes + next > bytes_max) break;
+    front.bytes += next;
+    ++front.datagrams;
+  }
+  if (front.bytes == 0) return front;
+  const std::size_t before_wrap = std::min(front.bytes, size_ - first_);
+  front.parts = {std::span<const std::byte>(ring_.get() + first_, before_wrap),
+                 std::span<const std::byte>(ring_.get(), front.bytes - before_wrap)};
+  return front;
+}
+
+void SendQueue::remove(const Front& front) {
+  used_ -= front.bytes;
+  first_ = (first_ + front.bytes) % size_;
+  // A queue that is used little stays in few pages.
+  if (used_ == 0) first_ = end_ = 0;
+}
+
+// --- the writer
 
 // Called by the library's threads.
 class DdsWriter::Match final : public fast::DataWriterListener {
  public:
-  Match(std::shared_ptr<DdsPeer> peer, std::shared_ptr<DdsNews> news)
-      : peer_(std::move(peer)), news_(std::move(news)) {}
+  Match(std::shared_ptr<DdsPeer> peer, std::shared_ptr<DdsEvents> events)
+      : peer_(std::move(peer)), events_(std::move(events)) {}
   void on_publication_matched(fast::DataWriter*,
                               const fast::PublicationMatchedStatus& status) override {
     peer_->matched = status.current_count > 0;
-    news_->has_moved();
+    events_->wake();
   }
   void forget() { peer_->matched = false; }
 
  private:
   const std::shared_ptr<DdsPeer> peer_;
-  const std::shared_ptr<DdsNews> news_;
+  const std::shared_ptr<DdsEvents> events_;
 };
 
 DdsWriter::DdsWriter(const Place& place, std::shared_ptr<DdsPeer> peer,
-                     std::shared_ptr<DdsNews> news, std::shared_ptr<UserTraffic> traffic)
+                     std::shared_ptr<DdsEvents> events, std::shared_ptr<UserTraffic> traffic)
     : participant_(place.participant),
       traffic_(std::move(traffic)),
       heartbeat_{.to = peer->address.participant(), .count = kFirstHeartbeat},
       history_(place.settings.history) {
   fast::PublisherQos where = fast::PUBLISHER_QOS_DEFAULT;
   where.partition().push_back(partition_of(peer->address).c_str());
-  match_ = std::make_unique<Match>(std::move(peer), std::move(news));
+  match_ = std::make_unique<Match>(std::move(peer), std::move(events));
   publisher_ = require(participant_.create_publisher(where), "publisher");
   fast::DataWriterQos qos = publisher_->get_default_datawriter_qos();
   const bool is_profile =
@@ -90,6 +205,77 @@ void DdsWriter::ask() {
 
 bool DdsWriter::has_arrived() {
   return writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
+}
+
+// --- the route
+
+Duration DdsRoute::pause(Duration silent, Duration least) {
+  return std::clamp(silent, least, std::max(least, kPauseMax));
+}
+
+void DdsRoute::on_heard(Time now) {
+  if (silent_since_ == kNever) return;
+  answers_in_ = (3 * answers_in_ + silence(now)) / 4;
+  silent_since_ = kNever;
+  again_at_ = {};
+  if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, next_ask(now));
+}
+
+// Twice as long as it usually takes, and twice as long each time.
+Time DdsRoute::next_ask(Time now) {
+  const Duration silence = silent_since_ == kNever ? Duration() : now - silent_since_;
+  return now + pause(std::max(silence, 2 * answers_in_), heartbeat_);
+}
+
+// From now on, if not longer.
+Duration DdsRoute::silence(Time now) {
+  silent_since_ = std::min(silent_since_, now);
+  return now - silent_since_;
+}
+
+Time DdsRoute::serve(Time now, Counters& counters) {
+  const Time next = write_next(now, counters);
+  return std::min(next, ask(now));
+}
+
+Time DdsRoute::ask(Time now) {
+  if (!writer_ || now < ask_at_) return ask_at_;
+  if (writer_->has_arrived()) return ask_at_ = kNever;
+  writer_->ask();
+  (void)silence(now);
+  return ask_at_ = next_ask(now);
+}
+
+Time DdsRoute::write_next(Time now, Counters& counters) {
+  if (!writer_ || !peer_->matched) return wait_for_reader(now, counters);
+  waits_since_ = kNever;
+  if (queue_.waiting_bytes() == 0) return kNever;
+  if (now < again_at_) return again_at_;
+  const SendQueue::Front front = queue_.front(kSampleBytesMax);
+  const Written written = writer_->write({.parts = front.parts});
+  if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
+  if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kTryAgain);
+  // When it is silent the next question is set already.
+  ask_at_ = std::min(ask_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
+  queue_.remove(front);
+  counters.samples += 1;
+  counters.datagrams += front.datagrams;
+  counters.bytes += front.bytes - front.datagrams * link::kBundleSizeBytes;
+  return queue_.waiting_bytes() > 0 ? now : kNever;
+}
+
+Time DdsRoute::wait_for_reader(Time now, Counters& counters) {
+  if (queue_.waiting_bytes() == 0) {
+    waits_since_ = kNever;
+    return kNever;
+  }
+  if (waits_since_ == kNever) waits_since_ = now;
+  if (now < waits_since_ + kReaderLimit) return waits_since_ + kReaderLimit;
+  const SendQueue::Front all = queue_.front(SendQueue::kBytes);
+  queue_.remove(all);
+  counters.unmatched += all.datagrams;
+  waits_since_ = kNever;
+  return kNever;
 }
 
 }  // namespace tims::io

@@ -12,8 +12,8 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gtest/gtest.h>
 
-#include "router/io/dds/locator.h"
-#include "router/io/dds/octets_type.h"
+#include "router/io/dds/transport.h"
+#include "router/io/dds/writer.h"
 #include "router/link/announcement.h"
 
 namespace tims::io {

@@ -1,4 +1,4 @@
-#include "router/io/dds/send_queue.h"
+#include "router/io/dds/writer.h"
 
 #include <random>
 #include <string>
@@ -95,4 +95,5 @@ TEST(SendQueue, GoesRoundItsRing) {
 }
 
 }  // namespace
+
 }  // namespace tims::io

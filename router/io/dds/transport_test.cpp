@@ -1,4 +1,4 @@
-#include "router/io/dds/user_traffic.h"
+#include "router/io/dds/transport.h"
 
 #include <vector>
 
@@ -138,4 +138,5 @@ TEST_F(UserTrafficTest, WithoutReceiverItIsDropped) {
 }
 
 }  // namespace
+
 }  // namespace tims::io

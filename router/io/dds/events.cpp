@@ -1,0 +1,104 @@
+#include "router/io/dds/events.h"
+
+#include <utility>
+
+#include "os/clock.h"
+
+namespace tims::io {
+namespace {
+
+constexpr unsigned kLinesMax = 10;
+constexpr Duration kLinesWindow = std::chrono::seconds(10);
+
+// The same clock, by the name the standard library waits with.
+std::chrono::steady_clock::time_point steady(Time time) {
+  return std::chrono::steady_clock::time_point(time.time_since_epoch());
+}
+
+}  // namespace
+
+Result<std::shared_ptr<DdsEvents>> DdsEvents::make() {
+  auto wake_fd = os::make_event_fd();
+  if (!wake_fd) return wake_fd.error();
+  return std::make_shared<DdsEvents>(std::move(*wake_fd));
+}
+
+// Once until it is heard: samples come faster than the loop turns.
+void DdsEvents::notify() {
+  if (!notified_.exchange(true)) os::signal_event_fd(wake_fd_.get());
+}
+
+DdsEvents::All DdsEvents::take() {
+  os::drain_event_fd(wake_fd_.get());
+  notified_ = false;  // before anything is looked at
+  const std::lock_guard lock(mutex_);
+  return std::exchange(all_, {});
+}
+
+template <typename Change>
+void DdsEvents::post(Change change) {
+  {
+    const std::lock_guard lock(mutex_);
+    change(all_);
+  }
+  notify();
+}
+
+void DdsEvents::post_up(const Up& up) {
+  post([&](All& all) { all.up = up; });
+}
+void DdsEvents::post_failure(Failure failure) {
+  post([&](All& all) { all.failure = std::move(failure); });
+}
+void DdsEvents::post_router(const link::DdsParticipant& participant, Router router) {
+  post([&](All& all) { all.routers[participant] = std::move(router); });
+}
+void DdsEvents::post_writer(WriterReady ready) {
+  post([&](All& all) { all.writers.push_back(std::move(ready)); });
+}
+
+void DdsEvents::post_line(Line line) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!may_pass(os::now())) return;
+    all_.lines.push_back(std::move(line));
+  }
+  notify();
+}
+
+bool DdsEvents::may_pass(Time now) {
+  if (now - lines_since_ >= kLinesWindow) {
+    if (lines_held_back_ > 0)
+      all_.lines.push_back({false, std::to_string(lines_held_back_) + " more lines held back"});
+    lines_since_ = now;
+    lines_passed_ = lines_held_back_ = 0;
+  }
+  if (lines_passed_ == kLinesMax) {
+    ++lines_held_back_;
+    return false;
+  }
+  ++lines_passed_;
+  return true;
+}
+
+DdsCommands::Wanted DdsCommands::wait() {
+  std::unique_lock lock(mutex_);
+  change_.wait(lock, [this] { return changed_; });
+  changed_ = false;
+  return wanted_;
+}
+
+void DdsCommands::ended() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  end_.notify_all();
+}
+
+bool DdsCommands::wait_for_end(Duration limit) {
+  std::unique_lock lock(mutex_);
+  return end_.wait_until(lock, steady(os::now() + limit), [this] { return ended_; });
+}
+
+}  // namespace tims::io
