@@ -3,9 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "router/io/http/api_question.h"
-#include "router/io/http/http_reader.h"
-#include "router/io/http/origin.h"
+#include "router/io/http/http_message.h"
+#include "router/io/http/http_pages.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -1,18 +1,35 @@
 #include "router/io/http/guest_socket.h"
 
 #include <cerrno>
+#include <utility>
 
 #include <boost/asio/post.hpp>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 namespace tims::io {
 namespace {
+
+constexpr int kHandlersPerTurn = 64;  // before others have their turn
 
 namespace asio = boost::asio;
 
 constexpr std::size_t kThrownAwayBytes = 1 << 20;  // at a time
 
 }  // namespace
+
+void AsioGuest::wake() {
+  if (std::exchange(awake_, true)) return;
+  loop_.post([this] { run(); });
+}
+
+void AsioGuest::run() {
+  int n = 0;
+  while (n < kHandlersPerTurn && context_.poll_one() > 0) ++n;
+  awake_ = false;
+  if (n == kHandlersPerTurn) wake();
+}
 
 GuestSocket::GuestSocket(AsioGuest& guest, os::File socket)
     : guest_(guest), socket_(std::move(socket)) {
@@ -47,7 +64,9 @@ ssize_t GuestSocket::write_step(Transfer& transfer) {
   msghdr message{};
   message.msg_iov = transfer.pieces.data();
   message.msg_iovlen = transfer.count;
-  return ::sendmsg(socket_.get(), &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+  const ssize_t n = ::sendmsg(socket_.get(), &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (n > 0) bytes_written_ += static_cast<std::uint64_t>(n);
+  return n;
 }
 
 ssize_t GuestSocket::finish_step(Transfer& transfer) {
@@ -56,6 +75,12 @@ ssize_t GuestSocket::finish_step(Transfer& transfer) {
     n = ::recv(socket_.get(), nullptr, transfer.bytes, MSG_DONTWAIT | MSG_TRUNC);
   } while (n > 0);
   return n;
+}
+
+std::uint64_t GuestSocket::bytes_acknowledged() const {
+  int unacknowledged = 0;
+  if (::ioctl(socket_.get(), SIOCOUTQ, &unacknowledged) != 0) return 0;
+  return bytes_written_ - static_cast<std::uint64_t>(unacknowledged);
 }
 
 // --- transfers

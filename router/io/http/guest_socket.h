@@ -1,10 +1,12 @@
-// A connected TCP socket for Boost.Beast, watched by the router's loop. Asio's own socket would be
-// watched by Asio's epoll instance too: of two that watch one socket, the one that is woken first
-// may ask the other before that one knows, and nothing would ever ask again.
+// What Boost.Beast's WebSocket stands on: an io_context and a socket that are guests in the
+// router's loop. Asio's own socket would be watched by an epoll instance of Asio's: of two that
+// watch one socket, the one that is woken first may ask the other before that one knows, and
+// nothing would ever ask again.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -12,18 +14,46 @@
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core/role.hpp>
 #include <boost/system/error_code.hpp>
 #include <sys/uio.h>
 
 #include "os/file.h"
-#include "router/io/http/asio_guest.h"
+#include "router/io/loop.h"
 #include "router/io/watch.h"
 
 namespace tims::io {
 
-// Beast's AsyncStream. One read and one write at a time.
+// An io_context with neither a thread nor a wait of its own: the router's loop lets it run when
+// something was asked of it and when a GuestSocket is done with something. It has no timers, which
+// would need more than that.
+class AsioGuest {
+ public:
+  explicit AsioGuest(Loop& loop) : loop_(loop) {}
+  AsioGuest(const AsioGuest&) = delete;
+  AsioGuest& operator=(const AsioGuest&) = delete;
+
+  boost::asio::io_context& context() { return context_; }
+  Loop& loop() { return loop_; }
+
+  // Something may be ready: to be looked at in a turn of its own.
+  void wake();
+
+ private:
+  void run();
+
+  Loop& loop_;
+  boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
+  // It is never done: without work it would stop.
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      context_.get_executor()};
+  bool awake_ = false;
+};
+
+// A connected TCP socket, watched by the router's loop: Beast's AsyncStream. One read and one write
+// at a time.
 class GuestSocket {
  public:
   using executor_type = boost::asio::io_context::executor_type;
@@ -35,7 +65,6 @@ class GuestSocket {
   GuestSocket& operator=(const GuestSocket&) = delete;
 
   executor_type get_executor() { return guest_.context().get_executor(); }
-  [[nodiscard]] int fd() const { return socket_.get(); }
 
   template <typename Buffers, typename Token>
   auto async_read_some(const Buffers& buffers, Token&& token) {
@@ -45,6 +74,9 @@ class GuestSocket {
   auto async_write_some(const Buffers& buffers, Token&& token) {
     return start(write_, buffers, std::forward<Token>(token));
   }
+  // Bytes that the other side's system has acknowledged. Once that system holds as much as it will,
+  // this grows only as fast as the program there reads.
+  [[nodiscard]] std::uint64_t bytes_acknowledged() const;
   // Says that nothing more is sent, and throws away what comes until the other side says so too.
   void finish(Done done);
   // What has not ended yet ends with operation_aborted.
@@ -85,6 +117,7 @@ class GuestSocket {
 
   AsioGuest& guest_;
   os::File socket_;
+  std::uint64_t bytes_written_ = 0;
   Transfer read_{.step = &GuestSocket::read_step};
   Transfer write_{.step = &GuestSocket::write_step};
   std::optional<Watch> watch_;

@@ -1,13 +1,18 @@
 #include "router/io/http/http_pages.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <string>
 #include <string_view>
 
+#include <arpa/inet.h>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
-#include "router/io/http/api_question.h"
 #include "router/io/http/metrics_text.h"
-#include "router/io/http/origin.h"
+#include "router/io/report_json.h"
 
 namespace tims::io {
 namespace {
@@ -16,21 +21,22 @@ constexpr std::string_view kWebSocketPath = "/tims";
 constexpr std::string_view kApiPath = "/api/";
 constexpr std::string_view kJsonType = "application/json";
 
-bool is_same_name(std::string_view a, std::string_view b) {
+// Without regard to case.
+bool is_same(std::string_view a, std::string_view b) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
 // Empty when there is none, or more than one: then nobody knows which one counts.
 std::string_view only_field(const HttpRequest& request, std::string_view name) {
-  const auto has_name = [&](const auto& field) { return is_same_name(field.name, name); };
+  const auto has_name = [&](const auto& field) { return is_same(field.name, name); };
   if (std::ranges::count_if(request.fields, has_name) != 1) return {};
   return std::ranges::find_if(request.fields, has_name)->value;
 }
 
 bool has_field(const HttpRequest& request, std::string_view name) {
   return std::ranges::any_of(request.fields,
-                             [&](const auto& field) { return is_same_name(field.name, name); });
+                             [&](const auto& field) { return is_same(field.name, name); });
 }
 
 // The asker's words, as much of them as is needed to recognise them.
@@ -66,6 +72,82 @@ HttpResponse not_found(const HttpRequest& request) {
                              "other questions of the admin protocol, and a WebSocket at /tims");
 }
 
+namespace json = boost::json;
+
+// Every argument is a text in a query; these are numbers in JSON.
+constexpr std::array<std::string_view, 4> kNumbers{"limit", "since", "type", "wait_ms"};
+
+std::optional<char> from_hex(std::string_view digits) {
+  unsigned char byte = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
+  if (error != std::errc{} || end != digits.data() + 2) return std::nullopt;
+  return static_cast<char>(byte);
+}
+
+std::optional<std::string> decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '+') {
+      out += ' ';
+    } else if (text[i] == '%') {
+      const auto byte = from_hex(text.substr(i + 1, 2));
+      if (!byte) return std::nullopt;
+      out += *byte;
+      i += 2;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+json::value value_of(const std::string& key, const std::string& text) {
+  const bool is_number = std::ranges::find(kNumbers, key) != kNumbers.end();
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  // What is no number goes on as a text: the answer will say what is wrong with it.
+  if (is_number && error == std::errc{} && end == text.data() + text.size()) return number;
+  return json::string(as_utf8(text));
+}
+
+bool is_port(std::string_view text) {
+  return !text.empty() && text.size() <= 5 &&
+         std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// The host of "host", "host:port", "[::1]" and "[::1]:port", without brackets; empty when the text
+// is none of these.
+std::string host_of(std::string_view text) {
+  const bool bracketed = text.starts_with('[');
+  const std::size_t end = bracketed ? text.find(']') : text.find(':');
+  std::string_view host = text.substr(0, end);
+  std::string_view rest = text.substr(std::min(end, text.size()));
+  if (bracketed) {
+    if (rest.empty()) return {};
+    host.remove_prefix(1);
+    rest.remove_prefix(1);
+  }
+  const bool well_formed = rest.empty() || (rest.front() == ':' && is_port(rest.substr(1)));
+  if (!well_formed || (host.find(':') != std::string_view::npos) != bracketed) return {};
+  return std::string(host);
+}
+
+bool is_numeric(const std::string& host) {
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  return ::inet_pton(AF_INET, host.c_str(), bytes.data()) == 1 ||
+         ::inet_pton(AF_INET6, host.c_str(), bytes.data()) == 1;
+}
+
+// "robot7:3000" of "http://robot7:3000"; empty when it is none.
+std::string_view host_field_of(std::string_view origin) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!origin.starts_with(scheme)) continue;
+    const std::string_view host = origin.substr(scheme.size());
+    return host_of(host).empty() ? std::string_view() : host;
+  }
+  return {};
+}
+
 }  // namespace
 
 bool is_for_websocket(const HttpRequest& request) { return request.path() == kWebSocketPath; }
@@ -97,6 +179,43 @@ HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages) {
   if (path == "/metrics") return {.type = kMetricsType, .body = pages.metrics()};
   if (path == "/readyz") return answer_ready(pages);
   return {.body = "ok\n"};
+}
+
+std::optional<std::string> api_question(std::string_view ask, std::string_view query) {
+  const auto verb = decoded(ask);
+  if (!verb) return std::nullopt;
+  json::object question;
+  while (!query.empty()) {
+    const std::size_t end = std::min(query.find('&'), query.size());
+    const std::string_view pair = query.substr(0, end);
+    query.remove_prefix(std::min(end + 1, query.size()));
+    if (pair.empty()) continue;
+    const std::size_t sign = std::min(pair.find('='), pair.size());
+    const auto key = decoded(pair.substr(0, sign));
+    const auto value = decoded(pair.substr(std::min(sign + 1, pair.size())));
+    if (!key || !value) return std::nullopt;
+    question[as_utf8(*key)] = value_of(*key, *value);
+  }
+  question["ask"] = as_utf8(*verb);
+  return json::serialize(question);
+}
+
+bool is_safe_host(std::string_view host, std::span<const std::string> origins) {
+  const std::string name = host_of(host);
+  if (name.empty()) return false;
+  return is_same(name, "localhost") || is_numeric(name) ||
+         std::ranges::any_of(origins, [&](const std::string& origin) {
+           return is_same(host_of(host_field_of(origin)), name);
+         });
+}
+
+bool is_safe_origin(std::string_view origin, std::string_view host,
+                    std::span<const std::string> origins) {
+  const std::string_view its_host = host_field_of(origin);
+  if (its_host.empty()) return false;
+  return is_same(its_host, host) || std::ranges::any_of(origins, [&](const std::string& listed) {
+           return is_same(listed, origin);
+         });
 }
 
 }  // namespace tims::io

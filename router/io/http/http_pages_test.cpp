@@ -1,8 +1,11 @@
 #include "router/io/http/http_pages.h"
 
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "router/io/admin_question.h"
 #include "router/io/http/metrics_text.h"
 
 namespace tims::io {
@@ -150,5 +153,106 @@ TEST(HttpResponse, Bytes) {
             head + "Connection: close\r\nAllow: GET\r\n\r\n");
 }
 
+TEST(ApiQuestion, ArgumentsAreTextsAndNumbers) {
+  EXPECT_EQ(api_question("status", ""), R"({"ask":"status"})");
+  EXPECT_EQ(api_question("mailboxes", "match=Ladar(*/*)&limit=10"),
+            R"json({"match":"Ladar(*/*)","limit":10,"ask":"mailboxes"})json");
+  EXPECT_EQ(api_question("route", "to=12&type=-6"), R"({"to":"12","type":-6,"ask":"route"})");
+}
+
+TEST(ApiQuestion, EscapesAreDecoded) {
+  EXPECT_EQ(api_question("routes", "match=Ladar%283%2f0%29&after=a+b%2B"),
+            R"json({"match":"Ladar(3/0)","after":"a b+","ask":"routes"})json");
+  EXPECT_EQ(api_question("ping", "pad=%22%7D"), R"({"pad":"\"}","ask":"ping"})");
+  EXPECT_EQ(api_question("pin%67", "%70ad=%ff"), R"({"pad":"?","ask":"ping"})");
+}
+
+TEST(ApiQuestion, BrokenEscapes) {
+  for (const auto* query : {"pad=%", "pad=%2", "pad=%2x", "pad=%x2", "%=1", "pad=%-1", "pad=%+1"})
+    EXPECT_EQ(api_question("ping", query), std::nullopt) << query;
+  EXPECT_EQ(api_question("st%atus", ""), std::nullopt);
+}
+
+TEST(ApiQuestion, OddQueries) {
+  EXPECT_EQ(api_question("ping", "&&pad&"), R"({"pad":"","ask":"ping"})");
+  EXPECT_EQ(api_question("ping", "pad=a=b"), R"({"pad":"a=b","ask":"ping"})");
+  EXPECT_EQ(api_question("ping", "pad=1&pad=2"), R"({"pad":"2","ask":"ping"})");
+  EXPECT_EQ(api_question("clients", "limit=ten"), R"({"limit":"ten","ask":"clients"})");
+}
+
+// The path says what is asked, whatever the query says.
+TEST(ApiQuestion, TheQueryCannotAskForSomethingElse) {
+  EXPECT_EQ(api_question("ping", "ask=config"), R"({"ask":"ping"})");
+}
+
+TEST(ApiQuestion, EveryNumberIsTakenAsOne) {
+  for (const auto& [ask, query] :
+       {std::pair("clients", "limit=5"), std::pair("events", "since=5"),
+        std::pair("events", "wait_ms=5"), std::pair("route", "to=5&type=5")}) {
+    const auto question = parse_question(*api_question(ask, query), {});
+    EXPECT_TRUE(std::holds_alternative<Question>(question)) << query;
+  }
+}
+
+TEST(Host, NumbersAndLocalhostAreSafe) {
+  for (const auto* host : {"127.0.0.1", "127.0.0.1:8080", "localhost", "LocalHost:8080", "[::1]",
+                           "[::1]:8080", "192.168.1.5:8080", "[fe80::1]:80"})
+    EXPECT_TRUE(is_safe_host(host)) << host;
+}
+
+TEST(Host, NamesAreNot) {
+  for (const auto* host :
+       {"", "evil.example", "evil.example:8080", "localhost.evil.example", "127.0.0.1.evil.example",
+        "127.0.0.1:8080.evil.example", "127.0.0.1@evil.example", "evil.example#127.0.0.1"})
+    EXPECT_FALSE(is_safe_host(host)) << host;
+}
+
+TEST(Host, HalfAHostIsNone) {
+  for (const auto* host :
+       {"[::1", "::1", "[::1]x", "[::1]:", "127.0.0.1:", "127.0.0.1:123456", "127.0.0.1:80:80",
+        "[127.0.0.1]", "[", "]", ":", "[]", "0x7f000001", "2130706433", "127.1", " 127.0.0.1"})
+    EXPECT_FALSE(is_safe_host(host)) << host;
+}
+
+TEST(Host, NamesThatWereGivenAre) {
+  const std::vector<std::string> origins{"http://robot7:3000", "https://[::1]"};
+  for (const auto* host : {"robot7", "Robot7:8080", "127.0.0.1:8080"})
+    EXPECT_TRUE(is_safe_host(host, origins)) << host;
+  for (const auto* host : {"", "robot70", "robot7.evil.example", "http://robot7"})
+    EXPECT_FALSE(is_safe_host(host, origins)) << host;
+}
+
+TEST(Origin, PagesFromHere) {
+  EXPECT_TRUE(is_safe_origin("http://localhost:8080", "localhost:8080"));
+  EXPECT_TRUE(is_safe_origin("http://192.168.1.5:8080", "192.168.1.5:8080"));
+  EXPECT_TRUE(is_safe_origin("https://[fe80::1]", "[fe80::1]"));
+  EXPECT_TRUE(is_safe_origin("http://LocalHost:8080", "localhost:8080"));
+}
+
+TEST(Origin, OtherPagesOfThisMachineAreStrangers) {
+  EXPECT_FALSE(is_safe_origin("http://localhost:3000", "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://127.0.0.1:8080", "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://localhost", "localhost:8080"));
+}
+
+TEST(Origin, ListedOnesAreWelcome) {
+  const std::vector<std::string> origins{"http://robot7:3000", "http://localhost:5173"};
+  EXPECT_TRUE(is_safe_origin("http://robot7:3000", "127.0.0.1:8080", origins));
+  EXPECT_TRUE(is_safe_origin("http://localhost:5173", "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("https://robot7:3000", "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("http://robot7", "127.0.0.1:8080", origins));
+}
+
+TEST(Origin, AllOthersAreRefused) {
+  for (const auto* origin :
+       {"", "null", "http://", "http://evil.example", "http://127.0.0.1.evil.example", "file://",
+        "127.0.0.1", "http://127.0.0.1@evil.example", "http://127.0.0.1/", "ftp://127.0.0.1",
+        "http://127.0.0.1:x", "http://evil.example/http://127.0.0.1"})
+    EXPECT_FALSE(is_safe_origin(origin, "127.0.0.1")) << origin;
+  EXPECT_FALSE(is_safe_origin("http://", ""));
+  EXPECT_FALSE(is_safe_origin("null", "null"));
+}
+
 }  // namespace
+
 }  // namespace tims::io

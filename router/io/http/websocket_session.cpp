@@ -16,7 +16,6 @@
 
 #include "os/clock.h"
 #include "router/io/http/guest_socket.h"
-#include "router/io/http/tcp_progress.h"
 #include "router/io/http/websocket_output.h"
 #include "router/io/timer.h"
 
@@ -188,7 +187,7 @@ void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
   const auto self = shared_from_this();  // until we have told that it is over
-  const std::uint64_t acknowledged = bytes_acknowledged(stream_.next_layer().fd());
+  const std::uint64_t acknowledged = stream_.next_layer().bytes_acknowledged();
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
   if (!open_ || (!std::exchange(heard_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);

@@ -12,8 +12,8 @@
 
 #include "os/file.h"
 #include "router/core/event.h"
-#include "router/io/http/asio_guest.h"
-#include "router/io/http/http_request.h"
+#include "router/io/http/guest_socket.h"
+#include "router/io/http/http_message.h"
 #include "tims/time.h"
 
 namespace tims::io {

@@ -1,4 +1,4 @@
-#include "router/io/http/http_reader.h"
+#include "router/io/http/http_message.h"
 
 #include <algorithm>
 #include <string>
@@ -155,4 +155,5 @@ TEST(HttpReader, ARefusalIsTheEnd) {
 }
 
 }  // namespace
+
 }  // namespace tims::io
