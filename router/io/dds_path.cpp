@@ -5,7 +5,7 @@
 #include <fmt/core.h>
 
 #include "os/clock.h"
-#include "router/io/net/own_addresses.h"
+#include "router/io/net/interfaces.h"
 
 namespace tims::io {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "os/clock.h"
 #include "router/io/describe.h"
-#include "router/io/net/own_addresses.h"
+#include "router/io/net/interfaces.h"
 
 namespace tims::io {
 namespace {

@@ -14,7 +14,6 @@
 #include "router/config/config.h"
 #include "router/io/dds_path.h"
 #include "router/io/log.h"
-#include "router/io/net/datagrams.h"
 #include "router/io/net/interfaces.h"
 #include "router/io/net/resolver.h"
 #include "router/io/net/udp_socket.h"

@@ -21,7 +21,6 @@
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
 
 #include "router/io/dds/discovery_filter.h"
-#include "router/io/net/datagrams.h"
 #include "router/io/net/udp_socket.h"
 #include "router/link/net_address.h"
 

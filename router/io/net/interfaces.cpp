@@ -4,22 +4,28 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <span>
 
+#include <ifaddrs.h>
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "router/io/net/system_address.h"
 
 namespace tims::io {
 namespace {
 
+using Bytes = std::span<const std::byte>;
+using link::NetAddress;
+
 constexpr unsigned kGroups =
     RTMGRP_LINK | RTMGRP_IPV4_IFADDR | RTMGRP_IPV6_IFADDR | RTMGRP_IPV4_ROUTE | RTMGRP_IPV6_ROUTE;
 constexpr int kReadsPerTurn = 64;
-
-using Bytes = std::span<const std::byte>;
 
 template <typename Header>
 Header header_of(Bytes bytes) {
@@ -52,6 +58,12 @@ bool has_change(Bytes rest) {
     rest = behind(rest, size);
   }
   return false;
+}
+
+bool is_any(const NetAddress& address) {
+  const auto& ip = address.ip;
+  const auto last = address.is_v4() ? ip.begin() + 12 : ip.begin();
+  return std::all_of(last, ip.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
 }  // namespace
@@ -102,6 +114,27 @@ void InterfaceWatch::put_off() {
 void InterfaceWatch::on_timer() {
   debounce_.reset();
   on_change_();
+}
+
+std::vector<NetAddress> own_addresses(const NetAddress& local) {
+  if (!is_any(local)) return {local};
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return {};
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, ::freeifaddrs);
+  std::vector<NetAddress> outside;
+  std::vector<NetAddress> loopback;
+  for (const ifaddrs* at = list; at != nullptr; at = at->ifa_next) {
+    if (at->ifa_addr == nullptr || (at->ifa_flags & IFF_RUNNING) == 0) continue;
+    const int family = at->ifa_addr->sa_family;
+    if (family != AF_INET && (family != AF_INET6 || local.is_v4())) continue;
+    NetAddress address = net_address(*at->ifa_addr);
+    address.port = local.port;
+    if (address.scope != 0) continue;
+    ((at->ifa_flags & IFF_LOOPBACK) != 0 ? loopback : outside).push_back(address);
+  }
+  std::vector<NetAddress>& found = outside.empty() ? loopback : outside;
+  std::ranges::sort(found);
+  return found;
 }
 
 }  // namespace tims::io

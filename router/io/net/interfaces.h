@@ -1,17 +1,41 @@
-// Tells when addresses, carrier or routes of this host change.
+// The addresses of this host's interfaces: which others may reach, and when they change.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "os/file.h"
-#include "router/io/net/debounce.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
+#include "router/link/net_address.h"
 #include "tims/result.h"
+#include "tims/time.h"
 
 namespace tims::io {
 
+// Many changes close together are one: it is due once they have ended, and not too late when they
+// do not end.
+class Debounce {
+ public:
+  static constexpr Duration kQuiet = std::chrono::milliseconds(50);    // after the last change
+  static constexpr Duration kAtMost = std::chrono::milliseconds(300);  // after the first one
+
+  void on_change(Time now) {
+    if (due_ == kNever) first_ = now;
+    due_ = std::min(now + kQuiet, first_ + kAtMost);
+  }
+  [[nodiscard]] Time due() const { return due_; }  // kNever: there was none
+  void reset() { due_ = kNever; }
+
+ private:
+  Time first_{};
+  Time due_ = kNever;
+};
+
+// Tells when addresses, carrier or routes of this host change.
 class InterfaceWatch {
  public:
   // Called once for changes close together (Debounce), from the loop. There may have been none that
@@ -33,5 +57,11 @@ class InterfaceWatch {
   Timer timer_;
   Debounce debounce_;
 };
+
+// Where other hosts may reach a socket of this host. `local`: what the socket is bound to. Of a
+// socket that is bound to all addresses, one for each address of an interface that has a carrier:
+// not those of the link's own scope, which mean nothing elsewhere, and loopback only when there is
+// nothing else.
+std::vector<link::NetAddress> own_addresses(const link::NetAddress& local);
 
 }  // namespace tims::io

@@ -7,11 +7,41 @@
 #include "os/clock.h"
 #include "router/io/loop.h"
 #include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 #include "tests/support/own_network.h"
 #include "tests/support/patience.h"
 
 namespace tims::io {
 namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Time kStart{std::chrono::seconds(100)};
+
+TEST(Debounce, NothingIsDueWithoutAChange) { EXPECT_EQ(Debounce().due(), kNever); }
+
+TEST(Debounce, IsDueWhenChangesHaveEnded) {
+  Debounce debounce;
+  debounce.on_change(kStart);
+  EXPECT_EQ(debounce.due(), kStart + milliseconds(50));
+  debounce.on_change(kStart + milliseconds(30));
+  EXPECT_EQ(debounce.due(), kStart + milliseconds(80));
+}
+
+TEST(Debounce, ChangesWithoutEndDoNotPutItOffForEver) {
+  Debounce debounce;
+  for (int ms = 0; ms < 300; ms += 20) debounce.on_change(kStart + milliseconds(ms));
+  EXPECT_EQ(debounce.due(), kStart + milliseconds(300));
+}
+
+TEST(Debounce, BeginsAnewAfterReset) {
+  Debounce debounce;
+  debounce.on_change(kStart);
+  debounce.reset();
+  EXPECT_EQ(debounce.due(), kNever);
+  debounce.on_change(kStart + milliseconds(500));
+  EXPECT_EQ(debounce.due(), kStart + milliseconds(550));
+}
 
 class Interfaces : public testing::Test {
  protected:
@@ -69,5 +99,33 @@ TEST_F(Interfaces, MoreChangesThanTheSocketHoldsAreOne) {
   run_until(2);
 }
 
+using link::NetAddress;
+
+void run(const std::string& commands) {
+  auto child = test::ChildProcess::start({"sh", "-ec", commands});
+  ASSERT_TRUE(child.ok() && child->wait().ok()) << commands;
+}
+
+TEST(OwnAddresses, OfASocketWithAnAddressItIsThat) {
+  const NetAddress bound = NetAddress::v4(127, 0, 0, 1, 2010);
+  EXPECT_EQ(own_addresses(bound), std::vector{bound});
+}
+
+TEST(OwnAddresses, OfOneForAllTheyAreThoseWithACarrier) {
+  const auto network = test::OwnNetwork::enter();
+  if (!network) GTEST_SKIP() << network.error().message();
+  const NetAddress all = NetAddress::v4(0, 0, 0, 0, 2010);
+  EXPECT_EQ(own_addresses(all), std::vector{NetAddress::v4(127, 0, 0, 1, 2010)});
+  run("ip link add left type veth peer name right\n"
+      "ip address add 10.79.0.1/24 dev left\n"
+      "ip link set left up");
+  EXPECT_EQ(own_addresses(all), std::vector{NetAddress::v4(127, 0, 0, 1, 2010)});
+  run("ip link set right up");
+  EXPECT_TRUE(test::eventually(
+      [&] { return own_addresses(all) == std::vector{NetAddress::v4(10, 79, 0, 1, 2010)}; },
+      "the cable's address"));
+}
+
 }  // namespace
+
 }  // namespace tims::io
