@@ -1,6 +1,7 @@
 #include "router/core/byte_chain.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 namespace tims::core {
@@ -19,6 +20,29 @@ std::span<const std::byte> fill(ChainBlock& block, std::span<const std::byte> by
 }
 
 }  // namespace
+
+BlockPool::BlockPool(std::span<std::byte> memory)
+    : memory_(memory.data()), capacity_(std::min<std::size_t>(memory.size() / kBlockSize, kNone)) {}
+
+BlockPool::Index BlockPool::allocate() {
+  if (used_ == capacity_) return kNone;
+  ++used_;
+  if (free_ == kNone) return static_cast<Index>(touched_++);
+  const Index index = free_;
+  std::memcpy(&free_, at(index), sizeof free_);
+  return index;
+}
+
+void BlockPool::release(Index index) {
+  std::memcpy(at(index), &free_, sizeof free_);
+  free_ = index;
+  --used_;
+}
+
+void BlockPool::forget() {
+  touched_ = 0;
+  free_ = kNone;
+}
 
 std::size_t ByteChain::blocks_needed(BlockPool& pool, std::size_t size) const {
   const std::size_t room = empty() ? 0 : room_behind(block(pool, tail));

@@ -8,10 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "router/core/counters.h"
-#include "router/core/event.h"
 #include "router/core/ids.h"
-#include "router/core/neighbour.h"
+#include "router/core/statistics.h"
 #include "tims/address.h"
 #include "tims/time.h"
 

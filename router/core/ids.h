@@ -1,4 +1,5 @@
-// Who is meant: kinds of ports and clients.
+// Who is meant: clients, the kinds of ports they attach at, routers and what they are to each
+// other.
 #pragma once
 
 #include <array>
@@ -7,7 +8,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "router/core/labels.h"
+#include "router/core/text.h"
+#include "tims/address.h"
 
 namespace tims::core {
 
@@ -40,6 +42,41 @@ constexpr std::array kPortKinds{
 static_assert(complete(kPortKinds, PortKind::kLink) && kPortKinds.size() == kPortKindCount);
 std::string_view name(PortKind port);
 
-inline constexpr std::size_t kClasses = 8;  // of messages, by priority: priority_classes.h
+inline constexpr std::size_t kClasses = 8;  // of messages, by priority: message.h
+
+enum class Role : std::uint8_t { kSubsystem, kSystem, kTop };
+constexpr std::array kRoles{
+    Label<Role>{Role::kSubsystem, "subsystem", "the router of one host of a robot"},
+    Label<Role>{Role::kSystem, "system", "the highest router of a robot"},
+    Label<Role>{Role::kTop, "top", "the router above all robots"},
+};
+static_assert(complete(kRoles, Role::kTop));
+std::string_view name(Role role);
+
+// What the other router is, seen from here.
+enum class LinkKind : std::uint8_t { kSuper, kPeer, kSub };
+constexpr std::array kLinkKinds{
+    Label<LinkKind>{LinkKind::kSuper, "super", "the router above"},
+    Label<LinkKind>{LinkKind::kPeer, "peer", "a router beside"},
+    Label<LinkKind>{LinkKind::kSub, "sub", "a router below"},
+};
+static_assert(complete(kLinkKinds, LinkKind::kSub));
+std::string_view name(LinkKind kind);
+
+// The router that a mailbox lives at, as a link tells it.
+struct Origin {
+  Address router{};
+  std::uint32_t epoch = 0;  // the lower half of that router's
+  std::uint8_t hops = 0;    // links between it and us
+
+  // The same router, and not one that has taken its place.
+  [[nodiscard]] bool same_router(const Origin& other) const {
+    return router == other.router && epoch == other.epoch;
+  }
+  bool operator==(const Origin&) const = default;
+};
+
+// A message or registration that has passed so many links goes round in a loop.
+inline constexpr std::uint8_t kHopsMax = 16;
 
 }  // namespace tims::core

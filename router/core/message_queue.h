@@ -15,10 +15,9 @@
 #include <cstdint>
 #include <span>
 
-#include "router/core/block_pool.h"
 #include "router/core/byte_chain.h"
-#include "router/core/counters.h"
-#include "router/core/priority_classes.h"
+#include "router/core/message.h"
+#include "router/core/statistics.h"
 #include "tims/message.h"
 
 namespace tims::core {

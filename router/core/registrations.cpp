@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "router/core/random.h"
+
 namespace tims::core {
 namespace {
 
@@ -18,6 +20,28 @@ bool is_told(const Client& owner, Address address) {
 }
 
 }  // namespace
+
+std::uint32_t table_hash(Address address, const Origin& origin) {
+  std::uint64_t h =
+      (std::uint64_t{address.raw()} << 32 | origin.router.raw()) + 0x9E3779B97F4A7C15U;
+  h ^= (std::uint64_t{origin.epoch} << 8 | origin.hops) * 0xC2B2AE3D27D4EB4FU;
+  h = spread(h);
+  return static_cast<std::uint32_t>(h ^ h >> 32);
+}
+
+void MissingRouters::add(MissingRouter missing) {
+  const auto is_over = [&](const MissingRouter& other) {
+    return missing.since >= other.since + kMissingRouterKept;
+  };
+  while (!list_.empty() && (list_.size() == kMissingRoutersMax || is_over(list_.front())))
+    list_.pop_front();
+  missing.number = ++numbers_;
+  list_.push_back(missing);
+}
+
+void MissingRouters::found(Address router) {
+  std::erase_if(list_, [&](const MissingRouter& missing) { return missing.router == router; });
+}
 
 Origin Registrations::origin(const Client& owner, const Table::Entry& entry) const {
   return is_link(owner) ? origins_.at(entry.handle) : here_;

@@ -1,26 +1,148 @@
+// Which mailbox belongs to whom: the table and what is kept in step with it (Registrations), the
+// routers that mailboxes behind links live at (Origins), what this router tells those above and
+// beside it (ExportedTable), and the routers that went with their link (MissingRouters).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "router/core/clients.h"
+#include "router/core/ids.h"
+#include "router/core/table.h"
+#include "router/core/text.h"
+#include "tims/address.h"
+#include "tims/time.h"
+
+namespace tims::core {
+
+// The routers that mailboxes behind links live at: a short list with numbers, so that a mailbox
+// needs no more than one of them.
+class Origins {
+ public:
+  // A number for this origin, held until release().
+  std::uint32_t hold(const Origin& origin) {
+    const auto [place, added] = numbers_.try_emplace(key(origin), 0);
+    if (added) {
+      if (free_.empty()) {
+        place->second = static_cast<std::uint32_t>(list_.size());
+        list_.emplace_back();
+      } else {
+        place->second = free_.back();
+        free_.pop_back();
+      }
+      list_[place->second] = {origin, 0};
+    }
+    ++list_[place->second].held;
+    return place->second;
+  }
+  void release(std::uint32_t number) {
+    Item& item = list_[number];
+    if (--item.held > 0) return;
+    numbers_.erase(key(item.origin));
+    free_.push_back(number);
+  }
+  [[nodiscard]] const Origin& at(std::uint32_t number) const { return list_[number].origin; }
+  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+
+ private:
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint8_t>;
+  struct Item {
+    Origin origin{};
+    std::uint32_t held = 0;
+  };
+  static Key key(const Origin& o) { return {o.router.raw(), o.epoch, o.hops}; }
+
+  std::map<Key, std::uint32_t> numbers_;
+  std::vector<Item> list_;
+  std::vector<std::uint32_t> free_;
+};
+
+// One mailbox's part in the hash over a table, which is the exclusive or of all of them. `hops` as
+// the router that tells counts them.
+std::uint32_t table_hash(Address address, const Origin& origin);
+
+// What this router tells the routers above and beside it: every mailbox below it, and each change
+// of that, numbered. A neighbour that knows number n is told what has changed since; one that is
+// too far behind, everything. So nothing is ever queued for a slow neighbour.
+class Below {
+ public:
+  static constexpr std::uint32_t kRemembered = 8192;  // changes
+
+  Below() : changed_(std::make_unique<std::array<Address, kRemembered>>()) {}
+
+  void added(Address address, const Origin& origin) {
+    hash_ ^= table_hash(address, origin);
+    ++size_;
+    note(address);
+  }
+  void removed(Address address, const Origin& origin) {
+    hash_ ^= table_hash(address, origin);
+    --size_;
+    note(address);
+  }
+
+  [[nodiscard]] std::uint32_t number() const { return number_; }  // of the newest change
+  [[nodiscard]] std::uint32_t hash() const { return hash_; }
+  [[nodiscard]] std::uint32_t size() const { return size_; }
+  // Can the changes after number `n` be told?
+  [[nodiscard]] bool remembers(std::uint32_t n) const { return number_ - n <= kRemembered; }
+  // What change number `n` was about; remembers(n - 1).
+  [[nodiscard]] Address changed(std::uint32_t n) const { return (*changed_)[n % kRemembered]; }
+
+ private:
+  void note(Address address) { (*changed_)[++number_ % kRemembered] = address; }
+
+  std::uint32_t number_ = 0;
+  std::uint32_t hash_ = 0;
+  std::uint32_t size_ = 0;
+  std::unique_ptr<std::array<Address, kRemembered>> changed_;
+};
+
+// When there are more, the oldest go.
+inline constexpr std::size_t kMissingRoutersMax = 1024;
+// Who has not come back in this time is not expected any more.
+inline constexpr Duration kMissingRouterKept = std::chrono::minutes(10);
+
+struct MissingRouter {
+  std::uint64_t number = 0;  // counts up: the place in a list that is read in pages
+  Address router{};
+  Address behind{};  // the router at the other end of the link; may be this one itself
+  Text<31> via{};    // and its name
+  Time since{};
+};
+
+// The routers that went with the link they were behind: who knows the fleet shall see that they are
+// missing. Nothing is routed by it.
+class MissingRouters {
+ public:
+  // In the order of time. It is none of them yet.
+  void add(MissingRouter missing);
+  // It is there again, behind whatever link.
+  void found(Address router);
+  template <typename Visit>  // (const MissingRouter&), the oldest first
+  void for_each(Time now, Visit visit) const {
+    for (const MissingRouter& missing : list_)
+      if (now < missing.since + kMissingRouterKept) visit(missing);
+  }
+
+ private:
+  std::deque<MissingRouter> list_;
+  std::uint64_t numbers_ = 0;
+};
+
 // Mailboxes and their owners: keeps the table, the clients' own lists and what is told to the
 // routers above in step.
 //
 // A mailbox behind a link may be announced by several links: by two ways to the same router, of
 // which the shorter is used, or by two routers that both claim it, of which the first has it. The
 // others wait here and are looked at when the owner is gone.
-#pragma once
-
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <optional>
-
-#include "router/core/address_set.h"
-#include "router/core/below.h"
-#include "router/core/clients.h"
-#include "router/core/origins.h"
-#include "router/core/table.h"
-#include "tims/address.h"
-#include "tims/time.h"
-
-namespace tims::core {
-
 class Registrations {
  public:
   explicit Registrations(HashSeed seed) : table_(seed) {}

@@ -9,6 +9,84 @@
 namespace tims::core {
 namespace {
 
+constexpr Address kLadar(0x01140000);
+constexpr Address kCamera(0x01150000);
+constexpr Origin kHere{Address(0x01000100), 7, 0};
+
+TEST(Below, TheHashIsThatOfWhatIsThereHoweverItCameAbout) {
+  Below a;
+  Below b;
+  a.added(kLadar, kHere);
+  a.added(kCamera, kHere);
+  b.added(kCamera, kHere);
+  b.added(Address(1), kHere);
+  b.added(kLadar, kHere);
+  EXPECT_NE(a.hash(), b.hash());
+  b.removed(Address(1), kHere);
+  EXPECT_EQ(a.hash(), b.hash());
+  EXPECT_EQ(b.size(), 2U);
+  EXPECT_NE(a.number(), b.number()) << "changes are counted, not mailboxes";
+}
+
+TEST(Below, EveryPartOfAnOriginMatters) {
+  const std::uint32_t hash = table_hash(kLadar, kHere);
+  EXPECT_NE(hash, table_hash(kCamera, kHere));
+  EXPECT_NE(hash, table_hash(kLadar, {Address(0x01000200), 7, 0}));
+  EXPECT_NE(hash, table_hash(kLadar, {kHere.router, 8, 0}));
+  EXPECT_NE(hash, table_hash(kLadar, {kHere.router, 7, 1}));
+}
+
+TEST(Below, ChangesAreRememberedUpToTheLimit) {
+  Below below;
+  for (std::uint32_t i = 0; i < Below::kRemembered; ++i) below.added(Address(i), kHere);
+  EXPECT_TRUE(below.remembers(0));
+  EXPECT_EQ(below.changed(1), Address(0));
+  below.added(kLadar, kHere);
+  EXPECT_FALSE(below.remembers(0));
+  EXPECT_TRUE(below.remembers(1));
+  EXPECT_EQ(below.changed(below.number()), kLadar);
+}
+
+using std::chrono::milliseconds;
+constexpr Time kStart = Time(std::chrono::seconds(100));
+
+std::vector<std::uint32_t> seen(const MissingRouters& routers, Time now) {
+  std::vector<std::uint32_t> all;
+  routers.for_each(now, [&](const MissingRouter& m) { all.push_back(m.router.raw()); });
+  return all;
+}
+
+TEST(MissingRouters, OneThatIsFoundIsNotMissing) {
+  MissingRouters routers;
+  for (const std::uint32_t raw : {1U, 2U, 3U})
+    routers.add({.router = Address(raw), .since = kStart});
+  routers.found(Address(2));
+  routers.found(Address(7));
+  EXPECT_EQ(seen(routers, kStart), (std::vector<std::uint32_t>{1, 3}));
+}
+
+TEST(MissingRouters, TheyAreKeptForATime) {
+  MissingRouters routers;
+  routers.add({.router = Address(1), .since = kStart});
+  const Time end = kStart + kMissingRouterKept;
+  EXPECT_EQ(seen(routers, end - milliseconds(1)).size(), 1U);
+  EXPECT_EQ(seen(routers, end).size(), 0U);
+  routers.add({.router = Address(2), .since = end});
+  EXPECT_EQ(seen(routers, kStart).size(), 1U) << "the one that is over is not held either";
+}
+
+TEST(MissingRouters, OfTooManyTheOldestGo) {
+  MissingRouters routers;
+  for (std::uint32_t raw = 1; raw <= kMissingRoutersMax; ++raw)
+    routers.add({.router = Address(raw), .since = kStart});
+  EXPECT_EQ(seen(routers, kStart).size(), kMissingRoutersMax);
+  EXPECT_EQ(seen(routers, kStart).front(), 1U);
+  routers.add({.router = Address(5000), .since = kStart});
+  EXPECT_EQ(seen(routers, kStart).size(), kMissingRoutersMax);
+  EXPECT_EQ(seen(routers, kStart).front(), 2U);
+  EXPECT_EQ(seen(routers, kStart).back(), 5000U);
+}
+
 class RegistrationsTest : public testing::Test {
  protected:
   // Each client's list and the table say the same.

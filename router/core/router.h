@@ -11,18 +11,12 @@
 #include <vector>
 
 #include "router/core/clients.h"
-#include "router/core/counters.h"
-#include "router/core/event.h"
 #include "router/core/ids.h"
 #include "router/core/legacy.h"
-#include "router/core/lifesign.h"
 #include "router/core/message.h"
-#include "router/core/missing_routers.h"
-#include "router/core/neighbour.h"
-#include "router/core/outcome.h"
-#include "router/core/priority_classes.h"
 #include "router/core/registrations.h"
 #include "router/core/sink.h"
+#include "router/core/statistics.h"
 #include "tims/address.h"
 #include "tims/time.h"
 

@@ -3,10 +3,9 @@
 
 #include <cstdint>
 
-#include "router/core/event.h"
 #include "router/core/ids.h"
 #include "router/core/message.h"
-#include "router/core/outcome.h"
+#include "router/core/statistics.h"
 
 namespace tims::core {
 

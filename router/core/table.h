@@ -1,25 +1,31 @@
-// Who owns which address: a flat hash map that is asked once or twice for every message.
-//
-// Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
-// full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
-// slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
-// 21 of the 64 we allow for the owner's list (clients.h) and for the order (address_set.h).
-//
-// The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
-// All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.
-//
-// Growing moves everything: one registration in a million costs some ten milliseconds.
+// The two containers of all registered addresses: Table, a flat hash map that is asked once or
+// twice for every message, and AddressSet, which has them in order for those who ask page by page.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <map>
 #include <memory>
+#include <vector>
 
 #include "router/core/ids.h"
 #include "tims/address.h"
 
 namespace tims::core {
 
+// Who owns which address: a flat hash map that is asked once or twice for every message.
+//
+// Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
+// full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
+// slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
+// 21 of the 64 we allow for the owner's list (clients.h) and for the order (AddressSet).
+//
+// The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
+// All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.
+//
+// Growing moves everything: one registration in a million costs some ten milliseconds.
 struct HashSeed {  // random, drawn at start
   std::uint64_t first = 0;
   std::uint64_t second = 0;
@@ -85,5 +91,48 @@ inline const Table::Entry* Table::find(Address address) const {
     if (entry.address == address) return &entry;
   }
 }
+
+// All registered addresses in order, for those who ask for them page by page: the table
+// has them in no order, and looking through all of it would cost the same for one item as for all.
+//
+// Sorted arrays of bounded size: 4 to 16 bytes a mailbox, and an insertion moves 2 KiB at most.
+class AddressSet {
+ public:
+  AddressSet() : chunks_{{0, {}}} {}
+
+  // It is not here yet.
+  void insert(Address address);
+  // It is here.
+  void erase(Address address);
+
+  // In order, from `first` on, until `visit` says false.
+  template <typename Visit>
+  void for_each_from(Address first, Visit visit) const {
+    for (auto at = chunk_of(first.raw()); at != chunks_.end(); ++at) {
+      const Chunk& chunk = at->second;
+      for (auto i = std::ranges::lower_bound(chunk, first.raw()); i != chunk.end(); ++i) {
+        if (!visit(Address(*i))) return;
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return chunks_.size() * (kChunkMax * sizeof(std::uint32_t) + kNodeBytes);
+  }
+
+ private:
+  static constexpr std::size_t kChunkMax = 512;
+  static constexpr std::size_t kNodeBytes = 96;  // about: of the map and of the allocator
+  using Chunk = std::vector<std::uint32_t>;
+  // By the lowest address that belongs into each; there is always one for 0.
+  using Chunks = std::map<std::uint32_t, Chunk>;
+
+  [[nodiscard]] Chunks::const_iterator chunk_of(std::uint32_t address) const {
+    return std::prev(chunks_.upper_bound(address));
+  }
+  void merge_with_next(Chunks::iterator at);
+
+  Chunks chunks_;
+};
 
 }  // namespace tims::core

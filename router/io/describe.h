@@ -4,7 +4,7 @@
 #include <string>
 
 #include "router/config/config.h"
-#include "router/core/event.h"
+#include "router/core/statistics.h"
 
 namespace tims::io {
 

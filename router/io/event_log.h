@@ -1,7 +1,7 @@
 // Which of the router's events become lines of the log.
 #pragma once
 
-#include "router/core/event.h"
+#include "router/core/statistics.h"
 #include "router/io/limited_log.h"
 #include "router/io/log.h"
 #include "tims/address.h"

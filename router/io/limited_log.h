@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "router/config/config.h"
-#include "router/core/event.h"
+#include "router/core/statistics.h"
 #include "router/io/log.h"
 #include "tims/time.h"
 

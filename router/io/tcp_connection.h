@@ -7,8 +7,8 @@
 #include <span>
 
 #include "os/file.h"
-#include "router/core/event.h"
 #include "router/core/ids.h"
+#include "router/core/statistics.h"
 #include "router/io/tcp_output.h"
 #include "router/io/watch.h"
 #include "wire/stream_reader.h"

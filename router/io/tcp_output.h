@@ -13,7 +13,7 @@
 #include <sys/uio.h>
 
 #include "router/core/message_queue.h"
-#include "router/core/outcome.h"
+#include "router/core/statistics.h"
 
 namespace tims::io {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "router/config/config.h"
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 #include "router/core/router.h"
 #include "router/io/acceptor.h"
 #include "router/io/half_messages.h"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 
 namespace tims::io {
 

@@ -7,7 +7,8 @@
 //   REMOVE    address u32 ...
 //   DONE      number u32, hash u32                       so far it is this state
 //
-// A table is numbered by its changes; its hash is the exclusive or over its mailboxes (below.h).
+// A table is numbered by its changes; its hash is the exclusive or over its mailboxes
+// (ExportedTable).
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "router/core/neighbour.h"
+#include "router/core/ids.h"
 #include "router/link/bytes.h"
 #include "tims/message.h"
 

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <variant>
 
-#include "router/core/labels.h"
 #include "router/core/text.h"
 #include "router/link/identity.h"
 #include "tims/time.h"

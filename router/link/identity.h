@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "router/core/neighbour.h"
-#include "router/core/priority_classes.h"
+#include "router/core/ids.h"
+#include "router/core/message.h"
 #include "router/core/text.h"
 #include "tims/address.h"
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 #include "router/link/message_memory.h"
 #include "router/link/range_set.h"
 #include "router/link/record.h"

@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "router/core/message.h"
-#include "router/core/outcome.h"
+#include "router/core/statistics.h"
 #include "router/link/frame.h"
 #include "tims/message.h"
 #include "tims/time.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 
 namespace tims::link {
 

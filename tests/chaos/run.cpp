@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "router/core/priority_classes.h"
+#include "router/core/message.h"
 #include "tests/support/patience.h"
 #include "tools/timsctl/failure.h"
 

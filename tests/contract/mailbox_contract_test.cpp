@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 #include "router/core/message_queue.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"

@@ -1,7 +1,7 @@
 // timsctl as people and scripts use it: every verb, every form of output, every exit status.
 #include <fstream>
 
-#include "router/core/outcome.h"
+#include "router/core/statistics.h"
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 

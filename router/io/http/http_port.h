@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "router/core/block_pool.h"
+#include "router/core/byte_chain.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
 #include "router/io/half_messages.h"

@@ -12,7 +12,7 @@
 #include <span>
 
 #include "router/core/message_queue.h"
-#include "router/core/outcome.h"
+#include "router/core/statistics.h"
 #include "tims/message.h"
 
 namespace tims::io {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "os/file.h"
-#include "router/core/event.h"
+#include "router/core/statistics.h"
 #include "router/io/http/guest_socket.h"
 #include "router/io/http/http_message.h"
 #include "tims/time.h"

@@ -1,4 +1,4 @@
-#include "router/core/priority_classes.h"
+#include "router/core/message.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// What happened to clients and mailboxes: counted by kind, and the newest kept for
-// `timsctl route watch`.
+// What is counted and kept: what became of every message (Outcome), what happened to clients and
+// mailboxes (Event), how often, and of which port and class.
 #pragma once
 
 #include <array>
@@ -9,13 +9,92 @@
 #include <vector>
 
 #include "router/core/ids.h"
-#include "router/core/labels.h"
 #include "router/core/text.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
 namespace tims::core {
 
+// Everything that can happen to a message. Each message that enters the router gets exactly one of
+// these when it comes; one that was taken and is lost later (queue_replaced, mailbox_replaced,
+// client_gone, link_reset, expired) is counted once more under that reason.
+enum class Outcome : std::uint8_t {
+  kDelivered,
+  kHandled,
+  kNoRoute,
+  kMailboxFull,
+  kMailboxReplaced,
+  kTooBig,
+  kQueueFull,
+  kQueueReplaced,
+  kClientGone,
+  kOwnerGone,
+  kForgedSource,
+  kBadLength,
+  kIncomplete,
+  kMalformedCommand,
+  kUnknownCommand,
+  kHopLimit,
+  kWouldReturn,
+  kLinkReset,
+  kExpired,
+  kUnread,
+};
+
+inline constexpr std::size_t kOutcomeCount = 20;
+constexpr std::array kOutcomes{
+    Label<Outcome>{Outcome::kDelivered, "delivered",
+                   "handed to its receiver's mailbox, connection or queue"},
+    Label<Outcome>{Outcome::kHandled, "handled", "meant for the router itself, and carried out"},
+    Label<Outcome>{Outcome::kNoRoute, "no_route", "nobody has registered the destination"},
+    Label<Outcome>{Outcome::kMailboxFull, "mailbox_full",
+                   "the receiver's mailbox holds only more important messages"},
+    Label<Outcome>{Outcome::kMailboxReplaced, "mailbox_replaced",
+                   "the receiver did not take it in time, and a newer message took its place"},
+    Label<Outcome>{Outcome::kTooBig, "too_big", "larger than a slot of the receiver's mailbox"},
+    Label<Outcome>{Outcome::kQueueFull, "queue_full",
+                   "the receiver reads too slowly, and what waits for it is more important"},
+    Label<Outcome>{Outcome::kQueueReplaced, "queue_replaced",
+                   "the receiver reads too slowly, and a newer message took its place"},
+    Label<Outcome>{Outcome::kClientGone, "client_gone",
+                   "the receiver went away before it had read it"},
+    Label<Outcome>{Outcome::kOwnerGone, "owner_gone",
+                   "the receiver has closed its mailbox, or has died"},
+    Label<Outcome>{
+        Outcome::kForgedSource, "forged_source",
+        "the sender does not own the address the message says it comes from, or the link "
+        "it came over is not for that system"},
+    Label<Outcome>{Outcome::kBadLength, "bad_length",
+                   "its header says less than 16 bytes, or more than message.max"},
+    Label<Outcome>{Outcome::kIncomplete, "incomplete",
+                   "the sender went away in the middle of it, or the link did not go on with it"},
+    Label<Outcome>{Outcome::kMalformedCommand, "malformed_command",
+                   "a command to the router that is too short"},
+    Label<Outcome>{Outcome::kUnknownCommand, "unknown_command",
+                   "a command to the router that it does not know"},
+    Label<Outcome>{Outcome::kHopLimit, "hop_limit",
+                   "it went through too many routers: they send it round in a loop"},
+    Label<Outcome>{Outcome::kWouldReturn, "would_return",
+                   "the only way on is the link it came from"},
+    Label<Outcome>{Outcome::kLinkReset, "link_reset",
+                   "it was on its way over a link whose other router was started anew or is gone"},
+    Label<Outcome>{Outcome::kExpired, "expired",
+                   "it could not be sent over the link within the link's lifetime for messages"},
+    Label<Outcome>{Outcome::kUnread, "unread", "a text for people that nobody keeps or shows"},
+};
+static_assert(complete(kOutcomes, Outcome::kUnread) && kOutcomes.size() == kOutcomeCount);
+std::string_view name(Outcome outcome);
+std::string_view sentence(Outcome outcome);
+
+// kMailboxReplaced as the answer of a port: this message was taken, an older one had to go for it.
+// Texts may go unread: that is no loss.
+constexpr bool taken(Outcome o) {
+  return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced ||
+         o == Outcome::kUnread;
+}
+
+// What happened to clients and mailboxes: counted by kind, and the newest kept for
+// `timsctl route watch`.
 enum class EventKind : std::uint8_t {
   kClientCame,
   kClientWent,
@@ -178,6 +257,72 @@ class EventLog {
  private:
   std::vector<Event> ring_;
   std::uint64_t last_ = 0;
+};
+
+struct Count {
+  std::uint64_t messages = 0;
+  std::uint64_t bytes = 0;
+
+  void add(std::uint64_t size) {
+    ++messages;
+    bytes += size;
+  }
+  bool operator==(const Count&) const = default;
+};
+
+// Messages that were taken and lost, by class.
+using Losses = std::array<Count, kClasses>;
+
+// The port is the one a message entered through; for a message that was lost in a queue, the
+// queue's.
+class MessageCounters {
+ public:
+  void add(PortKind port, std::size_t message_class, Outcome outcome, std::uint64_t size) {
+    cell(port, message_class, outcome).add(size);
+  }
+  void add(PortKind port, std::size_t message_class, Outcome outcome, const Count& count) {
+    Count& to = cell(port, message_class, outcome);
+    to.messages += count.messages;
+    to.bytes += count.bytes;
+  }
+  [[nodiscard]] const Count& of(PortKind port, std::size_t message_class, Outcome outcome) const {
+    return counts_[static_cast<std::size_t>(port)][message_class]
+                  [static_cast<std::size_t>(outcome)];
+  }
+  // Over all ports and classes.
+  [[nodiscard]] Count total(Outcome outcome) const;
+
+ private:
+  Count& cell(PortKind port, std::size_t message_class, Outcome outcome) {
+    return counts_[static_cast<std::size_t>(port)][message_class]
+                  [static_cast<std::size_t>(outcome)];
+  }
+  std::array<std::array<std::array<Count, kOutcomeCount>, kClasses>, kPortKindCount> counts_;
+};
+
+class EventCounters {
+ public:
+  void add(EventKind kind) { ++counts_[static_cast<std::size_t>(kind)]; }
+  [[nodiscard]] std::uint64_t of(EventKind kind) const {
+    return counts_[static_cast<std::size_t>(kind)];
+  }
+
+ private:
+  std::array<std::uint64_t, kEventKindCount> counts_{};
+};
+
+// How many messages were dropped within the last minute, to the second.
+class DropHistory {
+ public:
+  void add(Time now, std::uint64_t messages = 1);
+  [[nodiscard]] std::uint64_t last_minute(Time now) const;
+
+ private:
+  struct Second {
+    std::int64_t number = -1;  // of this second since the clock began
+    std::uint64_t drops = 0;
+  };
+  std::array<Second, 60> seconds_;
 };
 
 }  // namespace tims::core

@@ -1,4 +1,6 @@
-#include "router/core/counters.h"
+#include "router/core/statistics.h"
+
+#include "router/core/ids.h"
 
 namespace tims::core {
 namespace {
@@ -8,6 +10,28 @@ std::int64_t second_of(Time t) {
 }
 
 }  // namespace
+
+std::string_view name(Role role) { return label(kRoles, role).name; }
+std::string_view name(LinkKind kind) { return label(kLinkKinds, kind).name; }
+
+std::string_view name(PortKind port) { return label(kPortKinds, port).name; }
+
+std::string_view name(Outcome outcome) { return label(kOutcomes, outcome).name; }
+std::string_view sentence(Outcome outcome) { return label(kOutcomes, outcome).sentence; }
+
+std::string_view name(EventKind kind) { return label(kEventKinds, kind).name; }
+std::string_view sentence(EventKind kind) { return label(kEventKinds, kind).sentence; }
+
+std::string_view name(CloseReason reason) { return label(kCloseReasons, reason).name; }
+std::string_view sentence(CloseReason reason) { return label(kCloseReasons, reason).sentence; }
+
+const Event& EventLog::add(const Event& event) {
+  ++last_;
+  Event& kept = ring_[last_ % kCapacity];
+  kept = event;
+  kept.sequence = last_;
+  return kept;
+}
 
 Count MessageCounters::total(Outcome outcome) const {
   Count sum;
