@@ -2,10 +2,10 @@
 // each struct costs compile time.
 #pragma once
 
-#include "proxies/catalogue.h"
-#include "proxies/codec/codec.h"
-#include "proxies/codec/parse.h"
-#include "proxies/codec/print.h"
+#include "rack/codec/codec.h"
+#include "rack/codec/parse.h"
+#include "rack/codec/print.h"
+#include "rack/proxies/catalogue.h"
 
 namespace rack {
 

@@ -6,20 +6,20 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/camera.h"
-#include "proxies/datalog.h"
-#include "proxies/feature_map.h"
-#include "proxies/gdos_log.h"
-#include "proxies/grid_map.h"
-#include "proxies/io.h"
-#include "proxies/ladar.h"
-#include "proxies/mcl.h"
-#include "proxies/obj_recog.h"
-#include "proxies/path.h"
-#include "proxies/pilot.h"
-#include "proxies/planner.h"
-#include "proxies/scan2d.h"
-#include "proxies/scan3d.h"
+#include "rack/proxies/camera.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/gdos_log.h"
+#include "rack/proxies/grid_map.h"
+#include "rack/proxies/io.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/mcl.h"
+#include "rack/proxies/obj_recog.h"
+#include "rack/proxies/path.h"
+#include "rack/proxies/pilot.h"
+#include "rack/proxies/planner.h"
+#include "rack/proxies/scan2d.h"
+#include "rack/proxies/scan3d.h"
 
 namespace rack {
 namespace {

@@ -1,10 +1,10 @@
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 
 #include <algorithm>
 
 #include "proxies/body_info.h"
 #include "proxies/catalogue_tables.h"
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 
 namespace rack {
 

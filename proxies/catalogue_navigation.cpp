@@ -1,12 +1,12 @@
 #include "proxies/body_info.h"
 #include "proxies/catalogue_tables.h"
-#include "proxies/datalog.h"
-#include "proxies/gdos_log.h"
-#include "proxies/odometry.h"
-#include "proxies/path.h"
-#include "proxies/pilot.h"
-#include "proxies/planner.h"
-#include "proxies/position.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/gdos_log.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/path.h"
+#include "rack/proxies/pilot.h"
+#include "rack/proxies/planner.h"
+#include "rack/proxies/position.h"
 
 namespace rack {
 

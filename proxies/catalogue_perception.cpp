@@ -1,11 +1,11 @@
 #include "proxies/body_info.h"
 #include "proxies/catalogue_tables.h"
-#include "proxies/feature_map.h"
-#include "proxies/grid_map.h"
-#include "proxies/mcl.h"
-#include "proxies/obj_recog.h"
-#include "proxies/scan2d.h"
-#include "proxies/scan3d.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/grid_map.h"
+#include "rack/proxies/mcl.h"
+#include "rack/proxies/obj_recog.h"
+#include "rack/proxies/scan2d.h"
+#include "rack/proxies/scan3d.h"
 
 namespace rack {
 

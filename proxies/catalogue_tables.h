@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 
 namespace rack {
 

@@ -1,4 +1,4 @@
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 
 #include <array>
 #include <set>
@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/chassis.h"
-#include "proxies/pilot.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/pilot.h"
 
 namespace rack {
 namespace {

@@ -1,4 +1,4 @@
-#include "proxies/gdos.h"
+#include "rack/proxies/gdos.h"
 
 #include <algorithm>
 #include <cctype>
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "proxies/codec/bytes.h"
+#include "rack/codec/codec.h"
 
 namespace rack::gdos {
 namespace {

@@ -1,4 +1,4 @@
-#include "proxies/gdos.h"
+#include "rack/proxies/gdos.h"
 
 #include <cstring>
 #include <initializer_list>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/codec/bytes.h"
+#include "rack/codec/codec.h"
 
 namespace rack::gdos {
 namespace {

@@ -1,4 +1,4 @@
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 
 namespace rack {
 

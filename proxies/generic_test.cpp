@@ -1,10 +1,10 @@
 // The bodies of our own runtime, byte for byte: programs of other versions must understand them.
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 
 #include <gtest/gtest.h>
 
-#include "proxies/catalogue.h"
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
+#include "rack/proxies/catalogue.h"
 #include "tests/support/hex.h"
 
 namespace rack {

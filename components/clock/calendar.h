@@ -5,7 +5,7 @@
 #include <chrono>
 #include <optional>
 
-#include "proxies/clock.h"
+#include "rack/proxies/clock.h"
 
 namespace rack::clock {
 

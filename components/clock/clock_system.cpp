@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "components/clock/calendar.h"
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
 
 namespace rack::clock {
 namespace {

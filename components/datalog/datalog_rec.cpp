@@ -9,9 +9,9 @@
 
 #include "components/datalog/log_list.h"
 #include "components/datalog/recorder.h"
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
 #include "os/clock.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
 
 namespace rack::datalog {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proxies/datalog.h"
+#include "rack/proxies/datalog.h"
 #include "tims/result.h"
 
 namespace rack::datalog {

@@ -5,15 +5,15 @@
 #include <gtest/gtest.h>
 
 #include "components/datalog/record_line.h"
-#include "proxies/camera.h"
-#include "proxies/gps.h"
-#include "proxies/io.h"
-#include "proxies/mcl.h"
-#include "proxies/path.h"
-#include "proxies/pilot.h"
-#include "proxies/position.h"
-#include "proxies/scan2d.h"
-#include "proxies/scan3d.h"
+#include "rack/proxies/camera.h"
+#include "rack/proxies/gps.h"
+#include "rack/proxies/io.h"
+#include "rack/proxies/mcl.h"
+#include "rack/proxies/path.h"
+#include "rack/proxies/pilot.h"
+#include "rack/proxies/position.h"
+#include "rack/proxies/scan2d.h"
+#include "rack/proxies/scan3d.h"
 
 namespace rack::datalog {
 namespace {

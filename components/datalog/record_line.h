@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
 
 namespace rack::datalog {
 

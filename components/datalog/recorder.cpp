@@ -1,7 +1,7 @@
 #include "components/datalog/recorder.h"
 
 #include "components/datalog/log_list.h"
-#include "proxies/stream.h"
+#include "rack/proxies/proxy.h"
 
 namespace rack::datalog {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "components/datalog/record_format.h"
 #include "components/files/log_file.h"
-#include "components/runtime/text_log.h"
-#include "proxies/datalog.h"
-#include "proxies/proxy.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/proxy.h"
+#include "rack/text_log.h"
 #include "tims/time.h"
 
 namespace rack::datalog {

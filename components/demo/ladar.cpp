@@ -3,9 +3,9 @@
 
 #include "components/demo/program.h"
 #include "components/demo/scan.h"
-#include "components/runtime/rules/listeners.h"
-#include "proxies/codec/codec.h"
-#include "proxies/generic.h"
+#include "components/runtime/logic/listeners.h"
+#include "rack/codec/codec.h"
+#include "rack/proxies/generic.h"
 
 namespace tims::demo {
 

@@ -2,8 +2,8 @@
 
 #include "components/demo/program.h"
 #include "components/demo/scan.h"
-#include "proxies/codec/codec.h"
-#include "proxies/generic.h"
+#include "rack/codec/codec.h"
+#include "rack/proxies/generic.h"
 
 namespace tims::demo {
 

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <optional>
 
-#include "components/runtime/data_module.h"
-#include "proxies/ladar.h"
-#include "proxies/scan2d.h"
+#include "rack/data_module.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/scan2d.h"
 
 namespace {
 

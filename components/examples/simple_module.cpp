@@ -1,5 +1,5 @@
 // The least a component is: SimpleModule of the paper on RACK.
-#include "components/runtime/module.h"
+#include "rack/module.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // gdos-log: keeps what components say to people.
-#include "proxies/gdos_log.h"
+#include "rack/proxies/gdos_log.h"
 
 #include <array>
 #include <chrono>
@@ -9,9 +9,9 @@
 #include "components/gdos_log/journal.h"
 #include "components/gdos_log/text_flood.h"
 #include "components/gdos_log/text_keeper.h"
-#include "components/runtime/data_module.h"
 #include "os/clock.h"
-#include "proxies/gdos_files.h"
+#include "proxies/gdos_texts.h"
+#include "rack/data_module.h"
 
 namespace rack::gdos_log {
 namespace {

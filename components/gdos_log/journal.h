@@ -2,7 +2,7 @@
 //   journalctl TIMS_COMPONENT='Chassis(0/0)' -p warning
 #pragma once
 
-#include "proxies/gdos_record.h"
+#include "proxies/gdos_texts.h"
 #include "tims/result.h"
 
 namespace rack::gdos_log {

@@ -5,7 +5,7 @@
 #include <fcntl.h>
 #include <sys/file.h>
 
-#include "proxies/gdos_files.h"
+#include "proxies/gdos_texts.h"
 
 namespace rack::gdos_log {
 namespace {

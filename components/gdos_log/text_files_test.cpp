@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include "proxies/gdos_files.h"
+#include "proxies/gdos_texts.h"
 #include "tests/support/temporary_folder.h"
 
 namespace rack::gdos_log {

@@ -6,8 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "components/runtime/rules/text_limiter.h"
-#include "proxies/gdos.h"
+#include "components/runtime/logic/text_limiter.h"
+#include "rack/proxies/gdos.h"
 
 namespace rack::gdos_log {
 

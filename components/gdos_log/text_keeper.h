@@ -3,8 +3,8 @@
 #pragma once
 
 #include "components/gdos_log/text_files.h"
-#include "components/runtime/text_log.h"
-#include "proxies/gdos_record.h"
+#include "proxies/gdos_texts.h"
+#include "rack/text_log.h"
 
 namespace rack::gdos_log {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/geometry/angle.h"
-#include "proxies/geometry.h"
+#include "rack/proxies/geometry.h"
 
 namespace rack {
 

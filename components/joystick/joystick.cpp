@@ -10,8 +10,8 @@
 
 #include "components/joystick/js_events.h"
 #include "components/joystick/keyboard_stick.h"
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
 
 namespace rack::joystick {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "proxies/joystick.h"
+#include "rack/proxies/joystick.h"
 
 namespace rack::joystick {
 

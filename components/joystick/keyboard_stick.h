@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "proxies/joystick.h"
+#include "rack/proxies/joystick.h"
 
 namespace rack::joystick {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "proxies/position.h"
+#include "rack/proxies/position.h"
 #include "tims/result.h"
 
 namespace rack::navigation {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "components/geometry/pose.h"
-#include "proxies/chassis.h"
-#include "proxies/odometry.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/odometry.h"
 
 namespace rack::navigation {
 

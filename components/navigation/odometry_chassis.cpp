@@ -9,8 +9,8 @@
 
 #include "components/geometry/angle.h"
 #include "components/navigation/dead_reckoning.h"
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
 
 namespace rack::navigation {
 namespace {

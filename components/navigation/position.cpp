@@ -5,8 +5,8 @@
 
 #include "components/navigation/coordinates.h"
 #include "components/navigation/reference.h"
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
 
 namespace rack::navigation {
 namespace {

@@ -2,7 +2,7 @@
 // the way from WGS84 to the German Gauss-Krueger grid (specification, section 10.5). Pure.
 #pragma once
 
-#include "proxies/position.h"
+#include "rack/proxies/position.h"
 
 namespace rack::navigation {
 

@@ -5,8 +5,8 @@
 #include <chrono>
 
 #include "components/geometry/pose.h"
-#include "proxies/odometry.h"
-#include "proxies/position.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/position.h"
 
 namespace rack::navigation {
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "proxies/chassis.h"
+#include "rack/proxies/chassis.h"
 
 namespace rack::pilot {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "components/pilot/safe_speed.h"
-#include "proxies/joystick.h"
-#include "proxies/pilot.h"
+#include "rack/proxies/joystick.h"
+#include "rack/proxies/pilot.h"
 
 namespace rack::pilot {
 

@@ -4,9 +4,9 @@
 
 #include "components/pilot/driven_chassis.h"
 #include "components/pilot/joystick_drive.h"
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
 
 namespace rack::pilot {
 namespace {

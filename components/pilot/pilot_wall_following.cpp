@@ -5,9 +5,9 @@
 #include "components/geometry/angle.h"
 #include "components/pilot/driven_chassis.h"
 #include "components/pilot/wall_follower.h"
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
-#include "proxies/position.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/position.h"
 
 namespace rack::pilot {
 namespace {

@@ -1,8 +1,8 @@
 // How fast a vehicle may go among what a scan sees (specification, section 10.6). Pure.
 #pragma once
 
-#include "proxies/chassis.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/scan2d.h"
 
 namespace rack::pilot {
 

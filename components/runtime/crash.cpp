@@ -11,7 +11,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
-#include "components/runtime/rules/readable_name.h"
+#include "components/runtime/logic/readable_name.h"
 #include "components/runtime/symbols.h"
 #include "components/runtime/unwinder.h"
 

@@ -1,4 +1,4 @@
-#include "components/runtime/data_module.h"
+#include "rack/data_module.h"
 
 #include <algorithm>
 

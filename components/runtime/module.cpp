@@ -1,4 +1,4 @@
-#include "components/runtime/module.h"
+#include "rack/module.h"
 
 #include <algorithm>
 #include <array>
@@ -14,13 +14,13 @@
 #include <poll.h>
 #include <sys/signalfd.h>
 
-#include "components/runtime/clock.h"
 #include "components/runtime/crash.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
 #include "os/event_fd.h"
 #include "os/waiting.h"
-#include "proxies/catalogue.h"
+#include "rack/clock.h"
+#include "rack/proxies/catalogue.h"
 
 namespace rack {
 namespace {

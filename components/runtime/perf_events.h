@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "components/runtime/rules/perf_records.h"
+#include "components/runtime/logic/perf_records.h"
 #include "os/file.h"
 
 namespace rack {

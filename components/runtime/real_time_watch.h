@@ -10,14 +10,14 @@
 #include <atomic>
 #include <cstdint>
 
+#include "components/runtime/logic/offences.h"
 #include "components/runtime/perf_events.h"
-#include "components/runtime/priority_mutex.h"
-#include "components/runtime/rules/offences.h"
 #include "components/runtime/symbols.h"
-#include "components/runtime/text_log.h"
 #include "components/runtime/unwinder.h"
 #include "os/waiting.h"
-#include "proxies/generic.h"
+#include "rack/priority_mutex.h"
+#include "rack/proxies/generic.h"
+#include "rack/text_log.h"
 
 namespace rack {
 

@@ -11,7 +11,7 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
-#include "components/runtime/rules/elf_symbols.h"
+#include "components/runtime/logic/elf_symbols.h"
 #include "os/file.h"
 
 namespace rack {

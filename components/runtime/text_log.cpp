@@ -1,4 +1,4 @@
-#include "components/runtime/text_log.h"
+#include "rack/text_log.h"
 
 #include <cstdio>
 

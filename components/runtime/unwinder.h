@@ -9,7 +9,7 @@
 #include <ucontext.h>
 
 #include "components/runtime/loaded_files.h"
-#include "components/runtime/rules/snapshot.h"
+#include "components/runtime/logic/snapshot.h"
 
 namespace rack {
 

@@ -1,9 +1,9 @@
 // A laser scan as points of the robot (specification, section 10.4). Pure.
 #pragma once
 
-#include "proxies/camera.h"
-#include "proxies/ladar.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/camera.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/scan2d.h"
 #include "tims/result.h"
 
 namespace rack::scan2d {

@@ -3,11 +3,11 @@
 #include <optional>
 
 #include "components/geometry/angle.h"
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
 #include "components/scan2d/ladar_scan.h"
-#include "proxies/camera.h"
-#include "proxies/position.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/camera.h"
+#include "rack/proxies/position.h"
 
 namespace rack::scan2d {
 namespace {

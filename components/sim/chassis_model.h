@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "proxies/chassis.h"
+#include "rack/proxies/chassis.h"
 
 namespace rack::sim {
 

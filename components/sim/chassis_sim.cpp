@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "components/geometry/angle.h"
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
 #include "components/sim/chassis_model.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
 
 namespace rack::sim {
 namespace {

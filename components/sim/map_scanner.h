@@ -5,10 +5,10 @@
 #include <array>
 #include <optional>
 
-#include "components/runtime/data_module.h"
-#include "components/runtime/input.h"
 #include "components/sim/scan_model.h"
-#include "proxies/odometry.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/odometry.h"
 
 namespace rack::sim {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "components/geometry/floor_map.h"
-#include "proxies/ladar.h"
-#include "proxies/odometry.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/scan2d.h"
 
 namespace rack::sim {
 

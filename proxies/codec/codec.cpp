@@ -1,4 +1,4 @@
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
 
 #include <limits>
 #include <string>
@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/codec/quantity.h"
-#include "proxies/codec/time_stamp.h"
+#include "rack/codec/quantity.h"
 #include "tims/address.h"
 
 namespace rack {

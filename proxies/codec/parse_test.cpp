@@ -1,4 +1,4 @@
-#include "proxies/codec/parse.h"
+#include "rack/codec/parse.h"
 
 #include <gtest/gtest.h>
 

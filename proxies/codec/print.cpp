@@ -1,4 +1,4 @@
-#include "proxies/codec/print.h"
+#include "rack/codec/print.h"
 
 #include <array>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "proxies/codec/reflect.h"
+#include "rack/codec/reflect.h"
 
 #include <array>
 #include <string>
@@ -6,9 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/codec/quantity.h"
-#include "proxies/codec/sequence.h"
-#include "proxies/codec/text.h"
+#include "rack/codec/fields.h"
+#include "rack/codec/quantity.h"
 
 namespace rack {
 namespace {

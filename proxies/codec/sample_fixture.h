@@ -4,10 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "proxies/codec/quantity.h"
-#include "proxies/codec/sequence.h"
-#include "proxies/codec/text.h"
-#include "proxies/codec/time_stamp.h"
+#include "rack/codec/fields.h"
+#include "rack/codec/quantity.h"
 #include "tims/address.h"
 
 namespace rack::test {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "components/runtime/data_module.h"
 #include "libtims/os/clock.h"
-#include "proxies/ladar.h"
+#include "rack/data_module.h"
+#include "rack/proxies/ladar.h"
 #include "tests/bench/metrics.h"
 #include "tests/bench/usage.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "proxies/gdos_reader.h"
+#include "proxies/gdos_texts.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

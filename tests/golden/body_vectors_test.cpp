@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 #include "tests/support/golden_vectors.h"
 #include "tests/support/hex.h"
 

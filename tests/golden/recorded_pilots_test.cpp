@@ -7,7 +7,7 @@
 #include "components/geometry/angle.h"
 #include "components/pilot/joystick_drive.h"
 #include "components/pilot/wall_follower.h"
-#include "proxies/position.h"
+#include "rack/proxies/position.h"
 #include "tests/support/recording.h"
 
 namespace rack::pilot {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "proxies/proxy.h"
+#include "rack/proxies/proxy.h"
 #include "tests/support/eventually.h"
 
 namespace tims::test {

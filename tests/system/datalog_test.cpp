@@ -1,5 +1,5 @@
 // DatalogRec writes what a real component sends.
-#include "proxies/datalog.h"
+#include "rack/proxies/datalog.h"
 
 #include <algorithm>
 #include <fstream>

@@ -9,8 +9,8 @@
 
 #include <gmock/gmock.h>
 
-#include "proxies/gdos_files.h"
-#include "proxies/gdos_log.h"
+#include "proxies/gdos_texts.h"
+#include "rack/proxies/gdos_log.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/system/modules_fixture.h"

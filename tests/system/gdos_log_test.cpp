@@ -1,7 +1,7 @@
 // gdos-log keeps what components say, whatever they say, and whatever becomes of it.
 #include <csignal>
 
-#include "proxies/chassis.h"
+#include "rack/proxies/chassis.h"
 #include "tests/system/gdos_log_fixture.h"
 
 namespace tims::test {

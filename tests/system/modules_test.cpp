@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/chassis.h"
-#include "proxies/gdos.h"
-#include "proxies/odometry.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/gdos.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/scan2d.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"
 

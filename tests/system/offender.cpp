@@ -9,9 +9,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "components/runtime/clock.h"
-#include "components/runtime/data_module.h"
-#include "proxies/clock.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/proxies/clock.h"
 
 // Functions that back-traces must name: not inlined, and not the last thing their callers do.
 namespace rack::deeds {

@@ -4,8 +4,8 @@
 #include <ranges>
 #include <set>
 
-#include "proxies/gdos.h"
-#include "proxies/joystick.h"
+#include "rack/proxies/gdos.h"
+#include "rack/proxies/joystick.h"
 #include "tests/support/recording.h"
 #include "tests/system/robot_fixture.h"
 #include "wire/router_commands.h"

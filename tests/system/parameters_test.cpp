@@ -4,11 +4,11 @@
 #include <functional>
 
 #include "os/file.h"
-#include "proxies/clock.h"
-#include "proxies/datalog.h"
-#include "proxies/ladar.h"
-#include "proxies/odometry.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/clock.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/scan2d.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {

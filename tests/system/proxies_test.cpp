@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/chassis.h"
-#include "proxies/ladar.h"
-#include "proxies/path.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/path.h"
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {

@@ -2,8 +2,8 @@
 #include <atomic>
 #include <thread>
 
-#include "components/runtime/data_module.h"
-#include "proxies/ladar.h"
+#include "rack/data_module.h"
+#include "rack/proxies/ladar.h"
 #include "tests/support/counted_new.h"
 #include "tests/system/local_fixture.h"
 

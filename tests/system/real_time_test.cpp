@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "proxies/proxy.h"
+#include "rack/proxies/proxy.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"
 

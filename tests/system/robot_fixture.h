@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "proxies/chassis.h"
-#include "proxies/pilot.h"
-#include "proxies/position.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/pilot.h"
+#include "rack/proxies/position.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"
 

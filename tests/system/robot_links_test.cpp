@@ -1,5 +1,5 @@
 // A component lives on data from another host, while the link between the two breaks and heals.
-#include "proxies/odometry.h"
+#include "rack/proxies/odometry.h"
 #include "tests/system/becomes.h"
 #include "tests/system/host.h"
 

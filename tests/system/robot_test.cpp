@@ -15,8 +15,8 @@
 
 #include "components/geometry/floor_map.h"
 #include "os/file.h"
-#include "proxies/clock.h"
-#include "proxies/scan2d.h"
+#include "rack/proxies/clock.h"
+#include "rack/proxies/scan2d.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {

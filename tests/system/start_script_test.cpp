@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "proxies/chassis.h"
-#include "proxies/position.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/position.h"
 #include "tests/support/eventually.h"
 #include "tests/support/own_network.h"
 #include "tests/support/temporary_folder.h"

@@ -1,5 +1,5 @@
 // What must not matter to a robot: listeners that sleep, commands of any length, sudden deaths.
-#include "proxies/odometry.h"
+#include "rack/proxies/odometry.h"
 #include "tests/system/becomes.h"
 #include "tests/system/robot_fixture.h"
 

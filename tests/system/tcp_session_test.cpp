@@ -14,7 +14,7 @@
 #include <sys/resource.h>
 
 #include "os/clock.h"
-#include "proxies/chassis.h"
+#include "rack/proxies/chassis.h"
 #include "tests/support/eventually.h"
 #include "tests/support/tcp_socket.h"
 #include "tests/system/local_fixture.h"

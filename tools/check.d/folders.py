@@ -2,7 +2,7 @@
 
 import os
 
-from layers import PUBLIC, Layers
+from layers import PUBLIC, RACK, Layers
 from tree import Finding
 
 KNOWN = "tests_elsewhere.txt"
@@ -10,7 +10,7 @@ KNOWN = "tests_elsewhere.txt"
 
 def check_readmes(tree):
     for folder in tree.folders_of(tree.sources(".h", ".cpp", ".c", ".py")):
-        if (folder + "/").startswith(PUBLIC):
+        if (folder + "/").startswith((PUBLIC, *RACK)):
             continue  # public headers are their own manual
         if not tree.has(os.path.join(folder, "README.md")):
             yield Finding(folder, 0, "has no README.md: say what lies here, and why")

@@ -7,8 +7,14 @@ from tree import Finding, line_of
 
 ROW = re.compile(r"^\| `([^`]+)`( ★)? \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
-SEARCH = ("", "libtims/", "libtims/include/")
-# Public headers are values that everybody may use, except those that speak to the system.
+# Public headers lie apart, as they are installed; each belongs to the layer of its sources.
+RACK = "proxies/include/", "components/runtime/include/"
+SEARCH = ("", "libtims/", "libtims/include/", *RACK)
+LAYER_OF_HEADERS = {"proxies/include/rack/codec": "proxies/codec", "proxies/include": "proxies",
+                    "components/runtime/include/rack/parameters.h": "components/runtime/logic",
+                    "components/runtime/include/rack/data_history.h": "components/runtime/logic",
+                    "components/runtime/include": "components/runtime"}
+# Those of libtims are values that everybody may use, except those that speak to the system.
 PUBLIC = "libtims/include/"
 PUBLIC_OF_CLIENT = ("libtims/include/tims.h", "libtims/include/tims/session.h",
                     "libtims/include/tims/mailbox.h")
@@ -32,6 +38,9 @@ class Layers:
             return "libtims/client"
         if path.startswith(PUBLIC):
             return PUBLIC
+        for begin, layer in LAYER_OF_HEADERS.items():
+            if path.startswith(begin) and layer in self.may_use:
+                return layer
         rows = [r for r in self.may_use if path == r or path.startswith(r + "/")]
         return max(rows, key=len, default=None)
 

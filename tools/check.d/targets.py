@@ -4,7 +4,7 @@ import json
 import os
 import re
 
-from layers import INCLUDE, PUBLIC, resolve
+from layers import INCLUDE, PUBLIC, RACK, resolve
 from tree import Finding
 
 
@@ -36,5 +36,5 @@ def check(tree):
     included = {resolve(tree, path, name) for path in tree.sources()
                 for name in INCLUDE.findall(tree.text(path))}
     for path in tree.sources(".h"):
-        if path not in included and not path.startswith((PUBLIC, *apart)):
+        if path not in included and not path.startswith((PUBLIC, *RACK, *apart)):
             yield Finding(path, 0, "is included by nobody")

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "proxies/chassis.h"
-#include "proxies/codec/codec.h"
-#include "proxies/generic.h"
+#include "rack/codec/codec.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/generic.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/component_call.h"
 #include "tools/timsctl/component_parameters.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "os/clock.h"
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 #include "tools/timsctl/values.h"
 
 namespace timsctl {

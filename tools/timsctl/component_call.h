@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "proxies/codec/codec.h"
+#include "rack/codec/codec.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 #include "tools/timsctl/component_call.h"
 #include "tools/timsctl/render.h"
 

@@ -6,9 +6,8 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "proxies/gdos_files.h"
-#include "proxies/gdos_log.h"
-#include "proxies/gdos_reader.h"
+#include "proxies/gdos_texts.h"
+#include "rack/proxies/gdos_log.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"
 #include "tools/timsctl/failure.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 #include "tools/timsctl/message_text.h"
 
 namespace timsctl {

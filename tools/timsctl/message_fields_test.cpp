@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "proxies/chassis.h"
-#include "proxies/ladar.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/ladar.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "proxies/generic.h"
+#include "rack/proxies/generic.h"
 #include "router/config/nearest.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proxies/gdos.h"
+#include "rack/proxies/gdos.h"
 #include "tims/time.h"
 
 namespace timsctl {

@@ -5,8 +5,8 @@
 
 #include "os/clock.h"
 #include "os/readable.h"
-#include "proxies/codec/codec.h"
-#include "proxies/generic.h"
+#include "rack/codec/codec.h"
+#include "rack/proxies/generic.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "proxies/gdos_record.h"
+#include "proxies/gdos_texts.h"
 #include "tools/timsctl/options.h"
 #include "tools/timsctl/output.h"
 

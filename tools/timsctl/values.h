@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proxies/catalogue.h"
+#include "rack/proxies/catalogue.h"
 #include "tims/address.h"
 #include "tims/time.h"
 

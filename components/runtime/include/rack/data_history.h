@@ -1,0 +1,67 @@
+// The last data sets a component has published, oldest thrown away first.
+//
+// Pure. One of the places is the workspace, where the next data set is made; it is never read.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "rack/codec/quantity.h"
+
+namespace rack {
+
+class DataHistory {
+ public:
+  struct Entry {
+    TimeStamp recorded = 0;
+    std::span<const std::byte> body{};  // as it was published
+  };
+  enum class Miss : std::uint8_t { kEmpty, kTooOld, kTooNew };
+
+  // `places`: data sets it can hold, the workspace included; at least 2. `size_max`: of each,
+  // bytes.
+  DataHistory(std::uint32_t places, std::size_t size_max);
+
+  [[nodiscard]] std::span<std::byte> workspace();
+  // The first `size` bytes of the workspace are the newest data set now.
+  void publish(TimeStamp recorded, std::size_t size);
+  void clear();
+
+  [[nodiscard]] std::uint32_t size() const { return held_; }
+  [[nodiscard]] const Entry& newest() const { return entry(0); }  // of those there are
+  [[nodiscard]] const Entry& oldest() const { return entry(held_ - 1); }
+
+  // The data set recorded nearest to `time`; of two equally near the later one. kTooNew: more than
+  // `ahead` after the newest.
+  [[nodiscard]] std::variant<Entry, Miss> nearest(TimeStamp time,
+                                                  std::chrono::milliseconds ahead) const;
+
+  // The neighbours of `time`: `before` is the last one not after it, except that with a time after
+  // the newest both are the newest two.
+  struct Pair {
+    Entry before;
+    Entry after;
+  };
+  [[nodiscard]] std::variant<Pair, Miss> around(TimeStamp time,
+                                                std::chrono::milliseconds ahead) const;
+
+ private:
+  // n data sets before the newest.
+  [[nodiscard]] const Entry& entry(std::uint32_t n) const {
+    return entries_[(workspace_ + entries_.size() - 1 - n) % entries_.size()];
+  }
+  [[nodiscard]] std::variant<std::uint32_t, Miss> not_after(TimeStamp time,
+                                                            std::chrono::milliseconds ahead) const;
+
+  const std::size_t stride_;
+  std::unique_ptr<std::byte[]> bytes_;
+  std::vector<Entry> entries_;
+  std::uint32_t workspace_ = 0;
+  std::uint32_t held_ = 0;
+};
+
+}  // namespace rack

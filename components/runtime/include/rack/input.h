@@ -1,0 +1,93 @@
+// The stream of another component that this one lives on.
+//
+//   module_init():  input_.emplace(*work, *stream)      // stream: a mailbox for this producer only
+//   module_on():    set_period(*input_->start(odometry))
+//   module_loop():  input_->next(data, 5 * period())    // its errors end the loop: tried again
+//   later module_off():   input_->stop()
+//
+// One thread; the work mailbox may be shared with other proxies of that thread.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "os/clock.h"
+#include "rack/proxies/proxy.h"
+
+namespace rack {
+
+template <typename ProxyType>
+class Input {
+ public:
+  using Data = typename ProxyType::Data;
+
+  Input(tims::Mailbox& work, tims::Mailbox& stream) : work_(&work), stream_(&stream) {}
+
+  [[nodiscard]] bool started() const { return proxy_.has_value(); }
+  // While it is started.
+  [[nodiscard]] ProxyType& proxy() { return *proxy_; }
+
+  // Turns the producer on, and makes it send; returns how often it will.
+  Result<std::chrono::milliseconds> start(tims::Address producer,
+                                          std::chrono::milliseconds period = {}) {
+    if (const auto on = turn_on(producer); !on) return on.error();
+    return subscribe(period);
+  }
+  // The two halves of it, for who has to ask the producer something in between.
+  Result<void> turn_on(tims::Address producer) {
+    proxy_.emplace(*work_, producer);
+    return proxy_->on();
+  }
+  Result<std::chrono::milliseconds> subscribe(std::chrono::milliseconds period = {}) {
+    stream_->clean();  // the end of an earlier stream
+    const auto granted =
+        proxy_->get_cont_data(static_cast<u32>(period.count()), stream_->address());
+    if (!granted) return granted.error();
+    return std::chrono::milliseconds(granted->raw());
+  }
+  // Also when it was not started, or only half.
+  void stop() {
+    if (proxy_) (void)proxy_->stop_cont_data(stream_->address());
+    proxy_.reset();
+  }
+
+  // Waits. kTimeout: the producer is silent; kAnsweredError: it went off or failed.
+  Result<void> next(Data& data, tims::Duration timeout) {
+    const tims::Time end = tims::os::now() + timeout;
+    for (;;) {
+      const auto left = std::max(end - tims::os::now(), tims::Duration(0));
+      const auto message = stream_->peek_for(left);
+      if (!message) return named(message.error(), timeout);
+      auto good = proxy_->decode_stream(*message, data);
+      if (good || good.error().code() != tims::Errc::kInvalidArgument) return good;
+    }
+  }
+  // The newest of what has come meanwhile; false: nothing has.
+  Result<bool> newest(Data& data) {
+    bool any = false;
+    for (;;) {
+      const auto message = stream_->try_peek();
+      if (!message) {
+        if (message.error().code() == tims::Errc::kEmpty) return any;
+        return message.error();
+      }
+      const auto good = proxy_->decode_stream(*message, data);
+      if (!good && good.error().code() != tims::Errc::kInvalidArgument) return good.error();
+      any = any || good;
+    }
+  }
+
+ private:
+  [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) const {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(waited).count();
+    return {error.code(), "no data of " + proxy_->component().to_string(work_->address_widths()) +
+                              " for " + std::to_string(ms) + " ms"};
+  }
+
+  tims::Mailbox* work_;
+  tims::Mailbox* stream_;
+  std::optional<ProxyType> proxy_;
+};
+
+}  // namespace rack

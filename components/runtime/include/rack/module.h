@@ -1,0 +1,195 @@
+// What every component is derived from (specification, section 5).
+//
+//   class Sweeper : public rack::Module {
+//    public:
+//     Sweeper() : Module(kInfo) {}
+//    private:
+//     Result<void> module_on() override;     // what it needs while it is on
+//     Result<void> module_loop() override;   // again and again while it is on
+//     void module_off() override;            // also after a module_on() or module_loop() that
+//     failed
+//   };
+//   int main(int argc, char** argv) {
+//     Sweeper sweeper;
+//     return sweeper.run(argc, argv);
+//   }
+//
+// Two threads: the *command task* takes commands from the command mailbox and answers them; the
+// *data task* turns the component on and off and calls module_loop(). What both use is protected by
+// whoever derives; the runtime's own state is.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "components/runtime/logic/arguments.h"
+#include "components/runtime/logic/life_cycle.h"
+#include "components/runtime/real_time_watch.h"
+#include "components/runtime/thread.h"
+#include "os/file.h"
+#include "os/service_manager.h"
+#include "rack/codec/codec.h"
+#include "rack/parameters.h"
+#include "rack/priority_mutex.h"
+#include "rack/text_log.h"
+#include "tims/session.h"
+
+namespace rack {
+
+// A component's program, in a few words.
+struct ModuleInfo {
+  std::string_view program;  // "ChassisSim"; the first of its parameters
+  std::string_view purpose;  // for --help
+  std::uint32_t class_id = 0;
+  std::span<const ParameterInfo> parameters{};  // its own, and common ones with another default
+  std::uint32_t command_slots = 16;
+  std::uint32_t command_body_max = 8192;  // takes 47 parameters at once
+};
+
+// Of run(): what a program ends with.
+enum class ExitCode : int { kGood = 0, kFailed = 1, kUsage = 2 };
+
+class Module {
+ public:
+  explicit Module(const ModuleInfo& info);  // which must outlive it
+  Module(const Module&) = delete;
+  Module& operator=(const Module&) = delete;
+  virtual ~Module();
+
+  // All of a program's life: arguments, router, tasks, until SIGTERM, SIGINT, SIGHUP or
+  // stop(). A service manager (sd_notify(3)) is told when it is ready, and its status: on, off,
+  // error.
+  int run(int argc, char** argv);
+  int run(std::span<const char* const> arguments);
+  void stop();  // from any thread
+
+  [[nodiscard]] tims::Address address() const { return address_; }
+  [[nodiscard]] const Parameters& parameters() const { return parameters_; }
+
+ protected:
+  // --- what a component fills in
+
+  // Once, before the tasks start: mailboxes and proxies. An error ends the program.
+  virtual Result<void> module_init() { return {}; }
+  virtual void module_cleanup() {}
+  virtual Result<void> module_on() { return {}; }
+  virtual void module_off() {}
+  // May wait at most as long as people are ready to wait for OFF. An error: off, and on again
+  // later.
+  virtual Result<void> module_loop() = 0;
+  // A command that is not common to all. An error is answered by ERROR. Called by the command task.
+  virtual Result<void> module_command(const tims::MessageView& message);
+
+  // --- what a component uses
+
+  TextLog& log() { return log_; }
+  // Any task: a copy of what the parameter is now.
+  [[nodiscard]] std::int32_t integer(std::string_view name) const;
+  [[nodiscard]] float real(std::string_view name) const;
+  [[nodiscard]] std::string text(std::string_view name) const;
+  // Of what a component has found out itself; must be a number that its parameter allows.
+  void set_parameter(std::string_view name, std::int32_t value);
+
+  // With what this parameter shall be when the program is started again after a crash, because it
+  // goes on where it was: nobody has set it.
+  void tell_state(std::string_view name, const std::string& value) const;
+  // With the next local id, and the priority of the data task; takes bodies of at least kReasonMax
+  // bytes. In module_init().
+  Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
+  // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
+  Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
+  [[nodiscard]] tims::Mailbox& command_mailbox() { return *command_mailbox_; }
+  // Of a component of this fleet, local id 0.
+  [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::int32_t system,
+                                         std::int32_t instance) const;
+  // Of the one that parameters name: "chassis" stands for chassisSys and chassisInst.
+  [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
+  [[nodiscard]] tims::AddressWidths address_widths() const { return session_->address_widths(); }
+  // The component that owns a mailbox: the address without its local id.
+  [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
+
+  // False: not delivered. Who has gone meanwhile needs no answer.
+  bool reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
+  template <Struct Body>
+  void reply(const tims::Header& request, std::int8_t type, const Body& body);
+  // Why it does not do what it is asked, for the log.
+  static tims::Error refused(std::string text) {
+    return {tims::Errc::kInvalidArgument, std::move(text)};
+  }
+
+  [[nodiscard]] bool is_on() const;
+  [[nodiscard]] bool is_stopping() const { return stopping_.load(std::memory_order_relaxed); }
+  // The data task sleeps until the next multiple of `period` since it was turned on; late ones are
+  // left out, not made up for. Returns that time.
+  tims::Time sleep_until_next(tims::Duration period);
+
+  // --- DataModule only: between a component and the runtime
+  virtual void turned_off() {}   // before module_off()
+  mutable PriorityMutex mutex_;  // of the runtime's state
+
+ private:
+  Result<void> start(const Arguments& arguments);
+  Result<void> connect(const std::string& router);
+  Result<void> start_tasks(std::optional<tims::Address> held_off_by);
+  void wait_for_end();
+  void end();
+
+  void command_task();
+  void on_command(const tims::MessageView& message);
+  void set_parameters(const tims::MessageView& message);
+  void turn_on(const tims::Header& request);
+  void turn_off(const tims::Header& request);
+  void refuse(const tims::Header& request, std::string_view why);
+  void tell_held(std::optional<tims::Address> by) const;
+  void tell(std::string_view what, std::string_view name, const std::string& value) const;
+  [[nodiscard]] std::string why_not_on() const;
+  [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
+  [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
+  [[nodiscard]] Status status() const;
+  [[nodiscard]] ParameterList parameter_list() const;
+  [[nodiscard]] RuntimeData runtime_data() const;
+
+  void data_task();
+  void take_step(LifeCycle::Step step);
+  void apply(const LifeCycle::Change& change, const tims::Error* why);
+  void say_failed(const char* what, const std::string& why);
+  void tell_status(std::string_view status, const tims::Error* why = nullptr);
+  Result<void> watched_loop();
+
+  const ModuleInfo& info_;
+  Parameters parameters_;
+  TextLog log_;
+  tims::os::ServiceManager manager_;
+  tims::Address address_{};
+  std::optional<tims::Session> session_;
+  std::optional<tims::Mailbox> command_mailbox_;
+  std::deque<tims::Mailbox> mailboxes_;
+  std::uint32_t last_local_ = 0;
+
+  std::optional<LifeCycle> cycle_;         // under mutex_
+  std::condition_variable_any commanded_;  // with mutex_
+  std::atomic<TimeStamp> state_since_ = TimeStamp(0);
+  RealTimeWatch watch_;  // of the data task
+  tims::Time next_period_{};
+  std::string said_failed_;  // why it failed, as last said; data task
+  std::atomic<bool> stopping_ = false;
+  tims::os::File stop_;  // eventfd
+  std::optional<Thread> command_thread_;
+  std::optional<Thread> data_thread_;
+};
+
+template <Struct Body>
+void Module::reply(const tims::Header& request, std::int8_t type, const Body& body) {
+  std::vector<std::byte> bytes(encoded_size(body));
+  const bool good = encode(body, bytes).ok();
+  if (!good) bytes.clear();
+  reply(request, good ? type : tims::type::kError, std::span<const std::byte>(bytes));
+}
+
+}  // namespace rack

@@ -1,0 +1,184 @@
+#include "components/runtime/logic/life_cycle.h"
+
+#include <gtest/gtest.h>
+
+namespace rack {
+namespace {
+
+using namespace std::chrono_literals;
+using Step = LifeCycle::Step;
+using Kind = LifeCycle::Change::Kind;
+using By = LifeCycle::By;
+using tims::type::kError;
+using tims::type::kOk;
+
+constexpr tims::Time kStart = tims::Time(100s);
+
+const tims::Header kOff{.type = tims::type::kOff, .src = tims::Address(0x00020100)};
+
+tims::Header on_request(std::uint8_t seq_nr) {
+  return {.type = tims::type::kOn, .seq_nr = seq_nr, .dest = tims::Address(1)};
+}
+
+TEST(LifeCycle, IsOffAtFirst) {
+  LifeCycle cycle(100ms, 1);
+  EXPECT_EQ(cycle.status(), Status::kDisabled);
+  EXPECT_EQ(cycle.next(kStart), Step::kWait);
+  EXPECT_EQ(cycle.wait_until(), tims::kNever);
+}
+
+TEST(LifeCycle, AnswersOnWhenItIsOn) {
+  LifeCycle cycle(100ms, 1);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(7), By::kComponent), std::nullopt);
+  EXPECT_EQ(cycle.next(kStart), Step::kTurnOn);
+  EXPECT_EQ(cycle.status(), Status::kDisabled);
+  const auto change = cycle.turned_on(kStart, true);
+  EXPECT_EQ(change.kind, Kind::kOn);
+  ASSERT_TRUE(change.request);
+  EXPECT_EQ(change.request->seq_nr, 7);
+  EXPECT_EQ(change.answer, kOk);
+  EXPECT_EQ(cycle.status(), Status::kEnabled);
+  EXPECT_EQ(cycle.next(kStart), Step::kLoop);
+  EXPECT_FALSE(cycle.looped(kStart, true).request);
+}
+
+TEST(LifeCycle, AnswersASecondOnAtOnce) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kComponent), kError)
+      << "the first is under way";
+  (void)cycle.turned_on(kStart, true);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(3), By::kComponent), kOk);
+}
+
+TEST(LifeCycle, TriesAgainAfterTheGivenTime) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  const auto change = cycle.turned_on(kStart, false);
+  EXPECT_EQ(change.kind, Kind::kCannotTurnOn);
+  ASSERT_TRUE(change.request);
+  EXPECT_EQ(change.answer, kError);
+  EXPECT_EQ(cycle.status(), Status::kError);
+  EXPECT_EQ(cycle.wait_until(), kStart + 100ms);
+  EXPECT_EQ(cycle.next(kStart + 99ms), Step::kWait);
+  EXPECT_EQ(cycle.next(kStart + 100ms), Step::kTurnOn);
+  EXPECT_EQ(cycle.turned_on(kStart + 100ms, true).kind, Kind::kOn);
+  EXPECT_EQ(cycle.status(), Status::kEnabled);
+}
+
+TEST(LifeCycle, TriesAtOnceWhenItIsTold) {
+  LifeCycle cycle(1h, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  (void)cycle.turned_on(kStart, false);
+  EXPECT_EQ(cycle.next(kStart + 1s), Step::kWait);
+  EXPECT_EQ(cycle.turn_on(kStart + 1s, on_request(2), By::kComponent), std::nullopt);
+  EXPECT_EQ(cycle.next(kStart + 1s), Step::kTurnOn);
+  EXPECT_EQ(cycle.turn_on(kStart + 1s, on_request(3), By::kHand), kError) << "one at a time";
+  const auto change = cycle.turned_on(kStart + 2s, false);
+  ASSERT_TRUE(change.request);
+  EXPECT_EQ(change.request->seq_nr, 2);
+  EXPECT_EQ(change.answer, kError);
+  EXPECT_EQ(cycle.wait_until(), kStart + 2s + 1h);
+}
+
+TEST(LifeCycle, OffByHandHoldsUntilOnByHand) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  (void)cycle.turned_on(kStart, true);
+  (void)cycle.turn_off(kOff, By::kHand);
+  (void)cycle.turned_off();
+  EXPECT_EQ(cycle.held_off_by(), kOff.src);
+  EXPECT_EQ(cycle.turn_on(kStart + 2s, on_request(2), By::kComponent), kError);
+  EXPECT_EQ(cycle.next(kStart + 2s), Step::kWait);
+  (void)cycle.turn_off(on_request(3), By::kComponent);
+  EXPECT_EQ(cycle.held_off_by(), kOff.src) << "who held it off first";
+  EXPECT_EQ(cycle.turn_on(kStart + 4s, on_request(4), By::kHand), std::nullopt);
+  EXPECT_FALSE(cycle.held_off_by());
+  EXPECT_EQ(cycle.next(kStart + 4s), Step::kTurnOn);
+}
+
+TEST(LifeCycle, OffByAComponentDoesNotHold) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  (void)cycle.turned_on(kStart, true);
+  (void)cycle.turn_off(kOff, By::kComponent);
+  (void)cycle.turned_off();
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kComponent), std::nullopt);
+}
+
+TEST(LifeCycle, DrawsTheTimeOfTheNextTry) {
+  for (std::uint32_t seed = 1; seed < 100; ++seed) {
+    LifeCycle cycle(std::nullopt, seed);
+    (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+    (void)cycle.turned_on(kStart, false);
+    EXPECT_GE(cycle.wait_until(), kStart + 2s);
+    EXPECT_LE(cycle.wait_until(), kStart + 4s);
+  }
+}
+
+TEST(LifeCycle, GoesOffFromEveryState) {
+  LifeCycle on(100ms, 1);
+  (void)on.turn_on(kStart, on_request(1), By::kComponent);
+  (void)on.turned_on(kStart, true);
+  EXPECT_FALSE(on.turn_off(kOff, By::kComponent));
+  EXPECT_EQ(on.next(kStart), Step::kTurnOff);
+  EXPECT_EQ(on.turned_off().kind, Kind::kOff);
+  EXPECT_EQ(on.status(), Status::kDisabled);
+
+  LifeCycle in_error(1h, 1);
+  (void)in_error.turn_on(kStart, on_request(1), By::kComponent);
+  (void)in_error.turned_on(kStart, false);
+  (void)in_error.turn_off(kOff, By::kComponent);
+  EXPECT_EQ(in_error.next(kStart), Step::kTurnOff);
+  (void)in_error.turned_off();
+  EXPECT_EQ(in_error.status(), Status::kDisabled);
+}
+
+TEST(LifeCycle, OffByHandHoldsOverACrash) {
+  LifeCycle cycle(100ms, 1);
+  cycle.hold_off(tims::Address(0x00020001));
+  EXPECT_EQ(cycle.held_off_by(), tims::Address(0x00020001));
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(1), By::kComponent), kError);
+  EXPECT_EQ(cycle.next(kStart), Step::kWait);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kHand), std::nullopt);
+  EXPECT_EQ(cycle.next(kStart), Step::kTurnOn);
+}
+
+TEST(LifeCycle, OffEndsAnOnThatIsUnderWay) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(5), By::kComponent);
+  const auto unanswered = cycle.turn_off(kOff, By::kComponent);
+  ASSERT_TRUE(unanswered);
+  EXPECT_EQ(unanswered->seq_nr, 5);
+  const auto change = cycle.turned_on(kStart, true);
+  EXPECT_FALSE(change.request) << "it was answered already";
+  EXPECT_EQ(cycle.next(kStart), Step::kTurnOff);
+}
+
+TEST(LifeCycle, AFailingLoopIsAnErrorOnlyWhileItShouldBeOn) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  (void)cycle.turned_on(kStart, true);
+  EXPECT_EQ(cycle.looped(kStart, false).kind, Kind::kError);
+  EXPECT_EQ(cycle.status(), Status::kError);
+  (void)cycle.turned_on(kStart + 100ms, true);
+  (void)cycle.turn_off(kOff, By::kComponent);
+  EXPECT_EQ(cycle.looped(kStart + 200ms, false).kind, Kind::kOff);
+  EXPECT_EQ(cycle.status(), Status::kDisabled);
+}
+
+TEST(LifeCycle, AnswersAnOnThatCameBeforeItWasOff) {
+  LifeCycle cycle(100ms, 1);
+  (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
+  (void)cycle.turned_on(kStart, true);
+  (void)cycle.turn_off(kOff, By::kComponent);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kComponent), std::nullopt);
+  EXPECT_EQ(cycle.next(kStart), Step::kLoop);
+  const auto change = cycle.looped(kStart, true);
+  ASSERT_TRUE(change.request);
+  EXPECT_EQ(change.request->seq_nr, 2);
+  EXPECT_EQ(change.answer, kOk);
+}
+
+}  // namespace
+}  // namespace rack

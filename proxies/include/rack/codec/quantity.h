@@ -1,0 +1,200 @@
+// Numbers of the wire with their unit in the type. A quantity converts from and to the number that
+// is sent, so `move.vx = 200` means 200 mm/s; .si() and from_si() speak metres, seconds, radians.
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <compare>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+
+namespace rack {
+
+// Names of the wire's numbers as in the tables of the specification.
+using i8 = std::int8_t;
+using u8 = std::uint8_t;
+using i16 = std::int16_t;
+using u16 = std::uint16_t;
+using i32 = std::int32_t;
+using u32 = std::uint32_t;
+using i64 = std::int64_t;
+using f32 = float;
+using f64 = double;
+
+// A unit: how people write it, and what one of it is in SI units.
+namespace unit {
+struct Millimetre {
+  static constexpr std::string_view kName = "mm";
+  static constexpr double kSi = 1e-3;  // m
+};
+struct MillimetrePerSecond {
+  static constexpr std::string_view kName = "mm/s";
+  static constexpr double kSi = 1e-3;  // m/s
+};
+struct MillimetrePerSecond2 {
+  static constexpr std::string_view kName = "mm/s2";
+  static constexpr double kSi = 1e-3;  // m/s2
+};
+struct PerMillimetre {
+  static constexpr std::string_view kName = "1/mm";
+  static constexpr double kSi = 1e3;  // 1/m
+};
+struct PerMillimetre2 {
+  static constexpr std::string_view kName = "1/mm2";
+  static constexpr double kSi = 1e6;  // 1/m2
+};
+struct Radian {
+  static constexpr std::string_view kName = "rad";
+  static constexpr double kSi = 1;
+};
+struct RadianPerSecond {
+  static constexpr std::string_view kName = "rad/s";
+  static constexpr double kSi = 1;
+};
+struct RadianPerSecond2 {
+  static constexpr std::string_view kName = "rad/s2";
+  static constexpr double kSi = 1;
+};
+struct RadianPerMillimetre {
+  static constexpr std::string_view kName = "rad/mm";
+  static constexpr double kSi = 1e3;  // rad/m
+};
+struct PerSecond {
+  static constexpr std::string_view kName = "1/s";
+  static constexpr double kSi = 1;
+};
+struct Percent {
+  static constexpr std::string_view kName = "%";
+  static constexpr double kSi = 1e-2;
+};
+struct PercentPerSecond {
+  static constexpr std::string_view kName = "%/s";
+  static constexpr double kSi = 1e-2;  // 1/s
+};
+struct PercentPerSecond2 {
+  static constexpr std::string_view kName = "%/s2";
+  static constexpr double kSi = 1e-2;  // 1/s2
+};
+struct Millisecond {
+  static constexpr std::string_view kName = "ms";
+  static constexpr double kSi = 1e-3;  // s
+};
+struct Second {
+  static constexpr std::string_view kName = "s";
+  static constexpr double kSi = 1;
+};
+struct Volt {
+  static constexpr std::string_view kName = "V";
+  static constexpr double kSi = 1;
+};
+struct Pixel {
+  static constexpr std::string_view kName = "px";
+  static constexpr double kSi = 1;
+};
+struct BitPerPixel {
+  static constexpr std::string_view kName = "bit/px";
+  static constexpr double kSi = 1;
+};
+struct Byte {
+  static constexpr std::string_view kName = "bytes";
+  static constexpr double kSi = 1;
+};
+struct MillimetrePerCell {
+  static constexpr std::string_view kName = "mm/cell";
+  static constexpr double kSi = 1e-3;  // m
+};
+struct MillimetrePerSpeed {  // a braking distance for each mm/s
+  static constexpr std::string_view kName = "mm/(mm/s)";
+  static constexpr double kSi = 1;  // s
+};
+}  // namespace unit
+
+template <typename Raw, typename UnitOf>
+class Quantity {
+ public:
+  using Unit = UnitOf;
+
+  constexpr Quantity() = default;
+  constexpr Quantity(Raw raw) : raw_(raw) {}       // NOLINT(google-explicit-constructor)
+  constexpr operator Raw() const { return raw_; }  // NOLINT(google-explicit-constructor)
+  [[nodiscard]] constexpr Raw raw() const { return raw_; }
+
+  [[nodiscard]] constexpr double si() const { return static_cast<double>(raw_) * Unit::kSi; }
+  // Integers: the nearest; what is out of range becomes the smallest or largest, NaN becomes 0.
+  static Quantity from_si(double value) { return Quantity(to_raw(value / Unit::kSi)); }
+
+ private:
+  static Raw to_raw(double value) {
+    if constexpr (std::is_floating_point_v<Raw>) {
+      return static_cast<Raw>(value);
+    } else {
+      using Limits = std::numeric_limits<Raw>;
+      if (std::isnan(value)) return 0;
+      // The largest i64 is no double; 2^63 is.
+      if (value >= static_cast<double>(Limits::max())) return Limits::max();
+      if (value <= static_cast<double>(Limits::min())) return Limits::min();
+      return static_cast<Raw>(std::round(value));
+    }
+  }
+
+  Raw raw_{};
+};
+
+template <typename Raw>
+using Millimetres = Quantity<Raw, unit::Millimetre>;
+template <typename Raw>
+using MillimetresPerSecond = Quantity<Raw, unit::MillimetrePerSecond>;
+template <typename Raw>
+using MillimetresPerSecond2 = Quantity<Raw, unit::MillimetrePerSecond2>;
+template <typename Raw>
+using Radians = Quantity<Raw, unit::Radian>;
+template <typename Raw>
+using RadiansPerSecond = Quantity<Raw, unit::RadianPerSecond>;
+template <typename Raw>
+using RadiansPerSecond2 = Quantity<Raw, unit::RadianPerSecond2>;
+template <typename Raw>
+using Percent = Quantity<Raw, unit::Percent>;
+template <typename Raw>
+using Milliseconds = Quantity<Raw, unit::Millisecond>;
+template <typename Raw>
+using Seconds = Quantity<Raw, unit::Second>;
+template <typename Raw>
+using Pixels = Quantity<Raw, unit::Pixel>;
+
+// ---
+// The 32-bit time stamps of messages: milliseconds that start again at 0 every 49.7 days.
+
+// Comparison and difference go the short way round: they are right for two stamps less than
+// 24.8 days apart, also when the counter wrapped between them. So no sorting key for a container.
+class TimeStamp {
+ public:
+  constexpr TimeStamp() = default;
+  constexpr TimeStamp(std::uint32_t ms) : ms_(ms) {}  // NOLINT(google-explicit-constructor)
+  [[nodiscard]] constexpr std::uint32_t raw() const { return ms_; }
+
+  // Of a clock that counts from 1970, as the originals on Linux have it.
+  static constexpr TimeStamp of(std::chrono::milliseconds since_1970) {
+    return static_cast<std::uint32_t>(since_1970.count());
+  }
+
+  friend constexpr std::chrono::milliseconds operator-(TimeStamp a, TimeStamp b) {
+    return std::chrono::milliseconds(static_cast<std::int32_t>(a.ms_ - b.ms_));
+  }
+  friend constexpr TimeStamp operator+(TimeStamp t, std::chrono::milliseconds later) {
+    return t.ms_ + static_cast<std::uint32_t>(later.count());
+  }
+  friend constexpr TimeStamp operator-(TimeStamp t, std::chrono::milliseconds earlier) {
+    return t.ms_ - static_cast<std::uint32_t>(earlier.count());
+  }
+  friend constexpr bool operator==(TimeStamp, TimeStamp) = default;
+  friend constexpr auto operator<=>(TimeStamp a, TimeStamp b) {
+    return static_cast<std::int32_t>(a.ms_ - b.ms_) <=> 0;
+  }
+
+ private:
+  std::uint32_t ms_ = 0;
+};
+
+}  // namespace rack

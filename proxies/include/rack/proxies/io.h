@@ -1,0 +1,28 @@
+// Inputs and outputs, as bytes that mean what the component says (specification, section 9.7).
+#pragma once
+
+#include "rack/proxies/proxy.h"
+
+namespace rack {
+
+struct IoType {
+  enum : i8 {
+    kSetData = 21,  // IoData
+  };
+};
+
+struct IoData {
+  TimeStamp recordingTime = 0;
+  Count valueNum = {};
+  // Original programs take up to 128, those built for the Velodyne laser 800000.
+  Sequence<u8, 800000> values = {};
+};
+
+class IoProxy : public DataProxy<IoData> {
+ public:
+  using DataProxy::DataProxy;
+
+  Result<void> set_data(const IoData& data) { return command(IoType::kSetData, data); }
+};
+
+}  // namespace rack

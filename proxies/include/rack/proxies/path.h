@@ -1,0 +1,81 @@
+// A planned path of splines (specification, section 9.17).
+#pragma once
+
+#include "rack/proxies/geometry.h"
+#include "rack/proxies/proxy.h"
+
+namespace rack {
+
+struct PathType {
+  enum : i8 {
+    kMake = 21,            // PathMakeData
+    kReplan = 22,          // PathReplanData
+    kSetDestination = 23,  // PathDestData
+    kSetRddf = 24,         // PathRddfData
+    kGetDbgGridmap = 25,   // nobody answers it
+    kGetLayer = 26,        // answered by kLayer or kLayerOfC
+    kSetLayer = 27,        // PathLayerData
+    kDbgGridmap = -21,     // nobody sends it
+    kLayer = -22,          // PathLayerData, as Java programs number it, and we
+    kLayerOfC = 18,        // the same of C programs, against the rule that replies are < 0
+  };
+};
+
+struct PathData {
+  TimeStamp recordingTime = 0;
+  Count splineNum = {};
+  Sequence<PolarSpline, 6000> splines = {};
+};
+
+struct PathMakeData {
+  MillimetresPerSecond<i32> vMax = 0;
+  MillimetresPerSecond2<i32> accMax = 0;
+  MillimetresPerSecond2<i32> decMax = 0;
+  RadiansPerSecond<f32> omegaMax = 0;
+};
+
+struct PathReplanData {
+  i32 currSpline = 0;         // index of the first spline to plan anew
+  Position2d splinePos = {};  // of the robot, seen from that spline
+  Millimetres<i32> distToObstacle = 0;
+  Millimetres<i32> pathLength = 0;  // what is left
+};
+
+struct PathDestData {
+  Position2d pos = {};
+  MillimetresPerSecond<i32> speed = 0;  // Java programs put a float here
+  i32 layer = 0;
+};
+
+struct PathRddfData {
+  Count waypointNum = {};
+  Sequence<Waypoint2d, 6000> waypoints = {};  // our bound; the original states none
+};
+
+struct PathLayerData {
+  i32 layer = 0;
+};
+
+class PathProxy : public DataProxy<PathData> {
+ public:
+  using DataProxy::DataProxy;
+
+  Result<void> make(const PathMakeData& limits) { return command(PathType::kMake, limits); }
+  Result<void> replan(const PathReplanData& from) { return command(PathType::kReplan, from); }
+  Result<void> set_destination(const PathDestData& destination) {
+    return command(PathType::kSetDestination, destination);
+  }
+  Result<void> set_rddf(const PathRddfData& waypoints) {
+    return command(PathType::kSetRddf, waypoints);
+  }
+  Result<i32> get_layer() {
+    static constexpr i8 kAnswers[] = {PathType::kLayer, PathType::kLayerOfC};
+    PathLayerData answer;
+    const auto good = read(ask(PathType::kGetLayer, kAnswers, data_timeout()), answer);
+    if (!good) return good.error();
+    return answer.layer;
+  }
+  Result<void> set_layer(i32 layer) { return command(PathType::kSetLayer, PathLayerData{layer}); }
+};
+
+}  // namespace rack

@@ -1,0 +1,91 @@
+// Who drives (specification, section 9.18).
+#pragma once
+
+#include "rack/proxies/geometry.h"
+#include "rack/proxies/proxy.h"
+
+namespace rack {
+
+struct PilotType {
+  enum : i8 {
+    kSetDestination = 21,       // PilotDestData; ERROR when off or not supported
+    kHoldCommand = 22,          // PilotHoldData
+    kRevertCommand = 23,        // PilotRevertData
+    kGetStatus = 24,            // answered by kStatus; not the framework's GET_STATUS
+    kStatus = 25,               // PilotStatusData; a reply, against the rule that these are < 0
+    kSetMultiDestination = 26,  // PilotMultiDestData
+  };
+};
+
+namespace pilot_state {
+inline constexpr u32 kIdle = 0;
+inline constexpr u32 kPlanning = 1;
+inline constexpr u32 kRunning = 2;
+inline constexpr u32 kPathError = 3;
+}  // namespace pilot_state
+
+struct PilotData {
+  TimeStamp recordingTime = 0;
+  Position3d pos = {};
+  Position3d dest = {};
+  MillimetresPerSecond<i32> speed = 0;           // set value
+  Quantity<f32, unit::PerMillimetre> curve = 0;  // set value
+  Millimetres<i32> distanceToDest = 0;           // -1: no destination; 0: reached
+  u32 pilotState = pilot_state::kIdle;
+  Count splineNum = {};
+  Sequence<PolarSpline, 1000> splines = {};
+};
+
+struct PilotStatusData {  // PilotData without its splines
+  TimeStamp recordingTime = 0;
+  Position3d pos = {};
+  Position3d dest = {};
+  MillimetresPerSecond<i32> speed = 0;
+  Quantity<f32, unit::PerMillimetre> curve = 0;
+  Millimetres<i32> distanceToDest = 0;
+  u32 pilotState = pilot_state::kIdle;
+};
+
+struct PilotDestData {
+  Position3d pos = {};
+  MillimetresPerSecond<i32> speed = 0;  // limit
+};
+
+struct PilotHoldData {
+  i32 holdState = 0;  // 1: hold, 0: release
+  Milliseconds<u32> holdTime = 0;
+  Position3d pos = {};
+};
+
+struct PilotRevertData {
+  Milliseconds<u32> revertTime = 0;
+};
+
+struct PilotMultiDestData {
+  Count pointNum = {};
+  Sequence<DestinationPoint, 1000> points = {};  // our bound; the original states none
+};
+
+class PilotProxy : public DataProxy<PilotData> {
+ public:
+  using DataProxy::DataProxy;
+
+  Result<void> set_destination(const PilotDestData& destination) {
+    return command(PilotType::kSetDestination, destination);
+  }
+  Result<void> set_multi_destination(const PilotMultiDestData& destinations) {
+    return command(PilotType::kSetMultiDestination, destinations);
+  }
+  Result<void> hold_command(const PilotHoldData& hold) {
+    return command(PilotType::kHoldCommand, hold);
+  }
+  Result<void> revert_command(Milliseconds<u32> revert_time) {
+    return command(PilotType::kRevertCommand, PilotRevertData{revert_time});
+  }
+  // What PilotData says, without its splines; status() tells whether the pilot is on.
+  Result<PilotStatusData> get_status() {
+    return query<PilotStatusData>(PilotType::kGetStatus, PilotType::kStatus);
+  }
+};
+
+}  // namespace rack
