@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include <arpa/inet.h>
 #include <fmt/core.h>
+
+#include "base/text.h"
 
 namespace tims::config {
 namespace {
@@ -13,13 +14,6 @@ namespace {
 bool is_numeric(int family, const std::string& host) {
   std::array<unsigned char, sizeof(in6_addr)> bytes{};
   return ::inet_pton(family, host.c_str(), bytes.data()) == 1;
-}
-
-std::optional<std::uint16_t> parse_port(std::string_view text) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return port;
 }
 
 constexpr std::size_t kNameMax = 253;  // of a host in the DNS
@@ -58,7 +52,7 @@ bool is_name(std::string_view host) {
 // ":2010", or nothing for the default; nobody can be reached at port 0.
 std::optional<std::uint16_t> parse_port_behind(std::string_view text) {
   if (text.empty()) return kLinkPort;
-  const auto port = parse_port(text.substr(1));
+  const auto port = base::parse_number<std::uint16_t>(text.substr(1));
   return port == 0 ? std::nullopt : port;
 }
 
@@ -79,7 +73,7 @@ std::string_view word(Link::Kind kind) {
 std::optional<Endpoint> Endpoint::parse(std::string_view text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos) return std::nullopt;
-  const auto port = parse_port(text.substr(colon + 1));
+  const auto port = base::parse_number<std::uint16_t>(text.substr(colon + 1));
   if (!port) return std::nullopt;
 
   std::string host(text.substr(0, colon));

@@ -11,13 +11,16 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
+#include "base/text.h"
+#include "base/toml.h"
 #include "router/config/check.h"
-#include "router/config/nearest.h"
 #include "router/config/options.h"
-#include "router/config/toml_source.h"
 
 namespace tims::config {
 namespace {
+
+using base::nearest;
+using base::TomlNode;
 
 Error wants(Kind kind, std::string_view instead) {
   return {Errc::kInvalidArgument, fmt::format("wants {}, not {}", kind_example(kind), instead)};
@@ -29,6 +32,10 @@ Result<Value> in_range(const Spec& option, const Value& value) {
 }
 
 Endpoint default_udp(bool insecure) { return {insecure ? "0.0.0.0" : "127.0.0.1", kLinkPort}; }
+
+Origin origin(const base::Place& at) {
+  return {.kind = Origin::Kind::kFile, .file = at.file, .line = at.line, .column = at.column};
+}
 
 class Loader {
  public:
@@ -61,35 +68,51 @@ class Loader {
   }
 
   void add(const File& file) {
-    TomlText text = parse_toml(file);
-    for (Problem& problem : text.problems) loaded_.problems.push_back(std::move(problem));
-    std::map<std::string_view, std::size_t> first;  // of this file, in each list
-    for (const List& list : lists()) first[list.name] = list.size(loaded_.config);
-    std::vector<std::string> skipped;  // unknown tables, named once instead of each of their keys
-    for (const Assignment& assignment : text.assignments) {
-      const auto begins = [&](const std::string& table) {
-        return assignment.key.starts_with(table);
-      };
-      if (std::ranges::any_of(skipped, begins)) continue;
-      if (!assignment.table)
-        assign(assignment, first);
-      else if (!open(assignment))
-        skipped.push_back(assignment.key + ".");
+    const base::TomlTree tree = base::parse_toml(file);
+    const auto first = static_cast<std::ptrdiff_t>(loaded_.problems.size());
+    for (const base::Problem& problem : tree.problems) fail(origin(problem.at), problem.text);
+    for (const TomlNode& node : tree.root.children) add(node);
+    // Keys of one table need not stand together.
+    std::ranges::stable_sort(loaded_.problems.begin() + first, loaded_.problems.end(), {},
+                             [](const Problem& p) { return std::pair(p.at.line, p.at.column); });
+  }
+
+  // What stands at the top of a file. Options are one table deep: what lies deeper is a value that
+  // none takes.
+  void add(const TomlNode& node) {
+    if (node.form == TomlNode::Form::kTable) {
+      if (!open_table(node)) return;
+      for (const TomlNode& value : node.children)
+        assign(fmt::format("{}.{}", node.key, value.key), value);
+    } else if (node.is_array_of_tables()) {
+      for (const TomlNode& item : node.children) add_item(node.key, item);
+    } else {
+      assign(node.key, node);
     }
   }
 
-  // `[name]` or `[[name]]`; false: there is no such thing, and that was said.
-  bool open(const Assignment& table) {
-    const List* list = find_list(table.key);
-    const bool as_list = table.item.has_value();
-    if (list != nullptr && as_list) {
-      append(*list, table.at_key);
-      return true;
-    }
-    if (is_table(table.key) && !as_list) return true;
-    fail(table.at_key, list != nullptr || is_table(table.key) ? wrong_form(table.key)
-                                                              : unknown_table(table.key, as_list));
+  // `[name]`; false: there is no such table, and that was said.
+  bool open_table(const TomlNode& table) {
+    if (is_table(table.key)) return true;
+    fail(origin(table.at_key),
+         find_list(table.key) != nullptr ? wrong_form(table.key) : unknown_table(table.key, false));
     return false;
+  }
+
+  // One of `[[name]]`.
+  void add_item(const std::string& name, const TomlNode& item) {
+    const List* list = find_list(name);
+    if (list == nullptr)
+      return fail(origin(item.at_key),
+                  is_table(name) ? wrong_form(name) : unknown_table(name, true));
+    const std::size_t index = append(*list, origin(item.at_key));
+    for (const TomlNode& value : item.children) {
+      const Option* option = list->find(value.key);
+      if (option == nullptr)
+        fail_unknown(*list, index, value.key, origin(value.at_key));
+      else
+        store(entry_of(*list, index, *option), typed(*option, value.value), origin(value.at_value));
+    }
   }
 
   static std::string wrong_form(std::string_view name) {
@@ -156,23 +179,13 @@ class Loader {
     return parse_value(option.kind, option.range, text);
   }
 
-  void assign(const Assignment& assignment, const std::map<std::string_view, std::size_t>& first) {
-    const std::string& key = assignment.key;
-    if (assignment.item) {
-      const List& list = *find_list(key.substr(0, key.find('.')));
-      const std::size_t index = first.at(list.name) + *assignment.item;
-      const std::string name = key.substr(list.name.size() + 1);
-      const Option* option = list.find(name);
-      if (option == nullptr) return fail_unknown(list, index, name, assignment.at_key);
-      return store(entry_of(list, index, *option), typed(*option, assignment.value),
-                   assignment.at_value);
-    }
+  void assign(const std::string& key, const TomlNode& value) {
     if (const Option* option = find_option(key))
-      store({key, option}, typed(*option, assignment.value), assignment.at_value);
+      store({key, option}, typed(*option, value.value), origin(value.at_value));
     else if (is_table(key) || find_list(key) != nullptr)
-      fail(assignment.at_key, wrong_form(key));
+      fail(origin(value.at_key), wrong_form(key));
     else
-      fail(assignment.at_key, unknown_key(key));
+      fail(origin(value.at_key), unknown_key(key));
   }
 
   static Entry entry_of(const List& list, std::size_t index, const Option& option) {
@@ -180,7 +193,7 @@ class Loader {
   }
 
   // A value as TOML has it, as the option wants it.
-  Result<Value> typed(const Spec& option, const Raw& raw) const {
+  Result<Value> typed(const Spec& option, const base::TomlValue& raw) const {
     if (const auto* text = std::get_if<std::string>(&raw)) return typed_text(option, *text);
     if (const auto* flag = std::get_if<bool>(&raw))
       return option.kind == Kind::kFlag ? Result<Value>(*flag)
@@ -198,7 +211,7 @@ class Loader {
       return parse_value(option.kind, option.range, fmt::format("{}", fmt::join(*texts, "+")));
     }
     if (std::holds_alternative<double>(raw)) return wants(option.kind, "a number with a fraction");
-    return wants(option.kind, std::get<Foreign>(raw).what);
+    return wants(option.kind, std::get<base::Foreign>(raw).what);
   }
 
   Result<Value> typed_text(const Spec& option, const std::string& text) const {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/toml.h"
 #include "router/config/config.h"
 #include "tims/result.h"
 
@@ -38,10 +39,7 @@ struct Problem {
   [[nodiscard]] std::string to_string() const;  // "router.toml:3:1: unknown key ..."
 };
 
-struct File {
-  std::string name;  // as it is printed in errors
-  std::string text;
-};
+using File = base::TextFile;  // its name as it is printed in errors
 
 struct Host {
   std::string name;

@@ -227,6 +227,55 @@ TEST(Load, BadConfigurationsAreToldWithLineAndColumn) {
     EXPECT_EQ(problems_of(load_text(std::string(bad.text))), bad.problems) << bad.text;
 }
 
+TEST(Load, ProblemsComeInTheOrderOfTheText) {
+  EXPECT_THAT(problems_of(load_text("z = 1\n[tcp]\nqueu = 2\nlisten = \"x\"\n[lok]\n")),
+              testing::ElementsAre(testing::StartsWith("r.toml:1:1: unknown key z"),
+                                   testing::StartsWith("r.toml:3:1: unknown key tcp.queu"),
+                                   testing::StartsWith("r.toml:4:10: tcp.listen wants"),
+                                   testing::StartsWith("r.toml:5:2: unknown table [lok]")));
+  // Keys of one table need not stand together.
+  EXPECT_THAT(
+      problems_of(load_text("tcp.queu = 1\nlog.lvl = 2\ntcp.lisen = 3\n")),
+      testing::ElementsAre(testing::StartsWith("r.toml:1:5"), testing::StartsWith("r.toml:2:5"),
+                           testing::StartsWith("r.toml:3:5")));
+}
+
+TEST(Load, KnowsWhereValuesStand) {
+  EXPECT_THAT(problems_of(load_text("[tcp]\n  queue =  \"4 apples\"\n")),
+              testing::ElementsAre(testing::StartsWith("r.toml:2:12: tcp.queue")));
+}
+
+TEST(Load, WhatLiesDeeperIsAValueThatNoneTakes) {
+  EXPECT_THAT(problems_of(load_text("[tcp.listen]\na = 1\nb = 2\n")),
+              testing::ElementsAre(testing::EndsWith(", not a table")));
+  EXPECT_THAT(problems_of(load_text("[tcp]\nlisten = [{c = 1}]\n")),
+              testing::ElementsAre(testing::EndsWith(", not an array of tables")));
+  for (const auto& [value, what] :
+       {std::pair("[1, 2]", "an array"), std::pair("[{a = 1}, 2]", "an array"),
+        std::pair("07:32:00", "a date or time"), std::pair("-1.5", "a number with a fraction")})
+    EXPECT_THAT(problems_of(load_text(std::string("[tcp]\nlisten = ") + value + "\n")),
+                testing::ElementsAre(testing::EndsWith(std::string(", not ") + what)));
+}
+
+TEST(Load, ItemsOfListsAreCountedHoweverTheyAreWritten) {
+  for (const char* written :
+       {"[[link]]\nkind = \"sub\"\na = [{c = 1}]\n[[link]]\n[[link]]\na = 2\n",
+        "link = [{kind = \"sub\", a = [{c = 1}]}, {}, {a = 2}]\n"}) {
+    const Loaded loaded = load_text(written);
+    EXPECT_EQ(loaded.config.links.size(), 3U);
+    EXPECT_TRUE(loaded.origins.contains("link[0].kind"));
+    EXPECT_TRUE(loaded.origins.contains("link[2]"));
+  }
+  EXPECT_EQ(load_text("\n[[link]]\n").origins.at("link[0]").to_string(), "r.toml:2");
+}
+
+TEST(Load, ATextThatIsNotTomlGivesNothingButItsProblem) {
+  const Loaded loaded = load_text("[tcp]\nqueue = \"8MiB\"\nb = \n");
+  EXPECT_EQ(loaded.config.tcp, defaults(kHost).tcp);
+  ASSERT_EQ(loaded.problems.size(), 1U);
+  EXPECT_EQ(loaded.problems[0].at.line, 3U);
+}
+
 TEST(Load, WhatIsNotTomlIsToldWithLineAndColumn) {
   const auto first = [](std::string text) {
     const auto problems = problems_of(load_text(std::move(text)));

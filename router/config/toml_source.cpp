@@ -31,40 +31,6 @@ Raw raw_value(const toml::node& node) {
   return Foreign{"a date or time"};
 }
 
-using Assignments = std::vector<Assignment>;
-
-// Options are one table deep: what lies deeper stays one foreign value.
-void append_inner(const File& file, const Assignment& outer, const toml::table& table,
-                  Assignments& out) {
-  for (const auto& [name, value] : table)
-    out.push_back({.key = outer.key + "." + std::string(name.str()),
-                   .at_key = origin(file, name.source().begin),
-                   .at_value = origin(file, value.source().begin),
-                   .value = raw_value(value),
-                   .item = outer.item});
-}
-
-void append(const File& file, const toml::key& key, const toml::node& node, Assignments& out) {
-  Assignment assignment{.key = std::string(key.str()),
-                        .at_key = origin(file, key.source().begin),
-                        .at_value = origin(file, node.source().begin),
-                        .value = raw_value(node),
-                        .table = node.is_table() || node.is_array_of_tables()};
-  if (const toml::table* table = node.as_table()) {
-    out.push_back(assignment);
-    append_inner(file, assignment, *table, out);
-  } else if (!assignment.table) {
-    out.push_back(assignment);
-  } else {
-    for (const toml::node& item : *node.as_array()) {
-      assignment.item = assignment.item ? *assignment.item + 1 : 0;
-      assignment.at_key = assignment.at_value = origin(file, item.source().begin);
-      out.push_back(assignment);
-      append_inner(file, assignment, *item.as_table(), out);
-    }
-  }
-}
-
 // The library's words, and what is behind them most often.
 std::string explained(std::string_view description) {
   std::string text(description);
@@ -107,20 +73,6 @@ void append_children(const File& file, const toml::node& node, int depth, TomlNo
 }
 
 }  // namespace
-
-TomlText parse_toml(const File& file) {
-  TomlText result;
-  try {
-    const toml::table root = toml::parse(std::string_view{file.text});
-    for (const auto& [name, value] : root) append(file, name, value, result.assignments);
-  } catch (const toml::parse_error& error) {
-    result.assignments.clear();
-    result.problems.push_back({origin(file, error.source().begin), explained(error.description())});
-  }
-  std::ranges::stable_sort(result.assignments, {},
-                           [](const Assignment& a) { return place(a.at_key); });
-  return result;
-}
 
 TomlTree parse_toml_tree(const File& file) {
   TomlTree result{.root = {.form = TomlNode::Form::kTable}, .problems = {}};

@@ -1,5 +1,4 @@
-// One TOML text, flattened to the assignments it makes, or as it is nested. The only file that
-// knows the TOML library.
+// One TOML text as it is nested. Goes when nobody uses it any more: base/toml.h does the same.
 #pragma once
 
 #include <cstddef>
@@ -18,22 +17,6 @@ struct Foreign {
 };
 using Raw =
     std::variant<std::string, bool, std::int64_t, double, std::vector<std::string>, Foreign>;
-
-struct Assignment {
-  std::string key;  // "tcp.listen"; for a table its name
-  Origin at_key;
-  Origin at_value;
-  Raw value;
-  bool table = false;                 // `[name]` or `[[name]]`, not a value; its assignments follow
-  std::optional<std::size_t> item{};  // which of the text's [[name]] it is, or stands in
-};
-
-struct TomlText {
-  std::vector<Assignment> assignments;  // in the order of the text
-  std::vector<Problem> problems;        // of the text as TOML; then there are no assignments
-};
-
-TomlText parse_toml(const File& file);
 
 // The text as it is nested, for files that are no router's configuration (fleets of `timsctl sim`).
 struct TomlNode {

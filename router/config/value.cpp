@@ -7,45 +7,19 @@
 
 #include <fmt/ranges.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+
 namespace tims::config {
 namespace {
 
-struct Unit {
-  std::string_view name;
-  std::int64_t factor;
-};
-// Ascending; the first is the base and always divides.
-constexpr std::array kDurationUnits{
-    Unit{"ns", 1},
-    Unit{"us", 1'000},
-    Unit{"ms", 1'000'000},
-    Unit{"s", 1'000'000'000},
-    Unit{"min", 60'000'000'000},
-    Unit{"h", 3'600'000'000'000},
-};
-// For printing: powers of 1024, for rates of 1000. Reading knows both.
-constexpr std::array kSizeUnits{
-    Unit{"B", 1},
-    Unit{"KiB", 1LL << 10},
-    Unit{"MiB", 1LL << 20},
-    Unit{"GiB", 1LL << 30},
-};
-constexpr std::array kRateUnits{
-    Unit{"B", 1},
-    Unit{"kB", 1'000},
-    Unit{"MB", 1'000'000},
-    Unit{"GB", 1'000'000'000},
-};
-constexpr std::array kSizeUnitsRead{
-    Unit{"", 1},
-    Unit{"B", 1},
-    Unit{"kB", 1'000},
-    Unit{"MB", 1'000'000},
-    Unit{"GB", 1'000'000'000},
-    Unit{"KiB", 1LL << 10},
-    Unit{"MiB", 1LL << 20},
-    Unit{"GiB", 1LL << 30},
-};
+using base::kDurationUnits;
+using base::kRateUnits;
+using base::kSizeUnits;
+using base::kSizeUnitsRead;
+using base::MeasureError;
+using base::Unit;
+
 // In the order of their enumerations.
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
 constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
@@ -65,44 +39,17 @@ Error unreadable(Kind kind, std::string_view text) {
   return bad(fmt::format("wants {}, not {}", kind_example(kind), in_quotes(text)));
 }
 
-std::string with_unit(std::int64_t count, std::span<const Unit> units) {
-  const Unit* best = &units.front();
-  for (const Unit& unit : units)
-    if (count != 0 && count % unit.factor == 0) best = &unit;
-  return fmt::format("{}{}", count / best->factor, best->name);
-}
-
-template <typename Units>
-std::string unit_list(const Units& units) {
+std::string unit_list(std::span<const Unit> units) {
   std::string list;
   for (const Unit& unit : units)
     if (!unit.name.empty()) list += fmt::format("{}{}", list.empty() ? "" : ", ", unit.name);
   return list;
 }
 
-template <typename Units>
-Result<std::int64_t> parse_with_unit(Kind kind, std::string_view text, const Units& units) {
-  std::int64_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  if (error == std::errc::invalid_argument) return unreadable(kind, text);
-  const std::string_view name(end, static_cast<std::size_t>(text.data() + text.size() - end));
-  const auto unit = std::ranges::find(units, name, &Unit::name);
-  if (unit == units.end() && name.empty()) return unreadable(kind, text);
-  if (unit == units.end())
-    return bad(fmt::format("has the unknown unit {} in {}; known are {}", in_quotes(name),
-                           in_quotes(text), unit_list(units)));
-  std::int64_t product = 0;
-  if (error == std::errc::result_out_of_range ||
-      __builtin_mul_overflow(count, unit->factor, &product))
-    return bad(fmt::format("{} is too large to be counted", in_quotes(text)));
-  return product;
-}
-
 Result<Value> parse_number(Kind kind, std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size()) return unreadable(kind, text);
-  return Value(number);
+  const auto number = base::parse_number<std::int64_t>(text);
+  if (!number) return unreadable(kind, text);
+  return Value(*number);
 }
 
 template <typename Word>
@@ -114,11 +61,22 @@ Result<Value> parse_word(Kind kind, std::string_view text) {
 }
 
 // The value with its unit, as a T that is made from the count.
-template <typename T, typename Units>
-Result<Value> parse_measured(Kind kind, std::string_view text, const Units& units) {
-  const auto count = parse_with_unit(kind, text, units);
-  if (!count) return count.error();
-  return Value(T{*count});
+template <typename T>
+Result<Value> parse_measured(Kind kind, std::string_view text, std::span<const Unit> units) {
+  const base::Measure read = base::read_measure(text, units);
+  switch (read.error) {
+    case MeasureError::kNone:
+      return Value(T{read.count});
+    case MeasureError::kNoNumber:
+    case MeasureError::kNoUnit:
+      return unreadable(kind, text);
+    case MeasureError::kUnknownUnit:
+      return bad(fmt::format("has the unknown unit {} in {}; known are {}", in_quotes(read.unit),
+                             in_quotes(text), unit_list(units)));
+    case MeasureError::kTooLarge:
+      return bad(fmt::format("{} is too large to be counted", in_quotes(text)));
+  }
+  return unreadable(kind, text);
 }
 
 // As the other kinds have it: what cannot be parsed wants an example.
@@ -239,10 +197,16 @@ std::optional<std::int64_t> measure(const Value& value) {
 }
 
 std::string measure_text(Kind kind, std::int64_t measure) {
-  if (kind == Kind::kDuration) return with_unit(measure, kDurationUnits);
-  if (kind == Kind::kSize) return with_unit(measure, kSizeUnits);
-  if (kind == Kind::kRate) return with_unit(measure, kRateUnits);
+  if (kind == Kind::kDuration) return base::exact_text(measure, kDurationUnits);
+  if (kind == Kind::kSize) return base::exact_text(measure, kSizeUnits);
+  if (kind == Kind::kRate) return base::exact_text(measure, kRateUnits);
   return std::to_string(measure);
+}
+
+// Of ASCII: what lies beyond is part of a character.
+bool is_control(char c) {
+  const auto code = static_cast<unsigned char>(c);
+  return code < 0x80 && base::is_control(code);
 }
 
 // "$" as "$$", so that reading the text back replaces nothing.
@@ -251,8 +215,6 @@ std::string without_substitution(std::string_view text) {
   for (const char c : text) out.append(c == '$' ? 2 : 1, c);
   return out;
 }
-
-bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
 // to_toml for each type of a value.
 struct ToToml {
@@ -322,21 +284,6 @@ Result<void> check_range(Kind kind, Range range, const Value& value) {
 }
 
 std::string to_toml(const Value& value) { return std::visit(ToToml{}, value); }
-
-std::string in_quotes(std::string_view text) {
-  std::string out(1, '"');
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (is_control(c)) {
-      out += fmt::format("\\u{:04X}", c);
-    } else {
-      out += c;
-    }
-  }
-  out += '"';
-  return out;
-}
 
 std::string_view kind_name(Kind kind) {
   static constexpr std::array<std::string_view, 15> kNames{"text",

@@ -7,10 +7,13 @@
 #include <string_view>
 #include <variant>
 
+#include "base/text.h"
 #include "router/config/config.h"
 #include "tims/result.h"
 
 namespace tims::config {
+
+using base::in_quotes;
 
 enum class Kind : std::uint8_t {
   kText,         // "laptop"
@@ -61,8 +64,6 @@ Result<void> check_range(Kind kind, Range range, const Value& value);
 
 // As TOML, in the largest unit that says it exactly: 4MiB, not 4096KiB.
 std::string to_toml(const Value& value);
-// A string of TOML, quoted and escaped.
-std::string in_quotes(std::string_view text);
 
 // "size", "duration"; "64KiB to 1GiB", empty where a kind has no range; "a size such as \"4MiB\"".
 std::string_view kind_name(Kind kind);
