@@ -93,8 +93,12 @@ def selected(tree, includes, changed):
     return sorted(chosen)
 
 
-def _command_of(tree):
-    commands = json.loads((tree.build / "compile_commands.json").read_text())
+def _commands(tree, folder):
+    """Each source's command, as clang takes it: without headers that g++ has precompiled."""
+    text = (tree.build / "compile_commands.json").read_text()
+    text = re.sub(r" -include [^ ]*/cmake_pch\.hxx| -Winvalid-pch| -fpch-preprocess", "", text)
+    (folder / "compile_commands.json").write_text(text)
+    commands = json.loads(text)
     root = tree.root.resolve()
     return {os.path.relpath(os.path.join(c["directory"], c["file"]), root): c["command"]
             for c in commands}
@@ -114,8 +118,8 @@ def _extra_checks(path):
     return ["--checks=-clang-analyzer-*"] if re.search(TEST, path) else []
 
 
-def _run(tree, path):
-    command = [CLANG_TIDY, "--quiet", "-p", str(tree.build), *_extra_checks(path),
+def _run(tree, folder, path):
+    command = [CLANG_TIDY, "--quiet", "-p", str(folder), *_extra_checks(path),
                str(tree.root.resolve() / path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode == 0:
@@ -130,15 +134,16 @@ def check_tidy(tree, changed):
     if not shutil.which(CLANG_TIDY) or compiled(tree) is None:
         yield Finding("tools/check", 0, f"needs {CLANG_TIDY} and {tree.build}: tools/dev build")
         return
-    includes, commands = Includes(tree), _command_of(tree)
-    cache = tree.build.parent / "check" / "tidy"
+    folder = tree.build.parent / "check"
+    cache = folder / "tidy"
     cache.mkdir(parents=True, exist_ok=True)
+    includes, commands = Includes(tree), _commands(tree, folder)
 
     def look(path):
         good = cache / _key(tree, includes, path, commands[path])
         if good.exists():
             return []
-        found = _run(tree, path)
+        found = _run(tree, folder, path)
         if not found:
             good.touch()
         return found

@@ -52,11 +52,15 @@ function(tims_install_host)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
     FILES_MATCHING PATTERN *.toml PATTERN *.dxf)
-  foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR)
+  foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR CMAKE_INSTALL_MANDIR)
     install(CODE "set(${name} \"${${name}}\")")
   endforeach()
   install(CODE "set(deploy \"${deploy}\")\nset(scratch \"${CMAKE_CURRENT_BINARY_DIR}\")")
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_services.cmake)
+  set(programs ${ARGN})
+  list(TRANSFORM programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/)
+  install(CODE "set(maker \"${CMAKE_SOURCE_DIR}/tools/man_pages\")\nset(programs \"${programs}\")")
+  install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_man_pages.cmake)
 endfunction()
 
 # find_package(tims): a version of the same minor number, as long as the major is 0.

@@ -1,0 +1,11 @@
+# Runs when the build is installed: manual pages are made of what the programs say with --help.
+#   maker, programs, scratch    tools/man_pages, what it asks, and a folder to write to
+#   CMAKE_INSTALL_MANDIR        below the prefix
+find_program(HELP2MAN help2man)
+if(NOT HELP2MAN)
+  message(STATUS "No manual pages: help2man is missing (apt-get install help2man)")
+  return()
+endif()
+file(REMOVE_RECURSE ${scratch}/man1)
+execute_process(COMMAND ${maker} ${scratch}/man1 ${programs} COMMAND_ERROR_IS_FATAL ANY)
+file(INSTALL ${scratch}/man1 DESTINATION ${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR})
