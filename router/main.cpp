@@ -14,17 +14,15 @@
 #include "router/config/options.h"
 #include "router/config/reload.h"
 #include "router/core/router.h"
-#include "router/io/admin.h"
-#include "router/io/admin_actions.h"
+#include "router/io/admin_service.h"
 #include "router/io/arguments.h"
 #include "router/io/client_port.h"
 #include "router/io/event_log.h"
-#include "router/io/facts.h"
 #include "router/io/http/http_port.h"
-#include "router/io/limited_log.h"
 #include "router/io/link_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/process_info.h"
 #include "router/io/service.h"
 #include "router/io/switchboard.h"
 #include "router/io/tcp_port.h"
@@ -143,19 +141,19 @@ class Program {
         });
     router_.set_static_routes(static_routes(configuration_.config));
     switchboard_.on_event([this](const core::Event& event) {
-      desk_.event_happened();
+      admin_.event_happened();
       io::log_event(log_, limited_log_, event, configuration_.config.address.widths);
     });
     switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
-      desk_.ask(os::now(), from, request);
+      admin_.ask(os::now(), from, request);
     });
     switchboard_.on_may_ask([this](core::ClientId from, const core::Message& request) {
-      return desk_.may_ask(from, request);
+      return admin_.may_ask(from, request);
     });
     loop_.at_turn_end([this](Time now) { finish_turn(now); });
     loop_.watch({.next = [this] { return router_.next_timeout(); },
                  .on_timeout = [this](Time now) { router_.on_timeout(now); }});
-    loop_.watch({.next = [this] { return desk_.next_timeout(); }, .on_timeout = [](Time) {}});
+    loop_.watch({.next = [this] { return admin_.next_timeout(); }, .on_timeout = [](Time) {}});
     loop_.watch({.next = [this] { return http_.next_timeout(); },
                  .on_timeout = [this](Time now) { http_.on_timeout(now); }});
     loop_.watch({.next = [this] { return links_.next_timeout(); },
@@ -186,7 +184,7 @@ class Program {
  private:
   void finish_turn(Time now) {
     switchboard_.flush(now);
-    if (desk_.has_work(now) || tracer_.has_records()) answer(now);
+    if (admin_.has_work(now) || tracer_.has_records()) answer(now);
     links_.release();
     queue_memory_.give_back();
     link_memory_.give_back();
@@ -195,33 +193,34 @@ class Program {
 
   void answer(Time now) {
     const io::Clocks clocks = read_clocks(now);
-    desk_.answer(clocks, [&](core::ClientId asker, core::Message& answer) {
+    admin_.answer(clocks, [&](core::ClientId asker, core::Message& answer) {
       router_.answer(now, asker, answer);
     });
     tracer_.send_records(router_, configuration_.config.router.name, clocks,
                          [&](core::Message& record) { router_.answer(now, {}, record); });
     switchboard_.flush(now);
-    desk_.release();
+    admin_.release();
     tracer_.release();
-    if (!desk_.wants_turn() || desk_has_turn_) return;
-    desk_has_turn_ = true;
+    if (!admin_.wants_turn() || admin_has_turn_) return;
+    admin_has_turn_ = true;
     loop_.post([this] {
-      desk_has_turn_ = false;
+      admin_has_turn_ = false;
       loop_.end_turn(os::now());
     });
   }
 
   Result<void> listen() {
-    facts_.start.started = os::now();
-    facts_.start.epoch = epoch_;
+    process_info_.start.started = os::now();
+    process_info_.start.epoch = epoch_;
     const config::Config& c = configuration_.config;
     if (auto result = local_.listen(); !result) {
       return Error(result.error().code(), cannot_listen("unix.path", c.unix.path, result.error()));
     }
-    facts_.start.unix_path = c.unix.path;
+    process_info_.start.unix_path = c.unix.path;
     log_.info("listening unix " + c.unix.path);
-    if (auto result = listen(tcp_, "tcp", c.tcp.listen, facts_.start.tcp); !result) return result;
-    if (auto result = listen(http_, "http", c.http.listen, facts_.start.http); !result)
+    if (auto result = listen(tcp_, "tcp", c.tcp.listen, process_info_.start.tcp); !result)
+      return result;
+    if (auto result = listen(http_, "http", c.http.listen, process_info_.start.http); !result)
       return result;
     if (auto result = listen_for_routers(c); !result) return result;
     links_.configure(os::now(), c);
@@ -236,7 +235,7 @@ class Program {
         return Error(where.error().code(),
                      cannot_listen("udp.listen", c.udp.listen->to_string(), where.error()));
       }
-      facts_.start.udp = *where;
+      process_info_.start.udp = *where;
       log_.info("listening udp " + *where);
     }
     if (!c.fleet.name.empty() && links_.dds() == nullptr) {
@@ -350,19 +349,19 @@ class Program {
       loop_,     router_,
       log_,      link_memory_.pool(),
       end_turn_, {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
-  io::Facts facts_{router_, loop_, switchboard_, local_, links_, configuration_};
+  io::ProcessInfo process_info_{router_, loop_, switchboard_, local_, links_, configuration_};
   io::HttpPort http_{loop_,
                      router_,
                      log_,
                      queue_memory_.pool(),
                      end_turn_,
-                     facts_,
+                     process_info_,
                      {.message_max = configuration_.config.message.bytes_max,
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,
                       .ping_interval = configuration_.config.lifesign.interval,
                       .origins = config::list_of(configuration_.config.http.origins)}};
-  io::AdminDesk desk_{facts_};
-  bool desk_has_turn_ = false;  // posted
+  io::AdminService admin_{process_info_};
+  bool admin_has_turn_ = false;  // posted
   io::Tracer tracer_;
   io::Service manager_{loop_};
   io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "router/core/router.h"
-#include "router/io/admin.h"
+#include "router/io/admin_service.h"
 
 namespace tims::io::test {
 

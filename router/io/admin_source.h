@@ -76,9 +76,9 @@ class AdminSource {
   [[nodiscard]] virtual const link::Links* links() const { return nullptr; }
   // Nothing when this router is in no fleet.
   [[nodiscard]] virtual std::optional<DdsReport> dds() const { return std::nullopt; }
-  // Does what a question asks for; what is wrong, else empty.
-  virtual std::string act_on_link(std::string_view, link::Links::Hand) const { return "no links"; }
-  virtual std::string spoil(std::string_view, const link::Faults&) const { return "no links"; }
+  // Does what a question asks for; false: there is no such link.
+  virtual bool act_on_link(std::string_view, link::Links::Hand) const { return false; }
+  virtual bool spoil(std::string_view, const link::Faults&) const { return false; }
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) const {}
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;

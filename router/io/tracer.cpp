@@ -30,11 +30,11 @@ void Tracer::send_records(const core::Router& router, std::string_view name, con
   const AddressWidths& widths = router.settings().widths;
   for (const Hop& hop : std::exchange(hops_, {})) {
     const json::object record{{"schema", "tims/hop/1"},
-                              {"router", as_utf8(name)},
-                              {"address", to_json(router.settings().address, widths)},
-                              {"time", rfc3339(clocks.wall)},
+                              {"router", base::valid_utf8(name)},
+                              {"address", to_json(AddressView{router.settings().address, widths})},
+                              {"time", base::rfc3339(clocks.wall)},
                               {"hop", hop.hops},
-                              {"dest", to_json(hop.header.dest, widths)},
+                              {"dest", to_json(AddressView{hop.header.dest, widths})},
                               {"type", hop.header.type},
                               {"seq_nr", hop.header.seq_nr},
                               {"from", party_json(router, hop.from)},

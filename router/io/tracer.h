@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "router/core/router.h"
-#include "router/io/report_json.h"
+#include "router/io/reports.h"
 
 namespace tims::io {
 

@@ -7,9 +7,6 @@
 namespace tims::io {
 namespace {
 
-constexpr unsigned kLinesMax = 10;
-constexpr Duration kLinesWindow = std::chrono::seconds(10);
-
 // The same clock, by the name the standard library waits with.
 std::chrono::steady_clock::time_point steady(Time time) {
   return std::chrono::steady_clock::time_point(time.time_since_epoch());
@@ -60,25 +57,16 @@ void DdsEvents::post_writer(WriterReady ready) {
 void DdsEvents::post_line(Line line) {
   {
     const std::lock_guard lock(mutex_);
-    if (!may_pass(os::now())) return;
+    if (const Time now = os::now(); now >= lines_limit_.end()) {
+      if (const auto n = lines_limit_.take_held_back(); n > 0)
+        all_.lines.push_back({false, std::to_string(n) + " more lines held back"});
+      lines_limit_.begin(now);
+      lines_limit_.refill();
+    }
+    if (!lines_limit_.take()) return;
     all_.lines.push_back(std::move(line));
   }
   notify();
-}
-
-bool DdsEvents::may_pass(Time now) {
-  if (now - lines_since_ >= kLinesWindow) {
-    if (lines_held_back_ > 0)
-      all_.lines.push_back({false, std::to_string(lines_held_back_) + " more lines held back"});
-    lines_since_ = now;
-    lines_passed_ = lines_held_back_ = 0;
-  }
-  if (lines_passed_ == kLinesMax) {
-    ++lines_held_back_;
-    return false;
-  }
-  ++lines_passed_;
-  return true;
 }
 
 DdsCommands::Wanted DdsCommands::wait() {

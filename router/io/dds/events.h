@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "os/event_fd.h"
+#include "router/io/log.h"
 #include "router/link/announcement.h"
 #include "tims/time.h"
 
@@ -97,16 +98,13 @@ class DdsEvents {
   template <typename Change>
   void post(Change change);
   void notify();
-  bool may_pass(Time now);
 
   const os::File wake_fd_;
   std::atomic<bool> notified_ = false;  // and not heard yet
   std::mutex mutex_;
   All all_{};
 
-  Time lines_since_{};
-  unsigned lines_passed_ = 0;
-  unsigned lines_held_back_ = 0;
+  LineLimit lines_limit_{10, std::chrono::seconds(10)};
 };
 
 // A participant, with a writer for each router that is sent to. The loop and the thread share it.

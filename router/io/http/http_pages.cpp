@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <string>
 #include <string_view>
 
@@ -11,8 +10,8 @@
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "router/io/http/metrics_text.h"
-#include "router/io/report_json.h"
 
 namespace tims::io {
 namespace {
@@ -77,22 +76,16 @@ namespace json = boost::json;
 // Every argument is a text in a query; these are numbers in JSON.
 constexpr std::array<std::string_view, 4> kNumbers{"limit", "since", "type", "wait_ms"};
 
-std::optional<char> from_hex(std::string_view digits) {
-  unsigned char byte = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
-  if (error != std::errc{} || end != digits.data() + 2) return std::nullopt;
-  return static_cast<char>(byte);
-}
-
 std::optional<std::string> decoded(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '+') {
       out += ' ';
     } else if (text[i] == '%') {
-      const auto byte = from_hex(text.substr(i + 1, 2));
-      if (!byte) return std::nullopt;
-      out += *byte;
+      const std::string_view digits = text.substr(i + 1, 2);
+      const auto byte = base::parse_number<unsigned char>(digits, 16);
+      if (!byte || digits.size() < 2) return std::nullopt;
+      out += static_cast<char>(*byte);
       i += 2;
     } else {
       out += text[i];
@@ -103,11 +96,10 @@ std::optional<std::string> decoded(std::string_view text) {
 
 json::value value_of(const std::string& key, const std::string& text) {
   const bool is_number = std::ranges::find(kNumbers, key) != kNumbers.end();
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   // What is no number goes on as a text: the answer will say what is wrong with it.
-  if (is_number && error == std::errc{} && end == text.data() + text.size()) return number;
-  return json::string(as_utf8(text));
+  if (const auto number = base::parse_number<std::int64_t>(text); is_number && number)
+    return *number;
+  return json::string(base::valid_utf8(text));
 }
 
 bool is_port(std::string_view text) {
@@ -194,9 +186,9 @@ std::optional<std::string> api_question(std::string_view ask, std::string_view q
     const auto key = decoded(pair.substr(0, sign));
     const auto value = decoded(pair.substr(std::min(sign + 1, pair.size())));
     if (!key || !value) return std::nullopt;
-    question[as_utf8(*key)] = value_of(*key, *value);
+    question[base::valid_utf8(*key)] = value_of(*key, *value);
   }
-  question["ask"] = as_utf8(*verb);
+  question["ask"] = base::valid_utf8(*verb);
   return json::serialize(question);
 }
 

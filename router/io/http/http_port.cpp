@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "router/io/admin.h"
+#include "router/io/admin_service.h"
 #include "router/io/http/metrics_text.h"
 #include "wire/header.h"
 

@@ -1,4 +1,4 @@
-#include "router/io/admin.h"
+#include "router/io/admin_service.h"
 
 #include <cstring>
 #include <map>
@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "router/io/admin_actions.h"
 #include "router/io/admin_fixture.h"
 #include "wire/header.h"
 
@@ -269,7 +268,7 @@ TEST(Admin, EventsSinceANumber) {
 
 struct Answers {
   std::vector<std::pair<core::ClientId, json::object>> all;
-  AdminDesk::Send keep() {
+  AdminService::Send keep() {
     return [this](core::ClientId asker, core::Message& message) {
       const auto body = message.body();
       const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
@@ -281,7 +280,7 @@ struct Answers {
   std::vector<Header> headers;
 };
 
-void put_question(AdminDesk& desk, core::ClientId from, std::string_view question) {
+void put_question(AdminService& service, core::ClientId from, std::string_view question) {
   std::vector<std::byte> bytes(kHeaderSize + question.size());
   std::memcpy(bytes.data() + kHeaderSize, question.data(), question.size());
   const core::Message message{.header = {.type = type::kAdminRequest,
@@ -291,24 +290,24 @@ void put_question(AdminDesk& desk, core::ClientId from, std::string_view questio
                                          .src = Address(0x030F0102),
                                          .length = static_cast<std::uint32_t>(bytes.size())},
                               .bytes = bytes};
-  desk.ask(AdminFixture::at(100), from, message);
+  service.ask(AdminFixture::at(100), from, message);
 }
 
 constexpr std::string_view kEventsQuestion = R"({"ask":"events","since":4,"wait_ms":10000})";
 
 // As long as it wants turns.
-void answer_all(AdminDesk& desk, Answers& answers) {
+void answer_all(AdminService& service, Answers& answers) {
   do {
-    desk.answer(AdminFixture::clocks(), answers.keep());
-  } while (desk.wants_turn());
+    service.answer(AdminFixture::clocks(), answers.keep());
+  } while (service.wants_turn());
 }
 
-TEST(AdminDesk, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
+TEST(AdminService, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(), R"({"ask":"ping"})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  put_question(service, lab.laser(), R"({"ask":"ping"})");
+  service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(answers.all[0].first, lab.laser());
   const Header& header = answers.headers[0];
@@ -317,109 +316,109 @@ TEST(AdminDesk, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
   EXPECT_EQ(header.src, Address(0x03000100));
   EXPECT_EQ(header.priority, 9);
   EXPECT_EQ(header.seq_nr, 5);
-  EXPECT_EQ(desk.next_timeout(), kNever);
+  EXPECT_EQ(service.next_timeout(), kNever);
 }
 
-TEST(AdminDesk, AQuestionForEventsWaitsForOne) {
+TEST(AdminService, AQuestionForEventsWaitsForOne) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  put_question(service, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  service.answer(AdminFixture::clocks(), answers.keep());
   EXPECT_TRUE(answers.all.empty());
-  EXPECT_EQ(desk.next_timeout(), AdminFixture::at(110));
+  EXPECT_EQ(service.next_timeout(), AdminFixture::at(110));
   lab.router().register_mailbox(AdminFixture::at(103), lab.pilot(), Address(0x03180001));
-  desk.event_happened();
-  desk.answer(AdminFixture::clocks(103), answers.keep());
+  service.event_happened();
+  service.answer(AdminFixture::clocks(103), answers.keep());
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(text(answers.all[0].second.at("items").at(0).at("kind")), "registered");
   EXPECT_EQ(answers.all[0].second.at("last"), 5);
 }
 
-TEST(AdminDesk, TheWaitEnds) {
+TEST(AdminService, TheWaitEnds) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
-  desk.answer(AdminFixture::clocks(109), answers.keep());
+  put_question(service, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  service.answer(AdminFixture::clocks(109), answers.keep());
   EXPECT_TRUE(answers.all.empty());
-  desk.answer(AdminFixture::clocks(110), answers.keep());
+  service.answer(AdminFixture::clocks(110), answers.keep());
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_TRUE(answers.all[0].second.at("items").as_array().empty());
   EXPECT_EQ(answers.all[0].second.at("last"), 4);
 }
 
-TEST(AdminDesk, ANumberFromBeforeARestartIsAnsweredAtOnce) {
+TEST(AdminService, ANumberFromBeforeARestartIsAnsweredAtOnce) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(), R"({"ask":"events","since":99,"wait_ms":10000})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  put_question(service, lab.laser(), R"({"ask":"events","since":99,"wait_ms":10000})");
+  service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(answers.all[0].second.at("items").as_array().size(), 4U);
 }
 
-TEST(AdminDesk, ANumberOfAnotherEpochIsAnsweredAtOnceWithEverything) {
+TEST(AdminService, ANumberOfAnotherEpochIsAnsweredAtOnceWithEverything) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(),
+  put_question(service, lab.laser(),
                R"({"ask":"events","since":4,"epoch":"0000000000000abd","wait_ms":10000})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(answers.all[0].second.at("items").as_array().size(), 4U);
   EXPECT_EQ(text(answers.all[0].second.at("epoch")), "0000000000000abc");
 }
 
-TEST(AdminDesk, ANumberOfThisEpochWaits) {
+TEST(AdminService, ANumberOfThisEpochWaits) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(),
+  put_question(service, lab.laser(),
                R"({"ask":"events","since":4,"epoch":"0000000000000abc","wait_ms":10000})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  service.answer(AdminFixture::clocks(), answers.keep());
   EXPECT_TRUE(answers.all.empty());
 }
 
-TEST(AdminDesk, WhoHasGoneGetsNoAnswer) {
+TEST(AdminService, WhoHasGoneGetsNoAnswer) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  put_question(desk, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
+  put_question(service, lab.laser(), R"({"ask":"events","since":4,"wait_ms":10000})");
   lab.router().disconnect(AdminFixture::at(101), lab.laser(), core::CloseReason::kPeerClosed);
-  desk.event_happened();
-  desk.answer(AdminFixture::clocks(101), answers.keep());
+  service.event_happened();
+  service.answer(AdminFixture::clocks(101), answers.keep());
   EXPECT_TRUE(answers.all.empty());
-  EXPECT_EQ(desk.next_timeout(), kNever);
+  EXPECT_EQ(service.next_timeout(), kNever);
 }
 
-TEST(AdminDesk, WaitingQuestionsAreBounded) {
+TEST(AdminService, WaitingQuestionsAreBounded) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
   std::vector<core::ClientId> clients;
-  for (std::size_t i = 0; i < AdminDesk::kWaitingMax / AdminDesk::kPerClientMax; ++i)
+  for (std::size_t i = 0; i < AdminService::kWaitingMax / AdminService::kPerClientMax; ++i)
     clients.push_back(lab.router().connect(AdminFixture::at(100), {}));
   const std::string question =
       fmt::format(R"({{"ask":"events","since":{},"wait_ms":10000}})", lab.router().events().last());
-  for (std::size_t i = 0; i < AdminDesk::kWaitingMax; ++i)
-    put_question(desk, clients[i % clients.size()], question);
-  answer_all(desk, answers);
+  for (std::size_t i = 0; i < AdminService::kWaitingMax; ++i)
+    put_question(service, clients[i % clients.size()], question);
+  answer_all(service, answers);
   EXPECT_TRUE(answers.all.empty()) << "all of them wait";
-  for (int i = 0; i < 3; ++i) put_question(desk, lab.laser(), question);
-  answer_all(desk, answers);
+  for (int i = 0; i < 3; ++i) put_question(service, lab.laser(), question);
+  answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 3U) << "the oldest make room";
-  EXPECT_FALSE(desk.has_work(AdminFixture::at(109)));
+  EXPECT_FALSE(service.has_work(AdminFixture::at(109)));
 }
 
-TEST(AdminDesk, AClientHasABoundedNumberOfQuestions) {
+TEST(AdminService, AClientHasABoundedNumberOfQuestions) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  for (std::size_t i = 0; i < AdminDesk::kPerClientMax + 2; ++i)
-    put_question(desk, lab.laser(), kEventsQuestion);
-  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  for (std::size_t i = 0; i < AdminService::kPerClientMax + 2; ++i)
+    put_question(service, lab.laser(), kEventsQuestion);
+  put_question(service, lab.pilot(), R"({"ask":"ping"})");
+  service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 3U);
   EXPECT_EQ(error_code(answers.all[0].second), "busy");
   EXPECT_EQ(error_code(answers.all[1].second), "busy");
@@ -428,68 +427,68 @@ TEST(AdminDesk, AClientHasABoundedNumberOfQuestions) {
 }
 
 // One client's large answers, and another client's small one in between.
-TEST(AdminDesk, WhoAsksMuchWaitsAndNobodyElse) {
+TEST(AdminService, WhoAsksMuchWaitsAndNobodyElse) {
   AdminFixture lab;
   for (std::uint32_t i = 0; i < 2000; ++i)
     lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i));
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
-  for (int i = 0; i < 5; ++i) put_question(desk, lab.laser(), R"({"ask":"routes"})");
-  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  for (int i = 0; i < 5; ++i) put_question(service, lab.laser(), R"({"ask":"routes"})");
+  put_question(service, lab.pilot(), R"({"ask":"ping"})");
+  service.answer(AdminFixture::clocks(), answers.keep());
   EXPECT_EQ(answers.all.size(), 2U) << "one each";
   EXPECT_EQ(answers.all.back().first, lab.pilot());
-  EXPECT_TRUE(desk.wants_turn());
-  EXPECT_EQ(desk.next_timeout(), kNever) << "it asks for its turn";
-  answer_all(desk, answers);
+  EXPECT_TRUE(service.wants_turn());
+  EXPECT_EQ(service.next_timeout(), kNever) << "it asks for its turn";
+  answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 6U);
 }
 
-TEST(AdminDesk, ATurnMakesABoundedNumberOfBytes) {
+TEST(AdminService, ATurnMakesABoundedNumberOfBytes) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
   const std::string pad(kQuestionBytesMax - 100, 'x');
   std::vector<core::ClientId> clients;
   for (int i = 0; i < 6; ++i) {
     clients.push_back(lab.router().connect(AdminFixture::at(100), {}));
     for (int n = 0; n < 2; ++n)
-      put_question(desk, clients.back(), R"({"ask":"ping","pad":")" + pad + "\"}");
+      put_question(service, clients.back(), R"({"ask":"ping","pad":")" + pad + "\"}");
   }
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  service.answer(AdminFixture::clocks(), answers.keep());
   EXPECT_EQ(answers.all.size(), 4U) << "no further one when 256 KiB are made";
-  desk.answer(AdminFixture::clocks(), answers.keep());
+  service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 6U);
   EXPECT_EQ(answers.all[4].first, clients[4]) << "who had none comes first";
-  answer_all(desk, answers);
+  answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 12U);
 }
 
-TEST(AdminDesk, GuestsChangeNothingUnlessAllowed) {
+TEST(AdminService, GuestsChangeNothingUnlessAllowed) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
   const std::string_view question = R"({"ask":"route_del","match":"*"})";
-  put_question(desk, lab.pilot(), question);
-  put_question(desk, lab.laser(), question);
-  answer_all(desk, answers);
+  put_question(service, lab.pilot(), question);
+  put_question(service, lab.laser(), question);
+  answer_all(service, answers);
   ASSERT_EQ(answers.all.size(), 2U);
   EXPECT_EQ(error_code(answers.all[0].second), "denied") << "over TCP";
   EXPECT_EQ(error_code(answers.all[1].second), "not_done") << "from this host";
   lab.configure({"tcp.admin=true"});
-  put_question(desk, lab.pilot(), question);
-  answer_all(desk, answers);
+  put_question(service, lab.pilot(), question);
+  answer_all(service, answers);
   EXPECT_EQ(error_code(answers.all[2].second), "not_done");
 }
 
 // Another router would not see where they come from.
-TEST(AdminDesk, GuestsChangeNoOtherRouter) {
+TEST(AdminService, GuestsChangeNoOtherRouter) {
   AdminFixture lab;
-  const AdminDesk desk(lab);
+  const AdminService service(lab);
   const auto may_ask = [&](core::ClientId from, std::string_view question) {
     std::vector<std::byte> bytes(kHeaderSize + question.size());
     std::memcpy(bytes.data() + kHeaderSize, question.data(), question.size());
-    return desk.may_ask(from, {.header = {}, .bytes = bytes});
+    return service.may_ask(from, {.header = {}, .bytes = bytes});
   };
   const std::string_view change = R"({"ask":"link","link":"base","do":"down"})";
   EXPECT_FALSE(may_ask(lab.pilot(), change));
@@ -520,20 +519,20 @@ TEST(ReloadRoutes, KeepsWhatPeopleHaveChanged) {
   EXPECT_EQ(words(reload_routes({}, {}, {a, b})), "a>x b>x ");
 }
 
-TEST(AdminDesk, WhoDoesNotReadItsAnswersGetsNoMore) {
+TEST(AdminService, WhoDoesNotReadItsAnswersGetsNoMore) {
   AdminFixture lab;
-  AdminDesk desk(lab);
+  AdminService service(lab);
   Answers answers;
   lab.tcp_queued_bytes = kAnswerBytesMax;
-  put_question(desk, lab.pilot(), R"({"ask":"ping"})");
-  put_question(desk, lab.laser(), R"({"ask":"ping"})");
-  answer_all(desk, answers);
+  put_question(service, lab.pilot(), R"({"ask":"ping"})");
+  put_question(service, lab.laser(), R"({"ask":"ping"})");
+  answer_all(service, answers);
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(answers.all[0].first, lab.laser());
-  EXPECT_FALSE(desk.wants_turn()) << "nothing to do until it reads";
-  EXPECT_TRUE(desk.has_work(AdminFixture::at(100)));
+  EXPECT_FALSE(service.wants_turn()) << "nothing to do until it reads";
+  EXPECT_TRUE(service.has_work(AdminFixture::at(100)));
   lab.tcp_queued_bytes = kAnswerBytesMax - 1;
-  answer_all(desk, answers);
+  answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 2U);
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "os/clock.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
 #include "router/io/client_port.h"
@@ -13,7 +14,7 @@
 namespace tims::io {
 
 // Where it listens, and what was drawn and read at start.
-struct StartFacts {
+struct StartInfo {
   Time started{};
   std::uint64_t epoch = 0;
   std::string unix_path{};
@@ -22,10 +23,10 @@ struct StartFacts {
   std::string udp{};
 };
 
-class Facts final : public AdminSource {
+class ProcessInfo final : public AdminSource {
  public:
-  Facts(core::Router& router, const Loop& loop, const Switchboard& ports, const ClientPort& local,
-        LinkPort& links, const config::Loaded& configuration)
+  ProcessInfo(core::Router& router, const Loop& loop, const Switchboard& ports,
+              const ClientPort& local, LinkPort& links, const config::Loaded& configuration)
       : router_(router),
         loop_(loop),
         ports_(ports),
@@ -33,7 +34,7 @@ class Facts final : public AdminSource {
         links_(links),
         configuration_(configuration) {}
 
-  StartFacts start{};
+  StartInfo start{};
 
   [[nodiscard]] const core::Router& router() const override { return router_; }
   [[nodiscard]] ProcessReport process(Time now) const override;
@@ -41,8 +42,12 @@ class Facts final : public AdminSource {
   [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
   [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
   [[nodiscard]] std::optional<DdsReport> dds() const override;
-  std::string act_on_link(std::string_view name, link::Links::Hand what) const override;
-  std::string spoil(std::string_view name, const link::Faults& faults) const override;
+  bool act_on_link(std::string_view name, link::Links::Hand what) const override {
+    return links_.by_hand(os::now(), name, what);
+  }
+  bool spoil(std::string_view name, const link::Faults& faults) const override {
+    return links_.spoil(name, faults);
+  }
   void set_static_routes(const std::vector<core::StaticRoute>& routes) const override {
     router_.set_static_routes(routes);
   }
@@ -57,7 +62,6 @@ class Facts final : public AdminSource {
 
  private:
   [[nodiscard]] std::optional<UdpReport> udp_socket() const;
-  [[nodiscard]] std::string no_link(std::string_view name) const;
 
   core::Router& router_;
   const Loop& loop_;

@@ -1,10 +1,8 @@
-#include "router/io/facts.h"
+#include "router/io/process_info.h"
 
 #include <cstdio>
 
 #include <unistd.h>
-
-#include "os/clock.h"
 
 namespace tims::io {
 namespace {
@@ -20,7 +18,7 @@ std::uint64_t resident_bytes() {
 
 }  // namespace
 
-ProcessReport Facts::process(Time now) const {
+ProcessReport ProcessInfo::process(Time now) const {
   return {.name = configuration_.config.router.name,
           .version = TIMS_VERSION,
           .pid = static_cast<std::uint32_t>(::getpid()),
@@ -35,7 +33,7 @@ ProcessReport Facts::process(Time now) const {
           .udp_socket = udp_socket()};
 }
 
-std::optional<UdpReport> Facts::udp_socket() const {
+std::optional<UdpReport> ProcessInfo::udp_socket() const {
   const UdpSocket* socket = links_.socket();
   if (socket == nullptr) return std::nullopt;
   return UdpReport{.asked_buffer_bytes = socket->asked_buffer_bytes(),
@@ -44,7 +42,7 @@ std::optional<UdpReport> Facts::udp_socket() const {
                    .dropped_by_kernel = socket->counters().dropped_by_kernel};
 }
 
-std::optional<DdsReport> Facts::dds() const {
+std::optional<DdsReport> ProcessInfo::dds() const {
   const DdsEngine* engine = links_.dds();
   if (engine == nullptr) return std::nullopt;
   const DdsEngine::Counters counters = engine->counters();
@@ -59,29 +57,6 @@ std::optional<DdsReport> Facts::dds() const {
                    .refused = counters.refused,
                    .unmatched = counters.unmatched,
                    .waiting_bytes = counters.waiting_bytes};
-}
-
-std::string Facts::act_on_link(std::string_view name, link::Links::Hand what) const {
-  if (links_.by_hand(os::now(), name, what)) return {};
-  return no_link(name);
-}
-
-std::string Facts::no_link(std::string_view name) const {
-  std::string names;
-  links_.links().for_each([&](const link::Link& link) {
-    const std::string_view peer = link.peer().name.view();
-    names.append(names.empty() ? "" : ", ").append(peer.empty() ? link.settings().to : peer);
-  });
-  const std::string end = names.empty() ? "; there are none" : "; there are links to " + names;
-  return "no link to \"" + std::string(name) + "\"" + end;
-}
-
-std::string Facts::spoil(std::string_view name, const link::Faults& faults) const {
-  if (!configuration_.config.sim.faults)
-    return "this router does not spoil its links: set sim.faults = true in its configuration and "
-           "reload it";
-  if (links_.spoil(name, faults)) return {};
-  return no_link(name);
 }
 
 }  // namespace tims::io

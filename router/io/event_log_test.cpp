@@ -1,4 +1,4 @@
-#include "router/io/limited_log.h"
+#include "router/io/event_log.h"
 
 #include <vector>
 
@@ -115,4 +115,5 @@ TEST(LimitedLog, TellsAtTheEndWhatItHolds) {
 }
 
 }  // namespace
+
 }  // namespace tims::io

@@ -1,4 +1,5 @@
-// Answers admin questions (ADMIN.md): JSON in, JSON out, over the core's reports.
+// The admin protocol's service (ADMIN.md): questions as JSON in, answers as JSON out, made of what
+// reports.h tells; and what some of them ask to be done: links taken up and down, faults, routes.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +13,24 @@
 #include "router/core/message.h"
 #include "router/io/admin_question.h"
 #include "router/io/admin_source.h"
-#include "router/io/report_json.h"
+#include "router/io/reports.h"
 
 namespace tims::io {
 
 inline constexpr std::size_t kAnswerBytesMax = 256 << 10;
 
+inline constexpr std::size_t kStaticRoutesMax = 256;
+
 // The answer to any bytes, at once: a question that would wait is answered with what there is, and
 // one that would change something is refused.
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks);
+
+// The static routes after a reload: those of the configuration, as it has changed from `before` to
+// `after`, and what people have added and deleted at run time since.
+std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
+                                             const std::vector<core::StaticRoute>& before,
+                                             const std::vector<core::StaticRoute>& after);
 
 // The questions that have come and are not answered yet. The router may not be called while it
 // hands over a question (core::Sink::admin), so answers are made at the end of a turn; and a
@@ -29,7 +38,7 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
 //
 // Whoever asks much waits, and nobody else: of each client one question is answered in its turn,
 // and none as long as it leaves earlier answers unread.
-class AdminDesk {
+class AdminService {
  public:
   // Beyond this many, the one that waits longest is answered with what there is.
   static constexpr std::size_t kWaitingMax = 256;
@@ -40,7 +49,7 @@ class AdminDesk {
 
   using Send = std::function<void(core::ClientId asker, core::Message& answer)>;
 
-  explicit AdminDesk(const AdminSource& source) : source_(source) {}
+  explicit AdminService(const AdminSource& source) : source_(source) {}
 
   // From core::Sink::admin: copies what it needs. What would change something is refused to
   // clients of TCP and of WebSockets, unless tcp.admin allows it.
@@ -48,11 +57,11 @@ class AdminDesk {
   // From core::Sink::may_ask: the same for questions to other routers.
   [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
   // From core::Sink::event.
-  void event_happened() { news_ = true; }
+  void event_happened() { changed_ = true; }
 
   // Whether answer() would do anything.
   [[nodiscard]] bool has_work(Time now) const {
-    return news_ || more_ || blocked_ || now >= next_timeout();
+    return changed_ || more_ || blocked_ || now >= next_timeout();
   }
   // Whether it could have answered more: it wants another turn when others have had theirs.
   [[nodiscard]] bool wants_turn() const { return more_; }
@@ -89,7 +98,7 @@ class AdminDesk {
   std::vector<Refused> refused_;        // since the last answer()
   std::vector<core::ClientId> served_;  // while others still wait for their first answer
   std::vector<std::vector<std::byte>> sent_;
-  bool news_ = false;     // a question came, or something one may wait for
+  bool changed_ = false;  // a question came, or something one may wait for
   bool more_ = false;     // there was more to answer than fits into a turn
   bool blocked_ = false;  // somebody has to read first
 };

@@ -1,4 +1,4 @@
-#include "router/io/link_json.h"
+#include "router/io/reports.h"
 
 #include <map>
 
@@ -36,7 +36,7 @@ std::map<std::string, json::object> items(const LinkedFixture& lab, const std::s
   return all;
 }
 
-TEST(LinkJson, EveryStateCanBeTold) {
+TEST(Reports, EveryStateCanBeTold) {
   const LinkedFixture lab;
   std::map<std::string, std::string> states;
   for (const auto& [name, link] : items(lab, "links")) states[name] = link.at("state").as_string();
@@ -49,7 +49,7 @@ TEST(LinkJson, EveryStateCanBeTold) {
                                                         {LinkedFixture::to_taken_down, "down"}}));
 }
 
-TEST(LinkJson, ALinkThatIsUpTellsOfItsSession) {
+TEST(Reports, ALinkThatIsUpTellsOfItsSession) {
   const LinkedFixture lab;
   auto link = items(lab, "links").at("base");
   EXPECT_EQ(link.at("kind"), "super");
@@ -65,7 +65,7 @@ TEST(LinkJson, ALinkThatIsUpTellsOfItsSession) {
   EXPECT_TRUE(link.at("clock").is_object());
 }
 
-TEST(LinkJson, ALinkThatWasNeverUpTellsOfItsAttempts) {
+TEST(Reports, ALinkThatWasNeverUpTellsOfItsAttempts) {
   const LinkedFixture lab;
   const auto links = items(lab, "links");
   const json::object& refused = links.at(LinkedFixture::to_refuser);
@@ -76,7 +76,7 @@ TEST(LinkJson, ALinkThatWasNeverUpTellsOfItsAttempts) {
   EXPECT_TRUE(links.at(LinkedFixture::to_unknown).at("peer_address").is_null());
 }
 
-TEST(LinkJson, ASilentLinkRemembersWhoItWas) {
+TEST(Reports, ASilentLinkRemembersWhoItWas) {
   const LinkedFixture lab;
   auto link = items(lab, "links").at("head");
   EXPECT_EQ(link.at("connects"), false);
@@ -86,7 +86,7 @@ TEST(LinkJson, ASilentLinkRemembersWhoItWas) {
   EXPECT_TRUE(link.at("clock").is_null()) << "of a path that is no more";
 }
 
-TEST(LinkJson, TheRouterItselfIsTheFirstOfTheFleet) {
+TEST(Reports, TheRouterItselfIsTheFirstOfTheFleet) {
   const LinkedFixture lab;
   const auto answer = ask(lab, R"({"ask":"routers"})");
   const auto& self = answer.at("items").at(0);
@@ -95,7 +95,7 @@ TEST(LinkJson, TheRouterItselfIsTheFirstOfTheFleet) {
   EXPECT_EQ(answer.at("items").as_array().size(), 8U);
 }
 
-TEST(LinkJson, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
+TEST(Reports, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
   LinkedFixture lab;
   const auto now = LinkedFixture::at(90);
   constexpr Address kTail(0x03000E00);
@@ -128,7 +128,7 @@ TEST(LinkJson, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
   }
 }
 
-TEST(LinkJson, PagesJoinToTheWhole) {
+TEST(Reports, PagesJoinToTheWhole) {
   const LinkedFixture lab;
   for (const int limit : {1, 2, 3}) {
     EXPECT_EQ(items(lab, "links", limit).size(), 7U) << limit;

@@ -1,0 +1,621 @@
+#include "router/io/admin_service.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <set>
+
+#include <boost/json/serialize.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/text.h"
+#include "router/config/options.h"
+#include "router/io/reports.h"
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+namespace json = boost::json;
+using base::valid_utf8;
+using link::Links;
+
+constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
+constexpr std::size_t kStatusEvents = 5;
+
+// Items until the answer is full, as the text they become.
+class Page {
+ public:
+  // Beside the items the answer has `fields_bytes` of more than a few fields.
+  explicit Page(std::size_t fields_bytes = 0)
+      : bytes_max_(kAnswerBytesMax - kEnvelopeBytes - fields_bytes) {}
+
+  // False: no room; the item was not taken.
+  bool add(const json::object& item) {
+    const std::string text = json::serialize(item);
+    if (items_.size() + text.size() + 1 > bytes_max_) return false;
+    items_.append(count_ == 0 ? "" : ",").append(text);
+    ++count_;
+    return true;
+  }
+  [[nodiscard]] std::size_t size() const { return count_; }
+
+  // `{"schema": ...}` with the items behind it.
+  [[nodiscard]] std::string put_into(const json::object& frame) const {
+    std::string text = json::serialize(frame);
+    text.pop_back();
+    return text.append(R"(,"items":[)").append(items_).append("]}");
+  }
+
+ private:
+  const std::size_t bytes_max_;
+  std::string items_;
+  std::size_t count_ = 0;
+};
+
+class Answerer {
+ public:
+  Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
+      : question_(question), source_(source), clocks_(clocks), router_(source.router()) {}
+
+  std::string answer() {
+    const json::object fields = answer_fields();
+    return page_ ? page_->put_into(fields) : json::serialize(fields);
+  }
+
+ private:
+  json::object answer_fields();
+  json::object frame(std::string_view schema) const;
+  json::object status() const;
+  json::object clients();
+  json::object mailboxes(std::string_view schema, bool with_fill);
+  [[nodiscard]] json::array static_routes() const;
+  json::object route() const;
+  json::object stats();
+  json::object events();
+  json::object config();
+  json::object ping() const;
+  json::object routers();
+  void add_missing(json::object& out, Page& page) const;
+  json::object links();
+  json::object fleet();
+  json::object act() const;
+  [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
+  json::object done(const std::optional<QuestionError>& problem) const;
+
+  const Question& question_;
+  const AdminSource& source_;
+  const Clocks& clocks_;
+  const core::Router& router_;
+  std::optional<Page> page_{};  // of answers that have items
+};
+
+json::object error_json(const QuestionError& error) {
+  json::object out{{"code", error.code}, {"message", valid_utf8(error.message)}};
+  if (!error.hint.empty()) out["hint"] = error.hint;
+  return {{"error", std::move(out)}};
+}
+
+// --- what is done
+
+Links::Hand hand_of(std::string_view action) {
+  if (action == "up") return Links::Hand::kUp;
+  return action == "down" ? Links::Hand::kDown : Links::Hand::kReset;
+}
+
+// Names of the routers at the other ends; of those whose name is not known, where they are looked
+// for too, if `places`.
+std::vector<std::string_view> link_names(const AdminSource& source, bool places) {
+  std::vector<std::string_view> names;
+  if (const Links* links = source.links())
+    links->for_each([&](const link::Link& link) {
+      const std::string_view name = link.peer().name.view();
+      if (places || !name.empty()) names.push_back(name.empty() ? link.settings().to : name);
+    });
+  return names;
+}
+
+// A route over a link that is not there would take messages away, and say nothing.
+std::optional<QuestionError> no_link_for_route(const AdminSource& source, std::string_view name) {
+  const auto known = link_names(source, false);
+  if (std::ranges::find(known, name) != known.end()) return std::nullopt;
+  std::string hint = "this router has no links: [[link]] in its configuration";
+  if (const auto near = base::nearest(name, known))
+    hint = fmt::format("did you mean {}?", *near);
+  else if (!known.empty())
+    hint = fmt::format("there are {}", fmt::join(known, ", "));
+  return QuestionError{"no_such_link", fmt::format("no link to a router \"{}\"", name), hint};
+}
+
+QuestionError not_done(std::string why) { return {"not_done", std::move(why)}; }
+
+QuestionError no_link(const AdminSource& source, std::string_view name) {
+  const auto known = link_names(source, true);
+  return not_done(known.empty() ? fmt::format("no link to \"{}\"; there are none", name)
+                                : fmt::format("no link to \"{}\"; there are links to {}", name,
+                                              fmt::join(known, ", ")));
+}
+
+std::optional<QuestionError> change_routes(const Question& question, const AdminSource& source) {
+  std::vector<core::StaticRoute> routes = source.router().static_routes();
+  const std::size_t gone = std::erase_if(routes, [&](const core::StaticRoute& route) {
+    return route.text.view() == question.pattern &&
+           (question.link.empty() || route.via.view() == question.link);
+  });
+  if (question.ask == Ask::kRouteAdd) {
+    if (question.link.empty())
+      return not_done("\"via\" is missing: the name of a router on a link");
+    if (auto wrong = no_link_for_route(source, question.link)) return wrong;
+    if (routes.size() >= kStaticRoutesMax)
+      return not_done("there are " + std::to_string(kStaticRoutesMax) + " static routes already");
+    routes.push_back(
+        {question.match, std::string_view(question.pattern), std::string_view(question.link)});
+  } else if (gone == 0) {
+    return not_done("no static route for \"" + question.pattern + "\"");
+  }
+  source.set_static_routes(routes);
+  return std::nullopt;
+}
+
+// Does what the question asks for; else what is wrong.
+std::optional<QuestionError> carry_out(const Question& question, const AdminSource& source) {
+  switch (question.ask) {
+    case Ask::kLinkDo:
+      if (source.act_on_link(question.link, hand_of(question.action))) return std::nullopt;
+      return no_link(source, question.link);
+    case Ask::kFault:
+      if (!source.config().sim.faults)
+        return not_done(
+            "this router does not spoil its links: set sim.faults = true in its configuration and "
+            "reload it");
+      if (source.spoil(question.link, question.faults)) return std::nullopt;
+      return no_link(source, question.link);
+    default:
+      return change_routes(question, source);
+  }
+}
+
+// --- answers
+
+json::object Answerer::answer_fields() {
+  switch (question_.ask) {
+    case Ask::kStatus:
+      return status();
+    case Ask::kClients:
+      return clients();
+    case Ask::kRoutes:
+      return mailboxes("tims/route/1", false);
+    case Ask::kRoute:
+      return route();
+    case Ask::kMailboxes:
+      return mailboxes("tims/mailbox/1", true);
+    case Ask::kStats:
+      return stats();
+    case Ask::kEvents:
+      return events();
+    case Ask::kConfig:
+      return config();
+    case Ask::kPing:
+      return ping();
+    case Ask::kRouters:
+      return routers();
+    case Ask::kLinks:
+      return links();
+    case Ask::kFleet:
+      return fleet();
+    default:
+      return act();
+  }
+  return {};
+}
+
+json::object Answerer::frame(std::string_view schema) const {
+  return {{"schema", schema},
+          {"router", valid_utf8(source_.config().router.name)},
+          {"time", base::rfc3339(clocks_.wall)},
+          {"partial", false}};
+}
+
+void merge(json::object& into, const json::object& fields) {
+  for (const auto& [key, value] : fields) into[key] = value;
+}
+
+json::object Answerer::status() const {
+  json::object out = frame("tims/status/1");
+  const auto report = core::report_status(router_, clocks_.now);
+  const ProcessReport process = source_.process(clocks_.now);
+  const StatusView view{report, process};
+  append_json(out, &view);
+  json::array recent;
+  const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
+  for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
+    recent.push_back(to_json(EventView{event, clocks_, widths()}));
+  out["events"] = std::move(recent);
+  return out;
+}
+
+json::object Answerer::clients() {
+  json::object out = frame("tims/client/1");
+  std::uint32_t after = 0;
+  std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
+  Page& page = page_.emplace();
+  const auto found =
+      core::report_clients(router_, clocks_.now, core::ClientId{after}, question_.limit);
+  bool more = found.more;
+  for (const core::ClientReport& report : found.items) {
+    json::object item = to_json(report);
+    item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
+    if (!page.add(item)) {
+      more = true;
+      break;
+    }
+    after = report.client.id.value;
+  }
+  if (more) out["next"] = std::to_string(after);
+  return out;
+}
+
+json::object Answerer::mailboxes(std::string_view schema, bool with_fill) {
+  json::object out = frame(schema);
+  std::optional<Address> after = Address::parse(question_.after);
+  const auto found =
+      core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
+  if (!with_fill) out["static"] = static_routes();
+  Page& page = page_.emplace(with_fill ? 0 : json::serialize(out).size());
+  std::optional<Address> next = found.more ? found.last : std::nullopt;
+  for (const core::MailboxReport& report : found.items) {
+    json::object item = to_json(MailboxView{report, widths()});
+    if (with_fill && report.owner.port == core::PortKind::kLocal)
+      if (const auto fill = source_.fill(report.handle)) append_json(item, &*fill);
+    if (!page.add(item)) {
+      next = after;
+      break;
+    }
+    after = report.address;
+  }
+  if (next) out["next"] = next->to_hex();
+  return out;
+}
+
+// All that are added by hand; of a longer list in the configuration its beginning.
+json::array Answerer::static_routes() const {
+  json::array routes;
+  for (const core::StaticRoute& route : router_.static_routes()) {
+    if (routes.size() == kStaticRoutesMax) break;
+    routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
+  }
+  return routes;
+}
+
+json::object Answerer::route() const {
+  json::object out = frame("tims/route_get/1");
+  merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
+                                        question_.from),
+                     *question_.to, widths()));
+  if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
+  return out;
+}
+
+json::object Answerer::stats() {
+  json::object out = frame("tims/stats/1");
+  Page& page = page_.emplace();
+  for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
+  const auto& classes = router_.settings().classes.from;
+  out["classes"] = json::array(classes.begin(), classes.end());
+  json::object events;
+  for (const auto& report : core::report_event_counts(router_))
+    events[core::name(report.kind)] = report.count;
+  out["events"] = std::move(events);
+  out["mailboxes"] = to_json(source_.mailbox_counts());
+  return out;
+}
+
+json::object Answerer::events() {
+  json::object out = frame("tims/event/1");
+  Page& page = page_.emplace();
+  core::EventPage found{.items = {}, .last = router_.events().last()};
+  if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
+  std::uint64_t last = found.items.empty() ? found.last : 0;
+  for (const core::Event& event : found.items) {
+    if (!page.add(to_json(EventView{event, clocks_, widths()}))) break;
+    last = event.sequence;
+  }
+  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
+  out["last"] = last;
+  out["lost"] = found.lost;
+  return out;
+}
+
+json::object Answerer::config() {
+  json::object out = frame("tims/config/1");
+  Page& page = page_.emplace();
+  for (const config::Entry& entry : config::entries(source_.config())) {
+    const auto origin = source_.origins().find(entry.key);
+    const bool is_default = origin == source_.origins().end();
+    const bool room =
+        page.add({{"key", entry.key},
+                  {"value", valid_utf8(config::to_toml(entry.get(source_.config())))},
+                  {"origin", is_default ? "default" : valid_utf8(origin->second.to_string())},
+                  {"reloadable", entry.option->reload == config::Reload::kYes}});
+    if (!room) {
+      out["partial"] = true;
+      break;
+    }
+  }
+  return out;
+}
+
+json::object Answerer::ping() const {
+  json::object out = frame("tims/ping/1");
+  out["address"] = to_json(AddressView{router_.settings().address, widths()});
+  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
+  if (!question_.pad.empty()) out["pad"] = question_.pad;
+  return out;
+}
+
+// --- links
+
+// What a page goes on with is the number of the first item that had no room: a link's is its slot,
+// and those of missing routers are greater.
+constexpr std::uint64_t kMissingFirst = 1ULL << 32;
+
+std::uint64_t first_number(const Question& question) {
+  std::uint64_t first = 0;
+  std::from_chars(question.after.data(), question.after.data() + question.after.size(), first);
+  return first;
+}
+
+template <typename Item>
+void fill_page(json::object& out, const link::Links* links, const Question& question, Page& page,
+               Item item) {
+  const std::uint64_t first = first_number(question);
+  bool full = false;
+  if (links == nullptr) return;
+  links->for_each([&](const link::Link& link) {
+    if (full || link.slot() < first) return;
+    if (!question.link.empty() && link.peer().name.view() != question.link &&
+        link.settings().to != question.link)
+      return;
+    full = page.size() == question.limit || !page.add(item(link));
+    if (full) out["next"] = std::to_string(link.slot());
+  });
+}
+
+json::object Answerer::routers() {
+  json::object out = frame("tims/router_list/1");
+  const link::Links* links = source_.links();
+  Page& page = page_.emplace();
+  if (links != nullptr && question_.after.empty())
+    page.add(to_json(SelfView{links->self(), source_.process(clocks_.now)}));
+  fill_page(out, links, question_, page, [&](const link::Link& link) {
+    return to_json(RouterView{link, clocks_.now});
+  });
+  if (!out.contains("next")) add_missing(out, *page_);
+  return out;
+}
+
+// Those that have a link are told with it, whatever its state.
+void Answerer::add_missing(json::object& out, Page& page) const {
+  std::set<Address> linked;
+  if (const link::Links* links = source_.links())
+    links->for_each([&](const link::Link& link) { linked.insert(link.peer().address()); });
+  const std::uint64_t first = first_number(question_);
+  router_.missing().for_each(clocks_.now, [&](const core::MissingRouter& missing) {
+    const std::uint64_t number = kMissingFirst + missing.number;
+    if (out.contains("next") || number < first || linked.contains(missing.router)) return;
+    if (page.size() == question_.limit ||
+        !page.add(to_json(MissingView{missing, widths(), clocks_.now})))
+      out["next"] = std::to_string(number);
+  });
+}
+
+json::object Answerer::links() {
+  json::object out = frame("tims/link/1");
+  const link::Links* links = source_.links();
+  Page& page = page_.emplace();
+  fill_page(out, links, question_, page, [&](const link::Link& link) {
+    return to_json(LinkView(*links, link, router_, clocks_.now));
+  });
+  return out;
+}
+
+json::object Answerer::fleet() {
+  json::object out = frame("tims/fleet/1");
+  out["fleet"] = valid_utf8(source_.config().fleet.name);
+  const auto dds = source_.dds();
+  out["dds"] = json_of(dds);
+  Page& page = page_.emplace();
+  if (const link::Links* links = source_.links())
+    for (const auto& [from, announcement] : links->fleet().routers())
+      if (!page.add(to_json(AnnouncementView{*links, announcement}))) out["partial"] = true;
+  return out;
+}
+
+json::object Answerer::done(const std::optional<QuestionError>& problem) const {
+  if (problem) return error_json(*problem);
+  json::object out = frame("tims/done/1");
+  out["done"] = true;
+  return out;
+}
+
+json::object Answerer::act() const { return done(carry_out(question_, source_)); }
+
+// --- who asks
+
+std::string answer_text(const std::variant<Question, QuestionError>& question,
+                        const AdminSource& source, const Clocks& clocks) {
+  if (const auto* error = std::get_if<QuestionError>(&question))
+    return json::serialize(error_json(*error));
+  return Answerer(std::get<Question>(question), source, clocks).answer();
+}
+
+// A router counts its events anew when it starts: another epoch's number says nothing here.
+std::variant<Question, QuestionError> read_question(std::string_view text,
+                                                    const AdminSource& source, Time now) {
+  auto read = parse_question(text, source.router().settings().widths);
+  auto* question = std::get_if<Question>(&read);
+  if (question != nullptr && question->since && !question->epoch.empty() &&
+      question->epoch != epoch_text(source.process(now).epoch))
+    question->since = 0;
+  return read;
+}
+
+std::string_view text_of(const core::Message& request) {
+  const auto body = request.body();
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
+  return {reinterpret_cast<const char*>(body.data()), body.size()};
+}
+
+QuestionError denied() {
+  return {"denied", "clients of TCP and of WebSockets may look here, and change nothing",
+          "ask a router by the Unix socket of its host, or set tcp.admin = true where you ask"};
+}
+
+bool has(const std::vector<core::StaticRoute>& routes, const core::StaticRoute& route) {
+  return std::ranges::any_of(routes, [&](const core::StaticRoute& other) {
+    return other.text.view() == route.text.view() && other.via.view() == route.via.view();
+  });
+}
+
+}  // namespace
+
+std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
+                                             const std::vector<core::StaticRoute>& before,
+                                             const std::vector<core::StaticRoute>& after) {
+  std::vector<core::StaticRoute> routes;
+  for (const core::StaticRoute& route : after)
+    if (!has(before, route) || has(running, route)) routes.push_back(route);
+  for (const core::StaticRoute& route : running)
+    if (!has(before, route) && !has(routes, route)) routes.push_back(route);
+  return routes;
+}
+
+std::string answer_admin(std::string_view question, const AdminSource& source,
+                         const Clocks& clocks) {
+  auto read = read_question(question, source, clocks.now);
+  const auto* checked = std::get_if<Question>(&read);
+  if (checked != nullptr && acts(checked->ask))
+    read = QuestionError{"denied", "this way in only looks", "ask with timsctl"};
+  return answer_text(read, source, clocks);
+}
+
+// --- questions that wait
+
+void AdminService::ask(Time now, core::ClientId from, const core::Message& request) {
+  changed_ = true;
+  const auto is_his = [&](const Waiting& waiting) { return waiting.asker == from; };
+  if (std::ranges::count_if(waiting_, is_his) >= static_cast<std::ptrdiff_t>(kPerClientMax)) {
+    refused_.push_back({from, request.header});
+    return;
+  }
+  Waiting waiting{.asker = from,
+                  .request = request.header,
+                  .question = read_question(text_of(request), source_, now)};
+  if (const auto* question = std::get_if<Question>(&waiting.question)) {
+    waiting.deadline = now + question->wait;
+    if (acts(question->ask) && !may_change(from)) waiting.question = denied();
+  }
+  waiting_.push_back(std::move(waiting));
+}
+
+bool AdminService::may_change(core::ClientId from) const {
+  const core::Client* client = source_.router().client(from);
+  const bool guest = client != nullptr && (client->info.port == core::PortKind::kTcp ||
+                                           client->info.port == core::PortKind::kWebSocket);
+  return !guest || source_.config().tcp.admin;
+}
+
+bool AdminService::may_ask(core::ClientId from, const core::Message& request) const {
+  if (may_change(from)) return true;
+  const auto read = parse_question(text_of(request), source_.router().settings().widths);
+  const auto* question = std::get_if<Question>(&read);
+  return question == nullptr || !acts(question->ask);
+}
+
+bool AdminService::is_due(const Waiting& waiting, Time now) const {
+  const auto* question = std::get_if<Question>(&waiting.question);
+  if (question == nullptr || question->ask != Ask::kEvents || !question->since) return true;
+  const std::uint64_t last = source_.router().events().last();
+  // Beyond the last: the number is from before a restart, and there is much to tell.
+  return last != *question->since || now >= waiting.deadline;
+}
+
+// One client after the other has an answer, until the turn has enough of them; those that had none
+// come first in the next turn.
+void AdminService::answer(const Clocks& clocks, const Send& send) {
+  changed_ = more_ = blocked_ = false;
+  std::erase_if(waiting_, [&](const Waiting& waiting) {
+    return source_.router().client(waiting.asker) == nullptr;
+  });
+  refuse(send);
+  const std::size_t too_many = waiting_.size() - std::min(waiting_.size(), kWaitingMax);
+  std::size_t bytes = 0;
+  bool somebody_waits = false;
+  std::vector<Waiting> still;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    Waiting& waiting = waiting_[i];
+    waiting.due = waiting.due || i < too_many || is_due(waiting, clocks.now);
+    const bool due = waiting.due;
+    const bool served = std::ranges::find(served_, waiting.asker) != served_.end();
+    const bool reads = !due || can_take_more(waiting.asker);
+    if (due && reads && !served && bytes < kTurnBytesMax) {
+      bytes += send_answer(waiting, clocks, send);
+      served_.push_back(waiting.asker);
+      continue;
+    }
+    more_ = more_ || (due && reads);
+    somebody_waits = somebody_waits || (due && reads && !served);
+    blocked_ = blocked_ || (due && !reads);
+    still.push_back(std::move(waiting));
+  }
+  waiting_ = std::move(still);
+  if (!somebody_waits) served_.clear();
+}
+
+// A slow reader's questions wait with it: what it has not read is not made yet.
+bool AdminService::can_take_more(core::ClientId asker) const {
+  const core::Client& client = *source_.router().client(asker);
+  return source_.queued_bytes(client.info.port, client.info.token) < kAnswerBytesMax;
+}
+
+void AdminService::refuse(const Send& send) {
+  if (refused_.empty()) return;
+  const std::string text = json::serialize(
+      error_json({"busy", fmt::format("{} questions of yours are not answered yet", kPerClientMax),
+                  "wait for their answers before you ask more"}));
+  auto& bytes = sent_.emplace_back(refused_.size() * (kHeaderSize + text.size()));
+  std::span<std::byte> rest(bytes);
+  for (const Refused& refused : refused_) {
+    send_text(refused.asker, refused.request, text, rest.first(kHeaderSize + text.size()), send);
+    rest = rest.subspan(kHeaderSize + text.size());
+  }
+  refused_.clear();
+}
+
+std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
+                                      const Send& send) {
+  const std::string text = answer_text(waiting.question, source_, clocks);
+  auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+  send_text(waiting.asker, waiting.request, text, bytes, send);
+  return bytes.size();
+}
+
+void AdminService::send_text(core::ClientId asker, const Header& request, std::string_view text,
+                             std::span<std::byte> bytes, const Send& send) {
+  std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
+  core::Message message{
+      .header = wire::reply_to(request, type::kAdminReply, static_cast<std::uint32_t>(text.size())),
+      .bytes = bytes};
+  wire::encode_header(message.header, message.bytes.first<kHeaderSize>());
+  send(asker, message);
+}
+
+Time AdminService::next_timeout() const {
+  Time next = kNever;
+  for (const Waiting& waiting : waiting_)
+    if (!waiting.due) next = std::min(next, waiting.deadline);
+  return next;
+}
+
+}  // namespace tims::io

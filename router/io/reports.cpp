@@ -1,0 +1,227 @@
+#include "router/io/reports.h"
+
+namespace tims::io {
+namespace {
+
+namespace json = boost::json;
+using base::valid_utf8;
+
+std::string party_text(const core::Party& party) {
+  std::string text(party.name.view());
+  if (text.empty())
+    text = party.peer.empty() ? "client " + std::to_string(party.id.value)
+                              : std::string(party.peer.view());
+  if (party.pid != 0) text += " (pid " + std::to_string(party.pid) + ")";
+  return valid_utf8(text);
+}
+
+std::string refused_text(const core::Event& event, const AddressWidths& widths) {
+  std::string text =
+      event.address.to_string(widths) + " refused to " + party_text(event.client) + ": ";
+  if (event.owner.id) return text + "it belongs to " + party_text(event.owner);
+  return text + "it is the router's own";
+}
+
+using By = core::Router::Way::By;
+
+std::string_view by_text(By by) {
+  switch (by) {
+    case By::kTable:
+      return "table";
+    case By::kStatic:
+      return "static";
+    case By::kSystem:
+      return "system";
+    case By::kUp:
+      return "up";
+    case By::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::string why_text(By by) {
+  switch (by) {
+    case By::kTable:
+      return "it has announced the address";
+    case By::kStatic:
+      return "a static route says so";
+    case By::kSystem:
+      return "it is the router of that system";
+    case By::kUp:
+      return "what is not known here goes up";
+    case By::kNone:
+      break;
+  }
+  return {};
+}
+
+// "Tims(1/1) robot1"
+std::string router_text(const core::Party& party) {
+  std::string text = valid_utf8(party.name.view());
+  if (!party.peer.empty()) text += " (" + valid_utf8(party.peer.view()) + ")";
+  return text;
+}
+
+std::optional<std::string> text_of(const link::NetAddress& address) {
+  return address ? std::optional(address.to_string()) : std::nullopt;
+}
+
+json::array texts_of(const auto& addresses) {
+  json::array texts;
+  for (const link::NetAddress& address : addresses) texts.emplace_back(address.to_string());
+  return texts;
+}
+
+}  // namespace
+
+// --- texts
+
+std::string epoch_text(std::uint64_t epoch) { return fmt::format("{:016x}", epoch); }
+
+std::string via_text(const core::Party& owner) {
+  return owner.port == core::PortKind::kLink ? valid_utf8(owner.name.view())
+                                             : std::string(core::name(owner.port));
+}
+
+std::string event_text(const core::Event& event, const AddressWidths& widths) {
+  using core::EventKind;
+  const std::string address = event.address.to_string(widths);
+  const std::string client = party_text(event.client);
+  const std::string reason(core::sentence(event.reason));
+  switch (event.kind) {
+    case EventKind::kClientCame:
+      return client + " connected";
+    case EventKind::kRegistered:
+      return address + " registered by " + client;
+    case EventKind::kWithdrawn:
+      return address + " withdrawn by " + client;
+    case EventKind::kAddressRefused:
+      if (event.client.port == core::PortKind::kLink)
+        return address + " announced by " + router_text(event.client) +
+               " is not taken: the [[link]] it came over is for another system";
+      return refused_text(event, widths);
+    case EventKind::kMailboxLimit:
+      if (event.client.port == core::PortKind::kLink)
+        return router_text(event.client) +
+               " announces more mailboxes than its [[link]] may bring "
+               "(link.mailboxes): " +
+               address + " and what follows are not taken";
+      return address + " refused to " + client + ": limits.mailboxes_per_client";
+    case EventKind::kDeleteRefused:
+      return client + " may not delete " + address + ": it belongs to " + party_text(event.owner);
+    case EventKind::kClientRefused:
+      return client + " was turned away: " + reason;
+    case EventKind::kClientWent:
+      return client + " went away" + (reason.empty() ? "" : ": ") + reason;
+    case EventKind::kLinkUp:
+      return "link to " + router_text(event.client) + " is up";
+    case EventKind::kLinkDown:
+      return "link to " + router_text(event.client) + " is down: " + reason;
+    case EventKind::kLinkRefused:
+      return "link with " + router_text(event.client) +
+             " refused: " + valid_utf8(event.text.view());
+    case EventKind::kLinkPath:
+      return "link to " + router_text(event.client) + " goes from " + valid_utf8(event.text.view());
+    case EventKind::kUplinkChanged:
+      return event.client.id ? "what is not known here goes up to " + router_text(event.client)
+                             : std::string("there is no super router any more");
+    case EventKind::kDuplicateAddress:
+      return address + " of " + router_text(event.client) + " is not used: " +
+             (event.owner.id ? router_text(event.owner) : std::string("this router")) +
+             " has it already";
+    case EventKind::kDuplicateRouter:
+      return address + " is both " + router_text(event.client) + " and " +
+             router_text(event.owner) + ": give one another system or id";
+    case EventKind::kLoop:
+      return "messages to " + address + " go round in a loop: they come from " +
+             router_text(event.client) + " and would go on to " + router_text(event.owner);
+    case EventKind::kWatchdogClosed:
+    case EventKind::kProtocolError:
+      return client + " was disconnected: " + reason;
+    default:
+      return std::string(core::sentence(event.kind));
+  }
+}
+
+// --- routes
+
+json::object to_json(const core::RouteReport& report, Address to, const AddressWidths& widths) {
+  using Verdict = core::RouteReport::Verdict;
+  json::object out{{"address", to_json(AddressView{to, widths})},
+                   {"not_available", report.not_available}};
+  switch (report.verdict) {
+    case Verdict::kDeliver:
+      out["verdict"] = "deliver";
+      out["reason"] = "registered by " + party_text(report.mailbox->owner);
+      out["via"] = via_text(report.mailbox->owner);
+      out["owner"] = to_json(report.mailbox->owner);
+      out["age_s"] = base::seconds(report.mailbox->age);
+      break;
+    case Verdict::kForward:
+      out["verdict"] = "forward";
+      out["via"] = via_text(report.link);
+      out["by"] = by_text(report.by);
+      out["next_router"] = to_json(AddressView{report.next, widths});
+      out["reason"] = "goes to " + valid_utf8(report.link.name.view()) + ": " + why_text(report.by);
+      if (report.mailbox) {
+        out["lives_at"] = to_json(AddressView{report.mailbox->origin->router, widths});
+        out["hops"] = report.mailbox->origin->hops;
+        out["age_s"] = base::seconds(report.mailbox->age);
+      }
+      break;
+    case Verdict::kNoRoute:
+      out["verdict"] = "no_route";
+      out["outcome"] = core::name(report.why_not);
+      out["reason"] = core::sentence(report.why_not);
+      break;
+    case Verdict::kSelf:
+      out["verdict"] = "self";
+      out["reason"] = "it is the router's own address";
+      break;
+  }
+  return out;
+}
+
+// --- links
+
+json::array Fields<PathView>::targets(const PathView& v) { return texts_of(v.path.targets); }
+
+std::optional<std::string> Fields<PathView>::peer_address(const PathView& v) {
+  return text_of(v.path.address);
+}
+
+json::array Fields<LinkView>::paths(const LinkView& v) {
+  json::array paths;
+  for (const link::Path& path : v.link.paths().all())
+    paths.push_back(to_json(PathView{v.links, v.link.paths(), path, v.now}));
+  return paths;
+}
+
+// Where it is; else where it will be looked for first.
+std::optional<std::string> Fields<LinkView>::peer_address(const LinkView& v) {
+  if (v.link.address()) return text_of(v.link.address());
+  const std::vector<link::NetAddress> places = v.link.paths().to_call(true);
+  return places.empty() ? std::nullopt : text_of(places.front());
+}
+
+json::array Fields<LinkView>::queue_bytes(const LinkView& v) {
+  json::array queue;
+  for (std::size_t lane = 0; lane < link::kLanes; ++lane)
+    queue.push_back(v.session().queued_bytes(lane));
+  return queue;
+}
+
+json::array Fields<AnnouncementView>::udp(const AnnouncementView& v) {
+  return texts_of(v.announcement.udp);
+}
+
+bool Fields<AnnouncementView>::linked(const AnnouncementView& v) {
+  bool linked = false;
+  v.links.for_each([&](const link::Link& link) {
+    if (link.is_up() && link.peer().epoch == v.announcement.who.epoch) linked = true;
+  });
+  return linked;
+}
+
+}  // namespace tims::io
