@@ -387,7 +387,7 @@ int main(std::span<const char* const> words) {
   }
   if (arguments->action == Action::kVersion) return print("tims-router " TIMS_VERSION "\n");
   if (arguments->action == Action::kHelp) {
-    return print(std::string(io::usage()) + "\nKeys and values:\n" + config::options_help());
+    return print(io::usage() + "\nKeys and values:\n" + config::options_help());
   }
   auto loaded = load_configuration(*arguments);
   if (!loaded) return complain(loaded.error().message(), kCannotStart);

@@ -1,130 +1,155 @@
+// The command line, by CLI11: the only file that includes it, which takes a while to compile. What
+// is wrong is said in this program's words.
 #include "router/io/arguments.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
+#include <CLI/CLI.hpp>
 #include <fmt/core.h>
+
+#include "base/text.h"
 
 namespace tims::io {
 namespace {
 
-// "--name VALUE" and "--name=VALUE"; `rest` is shortened by what was used. Nothing when the first
-// word is another one.
-std::optional<std::string_view> option_value(std::string_view name,
-                                             std::span<const char* const>& rest) {
-  const std::string_view word = rest.front();
-  if (!word.starts_with(name)) return std::nullopt;
-  const std::string_view behind = word.substr(name.size());
-  if (behind.starts_with('=')) {
-    rest = rest.subspan(1);
-    return behind.substr(1);
+constexpr const char* kOriginals =
+    "As the original's tims_router_tcp, which this program is called too";
+constexpr const char* kActions = "Action other than to run";
+
+// How the program is called, then what it does; what CLI11 makes of the options follows.
+class Help final : public CLI::Formatter {
+ public:
+  Help() { column_width(21); }
+  std::string make_description(const CLI::App*) const override { return {}; }
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    return fmt::format("usage: {} [--config FILE] [--set KEY=VALUE]... [check]\n\n{}\n", name,
+                       app->get_description());
   }
-  if (!behind.empty() || rest.size() < 2) return std::nullopt;
-  const std::string_view value = rest[1];
-  rest = rest.subspan(2);
-  return value;
-}
-
-std::optional<Arguments::Action> action_of(std::string_view word) {
-  using Action = Arguments::Action;
-  if (word == "check") return Action::kCheck;
-  if (word == "--print-config") return Action::kPrintConfig;
-  if (word == "--version") return Action::kVersion;
-  if (word == "--help" || word == "-h") return Action::kHelp;
-  return std::nullopt;
-}
-
-// Of getopt: "-p VALUE" and "-pVALUE".
-std::optional<std::string_view> short_value(std::string_view name,
-                                            std::span<const char* const>& rest) {
-  const std::string_view word = rest.front();
-  if (!word.starts_with(name) || word.size() == name.size()) return option_value(name, rest);
-  rest = rest.subspan(1);
-  return word.substr(name.size());
-}
-
-// The options of the original's tims_router_tcp, which start scripts of RACK 0.6.1 call.
-struct OriginalOptions {
-  std::optional<std::string_view> address{};
-  std::optional<std::string_view> port{};
-
-  bool take(std::span<const char* const>& words, Arguments& arguments) {
-    if (const auto ip = short_value("-i", words)) {
-      address = ip;
-    } else if (const auto number = short_value("-p", words)) {
-      port = number;
-    } else if (const auto kib = short_value("-m", words)) {
-      arguments.settings.emplace_back(fmt::format("message.max={}KiB", *kib));
-    } else if (const auto level = short_value("-l", words)) {
-      if (*level != "0") arguments.settings.emplace_back("log.level=debug");
-    } else if (const auto priority = short_value("-P", words)) {
-      arguments.settings.emplace_back(fmt::format("router.priority={}", *priority));
-    } else {
-      return false;
-    }
-    return true;
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string& type = option->get_type_name();
+    return type.empty() ? "" : " " + type;
   }
 };
 
-bool wants_value(std::string_view word) {
-  constexpr std::array<std::string_view, 7> kOptions = {"--config", "--set", "-i", "-p",
-                                                        "-m",       "-l",    "-P"};
-  return std::ranges::find(kOptions, word) != kOptions.end();
-}
+// The command line, and what stands in it.
+class CommandLine {
+ public:
+  CommandLine() {
+    app_.formatter(std::make_shared<Help>());
+    app_.set_help_flag();
+    app_.allow_extras();
+    app_.footer(
+        "Ends with 0 when asked to (SIGTERM, SIGINT), 1 when it cannot start or the check fails, "
+        "2 when\ncalled wrongly. SIGHUP reads the configuration again.");
+    option("--config", "FILE",
+           "read the configuration from FILE, then from *.toml in the folder FILE.d\n"
+           "(router.toml, router.d/*.toml)",
+           [this](const std::string& path) { arguments_.config_path = path; });
+    option("--set", "KEY=VALUE", "one value over all files; as often as needed",
+           [this](const std::string& setting) { arguments_.settings.push_back(setting); });
+    add_originals();
+    app_.add_subcommand("check", "say whether the configuration is good, and end")
+        ->fallthrough()
+        ->group(kActions)
+        ->callback([this] { arguments_.action = Arguments::Action::kCheck; });
+    action("--print-config", "print every value and where it comes from, and end",
+           Arguments::Action::kPrintConfig);
+    action("--version", "print the version, and end", Arguments::Action::kVersion);
+    action("-h,--help", "print this, and end", Arguments::Action::kHelp);
+  }
+
+  Result<Arguments> parse(std::span<const char* const> words) {
+    std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+    try {
+      app_.parse(reversed);
+    } catch (const CLI::ArgumentMismatch& error) {
+      const std::string what = error.what();  // "--set: 1 required ..."
+      return wrong(fmt::format("{} wants something behind it", what.substr(0, what.find(':'))));
+    } catch (const CLI::ParseError& error) {
+      return wrong(error.what());
+    }
+    if (const auto unknown = app_.remaining(true); !unknown.empty())
+      return wrong(fmt::format("\"{}\" is not known here{}", unknown.front(),
+                               did_you_mean(unknown.front())));
+    if (address_ || port_)
+      arguments_.settings.push_back(
+          fmt::format("tcp.listen={}:{}", address_.value_or("127.0.0.1"), port_.value_or("2000")));
+    return std::move(arguments_);
+  }
+
+  [[nodiscard]] std::string help() const {
+    std::string text = app_.help();
+    for (auto at = text.find("\n\n\n"); at != std::string::npos; at = text.find("\n\n\n"))
+      text.erase(at, 1);
+    return text;
+  }
+
+ private:
+  // Each time it is given, at once: of several the order counts.
+  template <typename Take>
+  CLI::Option* option(const char* name, const char* value, const char* help, Take take) {
+    return app_.add_option_function<std::string>(name, take, help)
+        ->type_name(value)
+        ->trigger_on_parse();
+  }
+
+  void action(const char* name, const char* help, Arguments::Action what) {
+    app_.add_flag_callback(
+            name, [this, what] { arguments_.action = what; }, help)
+        ->trigger_on_parse();
+  }
+
+  // Which start scripts of RACK 0.6.1 call.
+  void add_originals() {
+    const auto setting = [this](const char* format) {
+      return [this, format](const std::string& value) {
+        arguments_.settings.push_back(fmt::format(fmt::runtime(format), value));
+      };
+    };
+    option("-i", "ADDRESS", "with PORT: --set tcp.listen=ADDRESS:PORT (127.0.0.1)",
+           [this](const std::string& address) { address_ = address; })
+        ->group(kOriginals);
+    option("-p", "PORT", "where to listen (2000)", [this](const std::string& port) {
+      port_ = port;
+    })->group(kOriginals);
+    option("-m", "KIB", "--set message.max=KIBKiB", setting("message.max={}KiB"))
+        ->group(kOriginals);
+    option("-l", "LEVEL", "0: as configured; 1, 2: --set log.level=debug",
+           [this](const std::string& level) {
+             if (level != "0") arguments_.settings.emplace_back("log.level=debug");
+           })
+        ->group(kOriginals);
+    option("-P", "PRIORITY", "--set router.priority=PRIORITY", setting("router.priority={}"))
+        ->group(kOriginals);
+  }
+
+  [[nodiscard]] std::string did_you_mean(const std::string& word) const {
+    std::vector<std::string> known{"check"};
+    for (const CLI::Option* each : app_.get_options())
+      for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
+    const auto near = base::nearest(word.substr(0, word.find('=')), known);
+    return near ? fmt::format(" (did you mean {}?)", *near) : "";
+  }
+
+  static Error wrong(std::string what) { return {Errc::kInvalidArgument, std::move(what)}; }
+
+  Arguments arguments_;
+  std::optional<std::string> address_;
+  std::optional<std::string> port_;
+  CLI::App app_{
+      "Routes messages between the components of this host and everything that connects over TCP "
+      "or\n"
+      "WebSocket.",
+      "tims-router"};
+};
 
 }  // namespace
 
 Result<Arguments> parse_arguments(std::span<const char* const> words) {
-  Arguments arguments;
-  OriginalOptions original;
-  while (!words.empty()) {
-    const std::string_view word = words.front();
-    if (const auto action = action_of(word)) {
-      arguments.action = *action;
-      words = words.subspan(1);
-    } else if (const auto path = option_value("--config", words)) {
-      arguments.config_path = *path;
-    } else if (const auto setting = option_value("--set", words)) {
-      arguments.settings.emplace_back(*setting);
-    } else if (original.take(words, arguments)) {
-    } else if (wants_value(word)) {
-      return Error(Errc::kInvalidArgument, fmt::format("{} wants something behind it", word));
-    } else {
-      return Error(Errc::kInvalidArgument, fmt::format("\"{}\" is not known here", word));
-    }
-  }
-  if (original.address || original.port)
-    arguments.settings.emplace_back(fmt::format("tcp.listen={}:{}",
-                                                original.address.value_or("127.0.0.1"),
-                                                original.port.value_or("2000")));
-  return arguments;
+  return CommandLine().parse(words);
 }
 
-std::string_view usage() {
-  return R"(usage: tims-router [--config FILE] [--set KEY=VALUE]... [ACTION]
-
-Routes messages between the components of this host and everything that connects over TCP or
-WebSocket.
-
-  --config FILE      read the configuration from FILE, then from *.toml in the folder FILE.d
-                     (router.toml, router.d/*.toml)
-  --set KEY=VALUE    one value over all files; as often as needed
-
-As the original's tims_router_tcp, which this program is called too:
-  -i ADDRESS, -p PORT  where to listen (127.0.0.1 and 2000): --set tcp.listen=ADDRESS:PORT
-  -m KIB             --set message.max=KIBKiB
-  -l LEVEL           0: as configured; 1, 2: --set log.level=debug
-  -P PRIORITY        --set router.priority=PRIORITY
-
-Actions other than to run:
-  check              say whether the configuration is good, and end
-  --print-config     print every value and where it comes from, and end
-  --version, --help
-
-Ends with 0 when asked to (SIGTERM, SIGINT), 1 when it cannot start or the check fails, 2 when
-called wrongly. SIGHUP reads the configuration again.
-)";
-}
+std::string usage() { return CommandLine().help(); }
 
 }  // namespace tims::io

@@ -3,7 +3,6 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "tims/result.h"
@@ -20,6 +19,6 @@ struct Arguments {
 Result<Arguments> parse_arguments(std::span<const char* const> words);
 
 // How to call it, up to the list of options.
-std::string_view usage();
+std::string usage();
 
 }  // namespace tims::io

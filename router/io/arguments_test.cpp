@@ -39,6 +39,16 @@ TEST(Arguments, TheOriginals) {
     EXPECT_EQ(parse({word}).error().detail(), fmt::format("{} wants something behind it", word));
 }
 
+// Later ones win.
+TEST(Arguments, SettingsStayInTheirOrder) {
+  EXPECT_EQ(parse({"--set", "a=1", "-m", "64", "--set", "message.max=1MiB", "-P", "3"})->settings,
+            (std::vector<std::string>{"a=1", "message.max=64KiB", "message.max=1MiB",
+                                      "router.priority=3"}));
+  EXPECT_EQ(parse({"check", "--set", "a=1", "--set", "-b"})->settings,
+            (std::vector<std::string>{"a=1", "-b"}));
+  EXPECT_EQ(parse({"--config", "a", "--config", "b"})->config_path, "b");
+}
+
 TEST(Arguments, KnowsItsActions) {
   using Action = Arguments::Action;
   EXPECT_EQ(parse({"--print-config"})->action, Action::kPrintConfig);
@@ -48,11 +58,16 @@ TEST(Arguments, KnowsItsActions) {
 }
 
 TEST(Arguments, NamesWhatItDoesNotUnderstand) {
-  for (const char* word : {"--configuration", "start", "--sets", "-x", ""}) {
+  for (const char* word : {"--configuration", "start", "-x", ""}) {
     const auto arguments = parse({word});
     ASSERT_FALSE(arguments.ok()) << word;
     EXPECT_EQ(arguments.error().detail(), fmt::format("\"{}\" is not known here", word));
   }
+  EXPECT_EQ(parse({"--sets"}).error().detail(),
+            "\"--sets\" is not known here (did you mean --set?)");
+  EXPECT_EQ(parse({"chek"}).error().detail(), "\"chek\" is not known here (did you mean check?)");
+  EXPECT_EQ(parse({"check", "--sett=x"}).error().detail(),
+            "\"--sett=x\" is not known here (did you mean --set?)");
   EXPECT_EQ(parse({"--set"}).error().detail(), "--set wants something behind it");
   EXPECT_EQ(parse({"--config"}).error().detail(), "--config wants something behind it");
 }
