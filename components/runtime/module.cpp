@@ -17,8 +17,7 @@
 #include "components/runtime/crash.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
-#include "os/event_fd.h"
-#include "os/waiting.h"
+#include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
 

@@ -14,7 +14,7 @@
 #include "components/runtime/perf_events.h"
 #include "components/runtime/symbols.h"
 #include "components/runtime/unwinder.h"
-#include "os/waiting.h"
+#include "os/wakeup.h"
 #include "rack/priority_mutex.h"
 #include "rack/proxies/generic.h"
 #include "rack/text_log.h"

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 
 namespace rack {
 

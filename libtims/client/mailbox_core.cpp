@@ -6,9 +6,7 @@
 #include <sched.h>
 
 #include "os/clock.h"
-#include "os/futex.h"
-#include "os/waiting.h"
-#include "os/waker.h"
+#include "os/wakeup.h"
 
 namespace tims {
 

@@ -1,6 +1,6 @@
 #include "client/route.h"
 
-#include "shm/reclaim.h"
+#include "shm/mailbox_view.h"
 
 namespace tims::client {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "os/file.h"
-#include "os/mapping.h"
+#include "os/shared_memory.h"
 #include "shm/sender.h"
 #include "tims/address.h"
 #include "tims/time.h"

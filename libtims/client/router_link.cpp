@@ -8,9 +8,8 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
-#include "os/tcp_socket.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
 
 namespace tims::client {
 

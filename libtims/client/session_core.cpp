@@ -12,13 +12,10 @@
 
 #include "os/clock.h"
 #include "os/environment.h"
-#include "os/event_fd.h"
-#include "os/futex.h"
-#include "os/unix_socket.h"
-#include "os/waker.h"
-#include "shm/checked_view.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
-#include "shm/reclaim.h"
 
 namespace tims {
 
@@ -499,17 +496,6 @@ void SessionCore::lead(Route& route, Target* to) {
 void SessionCore::retire(Target& target) {
   target.segment.retire();
   if (target.segment.retired()) peers_.erase(target.segment.inode());
-}
-
-// Every kind wakes first and clears the sign after it, or both at once: a sender that dies in
-// between leaves the owner woken, or the sign standing for the next sender. Which kind it is says
-// the router, not the memory, which the owner can change: a waker is checked, a doorbell is the
-// router's own.
-void SessionCore::wake_sleeper(Target& target, std::uint32_t sleep) {
-  shm::Word32& word = target.sender.view().header().sleep;
-  if (!target.waker) return os::futex_clear_and_wake(*word.raw());
-  target.uplink ? os::signal_event_fd(target.waker.get()) : os::wake(target.waker.get());
-  word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
 }
 
 }  // namespace tims

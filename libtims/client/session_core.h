@@ -11,8 +11,9 @@
 
 #include "client/route.h"
 #include "client/router_link.h"
-#include "os/mapping.h"
-#include "os/waker.h"
+#include "os/shared_memory.h"
+#include "os/uplink.h"
+#include "os/wakeup.h"
 #include "tims/session.h"
 
 namespace tims {
@@ -51,8 +52,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
     return target;
   }
   // After a message was put into the target.
-  void wake(client::Target& target) {
-    if (const std::uint32_t sleep = target.sender.sleeper()) wake_sleeper(target, sleep);
+  static void wake(const client::Target& target) {
+    os::wake_owner(target.sender, {target.waker.get(), target.uplink});
   }
 
   [[nodiscard]] bool connected() const { return link_.connected(); }
@@ -73,7 +74,6 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
   Result<client::Target*> resolve(client::Route& route);
   client::Target* confirm(client::Route& route, client::Target& target);
-  void wake_sleeper(client::Target& target, std::uint32_t sleep);
   Result<client::Answer> ask(const wire::Record& question);
   Result<client::Target*> ask_for_way(client::Route& route, client::Target* old);
   bool has_uplink();

@@ -9,10 +9,10 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-#include "os/event_fd.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::client {
 namespace {
@@ -23,6 +23,9 @@ namespace router_command = wire::router_command;
 // send ends the connection.
 constexpr std::uint32_t kReceivedMax = 16U << 20;
 constexpr std::size_t kScratchBytes = 64 << 10;
+constexpr int kUplinkSlots = 256;
+constexpr std::uint32_t kUplinkLongPlaces = 16;
+constexpr std::size_t kWriteBytes = 64 << 10;
 constexpr int kWritesPerTurn = 8;
 // A router that asks and asks, and takes no answer, gets no more of them.
 constexpr std::size_t kAnswersBytesMax = 1 << 20;
@@ -74,12 +77,32 @@ bool TcpBridge::turn() {
 bool TcpBridge::write_router() {
   more_ = false;
   for (int writes = 0; writes < kWritesPerTurn; ++writes) {
-    if (written() && !(uplink_ && uplink_->take(output_))) return true;
+    if (written() && !take_sent(kWriteBytes)) return true;
     if (!flush()) return false;
     if (!written()) return true;
   }
   more_ = true;
   return true;
+}
+
+// Appends what the session has sent, the most important first, until there is about as much of it.
+// False: there was nothing; the doorbell rings for the next message.
+bool TcpBridge::take_sent(std::size_t bytes_max, int messages_max) {
+  if (!uplink_) return false;
+  const std::size_t before = output_.size();
+  for (int n = 0; n < messages_max && output_.size() - before < bytes_max;) {
+    if (const auto taken = uplink_->receiver().take()) {
+      const std::size_t at = output_.size();
+      output_.resize(at + kHeaderSize);
+      wire::encode_header(taken->header, wire::HeaderBytes(&output_[at], kHeaderSize));
+      output_.insert(output_.end(), taken->body.begin(), taken->body.end());
+      uplink_->release(*taken);
+      ++n;
+    } else if (uplink_->receiver().rest()) {
+      break;
+    }
+  }
+  return output_.size() > before;
 }
 
 bool TcpBridge::flush() {
@@ -227,7 +250,8 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
 // A message that was sent before the mailbox was closed comes before that. One that the router
 // gave to somebody else meanwhile is not ours to delete: the original would do it.
 void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
-  if (uplink_) uplink_->take_all(output_);
+  // As much as it holds, also when senders go on.
+  if (uplink_) (void)take_sent(uplink_->size(), kUplinkSlots);
   std::size_t deleted = 0;
   for (const Address address : wish.addresses) {
     if (!mailboxes_.remove(address)) continue;
@@ -240,7 +264,9 @@ void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
 
 void TcpBridge::grant_uplink(std::uint32_t request) {
   if (!uplink_) {
-    auto made = TcpUplink::make(settings_.message_max);
+    auto made = os::Uplink::make("tims-tcp-uplink", {.slots = kUplinkSlots,
+                                                     .long_places = kUplinkLongPlaces,
+                                                     .message_max = settings_.message_max});
     if (!made) return answer(request, wire::Refused{made.error().message()});
     uplink_ = std::move(*made);
   }

@@ -1,6 +1,6 @@
 // Between a session and a router that is reached over TCP. Towards the session it speaks as the
 // router of its host would (wire/local_protocol.h), towards the router as an original client does
-// (wire/router_commands.h): so a session knows one way only, and every message takes it.
+// (wire/tcp_protocol.h): so a session knows one way only, and every message takes it.
 //
 // One thread, which ends with either of the two connections, and closes the other.
 #pragma once
@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,10 +16,10 @@
 #include <vector>
 
 #include "client/tcp_mailboxes.h"
-#include "client/tcp_uplink.h"
 #include "os/file.h"
+#include "os/uplink.h"
 #include "wire/local_protocol.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::client {
 
@@ -61,6 +62,7 @@ class TcpBridge {
 
   // Towards the router.
   bool write_router();
+  bool take_sent(std::size_t bytes_max, int messages_max = std::numeric_limits<int>::max());
   bool flush();
   [[nodiscard]] bool written() const { return written_ == output_.size(); }
   void command(std::int8_t type, Address mailbox);
@@ -76,7 +78,7 @@ class TcpBridge {
 
   std::deque<Asked> asked_;
   TcpMailboxes mailboxes_;
-  std::unique_ptr<TcpUplink> uplink_;
+  std::unique_ptr<os::Uplink> uplink_;
   wire::StreamReader reader_;
   std::vector<std::byte> scratch_;
   std::vector<std::byte> output_;

@@ -2,8 +2,7 @@
 
 #include <cstring>
 
-#include "os/futex.h"
-#include "os/waker.h"
+#include "os/uplink.h"
 #include "wire/header.h"
 
 namespace tims::client {
@@ -47,16 +46,8 @@ void TcpMailboxes::deliver(const Header& header, std::span<const std::byte> body
   if (!shm::taken(sender.claim(header.length, header.priority, claim))) return;
   wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
   if (!body.empty()) std::memcpy(claim.body, body.data(), body.size());
-  if (sender.commit(claim) == shm::SendOutcome::kOk) wake(found->second);
-}
-
-void TcpMailboxes::wake(const Mailbox& mailbox) {
-  const std::uint32_t sleep = mailbox.sender->sleeper();
-  if (sleep == 0) return;
-  shm::Word32& word = mailbox.sender->view().header().sleep;
-  if (!mailbox.waker) return os::futex_clear_and_wake(*word.raw());
-  os::wake(mailbox.waker.get());
-  word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
+  if (sender.commit(claim) == shm::SendOutcome::kOk)
+    os::wake_owner(sender, {found->second.waker.get()});
 }
 
 }  // namespace tims::client

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "os/file.h"
-#include "os/mapping.h"
+#include "os/shared_memory.h"
 #include "shm/sender.h"
 #include "tims/address.h"
 #include "tims/message.h"
@@ -40,7 +40,6 @@ class TcpMailboxes {
     std::unique_ptr<shm::Sender> sender;
     os::File waker;
   };
-  static void wake(const Mailbox& mailbox);
 
   std::map<std::uint64_t, Segment> segments_;
   std::map<Address, Mailbox> mailboxes_;

@@ -1,11 +1,13 @@
-// A file descriptor with an owner.
+// File descriptors with an owner, the pipe between two of them, and errno as an Error.
 #pragma once
 
+#include <array>
 #include <cerrno>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include "tims/result.h"
@@ -40,6 +42,18 @@ class File {
 // The system's words for errno, behind what was tried.
 inline Error system_error(const std::string& what) {
   return {Errc::kSystem, what + ": " + std::generic_category().message(errno)};
+}
+
+struct Pipe {
+  File read;
+  File write;
+};
+
+// Neither end is passed on to programs that are started.
+inline Result<Pipe> make_pipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return system_error("pipe");
+  return Pipe{File(ends[0]), File(ends[1])};
 }
 
 }  // namespace tims::os

@@ -11,8 +11,8 @@
 #include <optional>
 #include <span>
 
-#include "shm/checked_view.h"
-#include "shm/priority_index.h"
+#include "shm/mailbox_view.h"
+#include "shm/slot.h"
 #include "tims/message.h"
 #include "wire/header.h"
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <vector>
 
-#include "shm/checked_view.h"
+#include "shm/mailbox_view.h"
 #include "shm/slot.h"
 
 namespace tims::shm {

@@ -77,7 +77,7 @@ struct OfferSegment {
 struct OpenEntry {
   Address address = {};
   Place place = {};
-  bool has_waker = false;  // then the wakers (os/waker.h) come beside the record, in order
+  bool has_waker = false;  // then the wakers (os/wakeup.h) come beside the record, in order
 };
 struct Open {
   std::vector<OpenEntry> entries;

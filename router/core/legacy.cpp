@@ -4,7 +4,7 @@
 #include <bit>
 #include <span>
 
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::core {
 namespace {

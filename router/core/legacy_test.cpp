@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::core {
 namespace {

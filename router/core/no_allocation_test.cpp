@@ -4,7 +4,7 @@
 #include "router/core/router.h"
 #include "tests/support/counted_new.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::core {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "router/core/router.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::core::test {
 

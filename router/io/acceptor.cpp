@@ -8,8 +8,8 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
-#include "os/bind.h"
 #include "os/clock.h"
+#include "os/socket.h"
 #include "router/io/describe.h"
 
 namespace tims::io {

@@ -8,10 +8,9 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
-#include "os/readable.h"
+#include "os/wakeup.h"
 #include "router/io/describe.h"
-#include "shm/reclaim.h"
+#include "shm/mailbox_view.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -39,7 +38,9 @@ std::size_t descriptors_for_one() {
 }
 
 // Of one client, before others have theirs.
-constexpr int kMessagesPerTurn = Uplink::kSlots / 2;
+constexpr int kUplinkSlots = 1024;  // messages
+constexpr std::uint32_t kUplinkLongPlaces = 64;
+constexpr int kMessagesPerTurn = kUplinkSlots / 2;
 
 }  // namespace
 
@@ -432,7 +433,9 @@ bool ClientPort::found(LocalClient& client, std::uint32_t request, Address addre
 
 bool ClientPort::grant_uplink(LocalClient& client, std::uint32_t request) {
   if (!client.uplink) {
-    auto uplink = Uplink::make(settings_.message_max);
+    auto uplink = os::Uplink::make("tims-uplink", {.slots = kUplinkSlots,
+                                                   .long_places = kUplinkLongPlaces,
+                                                   .message_max = settings_.message_max});
     if (!uplink) return send(client, request, wire::Refused{uplink.error().message()});
     client.uplink = std::move(*uplink);
     client.doorbell_watch.emplace(loop_, client.uplink->doorbell().get(),
@@ -484,7 +487,7 @@ bool ClientPort::drain(LocalClient& client, int messages_max) {
 bool ClientPort::take_what_came_before(LocalClient& client) {
   if (!client.uplink) return true;
   if (!os::is_readable(client.socket.get())) return false;
-  if (!drain(client, kMessagesPerTurn) && client.taken_before_record < Uplink::kSlots) return false;
+  if (!drain(client, kMessagesPerTurn) && client.taken_before_record < kUplinkSlots) return false;
   client.taken_before_record = 0;
   return true;
 }
@@ -497,7 +500,7 @@ void ClientPort::take_the_rest(LocalClient& client) {
   const shm::MailboxView& view = client.uplink->receiver().view();
   shm::condemn(view);
   shm::reclaim(view, [](std::uint32_t) { return true; });
-  (void)drain(client, Uplink::kSlots);
+  (void)drain(client, kUplinkSlots);
 }
 
 void ClientPort::continue_later(LocalClient& client) {

@@ -18,7 +18,7 @@ inline std::string describe(const core::Party& party) {
   return text;
 }
 
-// Of a socket that was bound early (os/bind.h).
+// Of a socket that was bound early (os/socket.h).
 inline std::string waits_for_address(const char* protocol, const config::Endpoint& where) {
   return std::string(protocol) + " " + where.to_string() +
          ": this host has no such address yet; waiting for it";

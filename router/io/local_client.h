@@ -9,10 +9,10 @@
 #include <unordered_set>
 #include <vector>
 
-#include "os/unix_socket.h"
+#include "os/socket.h"
+#include "os/uplink.h"
 #include "router/core/ids.h"
 #include "router/io/local_segments.h"
-#include "router/io/uplink.h"
 #include "router/io/watch.h"
 
 namespace tims::io {
@@ -27,7 +27,7 @@ struct LocalClient {
   std::unordered_map<std::uint32_t, LocalSegments::Handle> mailboxes;   // by raw address
   std::size_t wakers = 0;                                               // of its mailboxes
   std::unordered_set<LocalSegments::SegmentId> known;                   // segments it can write to
-  std::unique_ptr<Uplink> uplink;
+  std::unique_ptr<os::Uplink> uplink;
   std::optional<Watch> doorbell_watch;
   int taken_before_record = 0;  // messages, since the record or the end to be read next has come
 };

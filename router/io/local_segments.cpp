@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "os/futex.h"
-#include "os/waker.h"
-#include "shm/reclaim.h"
+#include "os/uplink.h"
+#include "os/wakeup.h"
+#include "shm/mailbox_view.h"
 
 namespace tims::io {
 
@@ -85,15 +85,7 @@ MailboxCounts LocalSegments::counts() const {
 }
 
 void LocalSegments::wake(Mailbox& mailbox) {
-  const std::uint32_t sleep = mailbox.sender->sleeper();
-  if (sleep == 0) return;
-  shm::Word32& word = mailbox.sender->view().header().sleep;
-  if (mailbox.waker) {
-    os::wake(mailbox.waker.get());
-    word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
-  } else {
-    os::futex_clear_and_wake(*word.raw());
-  }
+  os::wake_owner(*mailbox.sender, {mailbox.waker.get()});
 }
 
 void LocalSegments::reclaim(SegmentId id,

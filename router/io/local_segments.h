@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "os/file.h"
-#include "os/mapping.h"
+#include "os/shared_memory.h"
 #include "router/io/mailbox_counts.h"
 #include "shm/sender.h"
 #include "tims/address.h"

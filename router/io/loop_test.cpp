@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
 

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <functional>
 
+#include "os/environment.h"
 #include "os/file.h"
-#include "os/service_manager.h"
 #include "router/io/timer.h"
 #include "router/io/watch.h"
 #include "tims/result.h"

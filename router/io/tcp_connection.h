@@ -11,7 +11,7 @@
 #include "router/core/statistics.h"
 #include "router/io/tcp_output.h"
 #include "router/io/watch.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::io {
 

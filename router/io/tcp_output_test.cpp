@@ -8,7 +8,7 @@
 #include <sys/socket.h>
 
 #include "os/file.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::io {
 namespace {

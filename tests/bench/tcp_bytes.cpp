@@ -8,7 +8,7 @@
 #include <sys/time.h>
 
 #include "libtims/wire/header.h"
-#include "libtims/wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::bench {
 

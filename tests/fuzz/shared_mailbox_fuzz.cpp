@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
-#include "shm/reclaim.h"
 #include "shm/sender.h"
 #include "tests/fuzz/fuzz_input.h"
 #include "wire/header.h"

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "tests/fuzz/fuzz_input.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace {
 

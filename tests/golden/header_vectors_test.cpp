@@ -8,7 +8,7 @@
 #include "tests/support/golden_vectors.h"
 #include "tests/support/hex.h"
 #include "wire/header.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

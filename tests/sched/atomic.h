@@ -1,4 +1,4 @@
-// Takes the place of libtims/shm/atomic.h's Atomic in the scheduled build: the same operations,
+// Takes the place of the Atomic of libtims/shm/layout.h in the scheduled build: the same operations,
 // each announced to the scheduler first, on the machine's memory or on weak memory.
 #pragma once
 

@@ -12,7 +12,7 @@
 
 #include <sys/mman.h>
 
-#include "shm/checked_view.h"
+#include "shm/mailbox_view.h"
 #include "shm/slot.h"
 
 namespace tims::shm {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
-#include "shm/reclaim.h"
 #include "shm/sender.h"
 #include "tests/sched/hostile_memory.h"
 #include "wire/header.h"

@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include "os/futex.h"
+#include "os/wakeup.h"
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
-#include "shm/reclaim.h"
 #include "shm/sender.h"
 #include "wire/header.h"
 

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <new>
 
-#include "shm/reclaim.h"
+#include "shm/mailbox_view.h"
 #include "wire/header.h"
 
 namespace tims::sched {

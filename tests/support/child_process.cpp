@@ -17,8 +17,8 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/pipe.h"
-#include "os/readable.h"
+#include "os/file.h"
+#include "os/wakeup.h"
 
 namespace tims::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "tests/support/hex.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 

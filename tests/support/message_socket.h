@@ -8,7 +8,7 @@
 
 #include "os/file.h"
 #include "tests/support/message.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 

@@ -12,12 +12,12 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 #include "tests/support/message.h"
 #include "tests/support/message_socket.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

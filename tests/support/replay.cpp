@@ -10,7 +10,7 @@
 #include "tests/support/origins.h"
 #include "tests/support/replay_network.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -9,7 +9,7 @@
 #include "tests/support/message.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 #include "tests/support/model_router.h"
 
 namespace tims::test {

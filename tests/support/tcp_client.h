@@ -15,7 +15,7 @@
 #include "tests/support/patience.h"
 #include "tims/result.h"
 #include "tims/time.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 

@@ -7,7 +7,7 @@
 #include "os/clock.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -16,11 +16,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "os/event_fd.h"
-#include "os/futex.h"
-#include "os/mapping.h"
-#include "os/unix_socket.h"
-#include "shm/checked_view.h"
+#include "os/shared_memory.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
 #include "tests/support/child_process.h"

@@ -8,7 +8,7 @@
 #include "rack/proxies/joystick.h"
 #include "tests/support/recording.h"
 #include "tests/system/robot_fixture.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -12,7 +12,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 
-#include "os/unix_socket.h"
+#include "os/socket.h"
 #include "tests/support/patience.h"
 #include "wire/local_protocol.h"
 

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 
-#include "os/mapping.h"
-#include "shm/checked_view.h"
+#include "os/shared_memory.h"
+#include "shm/mailbox_view.h"
 #include "shm/receiver.h"
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"

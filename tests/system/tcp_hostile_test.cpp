@@ -12,7 +12,7 @@
 #include "tests/system/tcp_fixture.h"
 #include "tims/session.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -8,7 +8,7 @@
 #include "tests/support/eventually.h"
 #include "tests/system/tcp_fixture.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

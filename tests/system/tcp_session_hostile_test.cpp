@@ -16,7 +16,7 @@
 #include "tests/support/tcp_client.h"
 #include "tests/support/tcp_socket.h"
 #include "tims/session.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/system/websocket_fixture.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

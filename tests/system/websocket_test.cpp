@@ -6,7 +6,7 @@
 
 #include "tests/system/websocket_fixture.h"
 #include "tims/session.h"
-#include "wire/router_commands.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

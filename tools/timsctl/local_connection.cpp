@@ -7,8 +7,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include "os/event_fd.h"
-#include "os/readable.h"
+#include "os/wakeup.h"
 #include "tims/session.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/failure.h"

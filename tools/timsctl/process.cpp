@@ -17,7 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "os/pipe.h"
+#include "os/file.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

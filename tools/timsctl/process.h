@@ -7,7 +7,7 @@
 
 #include <sys/types.h>
 
-#include "os/readable.h"
+#include "os/wakeup.h"
 #include "tools/timsctl/split_command.h"
 
 namespace timsctl {

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/service_manager.h"
+#include "os/environment.h"
 #include "router/config/nearest.h"
 #include "tools/timsctl/commands.h"
 #include "tools/timsctl/context.h"

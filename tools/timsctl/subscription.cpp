@@ -4,7 +4,7 @@
 #include <array>
 
 #include "os/clock.h"
-#include "os/readable.h"
+#include "os/wakeup.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/generic.h"
 #include "tools/timsctl/failure.h"

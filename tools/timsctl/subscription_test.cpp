@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 
 namespace timsctl {
 namespace {

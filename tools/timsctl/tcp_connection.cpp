@@ -8,8 +8,7 @@
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/tcp_socket.h"
 #include "wire/header.h"
-#include "wire/router_commands.h"
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 namespace timsctl {
 

@@ -10,7 +10,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
-#include "os/tcp_socket.h"
+#include "os/socket.h"
 #include "tools/timsctl/failure.h"
 
 namespace timsctl {

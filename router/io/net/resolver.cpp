@@ -9,7 +9,7 @@
 #include <netdb.h>
 #include <resolv.h>
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 #include "router/io/net/system_address.h"
 
 namespace tims::io {

@@ -9,7 +9,7 @@
 #include <netinet/udp.h>
 #include <sys/socket.h>
 
-#include "os/bind.h"
+#include "os/socket.h"
 #include "router/io/net/system_address.h"
 
 namespace tims::io {

@@ -5,7 +5,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "os/pipe.h"
+#include "os/file.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/robot/status_socket.h"
 

@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "os/readable.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
 #include "tools/timsctl/humanize.h"
 #include "tools/timsctl/robot/running.h"
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/sim/state.h"
 

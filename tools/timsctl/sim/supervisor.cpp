@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "os/readable.h"
-#include "os/unix_socket.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
 #include "router/config/nearest.h"
 #include "tools/timsctl/failure.h"
 #include "tools/timsctl/humanize.h"

@@ -1,13 +1,12 @@
-#include "os/readable.h"
+#include "os/wakeup.h"
 
 #include <array>
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
-#include "os/pipe.h"
-
 namespace tims::os {
+
 namespace {
 
 TEST(Readable, WhenSomethingCame) {
@@ -40,4 +39,5 @@ TEST(AnyOf, IsReadableWhenOneOfThemIs) {
 TEST(AnyOf, NeedsDescriptors) { EXPECT_FALSE(any_of(std::array{1 << 20})); }
 
 }  // namespace
+
 }  // namespace tims::os

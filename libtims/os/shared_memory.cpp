@@ -1,4 +1,4 @@
-#include "os/mapping.h"
+#include "os/shared_memory.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

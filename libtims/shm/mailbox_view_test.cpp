@@ -1,4 +1,4 @@
-#include "shm/checked_view.h"
+#include "shm/mailbox_view.h"
 
 #include <cstring>
 #include <memory>
@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::shm {
+
 namespace {
 
 class CheckedViewTest : public testing::Test {
@@ -96,4 +97,5 @@ TEST(Geometry, FewerPlacesThanSlotsAreShared) {
 }
 
 }  // namespace
+
 }  // namespace tims::shm

@@ -1,17 +1,22 @@
-// SEQPACKET Unix sockets: whole records, with file descriptors beside them.
+// Sockets: whole records between programs of one host, and TCP connections to routers elsewhere.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <sys/socket.h>
 #include <sys/types.h>
 
 #include "os/file.h"
 #include "tims/result.h"
+#include "tims/time.h"
 
 namespace tims::os {
+
+// --- Unix sockets of whole records (SEQPACKET), with file descriptors beside them
 
 inline constexpr std::size_t kRecordFilesMax = 64;  // beside one record
 
@@ -57,5 +62,19 @@ struct PeerCredentials {
 PeerCredentials peer_credentials(int socket);
 // The other side has closed, whatever of it is still to be read.
 bool has_hung_up(int socket);
+
+// --- TCP
+
+// Non-blocking, and given up by the system when the other side's machine has gone. Tries each
+// address of the name in turn, until one answers, the deadline, or `cancel` (-1: nothing) is
+// readable. The detail of the error: why not, without the host. Only the look-up of a name has no
+// end but the system's.
+Result<File> connect_tcp(const std::string& host, std::uint16_t port, Time deadline,
+                         int cancel = -1);
+
+// Binds also to an address that this host does not have yet: a router may be started before the
+// interface is there.
+enum class Bound { kNo, kYes, kAddressNotHereYet };  // kNo: errno says why
+Bound bind_even_early(int socket, const sockaddr* address, socklen_t size);
 
 }  // namespace tims::os

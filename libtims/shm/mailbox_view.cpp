@@ -1,4 +1,4 @@
-#include "shm/checked_view.h"
+#include "shm/mailbox_view.h"
 
 #include "shm/slot.h"
 

@@ -1,8 +1,9 @@
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 #include <algorithm>
 
 namespace tims::wire {
+
 namespace {
 
 // A buffer up to this size is kept for the next message that spans chunks: a stream of small

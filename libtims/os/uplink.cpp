@@ -1,38 +1,44 @@
-#include "router/io/uplink.h"
+#include "os/uplink.h"
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 
-namespace tims::io {
+namespace tims::os {
 
 namespace {
 
-constexpr std::uint32_t kLongPlaces = 64;
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kKeepBytes = 2 << 20;  // of a place: stays in memory for the next message
 
 }  // namespace
 
-Result<std::unique_ptr<Uplink>> Uplink::make(std::uint32_t message_max) {
-  auto memfd =
-      os::make_memfd("tims-uplink", shm::Geometry::of(kSlots, message_max, kLongPlaces).bytes);
-  if (!memfd) return memfd.error();
-  auto doorbell = os::make_event_fd();
-  if (!doorbell) return doorbell.error();
-  auto mapping = os::Mapping::of(*memfd);
-  if (!mapping) return mapping.error();
-  return std::unique_ptr<Uplink>(
-      new Uplink(std::move(*memfd), std::move(*doorbell), std::move(*mapping), message_max));
+void wake_sleeper(const shm::Sender& sender, std::uint32_t sleep, Waker waker) {
+  shm::Word32& word = sender.view().header().sleep;
+  if (waker.fd < 0) return futex_clear_and_wake(*word.raw());
+  waker.is_doorbell ? signal_event_fd(waker.fd) : wake(waker.fd);
+  word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
 }
 
-Uplink::Uplink(os::File memfd, os::File doorbell, os::Mapping mapping, std::uint32_t message_max)
+Result<std::unique_ptr<Uplink>> Uplink::make(const std::string& name, const Size& size) {
+  auto memfd =
+      make_memfd(name, shm::Geometry::of(size.slots, size.message_max, size.long_places).bytes);
+  if (!memfd) return memfd.error();
+  auto doorbell = make_event_fd();
+  if (!doorbell) return doorbell.error();
+  auto mapping = Mapping::of(*memfd);
+  if (!mapping) return mapping.error();
+  return std::unique_ptr<Uplink>(
+      new Uplink(std::move(*memfd), std::move(*doorbell), std::move(*mapping), size));
+}
+
+Uplink::Uplink(File memfd, File doorbell, Mapping mapping, const Size& size)
     : memfd_(std::move(memfd)),
       doorbell_(std::move(doorbell)),
       mapping_(std::move(mapping)),
       receiver_(shm::MailboxView::create(mapping_.bytes(), 0,
                                          {.address = Address(),
-                                          .slots = kSlots,
-                                          .message_max = message_max,
-                                          .long_places = kLongPlaces,
+                                          .slots = size.slots,
+                                          .message_max = size.message_max,
+                                          .long_places = size.long_places,
                                           .wake = shm::WakeKind::kDoorbell})) {
   receiver_.arm();
 }
@@ -47,4 +53,4 @@ void Uplink::release(const shm::Taken& taken) {
   receiver_.release(taken.hint);
 }
 
-}  // namespace tims::io
+}  // namespace tims::os

@@ -1,12 +1,10 @@
-#include "os/service_manager.h"
+#include "os/environment.h"
 
 #include <cstddef>
 #include <cstring>
 
 #include <sys/socket.h>
 #include <sys/un.h>
-
-#include "os/environment.h"
 
 namespace tims::os {
 

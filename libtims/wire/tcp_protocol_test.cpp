@@ -1,4 +1,4 @@
-#include "wire/stream_reader.h"
+#include "wire/tcp_protocol.h"
 
 #include <algorithm>
 #include <random>
@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::wire {
+
 namespace {
 
 using Status = StreamReader::Status;
@@ -205,4 +206,5 @@ TEST(StreamReader, LostStreamStaysLost) {
 }
 
 }  // namespace
+
 }  // namespace tims::wire
