@@ -193,13 +193,15 @@ Result<os::File> RouterLink::dial() {
 // The session talks to a bridge as it would to a router.
 Result<os::File> RouterLink::dial(const wire::TcpEndpoint& router) {
   bridge_.reset();  // its connection has ended
-  auto socket =
-      os::connect_tcp(router.host, router.port, os::deadline_after(kAnswerTimeout), stop_.get());
-  if (!socket) return socket.error();
+  // What a mailbox does not take, it counts; only what no router would send ends the connection.
+  const std::uint32_t received_max = std::max(settings_.tcp_message_max, TcpClient::kReceivedMax);
+  auto client =
+      TcpClient::connect(router, os::deadline_after(kAnswerTimeout), received_max, stop_.get());
+  if (!client) return client.error();
   auto ends = os::make_record_pair();
   if (!ends) return ends.error();
   bridge_ =
-      std::make_unique<TcpBridge>(std::move(*socket), std::move(ends->other),
+      std::make_unique<TcpBridge>(std::move(*client), std::move(ends->other),
                                   TcpBridge::Settings{.where = where_,
                                                       .message_max = settings_.tcp_message_max,
                                                       .priority = settings_.tcp_priority});

@@ -1,9 +1,520 @@
+#include "client/session.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "client/mailbox.h"
+#include "os/clock.h"
+#include "os/environment.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "shm/mailbox_view.h"
+#include "shm/receiver.h"
 #include "tims/session.h"
 
-#include "client/mailbox_core.h"
-#include "client/session_core.h"
-
 namespace tims {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+SessionOptions with_defaults(SessionOptions options) {
+  if (options.name.empty()) options.name = program_invocation_short_name;
+  if (options.name.size() > wire::kNameMax) options.name.resize(wire::kNameMax);
+  return options;
+}
+
+// Lays the mailboxes out one behind the other; returns the size of all.
+std::size_t place(std::span<const MailboxOptions> options, OwnSegment& segment) {
+  std::size_t at = 0;
+  for (const MailboxOptions& o : options) {
+    segment.mailboxes.push_back({.address = o.address, .offset = at, .wake = {}});
+    const auto bytes = shm::Geometry::of(o.slots, o.body_max + kHeaderSize).bytes;
+    at += (bytes + shm::kMailboxAlign - 1) / shm::kMailboxAlign * shm::kMailboxAlign;
+  }
+  return at;
+}
+
+Result<void> check(std::span<const MailboxOptions> options, const AddressWidths& widths) {
+  for (const MailboxOptions& o : options)
+    if (o.body_max > shm::kMessageMax - kHeaderSize ||
+        !shm::Geometry::valid(o.slots, o.body_max + kHeaderSize))
+      return Error(Errc::kInvalidArgument, o.address.to_string(widths) +
+                                               ": a mailbox has 1 to 65535 slots of at most 1 GiB");
+  return {};
+}
+
+Result<std::shared_ptr<OwnSegment>> make_segment(std::span<const MailboxOptions> options,
+                                                 const std::string& name) {
+  auto segment = std::make_shared<OwnSegment>();
+  const std::size_t bytes = place(options, *segment);
+  auto memfd = os::make_memfd("tims-" + name, bytes);
+  if (!memfd) return memfd.error();
+  segment->memfd = std::move(*memfd);
+  auto mapping = os::Mapping::of(segment->memfd);
+  if (!mapping) return mapping.error();
+  segment->mapping = std::move(*mapping);
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    const MailboxOptions& o = options[i];
+    OwnSegment::Mailbox& mailbox = segment->mailboxes[i];
+    if (o.event_fd) {
+      auto wake = os::make_wake_pair();
+      if (!wake) return wake.error();
+      mailbox.wake = std::move(*wake);
+    }
+    shm::MailboxView::create(segment->mapping.bytes(), mailbox.offset,
+                             {.address = o.address,
+                              .slots = o.slots,
+                              .message_max = o.body_max + static_cast<std::uint32_t>(kHeaderSize),
+                              .wake = o.event_fd ? shm::WakeKind::kSocket : shm::WakeKind::kFutex,
+                              .owner_pid = static_cast<std::uint32_t>(::getpid())});
+  }
+  return segment;
+}
+
+// The Open records for what is still open: as many mailboxes as one record takes.
+struct Batch {
+  wire::Open open;
+  std::vector<int> files;
+};
+std::vector<Batch> batches(const OwnSegment& segment) {
+  std::vector<Batch> all;
+  for (const OwnSegment::Mailbox& mailbox : segment.mailboxes) {
+    if (!mailbox.open) continue;
+    if (all.empty() || all.back().open.entries.size() == wire::kBatchMax ||
+        all.back().files.size() == os::kRecordFilesMax)
+      all.emplace_back();
+    const os::File& waker = mailbox.wake.waker;
+    const bool given = static_cast<bool>(waker);
+    all.back().open.entries.push_back({mailbox.address, {segment.id, mailbox.offset}, given});
+    if (given) all.back().files.push_back(waker.get());
+  }
+  return all;
+}
+
+// Those that have another owner.
+void remove_lost(Batch& batch, const wire::Opened& opened) {
+  Batch rest;
+  auto file = batch.files.begin();
+  for (std::size_t i = 0; i < batch.open.entries.size(); ++i) {
+    const wire::OpenEntry& entry = batch.open.entries[i];
+    const bool stays = opened.entries[i].status != wire::OpenStatus::kAddressInUse;
+    if (stays) rest.open.entries.push_back(entry);
+    if (entry.has_waker && stays) rest.files.push_back(*file);
+    if (entry.has_waker) ++file;
+  }
+  batch = std::move(rest);
+}
+
+Error opening_failed(const wire::Opened& opened) {
+  for (const wire::OpenedEntry& entry : opened.entries) {
+    if (entry.status == wire::OpenStatus::kOk || entry.status == wire::OpenStatus::kNotTried)
+      continue;
+    const bool in_use = entry.status == wire::OpenStatus::kAddressInUse;
+    return {in_use ? Errc::kAddressInUse : Errc::kRefused, opened.text};
+  }
+  return {Errc::kRefused, opened.text};
+}
+
+bool all_ok(const wire::Opened& opened) {
+  return std::ranges::all_of(opened.entries, [](const wire::OpenedEntry& entry) {
+    return entry.status == wire::OpenStatus::kOk;
+  });
+}
+
+// Where a router of this user is that was started without $XDG_RUNTIME_DIR. Anybody may make a
+// folder in /tmp: only one's own counts.
+std::optional<std::string> router_in_tmp() {
+  const std::string folder = "/tmp/tims-" + std::to_string(::geteuid());
+  const std::string path = folder + "/router.sock";
+  struct stat status {};
+  if (::lstat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return std::nullopt;
+  if (status.st_uid != ::geteuid() || ::access(path.c_str(), F_OK) != 0) return std::nullopt;
+  return path;
+}
+
+// After a router's restart: how long its clients may take to come back before a mailbox that is
+// not registered again counts as gone, and how often to ask meanwhile.
+constexpr Duration kReturnGrace = 3s;
+constexpr Duration kConfirmEvery = 100ms;
+
+std::uint64_t inode_of(const os::File& file) {
+  struct stat status {};
+  return ::fstat(file.get(), &status) == 0 ? status.st_ino : 0;
+}
+
+}  // namespace
+
+using client::Answer;
+using client::PeerSegment;
+using client::Route;
+using client::Target;
+
+std::string default_router() {
+  if (std::string given = os::environment("TIMS_ROUTER"); !given.empty()) return given;
+  if (const std::string runtime = os::environment("XDG_RUNTIME_DIR"); !runtime.empty()) {
+    std::string path = runtime + "/tims/router.sock";
+    if (::access(path.c_str(), F_OK) == 0) return path;
+  }
+  if (auto path = router_in_tmp()) return *path;
+  return "/run/tims/router.sock";
+}
+
+SessionCore::SessionCore(SessionOptions options, wire::Endpoint router)
+    : options_(with_defaults(std::move(options))),
+      link_({.router = std::move(router),
+             .name = options_.name,
+             .tcp_message_max = options_.tcp_message_max,
+             .tcp_priority = options_.tcp_priority},
+            *this) {}
+
+Result<void> SessionCore::connect() {
+  link_.start();
+  return link_.wait_connected(os::deadline_after(options_.timeout));
+}
+
+Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOptions> options) {
+  if (auto valid = check(options, link_.welcome().widths); !valid) return valid.error();
+  auto segment = make_segment(options, options_.name);
+  if (!segment) return segment.error();
+  {
+    const std::lock_guard lock(own_mutex_);
+    segment.value()->id = ++last_segment_;
+  }
+  for (;;) {
+    if (auto ready = link_.wait_connected(kNever); !ready) return ready.error();
+    // Whoever registers everything with the next router finds it there, or has not looked yet.
+    const std::lock_guard registering(registering_mutex_);
+    auto registered = register_segment(**segment);
+    if (registered) {
+      const std::lock_guard lock(own_mutex_);
+      std::erase_if(own_, [](const auto& weak) { return weak.expired(); });
+      own_.push_back(*segment);
+      return segment;
+    }
+    if (!(registered.error() == Errc::kNoRouter)) return registered.error();
+  }
+}
+
+// The router takes a record as a whole or not at all; with several, the earlier ones are undone.
+// One that stands still is waited for: it is not asked twice.
+Result<void> SessionCore::register_segment(OwnSegment& segment) {
+  const int memfd = segment.memfd.get();
+  if (auto offered = link_.exchange(wire::OfferSegment{segment.id}, {&memfd, 1}, 0); !offered)
+    return offered.error();
+  std::vector<Address> done;
+  for (const Batch& batch : batches(segment)) {
+    auto answers = link_.exchange(batch.open, batch.files, 1, kForever);
+    if (!answers) return answers.error();
+    const auto* opened = std::get_if<wire::Opened>(&answers->front().record);
+    if (opened == nullptr) return Error(Errc::kVersion, "an unexpected answer");
+    if (!all_ok(*opened)) {
+      withdraw(done);
+      return opening_failed(*opened);
+    }
+    for (const wire::OpenEntry& entry : batch.open.entries) done.push_back(entry.address);
+  }
+  return {};
+}
+
+void SessionCore::withdraw(std::span<const Address> addresses) {
+  for (; !addresses.empty();) {
+    const auto part = addresses.first(std::min(addresses.size(), wire::kBatchMax));
+    (void)link_.exchange(wire::Close{{part.begin(), part.end()}}, {}, 1);
+    addresses = addresses.subspan(part.size());
+  }
+}
+
+void SessionCore::close(OwnSegment& segment, Address address) {
+  {
+    const std::lock_guard lock(own_mutex_);
+    for (OwnSegment::Mailbox& mailbox : segment.mailboxes)
+      if (mailbox.address == address) mailbox.open = false;
+  }
+  withdraw({&address, 1});
+}
+
+// A router answers a record when it has taken what was sent before. What one that dies has not
+// taken waits for the next.
+Result<void> SessionCore::flush(Time deadline) {
+  for (;;) {
+    if (auto ready = link_.wait_connected(deadline); !ready) return ready;
+    if (!uplink_wanted_) return {};  // nothing was ever sent to elsewhere
+    const Duration rest = deadline == kNever ? kForever : deadline - os::now();
+    auto answered = link_.exchange(wire::Close{}, {}, 1, std::max(rest, Duration::zero()));
+    if (answered) return {};
+    if (deadline != kNever && os::now() >= deadline)
+      return Error(Errc::kTimeout, "the router has not taken all messages");
+  }
+}
+
+Result<void> SessionCore::greet(client::Greeting& greeting) {
+  {
+    const std::lock_guard registering(registering_mutex_);
+    const std::lock_guard lock(own_mutex_);
+    for (const auto& weak : own_) {
+      const auto segment = weak.lock();
+      if (!segment) continue;
+      if (auto registered = register_again(greeting, *segment); !registered) return registered;
+    }
+  }
+  return uplink_again(greeting);
+}
+
+// An address that has another owner by now is lost, and the others are not.
+Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment& segment) {
+  const int memfd = segment.memfd.get();
+  for (std::vector<Batch> left = batches(segment); !left.empty();) {
+    Batch& batch = left.back();
+    // Each time: after a refusal the router may have forgotten the memory.
+    if (auto offered = greeting.tell(wire::OfferSegment{segment.id}, {&memfd, 1}); !offered)
+      return Error(Errc::kNoRouter, offered.error().message());
+    auto answer = greeting.ask(batch.open, batch.files);
+    if (!answer) return answer.error();
+    const auto* opened = std::get_if<wire::Opened>(&answer->record);
+    if (opened == nullptr || opened->entries.size() != batch.open.entries.size())
+      return Error(Errc::kVersion, "an unexpected answer");
+    if (!all_ok(*opened)) {
+      const Error why = opening_failed(*opened);
+      if (!(why == Errc::kAddressInUse)) return why;
+      event(SessionEvent::Kind::kMailboxLost, why.message());
+      remove_lost(batch, *opened);
+      if (!batch.open.entries.empty()) continue;
+    }
+    left.pop_back();
+  }
+  return {};
+}
+
+// Whoever sent through the uplink of the last router goes on without asking this one. The last
+// word of a greeting: from now on the router may say something by itself.
+Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
+  if (!uplink_wanted_) return {};
+  auto grant = greeting.ask(wire::UplinkRequest{});
+  if (!grant) return grant.error();
+  std::size_t lost = 0;
+  {
+    const std::lock_guard lock(resolve_mutex_);
+    (void)uplink_target(*grant);  // refused: who needs it asks once more, and is told why
+    lost = std::exchange(not_taken_along_, 0);
+  }
+  if (lost > 0)
+    event(SessionEvent::Kind::kMessagesLost,
+          std::to_string(lost) + " messages that waited for the former router are lost");
+  return {};
+}
+
+void SessionCore::lost() {
+  const std::lock_guard lock(resolve_mutex_);
+  leave_uplink();
+}
+
+void SessionCore::moved(Address address) { routes_.forget(address); }
+
+void SessionCore::event(SessionEvent::Kind kind, const std::string& text) {
+  if (options_.on_event) return options_.on_event({kind, text});
+  if (kind != SessionEvent::Kind::kConnected)
+    std::fprintf(stderr, "%s: %s\n", options_.name.c_str(), text.c_str());
+}
+
+// --- routes
+//
+// How a session finds the way to an address. Everything here happens once for each address, and
+// again after something changed; for an ordinary message target_for's first lines do.
+
+Result<Target*> SessionCore::resolve(Route& route) {
+  Target* old = nullptr;
+  {
+    const std::lock_guard lock(resolve_mutex_);
+    old = route.target.load(std::memory_order_acquire);
+    if (old != nullptr && !old->sender.closed()) return old;  // another thread was faster
+    // Known, and not of this host: the way is the uplink of this connection.
+    if (old != nullptr && old->uplink) {
+      if (uplink_ == nullptr || uplink_->sender.closed())
+        return Error(Errc::kNoRouter, "the connection to the router is lost");
+      lead(route, uplink_);
+      return uplink_;
+    }
+  }
+  return ask_for_way(route, old);
+}
+
+// Waits for the router, and lets others have their ways meanwhile.
+Result<Target*> SessionCore::ask_for_way(Route& route, Target* old) {
+  const std::uint64_t connection = link_.connection();
+  auto answer = ask(wire::Lookup{{route.address}});
+  if (!answer) return answer.error();
+  const auto* found = std::get_if<wire::Found>(&answer->record);
+  if (found == nullptr) return Error(Errc::kVersion, "an unexpected answer");
+  Answer grant;
+  if (!found->local && !has_uplink()) {
+    auto granted = ask(wire::UplinkRequest{});
+    if (!granted) return granted.error();
+    grant = std::move(*granted);
+  }
+  const std::lock_guard lock(resolve_mutex_);
+  if (!link_.connected() || link_.connection() != connection)
+    return Error(Errc::kNoRouter, "the router went away");
+  Target* const now = route.target.load(std::memory_order_acquire);
+  if (now != nullptr && now != old && !now->sender.closed()) return now;  // as above
+  auto target = found->local ? local_target(*found, *answer, now) : uplink_target(grant);
+  if (!target) return target.error();
+  target.value()->confirmed.store(connection, std::memory_order_relaxed);
+  lead(route, *target);
+  return target;
+}
+
+bool SessionCore::has_uplink() {
+  const std::lock_guard lock(resolve_mutex_);
+  return uplink_ != nullptr;
+}
+
+Result<Answer> SessionCore::ask(const wire::Record& question) {
+  auto answers = link_.exchange(question, {}, 1);
+  if (!answers) return answers.error();
+  return std::move(answers->front());
+}
+
+// A known mailbox, but a new router. Its owner may not have come back to the router yet: the
+// mailbox is good as long as nobody says otherwise, and no sender waits for the answer.
+Target* SessionCore::confirm(Route& route, Target& target) {
+  if (target.uplink) {
+    target.confirmed.store(link_.connection(), std::memory_order_relaxed);
+    return &target;
+  }
+  const Time now = os::now();
+  Time::rep next = route.next_check_ns.load(std::memory_order_relaxed);
+  if (now < Time(Duration(next)) || !link_.connected()) return &target;
+  if (route.next_check_ns.compare_exchange_strong(
+          next, (now + kConfirmEvery).time_since_epoch().count(), std::memory_order_relaxed))
+    link_.ask_later(route.address);
+  return &target;
+}
+
+// What confirm() has asked for.
+void SessionCore::found(const wire::Found& found, Answer& answer) {
+  const std::lock_guard lock(resolve_mutex_);
+  Route& route = routes_.get(found.address);
+  Target* const old = route.target.load(std::memory_order_acquire);
+  if (old == nullptr || old->uplink) return;
+  if (found.local) {
+    const auto target = local_target(found, answer, old);
+    if (!target) return;
+    // The answer came on this connection, which is counted when it is complete.
+    target.value()->confirmed.store(link_.connection(), std::memory_order_relaxed);
+    lead(route, *target);
+  } else if (os::now() - link_.connected_at() >= kReturnGrace) {
+    lead(route, uplink_);
+  }
+}
+
+// The one that is known already, when it is the same mailbox: also when its owner says that it is
+// closed, which it can say as often as it likes.
+Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answer, Target* old) {
+  const std::size_t files = found.has_waker ? 2 : 1;
+  if (answer.files.size() != files) return Error(Errc::kVersion, "a descriptor is missing");
+  if (old != nullptr && !old->uplink && old->segment.inode() == inode_of(answer.files[0]) &&
+      old->offset == found.place.offset)
+    return old;
+  auto target = add_target(answer.files[0], found.place.offset);
+  if (target && found.has_waker) target.value()->waker = std::move(answer.files[1]);
+  return target;
+}
+
+Result<Target*> SessionCore::uplink_target(Answer& grant) {
+  if (uplink_ != nullptr) return uplink_;
+  if (const auto* no = std::get_if<wire::Refused>(&grant.record))
+    return Error(Errc::kRefused, no->text);
+  const auto* granted = std::get_if<wire::Uplink>(&grant.record);
+  if (granted == nullptr || grant.files.size() != 2)
+    return Error(Errc::kRefused, "the router gives no uplink");
+  auto target = add_target(grant.files[0], granted->place.offset);
+  if (!target) return target;
+  target.value()->uplink = true;
+  target.value()->waker = std::move(grant.files[1]);
+  uplink_ = *target;
+  uplink_wanted_ = true;
+  if (client::Target* former = std::exchange(former_uplink_, nullptr)) {
+    take_along(*former, *uplink_);
+    retire(*former);
+  }
+  return target;
+}
+
+// Nobody reads the old uplink any more: its routes look for the new one. What is in it waits for
+// that, too; who is writing to it now is told so, and sends again.
+void SessionCore::leave_uplink() {
+  if (uplink_ == nullptr) return;
+  former_uplink_ = std::exchange(uplink_, nullptr);
+  uplink_left_ = os::now();
+  const shm::MailboxView& view = former_uplink_->sender.view();
+  shm::condemn(view);
+  shm::reclaim(view, [](std::uint32_t) { return true; });
+}
+
+// What the former router had not taken goes to this one, before anything else does. A router that
+// lives, and has only closed the connection, takes the same messages at the same time: each goes
+// to one of the two.
+void SessionCore::take_along(Target& from, Target& to) {
+  constexpr Duration kTooOld = 30s;  // as long as messages wait for a link, by default
+  const bool too_old = os::now() >= uplink_left_ + kTooOld;
+  shm::Receiver receiver(from.sender.view());
+  while (const auto taken = receiver.take()) {
+    shm::Claim claim;
+    const Header& header = taken->header;
+    const bool claimed =
+        !too_old && shm::taken(to.sender.claim(header.length, header.priority, claim));
+    if (claimed) {
+      wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+      std::ranges::copy(taken->body, claim.body);
+    }
+    if (!claimed || to.sender.commit(claim) != shm::SendOutcome::kOk) ++not_taken_along_;
+    receiver.release(taken->hint);
+  }
+  wake(to);
+}
+
+Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t offset) {
+  const std::uint64_t inode = inode_of(memfd);
+  const auto known = peers_.find(inode);
+  std::unique_ptr<PeerSegment> fresh;
+  if (known == peers_.end()) {
+    auto mapping = os::Mapping::of(memfd);
+    if (!mapping) return mapping.error();
+    fresh = std::make_unique<PeerSegment>(std::move(*mapping), inode);
+  }
+  PeerSegment& segment = fresh ? *fresh : *known->second;
+  auto view = shm::MailboxView::open(segment.bytes(), offset);
+  if (!view) return view.error();
+  if (fresh) {
+    peers_[inode] = fresh.get();
+    segments_.push_back(std::move(fresh));
+  }
+  segment.use(offset);
+  targets_.push_back(std::make_unique<Target>(*view, link_.welcome().writer, segment, offset));
+  return targets_.back().get();
+}
+
+// From now on there. What was there before is counted out once, and only now: it may lie in the
+// same memory.
+void SessionCore::lead(Route& route, Target* to) {
+  Target* const old = route.target.exchange(to, std::memory_order_acq_rel);
+  if (old != nullptr && old != to && !old->uplink) retire(*old);
+}
+
+void SessionCore::retire(Target& target) {
+  target.segment.retire();
+  if (target.segment.retired()) peers_.erase(target.segment.inode());
+}
+
+// --- The handle
 
 Result<Session> Session::connect(SessionOptions options) {
   if (options.router.empty()) options.router = default_router();
@@ -37,6 +548,8 @@ Result<std::vector<Mailbox>> Session::open(std::span<const MailboxOptions> optio
     mailboxes.push_back(Mailbox(std::make_shared<MailboxCore>(core_, *segment, i, options[i])));
   return mailboxes;
 }
+
+Result<void> Session::flush(Duration timeout) { return core_->flush(os::deadline_after(timeout)); }
 
 bool Session::connected() const { return core_->connected(); }
 Address Session::router() const { return core_->welcome().router; }

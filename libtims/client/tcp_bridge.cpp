@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 
 #include <poll.h>
 #include <pthread.h>
@@ -10,25 +11,21 @@
 #include <sys/uio.h>
 
 #include "os/socket.h"
+#include "os/uplink.h"
 #include "os/wakeup.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
 
 namespace tims::client {
+
 namespace {
 
 namespace router_command = wire::router_command;
 
-// Of what a router may send. What a mailbox does not take, it counts; only what no router would
-// send ends the connection.
-constexpr std::uint32_t kReceivedMax = 16U << 20;
-constexpr std::size_t kScratchBytes = 64 << 10;
 constexpr int kUplinkSlots = 256;
 constexpr std::uint32_t kUplinkLongPlaces = 16;
 constexpr std::size_t kWriteBytes = 64 << 10;
 constexpr int kWritesPerTurn = 8;
-// A router that asks and asks, and takes no answer, gets no more of them.
-constexpr std::size_t kAnswersBytesMax = 1 << 20;
 
 // No component has it. A router says that it is deleted, which shows that there is a router: with
 // the connection alone it has not said anything yet.
@@ -36,12 +33,57 @@ constexpr Address kNobody(0xFFFFFFFF);
 
 }  // namespace
 
-TcpBridge::TcpBridge(os::File router, os::File session, Settings settings)
+// --- Mailboxes of the session
+
+Result<void> TcpMailboxes::offer(std::uint64_t segment, const os::File& memfd) {
+  if (segments_.contains(segment)) return {};  // said twice
+  auto mapping = os::Mapping::of(memfd);
+  if (!mapping) return mapping.error();
+  segments_[segment] = {.mapping = std::move(*mapping)};
+  return {};
+}
+
+Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker,
+                               const AddressWidths& widths) {
+  if (mailboxes_.contains(entry.address))
+    return Error(Errc::kAddressInUse, entry.address.to_string(widths) + " belongs to this session");
+  const auto segment = segments_.find(entry.place.segment);
+  if (segment == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
+  auto view = shm::MailboxView::open(segment->second.mapping.bytes(), entry.place.offset);
+  if (!view) return view.error();
+  ++segment->second.mailboxes;
+  mailboxes_[entry.address] = {segment->first, std::make_unique<shm::Sender>(*view, kTcpWriter),
+                               std::move(waker)};
+  return {};
+}
+
+bool TcpMailboxes::remove(Address address) {
+  const auto found = mailboxes_.find(address);
+  if (found == mailboxes_.end()) return false;
+  const auto segment = segments_.find(found->second.segment);
+  mailboxes_.erase(found);
+  if (--segment->second.mailboxes == 0) segments_.erase(segment);
+  return true;
+}
+
+void TcpMailboxes::deliver(const Header& header, std::span<const std::byte> body) {
+  const auto found = mailboxes_.find(header.dest);
+  if (found == mailboxes_.end()) return;  // closed a moment ago
+  shm::Sender& sender = *found->second.sender;
+  shm::Claim claim;
+  if (!shm::taken(sender.claim(header.length, header.priority, claim))) return;
+  wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+  if (!body.empty()) std::memcpy(claim.body, body.data(), body.size());
+  if (sender.commit(claim) == shm::SendOutcome::kOk)
+    os::wake_owner(sender, {found->second.waker.get()});
+}
+
+// --- The bridge
+
+TcpBridge::TcpBridge(TcpClient router, os::File session, Settings settings)
     : settings_(std::move(settings)),
       router_(std::move(router)),
       session_(std::move(session)),
-      reader_(std::max(settings_.message_max, kReceivedMax)),
-      scratch_(kScratchBytes),
       thread_([this] { run(); }) {}
 
 TcpBridge::~TcpBridge() { thread_.join(); }
@@ -54,17 +96,18 @@ void TcpBridge::run() {
   while (turn()) {
   }
   session_.reset();
-  router_.reset();
+  router_.socket().reset();
 }
 
 // Sends what there is to send, and waits for the next thing to do.
 bool TcpBridge::turn() {
   if (!write_router()) return false;
-  const bool full = !written();
+  const bool full = !router_.protocol().unsent().empty();
   const short router_events = static_cast<short>(full ? POLLIN | POLLOUT : POLLIN);
   const int doorbell = uplink_ && !full ? uplink_->doorbell().get() : -1;
-  std::array<pollfd, 3> waits{
-      {{session_.get(), POLLIN, 0}, {router_.get(), router_events, 0}, {doorbell, POLLIN, 0}}};
+  std::array<pollfd, 3> waits{{{session_.get(), POLLIN, 0},
+                               {router_.socket().get(), router_events, 0},
+                               {doorbell, POLLIN, 0}}};
   if (::poll(waits.data(), waits.size(), more_ ? 0 : -1) < 0) return errno == EINTR;
   if (waits[2].revents != 0) os::drain_event_fd(doorbell);
   if (waits[1].revents != 0 && !read_router()) return false;
@@ -77,9 +120,8 @@ bool TcpBridge::turn() {
 bool TcpBridge::write_router() {
   more_ = false;
   for (int writes = 0; writes < kWritesPerTurn; ++writes) {
-    if (written() && !take_sent(kWriteBytes)) return true;
-    if (!flush()) return false;
-    if (!written()) return true;
+    if (router_.protocol().unsent().empty() && !take_sent(kWriteBytes)) return true;
+    if (const auto flushed = router_.flush(); !flushed) return flushed.error() == Errc::kEmpty;
   }
   more_ = true;
   return true;
@@ -89,95 +131,30 @@ bool TcpBridge::write_router() {
 // False: there was nothing; the doorbell rings for the next message.
 bool TcpBridge::take_sent(std::size_t bytes_max, int messages_max) {
   if (!uplink_) return false;
-  const std::size_t before = output_.size();
-  for (int n = 0; n < messages_max && output_.size() - before < bytes_max;) {
+  std::size_t bytes = 0;
+  for (int n = 0; n < messages_max && bytes < bytes_max;) {
     if (const auto taken = uplink_->receiver().take()) {
-      const std::size_t at = output_.size();
-      output_.resize(at + kHeaderSize);
-      wire::encode_header(taken->header, wire::HeaderBytes(&output_[at], kHeaderSize));
-      output_.insert(output_.end(), taken->body.begin(), taken->body.end());
+      router_.protocol().put(taken->header, taken->body);
       uplink_->release(*taken);
+      bytes += taken->header.length;
       ++n;
     } else if (uplink_->receiver().rest()) {
       break;
     }
   }
-  return output_.size() > before;
-}
-
-bool TcpBridge::flush() {
-  while (!written()) {
-    const auto rest = std::span(output_).subspan(written_);
-    const ssize_t n = ::send(router_.get(), rest.data(), rest.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (n < 0) return errno == EAGAIN || errno == EINTR;
-    written_ += static_cast<std::size_t>(n);
-  }
-  output_.clear();
-  written_ = 0;
-  return true;
-}
-
-void TcpBridge::command(std::int8_t type, Address mailbox) {
-  constexpr std::uint32_t kSize = kHeaderSize + sizeof(std::uint32_t);
-  const Header header{.flags = flag::kNativeOrder, .type = type, .length = kSize};
-  const std::size_t at = output_.size();
-  output_.resize(at + kSize);
-  wire::encode_header(header, wire::HeaderBytes(&output_[at], kHeaderSize));
-  wire::HeaderWord::store(&output_[at + kHeaderSize], mailbox.raw(), std::endian::native);
+  return bytes > 0;
 }
 
 // --- from the router
 
+// False: lost, or nobody knows where the next message begins.
 bool TcpBridge::read_router() {
-  const std::span<std::byte> room = reader_.room();
-  std::array<iovec, 2> pieces{iovec{room.data(), room.size()},
-                              iovec{scratch_.data(), scratch_.size()}};
-  msghdr message{};
-  message.msg_iov = pieces.data() + (room.empty() ? 1 : 0);
-  message.msg_iovlen = room.empty() ? 1 : 2;
-  const ssize_t n = ::recvmsg(router_.get(), &message, MSG_DONTWAIT);
-  if (n == 0) return false;
-  if (n < 0) return errno == EAGAIN || errno == EINTR;
-  const auto size = static_cast<std::size_t>(n);
-  const std::size_t in_room = std::min(size, room.size());
-  if (in_room > 0) reader_.advance(in_room);
-  return take_messages(std::span(scratch_).first(size - in_room));
-}
-
-// False: nobody knows where the next message begins.
-bool TcpBridge::take_messages(std::span<std::byte> chunk) {
-  for (;;) {
-    const wire::StreamReader::Item item = reader_.next(chunk);
-    if (item.status == wire::StreamReader::Status::kNeedMore) return true;
-    if (item.status != wire::StreamReader::Status::kMessage) return false;
-    const auto body = item.message.subspan(kHeaderSize);
-    if (item.header.dest == Address() && item.header.src == Address()) {
-      on_router_command(item.header, body);
-    } else {
-      mailboxes_.deliver(item.header, body);
-    }
-  }
-}
-
-void TcpBridge::on_router_command(const Header& header, std::span<const std::byte> body) {
-  switch (header.type) {
-    case router_command::kLifesign: {
-      if (output_.size() > kAnswersBytesMax) return;
-      const std::size_t at = output_.size();
-      output_.resize(at + kHeaderSize);
-      wire::encode_header(wire::reply_to(header, type::kOk),
-                          wire::HeaderBytes(&output_[at], kHeaderSize));
-      return;
-    }
-    case router_command::kAddressWidths:
-      widths_ = router_command::decode_widths(body).value_or(widths_);
-      return;
-    case type::kOk:
-    case type::kError:
-      return on_router_word(header.type == type::kOk);
-    default:
-      return;  // of another version
-  }
+  const auto got = router_.read([this](const Header& header, std::span<const std::byte> body) {
+    if (!wire::is_router_message(header)) return mailboxes_.deliver(header, body);
+    if (header.type == type::kOk || header.type == type::kError)
+      on_router_word(header.type == type::kOk);
+  });
+  return got || got.error() == Errc::kEmpty;
 }
 
 // --- to the session
@@ -202,8 +179,8 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
                                     .message_max = settings_.message_max,
                                     .widths = {}},  // on_router_word() knows
                       1});
-    command(router_command::kLogin, {});
-    command(router_command::kMailboxDeleteWithReply, kNobody);
+    router_.protocol().put_command(router_command::kLogin, {});
+    router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
   } else if (const auto* offer = std::get_if<wire::OfferSegment>(&record)) {
     if (files.size() != 1 || !mailboxes_.offer(offer->segment, files[0])) failed_ = true;
   } else if (const auto* opening = std::get_if<wire::Open>(&record)) {
@@ -222,7 +199,7 @@ void TcpBridge::open(std::uint32_t request, const wire::Open& wish, std::vector<
   auto opened = add_mailboxes(wish, std::move(files));
   if (!opened.text.empty()) return answer(request, opened);
   for (const wire::OpenEntry& entry : wish.entries)
-    command(router_command::kMailboxInitWithReply, entry.address);
+    router_.protocol().put_command(router_command::kMailboxInitWithReply, entry.address);
   asked_.push_back({request, std::move(opened), wish.entries.size()});
 }
 
@@ -235,7 +212,7 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
   for (std::size_t i = 0; i < wish.entries.size(); ++i) {
     const bool given = wish.entries[i].has_waker && waker != files.end();
     const auto added =
-        mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File(), widths_);
+        mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File(), widths());
     if (added) continue;
     opened.text = added.error().detail();
     opened.entries[i].status = added.error() == Errc::kAddressInUse
@@ -253,9 +230,13 @@ void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
   // As much as it holds, also when senders go on.
   if (uplink_) (void)take_sent(uplink_->size(), kUplinkSlots);
   std::size_t deleted = 0;
+  if (wish.addresses.empty()) {  // a question whether all has arrived
+    router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
+    ++deleted;
+  }
   for (const Address address : wish.addresses) {
     if (!mailboxes_.remove(address)) continue;
-    command(router_command::kMailboxDeleteWithReply, address);
+    router_.protocol().put_command(router_command::kMailboxDeleteWithReply, address);
     ++deleted;
   }
   if (deleted == 0) return answer(request, wire::Closed{});
@@ -291,7 +272,7 @@ void TcpBridge::on_router_word(bool good) {
     asked_.push_back(std::move(done));
     return;
   }
-  if (auto* welcome = std::get_if<wire::Welcome>(&done.answer)) welcome->widths = widths_;
+  if (auto* welcome = std::get_if<wire::Welcome>(&done.answer)) welcome->widths = widths();
   answer(done.request, done.answer);
 }
 
@@ -303,14 +284,14 @@ std::size_t TcpBridge::settle(wire::Opened& opened) {
   };
   const auto refused = std::ranges::find_if_not(opened.entries, is_good);
   if (refused == opened.entries.end()) return 0;
-  opened.text = refused->address.to_string(widths_) +
+  opened.text = refused->address.to_string(widths()) +
                 " belongs to somebody else, or the router at " + settings_.where +
                 " has room for no more mailboxes";
   std::size_t deleted = 0;
   for (wire::OpenedEntry& entry : opened.entries) {
     mailboxes_.remove(entry.address);
     if (!is_good(entry)) continue;
-    command(router_command::kMailboxDeleteWithReply, entry.address);
+    router_.protocol().put_command(router_command::kMailboxDeleteWithReply, entry.address);
     entry.status = wire::OpenStatus::kNotTried;
     ++deleted;
   }

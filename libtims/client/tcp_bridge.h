@@ -9,19 +9,55 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "client/tcp_mailboxes.h"
+#include "client/tcp_client.h"
 #include "os/file.h"
+#include "os/shared_memory.h"
 #include "os/uplink.h"
+#include "shm/sender.h"
+#include "tims/address.h"
+#include "tims/message.h"
+#include "tims/result.h"
 #include "wire/local_protocol.h"
 #include "wire/tcp_protocol.h"
 
 namespace tims::client {
+
+// The mailboxes of the session: what comes from the router is delivered here, in this process.
+
+inline constexpr std::uint32_t kTcpWriter = 1;  // the only process that writes to them
+
+class TcpMailboxes {
+ public:
+  Result<void> offer(std::uint64_t segment, const os::File& memfd);
+  // `waker` may be none: a futex. kAddressInUse: another mailbox of this session has it.
+  // `widths`: for its text.
+  Result<void> add(const wire::OpenEntry& entry, os::File waker, const AddressWidths& widths);
+  bool remove(Address address);  // false: unknown
+
+  // To the mailbox of its receiver, if it has room; what it does not take, it counts.
+  void deliver(const Header& header, std::span<const std::byte> body);
+
+ private:
+  struct Segment {
+    os::Mapping mapping;
+    std::size_t mailboxes = 0;
+  };
+  struct Mailbox {
+    std::uint64_t segment = 0;
+    std::unique_ptr<shm::Sender> sender;
+    os::File waker;
+  };
+
+  std::map<std::uint64_t, Segment> segments_;
+  std::map<Address, Mailbox> mailboxes_;
+};
 
 class TcpBridge {
  public:
@@ -31,7 +67,7 @@ class TcpBridge {
     int priority = 0;               // real-time, of the thread; 0: none
   };
   // `router`: connected, non-blocking. `session`: the other end of the session's socket.
-  TcpBridge(os::File router, os::File session, Settings settings);
+  TcpBridge(TcpClient router, os::File session, Settings settings);
   TcpBridge(const TcpBridge&) = delete;
   TcpBridge& operator=(const TcpBridge&) = delete;
   ~TcpBridge();  // one of the connections must be closed
@@ -61,29 +97,20 @@ class TcpBridge {
   void answer(std::uint32_t request, const wire::Record& record, std::span<const int> files = {});
 
   // Towards the router.
+  [[nodiscard]] AddressWidths widths() const { return router_.protocol().widths(); }
   bool write_router();
   bool take_sent(std::size_t bytes_max, int messages_max = std::numeric_limits<int>::max());
-  bool flush();
-  [[nodiscard]] bool written() const { return written_ == output_.size(); }
-  void command(std::int8_t type, Address mailbox);
   bool read_router();
-  bool take_messages(std::span<std::byte> chunk);
-  void on_router_command(const Header& header, std::span<const std::byte> body);
 
   const Settings settings_;
-  os::File router_;
+  TcpClient router_;
   os::File session_;
-  AddressWidths widths_;  // as the router says before it answers the first question
-  bool failed_ = false;   // the session takes no more
+  bool failed_ = false;  // the session takes no more
 
   std::deque<Asked> asked_;
   TcpMailboxes mailboxes_;
   std::unique_ptr<os::Uplink> uplink_;
-  wire::StreamReader reader_;
-  std::vector<std::byte> scratch_;
-  std::vector<std::byte> output_;
-  std::size_t written_ = 0;  // of output_
-  bool more_ = false;        // there may be more in the uplink
+  bool more_ = false;  // there may be more in the uplink
 
   std::thread thread_;  // last: it uses all of the above
 };

@@ -70,15 +70,16 @@ void drain_wakes(int woken) {
   }
 }
 
-bool is_readable(int fd, Duration within) {
-  const Time deadline = deadline_after(within);
-  pollfd ready{fd, POLLIN, 0};
+bool is_ready(int fd, short events, Time deadline) {
+  pollfd ready{fd, events, 0};
   for (;;) {
     const timespec rest = to_timespec(Time(std::max(deadline - now(), Duration::zero())));
     const int n = ::ppoll(&ready, 1, &rest, nullptr);
     if (n >= 0 || errno != EINTR) return n > 0;
   }
 }
+
+bool is_readable(int fd, Duration within) { return is_ready(fd, POLLIN, deadline_after(within)); }
 
 Result<File> any_of(std::span<const int> fds) {
   File any(::epoll_create1(EPOLL_CLOEXEC));

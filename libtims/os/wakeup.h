@@ -51,7 +51,9 @@ void drain_wakes(int woken);
 
 // --- Any descriptor
 
-// Within that time; -1 never is.
+// Whether poll() reports one of `events` before the deadline; -1 never is ready.
+bool is_ready(int fd, short events, Time deadline);
+// Can be read within that time.
 bool is_readable(int fd, Duration within = {});
 // Readable when one of them is. -1 and plain files, for which nobody can wait, are left out.
 Result<File> any_of(std::span<const int> fds);

@@ -20,7 +20,8 @@
 // again. Offering one, or opening a mailbox at its place, twice on one connection changes nothing.
 // Who is back on a new connection, the old one closed, gets its writer and its addresses at once,
 // and the router takes the mark `closed` off its mailboxes. What a client has put into its uplink
-// before a record, or before it closes the connection, goes first. A router without free file
+// before a record, or before it closes the connection, goes first; so the answer to a Close of
+// nothing says that the router has taken all that was sent before. A router without free file
 // descriptors refuses (kTooMany); it closes no connection for that. One client may use a quarter of
 // them.
 //

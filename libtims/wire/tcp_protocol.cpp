@@ -15,6 +15,9 @@ constexpr std::size_t kBufferBytesMin = 4 << 10;
 // nothing of the messages behind it.
 constexpr std::size_t kRoomBytesMin = 16 << 10;
 
+// Beyond this, lifesigns are no longer answered.
+constexpr std::size_t kAnswersBytesMax = 1 << 20;
+
 }  // namespace
 
 StreamReader::Item StreamReader::next(std::span<std::byte>& chunk) {
@@ -97,6 +100,64 @@ void StreamReader::release() {
   if (capacity_ <= kKeptBytesMax) return;
   buffer_.reset();
   capacity_ = 0;
+}
+
+// --- The client's end
+
+std::array<std::byte, kHeaderSize> TcpClientProtocol::encode(Header header,
+                                                             std::size_t body_size) const {
+  std::array<std::byte, kHeaderSize> bytes;
+  header.length = static_cast<std::uint32_t>(kHeaderSize + body_size);
+  encode_header(header, bytes, order_);
+  return bytes;
+}
+
+void TcpClientProtocol::put(Header header, std::span<const std::byte> body) {
+  const auto head = encode(header, body.size());
+  output_.insert(output_.end(), head.begin(), head.end());
+  output_.insert(output_.end(), body.begin(), body.end());
+}
+
+void TcpClientProtocol::put_command(std::int8_t type) {
+  put({.flags = body_order(), .type = type});
+}
+
+void TcpClientProtocol::put_command(std::int8_t type, Address mailbox) {
+  std::array<std::byte, sizeof(std::uint32_t)> body{};
+  HeaderWord::store(body.data(), mailbox.raw(), order_);
+  put({.flags = body_order(), .type = type}, body);
+}
+
+void TcpClientProtocol::sent(std::size_t bytes) {
+  sent_ += bytes;
+  if (sent_ < output_.size()) return;
+  output_.clear();
+  sent_ = 0;
+}
+
+StreamReader::Item TcpClientProtocol::next(std::span<std::byte>& chunk) {
+  for (;;) {
+    StreamReader::Item item = reader_.next(chunk);
+    if (item.status != StreamReader::Status::kMessage || !is_router_message(item.header))
+      return item;
+    if (item.header.type == router_command::kLifesign) {
+      answer(item.header);
+    } else if (item.header.type == router_command::kAddressWidths) {
+      const auto widths = router_command::decode_widths(item.message.subspan(kHeaderSize));
+      widths_ = widths.value_or(widths_);
+    } else {
+      return item;
+    }
+  }
+}
+
+// A router that asks and asks, and takes no answer, gets no more of them.
+void TcpClientProtocol::answer(const Header& lifesign) {
+  ++lifesigns_;
+  if (!answers_lifesigns_ || unsent().size() > kAnswersBytesMax) return;
+  Header reply = reply_to(lifesign, type::kOk);
+  reply.flags = body_order();
+  put(reply);
 }
 
 }  // namespace tims::wire

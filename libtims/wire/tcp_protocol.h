@@ -4,11 +4,13 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "tims/address.h"
 #include "tims/message.h"
@@ -104,5 +106,58 @@ class StreamReader {
   bool handed_out_ = false;     // the caller is looking at buffer_
   std::optional<Item> broken_;  // the stream is lost, and why
 };
+
+// The client's end of a connection, without its socket: what is to be sent piles up here, and what
+// has come is cut into messages. It answers lifesigns, and remembers how the fleet divides
+// addresses when the router says so.
+class TcpClientProtocol {
+ public:
+  // `received_max`: of what may come, bytes with the header; what is longer ends the stream.
+  explicit TcpClientProtocol(std::uint32_t received_max) : reader_(received_max) {}
+
+  // Of headers, and of addresses in commands. Default: the machine's.
+  void set_byte_order(std::endian order) { order_ = order; }
+  // A client that does not is closed by the router's watchdog.
+  void set_answers_lifesigns(bool answers) { answers_lifesigns_ = answers; }
+  [[nodiscard]] std::uint64_t lifesigns() const { return lifesigns_; }
+  // As a flag of what is made in that order.
+  [[nodiscard]] std::uint8_t body_order() const {
+    return order_ == std::endian::little ? flag::kBodyLittleEndian : std::uint8_t{0};
+  }
+  [[nodiscard]] const AddressWidths& widths() const { return widths_; }
+
+  // To be sent. The header's length is filled in.
+  void put(Header header, std::span<const std::byte> body = {});
+  void put_command(std::int8_t type);
+  void put_command(std::int8_t type, Address mailbox);
+  [[nodiscard]] std::span<const std::byte> unsent() const {
+    return std::span(output_).subspan(sent_);
+  }
+  void sent(std::size_t bytes);
+  // The header's bytes, with the length filled in, for who sends a body without copying it.
+  [[nodiscard]] std::array<std::byte, kHeaderSize> encode(Header header,
+                                                          std::size_t body_size) const;
+
+  // What has come: as StreamReader, without what is dealt with here.
+  StreamReader::Item next(std::span<std::byte>& chunk);
+  std::span<std::byte> room() { return reader_.room(); }
+  void advance(std::size_t bytes) { reader_.advance(bytes); }
+
+ private:
+  void answer(const Header& lifesign);
+
+  StreamReader reader_;
+  std::endian order_ = std::endian::native;
+  bool answers_lifesigns_ = true;
+  std::uint64_t lifesigns_ = 0;
+  AddressWidths widths_;
+  std::vector<std::byte> output_;
+  std::size_t sent_ = 0;  // of output_
+};
+
+// Between a client and its router, not between mailboxes.
+constexpr bool is_router_message(const Header& header) {
+  return header.dest == Address() && header.src == Address();
+}
 
 }  // namespace tims::wire

@@ -383,7 +383,7 @@ wire::OpenStatus ClientPort::register_one(LocalClient& client, Address address,
 bool ClientPort::close_mailboxes(LocalClient& client, std::uint32_t request,
                                  const wire::Close& close) {
   for (const Address address : close.addresses) close_mailbox(client, address);
-  drop_unused(client);
+  if (!close.addresses.empty()) drop_unused(client);
   return send(client, request, wire::Closed{});
 }
 

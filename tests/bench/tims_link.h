@@ -62,7 +62,7 @@ class TimsLink {
             .slots = static_cast<std::uint32_t>(slots),
             .body_max = static_cast<std::uint32_t>(body_max),
             .priority = static_cast<std::uint8_t>(plan.priority),
-            .linger = plan.streaming() ? kStreamSpin : Duration::zero()};
+            .spin = plan.streaming() ? kStreamSpin : Duration::zero()};
   }
 
   TimsLink(const Plan& plan, Way way, Session session, Mailbox mailbox)

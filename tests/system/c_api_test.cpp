@@ -6,7 +6,10 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 #include "tests/support/router_process.h"
+#include "tests/support/tcp_client.h"
 #include "tims.h"
 
 namespace tims::test {
@@ -22,8 +25,12 @@ class CApiTest : public testing::Test {
   }
   void TearDown() override { tims_disconnect(session_); }
 
+  static tims_mailbox_options wish(std::uint32_t address, std::uint32_t slots = 4,
+                                   std::uint8_t event_fd = 0) {
+    return {address, slots, 64, event_fd, {}, 0};
+  }
   tims_mailbox* open(std::uint32_t address, std::uint8_t event_fd = 0) {
-    const tims_mailbox_options options{address, 4, 64, event_fd};
+    const tims_mailbox_options options = wish(address, 4, event_fd);
     tims_mailbox* mailbox = tims_open(session_, &options);
     EXPECT_NE(mailbox, nullptr) << tims_error_text();
     return mailbox;
@@ -81,11 +88,14 @@ TEST_F(CApiTest, Loans) {
 
 TEST_F(CApiTest, ErrorsHaveCodesAndSentences) {
   tims_mailbox* mailbox = open(0x00140000);
-  const tims_mailbox_options same{0x00140000, 4, 64, 0};
+  const tims_mailbox_options same = wish(0x00140000);
   EXPECT_EQ(tims_open(session_, &same), nullptr);
   EXPECT_NE(std::string(tims_error_text()).find("Ladar(0/0)"), std::string::npos);
-  const tims_mailbox_options impossible{5, 0, 64, 0};
+  EXPECT_EQ(tims_error_code(), TIMS_EADDRESS_IN_USE);
+  EXPECT_STREQ(tims_error_name(tims_error_code()), "address_in_use");
+  const tims_mailbox_options impossible = wish(5, 0);
   EXPECT_EQ(tims_open(session_, &impossible), nullptr);
+  EXPECT_EQ(tims_error_code(), TIMS_EINVALID);
   char buffer[4];
   EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), TIMS_EEMPTY);
   EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 1'000'000), TIMS_ETIMEOUT);
@@ -97,6 +107,7 @@ TEST_F(CApiTest, ErrorsHaveCodesAndSentences) {
   EXPECT_EQ(tims_clean(mailbox), 1);
   tims_close(mailbox);
   EXPECT_EQ(tims_connect("/nowhere/router.sock", "late", 1'000'000), nullptr);
+  EXPECT_EQ(tims_error_code(), TIMS_ETIMEOUT);
   EXPECT_NE(std::string(tims_error_text()).find("/nowhere/router.sock"), std::string::npos);
 }
 
@@ -113,6 +124,109 @@ TEST_F(CApiTest, EventFd) {
   tims_close(mailbox);
 }
 
+TEST_F(CApiTest, BodiesInPieces) {
+  tims_mailbox* mailbox = open(1);
+  const tims_header to_self{1, 0, 0, TIMS_TELL_IF_GONE | TIMS_TELL_WHY, -6, 0, 0};
+  std::vector<tims_piece> pieces{{"ab", 2}, {nullptr, 0}, {"c", 1}};
+  ASSERT_EQ(tims_send_pieces(mailbox, &to_self, pieces.data(), pieces.size()), 0);
+  tims_header header{};
+  char buffer[200];
+  ASSERT_EQ(tims_receive(mailbox, &header, buffer, sizeof buffer, 0), 3);
+  EXPECT_EQ(std::string(buffer, 3), "abc");
+  EXPECT_EQ(header.flags & to_self.flags, to_self.flags);
+  pieces.assign(100, {"", 0});
+  pieces.front() = {"many", 4};
+  ASSERT_EQ(tims_send_pieces(mailbox, &to_self, pieces.data(), pieces.size()), 0);
+  EXPECT_EQ(tims_receive(mailbox, nullptr, buffer, sizeof buffer, 0), 4);
+  pieces.assign(65, {"x", 1});
+  EXPECT_EQ(tims_send_pieces(mailbox, &to_self, pieces.data(), pieces.size()), TIMS_ETOO_BIG);
+  tims_close(mailbox);
+}
+
+TEST_F(CApiTest, SeveralMailboxesOrNone) {
+  tims_mailbox* both[2] = {};
+  const tims_mailbox_options options[] = {wish(7), wish(8)};
+  ASSERT_EQ(tims_open_all(session_, options, 2, both), 0) << tims_error_text();
+  EXPECT_EQ(tims_mailbox_address(both[1]), 8U);
+  EXPECT_EQ(tims_mailbox_body_max(both[1]), 64U);
+  tims_close(both[0]);
+  tims_mailbox* again[2] = {};
+  EXPECT_EQ(tims_open_all(session_, options, 2, again), TIMS_EADDRESS_IN_USE);
+  EXPECT_EQ(again[0], nullptr);
+  tims_close(both[1]);
+}
+
+TEST_F(CApiTest, WhatAMailboxCounts) {
+  tims_mailbox* mailbox = open(1);
+  const tims_header to_self{1, 0, 0, 0, -6, 0, 0};
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(tims_send(mailbox, &to_self, nullptr, 0), 0);
+  EXPECT_EQ(tims_receive(mailbox, nullptr, nullptr, 0, 0), 0);
+  tims_counters counters{};
+  tims_mailbox_counters(mailbox, &counters);
+  EXPECT_EQ(counters.received, 1U);
+  EXPECT_EQ(counters.waiting, 3U);
+  EXPECT_EQ(counters.replaced, 1U);
+  tims_close(mailbox);
+}
+
+TEST_F(CApiTest, WhatASessionKnows) {
+  EXPECT_STREQ(tims_version(), TIMS_VERSION);
+  EXPECT_EQ(tims_is_connected(session_), 1);
+  EXPECT_NE(tims_router_address(session_), ~0U);
+  char path[8];
+  EXPECT_GT(tims_default_router(path, sizeof path), 0U);
+  EXPECT_LT(std::strlen(path), sizeof path);
+  router_.kill();
+  EXPECT_TRUE(eventually([&] { return tims_is_connected(session_) == 0; }, "it is lost"));
+}
+
+// A negative time-out does not wait, as 0.
+TEST_F(CApiTest, NegativeTimeouts) {
+  tims_mailbox* mailbox = open(1);
+  EXPECT_EQ(tims_receive(mailbox, nullptr, nullptr, 0, -5), TIMS_EEMPTY);
+  EXPECT_EQ(tims_peek(mailbox, nullptr, nullptr, INT64_MIN), nullptr);
+  EXPECT_EQ(tims_error_code(), TIMS_EEMPTY);
+  tims_close(mailbox);
+}
+
+// What was sent to elsewhere has been taken by the router when the call returns.
+TEST_F(CApiTest, ClosingLingersUntilTheRouterHasTakenEverything) {
+  auto far = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(far.ok());
+  ASSERT_TRUE(far->register_mailbox(Address(9)).ok());
+  for (const std::string& way : {router_.socket_path(), router_.tcp()}) {
+    tims_session* session = tims_connect(way.c_str(), "lingers", kPatience.count());
+    ASSERT_NE(session, nullptr) << tims_error_text();
+    const tims_mailbox_options options = wish(3);
+    tims_mailbox* mailbox = tims_open(session, &options);
+    ASSERT_NE(mailbox, nullptr) << tims_error_text();
+    EXPECT_EQ(tims_flush(session, 0), 0) << "nothing is on the way";
+    const tims_header header{9, 0, 0, 0, -6, 0, 0};
+    ASSERT_EQ(tims_send(mailbox, &header, "first", 5), 0) << tims_error_text();
+    ASSERT_EQ(tims_flush(session, kPatience.count()), 0) << tims_error_text();
+    EXPECT_TRUE(far->receive(kPatience).ok()) << way;
+    router_.process().signal(SIGSTOP);
+    ASSERT_EQ(tims_send(mailbox, &header, "last", 4), 0) << tims_error_text();
+    EXPECT_EQ(tims_flush(session, 20'000'000), TIMS_ETIMEOUT);
+    router_.process().signal(SIGCONT);
+    EXPECT_EQ(tims_close_linger(mailbox, kPatience.count()), 0) << tims_error_text();
+    EXPECT_TRUE(far->receive().ok()) << way;
+    tims_disconnect(session);
+  }
+}
+
+TEST(CApiExample, AsksAndAnswers) {
+  RouterProcess router;
+  ASSERT_TRUE(router.start().ok());
+  auto example = ChildProcess::start({TIMS_C_EXAMPLE_PROGRAM, router.socket_path()});
+  ASSERT_TRUE(example.ok());
+  EXPECT_TRUE(example->wait_for_line("Test(1/2) answers \"what now?\", message 1").ok());
+  EXPECT_TRUE(example->wait_for_line("connected 1 time(s)").ok());
+  const auto ended = example->wait();
+  ASSERT_TRUE(ended.ok());
+  EXPECT_TRUE(ended->success()) << example->output();
+}
+
 TEST_F(CApiTest, Addresses) {
   for (const tims_session* session : {session_, static_cast<tims_session*>(nullptr)}) {
     std::uint32_t address = 0;
@@ -124,6 +238,11 @@ TEST_F(CApiTest, Addresses) {
     EXPECT_EQ(tims_format_address(session, 0x03140000, text, sizeof text), 10U);
     EXPECT_STREQ(text, "Ladar(3");
     EXPECT_EQ(tims_format_address(session, 0x03140000, nullptr, 0), 10U);
+    tims_address_fields fields{};
+    tims_split_address(session, 0x03140002, &fields);
+    EXPECT_EQ(fields.class_id, 0x14U);
+    EXPECT_EQ(fields.local, 2U);
+    EXPECT_EQ(tims_make_address(session, &fields), 0x03140002U);
   }
 }
 

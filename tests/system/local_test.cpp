@@ -20,11 +20,11 @@
 namespace tims::test {
 namespace {
 
-TEST_F(LocalTest, AMailboxThatLingersFallsAsleepAllTheSame) {
+TEST_F(LocalTest, AMailboxThatSpinsFallsAsleepAllTheSame) {
   Session s = session();
-  Mailbox a = open(s, 1, {.linger = 1ms});
+  Mailbox a = open(s, 1, {.spin = 1ms});
   EXPECT_EQ(receive(a, 20ms), "timeout");
-  EXPECT_EQ(receive(a, 100us), "timeout") << "the deadline comes before the end of lingering";
+  EXPECT_EQ(receive(a, 100us), "timeout") << "the deadline comes before the end of spinning";
   std::thread sender([&] { EXPECT_TRUE(send(a, 1, "late")); });
   EXPECT_EQ(receive(a), "late");
   sender.join();

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "tims/export.h"
+
 namespace tims {
 
 // Bits of each field; they add up to 32. One fleet uses one set of widths.
@@ -58,7 +60,7 @@ inline constexpr std::uint32_t kPtzDrive = 0x27;
 inline constexpr std::uint32_t kCompass = 0x28;
 }  // namespace class_id
 
-class Address {
+class TIMS_API Address {
  public:
   struct Fields {
     std::uint32_t system = 0;
@@ -106,7 +108,7 @@ inline constexpr Address kTextSink{0x00010000};
 
 // "*", "Ladar(*/*)", "*(3/0)", "Ladar(3/0):*", "0x03140002". A form with parentheses and without
 // ":local" matches every local id: it names the component.
-class AddressPattern {
+class TIMS_API AddressPattern {
  public:
   AddressPattern() = default;  // matches everything
   static std::optional<AddressPattern> parse(std::string_view text, const AddressWidths& w = {});
@@ -118,9 +120,9 @@ class AddressPattern {
 };
 
 // Printed name of a class id ("Ladar"), empty when it has none.
-std::string_view class_name(std::uint32_t class_id);
+TIMS_API std::string_view class_name(std::uint32_t class_id);
 // Class id of a printed name, without regard to case.
-std::optional<std::uint32_t> class_id_of(std::string_view name);
+TIMS_API std::optional<std::uint32_t> class_id_of(std::string_view name);
 
 }  // namespace tims
 

@@ -25,6 +25,7 @@
 #include <span>
 #include <utility>
 
+#include "tims/export.h"
 #include "tims/message.h"
 #include "tims/result.h"
 #include "tims/time.h"
@@ -39,7 +40,7 @@ struct MailboxOptions {
   bool event_fd = false;          // for an event loop of your own: see Mailbox::event_fd
   // How long a receive looks for the next message, and yields the processor between two looks,
   // before it sleeps: for streams, where waking costs more than the message. Zero suits real time.
-  Duration linger = {};
+  Duration spin = {};
 };
 
 // What the sender decides of a header.
@@ -67,7 +68,7 @@ struct Target;
 
 // A received message, still in its slot. The slot is free again when the guard goes, which must be
 // before its mailbox goes. The bytes are the sender's: to be trusted as far as the sender is.
-class PeekGuard {
+class TIMS_API PeekGuard {
  public:
   PeekGuard(PeekGuard&& other) noexcept
       : core_(std::exchange(other.core_, nullptr)),
@@ -95,7 +96,7 @@ class PeekGuard {
 
 // A message under construction in the receiver's own slot: nothing is copied. Without send() the
 // slot goes back unused. Must go before the mailbox it was asked from.
-class Loan {
+class TIMS_API Loan {
  public:
   Loan(Loan&& other) noexcept;
   Loan& operator=(Loan&& other) noexcept;
@@ -125,7 +126,7 @@ struct MailboxCounters {
   std::uint64_t reclaimed = 0;  // half-written by a sender that died
 };
 
-class Mailbox {
+class TIMS_API Mailbox {
  public:
   Mailbox(Mailbox&&) noexcept;
   Mailbox& operator=(Mailbox&&) noexcept;
@@ -160,6 +161,9 @@ class Mailbox {
   Result<PeekGuard> peek();
   Result<PeekGuard> peek_for(Duration timeout);  // kTimeout
   Result<PeekGuard> try_peek();                  // kEmpty
+
+  // As Session::flush(), of its session: for who closes, but not before all has gone.
+  Result<void> flush(Duration timeout = kForever);
 
   // Throws away every waiting message; peeked and half-written ones stay. Returns how many.
   std::size_t clean();

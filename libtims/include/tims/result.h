@@ -9,6 +9,8 @@
 #include <utility>
 #include <variant>
 
+#include "tims/export.h"
+
 namespace tims {
 
 enum class Errc : std::uint8_t {
@@ -33,10 +35,10 @@ enum class Errc : std::uint8_t {
 };
 
 // One word for scripts and JSON ("address_in_use") and one sentence for people.
-std::string_view name(Errc code);
-std::string_view sentence(Errc code);
+TIMS_API std::string_view name(Errc code);
+TIMS_API std::string_view sentence(Errc code);
 
-class Error {
+class TIMS_API Error {
  public:
   Error(Errc code) : code_(code) {}  // NOLINT(google-explicit-constructor): `return Errc::kFull;`
   Error(Errc code, std::string detail) : code_(code), detail_(std::move(detail)) {}

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "tims/export.h"
 #include "tims/mailbox.h"
 #include "tims/result.h"
 #include "tims/time.h"
@@ -51,7 +52,7 @@ struct SessionOptions {
 
 class SessionCore;
 
-class Session {
+class TIMS_API Session {
  public:
   // Waits until the router answers (kTimeout, kVersion, kRefused; kInvalidArgument: `router`).
   static Result<Session> connect(SessionOptions options = {});
@@ -66,6 +67,12 @@ class Session {
   // All or none, in one exchange with the router.
   Result<std::vector<Mailbox>> open(std::span<const MailboxOptions> options);
 
+  // Waits until the router has taken all that was sent from mailboxes of this session before: it
+  // goes on from there also when this program ends. Messages to mailboxes of this host are in those
+  // as soon as they are sent. Without a router: waits for the next one. kTimeout: what is left
+  // still goes out as long as the session lives.
+  Result<void> flush(Duration timeout = kForever);
+
   [[nodiscard]] bool connected() const;
   [[nodiscard]] Address router() const;  // the router's own address; over TCP 0
   // Of the fleet's addresses: what Address::parse(), of() and to_string() must be told. An
@@ -79,6 +86,6 @@ class Session {
 
 // $TIMS_ROUTER; else the user's router, when there is one: $XDG_RUNTIME_DIR/tims/router.sock, or
 // /tmp/tims-UID/router.sock in a folder of the user's own; else /run/tims/router.sock.
-std::string default_router();
+TIMS_API std::string default_router();
 
 }  // namespace tims

@@ -40,6 +40,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   Result<void> connect();
   Result<std::shared_ptr<OwnSegment>> open(std::span<const MailboxOptions> options);
   void close(OwnSegment& segment, Address address);
+  Result<void> flush(Time deadline);
 
   // The way to an address, asking the router, and waiting for its answer, for one that is new or
   // closed. One not confirmed since the router was restarted is asked for without waiting.

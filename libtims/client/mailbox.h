@@ -6,7 +6,7 @@
 #include <mutex>
 #include <optional>
 
-#include "client/session_core.h"
+#include "client/session.h"
 #include "shm/receiver.h"
 #include "tims/mailbox.h"
 #include "wire/header.h"
@@ -24,6 +24,7 @@ class MailboxCore {
   void put_back(const shm::Taken& taken);
   void release(shm::Hint hint) { receiver_.release(hint); }
   std::size_t clean();
+  Result<void> flush(Time deadline) { return session_->flush(deadline); }
 
   // A slot of the receiver. `header` is completed by the caller.
   struct Draft {
@@ -45,7 +46,7 @@ class MailboxCore {
   shm::SendOutcome wait_for_room(Draft& draft);
   [[nodiscard]] Error not_sent(shm::SendOutcome outcome, Address dest) const;
   Result<shm::Taken> arm_event_fd();
-  std::optional<shm::Taken> linger(Time deadline);
+  std::optional<shm::Taken> spin(Time deadline);
   void sleep(Time deadline);
   void wake_own_readers();
 
@@ -54,7 +55,7 @@ class MailboxCore {
   const Address address_;
   const std::uint32_t body_max_;
   const std::uint8_t priority_;
-  const Duration linger_;
+  const Duration spin_;
   const int event_fd_;  // -1: a futex wakes
   const int waker_;
   std::atomic<bool> closed_ = false;
