@@ -61,8 +61,7 @@ Result<void> TcpClient::flush(Time deadline) {
   for (;;) {
     auto flushed = flush();
     if (flushed || !(flushed.error() == Errc::kEmpty)) return flushed;
-    if (!os::is_ready(socket_.get(), POLLOUT, deadline))
-      return Error(Errc::kTimeout, "the router takes nothing");
+    if (!os::is_ready(socket_.get(), POLLOUT, deadline)) return Errc::kTimeout;
   }
 }
 
@@ -139,8 +138,7 @@ Result<Message> TcpClient::receive(Time deadline) {
   for (;;) {
     auto message = take();
     if (message || !(message.error() == Errc::kEmpty)) return message;
-    if (!os::is_ready(socket_.get(), POLLIN, deadline))
-      return Error(Errc::kTimeout, "no message came");
+    if (!os::is_ready(socket_.get(), POLLIN, deadline)) return Errc::kTimeout;
   }
 }
 

@@ -3,7 +3,8 @@
 
 #include <cstdint>
 
-#include "tims/address.h"
+#include "tests/bench/plan.h"
+#include "tims/message.h"
 
 namespace tims::bench {
 
@@ -12,6 +13,15 @@ inline Address sender_address(std::uint32_t pair) {
 }
 inline Address receiver_address(std::uint32_t pair, std::uint32_t index) {
   return Address::of({.class_id = class_id::kTest, .instance = pair, .local = index + 1});
+}
+
+// Of what one process of a measurement sends over TCP or UDP.
+inline Header message_header(const Plan& plan) {
+  const Address sender = sender_address(plan.pair);
+  const Address receiver = receiver_address(plan.pair, plan.index);
+  return {.type = type::kData,
+          .dest = plan.sender() ? receiver : sender,
+          .src = plan.sender() ? sender : receiver};
 }
 
 // Of UDP on two hosts: a router or relay and its client. Nobody else is there.

@@ -5,10 +5,9 @@
 #include <thread>
 #include <vector>
 
+#include "client/tcp_client.h"
 #include "os/clock.h"
 #include "tests/bench/metrics.h"
-#include "tests/bench/tcp_bytes.h"
-#include "tests/support/tcp_socket.h"
 #include "tims/session.h"
 
 namespace tims::bench {
@@ -30,21 +29,11 @@ void print_seconds(Time start) {
   print_metric("register_s", std::chrono::duration<double>(os::now() - start).count());
 }
 
-// Everything a client has to say, without waiting for answers in between.
-std::vector<std::byte> registrations_of(std::uint32_t client) {
-  std::vector<std::byte> bytes;
+bool all_confirmed(client::TcpClient& client) {
   for (std::uint32_t mailbox = 0; mailbox < kMailboxesEach; ++mailbox) {
-    const auto init = init_of(address_of(client, mailbox));
-    bytes.insert(bytes.end(), init.begin(), init.end());
+    const auto answer = client.receive(os::deadline_after(kPatience));
+    if (!answer || answer->header.type != type::kOk) return false;
   }
-  return bytes;
-}
-
-bool all_confirmed(const os::File& socket) {
-  std::vector<Header> answers(kMailboxesEach);
-  if (!read_exactly(socket, std::as_writable_bytes(std::span(answers)))) return false;
-  for (const Header& answer : answers)
-    if (answer.type != type::kOk) return false;
   return true;
 }
 
@@ -75,19 +64,24 @@ struct Comers {
 
 }  // namespace
 
+// Everything a client has to say, without waiting for answers in between.
 bool register_over_tcp(const Plan& plan) {
-  std::vector<os::File> sockets;
+  const auto router = wire::parse_endpoint(plan.endpoint);
+  if (!router) return complain(router.error());
+  std::vector<client::TcpClient> clients;
   const Time start = os::now();
-  for (std::uint32_t client = 0; client < kComers; ++client) {
-    auto socket = test::connect_tcp(plan.endpoint, kPatience);
-    if (!socket) return complain(socket.error());
-    make_blocking(*socket);
-    set_read_timeout(*socket, kPatience);
-    if (!write_all(*socket, registrations_of(client))) return complain(Errc::kClosed);
-    sockets.push_back(std::move(*socket));
+  for (std::uint32_t i = 0; i < kComers; ++i) {
+    const Time deadline = os::deadline_after(kPatience);
+    auto client = client::TcpClient::connect(std::get<wire::TcpEndpoint>(*router), deadline);
+    if (!client) return complain(client.error());
+    for (std::uint32_t mailbox = 0; mailbox < kMailboxesEach; ++mailbox)
+      client->protocol().put_command(wire::router_command::kMailboxInitWithReply,
+                                     address_of(i, mailbox));
+    if (auto sent = client->flush(deadline); !sent) return complain(sent.error());
+    clients.push_back(std::move(*client));
   }
-  for (const os::File& socket : sockets)
-    if (!all_confirmed(socket)) return complain({Errc::kRefused, "a mailbox was not confirmed"});
+  for (client::TcpClient& client : clients)
+    if (!all_confirmed(client)) return complain({Errc::kRefused, "a mailbox was not confirmed"});
   print_seconds(start);
   return true;
 }

@@ -1,33 +1,36 @@
 #include "tests/bench/tcp_link.h"
 
-#include "tests/bench/tcp_bytes.h"
-#include "tests/support/tcp_socket.h"
+#include "tests/bench/addresses.h"
 
 namespace tims::bench {
 
-Result<TcpLink> TcpLink::open(const Plan& plan, Between between) {
-  auto socket = test::connect_tcp(plan.endpoint, std::chrono::seconds(5));
-  if (!socket) return socket.error();
-  make_blocking(*socket);
-  TcpLink link(plan, between, std::move(*socket));
-  auto registered = link.register_mailbox();
-  if (!registered) return registered.error();
-  return link;
-}
+namespace {
+
+constexpr std::size_t kGather = 64 << 10;
+constexpr std::uint32_t kLargest = 64U << 20;
+constexpr Duration kPatience = std::chrono::seconds(5);
+
+}  // namespace
+
+TcpLink::TcpLink(const Plan& plan, Between between, client::TcpClient client)
+    : client_(std::move(client)),
+      between_(between),
+      header_(message_header(plan)),
+      gather_(plan.streaming() ? kGather : 0) {}
 
 // As the original's C library: no watchdog, then the mailbox, then one answer.
-Result<void> TcpLink::register_mailbox() {
-  const auto request = registration_of(header().src);
-  if (!write_all(socket(), request)) return os::system_error("register");
-  Header answer;
-  if (!read_exactly(socket(), std::as_writable_bytes(std::span(&answer, 1))))
-    return os::system_error("register");
-  if (answer.type != type::kOk) return Error(Errc::kAddressInUse, header().src.to_string());
-  return {};
-}
-
-bool TcpLink::write(std::span<const std::byte> first, std::span<const std::byte> second) {
-  return write_both(socket(), first, second);
+Result<TcpLink> TcpLink::open(const Plan& plan, Between between) {
+  const auto router = wire::parse_endpoint(plan.endpoint);
+  if (!router) return router.error();
+  const Time deadline = os::deadline_after(kPatience);
+  auto client =
+      client::TcpClient::connect(std::get<wire::TcpEndpoint>(*router), deadline, kLargest);
+  if (!client) return client.error();
+  client->protocol().put_command(wire::router_command::kDisableWatchdog);
+  if (auto done = client->register_mailbox(message_header(plan).src, deadline); !done)
+    return done.error();
+  make_blocking(client->socket());
+  return TcpLink(plan, between, std::move(*client));
 }
 
 }  // namespace tims::bench

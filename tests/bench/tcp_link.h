@@ -1,12 +1,16 @@
-// A client of the original protocol over TCP. The same client talks to the router and to the bare
-// relay, so that only what stands between differs.
+// libtims' own client of the original protocol over TCP. The same client talks to the router and to
+// the bare relay, so that only what stands between differs. Small messages of a stream are
+// gathered, large ones leave without being copied, and what comes is read in place.
 #pragma once
 
-#include "tests/bench/message_stream.h"
+#include "client/tcp_client.h"
+#include "tests/bench/blocking_socket.h"
+#include "tests/bench/link.h"
+#include "tests/bench/plan.h"
 
 namespace tims::bench {
 
-class TcpLink final : public MessageStream {
+class TcpLink {
  public:
   enum class Between { kRouter, kRelay };
 
@@ -16,15 +20,32 @@ class TcpLink final : public MessageStream {
   // A slow reader does not hold up a sender: the router would drop. The relay holds it up.
   [[nodiscard]] bool needs_credit() const { return between_ == Between::kRouter; }
 
+  bool send(std::span<const std::byte> payload) {
+    if (kHeaderSize + payload.size() > gather_ / 2)
+      return client_.send(header_, payload, kNever).ok();
+    client_.protocol().put(header_, payload);
+    if (client_.protocol().unsent().size() >= gather_) flush();
+    return true;
+  }
+  void flush() { (void)client_.flush(); }
+
+  template <typename Deliver>
+  void receive(Duration timeout, Deliver deliver) {
+    flush();
+    if (timeout != timeout_) set_read_timeout(client_.socket(), timeout_ = timeout);
+    (void)client_.read([&](const Header& header, std::span<const std::byte> body) {
+      if (!wire::is_router_message(header)) deliver(body);
+    });
+  }
+
  private:
-  static constexpr std::size_t kGather = 64 << 10;
+  TcpLink(const Plan& plan, Between between, client::TcpClient client);
 
-  TcpLink(const Plan& plan, Between between, os::File socket)
-      : MessageStream(plan, std::move(socket), kGather), between_(between) {}
-  Result<void> register_mailbox();
-  bool write(std::span<const std::byte> first, std::span<const std::byte> second) override;
-
+  client::TcpClient client_;
   Between between_;
+  Header header_;  // of what is sent
+  std::size_t gather_;
+  Duration timeout_{};
 };
 
 }  // namespace tims::bench

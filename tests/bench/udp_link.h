@@ -1,36 +1,60 @@
 // The limit between two hosts: messages as a stream of bare datagrams, straight to the other end or
-// to a relay. What is lost is lost, and the stream with it: buffers are larger than windows.
+// to a relay. What is lost is lost, and the stream with it: buffers are larger than windows. Small
+// messages of a stream are gathered, large ones leave without being copied, and what comes is read
+// in place.
 #pragma once
 
-#include <sys/socket.h>
+#include <cstring>
+#include <vector>
 
-#include "tests/bench/addresses.h"
-#include "tests/bench/message_stream.h"
+#include "tests/bench/link.h"
+#include "tests/bench/message.h"
+#include "tests/bench/plan.h"
 #include "tests/bench/udp.h"
+#include "wire/header.h"
 
 namespace tims::bench {
 
-class UdpLink final : public MessageStream {
+class UdpLink {
  public:
-  static Result<UdpLink> open(const Plan& plan) {
-    auto socket = open_udp(plan.host + kClientPort);
-    if (!socket) return socket.error();
-    const auto to = udp_address(plan.endpoint);
-    if (!to) return to.error();
-    if (::connect(socket->get(), reinterpret_cast<const sockaddr*>(&*to), sizeof *to) != 0)
-      return os::system_error("UDP to " + plan.endpoint);
-    return UdpLink(plan, std::move(*socket));
-  }
+  static Result<UdpLink> open(const Plan& plan);
 
   [[nodiscard]] bool needs_credit() const { return true; }
+  bool send(std::span<const std::byte> payload);
+  void flush();
+
+  template <typename Deliver>
+  void receive(Duration timeout, Deliver deliver) {
+    flush();
+    if (!read_some(timeout)) return;
+    while (end_ - at_ >= kHeaderSize) {
+      Header header;
+      std::memcpy(&header, &in_[at_], sizeof header);
+      if (end_ - at_ < header.length) break;
+      deliver(std::span(&in_[at_ + kHeaderSize], header.length - kHeaderSize));
+      at_ += header.length;
+    }
+    if (at_ == end_) at_ = end_ = 0;
+  }
 
  private:
   static constexpr std::size_t kGather = 62 << 10;  // with one more small message it is a train
+  // Both ends are the same machine: a Header can be read as is.
+  static_assert(sizeof(Header) == kHeaderSize && offsetof(Header, length) == 12);
 
-  UdpLink(const Plan& plan, os::File socket) : MessageStream(plan, std::move(socket), kGather) {}
-  bool write(std::span<const std::byte> first, std::span<const std::byte> second) override {
-    return send_trains(socket(), first, second);
-  }
+  UdpLink(const Plan& plan, os::File socket);
+  void append(const void* bytes, std::size_t size);
+  bool read_some(Duration timeout);
+
+  os::File socket_;
+  Duration timeout_{};
+  Header header_;  // of what is sent
+  std::size_t gather_;
+  std::vector<std::byte> out_;
+  std::size_t filled_ = 0;
+  std::vector<std::byte> in_;
+  std::size_t at_ = 0;
+  std::size_t end_ = 0;
 };
 
 }  // namespace tims::bench

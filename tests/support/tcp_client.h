@@ -1,5 +1,5 @@
-// A client of the original protocol for tests: one TCP connection, every byte under the test's
-// control. Calls wait with a deadline; lifesigns are answered while they wait.
+// A client of the original protocol for tests: libtims' own, which can also be told to misbehave.
+// Calls wait with a deadline; lifesigns are answered while they wait.
 #pragma once
 
 #include <bit>
@@ -10,12 +10,11 @@
 #include <string_view>
 #include <vector>
 
-#include "os/file.h"
+#include "client/tcp_client.h"
 #include "tests/support/message.h"
 #include "tests/support/patience.h"
 #include "tims/result.h"
 #include "tims/time.h"
-#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 
@@ -25,10 +24,10 @@ class TcpClient {
   static Result<TcpClient> connect(std::string_view endpoint, Duration limit = kPatience);
 
   // Of headers, and of the bodies that are made here. Default: the machine's.
-  void set_byte_order(std::endian order) { order_ = order; }
+  void set_byte_order(std::endian order) { client_.protocol().set_byte_order(order); }
   // A client that no longer answers is closed by the router's watchdog.
-  void set_answers_lifesigns(bool answers) { answers_lifesigns_ = answers; }
-  [[nodiscard]] std::uint64_t lifesigns() const { return lifesigns_; }
+  void set_answers_lifesigns(bool answers) { client_.protocol().set_answers_lifesigns(answers); }
+  [[nodiscard]] std::uint64_t lifesigns() const { return client_.protocol().lifesigns(); }
 
   // Registers and waits for the answer: kAddressInUse when the router says ERROR.
   Result<void> register_mailbox(Address address, Duration limit = kPatience);
@@ -47,22 +46,16 @@ class TcpClient {
 
   // Bytes nobody can be blocked by: how much the system buffers for this client (SO_RCVBUF).
   void set_receive_buffer(int bytes);
-  void close() { socket_.reset(); }
+  void close() { client_.socket().reset(); }
   void reset();
 
  private:
-  explicit TcpClient(os::File socket) : socket_(std::move(socket)) {}
-  Result<void> command(std::int8_t type, Address mailbox, Duration limit);
-  Result<void> read_some(Time deadline);
-  Result<void> take_messages(std::span<std::byte> chunk);
-  void answer_lifesign(const Header& lifesign);
+  static constexpr std::uint32_t kReceivedMax = 64U << 20;
 
-  os::File socket_;
-  wire::StreamReader reader_{std::uint32_t{64} << 20};
-  std::deque<OwnedMessage> received_;
-  std::endian order_ = std::endian::native;
-  bool answers_lifesigns_ = true;
-  std::uint64_t lifesigns_ = 0;
+  explicit TcpClient(os::File socket) : client_(std::move(socket), kReceivedMax) {}
+
+  client::TcpClient client_;
+  std::deque<OwnedMessage> before_close_;
 };
 
 // Bytes of a text, for bodies in tests.

@@ -109,7 +109,7 @@ TEST_F(TcpClientTest, SeesTheCloseAfterTheLastMessage) {
 TEST_F(TcpClientTest, ANonsenseHeaderIsAnError) {
   const auto nonsense = bytes({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3});
   ASSERT_EQ(::send(router_.get(), nonsense.data(), nonsense.size(), 0), 16);
-  EXPECT_TRUE(client_->receive().error() == Errc::kBadLayout);
+  EXPECT_TRUE(client_->receive().error() == Errc::kMalformed);
 }
 
 TEST(TcpClient, NobodyThere) {

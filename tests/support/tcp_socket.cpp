@@ -1,64 +1,24 @@
 #include "tests/support/tcp_socket.h"
 
-#include <algorithm>
-#include <memory>
-
 #include <arpa/inet.h>
-#include <netdb.h>
-#include <netinet/tcp.h>
-#include <poll.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "wire/endpoint.h"
 
 namespace tims::test {
-namespace {
-
-using AddressList = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
-
-Result<AddressList> resolve(std::string_view endpoint) {
-  const std::size_t colon = endpoint.rfind(':');
-  if (colon == std::string_view::npos) {
-    return Error(Errc::kInvalidArgument, std::string(endpoint) + " is not host:port");
-  }
-  const std::string host(endpoint.substr(0, colon));
-  const std::string port(endpoint.substr(colon + 1));
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  const int error = ::getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
-  if (error != 0) return Error(Errc::kInvalidArgument, host + ": " + ::gai_strerror(error));
-  return AddressList(found, &::freeaddrinfo);
-}
-
-Result<os::File> connect_to(const addrinfo& address, Time deadline) {
-  os::File socket(::socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (!socket) return os::system_error("socket");
-  const int on = 1;
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  if (::connect(socket.get(), address.ai_addr, address.ai_addrlen) == 0) return socket;
-  if (errno != EINPROGRESS) return os::system_error("connect");
-  if (!wait_for(socket, POLLOUT, deadline)) return Error(Errc::kTimeout, "connect");
-  socklen_t size = sizeof errno;
-  ::getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &errno, &size);
-  if (errno != 0) return os::system_error("connect");
-  return socket;
-}
-
-}  // namespace
 
 Result<os::File> connect_tcp(std::string_view endpoint, Duration limit) {
-  const Time deadline = os::deadline_after(limit);
-  const auto addresses = resolve(endpoint);
-  if (!addresses) return addresses.error();
-  Result<os::File> socket = Errc::kInvalidArgument;
-  for (const addrinfo* a = addresses->get(); a != nullptr && !socket; a = a->ai_next) {
-    socket = connect_to(*a, deadline);
-  }
-  if (!socket) {
+  const auto parsed = wire::parse_endpoint(endpoint);
+  const auto* tcp = parsed ? std::get_if<wire::TcpEndpoint>(&*parsed) : nullptr;
+  const bool has_port = endpoint.find(':') != std::string_view::npos;
+  if (tcp == nullptr || !has_port)
+    return Error(Errc::kInvalidArgument, std::string(endpoint) + " is not host:port");
+  auto socket = os::connect_tcp(tcp->host, tcp->port, os::deadline_after(limit));
+  if (!socket)
     return Error(socket.error().code(), std::string(endpoint) + ": " + socket.error().detail());
-  }
   return socket;
 }
 
@@ -84,14 +44,7 @@ void close_with_reset(os::File& socket) {
 }
 
 bool wait_for(const os::File& socket, short events, Time deadline) {
-  pollfd ready{socket.get(), events, 0};
-  for (;;) {
-    const Duration rest = std::max(deadline - os::now(), Duration::zero());
-    const timespec timeout = os::to_timespec(Time(rest));
-    const int n = ::ppoll(&ready, 1, &timeout, nullptr);
-    if (n > 0) return true;
-    if (n == 0) return false;
-  }
+  return os::is_ready(socket.get(), events, deadline);
 }
 
 }  // namespace tims::test

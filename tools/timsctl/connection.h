@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client/tcp_client.h"
 #include "tims/mailbox.h"
 #include "tims/result.h"
 #include "tims/time.h"
@@ -16,12 +17,7 @@
 
 namespace timsctl {
 
-struct Message {
-  tims::Header header;
-  std::vector<std::byte> body;
-
-  [[nodiscard]] tims::MessageView view() const { return {header, body}; }
-};
+using Message = tims::client::Message;
 
 class Connection {
  public:

@@ -1,37 +1,40 @@
 // Over TCP, as the original's clients do it: to routers elsewhere, and to original routers.
-#include <algorithm>
-#include <deque>
+#include <cerrno>
+#include <system_error>
 
+#include "client/tcp_client.h"
 #include "os/clock.h"
-#include "tools/timsctl/admin_client.h"
 #include "tools/timsctl/connection.h"
 #include "tools/timsctl/failure.h"
-#include "tools/timsctl/tcp_socket.h"
-#include "wire/header.h"
-#include "wire/tcp_protocol.h"
 
 namespace timsctl {
 
 namespace {
 
-namespace command = tims::wire::router_command;
-constexpr std::uint8_t kBodyOrder = tims::flag::kNativeOrder & tims::flag::kBodyLittleEndian;
+using tims::client::TcpClient;
 constexpr std::uint32_t kAnswerMax = 256U << 10;  // of a router to a question, bytes
+
+std::string hint_for(std::string_view why, const TcpHost& host) {
+  const auto is = [&](int error) { return why == std::generic_category().message(error); };
+  if (is(ECONNREFUSED))
+    return "a fresh router listens on loopback only: tcp.listen in its configuration";
+  if (is(ETIMEDOUT) || is(EHOSTUNREACH) || is(ENETUNREACH))
+    return "is that host up, and its network? A firewall may drop what comes to port " +
+           std::to_string(host.port);
+  return "that name has no address: is it spelt so? `getent hosts " + host.host + "`";
+}
 
 class TcpConnection final : public Connection {
  public:
-  TcpConnection(TcpSocket socket, std::string where, std::uint32_t body_max, tims::Duration timeout)
-      : socket_(std::move(socket)),
-        where_(std::move(where)),
-        reader_(std::max(body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize)),
-        timeout_(timeout) {}
+  TcpConnection(TcpClient client, std::string where, tims::Duration timeout)
+      : client_(std::move(client)), where_(std::move(where)), timeout_(timeout) {}
 
   void begin(const MailboxWish& wish);
 
   [[nodiscard]] tims::Address address() const override { return address_; }
-  [[nodiscard]] tims::AddressWidths widths() const override { return widths_; }
+  [[nodiscard]] tims::AddressWidths widths() const override { return client_.protocol().widths(); }
   [[nodiscard]] std::string where() const override { return where_; }
-  [[nodiscard]] int descriptor() const override { return socket_.descriptor(); }
+  [[nodiscard]] int descriptor() const override { return client_.socket().get(); }
 
   // What the router drops for a slow reader, it counts.
   [[nodiscard]] std::uint64_t missed() const override { return 0; }
@@ -50,21 +53,12 @@ class TcpConnection final : public Connection {
  private:
   tims::Result<void> write(const tims::Envelope& envelope, tims::Address src,
                            std::span<const std::byte> body);
-  tims::Result<void> read();
-  void sort_in(const tims::wire::StreamReader::Item& item);
-  void learn_widths(tims::Time deadline);
-  void register_mailbox(const MailboxWish& wish, tims::Time deadline);
-  void send_command(std::int8_t type, tims::Address mailbox);
-  Message router_says(tims::Time deadline);
+  [[nodiscard]] Failure failure(const tims::Error& error) const;
 
-  TcpSocket socket_;
+  TcpClient client_;
   std::string where_;
-  tims::wire::StreamReader reader_;
   tims::Duration timeout_;
-  bool heard_ = false;
   tims::Address address_{};
-  tims::AddressWidths widths_{};
-  std::deque<Message> received_;
 };
 
 tims::Result<void> TcpConnection::write(const tims::Envelope& envelope, tims::Address src,
@@ -77,109 +71,38 @@ tims::Result<void> TcpConnection::write(const tims::Envelope& envelope, tims::Ad
       .priority = envelope.priority.value_or(0),
       .seq_nr = envelope.seq_nr,
       .dest = envelope.dest,
-      .src = src,
-      .length = static_cast<std::uint32_t>(tims::kHeaderSize + body.size())};
-  std::vector<std::byte> bytes(header.length);
-  tims::wire::encode_header(header, std::span(bytes).first<tims::kHeaderSize>());
-  std::ranges::copy(body, bytes.begin() + tims::kHeaderSize);
-  return socket_.write_all(bytes, tims::os::deadline_after(timeout_));
+      .src = src};
+  return client_.send(header, body, tims::os::deadline_after(timeout_));
 }
 
 tims::Result<Message> TcpConnection::take() {
-  if (received_.empty())
-    if (auto read_ok = read(); !read_ok) return read_ok.error();
-  if (received_.empty()) return tims::Errc::kEmpty;
-  Message message = std::move(received_.front());
-  received_.pop_front();
+  auto message = client_.take();
+  if (message) return message;
+  if (message.error() == tims::Errc::kVersion) throw failure(message.error());
+  if (message.error() == tims::Errc::kTooBig)
+    return tims::Error(tims::Errc::kTooBig, message.error().detail() + "; see --body-max");
   return message;
 }
 
-// One chunk of the socket.
-tims::Result<void> TcpConnection::read() {
-  std::vector<std::byte> buffer(64 << 10);
-  auto size = socket_.read_some(buffer);
-  if (!size) return size.error();
-  auto chunk = std::span(buffer).first(*size);
-  constexpr std::string_view kHttp = "HTTP/";
-  const auto front = chunk.first(std::min(chunk.size(), kHttp.size()));
-  if (!heard_ && std::ranges::equal(front, std::as_bytes(std::span(kHttp))))
-    throw Failure(Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
-                  "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
-                  "http.listen");
-  heard_ = true;
-  for (;;) {
-    const auto item = reader_.next(chunk);
-    switch (item.status) {
-      case tims::wire::StreamReader::Status::kNeedMore:
-        return {};
-      case tims::wire::StreamReader::Status::kMessage:
-        sort_in(item);
-        break;
-      default:
-        return tims::Error(tims::Errc::kTooBig,
-                           "a message of " + std::to_string(item.header.length) + " bytes from " +
-                               item.header.src.to_string(widths_) + "; see --body-max");
-    }
-  }
-}
-
-void TcpConnection::sort_in(const tims::wire::StreamReader::Item& item) {
-  const bool from_router = item.header.dest.raw() == 0 && item.header.src.raw() == 0;
-  if (from_router && item.header.type == command::kLifesign) {
-    (void)write({.dest = {},
-                 .type = tims::type::kOk,
-                 .priority = item.header.priority,
-                 .seq_nr = item.header.seq_nr},
-                {}, {});
-    return;
-  }
-  const auto body = item.message.subspan(tims::kHeaderSize);
-  received_.push_back({item.header, {body.begin(), body.end()}});
+Failure TcpConnection::failure(const tims::Error& error) const {
+  if (error == tims::Errc::kVersion)
+    return {Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
+            "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
+            "http.listen"};
+  return failure_of(error, where_);
 }
 
 void TcpConnection::begin(const MailboxWish& wish) {
   const tims::Time deadline = tims::os::deadline_after(timeout_);
   // A tool that is stopped behind a pager is not dead.
-  value_or_fail(write({.dest = {}, .type = command::kDisableWatchdog}, {}, {}), where_);
-  learn_widths(deadline);
-  register_mailbox(wish, deadline);
-}
-
-// An original router, which has the usual ones, does not answer the question.
-void TcpConnection::learn_widths(tims::Time deadline) {
-  send_command(command::kLogin, {});
-  send_command(command::kMailboxDeleteWithReply, {});  // which nobody has
-  const Message said = router_says(deadline);
-  if (said.header.type != command::kAddressWidths) return;
-  widths_ = command::decode_widths(said.body).value_or(widths_);
-  (void)router_says(deadline);
-}
-
-void TcpConnection::register_mailbox(const MailboxWish& wish, tims::Time deadline) {
+  client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
+  if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
   for (int taken = 1;; ++taken) {
-    address_ = mailbox_address(wish, 0, widths_);
-    send_command(command::kMailboxInitWithReply, address_);
-    if (router_says(deadline).header.type == tims::type::kOk) return;
-    if (!may_draw_again(wish, taken))
-      throw failure_of({tims::Errc::kAddressInUse, address_.to_string(widths_)}, where_);
-  }
-}
-
-void TcpConnection::send_command(std::int8_t type, tims::Address mailbox) {
-  const std::uint32_t raw = mailbox.raw();
-  value_or_fail(write({.dest = {}, .type = type, .body_order = kBodyOrder}, {},
-                      std::as_bytes(std::span(&raw, 1))),
-                where_);
-}
-
-// Its next word.
-Message TcpConnection::router_says(tims::Time deadline) {
-  for (;;) {
-    auto message = take();
-    if (message && message->header.dest.raw() == 0) return std::move(*message);
-    if (message) continue;
-    if (message.error().code() != tims::Errc::kEmpty) throw failure_of(message.error(), where_);
-    if (!socket_.wait_readable(deadline)) throw failure_of(tims::Errc::kTimeout, where_);
+    address_ = mailbox_address(wish, 0, widths());
+    const auto done = client_.register_mailbox(address_, deadline);
+    if (done) return;
+    if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(wish, taken))
+      throw failure(done.error());
   }
 }
 
@@ -187,8 +110,15 @@ Message TcpConnection::router_says(tims::Time deadline) {
 
 std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
                                         tims::Duration timeout) {
-  auto connection = std::make_unique<TcpConnection>(TcpSocket::connect(host, timeout),
-                                                    to_string(host), wish.body_max, timeout);
+  const std::uint32_t received_max =
+      std::max(wish.body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize);
+  auto client = TcpClient::connect(host, tims::os::deadline_after(timeout), received_max);
+  if (!client) {
+    const std::string& why = client.error().detail();
+    throw Failure(Exit::kNoRouter, "no_router", "no router at " + to_string(host) + ": " + why,
+                  hint_for(why, host));
+  }
+  auto connection = std::make_unique<TcpConnection>(std::move(*client), to_string(host), timeout);
   connection->begin(wish);
   return connection;
 }

@@ -1,39 +1,41 @@
-#include "tests/bench/message_stream.h"
+#include "tests/bench/udp_link.h"
 
 #include <algorithm>
 
 #include <sys/socket.h>
 
 #include "tests/bench/addresses.h"
-#include "tests/bench/tcp_bytes.h"
+#include "tests/bench/blocking_socket.h"
 
 namespace tims::bench {
 namespace {
 
 constexpr std::size_t kReadAhead = 1 << 20;
 
-Header header_of(const Plan& plan) {
-  const Address sender = sender_address(plan.pair);
-  const Address receiver = receiver_address(plan.pair, plan.index);
-  return {.type = type::kData,
-          .dest = plan.sender() ? receiver : sender,
-          .src = plan.sender() ? sender : receiver};
-}
-
 }  // namespace
 
-MessageStream::MessageStream(const Plan& plan, os::File socket, std::size_t gather)
+UdpLink::UdpLink(const Plan& plan, os::File socket)
     : socket_(std::move(socket)),
-      header_(header_of(plan)),
-      gather_(plan.streaming() ? gather : 0),
-      out_(2 * gather),
+      header_(message_header(plan)),
+      gather_(plan.streaming() ? kGather : 0),
+      out_(2 * kGather),
       in_(std::max(kReadAhead, 3 * (kHeaderSize + plan.payload))) {}
 
-bool MessageStream::send(std::span<const std::byte> payload) {
+Result<UdpLink> UdpLink::open(const Plan& plan) {
+  auto socket = open_udp(plan.host + kClientPort);
+  if (!socket) return socket.error();
+  const auto to = udp_address(plan.endpoint);
+  if (!to) return to.error();
+  if (::connect(socket->get(), reinterpret_cast<const sockaddr*>(&*to), sizeof *to) != 0)
+    return os::system_error("UDP to " + plan.endpoint);
+  return UdpLink(plan, std::move(*socket));
+}
+
+bool UdpLink::send(std::span<const std::byte> payload) {
   header_.length = static_cast<std::uint32_t>(kHeaderSize + payload.size());
   if (header_.length > gather_ / 2) {
     flush();
-    return write(std::as_bytes(std::span(&header_, 1)), payload);
+    return send_trains(socket_, std::as_bytes(std::span(&header_, 1)), payload);
   }
   append(&header_, sizeof header_);
   append(payload.data(), payload.size());
@@ -41,17 +43,17 @@ bool MessageStream::send(std::span<const std::byte> payload) {
   return true;
 }
 
-void MessageStream::append(const void* bytes, std::size_t size) {
+void UdpLink::append(const void* bytes, std::size_t size) {
   std::memcpy(&out_[filled_], bytes, size);
   filled_ += size;
 }
 
-void MessageStream::flush() {
-  if (filled_ > 0) write(std::span(out_).first(filled_), {});
+void UdpLink::flush() {
+  if (filled_ > 0) send_trains(socket_, std::span(out_).first(filled_), {});
   filled_ = 0;
 }
 
-bool MessageStream::read_some(Duration timeout) {
+bool UdpLink::read_some(Duration timeout) {
   constexpr std::size_t kRoomMin = 64 << 10;
   if (timeout != timeout_) {
     set_read_timeout(socket_, timeout);
