@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "os/event_fd.h"
+#include "os/wakeup.h"
 #include "router/io/log.h"
 #include "router/link/announcement.h"
 #include "tims/time.h"
