@@ -16,15 +16,14 @@
 #include "router/core/router.h"
 #include "router/io/admin_service.h"
 #include "router/io/arguments.h"
-#include "router/io/client_port.h"
 #include "router/io/event_log.h"
 #include "router/io/http/http_port.h"
 #include "router/io/link_port.h"
+#include "router/io/local_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
 #include "router/io/process_info.h"
 #include "router/io/service.h"
-#include "router/io/switchboard.h"
 #include "router/io/tcp_port.h"
 #include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
@@ -127,29 +126,15 @@ std::string cannot_listen(std::string_view key, const std::string& where, const 
 }
 
 // The running router, part by part.
-class Program {
+class Program final : private core::Surroundings {
  public:
   Program(config::Loaded configuration, const io::Arguments& arguments)
       : configuration_(std::move(configuration)), arguments_(arguments) {
-    switchboard_.attach(core::PortKind::kLocal, local_);
-    switchboard_.attach(core::PortKind::kTcp, tcp_);
-    switchboard_.attach(core::PortKind::kWebSocket, http_);
-    switchboard_.attach(core::PortKind::kLink, links_);
-    switchboard_.on_traced(
-        [this](core::ClientId from, core::ClientId to, const core::Message& message) {
-          tracer_.on_traced(from, to, message);
-        });
+    router_.attach(core::PortKind::kLocal, local_);
+    router_.attach(core::PortKind::kTcp, tcp_);
+    router_.attach(core::PortKind::kWebSocket, http_);
+    router_.attach(core::PortKind::kLink, links_.port());
     router_.set_static_routes(static_routes(configuration_.config));
-    switchboard_.on_event([this](const core::Event& event) {
-      admin_.event_happened();
-      io::log_event(log_, limited_log_, event, configuration_.config.address.widths);
-    });
-    switchboard_.on_admin([this](core::ClientId from, const core::Message& request) {
-      admin_.ask(os::now(), from, request);
-    });
-    switchboard_.on_may_ask([this](core::ClientId from, const core::Message& request) {
-      return admin_.may_ask(from, request);
-    });
     loop_.at_turn_end([this](Time now) { finish_turn(now); });
     loop_.watch({.next = [this] { return router_.next_timeout(); },
                  .on_timeout = [this](Time now) { router_.on_timeout(now); }});
@@ -182,13 +167,28 @@ class Program {
   }
 
  private:
+  // core::Surroundings
+  void admin(Time now, core::ClientId from, const core::Message& request) override {
+    admin_.ask(now, from, request);
+  }
+  bool may_ask(core::ClientId from, const core::Message& request) override {
+    return admin_.may_ask(from, request);
+  }
+  void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
+    tracer_.on_traced(from, to, message);
+  }
+  void event(const core::Event& event) override {
+    admin_.event_happened();
+    io::log_event(log_, limited_log_, event, configuration_.config.address.widths);
+  }
+
   void finish_turn(Time now) {
-    switchboard_.flush(now);
+    router_.flush(now);
     if (admin_.has_work(now) || tracer_.has_records()) answer(now);
     links_.release();
     queue_memory_.give_back();
     link_memory_.give_back();
-    if (drain_deadline_ != kNever && switchboard_.drained()) loop_.stop();
+    if (drain_deadline_ != kNever && router_.drained()) loop_.stop();
   }
 
   void answer(Time now) {
@@ -198,7 +198,7 @@ class Program {
     });
     tracer_.send_records(router_, configuration_.config.router.name, clocks,
                          [&](core::Message& record) { router_.answer(now, {}, record); });
-    switchboard_.flush(now);
+    router_.flush(now);
     admin_.release();
     tracer_.release();
     if (!admin_.wants_turn() || admin_has_turn_) return;
@@ -271,7 +271,7 @@ class Program {
     manager_.stopping();
     log_.info("stopping");
     if (links_.is_open()) links_.end(now);
-    switchboard_.stop_accepting();
+    router_.stop_accepting();
     drain_deadline_ = now + kDrainTime;
     loop_.end_turn(now);
   }
@@ -322,34 +322,31 @@ class Program {
   io::LimitedLog limited_log_{log_};
   io::Loop loop_;
   const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
-  io::Switchboard switchboard_;
-  core::Router router_{router_settings(configuration_.config, epoch_),
-                       {random_number(), random_number()},
-                       switchboard_};
+  core::Router router_{
+      router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   // Slow readers of TCP and WebSockets take nothing from links, nor links from them.
   io::WaitingMemory queue_memory_{waiting_bytes(configuration_.config)};
   io::WaitingMemory link_memory_{waiting_bytes(configuration_.config)};
-  io::ClientPort local_{loop_,
-                        router_,
-                        log_,
-                        end_turn_,
-                        {.path = configuration_.config.unix.path,
-                         .everybody = configuration_.config.unix.everybody,
-                         .router = router_settings(configuration_.config, epoch_).address,
-                         .epoch = epoch_,
-                         .message_max = configuration_.config.message.bytes_max}};
+  io::LocalPort local_{loop_,
+                       router_,
+                       log_,
+                       {.path = configuration_.config.unix.path,
+                        .everybody = configuration_.config.unix.everybody,
+                        .router = router_settings(configuration_.config, epoch_).address,
+                        .epoch = epoch_,
+                        .message_max = configuration_.config.message.bytes_max}};
   io::TcpPort tcp_{loop_,
                    router_,
                    log_,
                    queue_memory_.pool(),
-                   end_turn_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
-  io::LinkPort links_{
-      loop_,     router_,
-      log_,      link_memory_.pool(),
-      end_turn_, {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
-  io::ProcessInfo process_info_{router_, loop_, switchboard_, local_, links_, configuration_};
+  io::LinkPort links_{loop_,
+                      router_,
+                      log_,
+                      link_memory_.pool(),
+                      {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
+  io::ProcessInfo process_info_{router_, loop_, local_, links_, configuration_};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

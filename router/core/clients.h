@@ -22,8 +22,8 @@ struct ClientInfo {
   std::uint32_t pid = 0;    // 0: not known
   std::uint32_t uid = 0;
   Text<31> name{};
-  Text<55> peer{};  // "127.0.0.1:54321"
-  struct Link {     // of another router
+  Text<55> endpoint{};  // "127.0.0.1:54321"
+  struct Link {         // of another router
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
     std::uint8_t system = 0;
@@ -49,8 +49,9 @@ struct Client {
   Count out{};                            // to it: taken by its mailbox, connection or queue
   Count dropped{};                        // to it, and lost
 
-  [[nodiscard]] Party party() const {
-    return {.id = id, .port = info.port, .pid = info.pid, .name = info.name, .peer = info.peer};
+  [[nodiscard]] Peer peer() const {
+    return {
+        .id = id, .port = info.port, .pid = info.pid, .name = info.name, .endpoint = info.endpoint};
   }
 };
 

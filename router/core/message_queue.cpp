@@ -15,12 +15,12 @@ constexpr BlockPool::Index kNone = BlockPool::kNone;
 }  // namespace
 
 MessageQueue::~MessageQueue() {
-  Losses ignored{};
+  LossCounts ignored{};
   clear(ignored);
 }
 
 bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priority,
-                        Losses& replaced) {
+                        LossCounts& replaced) {
   if (!open()) return false;
   if (!make_room(message.size(), priority, replaced)) {
     if (empty()) close();
@@ -62,7 +62,7 @@ void MessageQueue::consume(std::uint64_t size) {
   if (empty()) close();
 }
 
-void MessageQueue::clear(Losses& lost) {
+void MessageQueue::clear(LossCounts& lost) {
   if (begun_bytes_ > 0) lost[begun_class_].add(begun_bytes_);
   begun_.clear(pool_);
   begun_bytes_ = 0;
@@ -96,7 +96,7 @@ std::uint64_t MessageQueue::limit() const {
 
 // Nothing is dropped for a message that would then be refused all the same, unless what is short
 // is the pool itself.
-bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, Losses& replaced) {
+bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, LossCounts& replaced) {
   if (bytes_ + size > limit()) {
     const std::uint64_t stays = bytes_ - bytes_up_to(priority);
     if (stays + size > limit()) return false;
@@ -120,7 +120,7 @@ std::uint64_t MessageQueue::bytes_up_to(std::uint8_t priority) const {
   return sum;
 }
 
-void MessageQueue::drop_oldest(std::size_t level, Losses& replaced) {
+void MessageQueue::drop_oldest(std::size_t level, LossCounts& replaced) {
   const Header header = header_of_first(levels()[level]);
   levels()[level].messages.drop(pool_, header.length);
   replaced[classes_.of(header)].add(header.length);

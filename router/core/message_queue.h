@@ -40,7 +40,7 @@ class MessageQueue {
 
   // `message`: a whole one, its header in the machine's own order. False: refused. What had to go
   // for it is added to `replaced`.
-  bool push(std::span<const std::byte> message, std::uint8_t priority, Losses& replaced);
+  bool push(std::span<const std::byte> message, std::uint8_t priority, LossCounts& replaced);
 
   // The rest of a message whose beginning was written past this queue, which is empty. False when
   // the pool has no memory for it: then the receiver cannot be served any more.
@@ -52,7 +52,7 @@ class MessageQueue {
   void consume(std::uint64_t size);
 
   // Throws everything away.
-  void clear(Losses& lost);
+  void clear(LossCounts& lost);
 
   [[nodiscard]] bool empty() const { return bytes_ == 0; }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
@@ -70,10 +70,10 @@ class MessageQueue {
   bool open();
   void close();
   [[nodiscard]] std::uint64_t limit() const;
-  [[nodiscard]] bool make_room(std::size_t size, std::uint8_t priority, Losses& replaced);
+  [[nodiscard]] bool make_room(std::size_t size, std::uint8_t priority, LossCounts& replaced);
   [[nodiscard]] bool fits(std::size_t size, std::uint8_t priority) const;
   [[nodiscard]] std::uint64_t bytes_up_to(std::uint8_t priority) const;
-  void drop_oldest(std::size_t level, Losses& replaced);
+  void drop_oldest(std::size_t level, LossCounts& replaced);
   std::uint64_t consume_begun(std::uint64_t size);
   std::uint64_t consume_first(std::uint64_t size);
   [[nodiscard]] Header header_of_first(const Level& level) const;

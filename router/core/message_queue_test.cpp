@@ -48,7 +48,7 @@ class MessageQueueTest : public testing::Test {
   std::vector<std::byte> memory_ = std::vector<std::byte>(64 * BlockPool::kBlockSize);
   BlockPool pool_{memory_};
   MessageQueue queue_{pool_, 1000};
-  Losses replaced_{};
+  LossCounts replaced_{};
 };
 
 // A text says 50, and gives way all the same; it is counted as one.
@@ -65,7 +65,7 @@ TEST_F(MessageQueueTest, TextsAreCountedAsTexts) {
   EXPECT_EQ(replaced_[0].messages, 10U);
   EXPECT_EQ(replaced_[6].messages, 0U);
   EXPECT_TRUE(put());
-  Losses lost{};
+  LossCounts lost{};
   queue_.consume(950);  // half of the text
   queue_.clear(lost);
   EXPECT_EQ(lost[0].messages, 1U);
@@ -148,7 +148,7 @@ TEST_F(MessageQueueTest, CountsWhatIsThrownAway) {
   push(message(200, 40));
   push(message(200, 40));
   queue_.consume(50);
-  Losses lost{};
+  LossCounts lost{};
   queue_.clear(lost);
   EXPECT_EQ(lost[kConventionalClasses.of(std::uint8_t{1})], (Count{1, 100}));
   EXPECT_EQ(lost[kConventionalClasses.of(std::uint8_t{40})], (Count{2, 350}));
@@ -161,9 +161,9 @@ class Model {
  public:
   explicit Model(std::size_t bytes_max) : bytes_max_(bytes_max) {}
 
-  bool push(const Bytes& bytes, std::uint8_t priority, Losses& replaced) {
+  bool push(const Bytes& bytes, std::uint8_t priority, LossCounts& replaced) {
     std::vector<Item> kept = items_;
-    Losses losses{};
+    LossCounts losses{};
     while (size(kept) + begun_.size() + bytes.size() > bytes_max_) {
       const auto victim = std::ranges::min_element(kept, {}, &Item::priority);
       if (victim == kept.end() || victim->priority > priority) return false;
@@ -227,8 +227,8 @@ TEST(MessageQueueModel, BehavesAsItsRulesSay) {
     const std::uint32_t priorities = 1 + random() % 256;
     MessageQueue queue(pool, bytes_max);
     Model model(bytes_max);
-    Losses replaced{};
-    Losses expected{};
+    LossCounts replaced{};
+    LossCounts expected{};
     std::vector<std::span<const std::byte>> pieces(4096);
     for (std::uint32_t step = 0; step < 1500; ++step) {
       const auto priority = static_cast<std::uint8_t>(random() % priorities);
@@ -261,7 +261,7 @@ std::size_t blocks_left_by_stalled_ones(MessageQueue::Share share) {
   std::align(BlockPool::kBlockSize, kBlocks * BlockPool::kBlockSize, aligned, size);
   BlockPool pool({static_cast<std::byte*>(aligned), kBlocks * BlockPool::kBlockSize});
   std::deque<MessageQueue> stalled;
-  Losses replaced{};
+  LossCounts replaced{};
   std::vector<std::byte> message(1000);
   wire::encode_header({.length = 1000}, std::span(message).first<kHeaderSize>());
   for (int i = 0; i < 20; ++i) {
@@ -286,7 +286,7 @@ TEST(MessageQueueShare, AloneItHasAThirdOfThePoolAndItsBoundAtMost) {
   BlockPool pool{std::span<std::byte>(memory).first(100 * BlockPool::kBlockSize)};
   std::vector<std::byte> message(1000);
   wire::encode_header({.length = 1000}, std::span(message).first<kHeaderSize>());
-  Losses replaced{};
+  LossCounts replaced{};
   MessageQueue queue(pool, 1 << 20, MessageQueue::Share::kFair);
   MessageQueue bounded(pool, 5000, MessageQueue::Share::kFair);
   for (int n = 0; n < 500; ++n) {

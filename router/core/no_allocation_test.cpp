@@ -9,15 +9,15 @@
 namespace tims::core {
 namespace {
 
-class CountingSink final : public Sink {
+class CountingSink final : public Port, public Surroundings {
  public:
-  Outcome deliver(const Receiver&, const Message&) override {
+  Outcome deliver(Time, const Receiver&, const Message&) override {
     ++delivered;
     return outcome;
   }
-  void reply(const Receiver&, const Header&) override { ++replies; }
+  void reply(Time, const Receiver&, const Header&) override { ++replies; }
   void close(const Receiver&, CloseReason) override {}
-  void admin(ClientId, const Message&) override {}
+  void admin(Time, ClientId, const Message&) override {}
   void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event&) override {}
 
@@ -29,6 +29,7 @@ class CountingSink final : public Sink {
 TEST(NoAllocation, OnAMessagesWay) {
   CountingSink sink;
   Router router({.address = Address(0x100)}, {1, 2}, sink);
+  for (const auto kind : values<PortKind, kPortKindCount>()) router.attach(kind, sink);
   const Time now{std::chrono::seconds(5)};
   const ClientId tcp = router.connect(now, {.port = PortKind::kTcp, .lifesign = true});
   const ClientId local = router.connect(now, {.port = PortKind::kLocal});

@@ -50,17 +50,17 @@ Origin Registrations::origin(const Client& owner, const Table::Entry& entry) con
 void Registrations::add(Time now, Client& owner, Address address, std::uint32_t handle) {
   assert(!is_link(owner));
   insert(now, owner, address, handle);
-  if (is_told(owner, address)) below_.added(address, here_);
+  if (is_told(owner, address)) exported_.added(address, here_);
 }
 
 void Registrations::add(Time now, Client& link, Address address, const Origin& origin) {
   assert(is_link(link));
   insert(now, link, address, origins_.hold(origin));
-  if (is_told(link, address)) below_.added(address, origin);
+  if (is_told(link, address)) exported_.added(address, origin);
 }
 
 void Registrations::withdraw(const Client& owner, const Table::Entry& entry) {
-  if (is_told(owner, entry.address)) below_.removed(entry.address, origin(owner, entry));
+  if (is_told(owner, entry.address)) exported_.removed(entry.address, origin(owner, entry));
   if (is_link(owner)) origins_.release(entry.handle);
 }
 

@@ -71,11 +71,11 @@ std::uint32_t table_hash(Address address, const Origin& origin);
 // What this router tells the routers above and beside it: every mailbox below it, and each change
 // of that, numbered. A neighbour that knows number n is told what has changed since; one that is
 // too far behind, everything. So nothing is ever queued for a slow neighbour.
-class Below {
+class ExportedTable {
  public:
   static constexpr std::uint32_t kRemembered = 8192;  // changes
 
-  Below() : changed_(std::make_unique<std::array<Address, kRemembered>>()) {}
+  ExportedTable() : changed_(std::make_unique<std::array<Address, kRemembered>>()) {}
 
   void added(Address address, const Origin& origin) {
     hash_ ^= table_hash(address, origin);
@@ -150,8 +150,8 @@ class Registrations {
   [[nodiscard]] const Table::Entry* find(Address address) const { return table_.find(address); }
   [[nodiscard]] const Table& table() const { return table_; }
   [[nodiscard]] const AddressSet& addresses() const { return addresses_; }  // of the table
-  [[nodiscard]] const Below& below() const { return below_; }
-  Below& below() { return below_; }
+  [[nodiscard]] const ExportedTable& exported_table() const { return exported_; }
+  ExportedTable& exported_table() { return exported_; }
 
   // Nobody owns the address. A client's mailbox, with its port's number for it; or one behind a
   // link, with the router it lives at.
@@ -188,7 +188,7 @@ class Registrations {
   AddressSet addresses_;
   Origins origins_;
   Origin here_{};
-  Below below_;
+  ExportedTable exported_;
   std::multimap<std::uint32_t, Waiting> waiting_;
 };
 

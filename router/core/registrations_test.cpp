@@ -13,9 +13,9 @@ constexpr Address kLadar(0x01140000);
 constexpr Address kCamera(0x01150000);
 constexpr Origin kHere{Address(0x01000100), 7, 0};
 
-TEST(Below, TheHashIsThatOfWhatIsThereHoweverItCameAbout) {
-  Below a;
-  Below b;
+TEST(ExportedTable, TheHashIsThatOfWhatIsThereHoweverItCameAbout) {
+  ExportedTable a;
+  ExportedTable b;
   a.added(kLadar, kHere);
   a.added(kCamera, kHere);
   b.added(kCamera, kHere);
@@ -28,7 +28,7 @@ TEST(Below, TheHashIsThatOfWhatIsThereHoweverItCameAbout) {
   EXPECT_NE(a.number(), b.number()) << "changes are counted, not mailboxes";
 }
 
-TEST(Below, EveryPartOfAnOriginMatters) {
+TEST(ExportedTable, EveryPartOfAnOriginMatters) {
   const std::uint32_t hash = table_hash(kLadar, kHere);
   EXPECT_NE(hash, table_hash(kCamera, kHere));
   EXPECT_NE(hash, table_hash(kLadar, {Address(0x01000200), 7, 0}));
@@ -36,9 +36,9 @@ TEST(Below, EveryPartOfAnOriginMatters) {
   EXPECT_NE(hash, table_hash(kLadar, {kHere.router, 7, 1}));
 }
 
-TEST(Below, ChangesAreRememberedUpToTheLimit) {
-  Below below;
-  for (std::uint32_t i = 0; i < Below::kRemembered; ++i) below.added(Address(i), kHere);
+TEST(ExportedTable, ChangesAreRememberedUpToTheLimit) {
+  ExportedTable below;
+  for (std::uint32_t i = 0; i < ExportedTable::kRemembered; ++i) below.added(Address(i), kHere);
   EXPECT_TRUE(below.remembers(0));
   EXPECT_EQ(below.changed(1), Address(0));
   below.added(kLadar, kHere);
@@ -122,11 +122,11 @@ TEST_F(RegistrationsTest, OfALinkTheyRememberTheRouterTheyLiveAt) {
   registrations_.add(Time{}, link, Address(6), far);
   EXPECT_EQ(registrations_.origin(client, *registrations_.find(Address(3))), registrations_.here());
   EXPECT_EQ(registrations_.origin(link, *registrations_.find(Address(6))), far);
-  EXPECT_EQ(registrations_.below().size(), 2U);
+  EXPECT_EQ(registrations_.exported_table().size(), 2U);
   registrations_.remove(link, Address(6));
   registrations_.remove_last(client);
-  EXPECT_EQ(registrations_.below().size(), 0U);
-  EXPECT_EQ(registrations_.below().hash(), 0U) << "what was added is what was removed";
+  EXPECT_EQ(registrations_.exported_table().size(), 0U);
+  EXPECT_EQ(registrations_.exported_table().hash(), 0U) << "what was added is what was removed";
 }
 
 TEST_F(RegistrationsTest, TableAndListsStayInStep) {

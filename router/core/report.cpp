@@ -14,7 +14,7 @@ Duration age_of(Time now, std::uint32_t registered_s) {
 MailboxReport describe(const Router& router, Time now, const Table::Entry& entry) {
   const Client& owner = *router.client(entry.owner);
   return {.address = entry.address,
-          .owner = owner.party(),
+          .owner = owner.peer(),
           .handle = entry.handle,
           .origin = owner.info.port == PortKind::kLink ? std::optional(router.origin(entry))
                                                        : std::nullopt,
@@ -53,7 +53,7 @@ ClientPage report_clients(const Router& router, Time now, ClientId after, std::s
   clients.resize(size);
   page.items.reserve(size);
   for (const Client* client : clients) {
-    page.items.push_back({.client = client->party(),
+    page.items.push_back({.client = client->peer(),
                           .uid = client->info.uid,
                           .token = client->info.token,
                           .connected = now - client->connected_at,
@@ -93,14 +93,14 @@ RouteReport report_route(const Router& router, Time now, Address to, std::int8_t
   using Verdict = RouteReport::Verdict;
   if (to == router.settings().address) return {.verdict = Verdict::kSelf};
   const Table::Entry* source = from ? router.find(*from) : nullptr;
-  const Router::Way way =
-      router.way(source == nullptr ? nullptr : router.client(source->owner), to);
+  const Router::NextHop way =
+      router.next_hop(source == nullptr ? nullptr : router.client(source->owner), to);
   if (way.to == nullptr)
     return {.verdict = Verdict::kNoRoute, .why_not = way.why_not, .not_available = type > 0};
   const bool link = way.to->info.port == PortKind::kLink;
   return {.verdict = link ? Verdict::kForward : Verdict::kDeliver,
           .mailbox = report_mailbox(router, now, to),
-          .link = link ? way.to->party() : Party{},
+          .link = link ? way.to->peer() : Peer{},
           .next = link ? way.to->info.link.router : Address(),
           .by = way.by};
 }

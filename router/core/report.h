@@ -26,7 +26,7 @@ struct StatusReport {
 StatusReport report_status(const Router& router, Time now);
 
 struct ClientReport {
-  Party client{};
+  Peer client{};
   std::uint32_t uid = 0;
   std::uint32_t token = 0;  // to ask its port for what waits in its queue
   Duration connected{};
@@ -45,7 +45,7 @@ ClientPage report_clients(const Router& router, Time now, ClientId after, std::s
 
 struct MailboxReport {
   Address address{};
-  Party owner{};
+  Peer owner{};
   std::uint32_t handle = 0;        // to ask its port about slots and fill
   std::optional<Origin> origin{};  // behind a link
   Duration age{};                  // whole seconds
@@ -66,9 +66,9 @@ struct RouteReport {
   enum class Verdict : std::uint8_t { kDeliver, kForward, kNoRoute, kSelf };
   Verdict verdict = Verdict::kNoRoute;
   std::optional<MailboxReport> mailbox{};  // kDeliver; kForward, when it is known
-  Party link{};                            // kForward: to whom
+  Peer link{};                             // kForward: to whom
   Address next{};                          // the router there
-  Router::Way::By by = Router::Way::By::kNone;
+  Router::NextHop::By by = Router::NextHop::By::kNone;
   Outcome why_not = Outcome::kNoRoute;  // kNoRoute
   bool not_available = false;           // kNoRoute: a message of this type would be answered
 };

@@ -49,14 +49,14 @@ bool only_down(const Client* from) {
 
 }  // namespace
 
-Router::Router(const RouterSettings& settings, HashSeed seed, Sink& sink)
+Router::Router(const RouterSettings& settings, HashSeed seed, Surroundings& surroundings)
     : settings_(settings),
-      sink_(sink),
+      surroundings_(surroundings),
       registrations_(seed),
       lifesigns_(settings.lifesign_interval) {
   const Origin here{settings.address, settings.epoch, 0};
   registrations_.set_here(here);
-  registrations_.below().added(settings.address, here);
+  registrations_.exported_table().added(settings.address, here);
 }
 
 void Router::configure(Time now, const RouterSettings& settings) {
@@ -67,6 +67,30 @@ void Router::configure(Time now, const RouterSettings& settings) {
   settings_.role = old.role;
   settings_.epoch = old.epoch;
   lifesigns_.set_interval(now, settings.lifesign_interval);
+}
+
+// --- Ports
+
+void Router::flush(Time now) {
+  for (Port* port : ports_) {
+    if (port != nullptr) port->flush(now);
+  }
+}
+
+void Router::stop_accepting() {
+  for (Port* port : ports_) {
+    if (port != nullptr) port->stop_accepting();
+  }
+}
+
+bool Router::drained() const {
+  return std::ranges::all_of(ports_,
+                             [](const Port* port) { return port == nullptr || port->drained(); });
+}
+
+std::uint64_t Router::queued_bytes(PortKind kind, std::uint32_t token) const {
+  const Port* port = ports_[static_cast<std::size_t>(kind)];
+  return port == nullptr ? 0 : port->queued_bytes(token);
 }
 
 // --- Clients and mailboxes
@@ -82,7 +106,7 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
   if (link) links_.push_back(client.id);
   happened({.at = now,
             .kind = link ? EventKind::kLinkUp : EventKind::kClientCame,
-            .client = client.party()});
+            .client = client.peer()});
   return client.id;
 }
 
@@ -101,7 +125,8 @@ void Router::refuse(Time now, const ClientInfo& info, CloseReason reason) {
   happened({.at = now,
             .kind = EventKind::kClientRefused,
             .reason = reason,
-            .client = {.port = info.port, .pid = info.pid, .name = info.name, .peer = info.peer}});
+            .client = {
+                .port = info.port, .pid = info.pid, .name = info.name, .endpoint = info.endpoint}});
 }
 
 void Router::disconnect(Time now, ClientId id, CloseReason reason) {
@@ -136,7 +161,10 @@ Registration Router::register_mailbox(Time now, ClientId id, Address address,
     result = {Status::kTooMany, kNoClient};
   }
   if (result.status == Status::kOk && shares) {
-    if (text_readers_.empty()) sink_.moved(address);
+    if (text_readers_.empty()) {
+      for (Port* port : ports_)
+        if (port != nullptr) port->moved(address);
+    }
     text_readers_.push_back({id, handle});
   } else if (result.status == Status::kOk) {
     registrations_.add(now, *client, address, handle);
@@ -144,8 +172,8 @@ Registration Router::register_mailbox(Time now, ClientId id, Address address,
   happened({.at = now,
             .kind = kind_of(result.status),
             .address = address,
-            .client = client->party(),
-            .owner = party(result.owner)});
+            .client = client->peer(),
+            .owner = peer(result.owner)});
   return result;
 }
 
@@ -157,8 +185,8 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
     happened({.at = now,
               .kind = EventKind::kWithdrawn,
               .address = address,
-              .client = client->party(),
-              .owner = client->party()});
+              .client = client->peer(),
+              .owner = client->peer()});
     return Removal::kOk;
   }
   Client& owner = *clients_.find(entry->owner);
@@ -166,8 +194,8 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
   happened({.at = now,
             .kind = allowed ? EventKind::kWithdrawn : EventKind::kDeleteRefused,
             .address = address,
-            .client = client->party(),
-            .owner = owner.party()});
+            .client = client->peer(),
+            .owner = owner.peer()});
   if (!allowed) return Removal::kNotOwner;
   registrations_.remove(owner, address);
   learn_again(now, address);
@@ -222,17 +250,17 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   if (forged && !link) count(EventKind::kForgedSourceTolerated);
   const std::uint32_t handle = forged || link ? 0 : *own;
 
-  if (header.dest == settings_.address) return for_router_itself(sender, handle, message);
+  if (header.dest == settings_.address) return for_router_itself(now, sender, handle, message);
   if (header.type == type::kAdminRequest && !local && !link && is_router(header.dest) &&
-      !sink_.may_ask(sender.id, message)) {
-    sink_.admin(sender.id, message);
+      !surroundings_.may_ask(sender.id, message)) {
+    surroundings_.admin(now, sender.id, message);
     return Outcome::kHandled;
   }
   const Outcome outcome = forward(now, &sender, message);
   const bool lost_command =
       header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest);
   if (lost_command || (is_no_way(outcome) && wants_to_know(sender, header)))
-    answer_not_available(receiver_of(sender, handle), header);
+    answer_not_available(now, receiver_of(sender, handle), header);
   return outcome;
 }
 
@@ -257,7 +285,7 @@ Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {
 }
 
 Outcome Router::forward(Time now, Client* from, Message& message) {
-  Way on = way(from, message.header.dest);
+  NextHop on = next_hop(from, message.header.dest);
   if (on.to == nullptr) {
     const bool unread = message.header.dest == kTextSink && message.header.type <= 0;
     return unread && on.why_not == Outcome::kNoRoute ? Outcome::kUnread : on.why_not;
@@ -274,7 +302,7 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   const bool original = from != nullptr && from->info.port == PortKind::kTcp;
   const bool to_original = on.to->info.port == PortKind::kTcp;
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
-    sink_.traced(from->id, on.to->id, message);
+    surroundings_.traced(from->id, on.to->id, message);
   if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
     return stop_loop(now, from, *on.to, message);
@@ -294,10 +322,10 @@ void Router::copy_text(Time now, Message& message) {
 }
 
 // A command to the sink is for a log of our own; the original's windows know texts only.
-Router::Way Router::who_keeps_texts(const Way& otherwise) const {
+Router::NextHop Router::who_keeps_texts(const NextHop& otherwise) const {
   for (const TextReader& reader : text_readers_) {
     Client* client = clients_.find(reader.client);
-    if (client->info.port == PortKind::kLocal) return {client, reader.handle, Way::By::kTable};
+    if (client->info.port == PortKind::kLocal) return {client, reader.handle, NextHop::By::kTable};
   }
   return otherwise;
 }
@@ -307,7 +335,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
   header.flags = static_cast<std::uint8_t>((header.flags & ~flag::kHeaderLittleEndian) |
                                            (flag::kNativeOrder & flag::kHeaderLittleEndian));
   wire::encode_header(header, message.bytes.first<kHeaderSize>());
-  const Outcome outcome = sink_.deliver(to, message);
+  const Outcome outcome = port_of(to).deliver(now, to, message);
   const Count one{1, message.bytes.size()};
   if (!taken(outcome)) {
     count_dropped(&receiver, one);
@@ -324,24 +352,26 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
   return outcome;
 }
 
-Outcome Router::for_router_itself(Client& sender, std::uint32_t handle, const Message& message) {
+Outcome Router::for_router_itself(Time now, Client& sender, std::uint32_t handle,
+                                  const Message& message) {
   if (message.header.type == type::kAdminRequest) {
-    sink_.admin(sender.id, message);
+    surroundings_.admin(now, sender.id, message);
     return Outcome::kHandled;
   }
   if (message.header.type > 0) {
-    sink_.reply(receiver_of(sender, handle), wire::reply_to(message.header, type::kError));
+    const Receiver asker = receiver_of(sender, handle);
+    port_of(asker).reply(now, asker, wire::reply_to(message.header, type::kError));
   }
   return Outcome::kUnknownCommand;
 }
 
-void Router::answer_not_available(const Receiver& to, const Header& request) {
+void Router::answer_not_available(Time now, const Receiver& to, const Header& request) {
   count(EventKind::kNotAvailable);
-  sink_.reply(to, wire::reply_to(request, type::kNotAvailable));
+  port_of(to).reply(now, to, wire::reply_to(request, type::kNotAvailable));
 }
 
 void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
-                     const Losses& losses) {
+                     const LossCounts& losses) {
   Client* receiver = clients_.find(client);
   for (std::size_t i = 0; i < losses.size(); ++i) {
     if (losses[i].messages == 0) continue;
@@ -353,7 +383,7 @@ void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
 
 void Router::on_lost(Time now, PortKind port, ClientId client, Outcome outcome,
                      std::uint8_t priority, std::uint64_t size) {
-  Losses losses{};
+  LossCounts losses{};
   losses[settings_.classes.of(priority)] = {1, size};
   on_lost(now, port, client, outcome, losses);
 }
@@ -386,7 +416,7 @@ void Router::next_text_reader(Time now) {
 
 void Router::withdraw_all(Time now, Client& client) {
   stop_sharing(client.id);
-  const Party owner = client.party();
+  const Peer owner = client.peer();
   while (!client.mailboxes.empty()) {
     const Address address = registrations_.remove_last(client);
     withdrawn(now, address, owner);
@@ -394,7 +424,7 @@ void Router::withdraw_all(Time now, Client& client) {
 }
 
 // Whoever has waited for the address gets it.
-void Router::withdrawn(Time now, Address address, const Party& owner) {
+void Router::withdrawn(Time now, Address address, const Peer& owner) {
   happened({.at = now,
             .kind = EventKind::kWithdrawn,
             .address = address,
@@ -404,7 +434,7 @@ void Router::withdrawn(Time now, Address address, const Party& owner) {
 }
 
 void Router::record_end(Time now, const Client& client, CloseReason reason) {
-  Event event{.at = now, .reason = reason, .client = client.party()};
+  Event event{.at = now, .reason = reason, .client = client.peer()};
   if (client.info.port == PortKind::kLink) {
     event.kind = EventKind::kLinkDown;
     return happened(event);
@@ -427,19 +457,19 @@ void Router::record_end(Time now, const Client& client, CloseReason reason) {
 
 void Router::happened(const Event& event) {
   count(event.kind);
-  sink_.event(events_.add(event));
+  surroundings_.event(events_.add(event));
 }
 
-Party Router::party(ClientId id) const {
+Peer Router::peer(ClientId id) const {
   const Client* client = clients_.find(id);
-  return client == nullptr ? Party{} : client->party();
+  return client == nullptr ? Peer{} : client->peer();
 }
 
 // --- Other routers
 
-Router::Way Router::way(const Client* from, Address dest) const {
-  Way on;
-  const auto take = [&](ClientId next, std::uint32_t handle, Way::By by) {
+Router::NextHop Router::next_hop(const Client* from, Address dest) const {
+  NextHop on;
+  const auto take = [&](ClientId next, std::uint32_t handle, NextHop::By by) {
     Client* to = clients_.find(next);
     if (to == nullptr) return false;
     if (from != nullptr && to->id == from->id && to->info.port == PortKind::kLink) {
@@ -452,28 +482,29 @@ Router::Way Router::way(const Client* from, Address dest) const {
   if (const Table::Entry* entry = find(dest)) {
     const Client* owner = clients_.find(entry->owner);
     if (only_down(from) && only_down(owner)) return {.why_not = Outcome::kWouldReturn};
-    take(entry->owner, entry->handle, Way::By::kTable);
+    take(entry->owner, entry->handle, NextHop::By::kTable);
     return on;
   }
   for (const StaticRoute& route : static_routes_) {
     if (!route.match.matches(dest)) continue;
-    if (take(link_named(route.via.view()), 0, Way::By::kStatic)) return on;
+    if (take(link_named(route.via.view()), 0, NextHop::By::kStatic)) return on;
   }
-  if (only_down(from)) return on.why_not == Outcome::kNoRoute ? Way{} : on;
+  if (only_down(from)) return on.why_not == Outcome::kNoRoute ? NextHop{} : on;
   const auto system = dest.fields(settings_.widths).system;
-  if (const ClientId peer = peer_of(system); peer && take(peer, 0, Way::By::kSystem)) return on;
+  if (const ClientId peer = peer_router(system); peer && take(peer, 0, NextHop::By::kSystem))
+    return on;
   // Of the own system, too: an operator's joystick for this robot may be registered at the base.
-  take(uplink_, 0, Way::By::kUp);
+  take(uplink_, 0, NextHop::By::kUp);
   return on;
 }
 
 bool Router::leads_over_link(const Client& from, Address dest) const {
-  const Way on = way(&from, dest);
+  const NextHop on = next_hop(&from, dest);
   return on.to != nullptr && on.to->info.port == PortKind::kLink;
 }
 
 // The system router of another robot, beside this one.
-ClientId Router::peer_of(std::uint32_t system) const {
+ClientId Router::peer_router(std::uint32_t system) const {
   for (const ClientId id : links_) {
     const Client& other = *clients_.find(id);
     if (is_link(&other, LinkKind::kPeer) && other.info.link.role == Role::kSystem &&
@@ -504,8 +535,8 @@ Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const 
     happened({.at = now,
               .kind = EventKind::kLoop,
               .address = message.header.dest,
-              .client = from == nullptr ? Party{} : from->party(),
-              .owner = to.party()});
+              .client = from == nullptr ? Peer{} : from->peer(),
+              .owner = to.peer()});
   }
   return Outcome::kHopLimit;
 }
@@ -513,12 +544,12 @@ Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const 
 void Router::set_uplink(Time now, ClientId link) {
   if (uplink_ == link) return;
   uplink_ = link;
-  happened({.at = now, .kind = EventKind::kUplinkChanged, .client = party(link)});
+  happened({.at = now, .kind = EventKind::kUplinkChanged, .client = peer(link)});
 }
 
 // --- What other routers announce
 
-std::optional<Origin> Router::told(Address address) const {
+std::optional<Origin> Router::exported(Address address) const {
   if (address == settings_.address) return registrations_.here();
   const Table::Entry* entry = find(address);
   if (entry == nullptr || address == kTextSink) return std::nullopt;
@@ -537,8 +568,8 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
     happened({.at = now,
               .kind = loop ? EventKind::kLoop : EventKind::kDuplicateRouter,
               .address = address,
-              .client = from->party(),
-              .owner = party_of(*from, origin)});
+              .client = from->peer(),
+              .owner = peer_router(*from, origin)});
     return false;
   }
   const Table::Entry* entry = find(address);
@@ -548,7 +579,7 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
     happened({.at = now,
               .kind = EventKind::kRegistered,
               .address = address,
-              .client = party_of(*from, origin)});
+              .client = peer_router(*from, origin)});
     return true;
   }
   if (entry != nullptr && entry->owner == link) {
@@ -582,15 +613,15 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
     happened({.at = now,
               .kind = EventKind::kDuplicateAddress,
               .address = address,
-              .client = party_of(link, origin),
-              .owner = party_of(*owner, current)});
+              .client = peer_router(link, origin),
+              .owner = peer_router(*owner, current)});
     return;
   }
   happened({.at = now,
             .kind = EventKind::kDuplicateAddress,
             .address = address,
-            .client = party_of(link, origin),
-            .owner = owner == nullptr ? Party{} : owner->party()});
+            .client = peer_router(link, origin),
+            .owner = owner == nullptr ? Peer{} : owner->peer()});
 }
 
 // The address has become free: who has waited for it?
@@ -606,7 +637,7 @@ void Router::forget(Time now, ClientId link, Address address) {
   if (from == nullptr || registrations_.stop_waiting(address, link)) return;
   const Table::Entry* entry = find(address);
   if (entry == nullptr || entry->owner != link) return;
-  const Party owner = party_of(*from, origin(*entry));
+  const Peer owner = peer_router(*from, origin(*entry));
   registrations_.remove(*from, address);
   withdrawn(now, address, owner);
 }
@@ -646,9 +677,9 @@ std::optional<Origin> Router::announced(ClientId link, Address address) const {
 }
 
 // A mailbox's owner behind a link: the link's name, and the router it lives at.
-Party Router::party_of(const Client& link, const Origin& origin) const {
-  Party party = link.party();
-  party.peer = Text<55>(origin.router.to_string(settings_.widths));
+Peer Router::peer_router(const Client& link, const Origin& origin) const {
+  Peer party = link.peer();
+  party.endpoint = Text<55>(origin.router.to_string(settings_.widths));
   return party;
 }
 
@@ -659,9 +690,9 @@ void Router::on_undelivered(Time now, ClientId link, const Header& header, Outco
   count_dropped(clients_.find(link), one);
   if (header.type <= 0) return;
   // As if it had been refused at once, only later.
-  const Way back = way(nullptr, header.src);
+  const NextHop back = next_hop(nullptr, header.src);
   if (back.to == nullptr) return;
-  answer_not_available(receiver_of(*back.to, back.handle), header);
+  answer_not_available(now, receiver_of(*back.to, back.handle), header);
 }
 
 // --- The original's commands (legacy.h), and its watchdog
@@ -673,14 +704,14 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
     case Verb::kRegister: {
       const Registration result = register_mailbox(now, sender.id, command.mailbox);
       const bool success = result.status == Registration::Status::kOk;
-      if (command.wants_reply) answer_command(sender, message.header, success);
+      if (command.wants_reply) answer_command(now, sender, message.header, success);
       break;
     }
     case Verb::kDelete: {
       const Removal result = remove_mailbox(now, sender.id, command.mailbox);
       // An unknown address is deleted already, says the original.
       const bool success = result != Removal::kNotOwner;
-      if (command.wants_reply) answer_command(sender, message.header, success);
+      if (command.wants_reply) answer_command(now, sender, message.header, success);
       break;
     }
     case Verb::kPurge:
@@ -699,7 +730,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
       tell_widths(now, sender, message);
       break;
     case Verb::kAdmin:
-      sink_.admin(sender.id, message);
+      surroundings_.admin(now, sender.id, message);
       break;
     case Verb::kMalformed:
       return Outcome::kMalformedCommand;
@@ -718,8 +749,9 @@ bool Router::may_delete(const Client& by, const Client& owner) const {
          owner.info.port != PortKind::kLink;
 }
 
-void Router::answer_command(const Client& client, const Header& request, bool success) {
-  sink_.reply(receiver_of(client), wire::reply_to(request, success ? type::kOk : type::kError));
+void Router::answer_command(Time now, const Client& client, const Header& request, bool success) {
+  const Receiver to = receiver_of(client);
+  port_of(to).reply(now, to, wire::reply_to(request, success ? type::kOk : type::kError));
 }
 
 // To whoever has left room for it: in the place of the question.
@@ -745,20 +777,21 @@ void Router::on_timeout(Time now) {
       give_up(now, client, CloseReason::kWatchdog);
     } else {
       client.owes_answer = true;
-      ask_for_lifesign(client);
+      ask_for_lifesign(now, client);
     }
   });
 }
 
-void Router::ask_for_lifesign(const Client& client) {
+void Router::ask_for_lifesign(Time now, const Client& client) {
   count(EventKind::kLifesign);
-  sink_.reply(receiver_of(client), {.type = wire::router_command::kLifesign});
+  const Receiver to = receiver_of(client);
+  port_of(to).reply(now, to, {.type = wire::router_command::kLifesign});
 }
 
 void Router::give_up(Time now, Client& client, CloseReason reason) {
   const Receiver connection = receiver_of(client);
   disconnect(now, client.id, reason);
-  sink_.close(connection, reason);
+  port_of(connection).close(connection, reason);
 }
 
 }  // namespace tims::core

@@ -1,6 +1,6 @@
 // The router's decisions: who is connected, who owns which mailbox, where does this message go.
 //
-// Pure: time and bytes come in as arguments, actions go out through a Sink. Nothing is allocated
+// Pure: time and bytes come in as arguments, actions go out through its ports. Nothing is allocated
 // on a message's way; connecting and registering allocate.
 #pragma once
 
@@ -14,8 +14,8 @@
 #include "router/core/ids.h"
 #include "router/core/legacy.h"
 #include "router/core/message.h"
+#include "router/core/port.h"
 #include "router/core/registrations.h"
-#include "router/core/sink.h"
 #include "router/core/statistics.h"
 #include "tims/address.h"
 #include "tims/time.h"
@@ -55,7 +55,15 @@ enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
 
 class Router {
  public:
-  Router(const RouterSettings& settings, HashSeed seed, Sink& sink);
+  Router(const RouterSettings& settings, HashSeed seed, Surroundings& surroundings);
+
+  // Set up before traffic starts. A port that is switched off is not attached, and has no clients.
+  void attach(PortKind kind, Port& port) { ports_[static_cast<std::size_t>(kind)] = &port; }
+  // At the end of every turn, and whenever delivered bytes are not to be needed any more.
+  void flush(Time now);
+  void stop_accepting();
+  [[nodiscard]] bool drained() const;  // of all ports
+  [[nodiscard]] std::uint64_t queued_bytes(PortKind kind, std::uint32_t token) const;
 
   // Settings of a running router. The address stays.
   void configure(Time now, const RouterSettings& settings);
@@ -82,7 +90,7 @@ class Router {
   // the connection of the one who asked.
   Outcome answer(Time now, ClientId asker, Message& message);
   // Messages for (or, with bad_length and incomplete, from) a client that a port has lost.
-  void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, const Losses& losses);
+  void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, const LossCounts& losses);
   void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, std::uint8_t priority,
                std::uint64_t size);
 
@@ -113,14 +121,16 @@ class Router {
   [[nodiscard]] const std::vector<StaticRoute>& static_routes() const { return static_routes_; }
 
   // What is told to routers above and beside: all that is below this one, itself included.
-  [[nodiscard]] const Below& below() const { return registrations_.below(); }
+  [[nodiscard]] const ExportedTable& exported_table() const {
+    return registrations_.exported_table();
+  }
   // Nothing: the address is not below.
-  [[nodiscard]] std::optional<Origin> told(Address address) const;
+  [[nodiscard]] std::optional<Origin> exported(Address address) const;
   template <typename Visit>  // (Address, const Origin&)
-  void for_each_below(Visit visit) const {
+  void for_each_exported(Visit visit) const {
     visit(settings_.address, registrations_.here());
     table().for_each([&](const Table::Entry& entry) {
-      if (const auto origin = told(entry.address)) visit(entry.address, *origin);
+      if (const auto origin = exported(entry.address)) visit(entry.address, *origin);
     });
   }
   [[nodiscard]] Origin origin(const Table::Entry& entry) const {
@@ -128,13 +138,13 @@ class Router {
   }
 
   // The client a message to this address is handed to; `from` is null for the router itself.
-  struct Way {
+  struct NextHop {
     Client* to = nullptr;
     std::uint32_t handle = 0;
     enum class By : std::uint8_t { kTable, kStatic, kSystem, kUp, kNone } by = By::kNone;
     Outcome why_not = Outcome::kNoRoute;  // without `to`
   };
-  [[nodiscard]] Way way(const Client* from, Address dest) const;
+  [[nodiscard]] NextHop next_hop(const Client* from, Address dest) const;
 
   // Those that links announced until they went down, and that no other link has brought since.
   [[nodiscard]] const MissingRouters& missing() const { return missing_; }
@@ -161,6 +171,10 @@ class Router {
   [[nodiscard]] const RouterSettings& settings() const { return settings_; }
 
  private:
+  // Only attached ports have clients.
+  [[nodiscard]] Port& port_of(const Receiver& to) {
+    return *ports_[static_cast<std::size_t>(to.port)];
+  }
   Outcome dispatch(Time now, Client& sender, Message& message);
   // The port's number for a mailbox of the client's; nothing: it is somebody else's.
   [[nodiscard]] std::optional<std::uint32_t> handle_of(const Client& owner, Address address) const;
@@ -169,20 +183,20 @@ class Router {
   static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
   Outcome forward(Time now, Client* from, Message& message);
   void copy_text(Time now, Message& message);
-  [[nodiscard]] Way who_keeps_texts(const Way& otherwise) const;
+  [[nodiscard]] NextHop who_keeps_texts(const NextHop& otherwise) const;
   Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
-  Outcome for_router_itself(Client& sender, std::uint32_t handle, const Message& message);
-  void answer_not_available(const Receiver& to, const Header& request);
+  Outcome for_router_itself(Time now, Client& sender, std::uint32_t handle, const Message& message);
+  void answer_not_available(Time now, const Receiver& to, const Header& request);
   static void count_dropped(Client* receiver, const Count& count);
 
   // --- other routers
   [[nodiscard]] ClientId link_named(std::string_view name) const;
-  [[nodiscard]] ClientId peer_of(std::uint32_t system) const;
+  [[nodiscard]] ClientId peer_router(std::uint32_t system) const;
   void learn_again(Time now, Address address);
   [[nodiscard]] std::vector<Address> routers_behind(const Client& link) const;
   void miss(Time now, const Client& link, const std::vector<Address>& routers);
   void duplicate(Time now, const Client& link, Address address, const Origin& origin);
-  [[nodiscard]] Party party_of(const Client& link, const Origin& origin) const;
+  [[nodiscard]] Peer peer_router(const Client& link, const Origin& origin) const;
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
@@ -190,12 +204,12 @@ class Router {
   Outcome carry_out(Time now, Client& sender, Message& message);
   void tell_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
-  void answer_command(const Client& client, const Header& request, bool success);
-  void ask_for_lifesign(const Client& client);
+  void answer_command(Time now, const Client& client, const Header& request, bool success);
+  void ask_for_lifesign(Time now, const Client& client);
   void give_up(Time now, Client& client, CloseReason reason);
 
   void withdraw_all(Time now, Client& client);
-  void withdrawn(Time now, Address address, const Party& owner);
+  void withdrawn(Time now, Address address, const Peer& owner);
   // The sink of texts, which several may have: the first as any mailbox, the others beside it.
   [[nodiscard]] bool may_share(const Client& client, Address address) const;
   bool stop_sharing(ClientId client);
@@ -203,10 +217,11 @@ class Router {
   void record_end(Time now, const Client& client, CloseReason reason);
   void happened(const Event& event);
   void count(EventKind kind) { event_counts_.add(kind); }
-  [[nodiscard]] Party party(ClientId id) const;
+  [[nodiscard]] Peer peer(ClientId id) const;
 
   RouterSettings settings_;
-  Sink& sink_;
+  Surroundings& surroundings_;
+  std::array<Port*, kPortKindCount> ports_{};
   ClientId uplink_{};
   std::vector<ClientId> links_;
   std::vector<StaticRoute> static_routes_;

@@ -32,7 +32,8 @@ TEST_F(RouterTest, AllWhoHaveTheSinkOfTextsGetEachText) {
     send_command(windows.back(), command::kMailboxInitWithReply, kTextSink.raw());
     EXPECT_EQ(sink_.replies.back().header.type, type::kOk);
   }
-  EXPECT_EQ(sink_.moved_addresses, std::vector{kTextSink}) << "once is enough";
+  EXPECT_EQ(sink_.moved_addresses, std::vector(kPortKindCount, kTextSink))
+      << "every port hears it once";
   for (const ClientId id : {windows.front(), log, connect()}) {
     const Registration again = router_.register_mailbox(now_, id, kTextSink);
     EXPECT_EQ(again.status, Registration::Status::kAddressInUse) << "its own already, or too many";
@@ -181,6 +182,7 @@ TEST(RouterOfOtherWidths, TellsThemToALoginWithRoomForThem) {
   constexpr AddressWidths kWidths{6, 8, 10, 8};
   RecordingSink sink;
   Router router({.address = Address::of({.system = 1}, kWidths), .widths = kWidths}, {1, 2}, sink);
+  attach_all(router, sink);
   const Time now(std::chrono::seconds(1));
   const ClientId client = router.connect(now, {.port = PortKind::kTcp, .token = 1});
   const auto login = [&](const Bytes& body) {

@@ -34,7 +34,7 @@ inline Bytes encoded(Header header, const Bytes& body = {}) {
   return bytes;
 }
 
-class RecordingSink final : public Sink {
+class RecordingSink final : public Port, public Surroundings {
  public:
   struct Delivery {
     Receiver to;
@@ -50,15 +50,17 @@ class RecordingSink final : public Sink {
     CloseReason reason;
   };
 
-  Outcome deliver(const Receiver& to, const Message& message) override {
+  Outcome deliver(Time, const Receiver& to, const Message& message) override {
     delivered.push_back({to, message.header, {message.bytes.begin(), message.bytes.end()}});
     return outcome;
   }
-  void reply(const Receiver& to, const Header& header) override { replies.push_back({to, header}); }
+  void reply(Time, const Receiver& to, const Header& header) override {
+    replies.push_back({to, header});
+  }
   void close(const Receiver& client, CloseReason reason) override {
     closed.emplace_back(client.client, reason);
   }
-  void admin(ClientId from, const Message& request) override {
+  void admin(Time, ClientId from, const Message& request) override {
     questions.emplace_back(from, request.header.src);
   }
   void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
@@ -75,8 +77,15 @@ class RecordingSink final : public Sink {
   std::vector<Address> moved_addresses;
 };
 
+// The sink is all of the router's ports.
+inline void attach_all(Router& router, Port& sink) {
+  for (const PortKind kind : values<PortKind, kPortKindCount>()) router.attach(kind, sink);
+}
+
 class RouterTest : public testing::Test {
  protected:
+  RouterTest() { attach_all(router_, sink_); }
+
   static Time at(int seconds) { return Time(std::chrono::seconds(seconds)); }
 
   ClientId connect(PortKind port = PortKind::kTcp, std::string_view name = {}) {

@@ -31,7 +31,7 @@ class RouterLinksTest : public RouterTest {
                                      .router = Address::of({.system = system, .instance = 1})}});
   }
   [[nodiscard]] ClientId way_of(ClientId from, Address to) const {
-    const Router::Way way = router_.way(router_.client(from), to);
+    const Router::NextHop way = router_.next_hop(router_.client(from), to);
     return way.to == nullptr ? kNoClient : way.to->id;
   }
   [[nodiscard]] std::size_t events(EventKind kind) const {
@@ -44,10 +44,10 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   ASSERT_TRUE(router_.learn(now_, sub, kLadar, kRobot));
   EXPECT_EQ(owner(kLadar.raw()), sub);
-  EXPECT_EQ(router_.told(kLadar), kRobot);
+  EXPECT_EQ(router_.exported(kLadar), kRobot);
   router_.disconnect(now_, sub, CloseReason::kSilent);
   EXPECT_EQ(owner(kLadar.raw()), kNoClient);
-  EXPECT_EQ(router_.told(kLadar), std::nullopt);
+  EXPECT_EQ(router_.exported(kLadar), std::nullopt);
   EXPECT_EQ(events(EventKind::kLinkDown), 1U);
 }
 
@@ -126,8 +126,8 @@ TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
   const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
   ASSERT_TRUE(router_.learn(now_, peer, kLadar, kRobot));
   EXPECT_EQ(owner(kLadar.raw()), peer);
-  EXPECT_EQ(router_.told(kLadar), std::nullopt);
-  EXPECT_EQ(router_.below().size(), 1U) << "the router itself";
+  EXPECT_EQ(router_.exported(kLadar), std::nullopt);
+  EXPECT_EQ(router_.exported_table().size(), 1U) << "the router itself";
 }
 
 // Every robot has its own, at the same address.
@@ -137,15 +137,15 @@ TEST_F(RouterLinksTest, TheSinkOfTextsIsEachRoutersOwn) {
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
   EXPECT_EQ(way_of(sub, kTextSink), up) << "nobody here reads texts";
-  const std::uint32_t hash = router_.below().hash();
+  const std::uint32_t hash = router_.exported_table().hash();
   const ClientId log = connect();
   send_command(log, command::kMailboxInitWithReply, kTextSink.raw());
   EXPECT_EQ(way_of(sub, kTextSink), log);
-  EXPECT_EQ(router_.told(kTextSink), std::nullopt);
-  EXPECT_EQ(router_.below().hash(), hash);
+  EXPECT_EQ(router_.exported(kTextSink), std::nullopt);
+  EXPECT_EQ(router_.exported_table().hash(), hash);
   EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
   router_.disconnect(now_, log, CloseReason::kPeerClosed);
-  EXPECT_EQ(router_.below().hash(), hash);
+  EXPECT_EQ(router_.exported_table().hash(), hash);
   EXPECT_EQ(events(EventKind::kDuplicateAddress), 0U);
 }
 
@@ -153,7 +153,7 @@ TEST_F(RouterLinksTest, NobodyElseHasOurAddress) {
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   router_.learn(now_, sub, kOwn, kRobot);
   EXPECT_EQ(owner(kOwn.raw()), kNoClient);
-  EXPECT_EQ(router_.told(kOwn)->router, kOwn);
+  EXPECT_EQ(router_.exported(kOwn)->router, kOwn);
   EXPECT_EQ(events(EventKind::kDuplicateAddress), 1U);
 }
 
@@ -244,10 +244,10 @@ TEST_F(RouterLinksTest, WhatASystemRouterDoesNotKnowOfItsOwnSystemGoesUpToo) {
   const ClientId up =
       robot.connect(now_, {.port = PortKind::kLink, .link = {.kind = LinkKind::kSuper}});
   robot.set_uplink(now_, up);
-  EXPECT_EQ(robot.way(nullptr, Address(0x02140000)).to->id, up);
-  EXPECT_EQ(robot.way(nullptr, kPilot).to->id, up);
-  EXPECT_EQ(robot.way(nullptr, kLadar).to->id, up);
-  EXPECT_EQ(robot.way(robot.client(up), kLadar).to, nullptr) << "and never back";
+  EXPECT_EQ(robot.next_hop(nullptr, Address(0x02140000)).to->id, up);
+  EXPECT_EQ(robot.next_hop(nullptr, kPilot).to->id, up);
+  EXPECT_EQ(robot.next_hop(nullptr, kLadar).to->id, up);
+  EXPECT_EQ(robot.next_hop(robot.client(up), kLadar).to, nullptr) << "and never back";
 }
 
 TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
@@ -268,7 +268,7 @@ TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
   router_.learn(now_, sub, kPilot, kFar);
   EXPECT_EQ(way_of(up, kPilot), sub);
   EXPECT_EQ(way_of(up, kLadar), kNoClient);
-  EXPECT_EQ(router_.way(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
+  EXPECT_EQ(router_.next_hop(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
   EXPECT_EQ(way_of(sub, kLadar), peer);
 }
 

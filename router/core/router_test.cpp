@@ -283,7 +283,7 @@ TEST_F(RouterTest, AReplacedMessageIsCountedBesideTheOneThatWasTaken) {
 
 TEST_F(RouterTest, LossesOfAPortAreCountedAlsoAfterTheClientHasGone) {
   const ClientId laser = connect();
-  Losses losses{};
+  LossCounts losses{};
   losses[0] = {2, 300};
   losses[7] = {1, 50};
   router_.on_lost(now_, PortKind::kTcp, laser, Outcome::kQueueReplaced, losses);

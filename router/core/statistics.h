@@ -215,12 +215,12 @@ std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 
 // A client as people know it, kept after it has gone.
-struct Party {
+struct Peer {
   ClientId id{};  // kNoClient: the router itself, or nobody
   PortKind port = PortKind::kRouter;
   std::uint32_t pid = 0;  // 0: not known
   Text<31> name{};
-  Text<55> peer{};  // "127.0.0.1:54321"; empty on the local port
+  Text<55> endpoint{};  // "127.0.0.1:54321"; empty on the local port
 };
 
 struct Event {
@@ -229,9 +229,9 @@ struct Event {
   EventKind kind = EventKind::kClientCame;
   CloseReason reason = CloseReason::kNone;
   Address address{};  // of the mailbox, where there is one
-  Party client{};     // whose doing it was
+  Peer client{};      // whose doing it was
   Text<191> text{};   // kLinkRefused: what the other router said; kLinkPath: from, to and why
-  Party owner{};      // kAddressRefused, kDeleteRefused: to whom the address belongs
+  Peer owner{};       // kAddressRefused, kDeleteRefused: to whom the address belongs
 };
 
 // The newest events, in memory reserved once.
@@ -271,7 +271,7 @@ struct Count {
 };
 
 // Messages that were taken and lost, by class.
-using Losses = std::array<Count, kClasses>;
+using LossCounts = std::array<Count, kClasses>;
 
 // The port is the one a message entered through; for a message that was lost in a queue, the
 // queue's.

@@ -10,8 +10,7 @@
 #include "os/file.h"
 #include "router/config/config.h"
 #include "router/io/log.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
+#include "router/io/loop.h"
 #include "tims/result.h"
 
 namespace tims::io {

@@ -10,14 +10,14 @@
 namespace tims::io::test {
 
 // Takes everything, keeps the questions.
-class QuietSink final : public core::Sink {
+class QuietSurroundings final : public core::Port, public core::Surroundings {
  public:
-  core::Outcome deliver(const core::Receiver&, const core::Message&) override {
+  core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
     return core::Outcome::kDelivered;
   }
-  void reply(const core::Receiver&, const Header&) override {}
+  void reply(Time, const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
 };
@@ -27,14 +27,16 @@ class QuietSink final : public core::Sink {
 class AdminFixture : public AdminSource {
  public:
   AdminFixture() {
+    for (const auto kind : core::values<core::PortKind, core::kPortKindCount>())
+      router_.attach(kind, around_);
     config_.router.name = "lab";
     laser_ = router_.connect(at(10), {.port = core::PortKind::kLocal,
                                       .token = 1,
                                       .pid = 811,
                                       .name = std::string_view("laser")});
-    pilot_ = router_.connect(
-        at(20),
-        {.port = core::PortKind::kTcp, .token = 2, .peer = std::string_view("127.0.0.1:50000")});
+    pilot_ = router_.connect(at(20), {.port = core::PortKind::kTcp,
+                                      .token = 2,
+                                      .endpoint = std::string_view("127.0.0.1:50000")});
     router_.register_mailbox(at(30), laser_, Address(0x03140000), 7);
     router_.register_mailbox(at(40), pilot_, Address(0x03180000));
   }
@@ -80,8 +82,8 @@ class AdminFixture : public AdminSource {
   std::uint64_t tcp_queued_bytes = 512;
 
  private:
-  QuietSink sink_;
-  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, sink_};
+  QuietSurroundings around_;
+  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, around_};
   config::Config config_;
   config::Origins origins_{{"router.name", {.kind = config::Origin::Kind::kSet, .number = 1}}};
   core::ClientId laser_{};

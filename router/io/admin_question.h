@@ -9,7 +9,7 @@
 #include <string_view>
 #include <variant>
 
-#include "router/link/impairment.h"
+#include "router/link/fault_injection.h"
 #include "tims/address.h"
 
 namespace tims::io {

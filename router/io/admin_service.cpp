@@ -99,9 +99,9 @@ json::object error_json(const QuestionError& error) {
 
 // --- what is done
 
-Links::Hand hand_of(std::string_view action) {
-  if (action == "up") return Links::Hand::kUp;
-  return action == "down" ? Links::Hand::kDown : Links::Hand::kReset;
+Links::Action action_of(std::string_view action) {
+  if (action == "up") return Links::Action::kUp;
+  return action == "down" ? Links::Action::kDown : Links::Action::kReset;
 }
 
 // Names of the routers at the other ends; of those whose name is not known, where they are looked
@@ -162,14 +162,14 @@ std::optional<QuestionError> change_routes(const Question& question, const Admin
 std::optional<QuestionError> carry_out(const Question& question, const AdminSource& source) {
   switch (question.ask) {
     case Ask::kLinkDo:
-      if (source.act_on_link(question.link, hand_of(question.action))) return std::nullopt;
+      if (source.act_on_link(question.link, action_of(question.action))) return std::nullopt;
       return no_link(source, question.link);
     case Ask::kFault:
       if (!source.config().sim.faults)
         return not_done(
             "this router does not spoil its links: set sim.faults = true in its configuration and "
             "reload it");
-      if (source.spoil(question.link, question.faults)) return std::nullopt;
+      if (source.inject_faults(question.link, question.faults)) return std::nullopt;
       return no_link(source, question.link);
     default:
       return change_routes(question, source);

@@ -33,8 +33,8 @@ std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute
                                              const std::vector<core::StaticRoute>& after);
 
 // The questions that have come and are not answered yet. The router may not be called while it
-// hands over a question (core::Sink::admin), so answers are made at the end of a turn; and a
-// question for events may wait for one.
+// hands over a question (core::Surroundings::admin), so answers are made at the end of a turn; and
+// a question for events may wait for one.
 //
 // Whoever asks much waits, and nobody else: of each client one question is answered in its turn,
 // and none as long as it leaves earlier answers unread.
@@ -51,12 +51,12 @@ class AdminService {
 
   explicit AdminService(const AdminSource& source) : source_(source) {}
 
-  // From core::Sink::admin: copies what it needs. What would change something is refused to
+  // From core::Surroundings::admin: copies what it needs. What would change something is refused to
   // clients of TCP and of WebSockets, unless tcp.admin allows it.
   void ask(Time now, core::ClientId from, const core::Message& request);
-  // From core::Sink::may_ask: the same for questions to other routers.
+  // From core::Surroundings::may_ask: the same for questions to other routers.
   [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
-  // From core::Sink::event.
+  // From core::Surroundings::event.
   void event_happened() { changed_ = true; }
 
   // Whether answer() would do anything.

@@ -10,7 +10,7 @@
 #include "router/config/load.h"
 #include "router/core/router.h"
 #include "router/io/mailbox_counts.h"
-#include "router/link/impairment.h"
+#include "router/link/fault_injection.h"
 #include "router/link/links.h"
 #include "tims/time.h"
 
@@ -77,8 +77,8 @@ class AdminSource {
   // Nothing when this router is in no fleet.
   [[nodiscard]] virtual std::optional<DdsReport> dds() const { return std::nullopt; }
   // Does what a question asks for; false: there is no such link.
-  virtual bool act_on_link(std::string_view, link::Links::Hand) const { return false; }
-  virtual bool spoil(std::string_view, const link::Faults&) const { return false; }
+  virtual bool act_on_link(std::string_view, link::Links::Action) const { return false; }
+  virtual bool inject_faults(std::string_view, const link::Faults&) const { return false; }
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) const {}
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;

@@ -33,11 +33,10 @@ std::vector<link::NetAddress> all_addresses() { return own_addresses({.port = 1}
 
 }  // namespace
 
-DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, std::function<void(Time)> end_turn,
-                 const config::Config& config)
-    : log_(log),
+DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config& config)
+    : loop_(loop),
+      log_(log),
       links_(links),
-      end_turn_(std::move(end_turn)),
       self_{.fleet = std::string_view(config.fleet.name), .who = links.self()},
       engine_(loop, log, settings(config), *this) {}
 
@@ -78,6 +77,6 @@ void DdsPath::on_state() {
   links_.set_trouble(link::PathKind::kDds, std::move(trouble));
 }
 
-void DdsPath::on_turn_end() { end_turn_(os::now()); }
+void DdsPath::on_turn_end() { loop_.end_turn(os::now()); }
 
 }  // namespace tims::io

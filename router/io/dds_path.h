@@ -2,7 +2,6 @@
 // goes to the engine.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "router/config/config.h"
@@ -11,10 +10,9 @@
 
 namespace tims::io {
 
-class DdsPath final : private DdsEngine::Listener {
+class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
  public:
-  DdsPath(Loop& loop, Log& log, link::Links& links, std::function<void(Time)> end_turn,
-          const config::Config& config);
+  DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config& config);
 
   // `udp`: where this router takes datagrams.
   Result<void> start(std::vector<link::NetAddress> udp);
@@ -23,7 +21,10 @@ class DdsPath final : private DdsEngine::Listener {
   void stop() { engine_.stop(); }
 
   // One that the engine does not take is lost, as it might be on its way.
-  void send(const link::Train& train) { (void)engine_.send(train); }
+  bool offer(const link::Burst& burst) override {
+    (void)engine_.send(burst);
+    return true;
+  }
 
   [[nodiscard]] const DdsEngine& engine() const { return engine_; }
 
@@ -35,9 +36,9 @@ class DdsPath final : private DdsEngine::Listener {
   void on_state() override;
   void on_turn_end() override;
 
+  Loop& loop_;
   Log& log_;
   link::Links& links_;
-  const std::function<void(Time)> end_turn_;
   link::Announcement self_;
   std::vector<link::NetAddress> host_;  // all addresses when the engine looked at its interfaces
   DdsEngine engine_;

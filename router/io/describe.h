@@ -9,12 +9,12 @@
 namespace tims::io {
 
 // A client: "pid 4711 (laser)", "127.0.0.1:40312".
-inline std::string describe(const core::Party& party) {
-  if (!party.id) return "the router itself";
+inline std::string describe(const core::Peer& peer) {
+  if (!peer.id) return "the router itself";
   std::string text;
-  if (party.pid != 0) text.append("pid ").append(std::to_string(party.pid));
-  if (!party.peer.empty()) text.append(text.empty() ? "" : " ").append(party.peer.view());
-  if (!party.name.empty()) text.append(" (").append(party.name.view()).append(")");
+  if (peer.pid != 0) text.append("pid ").append(std::to_string(peer.pid));
+  if (!peer.endpoint.empty()) text.append(text.empty() ? "" : " ").append(peer.endpoint.view());
+  if (!peer.name.empty()) text.append(" (").append(peer.name.view()).append(")");
   return text;
 }
 

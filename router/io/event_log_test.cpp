@@ -14,12 +14,12 @@ using testing::HasSubstr;
 
 struct LimitedLogTest : testing::Test {
   void happens(EventKind kind, std::string_view router = "base") {
-    const core::Party party{.id = core::ClientId(1),
-                            .port = core::PortKind::kLink,
-                            .name = core::Text<31>(router),
-                            .peer = std::string_view("10.0.0.1:2010")};
+    const core::Peer peer{.id = core::ClientId(1),
+                          .port = core::PortKind::kLink,
+                          .name = core::Text<31>(router),
+                          .endpoint = std::string_view("10.0.0.1:2010")};
     log.on_event(now,
-                 {.at = now, .kind = kind, .reason = core::CloseReason::kSilent, .client = party});
+                 {.at = now, .kind = kind, .reason = core::CloseReason::kSilent, .client = peer});
   }
   void flap(int times) {
     for (int i = 0; i < times; ++i) {

@@ -55,13 +55,12 @@ std::size_t parts_space(std::uint32_t message_max) {
 }  // namespace
 
 LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-                   std::function<void(Time)> end_turn, const link::LinksSetup& setup)
+                   const link::LinksSetup& setup)
     : loop_(loop),
       log_(log),
-      end_turn_(std::move(end_turn)),
       parts_(parts_space(setup.self.message_max)),
       memory_(parts_.bytes(), setup.self.message_max, parts_bytes(setup.self.message_max)),
-      links_(router, pool, memory_, setup),
+      links_(router, pool, memory_, setup, this),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
@@ -96,13 +95,15 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   }
   watch_network();
   watch_.emplace(loop_, socket_->fd(), [this](Ready ready) { on_ready(ready); });
+  choose_sender();
   return socket_->local().to_string();
 }
 
 Result<void> LinkPort::join(const config::Config& config) {
   if (auto result = check_memory(); !result) return result;
   watch_network();
-  dds_.emplace(loop_, log_, links_, end_turn_, config);
+  dds_.emplace(loop_, log_, links_, config);
+  links_.set_sender(link::PathKind::kDds, &*dds_);
   return dds_->start(udp_addresses());
 }
 
@@ -124,7 +125,7 @@ void LinkPort::configure(Time now, const config::Config& config) {
     if (!link.accepts() && !link.is_automatic()) names_[wanted.back().to] = {link.host, link.port};
   }
   links_.configure(now, wanted);
-  if (!config.sim.faults) heal();
+  if (!config.sim.faults) clear_faults();
   resolve(now);
 }
 
@@ -158,16 +159,16 @@ void LinkPort::on_network_change() {
   if (dds_) dds_->network_changed(udp_addresses());
   links_.network_changed(now);
   resolve(now);
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 // --- datagrams in
 
 void LinkPort::on_ready(Ready ready) {
   const Time now = os::now();
-  if (ready.to_write) wait_for_writable(false);
+  if (ready.to_write) watch_->set(Interest::kReading);
   if (ready.to_read && socket_->receive(datagrams_)) take_datagrams(now);
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 void LinkPort::take_datagrams(Time now) {
@@ -186,54 +187,20 @@ void LinkPort::read_wall_clock(Time now) {
 
 // --- datagrams out
 
-Time LinkPort::turn_time() {
-  if (turn_ == Time()) turn_ = os::now();
-  return turn_;
-}
-
-void LinkPort::flush(Time now) {
-  turn_ = {};
-  if (!is_open()) return;
-  links_.flush(now, [&](const link::Train& train) { return send(now, train); });
-  if (links_.has_something_to_send() && !waits_for_writable_) continue_later();
-}
-
-bool LinkPort::send(Time now, const link::Train& train) {
-  if (train.to.kind == link::PathKind::kDds) {
-    if (dds_) dds_->send(train);
-    return true;
-  }
-  if (!socket_) return true;
-  const auto found = spoiled_.find(train.to);
-  if (found != spoiled_.end()) return send_spoiled(now, train, found->second.impairment);
-  if (all_impaired_) return send_spoiled(now, train, *all_impaired_);
-  if (socket_->send(train) != Sent::kWouldBlock) return true;
-  wait_for_writable(true);
-  return false;
-}
-
-void LinkPort::wait_for_writable(bool waits) {
-  waits_for_writable_ = waits;
-  watch_->set(waits ? Interest::kBoth : Interest::kReading);
-}
+void LinkPort::wait_for_sender() { watch_->set(Interest::kBoth); }
 
 // Others have their turn first.
 void LinkPort::continue_later() {
   if (std::exchange(continues_, true)) return;
   loop_.post([this] {
     continues_ = false;
-    end_turn_(os::now());
+    loop_.end_turn(os::now());
   });
-}
-
-std::uint64_t LinkPort::queued_bytes(std::uint32_t token) const {
-  const link::Link* link = links_.link(token);
-  return link == nullptr ? 0 : link->session().queued_bytes();
 }
 
 void LinkPort::end(Time now) {
   links_.end(now);
-  flush(now);
+  links_.flush(now);
 }
 
 void LinkPort::stop() {
@@ -261,16 +228,17 @@ void LinkPort::on_timeout(Time now) {
 
 // --- a bad network, on purpose
 
-bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
+bool LinkPort::inject_faults(std::string_view name, const link::Faults& faults) {
   const bool off = faults == link::Faults();
   const auto seed = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
   if (name.empty()) {
-    heal();
-    if (!off) all_impaired_.emplace(seed).set(faults);
+    clear_faults();
+    if (!off) injected_everywhere_.emplace(seed).set(faults);
+    choose_sender();
     return true;
   }
-  // It may have had other addresses when it was spoilt.
-  bool found = std::erase_if(spoiled_, [&](const auto& s) { return s.second.link == name; }) > 0;
+  // It may have had other addresses when that was said before.
+  bool found = std::erase_if(injected_, [&](const auto& i) { return i.second.link == name; }) > 0;
   links_.for_each([&](const link::Link& link) {
     const bool meant = link.peer().name.view() == name || link.settings().to == name;
     if (!meant) return;
@@ -279,28 +247,42 @@ bool LinkPort::spoil(std::string_view name, const link::Faults& faults) {
     if (link.address()) places.push_back(link.address());
     for (const link::NetAddress& to : places) {
       if (to.kind != link::PathKind::kUdp) continue;
-      spoiled_.erase(to);
+      injected_.erase(to);
       if (off) continue;
-      const auto added = spoiled_.insert({to, {std::string(name), link::Impairment(seed)}});
-      added.first->second.impairment.set(faults);
+      const auto added = injected_.insert({to, {std::string(name), link::FaultInjector(seed)}});
+      added.first->second.faults.set(faults);
     }
   });
+  choose_sender();
   return found;
 }
 
-void LinkPort::heal() {
-  spoiled_.clear();
-  all_impaired_.reset();
+void LinkPort::clear_faults() {
+  injected_.clear();
+  injected_everywhere_.reset();
+  choose_sender();
 }
 
-bool LinkPort::send_spoiled(Time now, const link::Train& train, link::Impairment& impairment) {
-  std::span<const std::byte> rest = train.bytes;
+void LinkPort::choose_sender() {
+  if (!socket_) return;
+  const bool faulty = !injected_.empty() || injected_everywhere_;
+  links_.set_sender(link::PathKind::kUdp,
+                    faulty ? static_cast<link::DatagramSender*>(this) : &*socket_);
+}
+
+bool LinkPort::offer(const link::Burst& burst) {
+  const auto found = injected_.find(burst.to);
+  if (found == injected_.end() && !injected_everywhere_) return socket_->offer(burst);
+  link::FaultInjector& faults =
+      found == injected_.end() ? *injected_everywhere_ : found->second.faults;
+  const Time now = os::now();
+  std::span<const std::byte> rest = burst.bytes;
   while (!rest.empty()) {
-    const auto one = rest.first(std::min(train.datagram_size, rest.size()));
+    const auto one = rest.first(std::min(burst.datagram_size, rest.size()));
     rest = rest.subspan(one.size());
-    const auto fate = impairment.send(now, one.size());
-    for (std::size_t i = 0; i < fate.count; ++i)
-      delayed_.push({fate.at[i], ++order_, train.to, {one.begin(), one.end()}});
+    const auto copies = faults.send(now, one.size());
+    for (std::size_t i = 0; i < copies.count; ++i)
+      delayed_.push({copies.at[i], ++order_, burst.to, {one.begin(), one.end()}});
   }
   return true;
 }

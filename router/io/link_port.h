@@ -1,5 +1,6 @@
-// Where other routers attach: the UDP socket under the links (router/link), the names of other
-// hosts, and what changes about this host's network.
+// The shell of the links (router/link/links.h), which are the router's port for other routers: the
+// UDP socket and DDS under them, the names of other hosts, what changes about this host's network,
+// and a bad network on purpose.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +15,20 @@
 #include "router/config/config.h"
 #include "router/io/dds_path.h"
 #include "router/io/log.h"
+#include "router/io/loop.h"
 #include "router/io/net/interfaces.h"
 #include "router/io/net/resolver.h"
 #include "router/io/net/udp_socket.h"
-#include "router/io/port.h"
 #include "router/io/waiting_memory.h"
-#include "router/io/watch.h"
-#include "router/link/impairment.h"
+#include "router/link/fault_injection.h"
 #include "router/link/links.h"
 
 namespace tims::io {
 
-class LinkPort final : public Port {
+class LinkPort final : private link::LinksShell, private link::DatagramSender {
  public:
-  // `end_turn` flushes all ports: called when a turn is over.
   LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-           std::function<void(Time)> end_turn, const link::LinksSetup& setup);
+           const link::LinksSetup& setup);
 
   // Opens the socket; where it listens.
   Result<std::string> listen(const config::Endpoint& where);
@@ -39,19 +38,8 @@ class LinkPort final : public Port {
   // The links of the configuration; also those of a changed one.
   void configure(Time now, const config::Config& config);
 
-  // Port
-  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
-    return links_.deliver(turn_time(), to.token, message);
-  }
-  void reply(const core::Receiver& to, const Header& header) override {
-    links_.reply(turn_time(), to.token, header);
-  }
-  void close(const core::Receiver&, core::CloseReason) override {}  // links are not watched
-  void flush(Time now) override;
-  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
-  void stop_accepting() override {}
-  [[nodiscard]] bool drained() const override { return true; }
-
+  // To be attached to the router.
+  [[nodiscard]] core::Port& port() { return links_; }
   // After all ports were flushed.
   void release();
   // Other routers hear that this one ends.
@@ -61,13 +49,13 @@ class LinkPort final : public Port {
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
 
-  // By hand: false when no link has this name.
-  bool by_hand(Time now, std::string_view name, link::Links::Hand what) {
-    return links_.by_hand(now, name, what);
+  // False when no link has this name.
+  bool act(Time now, std::string_view name, link::Links::Action what) {
+    return links_.act(now, name, what);
   }
   // What happens to all datagrams on their way out, and nothing else any more; with a name, to
   // those of one link. False when no link has this name.
-  bool spoil(std::string_view name, const link::Faults& faults);
+  bool inject_faults(std::string_view name, const link::Faults& faults);
 
   [[nodiscard]] const link::Links& links() const { return links_; }
   [[nodiscard]] const UdpSocket* socket() const { return socket_ ? &*socket_ : nullptr; }
@@ -85,15 +73,15 @@ class LinkPort final : public Port {
   };
 
   [[nodiscard]] Result<void> check_memory() const;
-  // Read once a turn, when it is asked for first: the turn may be another port's.
-  Time turn_time();
   void on_ready(Ready ready);
   void take_datagrams(Time now);
-  void wait_for_writable(bool waits);
-  void continue_later();
-  bool send(Time now, const link::Train& train);
-  void heal();
-  bool send_spoiled(Time now, const link::Train& train, link::Impairment& impairment);
+  // link::LinksShell
+  void wait_for_sender() override;
+  void continue_later() override;
+  // link::DatagramSender, in place of the socket while faults are injected
+  bool offer(const link::Burst& burst) override;
+  void choose_sender();
+  void clear_faults();
   void resolve(Time now);
   void resolve_one(const std::string& to);
   void watch_network();
@@ -103,7 +91,6 @@ class LinkPort final : public Port {
 
   Loop& loop_;
   Log& log_;
-  const std::function<void(Time)> end_turn_;
   WaitingMemory parts_;  // messages that come in parts
   link::MessageMemory memory_;
   link::Links links_;
@@ -111,7 +98,6 @@ class LinkPort final : public Port {
   std::optional<Watch> watch_;
   std::optional<DdsPath> dds_;
   Datagrams datagrams_;
-  bool waits_for_writable_ = false;
   bool continues_ = false;
 
   Resolver resolver_;
@@ -121,14 +107,13 @@ class LinkPort final : public Port {
   std::map<std::string, std::size_t> tries_;  // which of a name's addresses is next
   Time next_resolve_ = kNever;
   Time wall_read_{};
-  Time turn_{};
 
-  struct Spoiled {
+  struct Injected {
     std::string link{};  // as it was named
-    link::Impairment impairment;
+    link::FaultInjector faults;
   };
-  std::map<link::NetAddress, Spoiled> spoiled_;  // by where datagrams go
-  std::optional<link::Impairment> all_impaired_;
+  std::map<link::NetAddress, Injected> injected_;  // by where datagrams go
+  std::optional<link::FaultInjector> injected_everywhere_;
   std::priority_queue<Delayed, std::vector<Delayed>, std::greater<>> delayed_;
   std::uint64_t order_ = 0;
 };

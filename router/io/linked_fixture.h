@@ -10,27 +10,26 @@ namespace tims::io::test {
 inline constexpr std::uint32_t kMessageMax = 1U << 16;
 
 // The links of one router, and the memory they need. Hosts hear each other at once.
-struct Host {
+struct Host : private link::DatagramSender {
   Host(core::Router& router, const link::Identity& self)
-      : address(address_of(self.id)),
-        links(router, pool, memory, {.self = self, .seed = self.id}) {}
+      : address(address_of(self.id)), links(router, pool, memory, {.self = self, .seed = self.id}) {
+    links.set_sender(link::PathKind::kUdp, this);
+  }
 
   static link::NetAddress address_of(std::uint8_t number) {
     return link::NetAddress::v4(10, 0, 0, number, 2010);
   }
   // Says what is to be said now. True: one of `others` has heard something.
   bool speak(Time now, std::span<Host* const> others) {
-    bool heard = false;
+    now_ = now;
+    others_ = others;
+    heard_ = false;
     do {
       links.on_timeout(now);
-      links.flush(now, [&](const link::Train& train) {
-        for (Host* other : others)
-          heard = (other->address == train.to && other->hear(now, address, train)) || heard;
-        return true;
-      });
+      links.flush(now);
       links.release();
     } while (links.next_timeout() <= now);
-    return heard;
+    return heard_;
   }
 
   const link::NetAddress address;
@@ -44,16 +43,25 @@ struct Host {
   link::Links links;
 
  private:
-  bool hear(Time now, const link::NetAddress& from, const link::Train& train) {
-    std::vector<std::byte> datagrams(train.bytes.begin(), train.bytes.end());
+  bool offer(const link::Burst& burst) override {
+    for (Host* other : others_)
+      heard_ = (other->address == burst.to && other->hear(now_, address, burst)) || heard_;
+    return true;
+  }
+  bool hear(Time now, const link::NetAddress& from, const link::Burst& burst) {
+    std::vector<std::byte> datagrams(burst.bytes.begin(), burst.bytes.end());
     std::span<std::byte> rest = datagrams;
     while (!rest.empty()) {
-      const auto one = rest.first(std::min(train.datagram_size, rest.size()));
+      const auto one = rest.first(std::min(burst.datagram_size, rest.size()));
       links.on_datagram(now, from, one);
       rest = rest.subspan(one.size());
     }
     return true;
   }
+
+  Time now_{};
+  std::span<Host* const> others_{};
+  bool heard_ = false;  // by one of the others
 };
 
 // A router elsewhere, that is nothing but one end of a link.
@@ -61,10 +69,12 @@ struct FarRouter {
   FarRouter(const link::Identity& self, const link::LinkSettings& link)
       : router({.address = self.address(), .role = self.role}, core::HashSeed{}, sink),
         host(router, self) {
+    for (const auto kind : core::values<core::PortKind, core::kPortKindCount>())
+      router.attach(kind, sink);
     host.links.configure(AdminFixture::at(50), std::span(&link, 1));
   }
 
-  QuietSink sink;
+  QuietSurroundings sink;
   core::Router router;
   Host host;
 };
@@ -81,7 +91,7 @@ class LinkedFixture final : public AdminFixture {
     run(at(58), at(60), {&lab_, &head_.host});
     for (std::uint8_t number = 2; number <= 4; ++number)
       lab_.links.set_target(at(98), Host::address_of(number).to_string(), Host::address_of(number));
-    lab_.links.by_hand(at(98), to_taken_down, link::Links::Hand::kDown);
+    lab_.links.act(at(98), to_taken_down, link::Links::Action::kDown);
     run(at(98), at(100), {&lab_, &arm_.host, &base_.host, &refuser_.host});
   }
 

@@ -7,8 +7,6 @@
 #include <sys/timerfd.h>
 
 #include "os/clock.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
 
 namespace tims::io {
 

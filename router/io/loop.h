@@ -2,7 +2,7 @@
 // out) and all that follows from it; it begins with a reading of the clock and ends with
 // end_turn().
 //
-// Descriptors are watched once and for all (watch.h), and the system's timer is set only when the
+// Descriptors are watched once and for all (Watch), and the system's timer is set only when the
 // next deadline comes earlier than before: what a message costs beside its own system calls is one
 // epoll_wait(). With a time-out of its own that would set a timer each time, which in a virtual
 // machine takes as long as a message.
@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <set>
 #include <span>
@@ -80,6 +81,61 @@ class Loop {
   std::vector<Deadlines> deadlines_;
   Duration longest_turn_{};
   bool stopped_ = false;
+};
+
+// What a descriptor is ready for; for both when it is broken.
+struct Ready {
+  bool to_read = false;
+  bool to_write = false;
+};
+
+enum class Interest : std::uint32_t {
+  kNothing = 0,
+  kReading = EPOLLIN,
+  kWriting = EPOLLOUT,
+  kBoth = EPOLLIN | EPOLLOUT,
+  // Once whenever it becomes ready for anything, not as long as it is.
+  kChanges = EPOLLIN | EPOLLOUT | EPOLLRDHUP | EPOLLET,
+};
+
+// A descriptor in the loop's care: the owner is called as long as it is ready.
+class Watch {
+ public:
+  // `fd` stays open as long as this lives. The owner may destroy the watch when it is called.
+  Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready,
+        Interest interest = Interest::kReading);
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+  ~Watch();
+
+  void set(Interest interest);
+
+ private:
+  friend Loop;
+  Loop& loop_;
+  const int fd_;
+  std::function<void(Ready)> on_ready_;
+  Interest interest_ = Interest::kNothing;
+};
+
+// Calls its owner once when a time has come.
+class Timer {
+ public:
+  // The owner may destroy the timer when it is called.
+  Timer(Loop& loop, std::function<void()> on_timeout);
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+  ~Timer();
+
+  // Instead of what it was set to before.
+  void set(Time at);
+  void cancel() { set(kNever); }
+
+ private:
+  friend Loop;
+  Loop& loop_;
+  std::function<void()> on_timeout_;
+  Time at_ = kNever;
 };
 
 }  // namespace tims::io

@@ -10,8 +10,6 @@
 
 #include "os/clock.h"
 #include "os/wakeup.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
 
 namespace tims::io {
 namespace {

@@ -6,10 +6,9 @@
 #include "os/clock.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
-#include "router/io/client_port.h"
 #include "router/io/link_port.h"
+#include "router/io/local_port.h"
 #include "router/io/loop.h"
-#include "router/io/switchboard.h"
 
 namespace tims::io {
 
@@ -25,14 +24,9 @@ struct StartInfo {
 
 class ProcessInfo final : public AdminSource {
  public:
-  ProcessInfo(core::Router& router, const Loop& loop, const Switchboard& ports,
-              const ClientPort& local, LinkPort& links, const config::Loaded& configuration)
-      : router_(router),
-        loop_(loop),
-        ports_(ports),
-        local_(local),
-        links_(links),
-        configuration_(configuration) {}
+  ProcessInfo(core::Router& router, const Loop& loop, const LocalPort& local, LinkPort& links,
+              const config::Loaded& configuration)
+      : router_(router), loop_(loop), local_(local), links_(links), configuration_(configuration) {}
 
   StartInfo start{};
 
@@ -42,11 +36,11 @@ class ProcessInfo final : public AdminSource {
   [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
   [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
   [[nodiscard]] std::optional<DdsReport> dds() const override;
-  bool act_on_link(std::string_view name, link::Links::Hand what) const override {
-    return links_.by_hand(os::now(), name, what);
+  bool act_on_link(std::string_view name, link::Links::Action what) const override {
+    return links_.act(os::now(), name, what);
   }
-  bool spoil(std::string_view name, const link::Faults& faults) const override {
-    return links_.spoil(name, faults);
+  bool inject_faults(std::string_view name, const link::Faults& faults) const override {
+    return links_.inject_faults(name, faults);
   }
   void set_static_routes(const std::vector<core::StaticRoute>& routes) const override {
     router_.set_static_routes(routes);
@@ -57,7 +51,7 @@ class ProcessInfo final : public AdminSource {
   [[nodiscard]] MailboxCounts mailbox_counts() const override { return local_.mailbox_counts(); }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port,
                                            std::uint32_t token) const override {
-    return ports_.queued_bytes(port, token);
+    return router_.queued_bytes(port, token);
   }
 
  private:
@@ -65,8 +59,7 @@ class ProcessInfo final : public AdminSource {
 
   core::Router& router_;
   const Loop& loop_;
-  const Switchboard& ports_;
-  const ClientPort& local_;
+  const LocalPort& local_;
   LinkPort& links_;
   const config::Loaded& configuration_;
 };

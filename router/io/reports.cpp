@@ -6,23 +6,23 @@ namespace {
 namespace json = boost::json;
 using base::valid_utf8;
 
-std::string party_text(const core::Party& party) {
-  std::string text(party.name.view());
+std::string peer_text(const core::Peer& peer) {
+  std::string text(peer.name.view());
   if (text.empty())
-    text = party.peer.empty() ? "client " + std::to_string(party.id.value)
-                              : std::string(party.peer.view());
-  if (party.pid != 0) text += " (pid " + std::to_string(party.pid) + ")";
+    text = peer.endpoint.empty() ? "client " + std::to_string(peer.id.value)
+                                 : std::string(peer.endpoint.view());
+  if (peer.pid != 0) text += " (pid " + std::to_string(peer.pid) + ")";
   return valid_utf8(text);
 }
 
 std::string refused_text(const core::Event& event, const AddressWidths& widths) {
   std::string text =
-      event.address.to_string(widths) + " refused to " + party_text(event.client) + ": ";
-  if (event.owner.id) return text + "it belongs to " + party_text(event.owner);
+      event.address.to_string(widths) + " refused to " + peer_text(event.client) + ": ";
+  if (event.owner.id) return text + "it belongs to " + peer_text(event.owner);
   return text + "it is the router's own";
 }
 
-using By = core::Router::Way::By;
+using By = core::Router::NextHop::By;
 
 std::string_view by_text(By by) {
   switch (by) {
@@ -57,9 +57,9 @@ std::string why_text(By by) {
 }
 
 // "Tims(1/1) robot1"
-std::string router_text(const core::Party& party) {
-  std::string text = valid_utf8(party.name.view());
-  if (!party.peer.empty()) text += " (" + valid_utf8(party.peer.view()) + ")";
+std::string router_text(const core::Peer& peer) {
+  std::string text = valid_utf8(peer.name.view());
+  if (!peer.endpoint.empty()) text += " (" + valid_utf8(peer.endpoint.view()) + ")";
   return text;
 }
 
@@ -79,7 +79,7 @@ json::array texts_of(const auto& addresses) {
 
 std::string epoch_text(std::uint64_t epoch) { return fmt::format("{:016x}", epoch); }
 
-std::string via_text(const core::Party& owner) {
+std::string via_text(const core::Peer& owner) {
   return owner.port == core::PortKind::kLink ? valid_utf8(owner.name.view())
                                              : std::string(core::name(owner.port));
 }
@@ -87,7 +87,7 @@ std::string via_text(const core::Party& owner) {
 std::string event_text(const core::Event& event, const AddressWidths& widths) {
   using core::EventKind;
   const std::string address = event.address.to_string(widths);
-  const std::string client = party_text(event.client);
+  const std::string client = peer_text(event.client);
   const std::string reason(core::sentence(event.reason));
   switch (event.kind) {
     case EventKind::kClientCame:
@@ -109,7 +109,7 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
                address + " and what follows are not taken";
       return address + " refused to " + client + ": limits.mailboxes_per_client";
     case EventKind::kDeleteRefused:
-      return client + " may not delete " + address + ": it belongs to " + party_text(event.owner);
+      return client + " may not delete " + address + ": it belongs to " + peer_text(event.owner);
     case EventKind::kClientRefused:
       return client + " was turned away: " + reason;
     case EventKind::kClientWent:
@@ -153,7 +153,7 @@ json::object to_json(const core::RouteReport& report, Address to, const AddressW
   switch (report.verdict) {
     case Verdict::kDeliver:
       out["verdict"] = "deliver";
-      out["reason"] = "registered by " + party_text(report.mailbox->owner);
+      out["reason"] = "registered by " + peer_text(report.mailbox->owner);
       out["via"] = via_text(report.mailbox->owner);
       out["owner"] = to_json(report.mailbox->owner);
       out["age_s"] = base::seconds(report.mailbox->age);

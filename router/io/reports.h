@@ -33,7 +33,7 @@ struct Clocks {
 // 16 hex digits: JSON's numbers do not hold 64 bits everywhere.
 std::string epoch_text(std::uint64_t epoch);
 // What is behind a link goes by the name of the router there.
-std::string via_text(const core::Party& owner);
+std::string via_text(const core::Peer& owner);
 // One line for people: "Ladar(3/0) registered by laser (pid 811)".
 std::string event_text(const core::Event& event, const AddressWidths& widths);
 
@@ -51,12 +51,12 @@ struct Fields<AddressView> {
 };
 
 template <>
-struct Fields<core::Party> {
+struct Fields<core::Peer> {
   static constexpr std::tuple list{
-      Field{"client", [](auto& p) { return p.id.value; }}, Field{"port", &core::Party::port},
+      Field{"client", [](auto& p) { return p.id.value; }}, Field{"port", &core::Peer::port},
       Field{"name", [](auto& p) { return unless_empty(p.name.view()); }},
       Field{"pid", [](auto& p) { return unless_empty(p.pid); }},
-      Field{"peer", [](auto& p) { return unless_empty(p.peer.view()); }}};
+      Field{"peer", [](auto& p) { return unless_empty(p.endpoint.view()); }}};
 };
 
 template <>
@@ -71,7 +71,7 @@ struct Fields<core::ClientReport> {
       Field{"name", [](auto& r) { return unless_empty(r.client.name.view()); }},
       Field{"pid", [](auto& r) { return unless_empty(r.client.pid); }},
       Field{"uid", uid},
-      Field{"peer", [](auto& r) { return unless_empty(r.client.peer.view()); }},
+      Field{"peer", [](auto& r) { return unless_empty(r.client.endpoint.view()); }},
       Field{"connected_s", &Report::connected},
       Field{"mailboxes", &Report::mailboxes},
       Field{"watched", &Report::watched},
@@ -176,7 +176,7 @@ struct Fields<EventView> {
     return v.event.address.raw() != 0 ? std::optional(AddressView{v.event.address, v.widths})
                                       : std::nullopt;
   }
-  static std::optional<core::Party> owner(const EventView& v) {
+  static std::optional<core::Peer> owner(const EventView& v) {
     return v.event.owner.id ? std::optional(v.event.owner) : std::nullopt;
   }
   static constexpr std::tuple list{

@@ -6,8 +6,7 @@
 
 #include "os/environment.h"
 #include "os/file.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
+#include "router/io/loop.h"
 #include "tims/result.h"
 
 namespace tims::io {

@@ -1,6 +1,13 @@
 #include "router/io/tcp_port.h"
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
 
 #include "os/clock.h"
 #include "wire/header.h"
@@ -8,10 +15,53 @@
 namespace tims::io {
 namespace {
 
+using core::Outcome;
+
+// Of one connection, before others have their turn.
+constexpr std::size_t kQueueBytesPerTurn = 1 << 20;
+
+std::span<const std::byte> bytes_of(const iovec& piece) {
+  return {static_cast<const std::byte*>(piece.iov_base), piece.iov_len};
+}
+
+iovec piece_of(std::span<const std::byte> bytes) {
+  return {const_cast<std::byte*>(bytes.data()), bytes.size()};  // sendmsg() only reads
+}
+
+void set(int socket, int level, int option, int value) {
+  ::setsockopt(socket, level, option, &value, sizeof value);
+}
+
+// Many original clients switch the lifesign off: the system finds those whose machine has gone.
+void find_dead_peers(int socket) {
+  constexpr int kIdleSeconds = 30;
+  constexpr int kProbeSeconds = 10;
+  constexpr int kProbes = 3;
+  set(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(socket, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
+  set(socket, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
+  set(socket, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
+}
+
+// On a network, how much the system may hold that is not on its way yet: what waits beyond that
+// waits in our own queue, where urgent messages overtake. Within this host it would only cost
+// copies.
+constexpr int kUnsentBytesMax = 256 << 10;
+
+bool is_on_this_host(int socket) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (::getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return true;
+  if (peer.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
+    return ntohl(v4.sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
+  }
+  return IN6_IS_ADDR_LOOPBACK(&reinterpret_cast<const sockaddr_in6&>(peer).sin6_addr);
+}
+
 using Status = wire::StreamReader::Status;
 
 using core::CloseReason;
-using core::Outcome;
 
 constexpr std::size_t kKeptBytes = 64 << 10;
 // What the router itself says to a slow reader does not wait behind what others send to it: a
@@ -27,12 +77,164 @@ CloseReason reason_for(Status status) {
 
 }  // namespace
 
+Outcome TcpOutput::add(std::span<const std::byte> message, std::uint8_t priority) {
+  if (piece_count_ == kPiecesMax) write_batch();
+  if (failure_ != State::kIdle) return Outcome::kClientGone;
+  if (!queue_.empty()) {
+    may_have_lost_ = true;
+    const bool taken = queue_.push(message, priority, lost_.replaced);
+    return taken ? Outcome::kDelivered : Outcome::kQueueFull;
+  }
+  batch_bytes_ += message.size();
+  if (piece_count_ > 0) {
+    iovec& last = pieces_[piece_count_ - 1];
+    if (static_cast<const std::byte*>(last.iov_base) + last.iov_len == message.data()) {
+      last.iov_len += message.size();
+      return Outcome::kDelivered;
+    }
+  }
+  pieces_[piece_count_++] = piece_of(message);
+  return Outcome::kDelivered;
+}
+
+void TcpOutput::write_batch() {
+  if (piece_count_ == 0) return;
+  const std::size_t written = send(std::span(pieces_).first(piece_count_));
+  if (written < batch_bytes_) keep_rest(written);
+  piece_count_ = 0;
+  batch_bytes_ = 0;
+}
+
+std::size_t TcpOutput::write_queue() {
+  std::array<std::span<const std::byte>, kPiecesMax> waiting;
+  std::array<iovec, kPiecesMax> pieces;
+  std::size_t total = 0;
+  while (total < kQueueBytesPerTurn && !queue_.empty()) {
+    const std::size_t count = queue_.gather(waiting);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      pieces[i] = piece_of(waiting[i]);
+      size += waiting[i].size();
+    }
+    const std::size_t written = send(std::span(pieces).first(count));
+    queue_.consume(written);
+    total += written;
+    if (written < size) break;
+  }
+  return total;
+}
+
+TcpOutput::State TcpOutput::state() const {
+  if (failure_ != State::kIdle) return failure_;
+  return queue_.empty() ? State::kIdle : State::kWaiting;
+}
+
+void TcpOutput::forget_lost() {
+  lost_ = Lost{};
+  may_have_lost_ = false;
+}
+
+void TcpOutput::abandon() {
+  for_each_message([this](std::span<const std::byte> message, const Header& header) {
+    lost_.gone[classes_.of(header)].add(message.size());
+    may_have_lost_ = true;
+  });
+  piece_count_ = 0;
+  batch_bytes_ = 0;
+  if (queue_.empty()) return;
+  queue_.clear(lost_.gone);
+  may_have_lost_ = true;
+}
+
+// Returns how much the socket took.
+std::size_t TcpOutput::send(std::span<const iovec> pieces) {
+  msghdr message{};
+  message.msg_iov = const_cast<iovec*>(pieces.data());
+  message.msg_iovlen = pieces.size();
+  ssize_t n = 0;
+  do {
+    n = ::sendmsg(socket_, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+  } while (n < 0 && errno == EINTR);
+  if (n >= 0) return static_cast<std::size_t>(n);
+  if (errno != EAGAIN) failure_ = State::kBroken;
+  return 0;
+}
+
+// Copies the messages of the batch that were not written into the queue, which is empty.
+void TcpOutput::keep_rest(std::size_t written) {
+  for_each_message([&](std::span<const std::byte> message, const Header& header) {
+    if (written >= message.size()) {
+      written -= message.size();
+      return;
+    }
+    keep(message, header, written);
+    written = 0;
+  });
+}
+
+void TcpOutput::keep(std::span<const std::byte> message, const Header& header,
+                     std::size_t written) {
+  may_have_lost_ = true;
+  if (failure_ == State::kIdle) {
+    if (written > 0) {
+      if (!queue_.push_rest(message.subspan(written), header)) failure_ = State::kOutOfMemory;
+      return;
+    }
+    if (queue_.push(message, core::PriorityClasses::waits_with(header), lost_.replaced)) return;
+    lost_.refused[classes_.of(header)].add(message.size());
+  } else {
+    lost_.gone[classes_.of(header)].add(message.size());
+  }
+}
+
+template <typename Visit>
+void TcpOutput::for_each_message(Visit visit) const {
+  for (std::size_t i = 0; i < piece_count_; ++i) {
+    for (auto bytes = bytes_of(pieces_[i]); !bytes.empty();) {
+      const Header header = wire::decode_header(bytes.first<kHeaderSize>());
+      visit(bytes.first(header.length), header);
+      bytes = bytes.subspan(header.length);
+    }
+  }
+}
+
+TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max, core::BlockPool& pool,
+                             std::uint64_t queue_bytes_max, const core::PriorityClasses& classes)
+    : socket(std::move(its_socket)),
+      reader(message_max),
+      output(socket.get(), pool, queue_bytes_max, classes) {
+  set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
+  if (!is_on_this_host(socket.get())) {
+    set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
+  }
+  find_dead_peers(socket.get());
+}
+
+TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
+  const std::span<std::byte> room = reader.room();
+  std::array<iovec, 2> pieces{iovec{room.data(), room.size()},
+                              iovec{scratch.data(), scratch.size()}};
+  const bool to_room = !room.empty();
+  msghdr message{};
+  message.msg_iov = pieces.data() + (to_room ? 0 : 1);
+  message.msg_iovlen = to_room ? 2 : 1;
+  const ssize_t n = ::recvmsg(socket.get(), &message, MSG_DONTWAIT);
+  if (n == 0) return {ReadStatus::kClosed, {}};
+  if (n < 0) {
+    const bool later = errno == EAGAIN || errno == EINTR;
+    return {later ? ReadStatus::kNothing : ReadStatus::kLost, {}};
+  }
+  const auto size = static_cast<std::size_t>(n);
+  const std::size_t in_room = std::min(size, room.size());
+  if (in_room > 0) reader.advance(in_room);
+  return {ReadStatus::kSome, scratch.first(size - in_room)};
+}
+
 TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-                 std::function<void(Time)> end_turn, const TcpPortSettings& settings)
+                 const TcpPortSettings& settings)
     : loop_(loop),
       router_(router),
       pool_(pool),
-      end_turn_(std::move(end_turn)),
       settings_(settings),
       acceptor_(
           loop, log,
@@ -56,7 +258,7 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
   const std::uint32_t token = free_token();
   const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
                                                   .token = token,
-                                                  .peer = std::string_view(peer),
+                                                  .endpoint = std::string_view(peer),
                                                   .lifesign = true});
   if (!id) {
     free_tokens_.push_back(token);
@@ -70,7 +272,7 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
     connection.watch.emplace(loop_, connection.socket.get(),
                              [this, &connection](Ready ready) { on_ready(connection, ready); });
   }
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 // Of those that have not said anything yet, the one that came first has to go. Original programs
@@ -101,14 +303,14 @@ std::uint32_t TcpPort::free_token() {
 
 // --- Port
 
-Outcome TcpPort::deliver(const core::Receiver& to, const core::Message& message) {
+Outcome TcpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Message& message) {
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return Outcome::kClientGone;
   touch(*connection);
   return connection->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
 }
 
-void TcpPort::reply(const core::Receiver& to, const Header& header) {
+void TcpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return;
   std::array<std::byte, kHeaderSize> bytes;
@@ -174,7 +376,7 @@ void TcpPort::write_more(TcpConnection& connection) {
 void TcpPort::report_losses(Time now, TcpConnection& connection) {
   const TcpOutput::Lost* lost = connection.output.lost();
   if (lost == nullptr) return;
-  const auto report = [&](Outcome outcome, const core::Losses& losses) {
+  const auto report = [&](Outcome outcome, const core::LossCounts& losses) {
     router_.on_lost(now, core::PortKind::kTcp, connection.id, outcome, losses);
   };
   report(Outcome::kQueueReplaced, lost->replaced);
@@ -230,7 +432,7 @@ void TcpPort::on_ready(TcpConnection& connection, Ready ready) {
   touch(connection);
   if (ready.to_write) write_more(connection);
   if (ready.to_read) read_some(now, connection);
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 void TcpPort::read_some(Time now, TcpConnection& connection) {
@@ -286,7 +488,7 @@ void TcpPort::take_message(Time now, TcpConnection& connection,
   const bool copied = !in_scratch && item.message.size() <= kCopiedBytesMax;
   core::Message message{item.header, copied ? keep(item.message) : item.message};
   router_.on_message(now, connection.id, message);
-  if (!in_scratch && !copied) end_turn_(now);
+  if (!in_scratch && !copied) loop_.end_turn(now);
 }
 
 void TcpPort::refuse_length(Time now, TcpConnection& connection,

@@ -2,45 +2,141 @@
 //
 // A turn reads once from one connection, at most 256 KiB, hands every whole message to the router,
 // and then writes once to each connection that got something. A slow reader blocks nobody and never
-// sees a torn message (tcp_output.h).
+// sees a torn message: as long as a socket takes everything, messages go from where they were
+// received into it without a copy, as many as possible with one system call; what it does not take
+// waits in a MessageQueue, whole messages in order of importance, until the socket is writable
+// again (TcpOutput).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include <sys/uio.h>
+
+#include "os/file.h"
 #include "router/config/config.h"
 #include "router/core/byte_chain.h"
+#include "router/core/ids.h"
+#include "router/core/message_queue.h"
 #include "router/core/router.h"
+#include "router/core/statistics.h"
 #include "router/io/acceptor.h"
-#include "router/io/half_messages.h"
 #include "router/io/log.h"
-#include "router/io/port.h"
-#include "router/io/tcp_connection.h"
+#include "router/io/loop.h"
+#include "router/io/waiting_memory.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::io {
+
+// What is to be written into one TCP connection.
+class TcpOutput {
+ public:
+  TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max,
+            const core::PriorityClasses& classes = core::kConventionalClasses)
+      : socket_(socket),
+        classes_(classes),
+        queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
+
+  void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
+
+  // A whole message. The bytes must stay until write_batch(), unless the queue has taken them.
+  // `priority` is the one it waits with, if it must.
+  core::Outcome add(std::span<const std::byte> message, std::uint8_t priority);
+
+  // Writes what was added since the last time; after it the bytes are not needed any more.
+  void write_batch();
+  // The socket is writable again: writes from the queue, a bounded amount. Returns how much.
+  std::size_t write_queue();
+
+  enum class State : std::uint8_t {
+    kIdle,         // everything is written
+    kWaiting,      // for the socket to become writable
+    kBroken,       // the connection is gone
+    kOutOfMemory,  // a message could be written only in part, and there is no room for its rest
+  };
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::uint64_t queued_bytes() const { return queue_.bytes(); }
+
+  // Messages that were taken and then lost, by reason; told once.
+  struct Lost {
+    core::LossCounts replaced{};
+    core::LossCounts refused{};
+    core::LossCounts gone{};
+  };
+  // Null when there certainly are none.
+  [[nodiscard]] const Lost* lost() const { return may_have_lost_ ? &lost_ : nullptr; }
+  void forget_lost();
+  // Counts everything not yet written as gone.
+  void abandon();
+
+ private:
+  static constexpr std::size_t kPiecesMax = 64;
+
+  std::size_t send(std::span<const iovec> pieces);
+  void keep_rest(std::size_t written);
+  void keep(std::span<const std::byte> message, const Header& header, std::size_t written);
+  template <typename Visit>
+  void for_each_message(Visit visit) const;
+
+  int socket_;
+  const core::PriorityClasses& classes_;
+  State failure_ = State::kIdle;
+  std::size_t piece_count_ = 0;
+  std::size_t batch_bytes_ = 0;
+  // Whole messages, one behind the other in each piece.
+  std::array<iovec, kPiecesMax> pieces_{};
+  core::MessageQueue queue_;
+  Lost lost_;
+  bool may_have_lost_ = false;
+};
+
+// One client of the TCP port.
+struct TcpConnection {
+  TcpConnection(os::File socket, std::uint32_t message_max, core::BlockPool& pool,
+                std::uint64_t queue_bytes_max, const core::PriorityClasses& classes);
+
+  // Reads what is there, at most `scratch` and the rest of a large message. The bytes that are not
+  // yet in the reader come back as a part of `scratch`.
+  enum class ReadStatus : std::uint8_t { kSome, kNothing, kClosed, kLost };
+  struct Read {
+    ReadStatus status;
+    std::span<std::byte> chunk;
+  };
+  Read read(std::span<std::byte> scratch);
+
+  os::File socket;
+  std::optional<Watch> watch;
+  wire::StreamReader reader;
+  TcpOutput output;
+  core::ClientId id{};
+  std::uint32_t token = 0;
+  bool touched = false;  // the port must look at it when it flushes
+  bool closing = false;  // the router knows it no more; goes with the next flush
+};
 
 struct TcpPortSettings {
   std::uint32_t message_max = kMessageMaxDefault;
   std::uint64_t queue_bytes_max = 4U << 20;  // for one connection; at least one message
 };
 
-class TcpPort final : public Port {
+class TcpPort final : public core::Port {
  public:
-  // `end_turn` flushes all ports: called when a turn is over.
   TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-          std::function<void(Time)> end_turn, const TcpPortSettings& settings);
+          const TcpPortSettings& settings);
 
   // Where it listens.
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
 
-  // Port
-  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
-  void reply(const core::Receiver& to, const Header& header) override;
+  // core::Port
+  core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
+  void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver& client, core::CloseReason reason) override;
   void flush(Time now) override;
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
@@ -79,7 +175,6 @@ class TcpPort final : public Port {
   Loop& loop_;
   core::Router& router_;
   core::BlockPool& pool_;
-  const std::function<void(Time)> end_turn_;
   TcpPortSettings settings_;
   Acceptor acceptor_;
   std::vector<std::unique_ptr<TcpConnection>> connections_;  // by token

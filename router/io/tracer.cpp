@@ -12,9 +12,9 @@ namespace {
 
 namespace json = boost::json;
 
-json::value party_json(const core::Router& router, core::ClientId id) {
+json::value peer_json(const core::Router& router, core::ClientId id) {
   const core::Client* client = router.client(id);
-  return client == nullptr ? json::value() : json::value(to_json(client->party()));
+  return client == nullptr ? json::value() : json::value(to_json(client->peer()));
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ void Tracer::send_records(const core::Router& router, std::string_view name, con
                               {"dest", to_json(AddressView{hop.header.dest, widths})},
                               {"type", hop.header.type},
                               {"seq_nr", hop.header.seq_nr},
-                              {"from", party_json(router, hop.from)},
-                              {"to", party_json(router, hop.to)},
+                              {"from", peer_json(router, hop.from)},
+                              {"to", peer_json(router, hop.to)},
                               {"waited_s", std::chrono::duration<double>(hop.waited).count()}};
     const std::string text = json::serialize(record);
     auto& bytes = sent_.emplace_back(kHeaderSize + text.size());

@@ -17,7 +17,7 @@ class Tracer {
 
   using Send = std::function<void(core::Message& record)>;
 
-  // From core::Sink::traced.
+  // From core::Surroundings::traced.
   void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
   [[nodiscard]] bool has_records() const { return !hops_.empty(); }
   // At the end of a turn: `send` is Router::answer. The bytes stay valid until release().

@@ -1,9 +1,7 @@
 #include "router/link/datagram.h"
 
 #include <algorithm>
-
-#include "router/link/bytes.h"
-#include "router/link/who.h"
+#include <array>
 
 namespace tims::link {
 namespace {
@@ -65,17 +63,68 @@ std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint
   return refuse;
 }
 
-std::optional<Datagram> decode_data(std::span<std::byte> bytes) {
-  if (bytes.size() < kDataHeaderSize) return std::nullopt;
-  ByteReader in(bytes.subspan(4));
-  Data data;
-  data.header.packet = in.get<std::uint32_t>();
-  data.header.token = in.get<std::uint64_t>();
-  data.frames = bytes.subspan(kDataHeaderSize);
-  return data;
+constexpr std::uint8_t kVersion = 1;
+constexpr std::size_t kAddressBytesMax = 1 + 2 + 16;
+constexpr std::size_t kFleetMax = 63;
+static_assert(kMagic.size() + 3 + kFleetMax + kWhoBytesMax +
+                  kAnnouncedAddressesMax * kAddressBytesMax <=
+              kAnnouncementBytesMax);
+
+// The interface of a link-local address is this host's own matter.
+bool is_for_others(const NetAddress& address) {
+  return address && address.kind == PathKind::kUdp && address.scope == 0;
+}
+
+void put(ByteWriter& out, const NetAddress& address) {
+  const auto ip = std::as_bytes(std::span(address.ip));
+  out.put(address.is_v4() ? std::uint8_t{4} : std::uint8_t{6});
+  out.put(address.port);
+  out.put_bytes(address.is_v4() ? ip.last(4) : ip);
+}
+
+bool get(ByteReader& in, NetAddress& address) {
+  const auto family = in.get<std::uint8_t>();
+  if (family != 4 && family != 6) return false;
+  const auto port = in.get<std::uint16_t>();
+  address = NetAddress::v4(0, 0, 0, 0, port);
+  const std::size_t size = family == 4 ? 4 : address.ip.size();
+  const auto bytes = in.take(size);
+  if (!in.ok()) return false;
+  std::ranges::transform(bytes, address.ip.end() - static_cast<std::ptrdiff_t>(size),
+                         std::to_integer<std::uint8_t>);
+  return port != 0;
 }
 
 }  // namespace
+
+void put(ByteWriter& out, const Identity& who) {
+  out.put(who.epoch);
+  out.put(static_cast<std::uint8_t>(who.role));
+  out.put(who.system);
+  out.put(who.id);
+  out.put(static_cast<std::uint8_t>(who.name.view().size()));
+  out.put(who.widths.system);
+  out.put(who.widths.class_id);
+  out.put(who.widths.instance);
+  out.put(who.widths.local);
+  out.put(who.message_max);
+  for (const std::uint8_t first : who.classes.from) out.put(first);
+  out.put_text(who.name.view());
+}
+
+bool get(ByteReader& in, Identity& who) {
+  who.epoch = in.get<std::uint64_t>();
+  const bool role_known = get_enum(in, Role::kTop, who.role);
+  who.system = in.get<std::uint8_t>();
+  who.id = in.get<std::uint8_t>();
+  const auto name_size = in.get<std::uint8_t>();
+  who.widths = {in.get<std::uint8_t>(), in.get<std::uint8_t>(), in.get<std::uint8_t>(),
+                in.get<std::uint8_t>()};
+  who.message_max = in.get<std::uint32_t>();
+  for (std::uint8_t& first : who.classes.from) first = in.get<std::uint8_t>();
+  who.name = in.text(name_size);
+  return in.ok() && role_known && who.widths.valid() && who.classes.valid() && who.epoch != 0;
+}
 
 std::string_view name(RefuseCode code) { return core::label(kRefuseCodes, code).name; }
 std::string_view sentence(RefuseCode code) { return core::label(kRefuseCodes, code).sentence; }
@@ -87,7 +136,6 @@ std::optional<Datagram> decode(std::span<std::byte> bytes) {
   const auto second = in.get<std::uint8_t>();
   in.get<std::uint8_t>();
   if (!in.ok()) return std::nullopt;
-  if (kind == DatagramKind::kData) return decode_data(bytes);
   if (in.text(kMagic.size()) != kMagic) return std::nullopt;
   switch (kind) {
     case DatagramKind::kHello:
@@ -162,11 +210,40 @@ std::size_t encode(const Reset& reset, std::span<std::byte> to) {
   return out.size();
 }
 
-void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to) {
-  ByteWriter out(to);
-  out.put(static_cast<std::uint32_t>(DatagramKind::kData));
-  out.put(header.packet);
-  out.put(header.token);
+std::vector<std::byte> encode(const Announcement& announcement) {
+  std::vector<NetAddress> addresses;
+  std::ranges::copy_if(announcement.udp, std::back_inserter(addresses), is_for_others);
+  addresses.resize(std::min(addresses.size(), kAnnouncedAddressesMax));
+
+  std::array<std::byte, kAnnouncementBytesMax> bytes{};
+  ByteWriter out(bytes);
+  out.put_text(kMagic);
+  out.put(kVersion);
+  out.put(static_cast<std::uint8_t>(addresses.size()));
+  const std::string_view fleet = announcement.fleet.view();
+  out.put(static_cast<std::uint8_t>(fleet.size()));
+  out.put_text(fleet);
+  put(out, announcement.who);
+  for (const NetAddress& address : addresses) put(out, address);
+  const auto written = out.written();
+  return {written.begin(), written.end()};
+}
+
+std::optional<Announcement> decode_announcement(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  if (in.text(kMagic.size()) != kMagic || in.get<std::uint8_t>() != kVersion) return std::nullopt;
+  const auto count = in.get<std::uint8_t>();
+  const auto fleet_size = in.get<std::uint8_t>();
+  if (count > kAnnouncedAddressesMax || fleet_size > kFleetMax) return std::nullopt;
+  Announcement announcement;
+  announcement.fleet = in.text(fleet_size);
+  if (!get(in, announcement.who)) return std::nullopt;
+  announcement.udp.resize(count);
+  for (NetAddress& address : announcement.udp) {
+    if (!get(in, address)) return std::nullopt;
+  }
+  if (!in.empty()) return std::nullopt;
+  return announcement;
 }
 
 }  // namespace tims::link

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "router/link/announcement.h"
+#include "router/link/datagram.h"
 #include "router/link/link.h"
 
 namespace tims::link {

@@ -34,13 +34,13 @@ const Identity kOther = who(Role::kSystem, 1, 3, 13);
 const Identity kTwo = who(Role::kSystem, 2, 1, 12);
 const Identity kHost = who(Role::kSubsystem, 1, 2, 21);
 
-struct NoSink final : core::Sink {
-  core::Outcome deliver(const core::Receiver&, const core::Message&) override {
+struct NoSink final : core::Port, core::Surroundings {
+  core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
     return core::Outcome::kDelivered;
   }
-  void reply(const core::Receiver&, const Header&) override {}
+  void reply(Time, const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
 };

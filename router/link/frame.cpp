@@ -1,6 +1,7 @@
 #include "router/link/frame.h"
 
-#include "router/link/bytes.h"
+#include "router/link/datagram.h"
+#include "wire/header.h"
 
 namespace tims::link {
 namespace {
@@ -10,7 +11,7 @@ constexpr std::uint64_t kOffsetMax = std::uint64_t{1} << 62;
 KeepAlive get_keep_alive(ByteReader& in) {
   KeepAlive frame;
   const auto state = in.get<std::uint8_t>();
-  frame.deaf = (state & 1) != 0;
+  frame.unheard = (state & 1) != 0;
   frame.questions = state >> 1;
   frame.loss_permille = in.get<std::uint16_t>();
   frame.held_us = in.get<std::uint32_t>();
@@ -99,6 +100,25 @@ std::optional<Frame> get_frame(ByteReader& in, std::span<std::byte> all) {
 
 }  // namespace
 
+std::optional<Data> decode_data(std::span<std::byte> datagram) {
+  if (datagram.size() < kDataHeaderSize ||
+      datagram.front() != static_cast<std::byte>(DatagramKind::kData))
+    return std::nullopt;
+  ByteReader in(datagram.subspan(4));
+  Data data;
+  data.header.packet = in.get<std::uint32_t>();
+  data.header.token = in.get<std::uint64_t>();
+  data.frames = datagram.subspan(kDataHeaderSize);
+  return data;
+}
+
+void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to) {
+  ByteWriter out(to);
+  out.put(static_cast<std::uint32_t>(DatagramKind::kData));
+  out.put(header.packet);
+  out.put(header.token);
+}
+
 std::optional<Frame> FrameReader::next() {
   if (rest_.empty()) return std::nullopt;
   ByteReader in(rest_);
@@ -116,7 +136,7 @@ std::optional<Frame> FrameReader::bad() {
 
 void put(ByteWriter& out, const KeepAlive& frame) {
   out.put(static_cast<std::uint8_t>(FrameType::kKeepAlive));
-  out.put(static_cast<std::uint8_t>(frame.questions << 1 | (frame.deaf ? 1 : 0)));
+  out.put(static_cast<std::uint8_t>(frame.questions << 1 | (frame.unheard ? 1 : 0)));
   out.put(frame.loss_permille);
   out.put(frame.held_us);
   out.put(frame.sent_ns);
@@ -172,6 +192,50 @@ void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size) {
   out.put(frame.number);
   out.put(frame.total);
   out.put(frame.offset);
+}
+
+ControlMessage::ControlMessage(std::int8_t type) : header_{.type = type}, bytes_(kHeaderSize) {}
+
+void ControlMessage::put_u32(std::uint32_t value) {
+  for (int shift = 0; shift < 32; shift += 8)
+    bytes_.push_back(static_cast<std::byte>(value >> shift & 0xFF));
+}
+
+void ControlMessage::put(const TableState& state) {
+  put_u32(state.number);
+  put_u32(state.hash);
+}
+
+void ControlMessage::put(Address address) { put_u32(address.raw()); }
+
+void ControlMessage::put(Address address, const core::Origin& origin) {
+  if (group_ == 0 || origin_ != origin || count_ == 0xFFFF) {
+    put_u32(origin.router.raw());
+    put_u32(origin.epoch);
+    bytes_.push_back(std::byte{origin.hops});
+    bytes_.push_back(std::byte{0});
+    group_ = bytes_.size();
+    bytes_.resize(group_ + 2);
+    origin_ = origin;
+    count_ = 0;
+  }
+  ++count_;
+  bytes_[group_] = static_cast<std::byte>(count_ & 0xFF);
+  bytes_[group_ + 1] = static_cast<std::byte>(count_ >> 8);
+  put(address);
+}
+
+std::span<const std::byte> ControlMessage::finish() {
+  header_.length = static_cast<std::uint32_t>(bytes_.size());
+  wire::encode_header(header_, std::span(bytes_).first<kHeaderSize>());
+  return bytes_;
+}
+
+bool read_state(std::span<const std::byte> body, TableState& state) {
+  ByteReader in(body);
+  state.number = in.get<std::uint32_t>();
+  state.hash = in.get<std::uint32_t>();
+  return in.ok();
 }
 
 }  // namespace tims::link

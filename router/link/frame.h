@@ -1,17 +1,39 @@
-// The frames of a DATA datagram, byte for byte (PROTOCOL.md draws them).
+// The DATA datagram, byte for byte (PROTOCOL.md draws it): its frames, the messages as they stand
+// in the lanes, and what the routers say to each other in the control lane.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <variant>
+#include <vector>
 
 #include "router/core/ids.h"
+#include "router/core/message.h"
+#include "router/core/statistics.h"
+#include "router/link/datagram.h"
+#include "tims/message.h"
 #include "tims/time.h"
 
 namespace tims::link {
+
+struct DataHeader {
+  std::uint64_t token = 0;
+  std::uint32_t packet = 0;  // the lower 32 bits of the packet's number
+};
+inline constexpr std::size_t kDataHeaderSize = 16;
+struct Data {
+  DataHeader header{};
+  std::span<std::byte> frames{};
+};
+// Nothing for any other datagram.
+std::optional<Data> decode_data(std::span<std::byte> datagram);
+void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to);
+
+// --- frames
 
 // A link carries nine lanes: one for each class of messages, and one above them all for what the
 // routers themselves have to say.
@@ -34,7 +56,7 @@ enum class FrameType : std::uint8_t {
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
 // offset come from the four times, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
-  bool deaf = false;                // its sender has not heard the receiver for long
+  bool unheard = false;             // its sender has not heard the receiver for long
   std::uint8_t questions = 0;       // CHALLENGE and RESPONSE so far: on a dead way they are no loss
   std::uint64_t sent_ns = 0;        // on the sender's monotonic clock
   std::uint64_t echo_ns = 0;        // sent_ns of the last one that came; 0: none yet
@@ -122,7 +144,6 @@ class FrameReader {
   bool ok_ = true;
 };
 
-class ByteWriter;
 void put(ByteWriter& out, const KeepAlive& frame);
 void put(ByteWriter& out, const Ack& frame);
 void put(ByteWriter& out, const SkipFrame& frame);
@@ -132,5 +153,153 @@ void put_close(ByteWriter& out, std::uint8_t reason);
 // The headers only: the bytes follow.
 void put_header(ByteWriter& out, std::uint8_t lane, std::uint64_t offset, std::size_t size);
 void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size);
+
+// --- messages in lanes
+
+// A message as it stands in a lane: four bytes of the link's own, then the message.
+//
+//   0 hops u8 | 1 flags u8 (0) | 2 waited u16: for traced messages, time in the sender's queue
+//
+// What the routers say to each other (ControlMessage) stands in its lane in the same way.
+inline constexpr std::size_t kRecordPrefix = 4;
+inline constexpr std::size_t kRecordHead = kRecordPrefix + kHeaderSize;
+inline constexpr Duration kWaitedUnit = std::chrono::microseconds(100);
+
+constexpr std::size_t record_size(std::size_t message) { return kRecordPrefix + message; }
+
+struct RecordPrefix {
+  std::uint8_t hops = 0;
+  Duration waited{};
+
+  [[nodiscard]] std::array<std::byte, kRecordPrefix> encoded() const {
+    const auto units =
+        static_cast<std::uint16_t>(std::clamp<std::int64_t>(waited / kWaitedUnit, 0, 0xFFFF));
+    return {std::byte{hops}, std::byte{0}, static_cast<std::byte>(units & 0xFF),
+            static_cast<std::byte>(units >> 8)};
+  }
+  static RecordPrefix decode(std::span<const std::byte> bytes) {
+    const auto low = std::to_integer<std::uint16_t>(bytes[2]);
+    const auto high = std::to_integer<std::uint16_t>(bytes[3]);
+    return {std::to_integer<std::uint8_t>(bytes[0]), (low | high << 8) * kWaitedUnit};
+  }
+};
+
+// Takes what a link has brought.
+class ArrivalObserver {
+ public:
+  virtual ~ArrivalObserver() = default;
+  // The bytes, which may be changed, stay where they are until the turn is flushed.
+  virtual void on_message(Time now, const RecordPrefix& prefix, core::Message& message) = 0;
+  virtual void on_control(Time now, const core::Message& message) = 0;
+  virtual void on_frame(Time now, const KeepAlive& frame) = 0;
+  virtual void on_frame(Time now, const ChallengeFrame& frame) = 0;
+  virtual void on_frame(Time now, const ResponseFrame& frame) = 0;
+  virtual void on_frame(Time now, const CloseFrame& frame) = 0;
+
+ protected:
+  ArrivalObserver() = default;
+  ArrivalObserver(const ArrivalObserver&) = default;
+  ArrivalObserver& operator=(const ArrivalObserver&) = default;
+};
+
+// Hears of messages that were taken and will not arrive.
+class LossObserver {
+ public:
+  virtual ~LossObserver() = default;
+  virtual void on_lost(Time now, const Header& header, core::Outcome why) = 0;
+
+ protected:
+  LossObserver() = default;
+  LossObserver(const LossObserver&) = default;
+  LossObserver& operator=(const LossObserver&) = default;
+};
+
+// --- the control lane
+
+// What two routers say to each other in the control lane, byte for byte: messages as any others,
+// with their meaning in the type.
+//
+//   WANT      number u32, hash u32                       I hold your table in this state: go on
+//   SNAPSHOT  -                                          forget it: all of it follows
+//   ADD       groups of: router u32, epoch u32, hops u8, 0 u8, count u16, count x address u32
+//   REMOVE    address u32 ...
+//   DONE      number u32, hash u32                       so far it is this state
+//
+// A table is numbered by its changes; its hash is the exclusive or over its mailboxes
+// (ExportedTable).
+
+namespace control {
+inline constexpr std::int8_t kWant = 1;
+inline constexpr std::int8_t kSnapshot = 2;
+inline constexpr std::int8_t kAdd = 3;
+inline constexpr std::int8_t kRemove = 4;
+inline constexpr std::int8_t kDone = 5;
+}  // namespace control
+
+struct TableState {
+  std::uint32_t number = 0;
+  std::uint32_t hash = 0;
+  bool operator==(const TableState&) const = default;
+};
+
+// A control message in the making: its header and body.
+class ControlMessage {
+ public:
+  static constexpr std::size_t kBodyMax = 16 << 10;
+
+  explicit ControlMessage(std::int8_t type);
+
+  void put(const TableState& state);
+  void put(Address address);
+  // Joins the group of the last address when it has the same origin.
+  void put(Address address, const core::Origin& origin);
+  [[nodiscard]] bool full() const { return bytes_.size() + 32 > kBodyMax; }
+  [[nodiscard]] bool empty() const { return bytes_.size() == kHeaderSize; }
+
+  // All of it, the header filled in.
+  std::span<const std::byte> finish();
+
+ private:
+  void put_u32(std::uint32_t value);
+
+  Header header_;
+  std::vector<std::byte> bytes_;
+  std::size_t group_ = 0;  // where the count of the open group stands; 0: none
+  core::Origin origin_{};
+  std::uint16_t count_ = 0;
+};
+
+// Reads them; false when the body is not what the type says.
+bool read_state(std::span<const std::byte> body, TableState& state);
+template <typename Visit>  // (Address)
+bool read_addresses(std::span<const std::byte> body, Visit visit) {
+  ByteReader in(body);
+  while (!in.empty()) {
+    const Address address(in.get<std::uint32_t>());
+    if (!in.ok()) return false;
+    visit(address);
+  }
+  return true;
+}
+template <typename Visit>  // (Address, const Origin&), with the hops as the other router counts
+                           // them
+bool read_announcements(std::span<const std::byte> body, Visit visit) {
+  ByteReader in(body);
+  while (!in.empty()) {
+    core::Origin origin;
+    origin.router = Address(in.get<std::uint32_t>());
+    origin.epoch = in.get<std::uint32_t>();
+    origin.hops = in.get<std::uint8_t>();
+    in.get<std::uint8_t>();
+    const auto count = in.get<std::uint16_t>();
+    if (!in.ok() || count == 0) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Address address(in.get<std::uint32_t>());
+      if (!in.ok()) return false;
+      visit(address, origin);
+    }
+  }
+  return true;
+}
 
 }  // namespace tims::link

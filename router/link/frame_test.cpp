@@ -1,8 +1,10 @@
 #include "router/link/frame.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
-#include "router/link/bytes.h"
+#include "router/link/datagram.h"
 
 namespace tims::link {
 namespace {
@@ -10,7 +12,7 @@ namespace {
 TEST(Frame, AllKindsReadBack) {
   std::array<std::byte, 400> bytes{};
   ByteWriter out(bytes);
-  put(out, KeepAlive{.deaf = true,
+  put(out, KeepAlive{.unheard = true,
                      .questions = 127,
                      .sent_ns = 1,
                      .echo_ns = 2,
@@ -34,7 +36,7 @@ TEST(Frame, AllKindsReadBack) {
   put(out, NotReadyFrame{0x101});
   FrameReader reader(out.written());
   const auto keep_alive = std::get<KeepAlive>(*reader.next());
-  EXPECT_TRUE(keep_alive.deaf);
+  EXPECT_TRUE(keep_alive.unheard);
   EXPECT_EQ(keep_alive.questions, 127);
   EXPECT_EQ(keep_alive.wall_ns, -5);
   EXPECT_EQ(std::get<Ack>(*reader.next()).ranges[1].last, 2U);
@@ -67,6 +69,24 @@ TEST(Frame, WhatCannotBeIsRefused) {
   EXPECT_TRUE(refused([](ByteWriter& out) {
     put_header(out, SampleFrame{.number = 1, .total = 30, .offset = 27}, 4), out.reserve(4);
   }));
+}
+
+TEST(Control, AnnouncementsReadBackInGroups) {
+  ControlMessage message(control::kAdd);
+  const core::Origin a{Address(1), 2, 3};
+  const core::Origin b{Address(4), 5, 6};
+  message.put(Address(100), a);
+  message.put(Address(101), a);
+  message.put(Address(102), b);
+  const auto body = message.finish().subspan(kHeaderSize);
+  std::vector<std::pair<std::uint32_t, std::uint8_t>> read;
+  const auto visit = [&](Address address, const core::Origin& origin) {
+    read.emplace_back(address.raw(), origin.hops);
+  };
+  EXPECT_TRUE(read_announcements(body, visit));
+  EXPECT_EQ(read,
+            (std::vector<std::pair<std::uint32_t, std::uint8_t>>{{100, 3}, {101, 3}, {102, 6}}));
+  EXPECT_FALSE(read_announcements(body.first(body.size() - 1), visit));
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // A sender and a receiver of one lane, with nothing between them but what a test does.
+#include "router/link/lanes.h"
+
 #include <cstring>
 #include <memory>
 
 #include <gtest/gtest.h>
 
-#include "router/link/lane_receiver.h"
-#include "router/link/lane_sender.h"
 #include "wire/header.h"
 
 namespace tims::link {
@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
-struct LanesTest : testing::Test, Arrivals, Losses {
+struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   void on_message(Time, const RecordPrefix& prefix, core::Message& message) override {
     EXPECT_EQ(prefix.hops, 3);
     arrived.push_back(message.header.seq_nr);
@@ -251,7 +251,7 @@ TEST_F(LanesTest, ThousandsOfGaps) {
 // --- what links take from each other
 
 // A link whose lanes are told by hand what comes.
-struct Peer : Arrivals {
+struct Peer : ArrivalObserver {
   Peer(core::BlockPool& pool, MessageMemory& memory, std::vector<MessageBuffer>& all_done)
       : done(all_done), assembly{pool, memory, all_done, 4U << 20} {
     for (auto& lane : lanes) lane = std::make_unique<LaneReceiver>(assembly);

@@ -35,9 +35,9 @@ Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       slot_(slot),
       settings_(settings),
       session_(pool, memory, done, settings.session, *this, *this),
-      exchange_(router, session_) {
+      advertiser_(router, session_) {
   session_.set_open(false);
-  exchange_.set_mailboxes_max(settings.mailboxes_max);
+  advertiser_.set_mailboxes_max(settings.mailboxes_max);
   (void)paths_.configure({}, settings.paths, settings.keep_alive);
 }
 
@@ -127,7 +127,7 @@ void Link::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
                 .kind = core::EventKind::kLinkRefused,
                 .client = {.port = core::PortKind::kLink,
                            .name = std::string_view(settings_.to),
-                           .peer = std::string_view(from.to_string())},
+                           .endpoint = std::string_view(from.to_string())},
                 .text = refusal_});
 }
 
@@ -153,7 +153,7 @@ void Link::come_up(Time now) {
   client_ = router_.connect(now, {.port = core::PortKind::kLink,
                                   .token = slot_,
                                   .name = core::Text<31>(peer_.name.view()),
-                                  .peer = std::string_view(address().to_string()),
+                                  .endpoint = std::string_view(address().to_string()),
                                   .link = {.kind = settings_.kind,
                                            .role = peer_.role,
                                            .system = peer_.system,
@@ -167,13 +167,13 @@ void Link::come_up(Time now) {
   refusal_ = {};
   session_.on_new_path(now, paths_.kind());
   session_.set_open(true);
-  exchange_.begin(now, client_, settings_.kind != LinkKind::kSuper);
+  advertiser_.begin(now, client_, settings_.kind != LinkKind::kSuper);
   enter(now, State::kUp);
 }
 
 void Link::go_down(Time now, core::CloseReason reason, State state) {
   const core::ClientId client = std::exchange(client_, core::kNoClient);
-  exchange_.end();
+  advertiser_.end();
   session_.set_open(false);
   enter(now, state);
   router_.disconnect(now, client, reason);
@@ -235,15 +235,15 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   heard_ = now;
   paths_.count_in(from.kind, kDataHeaderSize + data.frames.size());
   broken_ = false;
-  deaf_ = false;
+  unheard_ = false;
   const auto verdict = session_.on_data(now, data);
-  if (verdict == Session::Verdict::kBroken || broken_) {
+  if (verdict == LinkSession::Verdict::kBroken || broken_) {
     // Whoever sends this knows the token and is no router that we understand.
     say_goodbye(now, core::CloseReason::kBadRecord);
     if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
     return end_session(now);
   }
-  if (is_up() && deaf_) go_down(now, core::CloseReason::kSilent, State::kSilent);
+  if (is_up() && unheard_) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (!is_up()) return;
   paths_.on_arrived(session_.newest_acked_sent());
   // They may be elsewhere now. A datagram says it, and an answer from there proves it.
@@ -266,7 +266,7 @@ void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& messa
 }
 
 void Link::on_control(Time now, const core::Message& message) {
-  if (client_ && !exchange_.on_control(now, message)) broken_ = true;
+  if (client_ && !advertiser_.on_control(now, message)) broken_ = true;
 }
 
 void Link::on_lost(Time, const Header& header, core::Outcome why) {
@@ -278,12 +278,12 @@ void Link::on_lost(Time, const Header& header, core::Outcome why) {
 // --- life
 
 void Link::on_frame(Time now, const KeepAlive& frame) {
-  deaf_ = frame.deaf;
+  unheard_ = frame.unheard;
   their_loss_permille_ = frame.loss_permille;
   last_sent_ns_ = frame.sent_ns;
   last_keep_alive_ = now;
   session_.measure_loss(frame.questions);
-  if (!exchange_.compare(now, {frame.table_number, frame.table_hash})) broken_ = true;
+  if (!advertiser_.compare(now, {frame.table_number, frame.table_hash})) broken_ = true;
   const std::uint64_t sent = frame.echo_ns;
   const std::uint64_t held = std::uint64_t{frame.held_us} * 1000;
   if (sent == 0 || sent > ns(now) || held > ns(now) - sent) return;
@@ -296,13 +296,13 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
 }
 
 KeepAlive Link::keep_alive(Time now) const {
-  KeepAlive frame{.deaf = !is_up(),
+  KeepAlive frame{.unheard = !is_up(),
                   .questions = session_.questions_out(),
                   .sent_ns = ns(now),
                   .loss_permille = session_.loss_permille(),
                   .wall_ns = around_.wall_ns(),
-                  .table_number = exchange_.told().number,
-                  .table_hash = exchange_.told().hash};
+                  .table_number = advertiser_.advertised().number,
+                  .table_hash = advertiser_.advertised().hash};
   const Duration held = now - last_keep_alive_;
   if (last_sent_ns_ != 0 && held < std::chrono::minutes(1)) {
     frame.echo_ns = last_sent_ns_;
@@ -402,7 +402,7 @@ void Link::start_anew(Time now) {
 void Link::configure(Time now, const LinkSettings& settings) {
   settings_ = settings;
   session_.configure(settings.session);
-  exchange_.set_mailboxes_max(settings.mailboxes_max);
+  advertiser_.set_mailboxes_max(settings.mailboxes_max);
   const PathKind before = paths_.kind();
   if (paths_.configure(now, settings.paths, settings.keep_alive) && is_up())
     go_elsewhere(now, before);
@@ -449,7 +449,7 @@ void Link::go_elsewhere(Time now, PathKind before) {
                 .client = {.id = client_,
                            .port = core::PortKind::kLink,
                            .name = core::Text<31>(peer_.name.view()),
-                           .peer = std::string_view(address().to_string())},
+                           .endpoint = std::string_view(address().to_string())},
                 .text = std::string_view(std::string(name(before)) + " to " +
                                          std::string(name(paths_.kind())) + ": " + paths_.why())});
 }

@@ -16,12 +16,12 @@
 #include <vector>
 
 #include "router/core/router.h"
-#include "router/link/clock_offset.h"
+#include "router/link/advertiser.h"
 #include "router/link/datagram.h"
-#include "router/link/exchange.h"
-#include "router/link/net_address.h"
+#include "router/link/estimators.h"
+#include "router/link/link_session.h"
 #include "router/link/paths.h"
-#include "router/link/session.h"
+#include "router/link/transport.h"
 
 namespace tims::link {
 
@@ -35,7 +35,7 @@ struct LinkSettings {
   std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
   std::uint32_t mailboxes_max = 65536;          // that the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);
-  SessionSettings session{};
+  LinkSessionSettings session{};
 
   // Its other end is found in the fleet.
   [[nodiscard]] bool is_automatic() const { return to == kAutomatic; }
@@ -63,7 +63,7 @@ class LinkSurroundings {
   LinkSurroundings& operator=(const LinkSurroundings&) = default;
 };
 
-class Link final : private Arrivals, private Losses {
+class Link final : private ArrivalObserver, private LossObserver {
  public:
   enum class State : std::uint8_t { kIdle, kConnecting, kRefused, kUp, kSilent, kDown };
 
@@ -95,8 +95,8 @@ class Link final : private Arrivals, private Losses {
   // The next sign of life goes out now.
   void call_now(Time now);
   // Tells what has changed below us; cheap when nothing has.
-  void tell(Time now) { exchange_.tell(now); }
-  void set_telling(Time now, Exchange::Telling telling) { exchange_.set_telling(now, telling); }
+  void advertise(Time now) { advertiser_.advertise(now); }
+  void set_scope(Time now, Advertiser::Scope scope) { advertiser_.set_scope(now, scope); }
   // Builds the next datagram for address() into `to`; 0: none now.
   std::size_t build(Time now, std::span<std::byte> to);
   std::size_t build_probe(Time now, std::span<std::byte> to);
@@ -134,25 +134,25 @@ class Link final : private Arrivals, private Losses {
   [[nodiscard]] Time since() const { return since_; }  // in this state
   [[nodiscard]] Time heard() const { return heard_; }
   [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
-  [[nodiscard]] const Session& session() const { return session_; }
+  [[nodiscard]] const LinkSession& session() const { return session_; }
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] std::optional<ClockOffset::Sample> clock() const { return clock_.best(); }
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
-  [[nodiscard]] std::uint64_t mailboxes() const { return exchange_.held(); }
-  [[nodiscard]] std::uint64_t mailboxes_refused() const { return exchange_.refused(); }
+  [[nodiscard]] std::uint64_t mailboxes() const { return advertiser_.held(); }
+  [[nodiscard]] std::uint64_t mailboxes_refused() const { return advertiser_.refused(); }
   [[nodiscard]] bool heard_within(Time now, Duration time) const { return heard_ + time > now; }
   [[nodiscard]] Duration their_keep_alive() const { return their_keep_alive_; }
   [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }
 
  private:
-  // Arrivals
+  // ArrivalObserver
   void on_message(Time now, const RecordPrefix& prefix, core::Message& message) override;
   void on_control(Time now, const core::Message& message) override;
   void on_frame(Time now, const KeepAlive& frame) override;
   void on_frame(Time now, const ChallengeFrame& frame) override;
   void on_frame(Time now, const ResponseFrame& frame) override;
   void on_frame(Time now, const CloseFrame& frame) override;
-  // Losses
+  // LossObserver
   void on_lost(Time now, const Header& header, core::Outcome why) override;
 
   void enter(Time now, State state);
@@ -176,8 +176,8 @@ class Link final : private Arrivals, private Losses {
   LinkSurroundings& around_;
   const std::uint32_t slot_;
   LinkSettings settings_;
-  Session session_;
-  Exchange exchange_;
+  LinkSession session_;
+  Advertiser advertiser_;
 
   State state_ = State::kIdle;
   Time since_{};
@@ -202,10 +202,10 @@ class Link final : private Arrivals, private Losses {
   RttEstimator rtt_;
   ClockOffset clock_;
 
-  NetAddress from_{};    // of the datagram at hand
-  bool broken_ = false;  // it was none of ours
-  bool deaf_ = false;    // it says that they do not hear us
-  bool ended_ = false;   // their router said that it ends
+  NetAddress from_{};     // of the datagram at hand
+  bool broken_ = false;   // it was none of ours
+  bool unheard_ = false;  // it says that they do not hear us
+  bool ended_ = false;    // their router said that it ends
 };
 
 std::string_view name(Link::State state);

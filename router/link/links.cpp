@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kTrainsPerTurn = 16;  // of one link, before others have theirs
+constexpr std::size_t kBurstsPerTurn = 16;  // of one link, before others have theirs
 // Differentiated services (RFC 4594): EF for what is urgent, AF41 and AF31 below, CS1 for texts.
 // Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};
@@ -48,7 +48,7 @@ std::string systems_text(const std::vector<LinkSettings>& settings) {
 // Keep-alives, 9 s: so long has UDP to bring up a link to a new router. Of a fleet that starts at
 // once on a busy machine some take seconds, which is not the time to begin with DDS.
 constexpr int kUdpFirst = 30;
-constexpr Duration kDdsTurn = 500ms;  // to prepare a way over DDS, of each router of the fleet
+constexpr Duration kStandbySpacing = 500ms;  // of each router of the fleet, to prepare a DDS path
 // With more routers in the fleet none is prepared before it is needed.
 constexpr std::size_t kStandbyFleetMax = 100;
 
@@ -60,15 +60,16 @@ constexpr Duration kOverlap = std::chrono::seconds(1);
 }  // namespace
 
 Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
-             const LinksSetup& setup)
+             const LinksSetup& setup, LinksShell* shell)
     : router_(router),
       pool_(pool),
       memory_(memory),
       setup_(setup),
       secret_{setup.seed, core::spread(setup.seed)},
+      shell_(shell),
       fleet_(setup.self),
-      scratch_(std::make_unique<std::byte[]>(kTrainBytesMax + kDatagramMax)) {
-  dds_budget_.set(kDdsWaysPerSecond, kDdsWaysPerSecond);
+      scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {
+  dds_budget_.set(kDdsPathsPerSecond, kDdsPathsPerSecond);
 }
 
 std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
@@ -121,7 +122,7 @@ Link& Links::add(const LinkSettings& settings) {
     tries_.push_back(0);
     were_up_.push_back(false);
     token_of_.push_back(0);
-    turns_.emplace_back();
+    standbys_.emplace_back();
   }
   LinkSurroundings& around = *this;
   links_[slot] =
@@ -137,7 +138,7 @@ void Links::remove(Time now, std::uint32_t slot) {
   std::erase(touched_, &link);
   is_touched_[slot] = were_up_[slot] = false;
   tries_[slot] = 0;
-  turns_[slot] = {};
+  standbys_[slot] = {};
   if (uplink_ == &link) uplink_ = nullptr;
   std::erase(supers_, slot);
   links_[slot].reset();
@@ -185,14 +186,13 @@ void Links::touch(Link& link) {
 }
 
 void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes) {
-  now_ = now;
   if (ends_) return;
+  if (const auto data = decode_data(bytes)) return on_data(now, from, *data);
   const auto datagram = decode(bytes);
   if (!datagram) {
     ++counters_.strange;
     return;
   }
-  if (const auto* data = std::get_if<Data>(&*datagram)) return on_data(now, from, *data);
   if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
   if (const auto* retry = std::get_if<Retry>(&*datagram)) {
     if (Link* link = by_token(retry->echo)) link->on_retry(from, *retry);
@@ -251,23 +251,27 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
 
 // --- what the router decides
 
-core::Outcome Links::deliver(Time now, std::uint32_t token, const core::Message& message) {
-  Link& link = *links_[token];
+core::Outcome Links::deliver(Time now, const core::Receiver& to, const core::Message& message) {
+  Link& link = *links_[to.token];
   touch(link);
   return link.send(now, message);
 }
 
-void Links::reply(Time now, std::uint32_t token, const Header& header) {
+void Links::reply(Time now, const core::Receiver& to, const Header& header) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes);
-  const core::Outcome outcome = deliver(now, token, {.header = header, .bytes = bytes});
-  if (!core::taken(outcome)) lost(links_[token]->client(), header, outcome);
+  const core::Outcome outcome = deliver(now, to, {.header = header, .bytes = bytes});
+  if (!core::taken(outcome)) lost(links_[to.token]->client(), header, outcome);
+}
+
+std::uint64_t Links::queued_bytes(std::uint32_t token) const {
+  const Link* link = this->link(token);
+  return link == nullptr ? 0 : link->session().queued_bytes();
 }
 
 // --- time
 
 void Links::on_timeout(Time now) {
-  now_ = now;
   while (!wake_.empty() && wake_.top().at <= now) {
     const Wake wake = wake_.top();
     wake_.pop();
@@ -278,7 +282,7 @@ void Links::on_timeout(Time now) {
       ++tries_[wake.slot];
       look_for(now, *link);
     }
-    if (turns_[wake.slot].at <= now) look_for(now, *link);
+    if (standbys_[wake.slot].at <= now) look_for(now, *link);
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
@@ -295,20 +299,20 @@ void Links::learn_token(Link& link) {
 
 // --- what is told
 
-void Links::tell(Time now) {
+void Links::advertise(Time now) {
   // Nobody is told while nothing has changed, and those below never are.
-  const std::uint32_t number = router_.below().number();
-  const bool news = std::exchange(told_, number) != number;
-  const auto tell_one = [&](Link& link) {
-    if (link.is_up() && link.settings().kind != LinkKind::kSub) link.tell(now);
+  const std::uint32_t number = router_.exported_table().number();
+  const bool news = std::exchange(advertised_, number) != number;
+  const auto advertise_one = [&](Link& link) {
+    if (link.is_up() && link.settings().kind != LinkKind::kSub) link.advertise(now);
   };
   if (!news) {
-    for (Link* link : touched_) tell_one(*link);
+    for (Link* link : touched_) advertise_one(*link);
     return;
   }
   for (const auto& link : links_) {
     if (!link || !link->is_up() || link->settings().kind == LinkKind::kSub) continue;
-    link->tell(now);
+    link->advertise(now);
     touch(*link);
   }
 }
@@ -336,69 +340,81 @@ void Links::send(const NetAddress& to, std::span<const std::byte> datagram) {
   std::ranges::copy(datagram, single.bytes.begin());
 }
 
-bool Links::send_train(const Train& train, const Send& send) {
-  if (send(train)) return true;
-  held_ = train;
-  return false;
+// What nothing carries is lost, as it might be on its way.
+bool Links::offer(const Burst& burst) {
+  DatagramSender* sender = senders_[index(burst.to.kind)];
+  return sender == nullptr || sender->offer(burst);
 }
 
-bool Links::send_trains(Time now, Link& link, const Send& send) {
-  for (std::size_t n = 0; n < kTrainsPerTurn; ++n) {
-    Train train{.to = link.address()};
+bool Links::send_bursts(Time now, Link& link) {
+  for (std::size_t n = 0; n < kBurstsPerTurn; ++n) {
+    Burst burst{.to = link.address()};
     std::size_t size = 0;
     std::size_t count = 0;
-    const std::span all(scratch_.get(), kTrainBytesMax + kDatagramMax);
+    const std::span all(scratch_.get(), kBurstBytesMax + kDatagramMax);
     for (;;) {
-      const std::size_t room = count == 0 ? kDatagramMax : train.datagram_size;
+      const std::size_t room = count == 0 ? kDatagramMax : burst.datagram_size;
       const std::size_t one = link.build(now, all.subspan(size, room));
       if (one == 0) break;
       if (count == 0) {
-        train.datagram_size = one;
-        train.dscp = kDscp[link.session().last_lane()];
+        burst.datagram_size = one;
+        burst.dscp = kDscp[link.session().last_lane()];
       }
       size += one;
       ++count;
-      // A train's datagrams are of one size but the last. One that is not full is the last, or
+      // A burst's datagrams are of one size but the last. One that is not full is the last, or
       // something else begins behind it.
-      const bool full = one == link.session().datagram_size() && one == train.datagram_size;
-      if (!full || count == kTrainDatagramsMax || size + one > kTrainBytesMax) break;
+      const bool full = one == link.session().datagram_size() && one == burst.datagram_size;
+      if (!full || count == kBurstDatagramsMax || size + one > kBurstBytesMax) break;
     }
     if (count == 0) return true;
-    train.bytes = all.first(size);
-    if (!send_train(train, send)) return false;
+    burst.bytes = all.first(size);
+    if (!offer(burst)) {
+      held_ = burst;
+      return false;
+    }
   }
   return false;
 }
 
-void Links::flush(Time now, const Send& send) {
-  now_ = now;
+void Links::flush(Time now) {
+  if (std::ranges::all_of(senders_, [](const auto* sender) { return sender == nullptr; })) return;
   choose_uplink(now);
-  tell(now);
+  advertise(now);
   report_losses(now);
-  if (held_.to && !send(held_)) return;
+  if (held_.to && !offer(held_)) {
+    if (shell_ != nullptr) shell_->wait_for_sender();
+    return;
+  }
   held_ = {};
   for (const Single& single : singles_) {
     // One that the socket does not take is lost, as it might be on its way.
-    (void)send({.to = single.to,
-                .bytes = std::span(single.bytes).first(single.size),
-                .datagram_size = single.size,
-                .dscp = kDscp[kControlLane]});
+    (void)offer({.to = single.to,
+                 .bytes = std::span(single.bytes).first(single.size),
+                 .datagram_size = single.size,
+                 .dscp = kDscp[kControlLane]});
   }
   singles_.clear();
-  std::erase_if(touched_, [&](Link* link) { return !held_.to && flush_link(now, *link, send); });
+  std::erase_if(touched_, [&](Link* link) { return !held_.to && flush_link(now, *link); });
+  if (shell_ == nullptr) return;
+  if (held_.to) {
+    shell_->wait_for_sender();
+  } else if (!touched_.empty()) {
+    shell_->continue_later();
+  }
 }
 
 // False: it has more to send.
-bool Links::flush_link(Time now, Link& link, const Send& send) {
-  if (!send_trains(now, link, send)) return false;
+bool Links::flush_link(Time now, Link& link) {
+  if (!send_bursts(now, link)) return false;
   std::span probe(scratch_.get(), kDatagramMax);
   const std::size_t size = link.build_probe(now, probe);
   if (size > 0)
-    (void)send({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
+    (void)offer({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
   if (were_up_[link.slot()] != link.is_up()) look_anew(now, link);
   is_touched_[link.slot()] = false;
   learn_token(link);
-  const Time at = std::min(turns_[link.slot()].at, link.next_timeout(now));
+  const Time at = std::min(standbys_[link.slot()].at, link.next_timeout(now));
   if (at < wakes_at_[link.slot()]) {
     wakes_at_[link.slot()] = at;
     wake_.push({at, link.slot()});
@@ -423,17 +439,17 @@ Link* Links::find(std::string_view name) {
   return nullptr;
 }
 
-bool Links::by_hand(Time now, std::string_view name, Hand what) {
+bool Links::act(Time now, std::string_view name, Action what) {
   Link* link = find(name);
   if (link == nullptr) return false;
   switch (what) {
-    case Hand::kUp:
+    case Action::kUp:
       link->bring_up(now);
       break;
-    case Hand::kDown:
+    case Action::kDown:
       link->take_down(now);
       break;
-    case Hand::kReset:
+    case Action::kReset:
       link->start_anew(now);
       break;
   }
@@ -613,11 +629,11 @@ Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, 
                 .client = {.id = {},
                            .port = core::PortKind::kLink,
                            .name = core::Text<31>(hello.who.name.view()),
-                           .peer = std::string_view(from.to_string())},
+                           .endpoint = std::string_view(from.to_string())},
                 .owner = {.id = link.client(),
                           .port = core::PortKind::kLink,
                           .name = core::Text<31>(link.peer().name.view()),
-                          .peer = std::string_view(link.address().to_string())}});
+                          .endpoint = std::string_view(link.address().to_string())}});
   return Rival::kRefuse;
 }
 
@@ -656,7 +672,7 @@ void Links::note_refused(Time now, const NetAddress& from, const Hello& hello,
                 .client = {.id = {},
                            .port = core::PortKind::kLink,
                            .name = core::Text<31>(hello.who.name.view()),
-                           .peer = std::string_view(from.to_string())},
+                           .endpoint = std::string_view(from.to_string())},
                 .text = refuse.text});
 }
 
@@ -670,7 +686,6 @@ Link* Links::link_to(const Identity& who) {
 // --- routers of the fleet
 
 void Links::on_announced(Time now, const Announcement& announcement) {
-  now_ = now;
   if (!fleet_.add(announcement)) return;
   const Identity& who = announcement.who;
   if (fleet_.is_double(who))
@@ -679,15 +694,14 @@ void Links::on_announced(Time now, const Announcement& announcement) {
                   .address = who.address(),
                   .client = {.port = core::PortKind::kLink,
                              .name = core::Text<31>(who.name.view()),
-                             .peer = std::string_view(announcement.dds.to_string())},
+                             .endpoint = std::string_view(announcement.dds.to_string())},
                   .owner = {.port = core::PortKind::kLink,
                             .name = core::Text<31>(setup_.self.name.view()),
-                            .peer = std::string_view("this router")}});
+                            .endpoint = std::string_view("this router")}});
   look_for_all(now);
 }
 
 void Links::on_gone(Time now, const NetAddress& dds) {
-  now_ = now;
   fleet_.remove(dds);
   for (const auto& link : links_) {
     if (link) link->on_gone(now, dds);
@@ -714,48 +728,48 @@ void Links::look_anew(Time now, Link& link) {
 // goes before those that only take their turn; but when all are too busy to answer they are all
 // down, so no more are prepared a second for it. In a large fleet nobody has a turn: what many
 // ways ask of the router above while nobody needs them is what it then lacks to hear its links.
-Time Links::dds_turn(Time now, const Link& link, Turn& turn) {
+Time Links::standby_at(Time now, const Link& link, Standby& standby) {
   if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
-  if (turn.since == kNever) {
+  if (standby.since == kNever) {
     std::uint64_t drawn = random();
-    turn.since = now;
-    turn.share = core::next_share(drawn);
+    standby.since = now;
+    standby.share = core::next_share(drawn);
   }
   const std::size_t others = fleet_.routers().size();
-  const auto all = static_cast<double>(others) * kDdsTurn;
+  const auto all = static_cast<double>(others) * kStandbySpacing;
   const Duration keep_alive = link.settings().keep_alive;
-  const Time turns_at =
+  const Time standby_turn_at =
       others > kStandbyFleetMax
           ? kNever
-          : turn.since + keep_alive + std::chrono::duration_cast<Duration>(turn.share * all);
+          : standby.since + keep_alive + std::chrono::duration_cast<Duration>(standby.share * all);
   const Time needed_at =
       link.is_up() ? kNever
-                   : std::max(turn.since + kUdpFirst * keep_alive, link.since() + keep_alive);
-  if (now < std::min(turns_at, needed_at)) return std::min(turns_at, needed_at);
+                   : std::max(standby.since + kUdpFirst * keep_alive, link.since() + keep_alive);
+  if (now < std::min(standby_turn_at, needed_at)) return std::min(standby_turn_at, needed_at);
   const Time ready_at = dds_budget_.ready_at(now);
   if (now < needed_at) return std::max(ready_at, dds_needed_until_);
-  if (now < ready_at) dds_needed_until_ = ready_at + 1s / kDdsWaysPerSecond;
+  if (now < ready_at) dds_needed_until_ = ready_at + 1s / kDdsPathsPerSecond;
   return ready_at;
 }
 
 // Leaves those to which the way may be prepared now.
-void Links::take_turn(Time now, const Link& link, std::vector<NetAddress>& dds) {
-  Turn& turn = turns_[link.slot()];
+void Links::prepare_standby(Time now, const Link& link, std::vector<NetAddress>& dds) {
+  Standby& standby = standbys_[link.slot()];
   const auto waits = [&](const NetAddress& to) {
-    return std::ranges::find(turn.prepared, to) == turn.prepared.end();
+    return std::ranges::find(standby.prepared, to) == standby.prepared.end();
   };
   const Path* udp = link.paths().find(PathKind::kUdp);
   const bool by_dds = link.is_up() && link.paths().kind() == PathKind::kDds;
-  turn.at = kNever;
+  standby.at = kNever;
   if (udp != nullptr && !udp->targets.empty() && !by_dds && std::ranges::any_of(dds, waits)) {
-    turn.at = dds_turn(now, link, turn);
-    if (turn.at > now) {
+    standby.at = standby_at(now, link, standby);
+    if (standby.at > now) {
       std::erase_if(dds, waits);
       return;
     }
     dds_budget_.take(1);
   }
-  turn = {.prepared = dds};
+  standby = {.prepared = dds};
 }
 
 // Tells a link where the router it means has announced to be.
@@ -765,7 +779,7 @@ void Links::look_for(Time now, Link& link) {
   const bool automatic = link.settings().is_automatic();
   if (candidates.empty()) {
     link.set_targets(now, PathKind::kDds, {});
-    turns_[link.slot()] = {};
+    standbys_[link.slot()] = {};
     if (!automatic) return;
     link.set_targets(now, PathKind::kUdp, {});
     const std::string why = "nobody in the fleet is " + fleet_.looked_for();
@@ -781,7 +795,7 @@ void Links::look_for(Time now, Link& link) {
     dds.push_back(a->dds);
   }
   if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, udp);
-  take_turn(now, link, dds);
+  prepare_standby(now, link, dds);
   link.set_targets(now, PathKind::kDds, dds);
 }
 
@@ -803,13 +817,13 @@ void Links::choose_uplink(Time now) {
     overlap_end_ = now + kOverlap;
   }
   router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
-  using Telling = Exchange::Telling;
+  using Scope = Advertiser::Scope;
   for (const std::uint32_t slot : supers_) {
     Link& link = *links_[slot];
     const bool leaving = &link == uplink_before_ && now < overlap_end_;
-    link.set_telling(now, &link == best ? Telling::kAll
-                          : leaving     ? Telling::kAsFarther
-                                        : Telling::kNothing);
+    link.set_scope(now, &link == best ? Scope::kAll
+                        : leaving     ? Scope::kAsFarther
+                                      : Scope::kNothing);
     touch(link);
   }
 }

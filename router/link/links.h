@@ -1,8 +1,10 @@
 // All links of a router: which datagram belongs to which, who may connect, which super router is
 // used, and what goes out.
 //
-// The shell hands in datagrams, time and names that were resolved; it asks for trains of datagrams
-// when its socket takes them.
+// It is the router's port for other routers: what the router delivers goes into the session of a
+// link, and when the turn is flushed the datagrams that may go are built, at the last moment, and
+// offered to the senders. The shell (io/link_port.h) hands in datagrams, time and names that were
+// resolved, and owns the sockets.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +17,10 @@
 
 #include "router/core/random.h"
 #include "router/core/router.h"
+#include "router/link/estimators.h"
 #include "router/link/fleet.h"
 #include "router/link/link.h"
-#include "router/link/token_bucket.h"
-#include "router/link/train.h"
+#include "router/link/transport.h"
 
 namespace tims::link {
 
@@ -28,10 +30,27 @@ struct LinksSetup {
   std::uint32_t links_max = 4096;
 };
 
-class Links final : private LinkSurroundings {
+// What is left to do when the turn has been flushed.
+class LinksShell {
  public:
-  Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
-        const LinksSetup& setup);
+  virtual ~LinksShell() = default;
+  // A sender takes nothing now: flush again when it does.
+  virtual void wait_for_sender() = 0;
+  // There is more to send: flush again when others have had their turn.
+  virtual void continue_later() = 0;
+
+ protected:
+  LinksShell() = default;
+  LinksShell(const LinksShell&) = default;
+  LinksShell& operator=(const LinksShell&) = default;
+};
+
+class Links final : public core::Port, private LinkSurroundings {
+ public:
+  Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
+        LinksShell* shell = nullptr);
+  // What carries datagrams of this kind from now on; null: nothing, and they are lost.
+  void set_sender(PathKind kind, DatagramSender* sender) { senders_[index(kind)] = sender; }
 
   // --- configuration. Those with kind kSuper in order of preference.
   void configure(Time now, std::span<const LinkSettings> wanted);
@@ -56,13 +75,13 @@ class Links final : private LinkSurroundings {
   // --- what comes in. The bytes stay until the turn is flushed.
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
 
-  // --- what the router decides (core::Sink), for its clients with PortKind::kLink
-  core::Outcome deliver(Time now, std::uint32_t token, const core::Message& message);
-  void reply(Time now, std::uint32_t token, const Header& header);
-
-  // --- what goes out. `send` takes a train, or says false: later, then resume with flush().
-  using Send = std::function<bool(const Train&)>;
-  void flush(Time now, const Send& send);
+  // --- what the router decides (core::Port)
+  core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
+  void reply(Time now, const core::Receiver& to, const Header& header) override;
+  void close(const core::Receiver&, core::CloseReason) override {}  // links are not watched
+  [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
+  // What goes out: all that may go now, and that the senders take.
+  void flush(Time now) override;
   // After all ports were flushed: what was handed on is not looked at any more.
   void release() { done_.clear(); }
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
@@ -74,8 +93,8 @@ class Links final : private LinkSurroundings {
   void end(Time now);
 
   // By hand: the name of the other router, or what stands behind `to`. False: there is none.
-  enum class Hand : std::uint8_t { kUp, kDown, kReset };
-  bool by_hand(Time now, std::string_view name, Hand what);
+  enum class Action : std::uint8_t { kUp, kDown, kReset };
+  bool act(Time now, std::string_view name, Action what);
 
   // --- to look at
   template <typename Visit>
@@ -141,9 +160,9 @@ class Links final : private LinkSurroundings {
 
   // --- routers of the fleet
   // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
-  static constexpr std::uint64_t kDdsWaysPerSecond = 10;
+  static constexpr std::uint64_t kDdsPathsPerSecond = 10;
   // When a link that has UDP as well prepares its way over DDS.
-  struct Turn {
+  struct Standby {
     std::vector<NetAddress> prepared{};
     Time since = kNever;  // others wait to be
     double share = 0;     // of the turns of all
@@ -152,13 +171,13 @@ class Links final : private LinkSurroundings {
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
   void look_anew(Time now, Link& link);
-  Time dds_turn(Time now, const Link& link, Turn& turn);
-  void take_turn(Time now, const Link& link, std::vector<NetAddress>& dds);
-  void tell(Time now);
+  Time standby_at(Time now, const Link& link, Standby& standby);
+  void prepare_standby(Time now, const Link& link, std::vector<NetAddress>& dds);
+  void advertise(Time now);
   void report_losses(Time now);
-  bool send_trains(Time now, Link& link, const Send& send);
-  bool flush_link(Time now, Link& link, const Send& send);
-  bool send_train(const Train& train, const Send& send);
+  bool send_bursts(Time now, Link& link);
+  bool flush_link(Time now, Link& link);
+  bool offer(const Burst& burst);
 
   core::Router& router_;
   core::BlockPool& pool_;
@@ -167,15 +186,16 @@ class Links final : private LinkSurroundings {
   const core::SipKey secret_;
   std::uint64_t drawn_ = 0;  // random numbers, so far
   std::int64_t wall_ns_ = 0;
-  Time now_{};
 
   static std::size_t index(PathKind kind) { return static_cast<std::size_t>(kind); }
 
+  LinksShell* shell_;
+  std::array<DatagramSender*, kPathKinds> senders_{};
   std::array<std::string, kPathKinds> trouble_;
   Fleet fleet_;
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<bool> were_up_;       // by slot: when it was last looked for
-  std::vector<Turn> turns_;         // by slot
+  std::vector<Standby> standbys_;   // by slot
   TokenBucket dds_budget_;          // ways prepared
   Time dds_needed_until_{};         // a link that needs its way waits for the budget
   std::vector<LinkSettings> settings_;
@@ -188,7 +208,7 @@ class Links final : private LinkSurroundings {
   Time overlap_end_{};
   bool choose_ = false;
   bool ends_ = false;
-  std::uint32_t told_ = 0;  // number of the router's table that was told
+  std::uint32_t advertised_ = 0;  // number of the router's table that was told
   Counters counters_;
   std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO
   std::unordered_map<std::uint32_t, Time> refused_;    // router address -> when it was noted
@@ -212,7 +232,7 @@ class Links final : private LinkSurroundings {
   };
   std::vector<Single> singles_;  // datagrams that go out by themselves
   std::unique_ptr<std::byte[]> scratch_;
-  Train held_{};  // was built, and the socket did not take it
+  Burst held_{};  // was built, and the socket did not take it
 };
 
 }  // namespace tims::link

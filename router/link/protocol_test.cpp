@@ -6,11 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "router/link/announcement.h"
-#include "router/link/bundle.h"
-#include "router/link/bytes.h"
 #include "router/link/datagram.h"
 #include "router/link/frame.h"
+#include "router/link/transport.h"
 
 namespace tims::link {
 namespace {
@@ -83,8 +81,8 @@ TEST(Protocol, TheSampleOfTheDocumentIsTheSampleOfTheCode) {
                                  std::byte{1}, std::byte{0}, std::byte{0xEF}};
   EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);
   std::string read;
-  ASSERT_TRUE(Bundle(bytes).valid());
-  Bundle(bytes).for_each([&](std::span<std::byte> datagram) { read += hex(datagram) + " "; });
+  ASSERT_TRUE(Batch(bytes).valid());
+  Batch(bytes).for_each([&](std::span<std::byte> datagram) { read += hex(datagram) + " "; });
   EXPECT_EQ(read, "abcd ef ");
 }
 

@@ -1,11 +1,11 @@
 // Samples of streams, out and in.
+#include "router/link/samples.h"
+
 #include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "router/link/sample_receiver.h"
-#include "router/link/sample_sender.h"
 #include "wire/header.h"
 
 namespace tims::link {
@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct SamplesTest : testing::Test, Arrivals, Losses {
+struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
   void on_message(Time, const RecordPrefix&, core::Message& message) override {
     arrived.push_back(message.header.seq_nr);
   }

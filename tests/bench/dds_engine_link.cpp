@@ -41,7 +41,7 @@ std::span<const std::byte> DdsEngineLink::message_at(std::span<const std::byte> 
 // Waits for room, and at first for the one it sends to.
 bool DdsEngineLink::send(std::span<const std::byte> payload) {
   constexpr std::size_t kDatagram = link::kDatagramMax;
-  constexpr std::size_t kTrain = link::kTrainBytesMax / kDatagram * kDatagram;
+  constexpr std::size_t kTrain = link::kBurstBytesMax / kDatagram * kDatagram;
   const auto size = static_cast<std::uint32_t>(payload.size());
   out_.resize(kSize + size);
   std::memcpy(out_.data(), &size, kSize);

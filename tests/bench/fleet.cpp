@@ -30,13 +30,17 @@ link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
           .message_max = kMessageMaxDefault};
 }
 
-class Robot final : core::Sink {
+class Robot final : core::Port, core::Surroundings, link::DatagramSender {
  public:
   Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket)
       : socket_(std::move(socket)),
         memory_(parts_.bytes(), kMessageMaxDefault, 4 * std::size_t{kMessageMaxDefault}),
         router_({.address = self.address()}, {self.epoch, seed}, *this),
-        links_(router_, blocks_.pool(), memory_, {.self = self, .seed = seed}) {}
+        links_(router_, blocks_.pool(), memory_, {.self = self, .seed = seed}) {
+    router_.attach(core::PortKind::kLocal, *this);
+    router_.attach(core::PortKind::kLink, links_);
+    links_.set_sender(link::PathKind::kUdp, this);
+  }
 
   void start(Time now, const link::NetAddress& base) {
     const core::ClientId client = router_.connect(now, {.port = core::PortKind::kLocal});
@@ -71,24 +75,22 @@ class Robot final : core::Sink {
  private:
   void end_turn(Time now) {
     do {
-      // What a full socket does not take is lost, as on the wire.
-      links_.flush(now, [this](const link::Train& train) {
-        (void)socket_.send(train);
-        return true;
-      });
+      router_.flush(now);
     } while (links_.has_something_to_send());
     links_.release();
   }
 
-  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override {
-    return to.port == core::PortKind::kLink ? links_.deliver(os::now(), to.token, message)
-                                            : core::Outcome::kDelivered;
+  // What a full socket does not take is lost, as on the wire.
+  bool offer(const link::Burst& burst) override {
+    (void)socket_.send(burst);
+    return true;
   }
-  void reply(const core::Receiver& to, const Header& header) override {
-    if (to.port == core::PortKind::kLink) links_.reply(os::now(), to.token, header);
+  core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
+    return core::Outcome::kDelivered;
   }
+  void reply(Time, const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
 

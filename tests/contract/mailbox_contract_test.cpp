@@ -105,7 +105,7 @@ class PortsQueue {
  private:
   std::vector<std::byte> memory_ = std::vector<std::byte>(300 * core::BlockPool::kBlockSize);
   core::BlockPool pool_{memory_};
-  core::Losses replaced_{};
+  core::LossCounts replaced_{};
   core::MessageQueue queue_;
 };
 

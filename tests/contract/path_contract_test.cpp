@@ -28,7 +28,7 @@ class End {
   [[nodiscard]] virtual link::NetAddress address() const = 0;
   // Whether others can send to it, as far as this side knows.
   [[nodiscard]] virtual bool knows(const End& other) const = 0;
-  virtual bool send(const link::Train& train) = 0;
+  virtual bool send(const link::Burst& train) = 0;
   virtual void take_what_came() = 0;
   [[nodiscard]] const std::vector<Arrival>& arrivals() const { return arrivals_; }
 
@@ -41,7 +41,7 @@ class UdpEnd final : public End {
   UdpEnd() : socket_(UdpSocket::open({"127.0.0.1", 0}).value()) {}
   link::NetAddress address() const override { return socket_.local(); }
   bool knows(const End&) const override { return true; }
-  bool send(const link::Train& train) override { return socket_.send(train) == Sent::kAll; }
+  bool send(const link::Burst& train) override { return socket_.send(train) == Sent::kAll; }
   void take_what_came() override {
     while (socket_.receive(datagrams_))
       datagrams_.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> bytes) {
@@ -65,7 +65,7 @@ class DdsEnd final : public End {
   bool knows(const End& other) const override {
     return host_.sees(dynamic_cast<const DdsEnd&>(other).host_);
   }
-  bool send(const link::Train& train) override { return host_.engine.send(train); }
+  bool send(const link::Burst& train) override { return host_.engine.send(train); }
   void take_what_came() override {
     loop_.run_once(os::now() + std::chrono::milliseconds(1));
     arrivals_ = host_.arrivals;
@@ -120,8 +120,8 @@ TEST_P(PathContract, TrainsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
                                                         {1200, 1200},
                                                         {8972, 8972},
                                                         {40 * 1200 + 300, 1200},
-                                                        {link::kTrainDatagramsMax * 40, 40},
-                                                        {link::kTrainBytesMax, 8972}}) {
+                                                        {link::kBurstDatagramsMax * 40, 40},
+                                                        {link::kBurstBytesMax, 8972}}) {
     const Bytes train = pattern(bytes, datagram_size);
     ASSERT_TRUE(a->send({.to = b->address(), .bytes = train, .datagram_size = datagram_size}));
     const std::size_t count = (bytes + datagram_size - 1) / datagram_size;

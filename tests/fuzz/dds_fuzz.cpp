@@ -1,8 +1,8 @@
 // Any bytes as what another DDS participant says of itself, and as a sample it wrote.
 #include <vector>
 
-#include "router/link/announcement.h"
-#include "router/link/bundle.h"
+#include "router/link/datagram.h"
+#include "router/link/transport.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -19,11 +19,11 @@ void announce(std::span<const std::byte> bytes) {
 
 // The datagrams are all of the sample but its padding, one behind the other.
 void unpack(std::span<std::byte> bytes) {
-  const link::Bundle bundle(bytes);
+  const link::Batch bundle(bytes);
   if (!bundle.valid()) return;
   const std::byte* end = bytes.data();
   bundle.for_each([&](std::span<std::byte> datagram) {
-    fuzz::require(!datagram.empty() && datagram.data() == end + link::kBundleSizeBytes);
+    fuzz::require(!datagram.empty() && datagram.data() == end + link::kBatchSizeBytes);
     end = datagram.data() + datagram.size();
   });
   fuzz::require(end + 3 >= bytes.data() + bytes.size() && end > bytes.data());

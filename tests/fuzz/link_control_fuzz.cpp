@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "router/link/control.h"
+#include "router/link/frame.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -41,8 +41,8 @@ void read_back(const T& value) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto input = std::as_bytes(std::span(data, size));
   std::vector<std::byte> bytes(input.begin(), input.end());
+  if (const auto carried = link::decode_data(bytes)) walk(carried->frames);
   if (const auto datagram = link::decode(bytes)) {
-    if (const auto* d = std::get_if<link::Data>(&*datagram)) walk(d->frames);
     if (const auto* h = std::get_if<link::Hello>(&*datagram); h != nullptr && h->version_min == 1)
       if (h->who.epoch != 0) read_back(*h);
     if (const auto* r = std::get_if<link::Retry>(&*datagram)) read_back(*r);

@@ -120,7 +120,7 @@ struct Pair : sim::World {
       case 0:
         return move(node, sim::address_of((&node == base ? 10 : 20) + how % 8), 1ms * how);
       case 1:
-        node.links().by_hand(now(), other(node).setup().name, link::Links::Hand(how % 3));
+        node.links().act(now(), other(node).setup().name, link::Links::Action(how % 3));
         return node.end_turn(now());
       case 2:
         return configure(node, how);
@@ -149,7 +149,7 @@ struct Pair : sim::World {
     free = true;
     for (sim::Node* node : {base, robot}) {
       node->links().configure(now(), node->setup().links);
-      node->links().by_hand(now(), other(*node).setup().name, link::Links::Hand::kUp);
+      node->links().act(now(), other(*node).setup().name, link::Links::Action::kUp);
       node->end_turn(now());
     }
   }

@@ -17,9 +17,9 @@ using namespace tims::core;
 constexpr std::uint32_t kClientsMax = 6;
 constexpr std::uint32_t kMailboxesMax = 5;
 
-class CheckingSink final : public Sink {
+class CheckingSink final : public Port, public Surroundings {
  public:
-  Outcome deliver(const Receiver& to, const Message& message) override {
+  Outcome deliver(Time, const Receiver& to, const Message& message) override {
     const Table::Entry* entry = router->find(message.header.dest);
     const bool link = to.port == PortKind::kLink;
     fuzz::require(entry == nullptr ? link : entry->owner == to.client);
@@ -28,13 +28,13 @@ class CheckingSink final : public Sink {
     fuzz::require(!goes_up(to.client) || !goes_up(sender) || !router->static_routes().empty());
     return outcome;
   }
-  void reply(const Receiver& to, const Header& header) override {
+  void reply(Time, const Receiver& to, const Header& header) override {
     fuzz::require(to.client != kNoClient && header.length == kHeaderSize);
   }
   void close(const Receiver& client, CloseReason) override {
     fuzz::require(router->client(client.client) == nullptr);
   }
-  void admin(ClientId from, const Message&) override { asked.push_back(from); }
+  void admin(Time, ClientId from, const Message&) override { asked.push_back(from); }
   void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event& event) override { fuzz::use(event); }
 
@@ -53,7 +53,10 @@ class CheckingSink final : public Sink {
 
 class Play {
  public:
-  Play() { sink_.router = &router_; }
+  Play() {
+    sink_.router = &router_;
+    for (const auto kind : values<PortKind, kPortKindCount>()) router_.attach(kind, sink_);
+  }
 
   void step(fuzz::Input& input) {
     now_ += std::chrono::milliseconds(input.number<std::uint8_t>() * 40);
@@ -198,11 +201,12 @@ class Play {
     fuzz::require(clients <= kClientsMax);
     std::uint32_t hash = 0;
     std::uint32_t told = 0;
-    router_.for_each_below([&](Address address, const Origin& origin) {
+    router_.for_each_exported([&](Address address, const Origin& origin) {
       hash ^= table_hash(address, origin);
       ++told;
     });
-    fuzz::require(hash == router_.below().hash() && told == router_.below().size());
+    fuzz::require(hash == router_.exported_table().hash() &&
+                  told == router_.exported_table().size());
   }
 
   CheckingSink sink_;

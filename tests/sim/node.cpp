@@ -54,7 +54,12 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
       links(router, pool, memory,
             {.self = identity(node.setup_, epoch),
              .seed = next_random(node.random_),
-             .links_max = node.setup_.links_max}) {}
+             .links_max = node.setup_.links_max}) {
+  router.attach(core::PortKind::kWebSocket, node);
+  router.attach(core::PortKind::kLink, links);
+  for (const auto kind : {link::PathKind::kUdp, link::PathKind::kDds})
+    links.set_sender(kind, &node);
+}
 
 Node::Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed)
     : world_(world),
@@ -64,7 +69,6 @@ Node::Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_
       random_(seed) {}
 
 void Node::start(Time now) {
-  now_ = now;
   running_ = std::make_unique<Running>(*this, next_random(random_));
   running_->links.configure(now, setup_.links);
   for (const link::LinkSettings& settings : setup_.links) {
@@ -136,7 +140,6 @@ bool Node::add_mailbox(Time now, core::ClientId client, Address address) {
 
 core::Outcome Node::send(Time now, core::ClientId client, Header header,
                          std::span<const std::byte> body) {
-  now_ = now;
   std::vector<std::byte> bytes(kHeaderSize + body.size());
   header.length = static_cast<std::uint32_t>(bytes.size());
   wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
@@ -147,10 +150,9 @@ core::Outcome Node::send(Time now, core::ClientId client, Header header,
   return outcome;
 }
 
-core::Outcome Node::deliver(const core::Receiver& to, const core::Message& message) {
-  if (to.port == core::PortKind::kLink) return running_->links.deliver(now_, to.token, message);
+core::Outcome Node::deliver(Time now, const core::Receiver& to, const core::Message& message) {
   const auto body = message.body();
-  arrived(to.client, {now_, message.header, {body.begin(), body.end()}, message.hops});
+  arrived(to.client, {now, message.header, {body.begin(), body.end()}, message.hops});
   return core::Outcome::kDelivered;
 }
 
@@ -159,19 +161,21 @@ void Node::arrived(core::ClientId client, Arrival&& arrival) {
   running_->arrivals[client.value].push_back(std::move(arrival));
 }
 
-void Node::reply(const core::Receiver& to, const Header& header) {
-  if (to.port == core::PortKind::kLink) return running_->links.reply(now_, to.token, header);
-  arrived(to.client, {now_, header, {}});
+void Node::reply(Time now, const core::Receiver& to, const Header& header) {
+  arrived(to.client, {now, header, {}});
+}
+
+bool Node::offer(const link::Burst& burst) {
+  world_.transmit(*this, burst);
+  return true;
 }
 
 void Node::on_datagram(Time now, const NetAddress& from, std::vector<std::byte>& bytes) {
-  now_ = now;
   running_->links.on_datagram(now, from, bytes);
   end_turn(now);
 }
 
 void Node::on_timeout(Time now) {
-  now_ = now;
   running_->links.on_timeout(now);
   end_turn(now);
 }
@@ -181,10 +185,7 @@ Time Node::next_timeout() const { return running_ ? running_->links.next_timeout
 void Node::end_turn(Time now) {
   running_->links.set_wall(wall_.count());
   do {
-    running_->links.flush(now, [this](const link::Train& train) {
-      world_.transmit(*this, train);
-      return true;
-    });
+    running_->router.flush(now);
   } while (running_->links.has_something_to_send());
   running_->links.release();
   world_.schedule(*this);

@@ -19,7 +19,7 @@ constexpr std::uint64_t kMbit = 125'000;
 
 // Two routers, a sender at one and a receiver at the other.
 struct Line : World {
-  explicit Line(const Faults& faults, const link::SessionSettings& session = {},
+  explicit Line(const Faults& faults, const link::LinkSessionSettings& session = {},
                 std::uint64_t seed = 1)
       : World(seed) {
     auto up = super_link(address_of(0));

@@ -1,5 +1,5 @@
 // Complaints about somebody between two routers who alters what they say.
-#include "router/link/bytes.h"
+#include "router/link/datagram.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {

@@ -1,5 +1,5 @@
 // Complaints about loops, duplicates and strangers.
-#include "router/link/bytes.h"
+#include "router/link/datagram.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {
@@ -82,7 +82,7 @@ TEST(Identity, ARouterIsNotItsOwnRival) {
   Story s;
   s.begin();
   s.cut("robot", "base");
-  s.robot->links().by_hand(s.now(), "base", link::Links::Hand::kReset);
+  s.robot->links().act(s.now(), "base", link::Links::Action::kReset);
   s.robot->end_turn(s.now());
   s.move(*s.robot, address_of(500), 0ms);
   EXPECT_TRUE(s.run_until([&] { return Story::links_up(*s.robot) == 2; }, kKeepAlive + 50ms));

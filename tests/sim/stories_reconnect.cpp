@@ -273,14 +273,14 @@ TEST(Reconnect, TheWallClockJumps) {
 TEST(Reconnect, ALinkTakenDownByHandStaysDown) {
   Story s;
   s.begin();
-  EXPECT_TRUE(s.base->links().by_hand(s.now(), "robot", link::Links::Hand::kDown));
+  EXPECT_TRUE(s.base->links().act(s.now(), "robot", link::Links::Action::kDown));
   s.base->end_turn(s.now());
   s.run_for(10s);
   EXPECT_FALSE(Story::knows(*s.base, kLadar));
   const core::Event* refused = Story::find_event(*s.robot, core::EventKind::kLinkRefused);
   ASSERT_NE(refused, nullptr);
   EXPECT_NE(refused->text.view().find("by hand"), std::string_view::npos);
-  EXPECT_TRUE(s.base->links().by_hand(s.now(), "robot", link::Links::Hand::kUp));
+  EXPECT_TRUE(s.base->links().act(s.now(), "robot", link::Links::Action::kUp));
   s.base->end_turn(s.now());
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 5s));
 }

@@ -25,8 +25,8 @@ Troubles make_troubles(World& world) {
   return t;
 }
 
-link::SessionSettings make_session(World& world, const Troubles& troubles) {
-  link::SessionSettings settings;
+link::LinkSessionSettings make_session(World& world, const Troubles& troubles) {
+  link::LinkSessionSettings settings;
   if (troubles.small_queues) settings.queue_bytes_max = (100 + world.random(900)) << 10;
   if (troubles.short_lifetimes)
     settings.lifetime = std::chrono::milliseconds(200 + world.random(3000));

@@ -103,10 +103,10 @@ void World::at(Time when, std::function<void()> action) {
   events_.push({.at = when, .order = ++order_, .action = std::move(action)});
 }
 
-link::Impairment& World::between(const NetAddress& from, const NetAddress& to) {
-  std::shared_ptr<link::Impairment>& line = network_[{from, to}];
+link::FaultInjector& World::between(const NetAddress& from, const NetAddress& to) {
+  std::shared_ptr<link::FaultInjector>& line = network_[{from, to}];
   if (!line) {
-    line = std::make_shared<link::Impairment>(random());
+    line = std::make_shared<link::FaultInjector>(random());
     line->set(faults_);
   }
   return *line;
@@ -121,7 +121,7 @@ void World::share(const std::string& from, const std::string& to, const std::str
 
 void World::set_faults(const Faults& faults) {
   faults_ = faults;
-  for (auto& [key, impairment] : network_) impairment->set(faults);
+  for (auto& [key, injector] : network_) injector->set(faults);
 }
 
 void World::set_faults(const std::string& from, const std::string& to, const Faults& faults,
@@ -131,7 +131,7 @@ void World::set_faults(const std::string& from, const std::string& to, const Fau
 
 void World::cut_one_way(const std::string& from, const std::string& to, bool blackout,
                         link::PathKind kind) {
-  link::Impairment& line = between(node(from).address(kind), node(to).address(kind));
+  link::FaultInjector& line = between(node(from).address(kind), node(to).address(kind));
   Faults faults = line.faults();
   faults.blackout = blackout;
   line.set(faults);
@@ -142,22 +142,22 @@ void World::cut(const std::string& a, const std::string& b, bool blackout, link:
   cut_one_way(b, a, blackout, kind);
 }
 
-void World::transmit(Node& from, const link::Train& train) {
-  std::span<const std::byte> rest = train.bytes;
-  bytes_marked_[train.dscp] += rest.size();
+void World::transmit(Node& from, const link::Burst& burst) {
+  std::span<const std::byte> rest = burst.bytes;
+  bytes_marked_[burst.dscp] += rest.size();
   while (!rest.empty()) {
-    const auto one = rest.first(std::min(train.datagram_size, rest.size()));
+    const auto one = rest.first(std::min(burst.datagram_size, rest.size()));
     rest = rest.subspan(one.size());
     bytes_sent_[from.setup().name] += one.size() + 28;
     ++datagrams_;
-    if (tap && tap(from, train.to, one)) continue;
-    const NetAddress& source = from.address(train.to.kind);
-    const auto fate = between(source, train.to).send(now_, one.size());
-    for (std::size_t i = 0; i < fate.count; ++i) {
-      events_.push({.at = fate.at[i],
+    if (tap && tap(from, burst.to, one)) continue;
+    const NetAddress& source = from.address(burst.to.kind);
+    const auto copies = between(source, burst.to).send(now_, one.size());
+    for (std::size_t i = 0; i < copies.count; ++i) {
+      events_.push({.at = copies.at[i],
                     .order = ++order_,
                     .from = source,
-                    .to = train.to,
+                    .to = burst.to,
                     .bytes = {one.begin(), one.end()}});
     }
   }

@@ -1,4 +1,4 @@
-// A fleet in one process: routers with their links, a network of impairments between them, clients
+// A fleet in one process: routers with their links, a bad network between them, clients
 // with mailboxes, and a clock that jumps from one event to the next. All of it follows from a seed.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 #include "router/core/random.h"
 #include "router/core/router.h"
-#include "router/link/impairment.h"
+#include "router/link/fault_injection.h"
 #include "router/link/links.h"
 
 namespace tims::sim {
@@ -62,7 +62,7 @@ class Memory {
 };
 
 // One host: a router, its links and its clients. Killed, it forgets everything.
-class Node final : private core::Sink {
+class Node final : private core::Port, private core::Surroundings, private link::DatagramSender {
  public:
   Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
 
@@ -104,12 +104,14 @@ class Node final : private core::Sink {
   [[nodiscard]] Time next_timeout() const;
 
  private:
-  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
-  void reply(const core::Receiver& to, const Header& header) override;
+  // core::Port of its clients
+  core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
+  void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event& event) override { events.push_back(event); }
+  bool offer(const link::Burst& burst) override;
   void arrived(core::ClientId client, Arrival&& arrival);
 
  public:
@@ -133,7 +135,6 @@ class Node final : private core::Sink {
   NetAddress address_;
   NetAddress dds_;
   std::uint64_t random_;
-  Time now_{};
   Duration wall_ = std::chrono::seconds(1'700'000'000);
   std::array<std::uint64_t, core::kClasses> lost_{};  // in earlier lives
   std::unique_ptr<Running> running_;
@@ -181,8 +182,8 @@ class World {
   std::uint64_t random(std::uint64_t below) { return random() % below; }
   double chance() { return core::next_share(random_); }
 
-  // For nodes: a train leaves.
-  void transmit(Node& from, const link::Train& train);
+  // For nodes: a burst leaves.
+  void transmit(Node& from, const link::Burst& burst);
   [[nodiscard]] std::uint64_t bytes_sent(const std::string& from) { return bytes_sent_[from]; }
   // With this mark of differentiated services, by anybody.
   [[nodiscard]] std::uint64_t bytes_marked(std::uint8_t dscp) { return bytes_marked_[dscp]; }
@@ -206,7 +207,7 @@ class World {
     }
   };
   bool step(Time limit);
-  link::Impairment& between(const NetAddress& from, const NetAddress& to);
+  link::FaultInjector& between(const NetAddress& from, const NetAddress& to);
   bool step_timeout();
   void check_progress();
   void tell_of(Node& node, Node& to);
@@ -231,7 +232,7 @@ class World {
   std::map<NetAddress, Node*> addresses_;
   std::size_t participants_ = 0;          // of DDS, so far
   std::map<std::string, Node*> targets_;  // by the first address of each
-  std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::Impairment>> network_;
+  std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::FaultInjector>> network_;
   Faults faults_{};
   std::map<std::string, std::uint64_t> bytes_sent_;
   std::map<std::uint8_t, std::uint64_t> bytes_marked_;

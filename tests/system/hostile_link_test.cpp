@@ -11,10 +11,8 @@
 #include <sys/socket.h>
 
 #include "os/file.h"
-#include "router/link/bytes.h"
 #include "router/link/datagram.h"
 #include "router/link/frame.h"
-#include "router/link/record.h"
 #include "tests/support/eventually.h"
 #include "tests/system/host.h"
 #include "tests/system/local_fixture.h"

@@ -17,9 +17,8 @@
 #include "router/io/dds/participant.h"
 #include "router/io/dds/qos.h"
 #include "router/io/dds/writer.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
-#include "router/link/bundle.h"
+#include "router/io/loop.h"
+#include "router/link/transport.h"
 
 namespace tims::io {
 namespace {
@@ -177,7 +176,7 @@ class DdsEngine::Running {
     return route.get();
   }
 
-  bool send(const link::Train& train) {
+  bool send(const link::Burst& train) {
     DdsRoute* const route = connect(train.to);
     if (route != nullptr && route->put(train)) {
       guarded([&] { serve_by(route->serve(os::now(), written_)); });
@@ -375,7 +374,7 @@ class DdsEngine::Running {
 
   void hand_out(const NetAddress& from, std::span<std::byte> bytes) {
     ++counters_.samples_in;
-    const link::Bundle bundle(bytes);
+    const link::Batch bundle(bytes);
     if (!bundle.valid()) {
       ++counters_.strange;
       return;
@@ -455,6 +454,6 @@ void DdsEngine::connect(const link::NetAddress& to) {
   if (running_) running_->connect(to);
 }
 
-bool DdsEngine::send(const link::Train& train) { return running_ && running_->send(train); }
+bool DdsEngine::send(const link::Burst& train) { return running_ && running_->send(train); }
 
 }  // namespace tims::io

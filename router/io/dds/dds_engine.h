@@ -13,9 +13,8 @@
 
 #include "router/io/log.h"
 #include "router/io/loop.h"
-#include "router/link/announcement.h"
-#include "router/link/net_address.h"
-#include "router/link/train.h"
+#include "router/link/datagram.h"
+#include "router/link/transport.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
@@ -107,7 +106,7 @@ class DdsEngine {
   // Takes all of the train, or nothing: false when there is no room for it now, or when no such
   // router was announced. What is taken arrives in order and is not lost, unless the receiver
   // does not appear within two seconds, or goes.
-  bool send(const link::Train& train);
+  bool send(const link::Burst& train);
 
  private:
   class Running;

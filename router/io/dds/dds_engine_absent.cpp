@@ -23,6 +23,6 @@ link::NetAddress DdsEngine::address() const { return {}; }
 const std::string& DdsEngine::last_error() const { return last_error_; }
 DdsEngine::Counters DdsEngine::counters() const { return {}; }
 void DdsEngine::connect(const link::NetAddress&) {}
-bool DdsEngine::send(const link::Train&) { return false; }
+bool DdsEngine::send(const link::Burst&) { return false; }
 
 }  // namespace tims::io

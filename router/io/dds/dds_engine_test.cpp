@@ -76,7 +76,7 @@ TEST_F(DdsEngineTest, TrainsOfAllSizesArriveInOrderBothWays) {
   };
   for (std::size_t size = 1; size <= 8972; size = size * 3 / 2 + 1) send(size, size);
   send(8972, 8972);
-  send(link::kTrainBytesMax, 8972);
+  send(link::kBurstBytesMax, 8972);
   send(std::size_t{64} * 40, 40);
   send(63 * 1200 + 7, 1200);
   ASSERT_TRUE(

@@ -17,8 +17,8 @@
 #include <span>
 #include <vector>
 
-#include "router/link/announcement.h"
-#include "router/link/token_bucket.h"
+#include "router/link/datagram.h"
+#include "router/link/estimators.h"
 #include "tims/time.h"
 
 namespace tims::io {

@@ -16,7 +16,7 @@
 
 #include "os/wakeup.h"
 #include "router/io/log.h"
-#include "router/link/announcement.h"
+#include "router/link/datagram.h"
 #include "tims/time.h"
 
 namespace eprosima::fastdds::dds {

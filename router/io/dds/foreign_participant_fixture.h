@@ -14,7 +14,7 @@
 
 #include "router/io/dds/transport.h"
 #include "router/io/dds/writer.h"
-#include "router/link/announcement.h"
+#include "router/link/datagram.h"
 
 namespace tims::io {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "router/link/bytes.h"
+#include "router/link/datagram.h"
 
 namespace tims::io {
 namespace {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "router/link/net_address.h"
+#include "router/link/transport.h"
 #include "tims/time.h"
 
 namespace tims::io {

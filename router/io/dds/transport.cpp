@@ -141,7 +141,7 @@ Result<std::shared_ptr<UserTraffic>> UserTraffic::open(const std::string& interf
 
 UserTraffic::UserTraffic(UdpSocket socket, const std::string& interface)
     : socket_(std::move(socket)), locator_(locator_at(host_of(interface), socket_.local().port)) {
-  train_.reserve(link::kTrainBytesMax);
+  train_.reserve(link::kBurstBytesMax);
 }
 
 std::span<const link::DdsParticipant> UserTraffic::receive() {
@@ -162,8 +162,8 @@ void UserTraffic::put(std::span<const std::byte> message, std::span<const link::
   const std::lock_guard lock(mutex_);
   const bool fits = std::ranges::equal(to, to_) && message.size() <= message_size_ &&
                     train_.size() % message_size_ == 0 &&
-                    train_.size() + message.size() <= link::kTrainBytesMax &&
-                    train_.size() < link::kTrainDatagramsMax * message_size_;
+                    train_.size() + message.size() <= link::kBurstBytesMax &&
+                    train_.size() < link::kBurstDatagramsMax * message_size_;
   if (!fits) {
     flush_locked();
     to_.assign(to.begin(), to.end());

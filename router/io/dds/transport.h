@@ -22,7 +22,7 @@
 
 #include "router/io/dds/discovery_filter.h"
 #include "router/io/net/udp_socket.h"
-#include "router/link/net_address.h"
+#include "router/link/transport.h"
 
 namespace tims::io {
 

@@ -8,7 +8,7 @@
 #include <fastdds/dds/publisher/Publisher.hpp>
 
 #include "router/io/dds/qos.h"
-#include "router/link/bundle.h"
+#include "router/link/transport.h"
 
 namespace tims::io {
 namespace {
@@ -75,15 +75,15 @@ std::function<std::uint32_t()> OctetsType::getSerializedSizeProvider(void* data)
   };
 }
 
-using link::kBundleSizeBytes;
+using link::kBatchSizeBytes;
 
 // --- the queue
 
-bool SendQueue::put(const link::Train& train) {
+bool SendQueue::put(const link::Burst& train) {
   if (train.bytes.empty() || train.datagram_size == 0) return true;
   const std::size_t datagrams =
       (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
-  if (train.bytes.size() + datagrams * kBundleSizeBytes > size_ - used_) return false;
+  if (train.bytes.size() + datagrams * kBatchSizeBytes > size_ - used_) return false;
   if (!ring_) ring_ = std::make_unique_for_overwrite<std::byte[]>(size_);
   for (std::span<const std::byte> rest = train.bytes; !rest.empty();) {
     const auto datagram = rest.first(std::min(train.datagram_size, rest.size()));
@@ -112,7 +112,7 @@ std::size_t SendQueue::datagram_size_at(std::size_t position) const {
 SendQueue::Front SendQueue::front(std::size_t bytes_max) const {
   Front front;
   while (front.bytes < used_) {
-    const std::size_t next = kBundleSizeBytes + datagram_size_at(first_ + front.bytes);
+    const std::size_t next = kBatchSizeBytes + datagram_size_at(first_ + front.bytes);
     if (front.datagrams > 0 && front.bytes + next > bytes_max) break;
     front.bytes += next;
     ++front.datagrams;
@@ -260,7 +260,7 @@ Time DdsRoute::write_next(Time now, Counters& counters) {
   queue_.remove(front);
   counters.samples += 1;
   counters.datagrams += front.datagrams;
-  counters.bytes += front.bytes - front.datagrams * link::kBundleSizeBytes;
+  counters.bytes += front.bytes - front.datagrams * link::kBatchSizeBytes;
   return queue_.waiting_bytes() > 0 ? now : kNever;
 }
 

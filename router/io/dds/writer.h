@@ -19,7 +19,7 @@
 #include "router/io/dds/dds_engine.h"
 #include "router/io/dds/events.h"
 #include "router/io/dds/rtps_message.h"
-#include "router/link/train.h"
+#include "router/link/transport.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -75,7 +75,7 @@ class SendQueue {
   explicit SendQueue(std::size_t bytes = kBytes) : size_(bytes) {}
 
   // All of the train, or nothing: false when there is no room for it.
-  bool put(const link::Train& train);
+  bool put(const link::Burst& train);
 
   // Whole datagrams from the front, `bytes_max` at most, or the first one if it is larger.
   struct Front {
@@ -170,7 +170,7 @@ class DdsRoute {
   }
 
   // False when there is no room.
-  bool put(const link::Train& train) { return queue_.put(train); }
+  bool put(const link::Burst& train) { return queue_.put(train); }
   // Writes one sample of what waits, if it can: then others have their turn. When to call again;
   // earlier if something has happened. Throws what the library throws.
   Time serve(Time now, Counters& counters);

@@ -6,14 +6,14 @@
 
 #include <gtest/gtest.h>
 
-#include "router/link/bundle.h"
+#include "router/link/transport.h"
 
 namespace tims::io {
 namespace {
 
 using Bytes = std::vector<std::byte>;
 
-link::Train train(const Bytes& bytes, std::size_t datagram_size) {
+link::Burst train(const Bytes& bytes, std::size_t datagram_size) {
   return {.bytes = bytes, .datagram_size = datagram_size};
 }
 
@@ -29,8 +29,8 @@ std::string take(SendQueue& queue, std::size_t bytes_max) {
   Bytes bytes = joined(front);
   EXPECT_EQ(bytes.size(), front.bytes);
   std::string sizes;
-  if (link::Bundle(bytes).valid())
-    link::Bundle(bytes).for_each([&](auto d) { sizes += std::to_string(d.size()) + " "; });
+  if (link::Batch(bytes).valid())
+    link::Batch(bytes).for_each([&](auto d) { sizes += std::to_string(d.size()) + " "; });
   queue.remove(front);
   return sizes;
 }
@@ -39,7 +39,7 @@ TEST(SendQueue, ATrainIsTakenAsDatagrams) {
   SendQueue queue(1000);
   EXPECT_EQ(take(queue, 1000), "");
   EXPECT_TRUE(queue.put(train(Bytes(25), 10)));
-  EXPECT_EQ(queue.waiting_bytes(), 25 + 3 * link::kBundleSizeBytes);
+  EXPECT_EQ(queue.waiting_bytes(), 25 + 3 * link::kBatchSizeBytes);
   EXPECT_EQ(take(queue, 1000), "10 10 5 ");
   EXPECT_EQ(queue.waiting_bytes(), 0);
 }
@@ -83,8 +83,8 @@ TEST(SendQueue, GoesRoundItsRing) {
     }
     const auto front = queue.front(300);
     Bytes taken = joined(front);
-    ASSERT_TRUE(link::Bundle(taken).valid());
-    link::Bundle(taken).for_each([&](auto datagram) {
+    ASSERT_TRUE(link::Batch(taken).valid());
+    link::Batch(taken).for_each([&](auto datagram) {
       EXPECT_EQ(datagram.front(), static_cast<std::byte>(next));
       EXPECT_EQ(datagram.back(), static_cast<std::byte>(next));
       ++next;

@@ -22,7 +22,6 @@
 
 #include "os/file.h"
 #include "router/io/loop.h"
-#include "router/io/watch.h"
 
 namespace tims::io {
 

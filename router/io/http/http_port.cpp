@@ -80,14 +80,14 @@ void HttpPort::set_ping_interval(Duration interval) {
 
 // --- Port
 
-Outcome HttpPort::deliver(const core::Receiver& to, const core::Message& message) {
+Outcome HttpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Message& message) {
   Client* client = find(to.token, to.client);
   if (client == nullptr || client->closing) return Outcome::kClientGone;
   touch(*client);
   return client->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
 }
 
-void HttpPort::reply(const core::Receiver& to, const Header& header) {
+void HttpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {
   Client* client = find(to.token, to.client);
   if (client == nullptr || client->closing) return;
   std::array<std::byte, kHeaderSize> bytes;
@@ -150,9 +150,9 @@ void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::s
 
 void HttpPort::welcome(Client& client) {
   const Time now = os::now();
-  client.id = router_.connect(
-      now,
-      {.port = PortKind::kWebSocket, .token = client.token, .peer = std::string_view(client.peer)});
+  client.id = router_.connect(now, {.port = PortKind::kWebSocket,
+                                    .token = client.token,
+                                    .endpoint = std::string_view(client.peer)});
   if (!client.id) {
     client.closing = true;
     say_goodbye(client, WebSocketClose::kTryAgainLater,
@@ -237,7 +237,7 @@ void HttpPort::write_next(Time now, Client& client) {
 }
 
 void HttpPort::report_replaced(Time now, Client& client) {
-  const core::Losses* replaced = client.output.replaced();
+  const core::LossCounts* replaced = client.output.replaced();
   if (replaced == nullptr) return;
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kQueueReplaced, *replaced);
   client.output.forget_replaced();
@@ -268,7 +268,7 @@ void HttpPort::on_end(Client& client, CloseReason reason, std::size_t unfinished
 }
 
 void HttpPort::erase(Time now, Client& client) {
-  core::Losses lost{};
+  core::LossCounts lost{};
   client.output.clear(lost);
   half_messages_.set(now, client.token, 0);
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kClientGone, lost);

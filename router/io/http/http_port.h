@@ -17,11 +17,10 @@
 #include "router/core/byte_chain.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
-#include "router/io/half_messages.h"
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_output.h"
 #include "router/io/http/websocket_session.h"
-#include "router/io/port.h"
+#include "router/io/waiting_memory.h"
 
 namespace tims::io {
 
@@ -33,7 +32,7 @@ struct HttpPortSettings {
   HttpTimeouts timeouts{};
 };
 
-class HttpPort final : public Port {
+class HttpPort final : public core::Port {
  public:
   // `end_turn` flushes all ports: called when a turn is over. `source`: what the pages tell.
   HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
@@ -51,9 +50,9 @@ class HttpPort final : public Port {
   [[nodiscard]] Time next_timeout() const { return server_.next_timeout(); }
   void on_timeout(Time now) { server_.on_timeout(now); }
 
-  // Port
-  core::Outcome deliver(const core::Receiver& to, const core::Message& message) override;
-  void reply(const core::Receiver& to, const Header& header) override;
+  // core::Port
+  core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
+  void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver& receiver, core::CloseReason reason) override;
   void flush(Time now) override;
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;

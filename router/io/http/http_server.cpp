@@ -10,7 +10,7 @@
 
 #include "os/clock.h"
 #include "router/io/http/http_pages.h"
-#include "router/io/watch.h"
+#include "router/io/loop.h"
 
 namespace tims::io {
 namespace {

@@ -12,17 +12,23 @@ using namespace std::chrono_literals;
 
 constexpr Time kStart{};
 
-struct QuietSink : core::Sink {
-  core::Outcome deliver(const core::Receiver&, const core::Message&) override { return answer; }
-  void reply(const core::Receiver&, const Header&) override {}
+struct QuietSink : core::Port, core::Surroundings {
+  core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
+    return answer;
+  }
+  void reply(Time, const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
-  void admin(core::ClientId, const core::Message&) override {}
+  void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
   core::Outcome answer = core::Outcome::kDelivered;
 };
 
 struct Source : AdminSource {
+  Source() {
+    for (const auto kind : core::values<core::PortKind, core::kPortKindCount>())
+      router_.attach(kind, sink);
+  }
   const core::Router& router() const override { return router_; }
   ProcessReport process(Time now) const override {
     return {.name = name,

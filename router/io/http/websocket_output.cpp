@@ -57,7 +57,7 @@ void WebSocketOutput::end_frame() {
   in_frame_ = false;
 }
 
-void WebSocketOutput::clear(core::Losses& lost) {
+void WebSocketOutput::clear(core::LossCounts& lost) {
   queue_.clear(lost);
   rest_ = 0;
   frame_body_ = 0;
@@ -65,7 +65,7 @@ void WebSocketOutput::clear(core::Losses& lost) {
 }
 
 void WebSocketOutput::forget_replaced() {
-  replaced_ = core::Losses{};
+  replaced_ = core::LossCounts{};
   has_replaced_ = false;
 }
 

@@ -41,9 +41,9 @@ class WebSocketOutput {
   void end_frame();
 
   // Throws away what waits. No frame is being written.
-  void clear(core::Losses& lost);
+  void clear(core::LossCounts& lost);
   // What had to go for newer messages since the last time; null when nothing had to.
-  [[nodiscard]] const core::Losses* replaced() const {
+  [[nodiscard]] const core::LossCounts* replaced() const {
     return has_replaced_ ? &replaced_ : nullptr;
   }
   void forget_replaced();
@@ -56,7 +56,7 @@ class WebSocketOutput {
   std::size_t add_rest(std::size_t count);
 
   core::MessageQueue queue_;
-  core::Losses replaced_{};
+  core::LossCounts replaced_{};
   bool has_replaced_ = false;
   bool in_frame_ = false;
   std::array<std::byte, kHeaderSize> header_{};  // of the message being written

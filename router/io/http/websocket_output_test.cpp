@@ -153,7 +153,7 @@ TEST_F(WebSocketOutputTest, WhatIsThrownAwayIsCounted) {
   add('c', 600'000, 255);
   begin();
   output_.end_frame();  // a part of 'c'
-  core::Losses lost{};
+  core::LossCounts lost{};
   output_.clear(lost);
   EXPECT_EQ(lost[1], (core::Count{1, 20}));
   EXPECT_EQ(lost[7].messages, 1U);

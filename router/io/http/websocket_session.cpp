@@ -17,7 +17,7 @@
 #include "os/clock.h"
 #include "router/io/http/guest_socket.h"
 #include "router/io/http/websocket_output.h"
-#include "router/io/timer.h"
+#include "router/io/loop.h"
 
 namespace tims::io {
 

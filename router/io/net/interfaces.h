@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "os/file.h"
-#include "router/io/timer.h"
-#include "router/io/watch.h"
-#include "router/link/net_address.h"
+#include "router/io/loop.h"
+#include "router/link/transport.h"
 #include "tims/result.h"
 #include "tims/time.h"
 

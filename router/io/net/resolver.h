@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "os/file.h"
-#include "router/io/watch.h"
-#include "router/link/net_address.h"
+#include "router/io/loop.h"
+#include "router/link/transport.h"
 #include "tims/result.h"
 
 namespace tims::io {

@@ -8,7 +8,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
-#include "router/link/net_address.h"
+#include "router/link/transport.h"
 
 namespace tims::io {
 

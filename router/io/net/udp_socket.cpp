@@ -15,7 +15,7 @@
 namespace tims::io {
 namespace {
 
-using link::Train;
+using link::Burst;
 
 constexpr std::align_val_t kPage{4096};
 
@@ -52,7 +52,7 @@ Error cannot_open(const config::Endpoint& where) {
 constexpr std::size_t kTrainsPerCall = 16;
 constexpr std::size_t kPlainMax = 64;
 
-std::size_t datagrams_in(const Train& train) {
+std::size_t datagrams_in(const Burst& train) {
   if (train.datagram_size == 0) return 1;
   const std::size_t n = (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
   return std::max<std::size_t>(n, 1);
@@ -102,7 +102,7 @@ struct Call {
   iovec part{};
 
   // False: not from a socket of this family.
-  bool prepare(const Train& train, int family, bool segmented, msghdr& message) {
+  bool prepare(const Burst& train, int family, bool segmented, msghdr& message) {
     const auto address = system_address(train.to, family);
     if (!address) return false;
     to = *address;
@@ -277,13 +277,13 @@ bool UdpSocket::receive(Datagrams& into) {
 
 // --- sending
 
-Sent UdpSocket::send(const Train& train) {
+Sent UdpSocket::send(const Burst& train) {
   if (datagrams_in(train) == 1) return send_segmented(train);
   return is_plain(train.to) ? send_plain(train) : send_segmented(train);
 }
 
 // Also a single datagram, which needs no cutting.
-Sent UdpSocket::send_segmented(const Train& train) {
+Sent UdpSocket::send_segmented(const Burst& train) {
   const bool cut = datagrams_in(train) > 1;
   Call call;
   msghdr message;
@@ -300,12 +300,12 @@ Sent UdpSocket::send_segmented(const Train& train) {
 
 // One by one, in one call. When the buffer becomes full on the way, the rest is lost: what went
 // must not go twice.
-Sent UdpSocket::send_plain(const Train& train) {
+Sent UdpSocket::send_plain(const Burst& train) {
   Call call;
   msghdr message;
   if (!call.prepare(train, family_, false, message)) return Sent::kUnreachable;
-  std::array<mmsghdr, link::kTrainDatagramsMax> messages;
-  std::array<iovec, link::kTrainDatagramsMax> parts;
+  std::array<mmsghdr, link::kBurstDatagramsMax> messages;
+  std::array<iovec, link::kBurstDatagramsMax> parts;
   const std::size_t count = datagrams_in(train);
   if (count > messages.size()) return Sent::kFailed;
   for (std::size_t i = 0; i < count; ++i) {
@@ -322,7 +322,7 @@ Sent UdpSocket::send_plain(const Train& train) {
   return Sent::kAll;
 }
 
-SentMany UdpSocket::send_many(std::span<const Train> trains) {
+SentMany UdpSocket::send_many(std::span<const Burst> trains) {
   SentMany result;
   while (result.trains < trains.size()) {
     const auto rest = trains.subspan(result.trains);
@@ -339,11 +339,11 @@ SentMany UdpSocket::send_many(std::span<const Train> trains) {
 }
 
 // How many of them went in one call; at most kTrainsPerCall are given.
-std::size_t UdpSocket::send_batch(std::span<const Train> trains) {
+std::size_t UdpSocket::send_batch(std::span<const Burst> trains) {
   std::array<Call, kTrainsPerCall> calls;
   std::array<mmsghdr, kTrainsPerCall> messages;
   unsigned count = 0;
-  for (const Train& train : trains) {
+  for (const Burst& train : trains) {
     const bool cut = datagrams_in(train) > 1;
     if (cut && is_plain(train.to)) break;
     if (!calls[count].prepare(train, family_, cut, messages[count].msg_hdr)) break;

@@ -13,8 +13,7 @@
 
 #include "os/file.h"
 #include "router/config/config.h"
-#include "router/link/net_address.h"
-#include "router/link/train.h"
+#include "router/link/transport.h"
 #include "tims/result.h"
 
 namespace tims::io {
@@ -100,7 +99,7 @@ struct SentMany {
   Sent why = Sent::kAll;   // what became of the next one
 };
 
-class UdpSocket {
+class UdpSocket final : public link::DatagramSender {
  public:
   struct Counters {
     std::uint64_t dropped_by_kernel = 0;  // no room in the receive buffer; known with the next one
@@ -121,9 +120,10 @@ class UdpSocket {
   [[nodiscard]] std::uint32_t send_buffer_bytes() const { return send_buffer_bytes_; }
   [[nodiscard]] std::uint32_t asked_buffer_bytes() const { return options_.buffer_bytes; }
 
-  Sent send(const link::Train& train);
+  Sent send(const link::Burst& train);
+  bool offer(const link::Burst& burst) override { return send(burst) != Sent::kWouldBlock; }
   // In order, until one does not go: `trains[result.trains]`.
-  SentMany send_many(std::span<const link::Train> trains);
+  SentMany send_many(std::span<const link::Burst> trains);
 
   // Puts what has come into `into`; false when nothing waits.
   bool receive(Datagrams& into);
@@ -140,9 +140,9 @@ class UdpSocket {
   void set_options();
   bool bind(const link::NetAddress& where);
 
-  Sent send_segmented(const link::Train& train);
-  Sent send_plain(const link::Train& train);
-  std::size_t send_batch(std::span<const link::Train> trains);
+  Sent send_segmented(const link::Burst& train);
+  Sent send_plain(const link::Burst& train);
+  std::size_t send_batch(std::span<const link::Burst> trains);
   [[nodiscard]] bool is_plain(const link::NetAddress& to) const;
   void remember_plain(const link::NetAddress& to);
 

@@ -12,8 +12,8 @@
 namespace tims::io {
 namespace {
 
+using link::Burst;
 using link::NetAddress;
-using link::Train;
 
 struct Arrival {
   NetAddress from{};
@@ -92,7 +92,7 @@ TEST_P(UdpFamily, TrainArrivesInOrder) {
   UdpSocket a = open(GetParam());
   UdpSocket b = open(GetParam());
   const auto bytes = pattern(40 * 1200 + 300, 1200);
-  const Train train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
+  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
   ASSERT_EQ(a.send(train), Sent::kAll);
   const auto arrivals = receive(b, 41);
   expect_train(arrivals, bytes, 1200, a.local());
@@ -103,7 +103,7 @@ TEST_P(UdpFamily, TrainWithoutSegmentation) {
   UdpSocket a = open(GetParam(), {.segmentation = false});
   UdpSocket b = open(GetParam());
   const auto bytes = pattern(40 * 1200 + 300, 1200);
-  const Train train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
+  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
   ASSERT_EQ(a.send(train), Sent::kAll);
   expect_train(receive(b, 41), bytes, 1200, a.local());
   EXPECT_EQ(a.counters().cut_short, 0);
@@ -119,12 +119,12 @@ TEST(UdpSocket, TrainThatTheKernelRefusesToCut) {
   const int yes = 1;
   ASSERT_EQ(::setsockopt(a.fd(), SOL_SOCKET, SO_NO_CHECK, &yes, sizeof yes), 0);
   const auto bytes = pattern(3000, 1000);
-  const Train train{.to = b.local(), .bytes = bytes, .datagram_size = 1000};
+  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1000};
   for (int i = 0; i < 2; ++i) {
     ASSERT_EQ(a.send(train), Sent::kAll);
     expect_train(receive(b, 3), bytes, 1000, a.local());
   }
-  EXPECT_EQ(a.send_many(std::vector<Train>(3, train)).trains, 3);
+  EXPECT_EQ(a.send_many(std::vector<Burst>(3, train)).trains, 3);
   receive(b, 9);
 }
 
@@ -193,7 +193,7 @@ TEST(UdpSocket, ManyTrainsInOneCall) {
     UdpSocket b = open("127.0.0.1");
     UdpSocket c = open("::1");
     const auto bytes = pattern(4 * 500 + 20, 500);
-    std::vector<Train> trains;
+    std::vector<Burst> trains;
     for (int i = 0; i < 20; ++i) {
       trains.push_back({b.local(), bytes, 500, 10});
       trains.push_back({c.local(), bytes, 500, 0});
@@ -211,8 +211,8 @@ TEST(UdpSocket, ManyTrainsStopAtTheOneThatDoesNotGo) {
   UdpSocket a = open("127.0.0.1");
   UdpSocket b = open("127.0.0.1");
   const auto bytes = pattern(1000, 500);
-  const Train good{b.local(), bytes, 500};
-  const std::vector<Train> trains{good, good, {v6_loopback(2010), bytes, 500}, good};
+  const Burst good{b.local(), bytes, 500};
+  const std::vector<Burst> trains{good, good, {v6_loopback(2010), bytes, 500}, good};
   const SentMany sent = a.send_many(trains);
   EXPECT_EQ(sent.trains, 2);
   EXPECT_EQ(sent.why, Sent::kUnreachable);
@@ -315,7 +315,7 @@ TEST_F(UdpNarrow, TooBigIsSaidAndNeverFragmented) {
     UdpSocket b = open(host[0] == ':' && host[1] != '\0' ? "::1" : "127.0.0.1");
     EXPECT_EQ(a.send({b.local(), std::span(bytes).first(1480), 1480}), Sent::kTooBig) << host;
     EXPECT_EQ(a.send({b.local(), bytes, 1480}), Sent::kTooBig) << host;
-    EXPECT_EQ(a.send_many(std::vector<Train>(3, {b.local(), bytes, 1480})).why, Sent::kTooBig);
+    EXPECT_EQ(a.send_many(std::vector<Burst>(3, {b.local(), bytes, 1480})).why, Sent::kTooBig);
     EXPECT_EQ(a.send({b.local(), bytes, 1452}), Sent::kAll) << host;
     receive(b, 5);
   }

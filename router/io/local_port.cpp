@@ -1,0 +1,542 @@
+#include "router/io/local_port.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "os/clock.h"
+#include "os/wakeup.h"
+#include "router/io/describe.h"
+#include "shm/mailbox_view.h"
+#include "wire/header.h"
+
+namespace tims::io {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr std::size_t kCopiesBytes = 256 << 10;
+constexpr int kRecordsPerTurn = 64;  // of one client, before others have theirs
+// After the start: time for the clients of a former router to come back, before slots that
+// writers unknown here left half-written are taken back.
+constexpr Duration kReturnGrace = 10s;
+
+// Segments that were offered, and no mailbox opened in them: an honest client opens one before it
+// offers the next.
+constexpr std::size_t kUnusedSegmentsMax = 16;
+constexpr const char* kNoDescriptor =
+    "the router has no file descriptor left for this program, which may use a quarter of them: "
+    "open "
+    "mailboxes together, or raise the router's limit (LimitNOFILE, ulimit -n)";
+
+// Of the router's descriptors, for the memory and the wakers of one client.
+std::size_t descriptors_for_one() {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur / 4 : 0;
+}
+
+// Of one client, before others have theirs.
+constexpr int kUplinkSlots = 1024;  // messages
+constexpr std::uint32_t kUplinkLongPlaces = 64;
+constexpr int kMessagesPerTurn = kUplinkSlots / 2;
+
+}  // namespace
+
+LocalPort::LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettings settings)
+    : loop_(loop),
+      router_(router),
+      settings_(std::move(settings)),
+      acceptor_(loop, log,
+                [this](os::File socket, const std::string&) { accept(std::move(socket)); }),
+      sweep_(loop, [this] { sweep_orphans(); }),
+      // Another start, another range: a client of the former router keeps its number.
+      last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),
+      record_(wire::kRecordBytesMax),
+      copies_(kCopiesBytes) {}
+
+LocalPort::~LocalPort() { remove_socket_file(); }
+
+Result<void> LocalPort::listen() {
+  auto listener = os::listen_unix(settings_.path, settings_.everybody ? 0666 : 0660);
+  if (!listener) return listener.error();
+  socket_file_ = os::file_at(settings_.path);
+  acceptor_.listen(std::move(*listener));
+  sweep_.set(os::now() + kReturnGrace);
+  return {};
+}
+
+// Before the socket is closed: until then no other file can be taken for ours.
+void LocalPort::stop_accepting() {
+  remove_socket_file();
+  acceptor_.stop();
+}
+
+// Not that of another router, which was started on the same path meanwhile.
+void LocalPort::remove_socket_file() {
+  if (socket_file_.inode != 0 && os::file_at(settings_.path) == socket_file_)
+    ::unlink(settings_.path.c_str());
+  socket_file_ = {};
+}
+
+void LocalPort::accept(os::File socket) {
+  std::uint32_t token = static_cast<std::uint32_t>(clients_.size());
+  if (free_tokens_.empty()) {
+    clients_.emplace_back();
+  } else {
+    token = free_tokens_.back();
+    free_tokens_.pop_back();
+  }
+  clients_[token] = std::make_unique<LocalClient>();
+  LocalClient& client = *clients_[token];
+  client.token = token;
+  client.socket = std::move(socket);
+  client.socket_watch.emplace(loop_, client.socket.get(),
+                              [this, &client](Ready) { on_records(client); });
+}
+
+void LocalPort::on_records(LocalClient& client) {
+  const Time now = os::now();
+  receive_some(now, client);
+  end_turn(now);
+}
+
+void LocalPort::end_turn(Time now) {
+  loop_.end_turn(now);
+  copied_ = 0;
+}
+
+// The client may be gone afterwards.
+void LocalPort::receive_some(Time now, LocalClient& client) {
+  const std::uint32_t token = client.token;
+  for (int n = 0; n < kRecordsPerTurn; ++n) {
+    if (!take_what_came_before(now, client)) return;
+    auto received = os::receive_record(client.socket.get(), record_, false);
+    if (!received && received.error() == Errc::kEmpty) return;
+    if (!received || received->size == 0) return drop(now, token, core::CloseReason::kPeerClosed);
+    auto decoded = wire::decode(std::span(record_).first(received->size));
+    if (received->truncated || !decoded.packet || !handle(now, client, *decoded.packet, *received))
+      return drop(now, token, core::CloseReason::kBadRecord);
+    if (clients_[token].get() != &client) return;
+  }
+}
+
+// A connection whose end nobody has looked at yet is in nobody's way.
+void LocalPort::drop_if_hung_up(Time now, std::uint32_t token) {
+  if (os::has_hung_up(clients_[token]->socket.get()))
+    drop(now, token, core::CloseReason::kPeerClosed);
+}
+
+void LocalPort::drop(Time now, std::uint32_t token, core::CloseReason reason) {
+  LocalClient& client = *clients_[token];
+  take_the_rest(now, client);
+  router_.disconnect(now, client.id, reason);
+  forget(client);
+}
+
+// Everything the client had and may have left behind in others' mailboxes.
+void LocalPort::forget(LocalClient& client) {
+  for (const auto& [address, handle] : client.mailboxes) segments_.remove_mailbox(handle);
+  for (const auto& [number, segment] : client.offered) segments_.drop_if_empty(segment);
+  for (const LocalSegments::SegmentId segment : client.known)
+    segments_.reclaim(segment, [&](std::uint32_t writer) { return writer == client.writer; });
+  writers_.erase(client.writer);
+  free_tokens_.push_back(client.token);
+  clients_[client.token].reset();
+}
+
+// --- Port
+
+core::Outcome LocalPort::deliver(Time /*now*/, const core::Receiver& to,
+                                 const core::Message& message) {
+  LocalSegments::Mailbox& mailbox = segments_.mailbox(to.handle);
+  if (!mailbox.sender) return core::Outcome::kOwnerGone;
+  shm::Claim claim;
+  const auto outcome = mailbox.sender->claim(static_cast<std::uint32_t>(message.bytes.size()),
+                                             message.header.priority, claim);
+  switch (outcome) {
+    case shm::SendOutcome::kOk:
+    case shm::SendOutcome::kReplaced:
+      break;
+    case shm::SendOutcome::kFull:
+      return core::Outcome::kMailboxFull;
+    case shm::SendOutcome::kTooBig:
+      return core::Outcome::kTooBig;
+    default:
+      return core::Outcome::kOwnerGone;
+  }
+  std::memcpy(claim.header, message.bytes.data(), kHeaderSize);
+  if (!message.body().empty())
+    std::memcpy(claim.body, message.body().data(), message.body().size());
+  if (mailbox.sender->commit(claim) != shm::SendOutcome::kOk) return core::Outcome::kOwnerGone;
+  LocalSegments::wake(mailbox);
+  delivered_here_ = true;
+  return outcome == shm::SendOutcome::kReplaced ? core::Outcome::kMailboxReplaced
+                                                : core::Outcome::kDelivered;
+}
+
+void LocalPort::reply(Time now, const core::Receiver& to, const Header& header) {
+  if (to.handle == 0) return;  // a local client hears of the router only in its mailboxes
+  std::array<std::byte, kHeaderSize> bytes;
+  wire::encode_header(header, bytes);
+  (void)deliver(now, to, {header, bytes});
+}
+
+void LocalPort::close(const core::Receiver& client, core::CloseReason) {
+  if (clients_[client.token]) forget(*clients_[client.token]);
+}
+
+void LocalPort::moved(Address address) {
+  for (const auto& client : clients_)
+    if (client && client->id) (void)send(*client, 0, wire::Moved{address});
+}
+
+std::optional<MailboxFill> LocalPort::fill(std::uint32_t handle) const {
+  const LocalSegments::Mailbox* mailbox = segments_.find(handle);
+  if (mailbox == nullptr) return std::nullopt;
+  const shm::MailboxView& view = mailbox->sender->view();
+  return MailboxFill{.slots = view.geometry().slots,
+                     .message_max = view.geometry().message_max,
+                     .waiting = shm::waiting(view),
+                     .counts = LocalSegments::counts(*mailbox),
+                     .asleep = mailbox->sender->sleeper() != 0};
+}
+
+void LocalPort::sweep_orphans() {
+  segments_.reclaim_everywhere([this](std::uint32_t writer) {
+    return writer != kRouterWriter && !writers_.contains(writer);
+  });
+}
+
+// --- What a client asks for
+
+bool LocalPort::handle(Time now, LocalClient& client, wire::Packet& packet,
+                       os::Received& received) {
+  const std::uint32_t request = packet.request;
+  const wire::Record& record = packet.record;
+  if (const auto* r = std::get_if<wire::Hello>(&record)) return hello(now, client, request, *r);
+  if (!client.id) return false;  // not a word before hello
+  if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, received);
+  if (const auto* r = std::get_if<wire::Open>(&record))
+    return open(now, client, request, *r, received);
+  if (const auto* r = std::get_if<wire::Close>(&record))
+    return close_mailboxes(now, client, request, *r);
+  if (const auto* r = std::get_if<wire::Lookup>(&record)) return look_up(client, request, *r);
+  if (std::holds_alternative<wire::UplinkRequest>(record)) return grant_uplink(client, request);
+  return false;  // a router's own word
+}
+
+bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
+                      const wire::Hello& hello) {
+  if (client.id) return false;
+  if (hello.version_min > wire::kLocalVersion || hello.version_max < wire::kLocalVersion) {
+    const std::string text = "this router speaks version " + std::to_string(wire::kLocalVersion) +
+                             " of the local protocol, the client " +
+                             std::to_string(hello.version_min) + " to " +
+                             std::to_string(hello.version_max) + ": update the older one";
+    (void)send(client, request, wire::Refused{text});
+    return false;
+  }
+  // Of a program that lost its connection, and is back before the end of that was seen.
+  if (const auto former = writers_.find(hello.writer); former != writers_.end())
+    drop_if_hung_up(now, former->second);
+  const os::PeerCredentials who = os::peer_credentials(client.socket.get());
+  client.id = router_.connect(now, {.port = core::PortKind::kLocal,
+                                    .token = client.token,
+                                    .pid = static_cast<std::uint32_t>(who.pid),
+                                    .uid = who.uid,
+                                    .name = std::string_view(hello.name)});
+  if (!client.id) {
+    (void)send(client, request,
+               wire::Refused{"as many clients as limits.clients allows: raise it"});
+    return false;
+  }
+  client.writer = writer_for(hello.writer);
+  writers_[client.writer] = client.token;
+  return send(client, request,
+              wire::Welcome{.version = wire::kLocalVersion,
+                            .writer = client.writer,
+                            .router = settings_.router,
+                            .epoch = settings_.epoch,
+                            .message_max = settings_.message_max,
+                            .widths = router_.settings().widths});
+}
+
+// The number it had with the former router, when nobody has it now: slots it is writing at this
+// moment stay its own.
+std::uint32_t LocalPort::writer_for(std::uint32_t wish) {
+  const auto free = [this](std::uint32_t w) {
+    return w != 0 && w < kRouterWriter && !writers_.contains(w);
+  };
+  if (free(wish)) return wish;
+  do last_writer_ = (last_writer_ + 1) & shm::SlotWord::kMask24;
+  while (!free(last_writer_));
+  return last_writer_;
+}
+
+// Said twice, by a client that had to wait for long: the first one stands.
+bool LocalPort::offer(LocalClient& client, const wire::OfferSegment& offer,
+                      os::Received& received) {
+  if (client.offered.contains(offer.segment)) return true;
+  if (client.offered.size() >= client.mailboxes.size() + kUnusedSegmentsMax) return false;
+  const bool has_room = client.offered.size() + client.wakers < descriptors_for_one();
+  if (received.files.size() == 1 && has_room) {
+    client.offered[offer.segment] = segments_.offer(std::move(received.files.front()));
+    return true;
+  }
+  client.offered[offer.segment] = LocalSegments::kLost;
+  return received.files_lost || !has_room;
+}
+
+// All of them or none.
+bool LocalPort::open(Time now, LocalClient& client, std::uint32_t request, const wire::Open& open,
+                     os::Received& received) {
+  wire::Opened opened;
+  for (const wire::OpenEntry& entry : open.entries)
+    opened.entries.push_back({entry.address, wire::OpenStatus::kNotTried});
+  auto file = received.files.begin();
+  bool ok = true;
+  std::size_t done = 0;
+  for (; ok && done < open.entries.size(); ++done) {
+    const wire::OpenEntry& entry = open.entries[done];
+    wire::OpenStatus& status = opened.entries[done].status;
+    const bool missing = entry.has_waker && file == received.files.end();
+    if (missing && !received.files_lost) return false;
+    const bool too_many =
+        entry.has_waker && client.offered.size() + client.wakers >= descriptors_for_one();
+    if (missing || too_many) {
+      opened.text = kNoDescriptor;
+      status = wire::OpenStatus::kTooMany;
+    } else {
+      os::File waker = entry.has_waker ? std::move(*file++) : os::File();
+      status = open_one(now, client, entry, std::move(waker), opened.text);
+    }
+    ok = status == wire::OpenStatus::kOk;
+  }
+  if (!ok) {
+    for (std::size_t i = 0; i + 1 < done; ++i) {
+      close_mailbox(now, client, open.entries[i].address);
+      opened.entries[i].status = wire::OpenStatus::kNotTried;
+    }
+    drop_unused(client);
+  }
+  return send(client, request, opened);
+}
+
+wire::OpenStatus LocalPort::open_one(Time now, LocalClient& client, const wire::OpenEntry& entry,
+                                     os::File waker, std::string& text) {
+  if (has_opened(client, entry)) return wire::OpenStatus::kOk;
+  const auto offered = client.offered.find(entry.place.segment);
+  if (offered == client.offered.end()) {
+    text = "no such segment was offered";
+    return wire::OpenStatus::kBadPlace;
+  }
+  if (offered->second == LocalSegments::kLost) {
+    text = kNoDescriptor;
+    return wire::OpenStatus::kTooMany;
+  }
+  auto handle =
+      segments_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
+  if (!handle) {
+    text = entry.address.to_string(router_.settings().widths) + ": " + handle.error().message();
+    return wire::OpenStatus::kBadPlace;
+  }
+  const wire::OpenStatus status = register_one(now, client, entry.address, *handle, text);
+  if (status == wire::OpenStatus::kOk) {
+    client.mailboxes[entry.address.raw()] = *handle;
+    client.wakers += entry.has_waker ? 1 : 0;
+    segments_.open_mailbox(*handle);
+  } else {
+    segments_.withdraw_mailbox(*handle);
+  }
+  return status;
+}
+
+bool LocalPort::has_opened(const LocalClient& client, const wire::OpenEntry& entry) const {
+  const auto own = client.mailboxes.find(entry.address.raw());
+  const auto offered = client.offered.find(entry.place.segment);
+  if (own == client.mailboxes.end() || offered == client.offered.end()) return false;
+  const LocalSegments::Mailbox* mailbox = segments_.find(own->second);
+  return mailbox->segment == offered->second && mailbox->offset == entry.place.offset;
+}
+
+wire::OpenStatus LocalPort::register_one(Time now, LocalClient& client, Address address,
+                                         LocalSegments::Handle handle, std::string& text) {
+  if (const auto* entry = router_.find(address)) {
+    const core::Client* owner = router_.client(entry->owner);
+    if (owner != nullptr && owner->info.port == core::PortKind::kLocal && owner->id != client.id)
+      drop_if_hung_up(now, owner->info.token);
+  }
+  using Status = core::Registration::Status;
+  const core::Registration result = router_.register_mailbox(now, client.id, address, handle);
+  if (result.status == Status::kOk) return wire::OpenStatus::kOk;
+  if (result.status == Status::kAddressInUse) {
+    const core::Client* owner = router_.client(result.owner);
+    text = address.to_string(router_.settings().widths) + " belongs to " +
+           describe(owner == nullptr ? core::Peer{} : owner->peer());
+    return wire::OpenStatus::kAddressInUse;
+  }
+  text = "more mailboxes than limits.mailboxes_per_client allows: raise it";
+  return wire::OpenStatus::kTooMany;
+}
+
+bool LocalPort::close_mailboxes(Time now, LocalClient& client, std::uint32_t request,
+                                const wire::Close& close) {
+  for (const Address address : close.addresses) close_mailbox(now, client, address);
+  if (!close.addresses.empty()) drop_unused(client);
+  return send(client, request, wire::Closed{});
+}
+
+// Memory that no mailbox of the client lies in.
+void LocalPort::drop_unused(LocalClient& client) {
+  std::erase_if(client.offered, [this](const auto& entry) {
+    segments_.drop_if_empty(entry.second);
+    return !segments_.knows(entry.second);
+  });
+}
+
+void LocalPort::close_mailbox(Time now, LocalClient& client, Address address) {
+  const auto own = client.mailboxes.find(address.raw());
+  if (own == client.mailboxes.end()) return;
+  router_.remove_mailbox(now, client.id, address);
+  client.wakers -= segments_.mailbox(own->second).waker ? 1 : 0;
+  segments_.remove_mailbox(own->second);
+  client.mailboxes.erase(own);
+}
+
+bool LocalPort::look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup) {
+  return std::ranges::all_of(lookup.addresses,
+                             [&](Address address) { return found(client, request, address); });
+}
+
+const core::Table::Entry* LocalPort::find_local(Address address) const {
+  if (address == kTextSink && router_.shares_texts()) return nullptr;
+  const auto* entry = router_.find(address);
+  const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
+  return owner != nullptr && owner->info.port == core::PortKind::kLocal ? entry : nullptr;
+}
+
+bool LocalPort::found(LocalClient& client, std::uint32_t request, Address address) {
+  const auto* entry = find_local(address);
+  if (entry == nullptr) return send(client, request, wire::Found{address, false, {}, false});
+  const LocalSegments::Mailbox& mailbox = segments_.mailbox(entry->handle);
+  std::vector<int> files{segments_.memfd(mailbox.segment).get()};
+  if (mailbox.waker) files.push_back(mailbox.waker.get());
+  client.known.insert(mailbox.segment);
+  return send(client, request,
+              wire::Found{.address = address,
+                          .local = true,
+                          .place = {mailbox.segment, mailbox.offset},
+                          .has_waker = static_cast<bool>(mailbox.waker)},
+              files);
+}
+
+bool LocalPort::grant_uplink(LocalClient& client, std::uint32_t request) {
+  if (!client.uplink) {
+    auto uplink = os::Uplink::make("tims-uplink", {.slots = kUplinkSlots,
+                                                   .long_places = kUplinkLongPlaces,
+                                                   .message_max = settings_.message_max});
+    if (!uplink) return send(client, request, wire::Refused{uplink.error().message()});
+    client.uplink = std::move(*uplink);
+    client.doorbell_watch.emplace(loop_, client.uplink->doorbell().get(),
+                                  [this, &client](Ready) { on_doorbell(client); });
+  }
+  const std::array files{client.uplink->memfd().get(), client.uplink->doorbell().get()};
+  return send(client, request, wire::Uplink{}, files);
+}
+
+// A client whose socket takes no more answers does not read them: it asks without end, or stands
+// still. Without its answers it is lost anyway. One that has gone meanwhile broke no rule.
+bool LocalPort::send(LocalClient& client, std::uint32_t request, const wire::Record& record,
+                     std::span<const int> files) {
+  std::vector<std::byte> bytes;
+  wire::encode({request, record}, bytes);
+  const auto sent = os::send_record(client.socket.get(), bytes, files, false);
+  return sent.ok() || sent.error() == Errc::kClosed;
+}
+
+// --- Messages that clients cannot deliver themselves
+
+void LocalPort::on_doorbell(LocalClient& client) {
+  os::drain_event_fd(client.uplink->doorbell().get());
+  const Time now = os::now();
+  if (!drain(now, client, kMessagesPerTurn)) continue_later(client);
+  end_turn(now);
+}
+
+// Until the uplink is empty and its doorbell armed: true.
+bool LocalPort::drain(Time now, LocalClient& client, int messages_max) {
+  shm::Receiver& receiver = client.uplink->receiver();
+  for (int n = 0; n < messages_max;) {
+    const auto taken = receiver.take();
+    if (taken) {
+      forward(now, client, *taken);
+      client.uplink->release(*taken);
+      ++client.taken_before_record;
+      ++n;
+    } else if (receiver.rest()) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// What a client sent before it said something, or closed, goes first. Called again and again while
+// there is something to read, and true once all that was there when that came has gone: as much as
+// an uplink holds.
+bool LocalPort::take_what_came_before(Time now, LocalClient& client) {
+  if (!client.uplink) return true;
+  if (!os::is_readable(client.socket.get())) return false;
+  if (!drain(now, client, kMessagesPerTurn) && client.taken_before_record < kUplinkSlots)
+    return false;
+  client.taken_before_record = 0;
+  return true;
+}
+
+// The connection has ended. What was sent goes on, also what its sender died before announcing; a
+// client that lives learns from its next message, or the one it is writing, that it must look for
+// another uplink.
+void LocalPort::take_the_rest(Time now, LocalClient& client) {
+  if (!client.uplink) return;
+  const shm::MailboxView& view = client.uplink->receiver().view();
+  shm::condemn(view);
+  shm::reclaim(view, [](std::uint32_t) { return true; });
+  (void)drain(now, client, kUplinkSlots);
+}
+
+void LocalPort::continue_later(LocalClient& client) {
+  loop_.post([this, token = client.token, id = client.id] {
+    if (!clients_[token] || clients_[token]->id != id) return;
+    const Time now = os::now();
+    if (!drain(now, *clients_[token], kMessagesPerTurn)) continue_later(*clients_[token]);
+    end_turn(now);
+  });
+}
+
+// The sender can still write to its slot: what is forwarded is a copy that nobody can change.
+void LocalPort::forward(Time now, LocalClient& client, const shm::Taken& taken) {
+  std::span<std::byte> copy = room(now, taken.header.length);
+  if (!taken.body.empty())
+    std::memcpy(copy.data() + kHeaderSize, taken.body.data(), taken.body.size());
+  core::Message message{taken.header, copy};
+  delivered_here_ = false;
+  router_.on_message(now, client.id, message);
+  if (!delivered_here_) return;
+  // It could have come by itself: the receiver is on this host by now.
+  if (find_local(taken.header.dest) != nullptr)
+    (void)send(client, 0, wire::Moved{taken.header.dest});
+}
+
+// Memory that stays as it is until the ports are flushed.
+std::span<std::byte> LocalPort::room(Time now, std::size_t size) {
+  if (copied_ + size > copies_.size()) {
+    end_turn(now);
+    if (size > copies_.size()) copies_.resize(size);
+  }
+  const std::span room = std::span(copies_).subspan(copied_, size);
+  copied_ += size;
+  return room;
+}
+
+}  // namespace tims::io

@@ -1,0 +1,136 @@
+// Where programs of this host attach: a Unix socket for words and file descriptors, shared memory
+// for messages. The words: libtims/wire/local_protocol.h.
+//
+// Messages between two local programs do not come here. What does: messages to receivers that are
+// not on this host or attached by TCP (each client's uplink), and messages from those to local
+// mailboxes, which the router writes into the receiver's slots as any other sender would.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "os/socket.h"
+#include "os/uplink.h"
+#include "router/core/ids.h"
+#include "router/core/router.h"
+#include "router/io/acceptor.h"
+#include "router/io/admin_source.h"
+#include "router/io/local_segments.h"
+#include "router/io/loop.h"
+#include "tims/result.h"
+#include "wire/local_protocol.h"
+
+namespace tims::io {
+
+// One program of this host, as its port sees it.
+struct LocalClient {
+  os::File socket;
+  std::optional<Watch> socket_watch;
+  core::ClientId id;  // kNoClient until it has said hello
+  std::uint32_t token = 0;
+  std::uint32_t writer = 0;
+  std::unordered_map<std::uint64_t, LocalSegments::SegmentId> offered;  // by its own numbers
+  std::unordered_map<std::uint32_t, LocalSegments::Handle> mailboxes;   // by raw address
+  std::size_t wakers = 0;                                               // of its mailboxes
+  std::unordered_set<LocalSegments::SegmentId> known;                   // segments it can write to
+  std::unique_ptr<os::Uplink> uplink;
+  std::optional<Watch> doorbell_watch;
+  int taken_before_record = 0;  // messages, since the record or the end to be read next has come
+};
+
+struct LocalPortSettings {
+  std::string path;
+  bool everybody = false;  // of this host may connect; else owner and group
+  Address router;
+  std::uint64_t epoch = 0;
+  std::uint32_t message_max = kMessageMaxDefault;
+};
+
+class LocalPort final : public core::Port {
+ public:
+  LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettings settings);
+  ~LocalPort() override;
+
+  Result<void> listen();
+
+  // core::Port
+  core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
+  void reply(Time now, const core::Receiver& to, const Header& header) override;
+  void close(const core::Receiver& client, core::CloseReason reason) override;
+  void moved(Address address) override;
+  void stop_accepting() override;
+
+  // What is to be seen of a mailbox, by its handle.
+  [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
+  [[nodiscard]] MailboxCounts mailbox_counts() const { return segments_.counts(); }
+
+ private:
+  void accept(os::File socket);
+  void remove_socket_file();
+  void on_records(LocalClient& client);
+  void receive_some(Time now, LocalClient& client);
+  void drop_if_hung_up(Time now, std::uint32_t token);
+  void drop(Time now, std::uint32_t token, core::CloseReason reason);
+  void forget(LocalClient& client);
+
+  // --- what the records ask for; false: the client broke the rules
+  bool handle(Time now, LocalClient& client, wire::Packet& packet, os::Received& received);
+  bool hello(Time now, LocalClient& client, std::uint32_t request, const wire::Hello& hello);
+  bool offer(LocalClient& client, const wire::OfferSegment& offer, os::Received& received);
+  bool open(Time now, LocalClient& client, std::uint32_t request, const wire::Open& open,
+            os::Received& received);
+  wire::OpenStatus open_one(Time now, LocalClient& client, const wire::OpenEntry& entry,
+                            os::File waker, std::string& text);
+  wire::OpenStatus register_one(Time now, LocalClient& client, Address address,
+                                LocalSegments::Handle handle, std::string& text);
+  [[nodiscard]] bool has_opened(const LocalClient& client, const wire::OpenEntry& entry) const;
+  void drop_unused(LocalClient& client);
+  void close_mailbox(Time now, LocalClient& client, Address address);
+  bool close_mailboxes(Time now, LocalClient& client, std::uint32_t request,
+                       const wire::Close& close);
+  bool look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup);
+  // The owner of a mailbox that local clients may write to themselves.
+  [[nodiscard]] const core::Table::Entry* find_local(Address address) const;
+  bool found(LocalClient& client, std::uint32_t request, Address address);
+  bool grant_uplink(LocalClient& client, std::uint32_t request);
+  bool send(LocalClient& client, std::uint32_t request, const wire::Record& record,
+            std::span<const int> files = {});
+  std::uint32_t writer_for(std::uint32_t wish);
+
+  // --- messages that clients cannot deliver themselves
+  void on_doorbell(LocalClient& client);
+  bool drain(Time now, LocalClient& client, int messages_max);
+  bool take_what_came_before(Time now, LocalClient& client);
+  void take_the_rest(Time now, LocalClient& client);
+  void forward(Time now, LocalClient& client, const shm::Taken& taken);
+  void continue_later(LocalClient& client);
+  std::span<std::byte> room(Time now, std::size_t size);
+  void end_turn(Time now);
+
+  void sweep_orphans();
+
+  Loop& loop_;
+  core::Router& router_;
+  const LocalPortSettings settings_;
+  Acceptor acceptor_;
+  os::FileId socket_file_;  // the one we have made
+  Timer sweep_;
+  std::vector<std::unique_ptr<LocalClient>> clients_;  // by token
+  std::vector<std::uint32_t> free_tokens_;
+  std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token
+  std::uint32_t last_writer_;
+  LocalSegments segments_;
+  std::vector<std::byte> record_;
+  // What came through uplinks this turn, copied out of shared memory.
+  std::vector<std::byte> copies_;
+  std::size_t copied_ = 0;
+  bool delivered_here_ = false;  // the message at hand went into a local mailbox
+};
+
+}  // namespace tims::io

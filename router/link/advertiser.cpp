@@ -1,0 +1,258 @@
+#include "router/link/advertiser.h"
+
+namespace tims::link {
+namespace {
+
+// Between two questions for a whole table.
+constexpr Duration kAskEvery = std::chrono::milliseconds(500);
+// After so long without news of a table that is not the one we hold, something was lost.
+constexpr Duration kStalledAfter = std::chrono::seconds(1);
+// Of a table that was too large, what was left out is asked for at most so often.
+constexpr Duration kAskForRestEvery = std::chrono::seconds(10);
+// And who tells too much is named so often.
+constexpr Duration kNoteEvery = std::chrono::seconds(10);
+// Nothing but a lane that is damaged in spite of UDP's checksum answers wrong so often.
+constexpr int kAskedInVainMax = 8;
+// While so much of what was told is still to be sent, nothing more is: changes come together.
+constexpr std::uint64_t kBacklogMax = 64 << 10;
+
+// Hops: more than another way in a tree has, and far from kHopsMax.
+constexpr std::uint8_t kFarther = 6;
+
+// Hops as the other router counts them: one less than here.
+core::Origin as_told(core::Origin origin) {
+  --origin.hops;
+  return origin;
+}
+
+}  // namespace
+
+void Advertiser::begin(Time now, core::ClientId client, bool imports) {
+  client_ = client;
+  imports_ = imports;
+  if (imports_) want(now, holding_);
+}
+
+void Advertiser::end() {
+  wanted_ = false;
+  advertised_ = holding_ = {};
+  hash_ = 0;
+  held_count_ = 0;
+  refused_.clear();
+  incomplete_ = false;
+  asked_in_vain_ = 0;
+  client_ = core::kNoClient;
+}
+
+void Advertiser::send(Time now, ControlMessage& message) {
+  session_.send_control(now, message.finish());
+}
+
+void Advertiser::want(Time now, const TableState& state) {
+  asked_ = now;
+  ControlMessage message(control::kWant);
+  message.put(state);
+  send(now, message);
+}
+
+// --- what we tell
+
+void Advertiser::set_scope(Time now, Scope scope) {
+  if (scope_ == scope) return;
+  scope_ = scope;
+  if (wanted_) advertise_all(now);
+}
+
+void Advertiser::advertise(Time now) {
+  if (!wanted_ || scope_ == Scope::kNothing || session_.queued_bytes(kControlLane) > kBacklogMax)
+    return;
+  const core::ExportedTable& below = router_.exported_table();
+  if (advertised_.number == below.number()) return;
+  scope_ == Scope::kAll&& below.remembers(advertised_.number) ? advertise_changes(now)
+                                                              : advertise_all(now);
+}
+
+void Advertiser::advertise_all(Time now) {
+  // What becomes farther is told again without forgetting it first: it stays known meanwhile.
+  if (scope_ != Scope::kAsFarther) {
+    ControlMessage begin(control::kSnapshot);
+    send(now, begin);
+  }
+  advertised_ = {};
+  if (scope_ != Scope::kNothing) advertise_table(now);
+  done(now);
+}
+
+void Advertiser::advertise_table(Time now) {
+  ControlMessage message(control::kAdd);
+  advertised_.number = router_.exported_table().number();
+  router_.for_each_exported([&](Address address, core::Origin origin) {
+    if (scope_ == Scope::kAsFarther) origin.hops += kFarther;
+    advertised_.hash ^= core::table_hash(address, origin);
+    message.put(address, origin);
+    if (!message.full()) return;
+    send(now, message);
+    message = ControlMessage(control::kAdd);
+  });
+  if (!message.empty()) send(now, message);
+}
+
+// Each address that changed is looked up as it is now: what came and went in between is not told.
+void Advertiser::advertise_changes(Time now) {
+  ControlMessage gone(control::kRemove);
+  ControlMessage there(control::kAdd);
+  const core::ExportedTable& below = router_.exported_table();
+  const auto flush = [&](ControlMessage& message, std::int8_t type, bool always) {
+    const bool due = message.full() || (always && !message.empty());
+    if (!due) return;
+    send(now, message);
+    message = ControlMessage(type);
+  };
+  for (std::uint32_t n = advertised_.number + 1; n != below.number() + 1; ++n) {
+    const Address address = below.changed(n);
+    if (const auto origin = router_.exported(address)) {
+      there.put(address, *origin);
+    } else {
+      gone.put(address);
+    }
+    flush(gone, control::kRemove, false);
+    flush(there, control::kAdd, false);
+  }
+  flush(gone, control::kRemove, true);
+  flush(there, control::kAdd, true);
+  advertised_ = {below.number(), below.hash()};
+  done(now);
+}
+
+void Advertiser::done(Time now) {
+  ControlMessage message(control::kDone);
+  message.put(advertised_);
+  send(now, message);
+}
+
+// --- what we hold
+
+std::optional<core::Origin> Advertiser::held(Address address) const {
+  const auto refused = refused_.find(address.raw());
+  if (refused != refused_.end()) return refused->second;
+  const auto announced = router_.announced(client_, address);
+  return announced ? std::optional(as_told(*announced)) : std::nullopt;
+}
+
+void Advertiser::add(Time now, Address address, core::Origin origin) {
+  if (const auto old = held(address)) {
+    if (*old == origin) return;
+    remove(now, address);
+  }
+  if (held_count_ >= mailboxes_max_) return leave_out(now, address);
+  hash_ ^= core::table_hash(address, origin);
+  ++held_count_;
+  core::Origin here = origin;
+  if (here.hops < core::kHopsMax) ++here.hops;
+  const bool countable = here.hops == origin.hops + 1;
+  const core::Client* from = router_.client(client_);
+  const bool allowed = from != nullptr && router_.may_come_from(*from, address);
+  if (!allowed) note(now, core::EventKind::kAddressRefused, address);
+  if (!allowed || !router_.learn(now, client_, address, here) || !countable) {
+    router_.forget(now, client_, address);
+    refused_[address.raw()] = origin;
+    ++refused_count_;
+  }
+}
+
+void Advertiser::leave_out(Time now, Address address) {
+  incomplete_ = true;
+  ++refused_count_;
+  note(now, core::EventKind::kMailboxLimit, address);
+}
+
+void Advertiser::note(Time now, core::EventKind kind, Address address) {
+  if (now < next_note_) return;
+  next_note_ = now + kNoteEvery;
+  const core::Client* from = router_.client(client_);
+  if (from != nullptr)
+    router_.note({.at = now, .kind = kind, .address = address, .client = from->peer()});
+}
+
+void Advertiser::remove(Time now, Address address) {
+  const auto old = held(address);
+  if (!old) return;
+  hash_ ^= core::table_hash(address, *old);
+  --held_count_;
+  if (refused_.erase(address.raw()) == 0) router_.forget(now, client_, address);
+}
+
+void Advertiser::forget_all(Time now) {
+  router_.forget_all(now, client_);
+  refused_.clear();
+  incomplete_ = false;
+  hash_ = 0;
+  held_count_ = 0;
+}
+
+bool Advertiser::on_control(Time now, const core::Message& message) {
+  TableState state;
+  // Nobody says more at once: what one message costs is bounded.
+  if (message.bytes.size() > kHeaderSize + ControlMessage::kBodyMax) return false;
+  if (message.header.type != control::kWant) heard_ = now;
+  switch (message.header.type) {
+    case control::kWant:
+      if (!read_state(message.body(), state)) return false;
+      wanted_ = true;
+      // Asked again before the last answer is out: the keep-alives will bring it up.
+      if (session_.queued_bytes(kControlLane) > kBacklogMax) return true;
+      if (scope_ == Scope::kAll &&
+          state == TableState{router_.exported_table().number(), router_.exported_table().hash()} &&
+          state.number != 0) {
+        advertised_ = state;
+        done(now);
+      } else {
+        advertise_all(now);
+      }
+      return true;
+    case control::kSnapshot:
+      if (imports_) forget_all(now);
+      return true;
+    case control::kAdd:
+      return read_announcements(message.body(), [&](Address address, const core::Origin& origin) {
+        if (imports_) add(now, address, origin);
+      });
+    case control::kRemove:
+      return read_addresses(message.body(), [&](Address address) {
+        if (imports_) remove(now, address);
+      });
+    case control::kDone:
+      if (!read_state(message.body(), holding_)) return false;
+      if (holding_.hash == hash_) asked_in_vain_ = 0;
+      if (imports_ && !incomplete_ && holding_.hash != hash_ && now >= asked_ + kAskEvery)
+        want(now, {});
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::optional<TableState> Advertiser::to_ask_for(Time now, const TableState& theirs) const {
+  if (!imports_ || now < asked_ + kAskEvery) return std::nullopt;
+  if (theirs == kNobodyAsked) return TableState{};
+  if (incomplete_) {
+    const bool room = held_count_ < mailboxes_max_ && now >= asked_ + kAskForRestEvery;
+    return room ? std::optional(TableState{}) : std::nullopt;
+  }
+  if (theirs.number == holding_.number) {
+    if (theirs.hash == hash_) return std::nullopt;
+    return TableState{};
+  }
+  const bool stalled = now >= heard_ + kStalledAfter && now >= asked_ + kStalledAfter;
+  if (!stalled) return std::nullopt;
+  return holding_.hash == hash_ ? holding_ : TableState{};
+}
+
+bool Advertiser::compare(Time now, const TableState& theirs) {
+  const auto state = to_ask_for(now, theirs);
+  if (!state) return true;
+  want(now, *state);
+  return incomplete_ || ++asked_in_vain_ <= kAskedInVainMax;
+}
+
+}  // namespace tims::link

@@ -1,0 +1,322 @@
+// The memory of lanes: bytes between two offsets that wait or are on their way (StreamBuffer),
+// since when (AgeMarks) and which of them (RangeSet), and messages that come in parts
+// (MessageMemory).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "router/core/byte_chain.h"
+#include "tims/message.h"
+#include "tims/time.h"
+
+namespace tims::link {
+
+// A set of half-open ranges of byte offsets: few of them, sorted, apart from each other.
+struct Range {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+
+  [[nodiscard]] std::uint64_t size() const { return end - begin; }
+  bool operator==(const Range&) const = default;
+};
+
+class RangeSet {
+ public:
+  static constexpr std::size_t kRangesMax = 512;
+
+  // False: it would be more than kRangesMax ranges, and nothing was added.
+  bool add(Range range);
+  void remove(Range range);
+  // Everything below.
+  void remove_below(std::uint64_t offset);
+  void clear() { ranges_.clear(); }
+
+  [[nodiscard]] bool empty() const { return ranges_.empty(); }
+  [[nodiscard]] const std::vector<Range>& ranges() const { return ranges_; }
+  [[nodiscard]] Range front() const { return ranges_.front(); }
+  [[nodiscard]] bool contains(Range range) const;
+  // The first part of `range` that is not in the set.
+  [[nodiscard]] std::optional<Range> first_missing(Range range) const;
+
+ private:
+  [[nodiscard]] std::size_t first_ending_at_or_after(std::uint64_t offset) const;
+
+  std::vector<Range> ranges_;
+};
+
+// Since when the bytes of a queue are there, to some milliseconds: marks at the beginnings of
+// messages, so few that they never matter.
+class AgeMarks {
+ public:
+  // A message was appended at `offset`.
+  void add(std::uint64_t offset, Time now) {
+    if (!marks_.empty() && now < marks_.back().at + kResolution) return;
+    marks_.push_back({offset, now});
+  }
+  // Messages begin at the result, and all below it were appended before `limit`.
+  [[nodiscard]] std::uint64_t older_than(Time limit, std::uint64_t end) const {
+    for (const Mark& mark : marks_) {
+      if (mark.at + kResolution > limit) return mark.offset;
+    }
+    return end;
+  }
+  // When what lies at the front was appended; `offset` is the front.
+  [[nodiscard]] Time oldest(std::uint64_t offset) {
+    forget_below(offset);
+    return marks_.empty() ? kNever : marks_.front().at;
+  }
+  void forget_below(std::uint64_t offset) {
+    while (marks_.size() > 1 && marks_[1].offset <= offset) marks_.pop_front();
+  }
+  void clear() { marks_.clear(); }
+
+ private:
+  static constexpr Duration kResolution = std::chrono::milliseconds(10);
+  struct Mark {
+    std::uint64_t offset;
+    Time at;
+  };
+  std::deque<Mark> marks_;
+};
+
+// Bytes of a lane between two offsets: appended at the end, released at the front, read anywhere.
+// They lie in blocks of a shared pool; a ring of block numbers leads to each with one look.
+class StreamBuffer {
+ public:
+  explicit StreamBuffer(core::BlockPool& pool) : pool_(pool) {}
+  StreamBuffer(const StreamBuffer&) = delete;
+  StreamBuffer& operator=(const StreamBuffer&) = delete;
+  ~StreamBuffer() { release_to(end_); }
+
+  [[nodiscard]] std::uint64_t begin() const { return begin_; }
+  [[nodiscard]] std::uint64_t end() const { return end_; }
+  [[nodiscard]] std::uint64_t size() const { return end_ - begin_; }
+  [[nodiscard]] bool empty() const { return begin_ == end_; }
+
+  // Has the pool enough blocks to append as much?
+  [[nodiscard]] bool has_room(std::size_t size) const;
+  void append(std::span<const std::byte> bytes) {  // has_room()
+    while (!bytes.empty()) {
+      if (end_ == base_ + count_ * kBlock) add_block();
+      const std::size_t size = std::min(kBlock - (end_ - base_) % kBlock, bytes.size());
+      std::memcpy(at(end_), bytes.data(), size);
+      end_ += size;
+      bytes = bytes.subspan(size);
+    }
+  }
+
+  // Copies what lies from `offset` on; all of it is here.
+  void read(std::uint64_t offset, std::span<std::byte> to) const {
+    while (!to.empty()) {
+      const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, to.size());
+      std::memcpy(to.data(), at(offset), size);
+      offset += size;
+      to = to.subspan(size);
+    }
+  }
+  // Overwrites what lies from `offset` on; all of it is here.
+  void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  // Moves the first `size` bytes to the end of another buffer, which has room for them.
+  void move_front(std::size_t size, StreamBuffer& to);
+
+  void release_to(std::uint64_t offset);
+  // Empty, and the next byte has this offset.
+  void reset(std::uint64_t offset);
+
+ private:
+  static constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
+
+  [[nodiscard]] std::byte* at(std::uint64_t offset) const {
+    const std::uint64_t i = (offset - base_) / kBlock;
+    return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)]) + (offset - base_) % kBlock;
+  }
+  [[nodiscard]] core::BlockPool::Index& slot(std::size_t i) {
+    return ring_[(first_ + i) & (ring_.size() - 1)];
+  }
+  void add_block();
+
+  core::BlockPool& pool_;
+  std::vector<core::BlockPool::Index> ring_;  // a power of two, or empty
+  std::size_t first_ = 0;                     // where the first block stands in ring_
+  std::size_t count_ = 0;
+  std::uint64_t base_ = 0;  // offset of the first block's first byte
+  std::uint64_t begin_ = 0;
+  std::uint64_t end_ = 0;
+};
+
+// Memory for messages that come in parts, of all links of a router.
+//
+// A message has a place for the largest one: address space that the caller has reserved. It takes
+// memory as its bytes come, a chunk at a time, and all together take no more than `bytes_max`. So
+// what comes is copied once, and what is only announced costs nothing.
+//
+// Messages that are half here could wait for each other's memory for ever. Therefore as much as the
+// largest message needs is kept: the first that finds no other memory has it until it is complete
+// or given up. It can always go on, whatever the others hold, and after it the next one.
+class MessageMemory {
+ public:
+  static constexpr std::size_t kChunk = 16 << 10;
+  static constexpr std::size_t kPlacesMax = 1024;
+  static constexpr std::size_t kPlacesMin = 16;
+
+  // `address_space`: untouched, at the beginning of a page.
+  MessageMemory(std::span<std::byte> address_space, std::uint32_t message_max,
+                std::size_t bytes_max);
+  MessageMemory(const MessageMemory&) = delete;
+  MessageMemory& operator=(const MessageMemory&) = delete;
+
+  // Enough places, and memory for others beside what is kept.
+  [[nodiscard]] bool is_enough() const {
+    return touched_.size() >= kPlacesMin && bytes_max_ >= 2 * place_bytes_;
+  }
+  [[nodiscard]] static std::size_t place_bytes(std::uint32_t message_max) {
+    return whole_chunks(message_max);
+  }
+  [[nodiscard]] static std::size_t whole_chunks(std::size_t size) {
+    return (size + kChunk - 1) / kChunk * kChunk;
+  }
+
+  [[nodiscard]] std::size_t bytes_max() const { return bytes_max_; }
+  [[nodiscard]] std::size_t used_bytes() const { return used_ + kept_used_; }
+  [[nodiscard]] std::size_t free_bytes() const { return bytes_max_ - place_bytes_ - used_; }
+  // What one link may have while another wants some: as much as it leaves, or an equal share.
+  [[nodiscard]] std::size_t share() const {
+    return std::max(free_bytes(), (bytes_max_ - place_bytes_) / (users_ + 1));
+  }
+  void add_user() { ++users_; }  // a link that has some
+  void remove_user() { --users_; }
+  [[nodiscard]] std::size_t free_places() const { return free_.size(); }
+
+  // A part of a free place that was used before, and whose memory should go back to the system;
+  // empty when there is no more. The caller does it, after every turn.
+  [[nodiscard]] std::span<std::byte> surplus();
+
+  // A link has asked in vain: the others give back what they hold without need. Not itself, whose
+  // lanes wait for each other.
+  void note_wanted(Time now, const void* link) {
+    if (link != wanted_by_[0].link) wanted_by_[1] = wanted_by_[0];
+    wanted_by_[0] = {link, now};
+  }
+  [[nodiscard]] bool is_wanted(Time now, const void* link) const {
+    return std::ranges::any_of(wanted_by_, [&](const Wanted& wanted) {
+      return wanted.link != nullptr && wanted.link != link &&
+             now < wanted.at + std::chrono::seconds(5);
+    });
+  }
+
+ private:
+  friend class MessageBuffer;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  static constexpr std::size_t kTouchedIfIdle = 32 << 20;
+
+  [[nodiscard]] std::uint32_t take_place();
+  // From `size` to `larger` bytes, both in whole chunks.
+  [[nodiscard]] bool grow(std::uint32_t place, std::size_t size, std::size_t larger);
+  [[nodiscard]] bool grow_as_kept(std::uint32_t place, std::size_t size, std::size_t larger);
+  void touch(std::uint32_t place, std::size_t size);
+  void release(std::uint32_t place, std::size_t size);
+  [[nodiscard]] std::byte* at(std::uint32_t place) const { return memory_ + place * place_bytes_; }
+
+  std::byte* memory_;
+  std::size_t place_bytes_;
+  std::size_t bytes_max_;
+  std::size_t used_ = 0;              // but for the message that has what is kept
+  std::size_t kept_used_ = 0;         // by that one
+  std::uint32_t has_kept_ = kNone;    // its place
+  std::vector<std::size_t> touched_;  // by place: bytes that the system may have given
+  std::size_t touched_bytes_ = 0;     // of all
+  std::vector<std::uint32_t> free_;   // the place used last is used again first
+  std::size_t users_ = 0;
+  struct Wanted {
+    const void* link = nullptr;
+    Time at{};
+  };
+  std::array<Wanted, 2> wanted_by_{};  // the last two links
+};
+
+// A place, and the memory that was taken for it; goes back by itself.
+class MessageBuffer {
+ public:
+  MessageBuffer() = default;
+  // Empty when there is no place. It has no bytes yet.
+  explicit MessageBuffer(MessageMemory& memory) : memory_(&memory), place_(memory.take_place()) {}
+  MessageBuffer(MessageBuffer&& other) noexcept { *this = std::move(other); }
+  MessageBuffer& operator=(MessageBuffer&& other) noexcept {
+    reset();
+    memory_ = other.memory_;
+    place_ = std::exchange(other.place_, MessageMemory::kNone);
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
+  ~MessageBuffer() { reset(); }
+
+  explicit operator bool() const { return place_ != MessageMemory::kNone; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::span<std::byte> bytes() const {
+    return *this ? std::span(memory_->at(place_), size_) : std::span<std::byte>();
+  }
+  // To `size` bytes and the rest of the chunk, at most a place. False: there are none now.
+  bool grow(std::size_t size) {
+    const std::size_t larger = MessageMemory::whole_chunks(size);
+    if (larger <= size_) return true;
+    if (!memory_->grow(place_, size_, larger)) return false;
+    size_ = larger;
+    return true;
+  }
+  // The same with what is kept, for a message that will wait for it.
+  bool grow_as_kept(std::size_t size) {
+    const std::size_t larger = MessageMemory::whole_chunks(size);
+    if (!memory_->grow_as_kept(place_, size_, larger)) return false;
+    size_ = larger;
+    return true;
+  }
+  void reset() {
+    if (*this) memory_->release(std::exchange(place_, MessageMemory::kNone), size_);
+    size_ = 0;
+  }
+
+ private:
+  MessageMemory* memory_ = nullptr;
+  std::uint32_t place_ = MessageMemory::kNone;
+  std::size_t size_ = 0;
+};
+
+// What the lanes of one link share, and their share of what all links have. While another link
+// wants memory, one takes no more than it leaves to others (a dynamic threshold: Choudhury, Hahne
+// 1998) or an equal share, but for the one message that has what is kept (MessageMemory). Places
+// and blocks are always shared like that.
+struct Assembly {
+  core::BlockPool& pool;             // for what comes too early
+  MessageMemory& memory;             // for messages that come in parts
+  std::vector<MessageBuffer>& done;  // messages that were handed on and are still looked at
+  std::uint32_t message_max = kMessageMaxDefault;
+  std::size_t blocks = 0;  // of the pool, that this link has
+  std::size_t bytes = 0;   // of the memory
+  std::size_t places = 0;  // of the memory
+
+  core::BlockPool::Index take_block();
+  void give_block(core::BlockPool::Index& block);
+  // Makes `buffer` as large, which is empty before its first bytes come. False: not now. Who
+  // `insists` comes again, and may have what is kept.
+  bool grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists);
+  void give(MessageBuffer& buffer);
+  void hand_on(MessageBuffer& buffer);  // it is looked at until the turn ends
+  void forget(const MessageBuffer& buffer);
+  [[nodiscard]] bool is_used() const { return places > 0; }
+  // Would so many bytes be more than it may have now?
+  [[nodiscard]] bool is_over_share(Time now, std::size_t of_bytes) const {
+    return memory.is_wanted(now, this) && of_bytes > memory.share();
+  }
+};
+
+}  // namespace tims::link

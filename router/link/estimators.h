@@ -1,0 +1,136 @@
+// Small estimators and limits: round-trip time, the other host's clock, a rate in bytes a second.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "tims/time.h"
+
+namespace tims::link {
+
+// Round-trip time, smoothed as in RFC 6298 and RFC 9002, section 5; and the smallest one seen
+// lately.
+class RttEstimator {
+ public:
+  void add(Duration sample) {
+    latest_ = sample;
+    if (smoothed_ == Duration::zero()) {
+      smoothed_ = sample;
+      variation_ = sample / 2;
+      return;
+    }
+    const Duration off = smoothed_ > sample ? smoothed_ - sample : sample - smoothed_;
+    variation_ = (3 * variation_ + off) / 4;
+    smoothed_ = (7 * smoothed_ + sample) / 8;
+  }
+  void reset() { *this = RttEstimator(); }
+
+  [[nodiscard]] bool known() const { return smoothed_ != Duration::zero(); }
+  [[nodiscard]] Duration smoothed() const { return known() ? smoothed_ : kInitial; }
+  [[nodiscard]] Duration latest() const { return latest_; }
+  [[nodiscard]] Duration variation() const { return known() ? variation_ : kInitial / 2; }
+
+  // A packet that was sent this long before one that is acknowledged is lost (RFC 9002, 6.1.2).
+  [[nodiscard]] Duration loss_delay() const {
+    return std::max(std::max(smoothed(), latest_) * 9 / 8, kGranularity);
+  }
+  // Without any acknowledgement for so long, something is sent to get one (RFC 9002, 6.2.1).
+  [[nodiscard]] Duration probe_timeout() const {
+    return smoothed() + std::max(4 * variation(), kGranularity) + kAckDelayMax;
+  }
+
+  static constexpr Duration kAckDelayMax = std::chrono::milliseconds(2);
+
+ private:
+  static constexpr Duration kInitial = std::chrono::milliseconds(100);
+  static constexpr Duration kGranularity = std::chrono::milliseconds(1);
+
+  Duration smoothed_{};
+  Duration variation_{};
+  Duration latest_{};
+};
+
+// How far the other host's clock is ahead of ours, from the four times of the keep-alives (RFC
+// 5905, section 8): of the samples of the last ones, that with the shortest round trip counts.
+class ClockOffset {
+ public:
+  // Nanoseconds, each on the clock of the host it says: ours sent, theirs received and sent, ours
+  // received.
+  void add(std::int64_t sent, std::int64_t their_received, std::int64_t their_sent,
+           std::int64_t received) {
+    Sample& sample = samples_[count_++ % samples_.size()];
+    sample.round_trip = less(less(received, sent), less(their_sent, their_received));
+    sample.offset = less(their_received, sent) / 2 + less(their_sent, received) / 2;
+  }
+  void reset() { count_ = 0; }
+
+  struct Sample {
+    std::int64_t offset = 0;      // theirs less ours
+    std::int64_t round_trip = 0;  // the offset is right within half of it
+  };
+  [[nodiscard]] std::optional<Sample> best() const {
+    if (count_ == 0) return std::nullopt;
+    Sample best = samples_[0];
+    for (std::size_t i = 1; i < std::min<std::size_t>(count_, samples_.size()); ++i) {
+      if (samples_[i].round_trip < best.round_trip) best = samples_[i];
+    }
+    return best;
+  }
+
+ private:
+  // What the other side says may be anything.
+  static std::int64_t less(std::int64_t a, std::int64_t b) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+  }
+
+  std::array<Sample, 8> samples_{};
+  std::size_t count_ = 0;
+};
+
+// A rate in bytes a second, with what may go at once after a pause.
+class TokenBucket {
+ public:
+  // `rate` 0: no limit.
+  void set(std::uint64_t rate, std::uint64_t depth) {
+    rate_ = rate;
+    depth_ = static_cast<double>(depth);
+    tokens_ = std::min(tokens_, depth_);
+  }
+
+  [[nodiscard]] bool limits() const { return rate_ != 0; }
+  // Something may go when the bucket is not in debt; what goes may be larger than what is in it.
+  [[nodiscard]] bool ready(Time now) {
+    fill(now);
+    return !limits() || tokens_ > 0;
+  }
+  void take(std::uint64_t bytes) {
+    if (limits()) tokens_ -= static_cast<double>(bytes);
+  }
+  // When it is ready again, at or after `now`.
+  [[nodiscard]] Time ready_at(Time now) {
+    if (ready(now)) return now;
+    const double seconds = (1.0 - tokens_) / static_cast<double>(rate_);
+    return now + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds)) +
+           Duration(1);
+  }
+  // How much may go now, at most; at least 1 when ready.
+  [[nodiscard]] double tokens() const { return tokens_; }
+
+ private:
+  void fill(Time now) {
+    if (now > filled_) {
+      const double seconds = std::chrono::duration<double>(now - filled_).count();
+      tokens_ = std::min(depth_, tokens_ + seconds * static_cast<double>(rate_));
+      filled_ = now;
+    }
+  }
+
+  std::uint64_t rate_ = 0;
+  double depth_ = 0;
+  double tokens_ = 0;
+  Time filled_{};
+};
+
+}  // namespace tims::link

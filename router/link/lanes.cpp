@@ -1,0 +1,392 @@
+#include "router/link/lanes.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "wire/header.h"
+
+namespace tims::link {
+namespace {
+
+constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
+// One block more than the window, which need not begin with a block; a power of two above that.
+constexpr std::size_t kRing = 2 * kLaneWindow / kBlock;
+
+}  // namespace
+
+void LaneSender::push(Time now, const RecordPrefix& prefix, std::span<const std::byte> message,
+                      std::uint64_t committed_max) {
+  const bool at_once = waiting_.empty() && stream_.end() - next_ < committed_max;
+  StreamBuffer& to = at_once ? stream_ : waiting_;
+  (at_once ? stream_since_ : waiting_since_).add(to.end(), now);
+  to.append(prefix.encoded());
+  to.append(message);
+}
+
+Header LaneSender::header_at(const StreamBuffer& buffer, std::uint64_t offset) {
+  std::array<std::byte, kHeaderSize> bytes;
+  buffer.read(offset + kRecordPrefix, bytes);
+  return wire::decode_header(bytes);
+}
+
+Header LaneSender::drop_oldest() {
+  const Header header = header_at(waiting_, waiting_.begin());
+  waiting_.release_to(waiting_.begin() + record_size(header.length));
+  waiting_since_.forget_below(waiting_.begin());
+  return header;
+}
+
+void LaneSender::commit(Time now, std::uint64_t committed_max) {
+  while (!waiting_.empty() && stream_.end() - next_ < committed_max) {
+    const Header header = header_at(waiting_, waiting_.begin());
+    if (!can_commit()) return;
+    const Time since = waiting_since_.oldest(waiting_.begin());
+    if ((header.flags & flag::kTrace) != 0) {
+      std::array<std::byte, kRecordPrefix> bytes;
+      waiting_.read(waiting_.begin(), bytes);
+      RecordPrefix prefix = RecordPrefix::decode(bytes);
+      prefix.waited = now - since;
+      waiting_.write(waiting_.begin(), prefix.encoded());
+    }
+    stream_since_.add(stream_.end(), since);
+    waiting_.move_front(record_size(header.length), stream_);
+  }
+}
+
+// Of the message at the front, a part may have arrived.
+std::uint64_t LaneSender::window_end() const {
+  const std::uint64_t begin = stream_.begin();
+  const bool arrived = !acked_.empty() && acked_.front().begin <= begin;
+  return (arrived ? acked_.front().end : begin) + window_;
+}
+
+bool LaneSender::wants_to_send() const {
+  if (!lost_.empty()) return true;
+  if (next_ >= window_end()) return false;
+  return next_ < stream_.end() || (!waiting_.empty() && can_commit());
+}
+
+std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t committed_max) {
+  if (!lost_.empty()) {
+    Range range = lost_.front();
+    range.end = std::min(range.end, range.begin + size);
+    lost_.remove(range);
+    return range;
+  }
+  if (stream_.end() - next_ < committed_max) commit(now, committed_max);
+  const std::uint64_t end = std::min({stream_.end(), next_ + size, window_end()});
+  if (end <= next_) return std::nullopt;
+  const Range range{next_, end};
+  next_ = end;
+  return range;
+}
+
+void LaneSender::on_acked(Range range) {
+  range.begin = std::max(range.begin, stream_.begin());
+  if (range.begin >= range.end) return;
+  lost_.remove(range);
+  // A set that is full forgets: the range is sent once more, and the other side knows it already.
+  if (!acked_.add(range)) {
+    on_lost(range);
+    return;
+  }
+  // What is acknowledged from the front on is released, message by message.
+  std::uint64_t begin = stream_.begin();
+  const std::uint64_t acked_to = acked_.front().begin <= begin ? acked_.front().end : begin;
+  while (begin < acked_to) {
+    if (begin + kRecordHead > acked_to) break;
+    const std::uint64_t end = begin + record_size(header_at(stream_, begin).length);
+    if (end > acked_to) break;
+    begin = end;
+  }
+  if (begin == stream_.begin()) return;
+  stream_.release_to(begin);
+  stream_since_.forget_below(begin);
+  acked_.remove_below(begin);
+  lost_.remove_below(begin);
+}
+
+void LaneSender::on_lost(Range range) {
+  range.begin = std::max(range.begin, stream_.begin());
+  range.end = std::min(range.end, next_);
+  while (range.begin < range.end) {
+    const auto missing = acked_.first_missing(range);
+    if (!missing) return;
+    if (!lost_.add(*missing)) {
+      // Too many pieces: send more than necessary instead.
+      const Range last = lost_.ranges().back();
+      lost_.add({std::min(last.begin, missing->begin), std::max(last.end, missing->end)});
+    }
+    range.begin = missing->end;
+  }
+}
+
+// Tells of all messages that begin below `to` and releases them; where the first behind them
+// begins.
+std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
+                               LossObserver& losses) {
+  std::uint64_t offset = buffer.begin();
+  while (offset < to) {
+    const Header header = header_at(buffer, offset);
+    offset += record_size(header.length);
+    losses.on_lost(now, header, why);
+  }
+  buffer.release_to(offset);
+  return offset;
+}
+
+void LaneSender::expire(Time now, Duration lifetime, LossObserver& losses) {
+  const Time limit = now - lifetime;
+  if (!stream_.empty() && stream_since_.oldest(stream_.begin()) <= limit) {
+    const std::uint64_t old = stream_.begin();
+    const std::uint64_t to = lose(now, stream_, stream_since_.older_than(limit, stream_.end()),
+                                  core::Outcome::kExpired, losses);
+    if (to > old) {
+      skip_to_ = to;
+      skip_due_ = true;
+      next_ = std::max(next_, to);
+      acked_.remove_below(to);
+      lost_.remove_below(to);
+      stream_since_.forget_below(to);
+    }
+  }
+  if (!waiting_.empty() && waiting_since_.oldest(waiting_.begin()) <= limit) {
+    lose(now, waiting_, waiting_since_.older_than(limit, waiting_.end()), core::Outcome::kExpired,
+         losses);
+    waiting_since_.forget_below(waiting_.begin());
+  }
+}
+
+void LaneSender::clear(Time now, core::Outcome why, LossObserver& losses) {
+  lose(now, stream_, stream_.end(), why, losses);
+  lose(now, waiting_, waiting_.end(), why, losses);
+  stream_.reset(0);
+  waiting_.reset(0);
+  stream_since_.clear();
+  waiting_since_.clear();
+  acked_.clear();
+  lost_.clear();
+  next_ = skip_to_ = skip_acked_ = 0;
+  skip_due_ = false;
+}
+
+// --- what comes
+
+LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
+                                             std::span<std::byte> bytes, bool control,
+                                             ArrivalObserver& arrivals) {
+  if (is_stuck()) {
+    const Verdict verdict = drain_early(now, control, arrivals);
+    if (verdict != Verdict::kTaken) return verdict;
+  }
+  if (offset + bytes.size() <= next_) return Verdict::kTaken;
+  const std::uint64_t window = control ? kControlWindow : kLaneWindow;
+  if (offset + bytes.size() > next_ + window) return Verdict::kRefused;
+  if (offset > next_) return keep_early(offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
+  bytes = bytes.subspan(next_ - offset);
+  const std::size_t taken = consume(now, bytes, true, control, arrivals);
+  next_ += taken;
+  if (broken_) return Verdict::kBroken;
+  if (taken < bytes.size()) return Verdict::kRefused;
+  return early_.empty() ? Verdict::kTaken : drain_early(now, control, arrivals);
+}
+
+LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to, bool control,
+                                            ArrivalObserver& arrivals) {
+  if (to <= next_) return Verdict::kTaken;
+  next_ = to;
+  head_size_ = thrown_away_ = 0;
+  assembly_.give(body_);
+  return drain_early(now, control, arrivals);
+}
+
+// --- what comes too early
+
+core::BlockPool::Index& LaneReceiver::block_of(std::uint64_t offset) {
+  if (early_blocks_.empty()) early_blocks_.assign(kRing, core::BlockPool::kNone);
+  return early_blocks_[offset / kBlock % kRing];
+}
+
+bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const Range all{offset, offset + bytes.size()};
+  bool room = true;
+  for (std::uint64_t at = offset / kBlock * kBlock; at < all.end; at += kBlock) {
+    core::BlockPool::Index& block = block_of(at);
+    if (block == core::BlockPool::kNone) block = assembly_.take_block();
+    if (block == core::BlockPool::kNone) room = false;
+  }
+  if (!room || !early_.add(all)) {
+    // Blocks that were taken for nothing.
+    if (early_.empty()) drop_early();
+    return false;
+  }
+  while (!bytes.empty()) {
+    const std::size_t inside = offset % kBlock;
+    const std::size_t size = std::min(kBlock - inside, bytes.size());
+    std::memcpy(assembly_.pool.at(block_of(offset)) + inside, bytes.data(), size);
+    offset += size;
+    bytes = bytes.subspan(size);
+  }
+  return true;
+}
+
+LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, ArrivalObserver& arrivals) {
+  Verdict verdict = Verdict::kTaken;
+  const std::uint64_t first = early_.empty() ? next_ : std::min(next_, early_.front().begin);
+  while (!early_.empty() && early_.front().begin <= next_ && verdict == Verdict::kTaken) {
+    const std::uint64_t end = early_.front().end;
+    while (next_ < end) {
+      const std::size_t inside = next_ % kBlock;
+      const std::size_t size = std::min<std::uint64_t>(kBlock - inside, end - next_);
+      std::byte* block = assembly_.pool.at(block_of(next_));
+      const std::size_t taken = consume(now, {block + inside, size}, false, control, arrivals);
+      next_ += taken;
+      if (broken_) return Verdict::kBroken;
+      if (taken < size) {
+        // No memory now: what is left stays here, and a later datagram brings us back.
+        verdict = Verdict::kRefused;
+        break;
+      }
+    }
+    early_.remove_below(next_);
+  }
+  // Blocks of which nothing is needed any more. (With nothing left, all of them: a block may have
+  // been taken for bytes that were then refused.)
+  if (early_.empty()) {
+    drop_early();
+  } else {
+    const std::uint64_t keep = std::min(next_, early_.front().begin) / kBlock;
+    for (std::uint64_t b = first / kBlock; b < keep && b < first / kBlock + kRing; ++b) {
+      assembly_.give_block(early_blocks_[b % kRing]);
+    }
+  }
+  return verdict;
+}
+
+void LaneReceiver::drop_early() {
+  early_.clear();
+  for (core::BlockPool::Index& block : early_blocks_) assembly_.give_block(block);
+}
+
+void LaneReceiver::clear() {
+  drop_early();
+  next_ = 0;
+  head_size_ = thrown_away_ = 0;
+  assembly_.give(body_);
+  broken_ = false;
+}
+
+// --- messages out of the stream
+
+bool LaneReceiver::is_bad(const Header& header) const {
+  return wire::check_length(header.length, assembly_.message_max) != wire::LengthVerdict::kOk;
+}
+
+std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool stable, bool control,
+                                  ArrivalObserver& arrivals) {
+  const std::size_t all = bytes.size();
+  while (!bytes.empty() && !broken_) {
+    std::size_t taken = 0;
+    if (thrown_away_ > 0) {
+      taken = std::min(thrown_away_, bytes.size());
+      thrown_away_ -= taken;
+    } else if (body_) {
+      taken = consume_body(now, bytes, control, arrivals);
+      if (taken == 0) break;
+    } else if (head_size_ > 0 || bytes.size() < kRecordHead || !stable) {
+      taken = consume_head(now, bytes);
+      if (taken == 0) break;
+      if (body_ && body_size_ == header_.length) consume_body(now, {}, control, arrivals);
+    } else {
+      const auto record = bytes.subspan(kRecordPrefix);
+      const Header header = wire::decode_header(record.first<kHeaderSize>());
+      if (is_bad(header)) {
+        broken_ = true;
+      } else if (record.size() >= header.length) {
+        hand_on(now, bytes.first(kRecordPrefix), {header, record.first(header.length)}, control,
+                arrivals);
+        taken = record_size(header.length);
+      } else {
+        taken = consume_head(now, bytes);
+        if (taken == 0) break;
+      }
+    }
+    bytes = bytes.subspan(taken);
+  }
+  return all - bytes.size();
+}
+
+// Takes bytes until the head of the next message is complete and there is memory for its beginning.
+std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> bytes) {
+  const std::size_t size = std::min(kRecordHead - head_size_, bytes.size());
+  std::memcpy(head_.data() + head_size_, bytes.data(), size);
+  if (head_size_ + size < kRecordHead) {
+    head_size_ += size;
+    return size;
+  }
+  const Header header = wire::decode_header(std::span(head_).last<kHeaderSize>());
+  if (is_bad(header)) {
+    broken_ = true;
+    return size;
+  }
+  if (!begin_message(now, header)) return 0;
+  return size;
+}
+
+bool LaneReceiver::begin_message(Time now, const Header& header) {
+  if (!assembly_.grow(now, body_, kHeaderSize, true)) {
+    refused_ = now;
+    return false;
+  }
+  progress_ = now;
+  progress_at_ = 0;
+  header_ = header;
+  std::memcpy(body_.bytes().data(), head_.data() + kRecordPrefix, kHeaderSize);
+  body_size_ = kHeaderSize;
+  head_size_ = 0;
+  return true;
+}
+
+std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> bytes, bool control,
+                                       ArrivalObserver& arrivals) {
+  std::size_t size = std::min<std::size_t>(header_.length - body_size_, bytes.size());
+  if (body_size_ + size > body_.size() && !assembly_.grow(now, body_, body_size_ + size, true)) {
+    refused_ = now;
+    size = body_.size() - body_size_;
+  }
+  if (size > 0) std::memcpy(body_.bytes().data() + body_size_, bytes.data(), size);
+  body_size_ += size;
+  if (body_size_ >= progress_at_ + kProgress) {
+    progress_ = now;
+    progress_at_ = body_size_;
+  }
+  if (body_size_ == header_.length) {
+    const std::span message = body_.bytes().first(header_.length);
+    assembly_.hand_on(body_);
+    hand_on(now, std::span(head_).first(kRecordPrefix), {header_, message}, control, arrivals);
+  }
+  return size;
+}
+
+std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
+  const Duration patience =
+      assembly_.memory.is_wanted(now, &assembly_) ? kPatienceIfWanted : kPatience;
+  if (!body_ || now < progress_ + patience) return std::nullopt;
+  const bool waits = now < refused_ + kPatienceIfWanted;
+  if (waits && !assembly_.is_over_share(now, assembly_.bytes)) return std::nullopt;
+  thrown_away_ = header_.length - body_size_;
+  assembly_.give(body_);
+  return header_;
+}
+
+void LaneReceiver::hand_on(Time now, std::span<const std::byte> prefix, core::Message message,
+                           bool control, ArrivalObserver& arrivals) {
+  if (control) {
+    arrivals.on_control(now, message);
+  } else {
+    arrivals.on_message(now, RecordPrefix::decode(prefix), message);
+  }
+}
+
+}  // namespace tims::link

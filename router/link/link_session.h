@@ -1,0 +1,199 @@
+// What two routers keep for each other while both live: the lanes with their messages, which
+// packets are on their way, how fast they may go and how large they may be. It outlives the loss of
+// the path, and knows nothing of addresses: link.h gives it datagrams and sends those it builds.
+//
+// Sources: packets that are numbered once and acknowledged in ranges, loss detection and probe
+// timeout are QUIC's (RFC 9000, RFC 9002); streams of which the sender may give up a part, SCTP's
+// (RFC 4960, RFC 3758); sending in bursts and reassembly in place, Aeron's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "router/link/congestion.h"
+#include "router/link/estimators.h"
+#include "router/link/frame.h"
+#include "router/link/lanes.h"
+#include "router/link/packets.h"
+#include "router/link/paths.h"
+#include "router/link/samples.h"
+#include "router/link/transport.h"
+
+namespace tims::link {
+
+struct LinkSessionSettings {
+  std::uint32_t message_max = kMessageMaxDefault;  // that may come in
+  std::uint64_t queue_bytes_max = 16U << 20;
+  Duration lifetime = std::chrono::seconds(30);  // of a message here
+  std::uint64_t rate = 0;                        // bytes a second, headers included; 0: found
+  std::uint8_t reserve = 10;                     // percent of it for the upper classes
+  core::PriorityClasses classes{};
+
+  bool operator==(const LinkSessionSettings&) const = default;
+};
+
+struct LinkSessionCounters {
+  std::uint64_t packets_in = 0;
+  std::uint64_t packets_out = 0;
+  std::uint64_t bytes_in = 0;  // of datagrams
+  std::uint64_t bytes_out = 0;
+  std::uint64_t packets_lost = 0;       // of ours
+  std::uint64_t packets_duplicate = 0;  // of theirs
+  std::uint64_t packets_refused = 0;    // theirs, for lack of memory
+};
+
+class LinkSession final : private PacketObserver {
+ public:
+  LinkSession(core::BlockPool& pool, MessageMemory& memory, std::vector<MessageBuffer>& done,
+              const LinkSessionSettings& settings, ArrivalObserver& arrivals, LossObserver& losses);
+
+  void configure(const LinkSessionSettings& settings);
+
+  // --- out. The message's header is in the machine's own order. kDelivered or kQueueFull.
+  core::Outcome send(Time now, const RecordPrefix& prefix, const Header& header,
+                     std::span<const std::byte> message);
+  void send_control(Time now, std::span<const std::byte> message);
+
+  // Builds the next packet into `out` and returns its size, 0 when nothing is to be sent now.
+  // `keep_alive`: to be put into it, if it is not null.
+  std::size_t build(Time now, std::uint64_t token, std::span<std::byte> out,
+                    const KeepAlive* keep_alive = nullptr);
+  // A datagram of its own that tries a larger size; 0: none is due. `to` has kDatagramMax bytes.
+  std::size_t build_probe(Time now, std::uint64_t token, std::span<std::byte> to);
+  // A packet with nothing but this in it, for the address it is meant for.
+  std::size_t build_nonce(Time now, std::uint64_t token, FrameType type, std::uint64_t nonce,
+                          std::span<std::byte> out);
+  std::size_t build_close(Time now, std::uint64_t token, std::uint8_t reason,
+                          std::span<std::byte> out);
+
+  // --- in
+  enum class Verdict : std::uint8_t { kTaken, kBroken };
+  // Has a packet with this number not come yet?
+  [[nodiscard]] bool is_new(std::uint32_t packet) const {
+    return window_.is_new(window_.expand(packet));
+  }
+  // One that has: our acknowledgement may have been lost.
+  void note_duplicate() {
+    ++counters_.packets_duplicate;
+    ack_now_ = true;
+  }
+  Verdict on_data(Time now, const Data& data);  // a new one
+
+  // --- time
+  [[nodiscard]] Time next_timeout(Time now);
+  void on_timeout(Time now);
+
+  // Another path, or one that was dead: what was learnt about it is forgotten, what was on its way
+  // is sent again.
+  void on_new_path(Time now, PathKind kind);
+  // The other router has forgotten: everything that was to be sent is lost, and all begins anew.
+  void reset(Time now, core::Outcome why);
+  // When the newest of what is acknowledged was sent.
+  [[nodiscard]] Time newest_acked_sent() const { return newest_acked_sent_; }
+
+  // Off while the path is dead: nothing but keep-alives is built.
+  void set_open(bool open) { open_ = open; }
+
+  // --- to look at
+  [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
+  [[nodiscard]] const Congestion& congestion() const { return congestion_; }
+  [[nodiscard]] std::size_t mtu() const { return mtu_.size(); }
+  // Of full datagrams now: a slow link gets small ones, so that nothing urgent waits long for one.
+  [[nodiscard]] std::size_t datagram_size() const;
+  [[nodiscard]] std::uint64_t queued_bytes() const;
+  [[nodiscard]] std::uint64_t queued_bytes(std::size_t lane) const;
+  [[nodiscard]] std::uint64_t in_flight() const { return sent_.bytes_in_flight(); }
+  [[nodiscard]] const LinkSessionCounters& counters() const { return counters_; }
+  [[nodiscard]] std::uint16_t loss_permille() const { return loss_permille_; }
+  // With a keep-alive, which says how many questions were sent before it.
+  void measure_loss(std::uint8_t questions);
+  [[nodiscard]] std::uint8_t questions_out() const {
+    return static_cast<std::uint8_t>(questions_out_ % kQuestionsModulo);
+  }
+  // The most urgent lane in the last packet that was built.
+  [[nodiscard]] std::size_t last_lane() const { return last_lane_; }
+
+ private:
+  void on_packet_acked(const SentPacket& packet) override;
+  void on_packet_lost(const SentPacket& packet) override;
+
+  void forget_path(Time now);
+
+  // --- what comes
+  Verdict on_frames(Time now, const Data& data, bool& eliciting, bool& keep);
+  bool on_ack(Time now, const Ack& ack);
+  void on_not_ready(Time now, std::uint16_t lanes);
+  void after_ack(Time now, const SentPackets::AckResult& result, Duration rtt,
+                 std::uint64_t in_flight);
+
+  // --- what is sent next
+  struct Packet;  // in the making
+  bool make_room(Time now, std::size_t lane, std::size_t message);
+  bool drop_one(Time now, std::size_t lane);
+  void set_rates();
+  [[nodiscard]] std::size_t datagram_max() const;
+  [[nodiscard]] Time ready_at(Time now, std::size_t lane);
+  [[nodiscard]] bool has_something_to_send() const;
+  [[nodiscard]] bool wants_to_send(std::size_t lane) const;
+  [[nodiscard]] bool has_samples(std::size_t lane) const;
+  [[nodiscard]] bool is_idle(std::size_t lane) const;
+  void forget_idle_lanes();
+  void put_ack(Time now, Packet& packet);
+  void put_not_ready(Packet& packet);
+  void put_skip(Packet& packet);
+  static void put_ping(Packet& packet);
+  void put_lanes(Time now, Packet& packet);
+  bool put_stream(Time now, Packet& packet, std::size_t lane);
+  bool put_sample(Packet& packet, std::size_t message_class);
+  std::size_t finish(Time now, std::uint64_t token, Packet& packet);
+  [[nodiscard]] std::uint64_t committed_max() const;
+  [[nodiscard]] Time probe_deadline() const;
+
+  LinkSessionSettings settings_;
+  ArrivalObserver& arrivals_;
+  LossObserver& losses_;
+  bool open_ = true;
+
+  std::array<LaneSender, kLanes> lanes_;
+  std::array<SampleSender, core::kClasses> samples_;
+  LaneSet occupied_;  // all others are idle
+  std::uint32_t last_sample_ = 0;
+  bool sample_first_ = false;  // of a class: its samples and its messages take turns
+  SentPackets sent_;
+  RttEstimator rtt_;
+  Congestion congestion_{kDatagramBase};
+  PathMtu mtu_;
+  TokenBucket pacer_;
+  TokenBucket cap_;                          // the link's rate
+  TokenBucket lower_cap_;                    // what the lower classes may have of it
+  std::array<Time, kLanes> paused_until_{};  // the other side has no memory for them
+  int probes_ = 0;                           // probe timeouts in a row
+  int probe_packets_ = 0;                    // that may go in spite of the window
+  Time next_expiry_{};
+  std::uint64_t queued_at_most_ = 0;
+  Time newest_acked_sent_{};
+  std::size_t last_lane_ = kControlLane;
+
+  Assembly assembly_;
+  std::array<LaneReceiver, kLanes> receivers_;
+  SampleReceiver sample_receiver_;
+  PacketWindow window_;
+  Time newest_at_{};           // when the packet with the highest number came
+  std::uint32_t unacked_ = 0;  // packets that want an acknowledgement
+  bool ack_now_ = false;
+  std::uint16_t not_ready_ = 0;  // lanes for which there was no memory, to be told
+  Time ack_at_ = kNever;
+
+  LinkSessionCounters counters_;
+  std::uint64_t measured_next_ = 0;
+  std::uint64_t measured_in_ = 0;  // without questions
+  std::uint8_t measured_questions_ = 0;
+  std::uint64_t questions_in_ = 0;
+  std::uint64_t questions_out_ = 0;
+  std::uint16_t loss_permille_ = 0;
+};
+
+}  // namespace tims::link
