@@ -20,6 +20,7 @@
 #include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
+#include "tims/waiting.h"
 
 namespace rack {
 namespace {
@@ -289,7 +290,7 @@ tims::Time Module::sleep_until_next(tims::Duration period) {
   next_period_ += period;
   if (next_period_ < now) next_period_ += (now - next_period_) / period * period + period;
   const timespec until = tims::os::to_timespec(next_period_);
-  const tims::os::Waiting waiting;
+  const tims::Waiting waiting;
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
   return next_period_;

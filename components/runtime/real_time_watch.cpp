@@ -52,11 +52,11 @@ void RealTimeWatch::start(TextLog& log) {
       break;
   }
   depth_.store(depth, std::memory_order_relaxed);
-  tims::os::wait_observer = this;
+  tims::set_wait_observer(this);
 }
 
 void RealTimeWatch::stop() {
-  if (tims::os::wait_observer == this) tims::os::wait_observer = nullptr;
+  if (tims::wait_observer() == this) tims::set_wait_observer(nullptr);
 }
 
 void RealTimeWatch::enter() {

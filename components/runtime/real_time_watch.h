@@ -14,17 +14,17 @@
 #include "components/runtime/perf_events.h"
 #include "components/runtime/symbols.h"
 #include "components/runtime/unwinder.h"
-#include "os/wakeup.h"
 #include "rack/priority_mutex.h"
 #include "rack/proxies/generic.h"
 #include "rack/text_log.h"
+#include "tims/waiting.h"
 
 namespace rack {
 
 // Whether a task of that priority is watched; $RACK_WATCH = 1 watches every one, 0 none.
 bool is_watched(int priority);
 
-class RealTimeWatch final : private tims::os::WaitObserver {
+class RealTimeWatch final : private tims::WaitObserver {
  public:
   RealTimeWatch() = default;
   RealTimeWatch(const RealTimeWatch&) = delete;

@@ -10,10 +10,13 @@
 #include "os/clock.h"
 #include "os/wakeup.h"
 #include "tims/mailbox.h"
+#include "tims/waiting.h"
 
 namespace tims {
 
 namespace {
+
+thread_local WaitObserver* observer_of_this_thread = nullptr;
 
 shm::MailboxView view_of(const OwnSegment& segment, std::size_t index) {
   // Our own memory, laid out a moment ago: it opens.
@@ -34,6 +37,13 @@ Result<MessageView> copy_out(MailboxCore& core, Result<shm::Taken> taken,
 }
 
 }  // namespace
+
+// --- Who watches a thread
+
+void set_wait_observer(WaitObserver* observer) { observer_of_this_thread = observer; }
+WaitObserver* wait_observer() { return observer_of_this_thread; }
+
+// --- What is behind the handle
 
 MailboxCore::MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<OwnSegment> segment,
                          std::size_t index, const MailboxOptions& options)
@@ -64,7 +74,7 @@ Result<shm::Taken> MailboxCore::take_before(Time deadline) {
   if (!seat.owns_lock() && deadline == kNever) seat.lock();
   if (!seat.owns_lock() && !seat.try_lock_for(deadline - os::now())) return Errc::kTimeout;
   if (auto taken = receiver_.take()) return *taken;
-  const os::Waiting waiting;
+  const Waiting waiting;
   for (;;) {
     if (auto taken = receiver_.take()) return *taken;
     if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;

@@ -58,31 +58,4 @@ bool is_readable(int fd, Duration within = {});
 // Readable when one of them is. -1 and plain files, for which nobody can wait, are left out.
 Result<File> any_of(std::span<const int> fds);
 
-// --- Who watches a thread learns when it waits for a message: a wait that is meant.
-
-class WaitObserver {
- public:
-  virtual ~WaitObserver() = default;
-  virtual void begins() = 0;
-  virtual void ends() = 0;
-};
-
-// Of this thread; null: nobody.
-inline thread_local WaitObserver* wait_observer = nullptr;
-
-class Waiting {
- public:
-  Waiting() : observer_(wait_observer) {
-    if (observer_ != nullptr) observer_->begins();
-  }
-  Waiting(const Waiting&) = delete;
-  Waiting& operator=(const Waiting&) = delete;
-  ~Waiting() {
-    if (observer_ != nullptr) observer_->ends();
-  }
-
- private:
-  WaitObserver* const observer_;
-};
-
 }  // namespace tims::os

@@ -1,5 +1,5 @@
-// Takes the place of the Atomic of libtims/shm/layout.h in the scheduled build: the same operations,
-// each announced to the scheduler first, on the machine's memory or on weak memory.
+// Takes the place of the Atomic of libtims/shm/layout.h in the scheduled build: the same
+// operations, each announced to the scheduler first, on the machine's memory or on weak memory.
 #pragma once
 
 #include <atomic>

@@ -12,6 +12,8 @@ function(tims_install_library)
   if(TIMS_SANITIZE)
     return()  # nobody installs these builds
   endif()
+  # Hidden unless a header of tims/ says otherwise (TIMS_API).
+  set_target_properties(${ARGN} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   set(objects ${ARGN})
   list(TRANSFORM objects PREPEND "$<TARGET_OBJECTS:")
   list(TRANSFORM objects APPEND ">")

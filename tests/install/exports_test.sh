@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# exports_test.sh BUILD: what libtims.so shows to other programs, by name, and under which version. A
+# change of libtims.exports is a change of what programs of other people rely on.
+set -euo pipefail
+build=$1
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+library=$build/lib/libtims.so
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+fail() { echo "$*" >&2; exit 1; }
+
+soname=$(readelf -d "$library" | sed -n 's/.*Library soname: \[\(.*\)\]/\1/p')
+version=TIMS_${soname#libtims.so.}
+[[ $soname =~ ^libtims\.so\.[0-9]+\.[0-9]+$ ]] || fail "an unexpected SONAME: $soname"
+
+nm -D --defined-only --with-symbol-versions "$library" >"$work/symbols"
+if grep -vE "@@$version\$| A $version\$" "$work/symbols"; then fail "of another version than $version"; fi
+sed -nE "s/^[0-9a-f]+ [TWV] (.*)@@$version\$/\1/p" "$work/symbols" | c++filt | LC_ALL=C sort -u >"$work/exports"
+diff "$here/libtims.exports" "$work/exports" ||
+  fail "libtims.so shows something else than libtims.exports says (< there, > here)"
