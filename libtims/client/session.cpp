@@ -326,8 +326,8 @@ void SessionCore::event(SessionEvent::Kind kind, const std::string& text) {
 
 // --- routes
 //
-// How a session finds the way to an address. Everything here happens once for each address, and
-// again after something changed; for an ordinary message target_for's first lines do.
+// How a session finds where messages to an address go. Everything here happens once for each
+// address, and again after something changed; for an ordinary message target_for's first lines do.
 
 Result<Target*> SessionCore::resolve(Route& route) {
   Target* old = nullptr;
@@ -335,19 +335,19 @@ Result<Target*> SessionCore::resolve(Route& route) {
     const std::lock_guard lock(resolve_mutex_);
     old = route.target.load(std::memory_order_acquire);
     if (old != nullptr && !old->sender.closed()) return old;  // another thread was faster
-    // Known, and not of this host: the way is the uplink of this connection.
+    // Known, and not of this host: it goes through the uplink of this connection.
     if (old != nullptr && old->uplink) {
       if (uplink_ == nullptr || uplink_->sender.closed())
         return Error(Errc::kNoRouter, "the connection to the router is lost");
-      lead(route, uplink_);
+      point(route, uplink_);
       return uplink_;
     }
   }
-  return ask_for_way(route, old);
+  return ask_for_route(route, old);
 }
 
-// Waits for the router, and lets others have their ways meanwhile.
-Result<Target*> SessionCore::ask_for_way(Route& route, Target* old) {
+// Waits for the router, and lets others find their routes meanwhile.
+Result<Target*> SessionCore::ask_for_route(Route& route, Target* old) {
   const std::uint64_t connection = link_.connection();
   auto answer = ask(wire::Lookup{{route.address}});
   if (!answer) return answer.error();
@@ -367,7 +367,7 @@ Result<Target*> SessionCore::ask_for_way(Route& route, Target* old) {
   auto target = found->local ? local_target(*found, *answer, now) : uplink_target(grant);
   if (!target) return target.error();
   target.value()->confirmed.store(connection, std::memory_order_relaxed);
-  lead(route, *target);
+  point(route, *target);
   return target;
 }
 
@@ -409,9 +409,9 @@ void SessionCore::found(const wire::Found& found, Answer& answer) {
     if (!target) return;
     // The answer came on this connection, which is counted when it is complete.
     target.value()->confirmed.store(link_.connection(), std::memory_order_relaxed);
-    lead(route, *target);
+    point(route, *target);
   } else if (os::now() - link_.connected_at() >= kReturnGrace) {
-    lead(route, uplink_);
+    point(route, uplink_);
   }
 }
 
@@ -504,7 +504,7 @@ Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t off
 
 // From now on there. What was there before is counted out once, and only now: it may lie in the
 // same memory.
-void SessionCore::lead(Route& route, Target* to) {
+void SessionCore::point(Route& route, Target* to) {
   Target* const old = route.target.exchange(to, std::memory_order_acq_rel);
   if (old != nullptr && old != to && !old->uplink) retire(*old);
 }

@@ -42,8 +42,8 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   void close(OwnSegment& segment, Address address);
   Result<void> flush(Time deadline);
 
-  // The way to an address, asking the router, and waiting for its answer, for one that is new or
-  // closed. One not confirmed since the router was restarted is asked for without waiting.
+  // Where messages to an address go, asking the router, and waiting for its answer, for one that is
+  // new or closed. One not confirmed since the router was restarted is asked for without waiting.
   Result<client::Target*> target_for(Address dest) {
     client::Route& route = routes_.get(dest);
     client::Target* target = route.target.load(std::memory_order_acquire);
@@ -76,7 +76,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   Result<client::Target*> resolve(client::Route& route);
   client::Target* confirm(client::Route& route, client::Target& target);
   Result<client::Answer> ask(const wire::Record& question);
-  Result<client::Target*> ask_for_way(client::Route& route, client::Target* old);
+  Result<client::Target*> ask_for_route(client::Route& route, client::Target* old);
   bool has_uplink();
 
   // With resolve_mutex_ held.
@@ -84,7 +84,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
                                        client::Target* old);
   Result<client::Target*> uplink_target(client::Answer& grant);
   Result<client::Target*> add_target(const os::File& memfd, std::uint64_t offset);
-  void lead(client::Route& route, client::Target* to);
+  void point(client::Route& route, client::Target* to);
   void retire(client::Target& target);
   void leave_uplink();
   void take_along(client::Target& from, client::Target& to);

@@ -205,6 +205,87 @@ TEST(StreamReader, LostStreamStaysLost) {
   EXPECT_TRUE(item.message.empty());
 }
 
+// --- The client's end
+
+Bytes bytes_of(std::initializer_list<int> values) {
+  Bytes bytes;
+  for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
+  return bytes;
+}
+
+Bytes unsent(const TcpClientProtocol& client) {
+  return {client.unsent().begin(), client.unsent().end()};
+}
+
+// From the router itself: dest = src = 0.
+Bytes router_message(std::int8_t type, std::uint8_t seq_nr, const Bytes& body = {}) {
+  Bytes bytes(kHeaderSize);
+  encode_header({.type = type,
+                 .seq_nr = seq_nr,
+                 .length = static_cast<std::uint32_t>(kHeaderSize + body.size())},
+                HeaderBytes(bytes.data(), kHeaderSize));
+  return join({bytes, body});
+}
+
+TEST(TcpClientProtocol, WhatIsSaidInTheOrderAskedFor) {
+  TcpClientProtocol client(kMax);
+  client.put_command(router_command::kMailboxInitWithReply, Address(0x00140001));
+  EXPECT_EQ(unsent(client),
+            bytes_of({3, 13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 0, 0, 0, 1, 0, 0x14, 0}));
+  client.sent(20);
+  client.set_byte_order(std::endian::big);
+  client.put_command(router_command::kMailboxInit, Address(0x00140001));
+  EXPECT_EQ(unsent(client),
+            bytes_of({0, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 0, 0x14, 0, 1}));
+}
+
+TEST(TcpClientProtocol, WhatWasSentIsForgottenPieceByPiece) {
+  TcpClientProtocol client(kMax);
+  client.put({.type = 5, .dest = Address(1)}, message(17, 0));
+  client.sent(30);
+  EXPECT_EQ(client.unsent().size(), 3U);
+  client.put_command(router_command::kDisableWatchdog);
+  EXPECT_EQ(client.unsent().size(), 19U);
+  client.sent(19);
+  EXPECT_TRUE(client.unsent().empty());
+}
+
+TEST(TcpClientProtocol, LifesignsAreAnsweredAndNotShown) {
+  TcpClientProtocol client(kMax);
+  Bytes came = join({router_message(router_command::kLifesign, 9), message(20, 1)});
+  std::span<std::byte> chunk = came;
+  const StreamReader::Item item = client.next(chunk);
+  ASSERT_EQ(item.status, Status::kMessage);
+  EXPECT_EQ(item.header.dest, Address(1));
+  EXPECT_EQ(client.lifesigns(), 1U);
+  EXPECT_EQ(unsent(client), bytes_of({3, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 16, 0, 0, 0}));
+}
+
+TEST(TcpClientProtocol, ARouterThatTakesNoAnswersGetsNoMoreOfThem) {
+  TcpClientProtocol client(kMax);
+  constexpr std::uint64_t kMany = 200'000;
+  const Bytes lifesign = router_message(router_command::kLifesign, 0);
+  while (client.lifesigns() < kMany) {
+    Bytes came = lifesign;
+    std::span<std::byte> chunk = came;
+    ASSERT_EQ(client.next(chunk).status, Status::kNeedMore);
+  }
+  EXPECT_LE(client.unsent().size(), (1U << 20) + kHeaderSize);
+}
+
+TEST(TcpClientProtocol, LearnsHowTheFleetDividesAddresses) {
+  TcpClientProtocol client(kMax);
+  Bytes came = join({router_message(router_command::kAddressWidths, 0, bytes_of({6, 8, 10, 8})),
+                     router_message(router_command::kAddressWidths, 0, bytes_of({1, 1, 1, 1})),
+                     router_message(type::kOk, 0)});
+  std::span<std::byte> chunk = came;
+  const StreamReader::Item item = client.next(chunk);
+  ASSERT_EQ(item.status, Status::kMessage);
+  EXPECT_TRUE(is_router_message(item.header));
+  EXPECT_EQ(item.header.type, type::kOk);
+  EXPECT_EQ(client.widths(), (AddressWidths{6, 8, 10, 8})) << "no widths are not taken";
+}
+
 }  // namespace
 
 }  // namespace tims::wire
