@@ -26,8 +26,8 @@
  *
  * A C++ program includes tims/session.h instead: the same library with its own types.
  *
- *
  * Errors
+ * ------
  *
  * A function that returns a number returns 0, or a count, when it has done what it says, and a
  * negative TIMS_E... when it has not. A function that returns a pointer returns NULL then. Either
@@ -36,8 +36,8 @@
  *
  * Pointers must not be NULL unless it is said that they may.
  *
- *
  * Ownership
+ * ---------
  *
  * What a function hands out is given back with its partner, once:
  *
@@ -49,21 +49,21 @@
  * A mailbox may outlive its session: the connection ends with the last of them. A guard and a loan
  * end before their mailbox does. What is passed to a call is only looked at while the call lasts.
  *
- *
  * Threads
+ * -------
  *
  * Every function may be called from any thread at any time. Several threads may receive from one
  * mailbox; each message goes to one of them. Only the call that gives something back must be the
  * last one with it. A session has threads of its own; a child made by fork() has none of them, and
  * must leave its parent's sessions and mailboxes alone.
  *
- *
  * Time
+ * ----
  *
  * Time-outs are nanoseconds. TIMS_FOREVER waits without limit; 0 or less does not wait.
  *
- *
  * Cost
+ * ----
  *
  * A message between two mailboxes of one host is one copy and at most one wake-up, without the
  * router, and without a system call while the receiver is awake. Sending and copying receives
@@ -73,8 +73,8 @@
  * router where it is and waits for the answer: as a rule a fraction of a millisecond, for a router
  * that stands still 5 s. Who may not wait sends something to each address before it counts.
  *
- *
  * Routers that come and go
+ * ------------------------
  *
  * While there is no router, mailboxes of this host that know each other go on talking. When it is
  * back, or another one in its place, the session registers its mailboxes again by itself. Messages
