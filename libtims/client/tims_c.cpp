@@ -126,7 +126,8 @@ const char* tims_version() { return TIMS_VERSION; }
 int tims_error_code() { return last_failure.code; }
 const char* tims_error_text() { return last_failure.text.c_str(); }
 const char* tims_error_name(int code) {
-  return tims::name(static_cast<Errc>(std::clamp(-1 - code, 0, 255))).data();
+  constexpr int kUnknown = 255;
+  return tims::name(static_cast<Errc>(code < 0 ? std::min(-1 - code, kUnknown) : kUnknown)).data();
 }
 
 // --- Sessions

@@ -282,7 +282,7 @@ struct tims_piece {
   const void* data;
   size_t size;
 };
-/* The body in several pieces, one behind the other. */
+/* The body in several pieces, one behind the other; more than 64 of them cost an allocation. */
 TIMS_API int tims_send_pieces(tims_mailbox* mailbox, const struct tims_header* header,
                               const struct tims_piece* pieces, size_t count);
 

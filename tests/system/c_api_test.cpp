@@ -93,6 +93,8 @@ TEST_F(CApiTest, ErrorsHaveCodesAndSentences) {
   EXPECT_NE(std::string(tims_error_text()).find("Ladar(0/0)"), std::string::npos);
   EXPECT_EQ(tims_error_code(), TIMS_EADDRESS_IN_USE);
   EXPECT_STREQ(tims_error_name(tims_error_code()), "address_in_use");
+  EXPECT_STREQ(tims_error_name(0), "unknown");
+  EXPECT_STREQ(tims_error_name(INT32_MIN), "unknown");
   const tims_mailbox_options impossible = wish(5, 0);
   EXPECT_EQ(tims_open(session_, &impossible), nullptr);
   EXPECT_EQ(tims_error_code(), TIMS_EINVALID);
