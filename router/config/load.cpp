@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 #include <vector>
 
 #include <fmt/core.h>
@@ -276,7 +276,7 @@ Result<File> read_file(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   File file{.name = path.string(), .text = {}};
   if (stream) file.text.assign(std::istreambuf_iterator<char>(stream), {});
-  if (!stream || stream.bad()) return unreadable(path, std::strerror(errno));
+  if (!stream || stream.bad()) return unreadable(path, std::generic_category().message(errno));
   return file;
 }
 
@@ -367,7 +367,7 @@ Result<std::vector<File>> read_files(const std::string& path) {
   std::vector<fs::path> paths;
   fs::path folder = path;
   if (!fs::is_directory(path)) {
-    paths.push_back(path);
+    paths.emplace_back(path);
     folder.replace_extension(".d");
   }
   if (fs::is_directory(folder)) {

@@ -134,7 +134,7 @@ Result<Value> parse_paths(std::string_view text) {
     const std::size_t end = std::min(text.find('+'), text.size());
     const auto found = std::ranges::find(kPaths, text.substr(0, end));
     if (found == kPaths.end())
-      return bad(fmt::format("has the unknown path {}; known are \"udp\" and \"dds\"",
+      return bad(fmt::format(R"(has the unknown path {}; known are "udp" and "dds")",
                              in_quotes(text.substr(0, end))));
     const auto path = static_cast<LinkPath>(found - kPaths.begin());
     if (std::ranges::find(paths, path) != paths.end())

@@ -13,7 +13,6 @@ namespace tims::io {
 namespace {
 
 namespace json = boost::json;
-using Problem = std::optional<QuestionError>;
 
 constexpr std::int64_t kWaitMaxMs = 30'000;
 
@@ -21,147 +20,128 @@ QuestionError bad_argument(std::string_view name, std::string_view wanted) {
   return {"bad_argument", fmt::format("\"{}\" must be {}", name, wanted)};
 }
 
-std::optional<std::int64_t> integer(const json::value& value, std::int64_t min, std::int64_t max) {
-  if (!value.is_int64()) return std::nullopt;  // larger ones are uint64, others doubles
-  const std::int64_t number = value.get_int64();
-  if (number < min || number > max) return std::nullopt;
-  return number;
+// Larger ones are uint64 in JSON, others doubles.
+template <auto member>
+bool set_integer(Question& question, const json::value& value, std::int64_t min, std::int64_t max) {
+  if (!value.is_int64() || value.get_int64() < min || value.get_int64() > max) return false;
+  using Member = std::remove_cvref_t<decltype(question.*member)>;
+  question.*member = static_cast<Member>(value.get_int64());
+  return true;
 }
 
-std::optional<Address> address(const json::value& value, const AddressWidths& widths) {
-  const json::string* text = value.if_string();
-  return text == nullptr ? std::nullopt : Address::parse(*text, widths);
-}
-
-Problem set_match(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  const auto pattern =
-      text == nullptr ? std::nullopt : AddressPattern::parse(*text, question.widths);
-  if (!pattern) return bad_argument("match", "a pattern such as \"Ladar(*/0)\"");
-  question.match = *pattern;
-  question.pattern = std::string(*text);
-  return {};
-}
-Problem set_to(Question& question, const json::value& value) {
-  question.to = address(value, question.widths);
-  return question.to ? Problem() : bad_argument("to", "an address such as \"Ladar(3/0)\"");
-}
-Problem set_from(Question& question, const json::value& value) {
-  question.from = address(value, question.widths);
-  return question.from ? Problem() : bad_argument("from", "an address such as \"Ladar(3/0)\"");
-}
-Problem set_type(Question& question, const json::value& value) {
-  const auto number = integer(value, -128, 127);
-  if (!number) return bad_argument("type", "a number from -128 to 127");
-  question.type = static_cast<std::int8_t>(*number);
-  return {};
-}
-Problem set_limit(Question& question, const json::value& value) {
-  const auto number = integer(value, 1, kPageItemsMax);
-  if (!number) return bad_argument("limit", "a number from 1 to 1000");
-  question.limit = static_cast<std::size_t>(*number);
-  return {};
-}
-Problem set_since(Question& question, const json::value& value) {
-  const auto number = integer(value, 0, INT64_MAX);
-  if (!number) return bad_argument("since", "the number of an event");
-  question.since = static_cast<std::uint64_t>(*number);
-  return {};
-}
-Problem set_epoch(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  if (text == nullptr) return bad_argument("epoch", "what \"epoch\" of the last answer said");
-  question.epoch = std::string(*text);
-  return {};
-}
-Problem set_wait(Question& question, const json::value& value) {
-  const auto number = integer(value, 0, kWaitMaxMs);
-  if (!number) return bad_argument("wait_ms", "a number from 0 to 30000");
-  question.wait = std::chrono::milliseconds(*number);
-  return {};
-}
-Problem set_after(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  if (text == nullptr) return bad_argument("after", "what \"next\" of the last answer said");
-  question.after = std::string(*text);
-  return {};
-}
-Problem set_pad(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  if (text == nullptr) return bad_argument("pad", "a text");
-  question.pad = std::string(*text);
-  return {};
-}
-
-Problem set_link(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  if (text == nullptr) return bad_argument("link", "the name of the router at its other end");
-  question.link = std::string(*text);
-  return {};
-}
-Problem set_action(Question& question, const json::value& value) {
-  const json::string* text = value.if_string();
-  const bool known = text != nullptr && (*text == "up" || *text == "down" || *text == "reset");
-  if (!known) return bad_argument("do", R"("up", "down" or "reset")");
-  question.action = std::string(*text);
-  return {};
-}
-
-std::optional<double> number(const json::value& value, double max) {
+// A number from 0 to `max`.
+std::optional<double> fraction(const json::value& value, double max) {
   if (!value.is_number()) return std::nullopt;
   const auto number = value.to_number<double>();
   return number >= 0 && number <= max ? std::optional(number) : std::nullopt;
 }
+
+template <std::string Question::*member>
+bool set_text(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text != nullptr) question.*member = std::string(*text);
+  return text != nullptr;
+}
+
+template <std::optional<Address> Question::*member>
+bool set_address(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text != nullptr) question.*member = Address::parse(*text, question.widths);
+  return (question.*member).has_value();
+}
+
+bool set_match(Question& question, const json::value& value) {
+  if (!set_text<&Question::pattern>(question, value)) return false;
+  const auto pattern = AddressPattern::parse(question.pattern, question.widths);
+  if (pattern) question.match = *pattern;
+  return pattern.has_value();
+}
+
+bool set_wait(Question& question, const json::value& value) {
+  if (!value.is_int64() || value.get_int64() < 0 || value.get_int64() > kWaitMaxMs) return false;
+  question.wait = std::chrono::milliseconds(value.get_int64());
+  return true;
+}
+
+bool set_action(Question& question, const json::value& value) {
+  if (!set_text<&Question::action>(question, value)) return false;
+  return question.action == "up" || question.action == "down" || question.action == "reset";
+}
+
 template <double link::Faults::*share>
-Problem set_share(Question& question, const json::value& value) {
-  const auto n = number(value, 1);
-  if (!n) return bad_argument("loss, duplicate and reorder", "numbers from 0 to 1");
-  question.faults.*share = *n;
-  return {};
+bool set_share(Question& question, const json::value& value) {
+  const auto number = fraction(value, 1);
+  if (number) question.faults.*share = *number;
+  return number.has_value();
 }
+
 template <Duration link::Faults::*time>
-Problem set_time(Question& question, const json::value& value) {
-  const auto n = number(value, 60);
-  if (!n) return bad_argument("delay_s and jitter_s", "seconds from 0 to 60");
-  question.faults.*time = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*n));
-  return {};
+bool set_time(Question& question, const json::value& value) {
+  const auto number = fraction(value, 60);
+  if (number)
+    question.faults.*time =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*number));
+  return number.has_value();
 }
-Problem set_rate(Question& question, const json::value& value) {
-  const auto n = number(value, 1e12);
-  if (!n) return bad_argument("rate", "bytes a second");
-  question.faults.rate = static_cast<std::uint64_t>(*n);
-  return {};
+
+bool set_rate(Question& question, const json::value& value) {
+  const auto number = fraction(value, 1e12);
+  if (number) question.faults.rate = static_cast<std::uint64_t>(*number);
+  return number.has_value();
 }
-Problem set_blackout(Question& question, const json::value& value) {
-  if (!value.is_bool()) return bad_argument("blackout", "true or false");
-  question.faults.blackout = value.get_bool();
-  return {};
+
+bool set_blackout(Question& question, const json::value& value) {
+  if (value.is_bool()) question.faults.blackout = value.get_bool();
+  return value.is_bool();
 }
 
 struct Argument {
-  std::string_view name;
-  Problem (*set)(Question&, const json::value&);
+  std::string_view name{};
+  bool (*set)(Question&, const json::value&) = nullptr;
+  std::string_view wanted{};  // what it must be
+  std::string_view shown{};   // as what it is named then, if not by its name
 };
-constexpr Argument kMatch{"match", set_match};
-constexpr Argument kTo{"to", set_to};
-constexpr Argument kFrom{"from", set_from};
-constexpr Argument kType{"type", set_type};
-constexpr Argument kLimit{"limit", set_limit};
-constexpr Argument kAfter{"after", set_after};
-constexpr Argument kSince{"since", set_since};
-constexpr Argument kEpoch{"epoch", set_epoch};
-constexpr Argument kWait{"wait_ms", set_wait};
-constexpr Argument kPad{"pad", set_pad};
-constexpr Argument kLink{"link", set_link};
-constexpr Argument kVia{"via", set_link};
-constexpr Argument kDo{"do", set_action};
-constexpr Argument kLoss{"loss", set_share<&link::Faults::loss>};
-constexpr Argument kDuplicate{"duplicate", set_share<&link::Faults::duplicate>};
-constexpr Argument kReorder{"reorder", set_share<&link::Faults::reorder>};
-constexpr Argument kDelay{"delay_s", set_time<&link::Faults::delay>};
-constexpr Argument kJitter{"jitter_s", set_time<&link::Faults::jitter>};
-constexpr Argument kRate{"rate", set_rate};
-constexpr Argument kBlackout{"blackout", set_blackout};
+constexpr std::string_view kAddressWanted = R"x(an address such as "Ladar(3/0)")x";
+constexpr std::string_view kLinkWanted = "the name of the router at its other end";
+constexpr std::string_view kShares = "loss, duplicate and reorder";
+constexpr std::string_view kSharesWanted = "numbers from 0 to 1";
+constexpr std::string_view kTimes = "delay_s and jitter_s";
+constexpr std::string_view kTimesWanted = "seconds from 0 to 60";
+
+constexpr Argument kMatch{"match", set_match, R"x(a pattern such as "Ladar(*/0)")x"};
+constexpr Argument kTo{"to", set_address<&Question::to>, kAddressWanted};
+constexpr Argument kFrom{"from", set_address<&Question::from>, kAddressWanted};
+constexpr Argument kType{
+    "type",
+    [](Question& q, const json::value& v) { return set_integer<&Question::type>(q, v, -128, 127); },
+    "a number from -128 to 127"};
+constexpr Argument kLimit{"limit",
+                          [](Question& q, const json::value& v) {
+                            return set_integer<&Question::limit>(q, v, 1, kPageItemsMax);
+                          },
+                          "a number from 1 to 1000"};
+constexpr Argument kAfter{"after", set_text<&Question::after>,
+                          R"(what "next" of the last answer said)"};
+constexpr Argument kSince{"since",
+                          [](Question& q, const json::value& v) {
+                            return set_integer<&Question::since>(q, v, 0, INT64_MAX);
+                          },
+                          "the number of an event"};
+constexpr Argument kEpoch{"epoch", set_text<&Question::epoch>,
+                          R"(what "epoch" of the last answer said)"};
+constexpr Argument kWait{"wait_ms", set_wait, "a number from 0 to 30000"};
+constexpr Argument kPad{"pad", set_text<&Question::pad>, "a text"};
+constexpr Argument kLink{"link", set_text<&Question::link>, kLinkWanted};
+constexpr Argument kVia{"via", set_text<&Question::link>, kLinkWanted, "link"};
+constexpr Argument kDo{"do", set_action, R"("up", "down" or "reset")"};
+constexpr Argument kLoss{"loss", set_share<&link::Faults::loss>, kSharesWanted, kShares};
+constexpr Argument kDuplicate{"duplicate", set_share<&link::Faults::duplicate>, kSharesWanted,
+                              kShares};
+constexpr Argument kReorder{"reorder", set_share<&link::Faults::reorder>, kSharesWanted, kShares};
+constexpr Argument kDelay{"delay_s", set_time<&link::Faults::delay>, kTimesWanted, kTimes};
+constexpr Argument kJitter{"jitter_s", set_time<&link::Faults::jitter>, kTimesWanted, kTimes};
+constexpr Argument kRate{"rate", set_rate, "bytes a second"};
+constexpr Argument kBlackout{"blackout", set_blackout, "true or false"};
 
 struct Form {
   std::string_view name;
@@ -213,7 +193,9 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
     if (argument == nullptr)
       return QuestionError{"bad_argument", quoted(form.name) + " has no argument " + quoted(key),
                            "router/io/ADMIN.md lists them"};
-    if (auto problem = argument->set(question, value)) return *problem;
+    if (!argument->set(question, value))
+      return bad_argument(argument->shown.empty() ? argument->name : argument->shown,
+                          argument->wanted);
   }
   if (question.ask == Ask::kRoute && !question.to)
     return bad_argument("to", "given: the address to look up");

@@ -388,9 +388,8 @@ json::object Answerer::routers() {
   Page& page = page_.emplace();
   if (links != nullptr && question_.after.empty())
     page.add(to_json(SelfView{links->self(), source_.process(clocks_.now)}));
-  fill_page(out, links, question_, page, [&](const link::Link& link) {
-    return to_json(RouterView{link, clocks_.now});
-  });
+  fill_page(out, links, question_, page,
+            [&](const link::Link& link) { return to_json(RouterView(link, clocks_.now)); });
   if (!out.contains("next")) add_missing(out, *page_);
   return out;
 }

@@ -377,10 +377,11 @@ struct Fields<PathView> {
 
 // What is at the other end of a link: one of the fleet's routers.
 struct RouterView {
+  RouterView(const link::Link& one, Time at) : link(one), now(at) {}
+  [[nodiscard]] bool is_known() const { return link.peer().epoch != 0; }
+
   const link::Link& link;
   Time now{};
-
-  [[nodiscard]] bool is_known() const { return link.peer().epoch != 0; }
 };
 // What routers and links are told with alike.
 struct RouterFields {
@@ -416,7 +417,7 @@ struct Fields<RouterView> : RouterFields {
 // One link, with all that can be seen of it. `client`: what the router counts of it; null: nothing.
 struct LinkView : RouterView {
   LinkView(const link::Links& all, const link::Link& one, const core::Router& router, Time at)
-      : RouterView{one, at}, links(all), client(router.client(one.client())) {}
+      : RouterView(one, at), links(all), client(router.client(one.client())) {}
 
   [[nodiscard]] const auto& session() const { return link.session(); }
   [[nodiscard]] const auto& counters() const { return session().counters(); }

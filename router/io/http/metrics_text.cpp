@@ -99,6 +99,7 @@ void add_mailboxes(Page& page, const MailboxCounts& counts) {
 
 void add_clients(Page& page, const AdminSource& source) {
   std::vector<PortUse> uses;
+  uses.reserve(core::kPortKinds.size());
   for (const auto& port : core::kPortKinds) uses.push_back({.port = port.value});
   source.router().clients().for_each([&](const core::Client& client) {
     PortUse& use = uses[static_cast<std::size_t>(client.info.port)];
