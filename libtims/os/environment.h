@@ -18,7 +18,7 @@ inline std::string environment(const char* name) {
 
 class ServiceManager {
  public:
-  // Empty: nobody listens, and all is said to the wind. A name that begins with @ is abstract.
+  // Empty: nobody listens, and what is told goes nowhere. A name that begins with @ is abstract.
   explicit ServiceManager(std::string path);
 
   static ServiceManager of_environment();

@@ -1,4 +1,5 @@
-// The life of a slot, and the hints that point at it: two 64-bit words.
+// The life of a slot and the hints that point at it, two 64-bit words; and the order of hints that
+// the owner of a mailbox keeps for itself.
 //
 //             claim (sender)              commit (sender)            take (owner)
 //   kFree ───────────────────▶ kWriting ─────────────────▶ kReadable ───────────▶ kLocked
