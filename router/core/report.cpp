@@ -21,8 +21,6 @@ MailboxReport describe(const Router& router, Time now, const Table::Entry& entry
           .age = age_of(now, owner.mailboxes[entry.position].registered_s)};
 }
 
-bool is_drop(Outcome outcome) { return !taken(outcome) || outcome == Outcome::kMailboxReplaced; }
-
 }  // namespace
 
 StatusReport report_status(const Router& router, Time now) {

@@ -12,6 +12,11 @@
 
 namespace tims::core {
 
+// Of what was lost; what replaced it was taken.
+constexpr bool is_drop(Outcome outcome) {
+  return !taken(outcome) || outcome == Outcome::kMailboxReplaced;
+}
+
 struct StatusReport {
   Address address{};
   AddressWidths widths{};

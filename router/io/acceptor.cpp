@@ -10,7 +10,6 @@
 
 #include "os/clock.h"
 #include "os/socket.h"
-#include "router/io/describe.h"
 
 namespace tims::io {
 namespace {

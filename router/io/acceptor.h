@@ -15,6 +15,12 @@
 
 namespace tims::io {
 
+// Of a socket that was bound early (os/socket.h).
+inline std::string waits_for_address(const char* protocol, const config::Endpoint& where) {
+  return std::string(protocol) + " " + where.to_string() +
+         ": this host has no such address yet; waiting for it";
+}
+
 class Acceptor {
  public:
   // A connected, non-blocking socket and where it comes from: "127.0.0.1:54321"; a Unix socket

@@ -9,7 +9,6 @@
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "router/core/router.h"
-#include "router/io/mailbox_counts.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
 #include "tims/time.h"
@@ -53,6 +52,24 @@ struct ProcessReport {
   std::string http{};
   std::string udp{};
   std::optional<UdpReport> udp_socket{};
+};
+
+// What became of messages to mailboxes in shared memory, whoever sent them.
+struct MailboxCounts {
+  std::uint64_t received = 0;
+  std::uint64_t replaced = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t too_big = 0;
+  std::uint64_t reclaimed = 0;
+
+  MailboxCounts& operator+=(const MailboxCounts& more) {
+    received += more.received;
+    replaced += more.replaced;
+    refused += more.refused;
+    too_big += more.too_big;
+    reclaimed += more.reclaimed;
+    return *this;
+  }
 };
 
 // What is to be seen of a mailbox in shared memory.

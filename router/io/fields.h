@@ -1,6 +1,6 @@
 // A report is a struct, or a view of what stands behind it, whose fields are listed once: what each
 // is called in JSON, how to get it, and, where monitoring wants it, the metric it is in Prometheus'
-// text. The admin protocol's JSON (to_json) and the page for Prometheus (http/metrics_text.h) are
+// text. The admin protocol's JSON (to_json) and the page for Prometheus (metrics_text) are
 // both made by walking these lists, so a field cannot be forgotten in one of them, nor have another
 // unit there.
 #pragma once

@@ -5,7 +5,7 @@
 #include <fmt/core.h>
 
 #include "os/clock.h"
-#include "router/io/describe.h"
+#include "router/io/acceptor.h"
 #include "router/io/net/interfaces.h"
 
 namespace tims::io {

@@ -9,7 +9,6 @@
 
 #include "os/clock.h"
 #include "os/wakeup.h"
-#include "router/io/describe.h"
 #include "shm/mailbox_view.h"
 #include "wire/header.h"
 
@@ -41,6 +40,16 @@ std::size_t descriptors_for_one() {
 constexpr int kUplinkSlots = 1024;  // messages
 constexpr std::uint32_t kUplinkLongPlaces = 64;
 constexpr int kMessagesPerTurn = kUplinkSlots / 2;
+
+// A client: "pid 4711 (laser)", "127.0.0.1:40312".
+std::string describe(const core::Peer& peer) {
+  if (!peer.id) return "the router itself";
+  std::string text;
+  if (peer.pid != 0) text.append("pid ").append(std::to_string(peer.pid));
+  if (!peer.endpoint.empty()) text.append(text.empty() ? "" : " ").append(peer.endpoint.view());
+  if (!peer.name.empty()) text.append(" (").append(peer.name.view()).append(")");
+  return text;
+}
 
 }  // namespace
 

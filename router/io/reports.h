@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <tuple>
 
 #include <boost/json/array.hpp>
@@ -147,15 +148,12 @@ boost::json::object to_json(const core::RouteReport& report, Address to,
 template <>
 struct Fields<core::CountReport> {
   using Report = core::CountReport;
-  static bool dropped(const Report& r) {
-    return !core::taken(r.outcome) || r.outcome == core::Outcome::kMailboxReplaced;
-  }
   static constexpr std::tuple list{
       Field{"port", &Report::port},
       Field{"class", &Report::message_class},
       Field{"outcome", &Report::outcome},
       Field{"meaning", [](auto& r) { return core::sentence(r.outcome); }},
-      Field{"dropped", dropped},
+      Field{"dropped", [](auto& r) { return core::is_drop(r.outcome); }},
       Field{
           "messages", [](auto& r) { return r.count.messages; },
           counter(1, "tims_router_messages_total",
@@ -509,5 +507,11 @@ struct Fields<AnnouncementView> {
       Field{"dds", [](auto& v) { return v.announcement.dds.to_string(); }},
       Field{"linked", linked}};
 };
+
+// --- metrics
+
+// The router's counters in Prometheus' text format (version 0.0.4). Labels are from closed lists:
+// however many mailboxes and clients there are, the page stays short.
+std::string metrics_text(const AdminSource& source, Time now);
 
 }  // namespace tims::io

@@ -15,7 +15,6 @@
 
 #include "os/clock.h"
 #include "router/io/dds/participant.h"
-#include "router/io/dds/qos.h"
 #include "router/io/dds/writer.h"
 #include "router/io/loop.h"
 #include "router/link/transport.h"

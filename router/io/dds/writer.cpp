@@ -7,7 +7,7 @@
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 
-#include "router/io/dds/qos.h"
+#include "router/io/dds/participant.h"
 #include "router/link/transport.h"
 
 namespace tims::io {

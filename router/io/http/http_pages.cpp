@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "router/io/http/metrics_text.h"
 
 namespace tims::io {
 namespace {

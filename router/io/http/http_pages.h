@@ -11,6 +11,8 @@
 
 namespace tims::io {
 
+inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
+
 struct HttpPages {
   std::function<std::string()> metrics;
   // Why the router is not ready for clients; empty when it is.

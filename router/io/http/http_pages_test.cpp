@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "router/io/admin_question.h"
-#include "router/io/http/metrics_text.h"
 
 namespace tims::io {
 namespace {
