@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,6 +64,16 @@ std::optional<std::vector<std::byte>> parse_hex(std::string_view text);
 
 // "tims-demo ladar --at 'Ladar(1/0)'" as a shell would cut it. Nothing: a quote is not closed.
 std::optional<std::vector<std::string>> split_words(std::string_view text);
+
+// --- placeholders: what may stand in braces in the commands of a file, as "{system}" for a robot's
+// number. A brace that is opened and not closed is none of them.
+
+using Placeholders = std::map<std::string, std::string, std::less<>>;
+// The first one that is not known.
+std::optional<std::string> unknown_placeholder(std::string_view text,
+                                               std::span<const std::string> known);
+// What is not known becomes nothing.
+std::string filled_in(std::string_view text, const Placeholders& values);
 
 // --- did you mean
 //

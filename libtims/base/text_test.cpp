@@ -85,6 +85,29 @@ TEST(Text, WordsAsAShellCutsThem) {
   EXPECT_FALSE(split_words("a 'b"));
 }
 
+const Placeholders kValues = {{"robot", "robot1"}, {"host", "robot1-arm"}, {"system", "1"}};
+const std::array<std::string, 2> kPlaceholders = {"host", "system"};
+
+TEST(Placeholders, AreFilledIn) {
+  EXPECT_EQ(filled_in("{robot}/{host}:{system}.", kValues), "robot1/robot1-arm:1.");
+  EXPECT_EQ(filled_in("{system}{system}", kValues), "11");
+  EXPECT_EQ(filled_in("a{x}b", kValues), "ab") << "not known";
+  EXPECT_EQ(filled_in("", kValues), "");
+}
+
+TEST(Placeholders, OfOthersAreFound) {
+  EXPECT_EQ(unknown_placeholder("{host} {x} {y}", kPlaceholders), "x");
+  EXPECT_EQ(unknown_placeholder("{}", kPlaceholders), "");
+  EXPECT_EQ(unknown_placeholder("{host} and {system}", kPlaceholders), std::nullopt);
+}
+
+TEST(Placeholders, ABraceAloneIsItself) {
+  for (const char* text : {"{", "}", "}{", "{system"}) {
+    EXPECT_EQ(unknown_placeholder(text, kPlaceholders), std::nullopt) << text;
+    EXPECT_EQ(filled_in(text, kValues), text);
+  }
+}
+
 TEST(Nearest, CountsEdits) {
   EXPECT_EQ(edit_distance("", ""), 0U);
   EXPECT_EQ(edit_distance("listen", "listen"), 0U);

@@ -1,4 +1,4 @@
-// The monotonic clock: read here, passed on as an argument.
+// Clocks: read here, passed on as arguments.
 #pragma once
 
 #include <ctime>
@@ -23,6 +23,21 @@ inline timespec to_timespec(Time time) {
 inline Time deadline_after(Duration wait) {
   const Time present = now();
   return wait >= kNever - present ? kNever : present + wait;
+}
+
+// --- The clock on the wall
+
+inline std::chrono::sys_time<std::chrono::nanoseconds> wall_now() {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+// What local time has more than UTC, at that time.
+inline std::chrono::seconds utc_offset(std::chrono::sys_time<std::chrono::nanoseconds> time) {
+  const std::time_t whole =
+      std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
+  std::tm fields{};
+  ::localtime_r(&whole, &fields);
+  return std::chrono::seconds(fields.tm_gmtoff);
 }
 
 }  // namespace tims::os

@@ -8,7 +8,7 @@
 #include "tests/bench/admin.h"
 #include "tests/bench/launch.h"
 #include "tests/bench/router_command.h"
-#include "tools/timsctl/sim/rules.h"
+#include "tools/sim/network.h"
 
 namespace tims::bench {
 namespace {

@@ -7,11 +7,10 @@
 #include <unistd.h>
 
 #include "tests/bench/metrics.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/process.h"
-#include "tools/timsctl/sim/network.h"
-#include "tools/timsctl/sim/rules.h"
-#include "tools/timsctl/sim/state.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/service.h"
+#include "tools/sim/network.h"
+#include "tools/sim/state.h"
 
 namespace tims::bench {
 namespace {

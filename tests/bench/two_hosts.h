@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tims/result.h"
-#include "tools/timsctl/sim/plan.h"
+#include "tools/sim/plan.h"
 
 namespace tims::bench {
 

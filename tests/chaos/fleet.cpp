@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "tests/support/patience.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/sim/network.h"
-#include "tools/timsctl/sim/state.h"
+#include "tools/cli/failure.h"
+#include "tools/sim/network.h"
+#include "tools/sim/state.h"
 
 namespace tims::chaos {
 namespace {
@@ -34,14 +34,14 @@ timsctl::Ran run_timsctl(std::vector<std::string> words) {
 Fleet::Fleet(std::string name, const std::string& file, const std::string& folder)
     : name_(std::move(name)),
       log_(folder + "/fleet.log"),
-      child_(timsctl::Child::start(
+      child_(timsctl::start(
           {.command = {TIMSCTL_PROGRAM, "sim", "up", file, "--fleet", name_, "--json"},
            .log = log_})) {
   for (;;) {
     const bool gone = child_.has_ended(std::chrono::milliseconds(20));
     if (content_of(log_).find("\"linked\"") != std::string::npos) return;
     if (!gone) continue;
-    const int code = child_.reap();
+    const int code = child_.reap().as_shell();
     throw Failure(code == 5 ? Exit::kDenied : Exit::kNo, "no_fleet", content_of(log_));
   }
 }
@@ -55,7 +55,7 @@ void Fleet::sim(std::vector<std::string> words) const {
   words.insert(words.end(), {"--fleet", name_});
   const std::string text = fmt::format("timsctl {}", fmt::join(words, " "));
   const timsctl::Ran ran = run_timsctl(std::move(words));
-  if (ran.code != 0) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
+  if (!ran.status.success()) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
 }
 
 std::vector<std::string> Fleet::ended() const {
@@ -69,7 +69,7 @@ std::vector<std::string> Fleet::ended() const {
 std::vector<pid_t> Fleet::processes() const {
   std::vector<pid_t> all;
   for (const std::string& network : sim::networks_of(name_))
-    for (const pid_t pid : timsctl::processes_in(network)) all.push_back(pid);
+    for (const pid_t pid : os::processes_in(network)) all.push_back(pid);
   return all;
 }
 
@@ -87,7 +87,7 @@ std::vector<std::string> Fleet::take_down() {
   std::vector<std::string> left;
   const std::vector<pid_t> pids = processes();
   const timsctl::Ran down = run_timsctl({"sim", "down", name_});
-  if (down.code != 0) left.push_back("timsctl sim down: " + down.output);
+  if (!down.status.success()) left.push_back("timsctl sim down: " + down.output);
   if (!child_.has_ended(test::kPatience))
     left.emplace_back("the process of the fleet does not end");
   for (const std::string& network : sim::networks_of(name_)) left.push_back("namespace " + network);

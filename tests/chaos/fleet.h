@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/timsctl/process.h"
+#include "tools/cli/service.h"
 
 namespace tims::chaos {
 
@@ -34,7 +34,7 @@ class Fleet {
   const std::string name_;
   const std::string log_;
   bool up_ = true;
-  timsctl::Child child_;
+  timsctl::Process child_;
 };
 
 }  // namespace tims::chaos

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "tests/support/patience.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/json.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/json.h"
 
 namespace tims::chaos {
 namespace {

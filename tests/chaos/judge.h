@@ -11,7 +11,7 @@
 #include "tests/chaos/board.h"
 #include "tests/chaos/fleet.h"
 #include "tests/chaos/plan.h"
-#include "tools/timsctl/admin_client.h"
+#include "tools/cli/admin_client.h"
 
 namespace tims::chaos {
 

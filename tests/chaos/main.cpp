@@ -7,8 +7,8 @@
 
 #include "tests/chaos/client.h"
 #include "tests/chaos/run.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/values.h"
+#include "base/measure.h"
+#include "tools/cli/failure.h"
 
 namespace tims::chaos {
 namespace {
@@ -34,7 +34,7 @@ bool parse(int argc, char** argv, Settings& settings) {
     const std::string_view name = argv[i];
     const std::string_view value = argv[i + 1];
     if (name == "--for") {
-      const auto length = timsctl::parse_duration(value);
+      const auto length = base::parse_duration(value);
       if (!length) return false;
       settings.length = *length;
     } else if (!(name == "--seed" && parse(value, settings.seed)) &&

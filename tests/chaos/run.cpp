@@ -12,7 +12,7 @@
 #include "os/clock.h"
 #include "router/core/message.h"
 #include "tests/support/patience.h"
-#include "tools/timsctl/failure.h"
+#include "tools/cli/failure.h"
 
 namespace tims::chaos {
 namespace {

@@ -6,19 +6,13 @@
 #include <csignal>
 #include <mutex>
 #include <optional>
-#include <system_error>
 #include <thread>
 
-#include <fcntl.h>
 #include <poll.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "os/clock.h"
 #include "os/file.h"
-#include "os/wakeup.h"
 
 namespace tims::test {
 namespace {
@@ -28,15 +22,11 @@ struct Line {
   std::string text;
 };
 
-Result<pid_t> fork_and_exec(std::vector<std::string> command, const ChildOptions& options, int out,
-                            int err);
-
 }  // namespace
 
 struct ChildProcess::State {
-  State(pid_t id, os::Pipe& out, os::Pipe& err)
-      : pid(id),
-        pidfd(static_cast<int>(::syscall(SYS_pidfd_open, id, 0))),
+  State(os::Process started, os::Pipe& out, os::Pipe& err)
+      : process(std::move(started)),
         streams{Stream{std::move(out.read), false, {}}, Stream{std::move(err.read), true, {}}},
         reader([this] { read_to_the_end(); }) {}
   ~State();
@@ -52,8 +42,7 @@ struct ChildProcess::State {
   std::optional<std::string> find(std::string_view part);
   [[nodiscard]] std::string joined() const;
 
-  pid_t pid;
-  os::File pidfd;
+  os::Process process;
   std::optional<ExitStatus> exit_status;
 
   mutable std::mutex mutex;
@@ -66,21 +55,21 @@ struct ChildProcess::State {
   std::thread reader;             // last: needs all the others
 };
 
-std::string ExitStatus::to_string() const {
-  if (signal != 0) return "killed by signal " + std::to_string(signal);
-  return "exit status " + std::to_string(code);
-}
-
 Result<ChildProcess> ChildProcess::start(std::vector<std::string> command,
                                          const ChildOptions& options) {
-  if (command.empty()) return Error(Errc::kInvalidArgument, "no command");
   auto out = os::make_pipe();
   if (!out) return out.error();
   auto err = os::make_pipe();
   if (!err) return err.error();
-  const auto pid = fork_and_exec(std::move(command), options, out->write.get(), err->write.get());
-  if (!pid) return pid.error();
-  return ChildProcess(std::make_unique<State>(*pid, *out, *err));
+  auto process = os::Process::start({.command = std::move(command),
+                                     .environment = options.environment,
+                                     .folder = options.folder,
+                                     .out = out->write.get(),
+                                     .err = err->write.get()});
+  out->write.reset();
+  err->write.reset();
+  if (!process) return process.error();
+  return ChildProcess(std::make_unique<State>(std::move(*process), *out, *err));
 }
 
 ChildProcess::ChildProcess(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -90,8 +79,8 @@ ChildProcess::~ChildProcess() = default;
 
 ChildProcess::State::~State() {
   if (!exit_status) {
-    ::kill(pid, SIGKILL);
-    ::waitpid(pid, nullptr, 0);
+    process.signal(SIGKILL);
+    (void)process.reap();
   }
   // A grandchild may hold the pipes open for ever: nothing more is read.
   {
@@ -101,7 +90,7 @@ ChildProcess::State::~State() {
   reader.join();
 }
 
-pid_t ChildProcess::pid() const { return state_->pid; }
+pid_t ChildProcess::pid() const { return state_->process.pid(); }
 
 Result<std::string> ChildProcess::wait_for_line(std::string_view part, Duration limit) {
   std::unique_lock lock(state_->mutex);
@@ -116,19 +105,15 @@ Result<std::string> ChildProcess::wait_for_line(std::string_view part, Duration 
 }
 
 void ChildProcess::signal(int number) {
-  if (!state_->exit_status) ::kill(state_->pid, number);
+  if (!state_->exit_status) state_->process.signal(number);
 }
 
 Result<ExitStatus> ChildProcess::wait(Duration limit) {
   if (state_->exit_status) return *state_->exit_status;
   const Time deadline = os::deadline_after(limit);
-  if (!os::is_readable(state_->pidfd.get(), limit)) {
-    return Error(Errc::kTimeout, "process " + std::to_string(state_->pid) + " still runs");
-  }
-  int status = 0;
-  ::waitpid(state_->pid, &status, 0);
-  state_->exit_status = WIFSIGNALED(status) ? ExitStatus{.signal = WTERMSIG(status)}
-                                            : ExitStatus{.code = WEXITSTATUS(status)};
+  if (!state_->process.has_ended(limit))
+    return Error(Errc::kTimeout, "process " + std::to_string(pid()) + " still runs");
+  state_->exit_status = state_->process.reap();
   std::unique_lock lock(state_->mutex);
   state_->changed.wait_for(lock, deadline - os::now(), [&] { return state_->ended; });
   return *state_->exit_status;
@@ -216,61 +201,4 @@ std::string ChildProcess::State::joined() const {
   return text;
 }
 
-namespace {
-
-std::vector<char*> pointers(std::vector<std::string>& texts) {
-  std::vector<char*> result;
-  result.reserve(texts.size() + 1);
-  for (std::string& text : texts) result.push_back(text.data());
-  result.push_back(nullptr);
-  return result;
-}
-
-std::vector<std::string> joined_environment(const std::vector<std::string>& added) {
-  std::vector<std::string> all = added;  // the first of two equal names counts
-  for (char** entry = environ; *entry != nullptr; ++entry) all.emplace_back(*entry);
-  return all;
-}
-
-// Between fork and exec only what is safe in the copy of a program with several threads: all
-// memory was prepared before. Writes errno to `problem` when it comes back at all.
-void become(char** argv, char** env, const char* folder, int out, int err, pid_t parent,
-            int problem) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(127);  // it died before the line above
-  sigset_t none;
-  sigemptyset(&none);
-  ::pthread_sigmask(SIG_SETMASK, &none, nullptr);
-  const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  ::dup2(null, STDIN_FILENO);
-  ::dup2(out, STDOUT_FILENO);
-  ::dup2(err, STDERR_FILENO);
-  if (*folder == '\0' || ::chdir(folder) == 0) ::execvpe(argv[0], argv, env);
-  const int error = errno;
-  [[maybe_unused]] const ssize_t n = ::write(problem, &error, sizeof error);
-  ::_exit(127);
-}
-
-Result<pid_t> fork_and_exec(std::vector<std::string> command, const ChildOptions& options, int out,
-                            int err) {
-  std::vector<std::string> environment = joined_environment(options.environment);
-  std::vector<char*> argv = pointers(command);
-  std::vector<char*> env = pointers(environment);
-  auto problem = os::make_pipe();  // closed by a successful exec
-  if (!problem) return problem.error();
-  const pid_t parent = ::getpid();
-  const pid_t pid = ::fork();
-  if (pid < 0) return os::system_error("fork");
-  if (pid == 0) {
-    become(argv.data(), env.data(), options.folder.c_str(), out, err, parent, problem->write.get());
-  }
-  problem->write.reset();
-  int error = 0;
-  if (::read(problem->read.get(), &error, sizeof error) <= 0) return pid;
-  ::waitpid(pid, nullptr, 0);
-  const std::string words = std::system_category().message(error);
-  return Error(Errc::kSystem, "cannot start " + command[0] + ": " + words);
-}
-
-}  // namespace
 }  // namespace tims::test

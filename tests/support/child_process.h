@@ -8,20 +8,14 @@
 
 #include <sys/types.h>
 
+#include "os/process.h"
 #include "tests/support/patience.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
 namespace tims::test {
 
-struct ExitStatus {
-  int code = 0;    // valid when signal is 0
-  int signal = 0;  // that ended it
-
-  [[nodiscard]] bool success() const { return code == 0 && signal == 0; }
-  [[nodiscard]] std::string to_string() const;  // "exit status 1", "killed by signal 9"
-  bool operator==(const ExitStatus&) const = default;
-};
+using os::ExitStatus;
 
 struct ChildOptions {
   std::vector<std::string> environment;  // "NAME=value", added to the test's own
@@ -32,7 +26,7 @@ struct ChildOptions {
 // children from a thread that lives as long as they should.
 class ChildProcess {
  public:
-  // `command[0]` is looked up in PATH. Fails when the program cannot be executed.
+  // As os::Process finds it. Fails when the program cannot be executed.
   static Result<ChildProcess> start(std::vector<std::string> command,
                                     const ChildOptions& options = {});
 

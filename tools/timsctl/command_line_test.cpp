@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/option_table.h"
-#include "tools/timsctl/words.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/options.h"
 
 namespace timsctl {
 namespace {

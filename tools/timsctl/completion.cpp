@@ -5,16 +5,15 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/catalogue.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/component_parameters.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/fleet.h"
-#include "tools/timsctl/option_table.h"
-#include "tools/timsctl/robot/running.h"
-#include "tools/timsctl/sim/state.h"
-#include "tools/timsctl/values.h"
+#include "base/text.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/options.h"
+#include "tools/cli/service.h"
+#include "tools/sim/verbs.h"
+#include "tools/timsctl/component_call.h"
 #include "tools/timsctl/verbs.h"
 
 namespace timsctl {
@@ -124,10 +123,11 @@ Candidates parameters(Context& context, const std::string& component) {
   return out;
 }
 
-Candidates robots() {
-  Candidates out;
-  for (const std::string& key : robot::running()) out.emplace_back(robot::name_of(key));
-  return out;
+// Of a verb that another program does, the program itself knows them.
+Candidates of_program(const Verb& verb, std::size_t place) {
+  const Ran ran = run(
+      {.command = {std::string(verb.program), "__complete", verb.word(), std::to_string(place)}});
+  return ran.status.success() ? split(ran.output, '\n') : Candidates();
 }
 
 Candidates classes() {
@@ -145,7 +145,7 @@ Candidates messages(std::uint32_t class_id, bool commands) {
     for (const rack::MessageInfo& message : table)
       if ((message.class_id == class_id || message.class_id == rack::kEveryClass) &&
           (!commands || message.type > 0))
-        out.push_back(lower(message.name));
+        out.push_back(base::lower(message.name));
   return out;
 }
 
@@ -184,7 +184,6 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
   if (name == "CHASSIS") return living_addresses(context, tims::class_id::kChassis);
   if (name == "PILOT") return living_addresses(context, tims::class_id::kPilot);
   if (name == "ROUTER" || (name == "NAME" && verb.noun == "link")) return peers(context);
-  if (name == "NAME" && verb.noun == "down") return robots();
   if (name == "NAME" && verb.verb == "param") return parameters(context, before.back());
   if (name == "NAME" && verb.verb == "show") return messages(class_before(), false);
   if (name == "CLASS") return classes();
@@ -210,7 +209,7 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
   if (option == "level") return {"print", "error", "warning", "info", "detail"};
   if (option == "by") return {"reason", "port", "class"};
   if (option == "format") return {"text", "nagios"};
-  if (option == "fleet") return sim::fleets();
+  if (option == "fleet") return of_program(sim::kDown, 0);
   return {};  // the shell proposes files
 }
 
@@ -267,7 +266,7 @@ Candidates candidates(const Before& before, const std::string& last, Context& co
     if (verb_comes && verb.noun == found.noun) out.emplace_back(verb.verb);
   if (found.verb == nullptr || verb_comes) return out;
   const std::size_t place = plain.size() - found.words;
-  if (found.noun == "sim") return sim_candidates(found.verb->verb, place);
+  if (!found.verb->program.empty()) return of_program(*found.verb, place);
   const Candidates arguments(plain.begin() + static_cast<std::ptrdiff_t>(found.words), plain.end());
   for (const std::string& name : split(place_name(found.verb->arguments, place), '|'))
     for (std::string& candidate : for_place(*found.verb, name, arguments, context))
@@ -302,7 +301,7 @@ Exit complete(Context& context) {
   std::vector<std::string> all;
   try {
     const Before before = read_before(std::span(words).first(words.size() - 1));
-    Context there(options, context.out, context.signals,
+    Context there(context.verb, options, context.out, context.signals,
                   before.host.empty() ? context.host : parse_host(before.host));
     all = candidates(before, words.back(), there);
   } catch (const Failure&) {

@@ -4,20 +4,22 @@
 
 #include <fmt/format.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/generic.h"
-#include "tools/timsctl/commands.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/robot/verbs.h"
+#include "tools/timsctl/command_line.h"
 #include "tools/timsctl/component_call.h"
-#include "tools/timsctl/component_parameters.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/fleet.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/message_fields.h"
-#include "tools/timsctl/message_text.h"
-#include "tools/timsctl/show.h"
-#include "tools/timsctl/values.h"
+#include "tools/timsctl/message.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -224,7 +226,7 @@ void show_data(Context& context, tims::Address component, const Message& newest,
   }
   FieldStyle all = style;
   all.elements_max = rack::kAllElements;
-  json::object described = described_json(newest, wall_now(), all);
+  json::object described = described_json(newest, tims::os::wall_now(), all);
   if (format == Format::kCsv) return context.out.write(CsvLines().add(described));
   if (const json::value* damage = described.if_contains("malformed"))
     throw Failure(Exit::kVersion, "malformed", std::string(damage->as_string()));
@@ -301,7 +303,9 @@ Exit component_param(Context& context) {
   const std::string& verb = context.options.arguments.front();
   if (verb == "get") return param_get(context);
   if (verb == "set") return param_set(context);
-  if (verb == "save" && context.options.arguments.size() < 4) return save_parameters(context);
+  const auto more = std::span(context.options.arguments).subspan(1);
+  // Only who has started the component knows its file.
+  if (verb == "save" && more.size() < 3) become_verb(robot::kSave, context.options, more);
   throw usage_error("component param get ADDR [NAME], set ADDR NAME VALUE, or save ADDR [NAME]");
 }
 
@@ -377,8 +381,8 @@ double seconds(rack::Milliseconds<rack::u32> period) {
 
 // The clocks of two hosts may differ a little.
 double seconds_since(rack::TimeStamp time) {
-  const auto now = rack::TimeStamp::of(
-      std::chrono::duration_cast<std::chrono::milliseconds>(wall_now().time_since_epoch()));
+  const auto now = rack::TimeStamp::of(std::chrono::duration_cast<std::chrono::milliseconds>(
+      tims::os::wall_now().time_since_epoch()));
   return std::max(std::chrono::duration<double>(now - time).count(), 0.0);
 }
 

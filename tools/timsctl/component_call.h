@@ -2,13 +2,17 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "rack/codec/codec.h"
-#include "tools/timsctl/connection.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
+#include "rack/proxies/generic.h"
+#include "tools/cli/connection.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 
@@ -69,5 +73,19 @@ bool waited(const Context& context, const std::function<bool()>& attempt);
 
 // "on", "off", "error"; "answer -7" for what is none of these.
 std::string state_text(std::int8_t state);
+
+// Parameters of a component: asked for, and shown.
+
+rack::ParameterList get_parameters(ComponentCall& call, tims::Address component);
+
+// When new values take effect, as the component says; an original one does not.
+std::optional<rack::ParameterEffects> get_effects(ComponentCall& call, tims::Address component);
+std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEffects>& effects,
+                                           std::string_view name);
+
+json::object parameter_json(const rack::Parameter& parameter,
+                            const std::optional<rack::ParameterEffects>& effects);
+// Of those objects.
+std::string parameter_table(const json::array& items, const Look& look);
 
 }  // namespace timsctl

@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include "router/config/load.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/show.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 

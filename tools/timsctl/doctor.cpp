@@ -4,11 +4,15 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/clock.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
 #include "tools/timsctl/findings.h"
-#include "tools/timsctl/help.h"
-#include "tools/timsctl/humanize.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -20,8 +24,9 @@ void ask_router(Context& context, Facts& facts) {
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
   facts.status = admin.ask({{"ask", "status"}});
-  const auto there = parse_rfc3339(text_at(facts.status, "time"));
-  if (there) facts.clock_difference_s = std::chrono::duration<double>(*there - wall_now()).count();
+  const auto there = base::parse_rfc3339(text_at(facts.status, "time"));
+  if (there)
+    facts.clock_difference_s = std::chrono::duration<double>(*there - tims::os::wall_now()).count();
   json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
   facts.mailboxes = std::move(items_of(mailboxes));
   json::object clients = admin.ask({{"ask", "clients"}});
@@ -37,7 +42,7 @@ void find_dead_owners(Facts& facts) {
     const auto pid = static_cast<std::uint32_t>(number_or_zero(mailbox, "owner.pid"));
     if (pid == 0 || is_running(pid)) continue;
     facts.dead_owners.push_back(fmt::format("{} of {} (pid {})", text_at(mailbox, "address.name"),
-                                            printable(text_at(mailbox, "owner.name")), pid));
+                                            base::printable(text_at(mailbox, "owner.name")), pid));
   }
 }
 
@@ -87,7 +92,7 @@ std::string draw(const std::vector<Finding>& findings, const Look& look, bool qu
                                                    : Tone::kBad;
     text += fmt::format("{}  {:<20} {}\n",
                         paint(fmt::format("{:<7}", name(f.level)), tone, look.colour), f.id,
-                        printable(f.text));
+                        base::printable(f.text));
     if (!f.hint.empty()) text += fmt::format("{:30}-> {}\n", "", f.hint);
   }
   const Counts n = count(findings);
@@ -103,8 +108,12 @@ json::object to_json(const Facts& facts, const std::vector<Finding>& findings) {
                                  {"text", f.text},
                                  {"hint", f.hint.empty() ? json::value() : json::value(f.hint)}});
   const Counts n = count(findings);
-  return {{"schema", "tims/doctor/1"}, {"host", facts.where},    {"time", rfc3339(wall_now())},
-          {"failures", n.failures},    {"warnings", n.warnings}, {"items", std::move(items)}};
+  return {{"schema", "tims/doctor/1"},
+          {"host", facts.where},
+          {"time", base::rfc3339(tims::os::wall_now())},
+          {"failures", n.failures},
+          {"warnings", n.warnings},
+          {"items", std::move(items)}};
 }
 
 // One line and the exit status that monitoring programs read.
@@ -116,13 +125,21 @@ Exit nagios(Context& context, const Facts& facts, const std::vector<Finding>& fi
   const char* separator = " - ";
   for (const Finding& f : findings) {
     if (f.level < Level::kWarning) continue;
-    text += fmt::format("{}{}", separator, printable(f.text));
+    text += fmt::format("{}{}", separator, base::printable(f.text));
     separator = "; ";
   }
   context.out.write(fmt::format(
       "{} | clients={} mailboxes={} drops={}c\n", text, number_or_zero(facts.status, "clients"),
       number_or_zero(facts.status, "mailboxes"), number_or_zero(facts.status, "drops")));
   return static_cast<Exit>(level);
+}
+
+constexpr Column kColumns[] = {
+    {"CODE", "code"}, {"KIND", "kind"}, {"MEANING", "meaning"}, {"HINT", "hint", As::kText, true}};
+
+json::object to_json(const CatalogueEntry& entry) {
+  return {
+      {"code", entry.code}, {"kind", entry.kind}, {"meaning", entry.meaning}, {"hint", entry.hint}};
 }
 
 }  // namespace
@@ -137,6 +154,29 @@ Exit doctor(Context& context) {
     context.out.write(draw(findings, context.out.look(), context.options.quiet));
   if (facts.unreachable) return facts.unreachable->exit;
   return count(findings).failures > 0 ? Exit::kNo : Exit::kDone;
+}
+
+// --- timsctl errors: the catalogue, without a router.
+
+Exit errors(Context& context) {
+  json::array items;
+  const auto& arguments = context.options.arguments;
+  for (const CatalogueEntry& entry : catalogue())
+    if (arguments.empty() || arguments.front() == entry.code) items.push_back(to_json(entry));
+  if (items.empty())
+    throw Failure(Exit::kNoSuch, "no_such_code", fmt::format("no code \"{}\"", arguments.front()),
+                  "`timsctl errors` lists all");
+  const Look& look = context.out.look();
+  if (look.format == Format::kJson) {
+    context.out.write(json::object{{"schema", "tims/code/1"}, {"items", std::move(items)}});
+  } else if (arguments.empty() || look.format != Format::kTable) {
+    context.out.write(render_items({items.data(), items.size()}, kColumns, look));
+  } else {
+    const CatalogueEntry& entry = *find_in_catalogue(arguments.front());
+    context.out.write(fmt::format("{} ({}): {}\n", entry.code, entry.kind, entry.meaning));
+    if (!entry.hint.empty()) context.out.write(fmt::format("  -> {}\n", entry.hint));
+  }
+  return Exit::kDone;
 }
 
 }  // namespace timsctl

@@ -1,18 +1,27 @@
-// timsctl explain: why a message arrives, or does not. Walks from router to router as the message
-// would and asks each what it would do with it.
+#include <algorithm>
+
 #include <fmt/format.h>
 
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/fleet.h"
-#include "tools/timsctl/humanize.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/clock.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/message.h"
 #include "tools/timsctl/path.h"
-#include "tools/timsctl/values.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
 namespace {
+
+bool has_it(const Step& step) {
+  const std::string verdict = text_at(step.answer, "verdict");
+  return verdict == "deliver" || verdict == "self";
+}
 
 struct Conclusion {
   bool arrives = false;
@@ -114,9 +123,9 @@ class Explainer {
     for (const json::value& value : items_of(fleet)) {
       const json::object& router = value.as_object();
       if (text_at(router, "state") == "up") continue;
-      names +=
-          fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ", text_at(router, "name"),
-                      text_at(router, "state"), human_duration(number_or_zero(router, "since_s")));
+      names += fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ", text_at(router, "name"),
+                           text_at(router, "state"),
+                           base::human_duration(number_or_zero(router, "since_s")));
     }
     return names;
   }
@@ -135,7 +144,8 @@ class Explainer {
         return Conclusion{
             false,
             fmt::format("the link of {} to {} is {} since {}{}{}", step.name, text_at(link, "via"),
-                        text_at(link, "state"), human_duration(number_or_zero(link, "since_s")),
+                        text_at(link, "state"),
+                        base::human_duration(number_or_zero(link, "since_s")),
                         refusal.empty() ? "" : ": ", refusal),
             text_at(link, "state") == "down"
                 ? fmt::format("`timsctl -r {} link up {}`", step.name, text_at(link, "via"))
@@ -159,7 +169,7 @@ class Explainer {
     int number = 0;
     for (const Step& step : path.steps)
       context_.out.write(fmt::format("{:>2} {:<16} {}\n", ++number, step.name,
-                                     printable(text_at(step.answer, "reason"))));
+                                     base::printable(text_at(step.answer, "reason"))));
     const Tone tone = conclusion.arrives ? Tone::kGood : Tone::kBad;
     context_.out.write(paint(conclusion.cause, tone, context_.out.look().colour) +
                        (conclusion.remedy.empty() ? "" : "; " + conclusion.remedy) + "\n");
@@ -171,7 +181,71 @@ class Explainer {
   tims::Address dst_;
 };
 
+constexpr Column kHops[] = {
+    {"HOP", "hop"},
+    {"ROUTER", "router"},
+    {"FROM", "from.name"},
+    {"TO", "to.name"},
+    {"WAITED", "waited_s", As::kDuration},
+    {"TIME", "time"},
+};
+
+// A record, if the message is one.
+std::optional<json::object> record_of(const Message& message) {
+  if (message.header.type != tims::type::kHopRecord) return std::nullopt;
+  return json_of(message);
+}
+
 }  // namespace
+
+std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) {
+  const json::object fleet = walk_fleet(first);
+  for (const json::value& value : items_of(fleet)) {
+    const json::object& item = value.as_object();
+    const auto router = router_address(item);
+    if (!router || text_at(item, "state") != "up") continue;
+    Step step{.router = router, .name = text_at(item, "name"), .answer = {}};
+    try {
+      step.answer = first.at(router).ask({{"ask", "route"}, {"to", mailbox.to_hex()}});
+    } catch (const Failure&) {
+      continue;  // gone meanwhile
+    }
+    if (has_it(step)) return step;
+  }
+  return std::nullopt;
+}
+
+Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
+               std::int8_t type) {
+  constexpr std::size_t kStepsMax = 20;
+  json::object question{{"ask", "route"}, {"to", to.to_hex()}, {"type", type}};
+  if (from) question["from"] = from->to_hex();
+  Path path;
+  std::optional<tims::Address> at = first.router();
+  while (path.steps.size() < kStepsMax) {
+    AdminClient router = first.at(at);
+    Step step{.router = at, .name = {}, .answer = {}};
+    try {
+      step.answer = router.ask(question);
+    } catch (const Failure& failure) {
+      if (path.steps.empty()) throw;
+      path.failure = failure.message;
+      return path;
+    }
+    step.name = text_at(step.answer, "router");
+    const bool forwards = text_at(step.answer, "verdict") == "forward";
+    const auto next = tims::Address::parse(text_at(step.answer, "next_router.raw"));
+    path.steps.push_back(std::move(step));
+    path.reached = has_it(path.steps.back());
+    if (!forwards || !next) return path;
+    at = next;
+  }
+  path.failure = "the routers send it round in a loop";
+  return path;
+}
+
+// --- timsctl explain: why a message arrives, or does not. Walks from router to router as the
+// message would and asks each what it would do with it.
 
 Exit explain(Context& context) {
   const auto& arguments = context.options.arguments;
@@ -182,6 +256,64 @@ Exit explain(Context& context) {
   return Explainer(context, admin, need_address(arguments[0], widths),
                    need_address(arguments[1], widths))
       .run();
+}
+
+// --- timsctl trace: a message that every router on its way tells about.
+
+Exit trace(Context& context) {
+  if (std::holds_alternative<TcpHost>(context.host))
+    throw usage_error("a message that comes over TCP is not traced", "-H unix:PATH on that host");
+  (void)need_address(context.options.arguments.front(), kAnyWidths);
+  const auto connection = context.connect();
+  const tims::AddressWidths widths = connection->widths();
+  const tims::Address target = need_address(context.options.arguments.front(), widths);
+  const std::int8_t type = context.options.type.empty()
+                               ? tims::type::kGetStatus
+                               : need_type(context.options.type, target.fields(widths).class_id);
+  const std::string name = target.to_string(connection->widths());
+  const tims::Time sent = tims::os::now();
+  auto result = connection->send({.dest = target,
+                                  .type = type,
+                                  .priority = context.options.priority,
+                                  .seq_nr = connection->next_seq_nr(),
+                                  .trace = true},
+                                 {});
+  if (!result) throw failure_of(result.error(), name);
+  json::array hops;
+  std::optional<Message> answer;
+  std::optional<double> seconds;
+  // Records come as fast as the answer, not necessarily before it.
+  tims::Time deadline = tims::os::deadline_after(context.options.timeout);
+  while (auto message = receive(*connection, context.signals, deadline)) {
+    if (auto record = record_of(*message)) {
+      hops.push_back(std::move(*record));
+    } else if (message->header.src == target) {
+      seconds = std::chrono::duration<double>(tims::os::now() - sent).count();
+      answer = std::move(*message);
+      deadline = std::min(deadline, tims::os::deadline_after(std::chrono::milliseconds(100)));
+    }
+  }
+  std::ranges::sort(hops, {},
+                    [](const json::value& hop) { return number_or_zero(hop.as_object(), "hop"); });
+  const bool reached = answer && answer->header.type != tims::type::kNotAvailable;
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/trace/1"},
+                                   {"target", name},
+                                   {"reached", reached},
+                                   {"rtt_s", seconds ? json::value(*seconds) : json::value()},
+                                   {"items", std::move(hops)}});
+  } else {
+    if (hops.empty()) context.out.note("no router was on its way: it is on this host");
+    context.out.write(render_items(hops, kHops, context.out.look()));
+    const std::string end =
+        !answer ? "no answer"
+                : fmt::format("{} after {}",
+                              reached ? type_name(answer->header.type) : "no such mailbox",
+                              base::human_duration(*seconds));
+    context.out.write(fmt::format("{}: {}\n", name, end));
+  }
+  if (!answer) return Exit::kTimeout;
+  return reached ? Exit::kDone : Exit::kNoSuch;
 }
 
 }  // namespace timsctl

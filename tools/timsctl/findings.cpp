@@ -2,16 +2,33 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <iterator>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/timex.h>
 
-#include "tools/timsctl/catalogue.h"
-#include "tools/timsctl/humanize.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/file.h"
+#include "tools/cli/failure.h"
 
 namespace timsctl {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 std::string_view who_reaches(std::string_view where) {
@@ -80,15 +97,15 @@ class Doctor {
   void turn() {
     const double longest = number_or_zero(facts_.status, "longest_turn_s");
     judge("router.turn", longest < 0.1, Level::kWarning,
-          fmt::format("the router's longest turn took {}", human_duration(longest)));
+          fmt::format("the router's longest turn took {}", base::human_duration(longest)));
   }
 
   void clocks_differ() {
     if (facts_.local || !facts_.clock_difference_s) return;
     const double difference = *facts_.clock_difference_s;
-    judge(
-        "clock.difference", std::abs(difference) < 1, Level::kWarning,
-        fmt::format("the router's clock differs from this one by {}", human_duration(difference)));
+    judge("clock.difference", std::abs(difference) < 1, Level::kWarning,
+          fmt::format("the router's clock differs from this one by {}",
+                      base::human_duration(difference)));
   }
 
   void dead_mailboxes() {
@@ -116,7 +133,7 @@ class Doctor {
       any = true;
       add("mailboxes.full", Level::kWarning,
           fmt::format("{} of {} is full: {:.0f} messages wait", text_at(mailbox, "address.name"),
-                      printable(text_at(mailbox, "owner.name")), slots));
+                      base::printable(text_at(mailbox, "owner.name")), slots));
     }
     if (!any) add("mailboxes.full", Level::kOk, "every mailbox has room");
   }
@@ -134,7 +151,7 @@ class Doctor {
     for (const auto& [reason, count] : sums) {
       const auto* entry = find_in_catalogue(std::string_view(reason));
       add(fmt::format("drops.{}", std::string_view(reason)), now ? Level::kWarning : Level::kInfo,
-          fmt::format("{} messages: {}", human_count(count.to_number<double>()),
+          fmt::format("{} messages: {}", base::human_count(count.to_number<double>()),
                       entry == nullptr ? std::string_view(reason) : entry->meaning),
           entry == nullptr ? "" : std::string(entry->hint));
     }
@@ -154,7 +171,7 @@ class Doctor {
             Level::kFailure,
             facts_.memory->memfd
                 ? fmt::format("/dev/shm has {} left",
-                              human_bytes(static_cast<double>(facts_.memory->free_bytes)))
+                              base::human_bytes(static_cast<double>(facts_.memory->free_bytes)))
                 : "the system makes no shared memory (memfd_create)");
     judge("clock.synchronised", facts_.clock_synchronised, Level::kInfo,
           facts_.clock_synchronised ? "the clock is synchronised"
@@ -162,7 +179,7 @@ class Doctor {
     if (facts_.receive_buffer_max)
       judge("sockets.buffers", *facts_.receive_buffer_max >= (1 << 20), Level::kInfo,
             fmt::format("a socket may buffer {} (net.core.rmem_max)",
-                        human_bytes(static_cast<double>(*facts_.receive_buffer_max))));
+                        base::human_bytes(static_cast<double>(*facts_.receive_buffer_max))));
   }
 
   void files() {
@@ -179,51 +196,6 @@ class Doctor {
   const Facts& facts_;
   std::vector<Finding> findings_;
 };
-
-}  // namespace
-
-Finding make_finding(std::string id, Level level, std::string text, std::string hint) {
-  if (hint.empty() && level >= Level::kWarning)
-    if (const auto* entry = find_in_catalogue(id)) hint = entry->hint;
-  return {std::move(id), level, std::move(text), std::move(hint)};
-}
-
-std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes) {
-  std::vector<std::pair<double, std::string>> all;
-  for (const json::value& value : clients) {
-    const json::object& client = value.as_object();
-    const std::string name = text_at(client, "name");
-    all.emplace_back(number_or_zero(client, "drops"),
-                     "to " + (name.empty() ? text_at(client, "peer") : name));
-  }
-  for (const json::value& value : mailboxes) {
-    const json::object& mailbox = value.as_object();
-    double lost = 0;
-    for (const char* reason : {"replaced", "refused", "too_big"})
-      lost += number_or_zero(mailbox, reason);
-    all.emplace_back(lost, "in the mailbox " + text_at(mailbox, "address.name"));
-  }
-  std::erase_if(all, [](const auto& one) { return one.first == 0; });
-  std::ranges::stable_sort(all, std::greater(), [](const auto& one) { return one.first; });
-  std::string text;
-  for (std::size_t i = 0; i < all.size() && i < kReceiversShown; ++i)
-    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", human_count(all[i].first),
-                        printable(all[i].second));
-  if (all.size() > kReceiversShown)
-    text += fmt::format(", and {} more", all.size() - kReceiversShown);
-  return text;
-}
-
-std::vector<Finding> judge(const Facts& facts) { return Doctor(facts).examine(); }
-
-std::string_view name(Level level) {
-  constexpr std::array<std::string_view, 4> kNames = {"ok", "info", "warning", "failure"};
-  return kNames[static_cast<std::size_t>(level)];
-}
-
-// --- links to other routers
-
-namespace {
 
 constexpr double kLossMax = 0.05;
 constexpr double kClockOffsetMax_s = 0.1;
@@ -269,8 +241,8 @@ class LinkDoctor {
     std::string text = fmt::format(
         "the links' socket buffers {} in and {} out, less than the {} "
         "asked for: bursts may be lost",
-        human_bytes(in), human_bytes(out), human_bytes(asked));
-    if (dropped > 0) text += fmt::format("; {} datagrams were", human_count(dropped));
+        base::human_bytes(in), base::human_bytes(out), base::human_bytes(asked));
+    if (dropped > 0) text += fmt::format("; {} datagrams were", base::human_count(dropped));
     add("sockets.udp", dropped > 0 ? Level::kWarning : Level::kInfo, std::move(text));
   }
 
@@ -278,12 +250,13 @@ class LinkDoctor {
     const std::string name = text_at(link, "via");
     const std::string address = text_at(link, "peer_address");
     const std::string text = name.empty() || name == address ? address : name;
-    return printable(fmt::format("{} ({})", text.empty() ? "?" : text, text_at(link, "kind")));
+    return base::printable(
+        fmt::format("{} ({})", text.empty() ? "?" : text, text_at(link, "kind")));
   }
 
   void not_up(const json::object& link) {
     const std::string state = text_at(link, "state");
-    const std::string since = human_duration(number_or_zero(link, "since_s"));
+    const std::string since = base::human_duration(number_or_zero(link, "since_s"));
     const std::string refusal = text_at(link, "refusal");
     const std::string name = name_of(link);
     // Those that call us may have been switched off.
@@ -291,10 +264,10 @@ class LinkDoctor {
     if (state == "down")
       return add("links.down", Level::kWarning,
                  fmt::format("the link to {} was taken down by hand {} ago", name, since),
-                 fmt::format("`timsctl link up {}`", printable(text_at(link, "via"))));
+                 fmt::format("`timsctl link up {}`", base::printable(text_at(link, "via"))));
     if (!refusal.empty())
       return add("links.refused", level,
-                 fmt::format("the link to {} is refused: {}", name, printable(refusal)));
+                 fmt::format("the link to {} is refused: {}", name, base::printable(refusal)));
     if (state == "idle")
       return add("links.down", level,
                  fmt::format("the link to {} has no address to call: its name is not known", name),
@@ -319,22 +292,161 @@ class LinkDoctor {
     if (std::abs(offset) > kClockOffsetMax_s + number_or_zero(link, "clock.uncertainty_s"))
       add("links.clock", Level::kWarning,
           fmt::format("the clock of {} is {} {} this router's", name,
-                      human_duration(std::abs(offset)), offset > 0 ? "ahead of" : "behind"));
+                      base::human_duration(std::abs(offset)), offset > 0 ? "ahead of" : "behind"));
   }
 
   void event(const char* kind, const char* id, const char* text) {
     const double count = number_or_zero(facts_.stats, fmt::format("events.{}", kind));
     if (count > 0)
       add(id, Level::kFailure,
-          fmt::format("{} ({} time{})", text, human_count(count), count == 1 ? "" : "s"));
+          fmt::format("{} ({} time{})", text, base::human_count(count), count == 1 ? "" : "s"));
   }
 
   const Facts& facts_;
   std::vector<Finding> findings_;
 };
 
+std::string user_name(uid_t id) {
+  const passwd* entry = ::getpwuid(id);  // NOLINT(concurrency-mt-unsafe): called from one thread
+  return entry == nullptr ? std::to_string(id) : entry->pw_name;
+}
+std::string group_name(gid_t id) {
+  const group* entry = ::getgrgid(id);  // NOLINT(concurrency-mt-unsafe)
+  return entry == nullptr ? std::to_string(id) : entry->gr_name;
+}
+
+// The socket's inode of a listener at `port`: a row of /proc/net/tcp with state 0A.
+std::optional<std::string> listener_inode(const char* table, std::uint16_t port) {
+  std::ifstream file(table);
+  std::string line;
+  std::getline(file, line);
+  const std::string wanted = fmt::format(":{:04X}", port);
+  while (std::getline(file, line)) {
+    std::istringstream row(line);
+    std::string slot, local, remote, state, skip, inode;
+    row >> slot >> local >> remote >> state;
+    for (int i = 0; i < 5; ++i) row >> skip;
+    row >> inode;
+    if (state == "0A" && local.ends_with(wanted)) return inode;
+  }
+  return std::nullopt;
+}
+
+bool has_socket(const fs::path& process, const std::string& inode) {
+  std::error_code error;
+  for (const auto& fd : fs::directory_iterator(process / "fd", error))
+    if (fs::read_symlink(fd.path(), error) == "socket:[" + inode + "]") return true;
+  return false;
+}
+
 }  // namespace
 
+Finding make_finding(std::string id, Level level, std::string text, std::string hint) {
+  if (hint.empty() && level >= Level::kWarning)
+    if (const auto* entry = find_in_catalogue(id)) hint = entry->hint;
+  return {std::move(id), level, std::move(text), std::move(hint)};
+}
+
+std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes) {
+  std::vector<std::pair<double, std::string>> all;
+  for (const json::value& value : clients) {
+    const json::object& client = value.as_object();
+    const std::string name = text_at(client, "name");
+    all.emplace_back(number_or_zero(client, "drops"),
+                     "to " + (name.empty() ? text_at(client, "peer") : name));
+  }
+  for (const json::value& value : mailboxes) {
+    const json::object& mailbox = value.as_object();
+    double lost = 0;
+    for (const char* reason : {"replaced", "refused", "too_big"})
+      lost += number_or_zero(mailbox, reason);
+    all.emplace_back(lost, "in the mailbox " + text_at(mailbox, "address.name"));
+  }
+  std::erase_if(all, [](const auto& one) { return one.first == 0; });
+  std::ranges::stable_sort(all, std::greater(), [](const auto& one) { return one.first; });
+  std::string text;
+  for (std::size_t i = 0; i < all.size() && i < kReceiversShown; ++i)
+    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", base::human_count(all[i].first),
+                        base::printable(all[i].second));
+  if (all.size() > kReceiversShown)
+    text += fmt::format(", and {} more", all.size() - kReceiversShown);
+  return text;
+}
+
+std::vector<Finding> judge(const Facts& facts) { return Doctor(facts).examine(); }
+
+std::string_view name(Level level) {
+  constexpr std::array<std::string_view, 4> kNames = {"ok", "info", "warning", "failure"};
+  return kNames[static_cast<std::size_t>(level)];
+}
+
+// --- links to other routers
+
 std::vector<Finding> judge_links(const Facts& facts) { return LinkDoctor(facts).examine(); }
+
+std::optional<SocketFile> socket_file(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  return SocketFile{status.st_mode & 07777U, user_name(status.st_uid), group_name(status.st_gid)};
+}
+
+std::optional<OpenFiles> open_files(std::uint32_t pid) {
+  std::ifstream file(fmt::format("/proc/{}/limits", pid));
+  std::string line;
+  constexpr std::string_view kName = "Max open files";
+  while (std::getline(file, line)) {
+    if (!line.starts_with(kName)) continue;
+    OpenFiles files;
+    std::istringstream(line.substr(kName.size())) >> files.limit;
+    std::error_code error;
+    const fs::directory_iterator all(fmt::format("/proc/{}/fd", pid), error);
+    if (!error)
+      files.open = static_cast<std::uint64_t>(std::distance(begin(all), fs::directory_iterator()));
+    return files;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> port_owner(std::uint16_t port) {
+  auto inode = listener_inode("/proc/net/tcp", port);
+  if (!inode) inode = listener_inode("/proc/net/tcp6", port);
+  if (!inode) return std::nullopt;
+  std::error_code error;
+  for (const auto& process : fs::directory_iterator("/proc", error)) {
+    const std::string pid = process.path().filename();
+    if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (!has_socket(process.path(), *inode)) continue;
+    std::string name;
+    std::getline(std::ifstream(process.path() / "comm"), name);
+    return fmt::format("{} (pid {})", name, pid);
+  }
+  return "another user's program";
+}
+
+SharedMemory shared_memory() {
+  SharedMemory memory;
+  const tims::os::File file(::memfd_create("timsctl-doctor", MFD_CLOEXEC));
+  memory.memfd = static_cast<bool>(file);
+  struct statvfs status {};
+  if (::statvfs("/dev/shm", &status) == 0)
+    memory.free_bytes = std::uint64_t{status.f_bavail} * status.f_frsize;
+  return memory;
+}
+
+bool clock_is_synchronised() {
+  timex query{};
+  return ::adjtimex(&query) != TIME_ERROR && (query.status & STA_UNSYNC) == 0;
+}
+
+bool is_running(std::uint32_t pid) {
+  return ::kill(static_cast<pid_t>(pid), 0) == 0 || errno != ESRCH;
+}
+
+std::optional<std::uint64_t> number_in(const std::string& path) {
+  std::ifstream file(path);
+  std::uint64_t value = 0;
+  if (!(file >> value)) return std::nullopt;
+  return value;
+}
 
 }  // namespace timsctl

@@ -5,17 +5,18 @@
 
 #include <fmt/format.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
 #include "proxies/gdos_texts.h"
 #include "rack/proxies/gdos_log.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/missed.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
 #include "tools/timsctl/subscription.h"
 #include "tools/timsctl/text_filter.h"
-#include "tools/timsctl/values.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -62,7 +63,7 @@ std::optional<Record> Follower::text_of(const Message& message,
   const auto level = rack::gdos::level_of(message.header.type);
   if (!level) return std::nullopt;
   const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
-  return Record{.time = wall_now_ms(),
+  return Record{.time = std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()),
                 .address = message.header.src,
                 .component = message.header.src.to_string(widths),
                 .level = *level,
@@ -70,7 +71,8 @@ std::optional<Record> Follower::text_of(const Message& message,
 }
 
 Exit Follower::own_sink(Connection& connection) {
-  filter_ = text_filter(context_.options, connection.widths(), wall_now_ms());
+  filter_ = text_filter(context_.options, connection.widths(),
+                        std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
   while (left_ > 0) {
     const auto message = receive(connection, context_.signals, end_);
     if (!message) break;
@@ -91,7 +93,7 @@ std::optional<Record> Follower::record_of(const Message& message,
   if (!rack::decode(message.view(), data)) return std::nullopt;
   const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
   if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
-  const auto now = wall_now_ms();
+  const auto now = std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now());
   const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
   return Record{.time = now - age,
                 .address = data.sender,
@@ -112,7 +114,8 @@ void Follower::note_state(const Subscription& log, const std::string& name) {
 }
 
 Exit Follower::subscribe(Connection& connection, tims::Address log) {
-  filter_ = text_filter(context_.options, connection.widths(), wall_now_ms());
+  filter_ = text_filter(context_.options, connection.widths(),
+                        std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
   const std::string name = log.to_string(connection.widths());
   Subscriptions subscriptions(connection, {log}, 0);
   const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
@@ -199,7 +202,8 @@ void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& read
 
 Exit log_show(Context& context) {
   const Options& options = context.options;
-  const TextFilter filter = text_filter(options, {}, wall_now_ms());
+  const TextFilter filter =
+      text_filter(options, {}, std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
   const std::filesystem::path folder = options.directory.empty()
                                            ? rack::gdos::folder_to_read()
                                            : std::filesystem::path(options.directory);

@@ -1,10 +1,10 @@
 // timsctl mbx: mailboxes and their owners.
 #include <fmt/format.h>
 
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/show.h"
-#include "tools/timsctl/values.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 

@@ -8,19 +8,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
 #include "rack/proxies/generic.h"
-#include "router/config/nearest.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/message_fields.h"
-#include "tools/timsctl/message_text.h"
-#include "tools/timsctl/missed.h"
-#include "tools/timsctl/rate_meter.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/message.h"
+#include "tools/timsctl/rates.h"
 #include "tools/timsctl/subscription.h"
-#include "tools/timsctl/values.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -71,7 +70,7 @@ class Echo {
 };
 
 void Echo::tell(const Message& message) {
-  const WallTime now = wall_now();
+  const base::WallTime now = tims::os::wall_now();
   const Format format = context_.out.look().format;
   const bool lines = format == Format::kTable || format == Format::kWide;
   if (!lines || !filter_.empty()) {
@@ -248,7 +247,7 @@ std::vector<Draft> load_drafts(const Arguments& arguments, const Options& option
   const auto type = parse_type(arguments.type, class_id);
   if (!type && !arguments.type.empty()) (void)need_message(class_id, arguments.type);
   if (!options.hex.empty()) {
-    const auto body = parse_hex(options.hex);
+    const auto body = base::parse_hex(options.hex);
     if (!body)
       throw usage_error(fmt::format("--hex: \"{}\" is not pairs of hex digits", options.hex));
     plain.body = *body;
@@ -376,9 +375,9 @@ Exit Publisher::wait_for_answer() {
 void Publisher::report(const Message* answer) {
   const tims::AddressWidths widths = connection_.widths();
   if (context_.out.json()) {
-    const json::value reply = answer == nullptr
-                                  ? json::value()
-                                  : json::value(described_json(*answer, wall_now(), style_));
+    const json::value reply =
+        answer == nullptr ? json::value()
+                          : json::value(described_json(*answer, tims::os::wall_now(), style_));
     return context_.out.write(json::object{{"schema", "tims/pub/1"},
                                            {"target", address_json(target_, widths)},
                                            {"sent", sent_},
@@ -386,10 +385,10 @@ void Publisher::report(const Message* answer) {
                                            {"answer", reply}});
   }
   if (answer != nullptr)
-    context_.out.write(describe(*answer, wall_now(), style_));
+    context_.out.write(describe(*answer, tims::os::wall_now(), style_));
   else
     context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
-                                  target_name_, human_bytes(static_cast<double>(bytes_))));
+                                  target_name_, base::human_bytes(static_cast<double>(bytes_))));
 }
 
 }  // namespace
@@ -540,8 +539,9 @@ void RateWatch::report() {
   }
   const Look& look = context_.out.look();
   if (look.format == Format::kJson)
-    return context_.out.write(json::object{
-        {"schema", "tims/rate/1"}, {"time", rfc3339(wall_now())}, {"items", std::move(items)}});
+    return context_.out.write(json::object{{"schema", "tims/rate/1"},
+                                           {"time", base::rfc3339(tims::os::wall_now())},
+                                           {"items", std::move(items)}});
   const std::span<const json::value> rows(items.data(), items.size());
   if (const std::uint64_t missed = subscriptions_.missed(); missed > missed_) {
     context_.out.note(
@@ -618,7 +618,7 @@ json::object message_item(const rack::MessageInfo& message) {
   const std::string_view name = tims::class_name(message.class_id);
   json::object item{{"class", message.class_id == rack::kEveryClass ? "every" : name},
                     {"type", message.type},
-                    {"name", lower(message.name)},
+                    {"name", base::lower(message.name)},
                     {"body", nullptr},
                     {"body_max_bytes", 0}};
   if (message.body == nullptr) return item;
@@ -643,7 +643,7 @@ json::array fields_of(const rack::MessageInfo& message) {
 Exit msg_types(Context& context) {
   const auto& arguments = context.options.arguments;
   std::optional<std::uint32_t> class_id;
-  if (!arguments.empty() && lower(arguments[0]) == "every")
+  if (!arguments.empty() && base::lower(arguments[0]) == "every")
     class_id = rack::kEveryClass;
   else if (!arguments.empty())
     class_id = need_class(arguments[0]);
@@ -675,7 +675,7 @@ Exit msg_show(Context& context) {
   if (look.format == Format::kTable || look.format == Format::kWide) {
     const bool framework = message.class_id == rack::kEveryClass;
     context.out.write(fmt::format(
-        "{}{} (type {}){}\n", lower(message.name), framework ? ", of every class" : "",
+        "{}{} (type {}){}\n", base::lower(message.name), framework ? ", of every class" : "",
         message.type,
         message.body == nullptr ? ": no body" : fmt::format(": {}", message.body->name)));
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/timsctl/admin_client.h"
+#include "tools/cli/admin_client.h"
 
 namespace timsctl {
 

@@ -5,13 +5,15 @@
 
 #include <fmt/format.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/humanize.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
 #include "tools/timsctl/path.h"
-#include "tools/timsctl/values.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -94,7 +96,7 @@ void Pinger::one_trip() {
 
 void Pinger::tell(const Trip& trip) {
   if (context_.out.json() || context_.options.quiet) return;
-  const std::string time = trip.seconds ? human_duration(*trip.seconds) : "-";
+  const std::string time = trip.seconds ? base::human_duration(*trip.seconds) : "-";
   const Tone tone = trip.seconds ? Tone::kPlain : Tone::kBad;
   context_.out.write(fmt::format("{}: {} {} {}\n", target_, trip.number, time,
                                  paint(trip.answer, tone, context_.out.look().colour)));
@@ -124,8 +126,9 @@ void Pinger::summary() const {
   std::string text = fmt::format("{}: {} sent, {} answered, {:.0f}% lost\n", target_, trips_.size(),
                                  seconds_.size(), loss);
   if (const auto n = numbers_of(seconds_))
-    text += fmt::format("round trip min/avg/max/jitter {} / {} / {} / {}\n", human_duration(n->min),
-                        human_duration(n->mean), human_duration(n->max), human_duration(n->jitter));
+    text += fmt::format("round trip min/avg/max/jitter {} / {} / {} / {}\n",
+                        base::human_duration(n->min), base::human_duration(n->mean),
+                        base::human_duration(n->max), base::human_duration(n->jitter));
   if (exit_ == Exit::kNoSuch)
     text += fmt::format("{}: nobody has registered this address\n", target_);
   context_.out.write(text);
@@ -140,7 +143,7 @@ json::object Pinger::summary_json() const {
                      {"answer", trip.answer}});
   json::object out{{"schema", "tims/ping_summary/1"},
                    {"target", target_},
-                   {"time", rfc3339(wall_now())},
+                   {"time", base::rfc3339(tims::os::wall_now())},
                    {"sent", trips_.size()},
                    {"answered", seconds_.size()},
                    {"reached", !seconds_.empty()},

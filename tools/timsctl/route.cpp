@@ -1,14 +1,16 @@
 // timsctl route: where messages go.
 #include <fmt/format.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/fleet.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/show.h"
-#include "tools/timsctl/values.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/message.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -41,11 +43,11 @@ std::string draw_verdict(const json::object& route, const Look& look) {
   const bool delivered = verdict != "no_route";
   std::string text = fmt::format("{}: {}, {}\n", text_at(route, "address.name"),
                                  paint(verdict, delivered ? Tone::kGood : Tone::kBad, look.colour),
-                                 printable(text_at(route, "reason")));
+                                 base::printable(text_at(route, "reason")));
   const std::string via = text_at(route, "via");
   if (!via.empty())
     text += fmt::format("  via {}, registered for {}\n", via,
-                        human_duration(number_or_zero(route, "age_s")));
+                        base::human_duration(number_or_zero(route, "age_s")));
   if (!delivered)
     text += text_at(route, "not_available") == "true"
                 ? "  the sender gets NOT_AVAILABLE\n"
@@ -208,7 +210,7 @@ class RouteWatch {
                                             : Tone::kBad;
     context_.out.write(fmt::format("{}  {}  {}\n", local_time(text_at(event, "time"), look.utc),
                                    paint(fmt::format("{:<15}", kind), tone, look.colour),
-                                   printable(text_at(event, "text"))));
+                                   base::printable(text_at(event, "text"))));
   }
 
   Context& context_;

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/show.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "tools/cli/context.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -85,7 +87,7 @@ json::array grouped(std::span<const json::value> items, std::string_view key,
 // What went past the router, between programs of its host, is counted by the mailboxes alone.
 std::string mailboxes_line(const json::object& answer) {
   const auto count = [&](std::string_view name) {
-    return human_count(number_or_zero(answer, fmt::format("mailboxes.{}", name)));
+    return base::human_count(number_or_zero(answer, fmt::format("mailboxes.{}", name)));
   };
   return fmt::format(
       "\nMailboxes of this host: {} received, {} replaced, {} refused, {} too big, "

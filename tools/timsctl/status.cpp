@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/commands.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "tools/cli/context.h"
 #include "tools/timsctl/findings.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/show.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -20,14 +22,14 @@ std::string listening(const json::object& status) {
     const std::string where = text_at(status, fmt::format("listen.{}", port));
     if (!where.empty()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", port, where);
   }
-  return printable(text);
+  return base::printable(text);
 }
 
 std::string drops_line(const json::object& status, const Look& look) {
   const double now = number_or_zero(status, "drops_last_minute");
   const std::string text =
-      fmt::format("{} in the last minute, {} since the start", human_count(now),
-                  human_count(number_or_zero(status, "drops")));
+      fmt::format("{} in the last minute, {} since the start", base::human_count(now),
+                  base::human_count(number_or_zero(status, "drops")));
   const std::string to = text_at(status, "dropped_to");
   const std::string whole = to.empty() ? text : text + ": " + to;
   return now == 0 ? whole
@@ -41,7 +43,7 @@ std::string event_lines(const json::object& status, const Look& look) {
   for (const json::value& event : events->get_array()) {
     const std::string time = text_at(event.as_object(), "time");
     text += fmt::format("  {}  {}\n", paint(local_time(time, look.utc), Tone::kDim, look.colour),
-                        printable(text_at(event.as_object(), "text")));
+                        base::printable(text_at(event.as_object(), "text")));
   }
   return text;
 }
@@ -52,27 +54,28 @@ std::string draw(const json::object& status, const Look& look) {
                        text);
   };
   const auto count = [&](std::string_view path) {
-    return human_count(number_or_zero(status, path));
+    return base::human_count(number_or_zero(status, path));
   };
   std::string text =
       fmt::format("{} {}, tims-router {}\n", paint("*", Tone::kGood, look.colour),
-                  paint(printable(text_at(status, "name")), Tone::kBold, look.colour),
-                  printable(text_at(status, "version")));
+                  paint(base::printable(text_at(status, "name")), Tone::kBold, look.colour),
+                  base::printable(text_at(status, "version")));
   text += line("Address", fmt::format("{}  {}", text_at(status, "address.name"),
                                       text_at(status, "address.raw")));
   text += line("Running", fmt::format("{}, pid {}, epoch {}",
-                                      human_duration(number_or_zero(status, "uptime_s")),
+                                      base::human_duration(number_or_zero(status, "uptime_s")),
                                       text_at(status, "pid"), text_at(status, "epoch")));
   text += line("Listens", listening(status));
   text += line("Carries",
                fmt::format("{} clients, {} mailboxes", count("clients"), count("mailboxes")));
   text += line("Forwarded",
                fmt::format("{} messages, {}; local ones go past the router", count("messages"),
-                           human_bytes(number_or_zero(status, "bytes"))));
+                           base::human_bytes(number_or_zero(status, "bytes"))));
   text += line("Dropped", drops_line(status, look));
-  text += line("Memory",
-               fmt::format("{}, longest turn {}", human_bytes(number_or_zero(status, "rss_bytes")),
-                           human_duration(number_or_zero(status, "longest_turn_s"))));
+  text +=
+      line("Memory", fmt::format("{}, longest turn {}",
+                                 base::human_bytes(number_or_zero(status, "rss_bytes")),
+                                 base::human_duration(number_or_zero(status, "longest_turn_s"))));
   const std::string events = event_lines(status, look);
   return events.empty() ? text : text + "\n" + events;
 }

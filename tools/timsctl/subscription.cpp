@@ -7,7 +7,7 @@
 #include "os/wakeup.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/generic.h"
-#include "tools/timsctl/failure.h"
+#include "tools/cli/failure.h"
 
 namespace timsctl {
 

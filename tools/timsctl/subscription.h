@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/timsctl/connection.h"
+#include "tools/cli/connection.h"
 
 namespace timsctl {
 

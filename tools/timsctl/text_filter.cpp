@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/values.h"
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
 
 namespace timsctl {
 
@@ -71,7 +73,7 @@ RecordTime need_when(const std::string& text, RecordTime now, bool utc) {
 }  // namespace
 
 std::optional<RecordTime> parse_when(std::string_view text, RecordTime now, bool utc) {
-  if (const auto ago = parse_duration(text))
+  if (const auto ago = base::parse_duration(text))
     return now - std::chrono::floor<std::chrono::milliseconds>(*ago);
   if (const auto exact = rack::gdos::record_time(text)) return exact;
   const bool zulu = text.ends_with('Z');
@@ -112,7 +114,7 @@ void show_text(Output& out, const Record& record, bool with_day) {
   const std::string day = with_day ? day_of(record.time, utc) + " " : "";
   const std::string line = fmt::format("{}{} {:<18} {:<7} {}", day, time_of_day(record.time, utc),
                                        record.component, level, record.text);
-  out.write(paint(printable(line), tone_of(record.level), out.look().colour) + "\n");
+  out.write(paint(base::printable(line), tone_of(record.level), out.look().colour) + "\n");
 }
 
 }  // namespace timsctl

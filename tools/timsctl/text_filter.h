@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "proxies/gdos_texts.h"
-#include "tools/timsctl/options.h"
-#include "tools/timsctl/output.h"
+#include "tools/cli/options.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

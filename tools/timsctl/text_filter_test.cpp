@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/timsctl/failure.h"
+#include "tools/cli/failure.h"
 
 namespace timsctl {
 namespace {

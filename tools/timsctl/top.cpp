@@ -1,15 +1,21 @@
 // timsctl top: who sends and receives how much, live.
+#include <array>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <termios.h>
+#include <unistd.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/context.h"
-#include "tools/timsctl/failure.h"
-#include "tools/timsctl/humanize.h"
-#include "tools/timsctl/keys.h"
-#include "tools/timsctl/top_rates.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/rates.h"
+#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 
@@ -31,6 +37,51 @@ constexpr Column kColumns[] = {
     {"DROPS", "drops", As::kCount, false, true},
     {"QUEUE", "queue_bytes", As::kBytes},
 };
+// Single keys from a terminal, without Enter and without echo, until this goes.
+enum class Key { kNone, kQuit, kLeft, kRight };
+
+class Keys {
+ public:
+  Keys();  // does nothing when stdin is no terminal
+  ~Keys();
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+
+  // To wait on; -1 when there are no keys.
+  [[nodiscard]] int descriptor() const;
+  Key read() const;
+
+ private:
+  std::optional<termios> before_;
+};
+
+Keys::Keys() {
+  termios now{};
+  if (::isatty(STDIN_FILENO) == 0 || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
+  before_ = now;
+  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  now.c_cc[VMIN] = 0;
+  now.c_cc[VTIME] = 0;
+  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
+}
+
+Keys::~Keys() {
+  if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+}
+
+int Keys::descriptor() const { return before_ ? STDIN_FILENO : -1; }
+
+Key Keys::read() const {
+  std::array<char, 16> buffer{};
+  const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+  if (size == 0) return Key::kQuit;  // the terminal has gone
+  const std::string_view text(buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  if (text == "q" || text == "Q") return Key::kQuit;
+  if (text == "\033[D" || text == "<") return Key::kLeft;
+  if (text == "\033[C" || text == ">") return Key::kRight;
+  return Key::kNone;
+}
+
 constexpr std::size_t kFirstSortable = 4;
 
 // Asking for each of very many mailboxes every second would be a load of its own.
@@ -106,7 +157,7 @@ void Top::draw() {
   if (context_.out.json())
     return context_.out.write(json::object{{"schema", "tims/top/1"},
                                            {"router", text_at(status_, "router")},
-                                           {"time", rfc3339(wall_now())},
+                                           {"time", base::rfc3339(tims::os::wall_now())},
                                            {"items", items_}});
   sort_items(items_, kColumns, sort_);
   const std::string table =
@@ -119,9 +170,9 @@ std::string Top::heading() const {
       "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
       "and "
       "right choose\n\n",
-      printable(text_at(status_, "name")), human_duration(number_or_zero(status_, "uptime_s")),
-      number_or_zero(status_, "clients"), number_or_zero(status_, "mailboxes"),
-      number_or_zero(status_, "drops_last_minute"), sort_);
+      base::printable(text_at(status_, "name")),
+      base::human_duration(number_or_zero(status_, "uptime_s")), number_or_zero(status_, "clients"),
+      number_or_zero(status_, "mailboxes"), number_or_zero(status_, "drops_last_minute"), sort_);
 }
 
 void Top::wait_until(tims::Time deadline) {

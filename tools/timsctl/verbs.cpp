@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "router/config/nearest.h"
-#include "tools/timsctl/commands.h"
-#include "tools/timsctl/failure.h"
+#include "base/text.h"
+#include "tools/cli/failure.h"
+#include "tools/robot/verbs.h"
+#include "tools/sim/verbs.h"
 
 namespace timsctl {
 
@@ -102,21 +103,14 @@ constexpr Verb kVerbs[] = {
      "Which pilot may drive a chassis; with PILOT: it may from now on, and no other.",
      "timsctl component pilot Chassis/1/0 Pilot/1/1", component_pilot},
 
-    {"up", "", "FILE", 1, 1, "system on for detach", true,
-     "Starts the components of a robot at the router of -H, passes on what they say, and starts "
-     "again what crashes. Runs until Ctrl-C and ends them then. FILE - is stdin. Exit status 1: a "
-     "component ended and stayed down.",
-     "timsctl up deploy/robots/sim.toml --system 1", up},
-    {"down", "", "[NAME]", 0, 1, "", false, "Ends a robot that `up` has started, on this host.",
-     "timsctl down sim-1", down},
+    robot::kUp,
+    robot::kDown,
 
     {"log", "show", "", 0, 0, "component level since until count once directory", false,
      "What components have said, from the files of gdos-log on this host; needs no router. -n: the "
      "newest. Exit status 1: nothing.",
      "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
-    {"robot", "show", "", 0, 0, "", false,
-     "Robots that `up` has started on this host: their programs, and how they are.",
-     "timsctl robot", robot_show, kRows},
+    robot::kShow,
 
     {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
      "What components say: time, who, how important, and the words. From gdos-log where it runs, "
@@ -182,34 +176,13 @@ constexpr Verb kVerbs[] = {
      "Reads a configuration as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
 
-    {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
-     "Makes a fleet on this machine: network namespaces, a router in each, components, bad lines. "
-     "Runs until Ctrl-C and takes everything down then. Exit status 1: a program ended by itself. "
-     "Needs root.",
-     "timsctl sim up deploy/fleets/demo.toml", sim_up},
-    {"sim", "down", "[NAME]", 0, 1, "fleet", false,
-     "Ends a fleet, or removes what a crash has left of it; without a name all of them.",
-     "timsctl sim down demo", sim_down},
-    {"sim", "show", "[NAME]", 0, 1, "", false,
-     "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
-     "timsctl sim show", sim_show},
-    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 1, 20, "fleet link", false,
-     "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
-     "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
-     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says. With "
-     "--link NAME in place of LINE: what the router of -H, of any fleet, does to its own datagrams "
-     "to router NAME (all: to everybody), when its sim.faults is true. What is not said is "
-     "perfect; no cut and no direction: ask the other router for the other one.",
-     "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", sim_fault},
-    {"sim", "kill", "HOST [router|PROGRAM]", 1, 2, "fleet", false,
-     "Ends everything on a host at once, as if it lost its power; or only its router, or the "
-     "programs with PROGRAM in their command.",
-     "timsctl sim kill robot1-main", sim_kill},
-    {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
-     "timsctl sim start robot1-main", sim_start},
-    {"sim", "exec", "HOST COMMAND...", 2, 1000, "fleet", false,
-     "Runs a command on a host, with $TIMS_ROUTER set. Options behind COMMAND are its own.",
-     "timsctl sim exec robot1-main timsctl route show -j", sim_exec},
+    sim::kUp,
+    sim::kDown,
+    sim::kShow,
+    sim::kFault,
+    sim::kKill,
+    sim::kStart,
+    sim::kExec,
 
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
@@ -263,7 +236,7 @@ std::string_view expand(std::string_view word, std::span<const std::string_view>
   if (fits.size() > 1)
     throw usage_error("\"" + std::string(word) + "\" may be " + joined(fits),
                       "write one more letter");
-  const auto near = tims::config::nearest(word, names);
+  const auto near = base::nearest(word, names);
   throw usage_error(
       "no " + what + " \"" + std::string(word) + "\"",
       near ? "did you mean " + std::string(*near) + "?" : "there are " + joined(names));
@@ -275,10 +248,6 @@ bool looks_like_verb(std::string_view word) {
 }
 
 }  // namespace
-
-std::string Verb::name() const {
-  return verb.empty() ? std::string(noun) : std::string(noun) + " " + std::string(verb);
-}
 
 std::span<const Verb> verbs() { return kVerbs; }
 

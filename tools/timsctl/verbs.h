@@ -5,39 +5,16 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "tools/timsctl/exit_code.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/options.h"
 
 namespace timsctl {
 
 class Context;
 
-// What -o may say: text for people; also a message a line; also rows that are all alike.
-inline constexpr std::string_view kTexts = "table wide json";
-inline constexpr std::string_view kLines = "table wide json csv";
-inline constexpr std::string_view kRows = "table wide plain json csv name";
-
-struct Verb {
-  std::string_view noun;
-  std::string_view verb;       // empty: the noun is the whole command
-  std::string_view arguments;  // "ADDR [TYPE]"
-  std::size_t arguments_min;
-  std::size_t arguments_max;
-  std::string_view options;  // beyond the general ones, as the option table names them
-  bool endless;              // runs until Ctrl-C unless told otherwise: then Ctrl-C is its end
-  std::string_view help;
-  std::string_view example;
-  Exit (*run)(Context& context);
-  std::string_view forms = kTexts;  // of -o
-
-  [[nodiscard]] std::string name() const;  // "route show"
-};
-
 std::span<const Verb> verbs();
-// Options every verb takes, and those of every verb that shows something once.
-inline constexpr std::string_view kGeneralOptions =
-    "host router json json-lines output timeout quiet verbose no-color utc";
-inline constexpr std::string_view kShowOptions = "watch count once sort";
 
 // What the first words name. Unique prefixes are enough; `route` alone is `route show`.
 struct Resolved {
@@ -47,5 +24,65 @@ struct Resolved {
 };
 // Throws Failure for words that name nothing, or more than one thing.
 Resolved resolve(std::span<const std::string> words);
+
+// --- What the table runs. One file a noun; those of robots and fleets are other programs
+
+Exit status(Context& context);
+
+Exit router_show(Context& context);
+Exit router_clients(Context& context);
+Exit router_list(Context& context);
+
+Exit link_show(Context& context);
+Exit link_up(Context& context);
+Exit link_down(Context& context);
+Exit link_reset(Context& context);
+
+Exit fleet_show(Context& context);
+Exit fleet_server(Context& context);
+
+Exit route_show(Context& context);
+Exit route_get(Context& context);
+Exit route_watch(Context& context);
+Exit route_add(Context& context);
+Exit route_del(Context& context);
+
+Exit mbx_list(Context& context);
+Exit mbx_show(Context& context);
+
+Exit component_list(Context& context);
+Exit component_status(Context& context);
+Exit component_show(Context& context);
+Exit component_on(Context& context);
+Exit component_off(Context& context);
+Exit component_param(Context& context);
+Exit component_data(Context& context);
+Exit component_pilot(Context& context);
+
+Exit log_show(Context& context);
+Exit log_follow(Context& context);
+
+Exit ping(Context& context);
+Exit explain(Context& context);
+Exit trace(Context& context);
+Exit clock(Context& context);
+
+Exit msg_pub(Context& context);
+Exit msg_echo(Context& context);
+Exit msg_hz(Context& context);
+Exit msg_bw(Context& context);
+Exit msg_types(Context& context);
+Exit msg_show(Context& context);
+
+Exit top(Context& context);
+Exit stats(Context& context);
+
+Exit config_check(Context& context);
+Exit config_show(Context& context);
+
+Exit doctor(Context& context);
+Exit completion(Context& context);
+Exit complete(Context& context);
+Exit errors(Context& context);
 
 }  // namespace timsctl

@@ -1,0 +1,297 @@
+#include "tools/cli/connection.h"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <random>
+#include <system_error>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "client/tcp_client.h"
+#include "os/clock.h"
+#include "os/wakeup.h"
+#include "tims/session.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl {
+
+tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
+                              const tims::AddressWidths& widths) {
+  if (!wish.address.empty()) return need_address(wish.address, widths);
+  std::random_device random;
+  return tims::Address::of({.system = system,
+                            .class_id = tims::class_id::kTool,
+                            .instance = random(),
+                            .local = random()},
+                           widths);
+}
+
+bool may_draw_again(const MailboxWish& wish, int taken) {
+  constexpr int kTries = 16;
+  return wish.address.empty() && taken < kTries;
+}
+
+std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline,
+                               std::optional<std::uint64_t> losses) {
+  for (;;) {
+    auto message = connection.take();
+    if (message) return std::move(*message);
+    if (message.error().code() != tims::Errc::kEmpty)
+      throw failure_of(message.error(), connection.where());
+    if (losses && connection.losses() != *losses)
+      throw failure_of({tims::Errc::kNoRouter, "the router went away"}, connection.where());
+    if (signals.wait(connection.descriptor(), deadline) == Signals::Woken::kTimeout &&
+        tims::os::now() >= deadline)
+      return std::nullopt;
+  }
+}
+
+Host parse_host(std::string_view text) {
+  auto host = tims::wire::parse_endpoint(text);
+  if (!host) throw usage_error(host.error().detail());
+  return std::move(*host);
+}
+
+// --- Through libtims: a session at the router of this host.
+
+namespace {
+
+// Counted by the session's own thread, which may outlive the connection by a moment.
+class Losses {
+ public:
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  // Readable from a loss until seen().
+  [[nodiscard]] int descriptor() const { return event_.get(); }
+  void seen() const { tims::os::drain_event_fd(event_.get()); }
+  void happened() {
+    ++count_;
+    tims::os::signal_event_fd(event_.get());
+  }
+
+ private:
+  std::atomic<std::uint64_t> count_ = 0;
+  tims::os::File event_ = std::move(*tims::os::make_event_fd());
+};
+
+class LocalConnection final : public Connection {
+ public:
+  LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path,
+                  std::shared_ptr<Losses> losses)
+      : session_(std::move(session)),
+        mailbox_(std::move(mailbox)),
+        path_(std::move(path)),
+        losses_(std::move(losses)),
+        descriptor_(
+            value_or_fail(tims::os::any_of(std::array{mailbox_.event_fd(), losses_->descriptor()}),
+                          "this host")) {}
+
+  [[nodiscard]] tims::Address address() const override { return mailbox_.address(); }
+  [[nodiscard]] tims::AddressWidths widths() const override { return session_.address_widths(); }
+  [[nodiscard]] std::string where() const override { return path_; }
+  [[nodiscard]] std::uint64_t losses() const override { return losses_->count(); }
+  [[nodiscard]] int descriptor() const override { return descriptor_.get(); }
+
+  [[nodiscard]] std::uint64_t missed() const override {
+    const tims::MailboxCounters counters = mailbox_.counters();
+    return counters.replaced + counters.refused + counters.too_big;
+  }
+
+  tims::Result<void> send(const tims::Envelope& envelope,
+                          std::span<const std::byte> body) override {
+    return mailbox_.send(envelope, body);
+  }
+  tims::Result<void> send_to_router(tims::Envelope envelope,
+                                    std::span<const std::byte> body) override {
+    envelope.dest = session_.router();
+    return mailbox_.send(envelope, body);
+  }
+  tims::Result<Message> take() override {
+    auto guard = mailbox_.try_peek();
+    if (!guard) {
+      losses_->seen();
+      return guard.error();
+    }
+    return Message{guard->header(), {guard->body().begin(), guard->body().end()}};
+  }
+
+ private:
+  tims::Session session_;
+  tims::Mailbox mailbox_;
+  std::string path_;
+  std::shared_ptr<Losses> losses_;
+  tims::os::File descriptor_;
+};
+
+// A session would wait for a router to appear; a person wants to know at once that there is none.
+void check_socket(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    throw usage_error(path + ": longer than a socket's path can be");
+  path.copy(address.sun_path, path.size());
+  const tims::os::File socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the system's own signature
+  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
+    return;
+  const std::string reason = std::system_category().message(errno);
+  if (errno == EACCES || errno == EPERM)
+    throw Failure(
+        Exit::kDenied, "denied", path + ": " + reason,
+        "join the group that owns the socket (`ls -l " + path + "`), or set unix.everybody");
+  if (errno == EPROTOTYPE)
+    throw Failure(Exit::kNoRouter, "no_router", path + ": this socket is not a router's");
+  throw Failure(Exit::kNoRouter, "no_router", "no router at " + path + ": " + reason,
+                "start one with `tims-router`, or name another with -H or $TIMS_ROUTER");
+}
+
+tims::Mailbox open(tims::Session& session, const MailboxWish& wish, const std::string& path) {
+  tims::MailboxOptions options{
+      .address = {}, .slots = wish.slots, .body_max = wish.body_max, .event_fd = true};
+  const tims::AddressWidths widths = session.address_widths();
+  const std::uint32_t system = session.router().fields(widths).system;
+  for (int taken = 1;; ++taken) {
+    options.address = mailbox_address(wish, system, widths);
+    auto mailbox = session.open(options);
+    if (mailbox) return std::move(*mailbox);
+    const bool in_use = mailbox.error().code() == tims::Errc::kAddressInUse;
+    if (!in_use || !may_draw_again(wish, taken)) throw failure_of(mailbox.error(), path);
+  }
+}
+
+// --- over TCP, as the original's clients do it: to routers elsewhere, and to original routers
+
+using tims::client::TcpClient;
+constexpr std::uint32_t kAnswerMax = 256U << 10;  // of a router to a question, bytes
+
+std::string hint_for(std::string_view why, const TcpHost& host) {
+  const auto is = [&](int error) { return why == std::generic_category().message(error); };
+  if (is(ECONNREFUSED))
+    return "a fresh router listens on loopback only: tcp.listen in its configuration";
+  if (is(ETIMEDOUT) || is(EHOSTUNREACH) || is(ENETUNREACH))
+    return "is that host up, and its network? A firewall may drop what comes to port " +
+           std::to_string(host.port);
+  return "that name has no address: is it spelt so? `getent hosts " + host.host + "`";
+}
+
+class TcpConnection final : public Connection {
+ public:
+  TcpConnection(TcpClient client, std::string where, tims::Duration timeout)
+      : client_(std::move(client)), where_(std::move(where)), timeout_(timeout) {}
+
+  void begin(const MailboxWish& wish);
+
+  [[nodiscard]] tims::Address address() const override { return address_; }
+  [[nodiscard]] tims::AddressWidths widths() const override { return client_.protocol().widths(); }
+  [[nodiscard]] std::string where() const override { return where_; }
+  [[nodiscard]] int descriptor() const override { return client_.socket().get(); }
+
+  // What the router drops for a slow reader, it counts.
+  [[nodiscard]] std::uint64_t missed() const override { return 0; }
+
+  tims::Result<void> send(const tims::Envelope& envelope,
+                          std::span<const std::byte> body) override {
+    return write(envelope, address_, body);
+  }
+  tims::Result<void> send_to_router(tims::Envelope envelope,
+                                    std::span<const std::byte> body) override {
+    envelope.dest = {};
+    return write(envelope, tims::Address(), body);
+  }
+  tims::Result<Message> take() override;
+
+ private:
+  tims::Result<void> write(const tims::Envelope& envelope, tims::Address src,
+                           std::span<const std::byte> body);
+  [[nodiscard]] Failure failure(const tims::Error& error) const;
+
+  TcpClient client_;
+  std::string where_;
+  tims::Duration timeout_;
+  tims::Address address_{};
+};
+
+tims::Result<void> TcpConnection::write(const tims::Envelope& envelope, tims::Address src,
+                                        std::span<const std::byte> body) {
+  const std::uint8_t stream = envelope.stream ? tims::flag::kStream : 0;
+  const std::uint8_t trace = envelope.trace ? tims::flag::kTrace : 0;
+  const tims::Header header{
+      .flags = static_cast<std::uint8_t>(envelope.body_order | stream | trace),
+      .type = envelope.type,
+      .priority = envelope.priority.value_or(0),
+      .seq_nr = envelope.seq_nr,
+      .dest = envelope.dest,
+      .src = src};
+  return client_.send(header, body, tims::os::deadline_after(timeout_));
+}
+
+tims::Result<Message> TcpConnection::take() {
+  auto message = client_.take();
+  if (message) return message;
+  if (message.error() == tims::Errc::kVersion) throw failure(message.error());
+  if (message.error() == tims::Errc::kTooBig)
+    return tims::Error(tims::Errc::kTooBig, message.error().detail() + "; see --body-max");
+  return message;
+}
+
+Failure TcpConnection::failure(const tims::Error& error) const {
+  if (error == tims::Errc::kVersion)
+    return {Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
+            "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
+            "http.listen"};
+  return failure_of(error, where_);
+}
+
+void TcpConnection::begin(const MailboxWish& wish) {
+  const tims::Time deadline = tims::os::deadline_after(timeout_);
+  // A tool that is stopped behind a pager is not dead.
+  client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
+  if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
+  for (int taken = 1;; ++taken) {
+    address_ = mailbox_address(wish, 0, widths());
+    const auto done = client_.register_mailbox(address_, deadline);
+    if (done) return;
+    if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(wish, taken))
+      throw failure(done.error());
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWish& wish,
+                                          tims::Duration timeout, Log log) {
+  check_socket(host.path);
+  tims::SessionOptions options;
+  options.name = "timsctl";
+  options.router = host.path;
+  options.timeout = timeout;
+  auto losses = std::make_shared<Losses>();
+  options.on_event = [log = std::move(log), losses](const tims::SessionEvent& event) {
+    log(event.text);
+    if (event.kind == tims::SessionEvent::Kind::kLost) losses->happened();
+  };
+  auto session = tims::Session::connect(std::move(options));
+  if (!session) throw failure_of(session.error(), host.path);
+  auto mailbox = open(*session, wish, host.path);
+  return std::make_unique<LocalConnection>(std::move(*session), std::move(mailbox), host.path,
+                                           std::move(losses));
+}
+
+std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
+                                        tims::Duration timeout) {
+  const std::uint32_t received_max =
+      std::max(wish.body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize);
+  auto client = TcpClient::connect(host, tims::os::deadline_after(timeout), received_max);
+  if (!client) {
+    const std::string& why = client.error().detail();
+    throw Failure(Exit::kNoRouter, "no_router", "no router at " + to_string(host) + ": " + why,
+                  hint_for(why, host));
+  }
+  auto connection = std::make_unique<TcpConnection>(std::move(*client), to_string(host), timeout);
+  connection->begin(wish);
+  return connection;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,142 @@
+#include "tools/cli/context.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/clock.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl {
+
+namespace {
+
+Exit exit_of(const json::object& answer) {
+  const json::value* partial = answer.if_contains("partial");
+  return partial != nullptr && partial->is_bool() && partial->get_bool() ? Exit::kTimeout
+                                                                         : Exit::kDone;
+}
+
+void print(Context& context, const json::object& answer, const Draw& draw) {
+  if (context.out.json())
+    context.out.write(answer);
+  else
+    context.out.write(draw(answer, context.out.look()));
+}
+
+// The mailbox that asks is not what anybody looks for.
+void leave_out_own(json::array& items, tims::Address own) {
+  const auto* const found = std::ranges::find_if(items, [&](const json::value& item) {
+    return text_at(item.as_object(), "address.raw") == own.to_hex();
+  });
+  if (found != items.end()) items.erase(found);
+}
+
+// The router may be restarted while somebody watches it.
+class Watcher {
+ public:
+  Watcher(Context& context, const AskRouter& ask, const Draw& draw)
+      : context_(context), ask_(ask), draw_(draw) {}
+
+  Exit run() {
+    const std::uint64_t count = context_.options.count.value_or(UINT64_MAX);
+    tims::Time next = tims::os::now();
+    if (context_.out.terminal() && !context_.out.json()) context_.out.write("\033[2J");
+    for (std::uint64_t i = 0; i < count; ++i) {
+      context_.signals.sleep_until(next);
+      next = std::max(next + *context_.options.watch, tims::os::now());
+      refresh();
+    }
+    return Exit::kDone;
+  }
+
+ private:
+  void refresh() {
+    try {
+      if (!connection_) connection_ = context_.connect();
+      AdminClient admin = context_.admin(*connection_);
+      const json::object answer = ask_(admin);
+      if (context_.out.json()) return context_.out.write(answer);
+      context_.out.redraw(heading() + draw_(answer, context_.out.look()) +
+                          (context_.out.terminal() ? "" : "\n"));
+    } catch (const Failure& failure) {
+      if (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout) throw;
+      connection_.reset();
+      if (context_.out.json()) return context_.out.failure(failure);
+      context_.out.redraw(heading() + failure.message + ", trying again\n");
+    }
+  }
+
+  std::string heading() const {
+    if (!context_.out.terminal()) return {};
+    return fmt::format(
+        "{}  every {}, Ctrl-C ends\n\n", time_of_day(tims::os::wall_now(), context_.options.utc),
+        base::human_duration(std::chrono::duration<double>(*context_.options.watch).count()));
+  }
+
+  Context& context_;
+  const AskRouter& ask_;
+  const Draw& draw_;
+  std::unique_ptr<Connection> connection_;
+};
+
+}  // namespace
+
+tims::Time Context::run_end() const {
+  return options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
+}
+
+std::unique_ptr<Connection> Context::connect(const MailboxWish& wish) const {
+  if (const auto* tcp = std::get_if<TcpHost>(&host))
+    return connect_tcp(*tcp, wish, options.timeout);
+  // Called from the session's own thread; it writes one line to stderr.
+  const Log log = [this](const std::string& text) { out.detail(text); };
+  return connect_local(std::get<UnixHost>(host), wish, options.timeout, log);
+}
+
+AdminClient Context::admin(Connection& connection) const {
+  const AdminClient here(connection, signals, options.timeout);
+  if (options.router.empty()) return here;
+  return here.at(find_router(here, options.router));
+}
+
+Exit show(Context& context, const AskRouter& ask, const Draw& draw) {
+  if (context.options.watch) return Watcher(context, ask, draw).run();
+  const auto connection = context.connect();
+  AdminClient admin = context.admin(*connection);
+  const json::object answer = ask(admin);
+  print(context, answer, draw);
+  return exit_of(answer);
+}
+
+Exit show_items(Context& context, const json::object& question, std::span<const Column> columns) {
+  return show_items(context, question, columns, [&](const json::object& answer, const Look& look) {
+    return render_items(items_of(answer), columns, look);
+  });
+}
+
+Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
+                const Draw& draw) {
+  const std::string& by = context.options.sort;
+  const auto ask = [&](AdminClient& admin) {
+    json::object answer = admin.ask(question);
+    leave_out_own(items_of(answer), admin.own_address());
+    if (!by.empty()) sort_items(items_of(answer), columns, by);
+    return answer;
+  };
+  return show(context, ask, draw);
+}
+
+json::object with_match(json::object question, const Options& options) {
+  if (options.arguments.empty()) return question;
+  (void)need_pattern(options.arguments.front(), kAnyWidths);
+  question["match"] = pattern_text(options.arguments.front());
+  return question;
+}
+
+}  // namespace timsctl

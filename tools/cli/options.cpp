@@ -1,0 +1,206 @@
+#include "tools/cli/options.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl {
+
+namespace {
+
+using std::string_view;
+
+[[noreturn]] void refuse(string_view what, string_view text) {
+  throw usage_error("\"" + std::string(text) + "\" is not " + std::string(what));
+}
+
+template <typename T>
+T need(std::optional<T> value, string_view what, string_view text) {
+  if (!value) refuse(what, text);
+  return *value;
+}
+
+tims::Duration duration(string_view text) {
+  return need(base::parse_duration(text), "a duration such as 250ms, 2s or 1min", text);
+}
+// Zero would be a loop without a pause.
+tims::Duration pause(string_view text) {
+  const auto value = duration(text);
+  if (value < std::chrono::milliseconds(10)) refuse("a pause of at least 10ms", text);
+  return value;
+}
+std::uint32_t size(string_view text) {
+  return need(base::parse_size(text), "a size such as 64, 4KiB or 1MiB", text);
+}
+std::uint64_t count(string_view text) {
+  return need(base::parse_number<std::uint64_t>(text), "a count", text);
+}
+std::uint8_t byte(string_view what, string_view text) {
+  const auto value = count(text);
+  if (value > 255) refuse(what, text);
+  return static_cast<std::uint8_t>(value);
+}
+double rate(string_view text) {
+  double value = 0;
+  try {
+    value = std::stod(std::string(text));
+  } catch (const std::exception&) {
+  }
+  const bool good = value > 0 && value <= 100'000;  // NaN is not
+  if (!good) refuse("a rate in Hz, above 0 and up to 100000", text);
+  return value;
+}
+
+constexpr std::array<string_view, 6> kForms = {"table", "wide", "plain", "json", "csv", "name"};
+
+Format format(string_view text) {
+  const auto at = std::ranges::find(kForms, text);
+  if (at == kForms.end()) refuse("one of table, wide, plain, json, csv, name", text);
+  return static_cast<Format>(at - kForms.begin());
+}
+
+std::string one_of(string_view text, std::initializer_list<string_view> known) {
+  if (std::ranges::find(known, text) != known.end()) return std::string(text);
+  std::string names;
+  for (const string_view name : known) names.append(names.empty() ? "" : ", ").append(name);
+  refuse("one of " + names, text);
+}
+
+std::string router_name(string_view text) {
+  const bool is_place = text.find(':') != string_view::npos && text.find('(') == string_view::npos;
+  if (is_place) refuse("a router's name or address; -H takes HOST:PORT and unix:PATH", text);
+  return std::string(text);
+}
+
+constexpr OptionRow kOptions[] = {
+    {"host", 'H', "HOST", "router to ask: HOST[:PORT] or unix:PATH (else $TIMS_HOST, this host)",
+     [](Options& o, string_view v) { o.host = v; }},
+    {"router", 'r', "NAME", "another router of the fleet, by name or address, asked through it",
+     [](Options& o, string_view v) { o.router = router_name(v); }},
+    {"json", 'j', "", "JSON on stdout; one object a line where something is repeated",
+     [](Options& o, string_view) { o.format = Format::kJson; }},
+    {"json-lines", 0, "", "the same as --json",
+     [](Options& o, string_view) { o.format = Format::kJson; }},
+    {"output", 'o', "FORM", "table, wide, plain, json, csv or name",
+     [](Options& o, string_view v) { o.format = format(v); }},
+    {"watch", 'w', "[2]", "show it again every 2 seconds, or as often as said",
+     [](Options& o, string_view v) { o.watch = pause(v); }},
+    {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
+    {"count", 'n', "N", "stop after N",
+     [](Options& o, string_view v) {
+       o.count = count(v);
+       if (o.count == 0) refuse("a count of at least 1", v);
+     }},
+    {"for", 0, "DUR", "stop after this time",
+     [](Options& o, string_view v) { o.run_for = duration(v); }},
+    {"timeout", 0, "DUR", "how long to wait for an answer (default 2s)",
+     [](Options& o, string_view v) { o.timeout = pause(v); }},
+    {"sort", 0, "COL", "order the rows by this column, largest first for numbers",
+     [](Options& o, string_view v) { o.sort = v; }},
+    {"quiet", 'q', "", "only the result, no remarks",
+     [](Options& o, string_view) { o.quiet = true; }},
+    {"verbose", 'v', "", "more remarks", [](Options& o, string_view) { o.verbose = true; }},
+    {"no-color", 0, "", "no colours (also $NO_COLOR)",
+     [](Options& o, string_view) { o.no_color = true; }},
+    {"utc", 0, "", "times in UTC", [](Options& o, string_view) { o.utc = true; }},
+    {"yes", 'y', "", "do not ask before something moves",
+     [](Options& o, string_view) { o.yes = true; }},
+    {"interval", 'i', "DUR", "time between two (default 1s)",
+     [](Options& o, string_view v) { o.interval = pause(v); }},
+    {"from", 0, "ADDR", "the sender to assume", [](Options& o, string_view v) { o.from = v; }},
+    {"type", 0, "T", "message type: a number or a name such as get_status",
+     [](Options& o, string_view v) { o.type = v; }},
+    {"listen", 0, "ADDR", "register ADDR and show what arrives there",
+     [](Options& o, string_view v) { o.listen = v; }},
+    {"hex", 0, "DIGITS", "the body, as hex digits", [](Options& o, string_view v) { o.hex = v; }},
+    {"file", 'f', "FILE", "messages as `msg echo` wrote them, or else a body; - is stdin",
+     [](Options& o, string_view v) { o.file = v; }},
+    {"raw", 0, "", "bytes: echo writes them (input of `msg pub -f`), pub takes the file for a body",
+     [](Options& o, string_view) { o.raw = true; }},
+    {"fields", 0, "", "a line a field", [](Options& o, string_view) { o.fields = true; }},
+    {"si", 0, "", "numbers in SI units: m, s (angles stay clockwise)",
+     [](Options& o, string_view) { o.si = true; }},
+    {"filter", 0, "COND",
+     "only messages with this: 'vx>100', 'type_name=move,points[].distance<300'",
+     [](Options& o, string_view v) { o.filter = v; }},
+    {"dry-run", 0, "", "only show what would be written",
+     [](Options& o, string_view) { o.dry_run = true; }},
+    {"no-wait", 0, "", "do not wait for the answer to a command",
+     [](Options& o, string_view) { o.no_wait = true; }},
+    {"rate", 0, "HZ", "send again and again",
+     [](Options& o, string_view v) { o.rate_hz = rate(v); }},
+    {"priority", 0, "P", "0 to 255; higher is more urgent",
+     [](Options& o, string_view v) { o.priority = byte("a priority from 0 to 255", v); }},
+    {"size", 's', "BYTES", "bytes to add to each question to the router",
+     [](Options& o, string_view v) { o.size_bytes = size(v); }},
+    {"body-max", 0, "SIZE", "largest body to receive (default 4MiB)",
+     [](Options& o, string_view v) { o.body_max_bytes = size(v); }},
+    {"period", 0, "DUR", "ask for one message each DUR (default: every one)",
+     [](Options& o, string_view v) { o.period = duration(v); }},
+    {"by", 0, "WHAT", "one row each: reason, port or class",
+     [](Options& o, string_view v) {
+       o.by = one_of(v, {"reason", "port", "class"});
+     }},
+    {"all-routers", 'a', "", "of every router of the fleet",
+     [](Options& o, string_view) { o.all_routers = true; }},
+    {"hops", 0, "", "every router on the way, too", [](Options& o, string_view) { o.hops = true; }},
+    {"origin", 0, "", "also where each value comes from",
+     [](Options& o, string_view) { o.origin = true; }},
+    {"format", 0, "FORM", "text or nagios",
+     [](Options& o, string_view v) {
+       o.style = one_of(v, {"text", "nagios"});
+     }},
+    {"fleet", 0, "NAME", "which fleet; needed when several run",
+     [](Options& o, string_view v) { o.fleet = v; }},
+    {"link", 0, "NAME", "a link of the router that is asked, by the other router's name; or all",
+     [](Options& o, string_view v) { o.link = v; }},
+    {"system", 0, "N", "the robot's number, 0 to 255, in place of the file's",
+     [](Options& o, string_view v) { o.system = byte("a system from 0 to 255", v); }},
+    {"on", 0, "HOST", "only what the file has for this host, here",
+     [](Options& o, string_view v) { o.on = v; }},
+    {"wait", 0, "[30s]", "try again until it is so, at most 30 seconds or as long as said",
+     [](Options& o, string_view v) { o.wait = duration(v); }},
+    {"component", 'c', "GLOB", "only texts of these components",
+     [](Options& o, string_view v) { o.component = v; }},
+    {"level", 'l', "LEVEL",
+     "print, error, warning, info or detail: this and what is more important",
+     [](Options& o, string_view v) {
+       o.level = need(rack::gdos::level_of(v), "one of print, error, warning, info, detail", v);
+     }},
+    {"since", 'S', "TIME", "not before: 10min (ago), 03:15, 2026-11-22, '2026-11-22 03:15'",
+     [](Options& o, string_view v) { o.since = v; }},
+    {"until", 'U', "TIME", "not later than this", [](Options& o, string_view v) { o.until = v; }},
+    {"directory", 'D', "DIR", "where gdos-log keeps its files",
+     [](Options& o, string_view v) { o.directory = v; }},
+    {"detach", 0, "", "go on in the background once it is up",
+     [](Options& o, string_view) { o.detach = true; }},
+};
+
+}  // namespace
+
+std::span<const OptionRow> option_table() { return kOptions; }
+
+string_view form_name(Format format) { return kForms[static_cast<std::size_t>(format)]; }
+
+const OptionRow* find_option(string_view name) {
+  const auto* const row = std::ranges::find(kOptions, name, &OptionRow::name);
+  return row == std::end(kOptions) ? nullptr : row;
+}
+
+const OptionRow* find_option(char letter) {
+  const auto* const row = std::ranges::find(kOptions, letter, &OptionRow::letter);
+  return row == std::end(kOptions) || letter == 0 ? nullptr : row;
+}
+
+std::string Verb::word() const { return std::string(verb.empty() ? noun : verb); }
+
+std::string Verb::name() const {
+  return verb.empty() ? std::string(noun) : std::string(noun) + " " + std::string(verb);
+}
+
+}  // namespace timsctl

@@ -1,0 +1,54 @@
+// What is around the verbs of timsctl and of the programs that it becomes (timsctl-robot,
+// timsctl-sim): from argv to a verb with its options, then the verb, and what went wrong as text or
+// JSON and as an exit status.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "tools/cli/context.h"
+#include "tools/cli/options.h"
+
+namespace timsctl {
+
+using RunVerb = Exit (*)(Context& context);
+
+struct Command {
+  const Verb* verb = nullptr;
+  RunVerb run = nullptr;
+  Options options;
+};
+struct Text {  // --help, --version: print it, and that was all
+  std::string text;
+};
+using Arguments = std::span<const std::string>;  // without the program's name
+// Throws Failure when the command line is wrong.
+using ParseCommandLine = std::function<std::variant<Command, Text>(Arguments arguments)>;
+
+// The exit status of main().
+int run_program(int argc, char** argv, const ParseCommandLine& parse);
+
+// A program that timsctl becomes for some of its verbs, and that may be called by itself too.
+struct OwnVerb {
+  Verb verb;
+  RunVerb run;
+};
+struct VerbProgram {
+  std::string_view name;   // "timsctl-sim"
+  std::string_view about;  // what it is for
+  std::span<const OwnVerb> verbs;
+  // What may stand in the place of that argument of a verb: asked by timsctl, for completion.
+  std::vector<std::string> (*candidates)(std::string_view verb, std::size_t argument);
+};
+// Its command line: a verb, general options and those of the verb, arguments.
+std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Arguments arguments);
+
+std::string_view own_version();
+// Whether the list of words has this one.
+bool is_in(std::string_view word, std::string_view list);
+
+}  // namespace timsctl

@@ -1,0 +1,221 @@
+// timsctl up, down and robot: the components of a robot.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "base/text.h"
+#include "base/toml.h"
+#include "os/clock.h"
+#include "os/environment.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/program.h"
+#include "tools/cli/service.h"
+#include "tools/robot/running.h"
+#include "tools/robot/supervisor.h"
+#include "tools/robot/verbs.h"
+
+namespace timsctl {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFileMax = 60'000;  // with its end it fits into a pipe
+constexpr tims::Duration kEndAnswers = std::chrono::seconds(30);
+
+// Up to its end, or up to a zero byte: then somebody at the other end holds on to us.
+std::string read_text(std::istream& file, const std::string& name) {
+  std::string text;
+  if (!std::getline(file, text, '\0'))
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", name),
+                  "deploy/robots/sim.toml is one");
+  if (text.size() > kFileMax)
+    throw Failure(Exit::kNo, "bad_robot", fmt::format("{}: larger than {} bytes", name, kFileMax));
+  return text;
+}
+
+struct Given {
+  robot::Robot robot;
+  robot::Place place;
+  bool held = false;  // by whoever wrote the text to stdin, as long as that stays open
+};
+
+// Programs run in another folder than timsctl.
+std::string absolute(Host host) {
+  if (auto* local = std::get_if<UnixHost>(&host)) local->path = fs::absolute(local->path);
+  return to_string(host);
+}
+
+// --on a host that the file does not have would start nothing, and wait.
+void need_host(const robot::Robot& robot, const std::string& name) {
+  if (name.empty()) return;
+  std::vector<std::string_view> known;
+  for (const robot::Host& host : robot.hosts) known.push_back(host.name);
+  if (std::ranges::find(known, name) != known.end()) return;
+  const auto near = base::nearest(name, known);
+  throw usage_error(fmt::format("--on: the robot has no host \"{}\"", name),
+                    near            ? fmt::format("did you mean {}?", *near)
+                    : known.empty() ? "[host.NAME] in its file makes one"
+                                    : fmt::format("there are {}", fmt::join(known, ", ")));
+}
+
+Given read_robot_file(const Context& context) {
+  const std::string& path = context.options.arguments.front();
+  const bool from_stdin = path == "-";
+  std::ifstream file(from_stdin ? "/dev/stdin" : path);
+  Given given;
+  given.place.source = {
+      .file = {}, .text = read_text(file, path), .system = context.options.system};
+  given.place.host = context.options.on;
+  given.place.router = absolute(context.host);
+  given.held = from_stdin && !file.eof();
+  if (!from_stdin) {
+    given.place.folder = fs::path(path).parent_path();
+    given.place.source.file = fs::absolute(path);
+  }
+  const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
+  auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.source.text}, name,
+                                context.options.system);
+  fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
+  given.robot = std::move(read.robot);
+  need_host(given.robot, given.place.host);
+  given.place.name = given.robot.name;
+  if (given.robot.system != 0) given.place.name += fmt::format("-{}", given.robot.system);
+  if (!given.place.host.empty()) given.place.name += "-" + given.place.host;
+  return given;
+}
+
+Exit run_robot(Context& context, const Given& given, const std::function<void()>& ready) {
+  robot::Supervisor supervisor(context, given.robot, given.place);
+  supervisor.start();
+  tims::os::ServiceManager::of_environment().tell("READY=1");
+  ready();
+  supervisor.serve(context.run_end(), given.held ? STDIN_FILENO : -1);
+  return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+void show_saved(Context& context, const std::string& name, const json::object& answer) {
+  const json::array& changes = answer.at("changes").as_array();
+  const std::string file = text_at(answer, "file");
+  if (context.out.json()) return context.out.write(answer);
+  for (const json::value& value : changes) {
+    const json::object& change = value.as_object();
+    const std::string before = text_at(change, "before");
+    context.out.write(fmt::format("{} = {}{}\n", text_at(change, "name"), text_at(change, "after"),
+                                  before.empty() ? "" : fmt::format(" (was {})", before)));
+  }
+  if (changes.empty()) {
+    context.out.note(fmt::format("{}: nothing was set that {} does not have", name, file));
+  } else {
+    context.out.note(fmt::format("{}: {} to {}", name,
+                                 context.options.dry_run ? "would be written" : "written", file));
+  }
+}
+
+Exit up(Context& context) {
+  const Given given = read_robot_file(context);
+  const std::string& name = given.place.name;
+  if (context.options.detach)
+    return run_detached(
+        robot::log_file(robot::key_of(name, given.place.router)),
+        [&](const std::function<void()>& ready) { return run_robot(context, given, ready); });
+  return run_robot(context, given, [&] {
+    context.out.note(fmt::format("robot {} is up: `timsctl component list`; {}", name,
+                                 context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+  });
+}
+
+Exit down(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const std::string key =
+      robot::chosen(arguments.empty() ? "" : arguments.front(), absolute(context.host));
+  const std::string name(robot::name_of(key));
+  const auto timeout = std::max(context.options.timeout, kEndAnswers);
+  (void)robot::ask(key, {{"do", "down"}}, context.signals, timeout);
+  if (context.out.json())
+    context.out.write(
+        json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
+  context.out.note(fmt::format("robot {}: down", name));
+  return Exit::kDone;
+}
+
+// timsctl component param save
+Exit save(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const auto connection = context.connect();
+  const tims::Address component = need_address(arguments[0], connection->widths());
+  const std::string name = component.to_string(connection->widths());
+  const std::string router = absolute(context.host);
+  json::object question{{"do", "save"},
+                        {"address", component.to_hex()},
+                        {"name", arguments.size() > 1 ? arguments[1] : std::string()},
+                        {"dry_run", context.options.dry_run}};
+  for (const std::string& key : robot::running()) {
+    const auto ask = [&](const json::object& what) {
+      return robot::ask(key, what, context.signals, context.options.timeout);
+    };
+    const json::object shown = ask({{"do", "show"}});
+    const auto is_it = [&](const json::value& item) {
+      return text_at(item.as_object(), "address") == component.to_hex();
+    };
+    if (text_at(shown, "router") != router || std::ranges::none_of(items_of(shown), is_it))
+      continue;
+    json::object answer = ask(question);
+    answer["address"] = address_json(component, connection->widths());
+    show_saved(context, name, answer);
+    return Exit::kDone;
+  }
+  throw Failure(
+      Exit::kNoSuch, "no_robot_file",
+      fmt::format("no robot that `timsctl up` has started here at {} has {}", router, name),
+      "only that knows its file: on its host, with the same -H");
+}
+
+Exit robot_show(Context& context) {
+  constexpr Column kColumns[] = {{"ROBOT", "robot"},
+                                 {"PROGRAM", "name"},
+                                 {"STATUS", "status"},
+                                 {"PID", "pid"},
+                                 {"ROUTER", "router"}};
+  json::array items;
+  for (const std::string& key : robot::running()) {
+    json::object answer =
+        robot::ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
+    for (json::value& item : items_of(answer)) {
+      item.as_object()["robot"] = robot::name_of(key);
+      item.as_object()["router"] = text_at(answer, "router");
+      items.push_back(std::move(item));
+    }
+  }
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/robots/1"}, {"items", std::move(items)}});
+  } else {
+    context.out.write(render_items(items, kColumns, context.out.look()));
+  }
+  return Exit::kDone;
+}
+
+std::vector<std::string> candidates(std::string_view verb, std::size_t argument) {
+  std::vector<std::string> names;
+  if (verb != "down" || argument > 0) return names;
+  for (const std::string& key : robot::running()) names.emplace_back(robot::name_of(key));
+  return names;
+}
+
+}  // namespace
+}  // namespace timsctl
+
+int main(int argc, char** argv) {
+  using namespace timsctl;
+  static constexpr OwnVerb kVerbs[] = {
+      {robot::kUp, up}, {robot::kDown, down}, {robot::kShow, robot_show}, {robot::kSave, save}};
+  const VerbProgram program{robot::kProgram,
+                            "The components of a robot: started, looked after, ended.", kVerbs,
+                            candidates};
+  return run_program(argc, argv,
+                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+}

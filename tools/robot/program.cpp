@@ -1,0 +1,214 @@
+#include "tools/robot/program.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "os/file.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+constexpr int kCannotExecute = 127;  // as shells say it
+
+// "on", and "error: ..." of a component that tries to be on.
+bool wants_to_be_on(std::string_view status) {
+  return status == "on" || status.starts_with("error");
+}
+
+constexpr std::size_t kTextMax = 1024;
+
+// What stands behind `name` at the beginning of a line.
+std::optional<std::string_view> value_of(std::string_view text, std::string_view name) {
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    if (line.starts_with(name)) return line.substr(name.size());
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Program::Program(std::string name, Launch launch, Manner manner)
+    : name_(std::move(name)),
+      launch_(std::move(launch)),
+      manner_(std::move(manner)),
+      policy_(manner_.restart) {}
+
+std::optional<pid_t> Program::pid() const {
+  return child_ ? std::optional(child_->pid()) : std::nullopt;
+}
+
+void Program::start(tims::Time now) {
+  Launch launch = launch_;
+  for (const auto& options : {parameters_, kept_})
+    for (const auto& [name, value] : options) launch.command.push_back("--" + name + "=" + value);
+  if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
+  tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
+  launch.out = out.write.get();
+  tims::os::Pipe in;
+  if (!manner_.input.empty()) {
+    in = value_or_fail(tims::os::make_pipe(), "pipe");
+    // Less than a pipe holds: this never waits.
+    [[maybe_unused]] const ssize_t n =
+        ::write(in.write.get(), manner_.input.data(), manner_.input.size());
+    launch.in = in.read.get();
+  }
+  child_ = timsctl::start(launch);
+  input_ = std::move(in.write);
+  output_ = std::move(out.read);
+  ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
+  state_ = manner_.tells ? State::kStarting : State::kReady;
+  status_.clear();
+  started_ = now;
+  start_at_ = tims::kNever;
+}
+
+void Program::hear(std::string_view said) {
+  if (says_ready(said)) state_ = State::kReady;
+  if (auto address = address_in(said)) address_ = std::move(*address);
+  if (auto status = status_in(said)) status_ = std::move(*status);
+  if (auto told = told_in(said, kParameterTold)) parameters_[told->name] = std::move(told->value);
+  if (auto told = told_in(said, kStateTold)) {
+    if (told->value.empty()) {
+      kept_.erase(told->name);
+    } else {
+      kept_[told->name] = std::move(told->value);
+    }
+  }
+}
+
+void Program::signal(int number) const {
+  if (child_) child_->signal_group(number);
+}
+
+std::vector<int> Program::descriptors() const {
+  if (!child_) return {};
+  if (!output_) return {child_->descriptor()};
+  return {child_->descriptor(), output_.get()};
+}
+
+std::optional<Program::End> Program::ended(tims::Time now) {
+  if (!child_ || !child_->has_ended()) return std::nullopt;
+  const tims::os::ExitStatus status = child_->reap();
+  child_.reset();
+  input_.reset();
+  return end_with(status, now, now - started_);
+}
+
+Program::End Program::could_not_start(tims::Time now) {
+  return end_with({.code = kCannotExecute}, now, {});
+}
+
+Program::End Program::end_with(tims::os::ExitStatus status, tims::Time now, tims::Duration ran) {
+  state_ = State::kDown;
+  const End end{.status = status, .pause = policy_.ended(status.as_shell(), ran)};
+  start_at_ = end.pause ? now + *end.pause : tims::kNever;
+  return end;
+}
+
+std::vector<std::string> Program::take_lines() {
+  std::vector<std::string> lines;
+  std::array<char, 4096> text{};
+  ssize_t n = 0;
+  while (output_ && (n = ::read(output_.get(), text.data(), text.size())) > 0) {
+    auto more = lines_.add({text.data(), static_cast<std::size_t>(n)});
+    lines.insert(lines.end(), std::make_move_iterator(more.begin()),
+                 std::make_move_iterator(more.end()));
+  }
+  // Nobody writes there any more; or what still does is none of ours.
+  if (output_ && (n == 0 || !child_)) output_.reset();
+  if (output_) return lines;
+  if (std::string rest = lines_.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
+  return lines;
+}
+
+std::optional<tims::Duration> RestartPolicy::ended(int status, tims::Duration ran) {
+  if (when_ == Restart::kNever || status == kUsage) return std::nullopt;
+  if (when_ == Restart::kOnFailure && status == 0) return std::nullopt;
+  if (ran >= kProven) pause_ = kFirstPause;
+  const tims::Duration pause = pause_;
+  pause_ = std::min(2 * pause_, kLongestPause);
+  return pause;
+}
+
+std::vector<std::string> LineBuffer::add(std::string_view text) {
+  std::vector<std::string> lines;
+  for (const char c : text) {
+    if (c != '\n') rest_ += c;
+    if (c == '\n' || rest_.size() == kLineMax) lines.push_back(take_rest());
+  }
+  return lines;
+}
+
+StatusSocket::StatusSocket(std::string path)
+    : path_(std::move(path)),
+      socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path_.size() >= sizeof address.sun_path)
+    throw Failure(Exit::kDenied, "path", path_ + ": longer than a socket's path may be");
+  std::memcpy(address.sun_path, path_.data(), path_.size());
+  ::unlink(path_.c_str());  // who listens at the control socket owns the folder
+  const int yes = 1;
+  if (::bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      ::chmod(path_.c_str(), 0600) != 0 ||
+      ::setsockopt(socket_.get(), SOL_SOCKET, SO_PASSCRED, &yes, sizeof yes) != 0)
+    throw Failure(Exit::kDenied, "system", tims::os::system_error(path_).message());
+}
+
+StatusSocket::~StatusSocket() { ::unlink(path_.c_str()); }
+
+std::optional<StatusSocket::Said> StatusSocket::take() {
+  std::array<char, kTextMax> text{};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
+  iovec whole{text.data(), text.size()};
+  msghdr message{};
+  message.msg_iov = &whole;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t size = ::recvmsg(socket_.get(), &message, 0);
+  if (size < 0) return std::nullopt;
+  Said said{.text = {text.data(), static_cast<std::size_t>(size)}};
+  const cmsghdr* sender = CMSG_FIRSTHDR(&message);
+  if (sender != nullptr && sender->cmsg_level == SOL_SOCKET &&
+      sender->cmsg_type == SCM_CREDENTIALS) {
+    ucred who{};
+    std::memcpy(&who, CMSG_DATA(sender), sizeof who);
+    said.pid = who.pid;
+  }
+  return said;
+}
+
+std::optional<std::string> status_in(std::string_view text) {
+  const auto value = value_of(text, "STATUS=");
+  if (!value) return std::nullopt;
+  return std::string(*value);
+}
+
+std::optional<std::string> address_in(std::string_view text) {
+  const auto value = value_of(text, "X_TIMS_ADDRESS=");
+  if (!value) return std::nullopt;
+  return std::string(*value);
+}
+
+std::optional<Told> told_in(std::string_view text, std::string_view what) {
+  const auto told = value_of(text, what);
+  const std::size_t equals = told ? told->find('=') : std::string_view::npos;
+  if (equals == std::string_view::npos) return std::nullopt;
+  return Told{std::string(told->substr(0, equals)), std::string(told->substr(equals + 1))};
+}
+
+bool says_ready(std::string_view text) { return value_of(text, "READY=") == "1"; }
+
+}  // namespace timsctl::robot

@@ -1,0 +1,61 @@
+#include "tools/robot/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace timsctl::robot {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+TEST(LineBuffer, LinesComeWhenTheyAreComplete) {
+  LineBuffer buffer;
+  EXPECT_THAT(buffer.add("Module"), IsEmpty());
+  EXPECT_THAT(buffer.add(" on\n\nModule off\nTer"), ElementsAre("Module on", "", "Module off"));
+  EXPECT_EQ(buffer.take_rest(), "Ter");
+  EXPECT_EQ(buffer.take_rest(), "");
+}
+
+TEST(LineBuffer, NobodyFillsTheMemoryWithOneLine) {
+  LineBuffer buffer;
+  EXPECT_THAT(buffer.add(std::string(kLineMax - 1, 'x')), IsEmpty());
+  EXPECT_THAT(buffer.add("yz"), ElementsAre(std::string(kLineMax - 1, 'x') + "y"));
+  EXPECT_EQ(buffer.take_rest(), "z");
+}
+
+using namespace std::chrono_literals;
+
+constexpr int kKilled = 128 + 9;
+
+TEST(RestartPolicy, OnFailureOnly) {
+  RestartPolicy policy(Restart::kOnFailure);
+  EXPECT_EQ(policy.ended(0, 1s), std::nullopt);
+  EXPECT_EQ(policy.ended(1, 1s), kFirstPause);
+  EXPECT_EQ(policy.ended(kKilled, 1s), 2 * kFirstPause);
+}
+
+TEST(RestartPolicy, AlwaysAndNever) {
+  EXPECT_EQ(RestartPolicy(Restart::kAlways).ended(0, 1s), kFirstPause);
+  EXPECT_EQ(RestartPolicy(Restart::kNever).ended(kKilled, 1s), std::nullopt);
+}
+
+TEST(RestartPolicy, AWrongCommandLineStaysWrong) {
+  EXPECT_EQ(RestartPolicy(Restart::kAlways).ended(kUsage, 0s), std::nullopt);
+}
+
+TEST(RestartPolicy, LessAndLessOftenUntilItHasRunForAWhile) {
+  RestartPolicy policy(Restart::kOnFailure);
+  tims::Duration pause{};
+  for (int i = 0; i < 20; ++i) {
+    const auto next = policy.ended(1, kProven - 1ns);
+    ASSERT_TRUE(next);
+    EXPECT_GE(*next, pause);
+    pause = *next;
+  }
+  EXPECT_EQ(pause, kLongestPause);
+  EXPECT_EQ(policy.ended(1, kProven), kFirstPause);
+}
+
+}  // namespace
+}  // namespace timsctl::robot

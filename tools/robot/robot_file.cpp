@@ -1,0 +1,455 @@
+// A robot file's text to a Robot.
+#include "tools/robot/robot_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/text.h"
+#include "base/toml.h"
+#include "os/file.h"
+#include "os/process.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+using base::in_quotes;
+
+namespace fs = std::filesystem;
+using tims::os::File;
+
+const std::vector<std::string> kPlaceholders = {"system"};
+
+// A component as it is written, before the robot's system is known.
+struct Written {
+  base::Place at;
+  std::string name;
+  std::string program;
+  std::int64_t instance = 0;
+  tims::os::Command command;
+  std::vector<std::pair<std::string, std::string>> parameters;
+  Component component;
+};
+
+std::string default_name(const Written& written) {
+  const std::string& program = written.program.empty() ? written.command.front() : written.program;
+  const std::string last = program.substr(program.rfind('/') + 1);
+  return written.instance == 0 ? last : fmt::format("{}-{}", last, written.instance);
+}
+
+class RobotReader {
+ public:
+  RobotReader(const std::string& name, std::optional<std::int64_t> system) : system_(system) {
+    robot_.name = name;
+  }
+
+  RobotFile read(const base::TextFile& file) {
+    const base::TomlTree tree = base::parse_toml(file);
+    for (const base::Problem& problem : tree.problems) reader_.add(problem);
+    if (tree.problems.empty()) read(tree.root, file.name);
+    return {.robot = std::move(robot_), .problems = reader_.problems()};
+  }
+
+ private:
+  void read(const base::TomlNode& root, const std::string& file) {
+    reader_.table(
+        root, "a robot",
+        {{"name", [&](const base::TomlNode& n) { name(n, robot_.name); }},
+         {"system", [&](const base::TomlNode& n) { reader_.number(n, 0, kIdMax, robot_.system); }},
+         {"restart", [&](const base::TomlNode& n) { restart(n, restart_); }},
+         {"host",
+          [&](const base::TomlNode& n) {
+            reader_.named_tables(n, [&](const base::TomlNode& h) { host(h); });
+          }},
+         {"component", [&](const base::TomlNode& n) { components_ = &n; }}});
+    if (system_) robot_.system = *system_;
+    if (components_ != nullptr) read_components(*components_);
+    if (robot_.components.empty() && reader_.problems().empty())
+      reader_.add({{.file = file, .line = 1, .column = 1},
+                   "a robot needs a component: write [[component]]"});
+  }
+
+  void read_components(const base::TomlNode& node) {
+    reader_.tables(node, [&](const base::TomlNode& n) { component(n); });
+    if (robot_.components.size() > kComponentsMax)
+      reader_.refuse(node, fmt::format("a robot has at most {} components", kComponentsMax));
+  }
+
+  void name(const base::TomlNode& node, std::string& out) {
+    if (reader_.text(node, out) && !is_name(out))
+      reader_.refuse(node, fmt::format("\"{}\" is no name: at most {} letters, digits, - and _",
+                                       out, kNameMax));
+  }
+
+  void restart(const base::TomlNode& node, Restart& out) {
+    static const std::vector<std::string> kWords{"never", "on-failure", "always"};
+    std::string text;
+    if (!reader_.text(node, text)) return;
+    const auto word = std::ranges::find(kWords, text);
+    if (word == kWords.end()) return reader_.unknown(node.at_value, "restart", text, kWords);
+    out = static_cast<Restart>(word - kWords.begin());
+  }
+
+  void host(const base::TomlNode& node) {
+    Host host{.name = node.key, .ssh = {}, .router = {}};
+    reader_.table(node, fmt::format("[host.{}]", node.key),
+                  {{"ssh", [&](const base::TomlNode& n) { reader_.text(n, host.ssh); }},
+                   {"router", [&](const base::TomlNode& n) { reader_.text(n, host.router); }}});
+    if (!is_name(host.name))
+      reader_.add({node.at_key,
+                   fmt::format("\"{}\" is no name of a host: at most {} letters, digits, - and _",
+                               host.name, kNameMax)});
+    if (host.ssh.empty() || host.ssh.front() == '-')
+      reader_.add(
+          {node.at_key, fmt::format("[host.{}] wants ssh = \"...\": how ssh calls it", host.name)});
+    robot_.hosts.push_back(std::move(host));
+  }
+
+  void component(const base::TomlNode& node) {
+    Written written;
+    written.at = node.at_key;
+    written.component.restart = restart_;
+    reader_.table(
+        node, "[[component]]",
+        {{"program", [&](const base::TomlNode& n) { reader_.text(n, written.program); }},
+         {"name", [&](const base::TomlNode& n) { name(n, written.name); }},
+         {"instance",
+          [&](const base::TomlNode& n) { reader_.number(n, 0, kIdMax, written.instance); }},
+         {"parameters", [&](const base::TomlNode& n) { parameters(n, written); }},
+         {"command", [&](const base::TomlNode& n) { command(n, written.command); }},
+         {"host", [&](const base::TomlNode& n) { host_of(n, written.component.host); }},
+         {"restart", [&](const base::TomlNode& n) { restart(n, written.component.restart); }}});
+    const bool is_module = !written.program.empty();
+    if (is_module != written.command.empty() ||
+        (!is_module && (written.instance != 0 || !written.parameters.empty())))
+      return reader_.add(
+          {written.at, "a component has program, instance and parameters; or a command"});
+    finish(written);
+  }
+
+  void parameters(const base::TomlNode& node, Written& written) {
+    if (node.form != base::TomlNode::Form::kTable)
+      return reader_.refuse(node, "parameters want a table such as { cmdTaskPrio = 30 }");
+    for (const base::TomlNode& child : node.children) {
+      if (child.key == "system" || child.key == "instance")
+        reader_.add({child.at_key, fmt::format("{} stands outside of parameters", child.key)});
+      std::string value;
+      reader_.plain(child, value);
+      check_placeholders(child, value);
+      written.parameters.emplace_back(child.key, std::move(value));
+    }
+  }
+
+  void command(const base::TomlNode& node, tims::os::Command& out) {
+    std::string text;
+    if (!reader_.text(node, text)) return;
+    const auto words = base::split_words(text);
+    if (!words || words->empty())
+      return reader_.refuse(node,
+                            words ? "an empty command" : "a quote that is opened and not closed");
+    for (const std::string& word : *words) check_placeholders(node, word);
+    out = *words;
+  }
+
+  void host_of(const base::TomlNode& node, std::string& out) {
+    reader_.text(node, out);
+    if (std::ranges::find(robot_.hosts, out, &Host::name) == robot_.hosts.end())
+      reader_.refuse(node, fmt::format("no host {}: write [host.{}]", out, out));
+  }
+
+  void check_placeholders(const base::TomlNode& node, std::string_view text) {
+    if (const auto bad = base::unknown_placeholder(text, kPlaceholders))
+      reader_.unknown(node.at_value, "placeholder", *bad, kPlaceholders);
+  }
+
+  void finish(const Written& written) {
+    Component component = written.component;
+    component.name = written.name.empty() ? default_name(written) : written.name;
+    for (const Component& other : robot_.components)
+      if (other.name == component.name)
+        return reader_.add(
+            {written.at,
+             fmt::format("a second component called {}: give one of them another instance or name",
+                         component.name)});
+    const base::Placeholders values{{"system", std::to_string(robot_.system)}};
+    for (const std::string& word : written.command)
+      component.command.push_back(base::filled_in(word, values));
+    component.tells = !written.program.empty();
+    if (component.tells)
+      component.command = {written.program, fmt::format("--system={}", robot_.system),
+                           fmt::format("--instance={}", written.instance)};
+    for (const auto& [key, value] : written.parameters)
+      component.command.push_back(fmt::format("--{}={}", key, base::filled_in(value, values)));
+    robot_.components.push_back(std::move(component));
+  }
+
+  std::optional<std::int64_t> system_;
+  base::TomlReader reader_;
+  Robot robot_;
+  Restart restart_ = Restart::kOnFailure;
+  const base::TomlNode* components_ = nullptr;
+};
+
+constexpr std::string_view kDigits = "0123456789";
+
+// "-12", "0.5": what TOML takes for a number as it is.
+bool is_number(std::string_view text) {
+  if (text.starts_with('-')) text.remove_prefix(1);
+  const std::size_t point = text.find('.');
+  const std::string_view whole = text.substr(0, point);
+  const auto digits = [](std::string_view part) {
+    return !part.empty() && part.find_first_not_of(kDigits) == std::string_view::npos;
+  };
+  return digits(whole) && (whole == "0" || !whole.starts_with('0')) &&
+         (point == std::string_view::npos || digits(text.substr(point + 1)));
+}
+
+const base::TomlNode* child_of(const base::TomlNode& node, std::string_view key) {
+  const auto found = std::ranges::find(node.children, key, &base::TomlNode::key);
+  return found == node.children.end() ? nullptr : &*found;
+}
+
+// One text that is changed once.
+class Editor {
+ public:
+  explicit Editor(std::string_view text) : text_(text) {}
+
+  [[nodiscard]] std::string with(const base::TomlNode& component, const std::string& name,
+                                 const std::string& value) const {
+    const base::TomlNode* parameters = child_of(component, "parameters");
+    if (parameters != nullptr) {
+      const base::TomlNode* old = child_of(*parameters, name);
+      return old != nullptr ? replaced(*old, value) : added(*parameters, name, value);
+    }
+    const std::string all = fmt::format("parameters = {{ {} }}", assignment(name, value));
+    const auto last = std::ranges::find(component.children.rbegin(), component.children.rend(),
+                                        base::TomlNode::Form::kValue, &base::TomlNode::form);
+    const std::size_t end = end_of_value(place(last->at_value));
+    return is_at('{', component) ? inserted(end, ", " + all) : new_line(end, *last, all);
+  }
+
+ private:
+  [[nodiscard]] std::string replaced(const base::TomlNode& old, const std::string& value) const {
+    const std::size_t begin = place(old.at_value);
+    const bool was_text = is_at('"', old) || is_at('\'', old);
+    const std::string now = !was_text && is_number(value) ? value : base::in_quotes(value);
+    return std::string(text_.substr(0, begin)) + now +
+           std::string(text_.substr(end_of_value(begin)));
+  }
+
+  [[nodiscard]] std::string added(const base::TomlNode& parameters, const std::string& name,
+                                  const std::string& value) const {
+    const std::string made = assignment(name, value);
+    const std::size_t begin = place(parameters.at_value);
+    const bool is_inline = is_at('{', parameters);
+    if (parameters.children.empty() && is_inline) {
+      const std::size_t close = std::min(text_.find('}', begin), text_.size() - 1);
+      return std::string(text_.substr(0, begin)) + "{ " + made + " }" +
+             std::string(text_.substr(close + 1));
+    }
+    if (parameters.children.empty()) return new_line(begin, parameters, made);
+    const base::TomlNode& last = parameters.children.back();
+    const std::size_t end = end_of_value(place(last.at_value));
+    if (is_inline) return inserted(end, ", " + made);
+    return new_line(end, last, is_at('[', parameters) ? made : "parameters." + made);
+  }
+
+  static std::string assignment(const std::string& name, const std::string& value) {
+    return fmt::format("{} = {}", name, is_number(value) ? value : base::in_quotes(value));
+  }
+
+  [[nodiscard]] std::string inserted(std::size_t at, std::string_view what) const {
+    return std::string(text_.substr(0, at)).append(what).append(text_.substr(at));
+  }
+
+  // Behind the line of `at`, as far to the right as `like`.
+  [[nodiscard]] std::string new_line(std::size_t at, const base::TomlNode& like,
+                                     const std::string& what) const {
+    const std::size_t line = line_of(like.at_key.line);
+    const std::size_t first = std::min(text_.find_first_not_of(" \t", line), text_.size());
+    const std::string indented = std::string(text_.substr(line, first - line)) + what;
+    const std::size_t end = text_.find('\n', at);
+    if (end == std::string_view::npos) return std::string(text_) + "\n" + indented + "\n";
+    const bool carriage = end > 0 && text_[end - 1] == '\r';
+    return inserted(end + 1, indented + (carriage ? "\r\n" : "\n"));
+  }
+
+  [[nodiscard]] bool is_at(char c, const base::TomlNode& node) const {
+    const std::size_t at = place(node.at_value);
+    return at < text_.size() && text_[at] == c;
+  }
+
+  [[nodiscard]] std::size_t line_of(std::uint32_t line) const {
+    std::size_t at = 0;
+    for (; line > 1 && at < text_.size(); --line)
+      at = std::min(text_.find('\n', at), text_.size() - 1) + 1;
+    return at;
+  }
+  // Columns count characters.
+  [[nodiscard]] std::size_t place(const base::Place& origin) const {
+    std::size_t at = line_of(origin.line);
+    const auto goes_on = [&] {
+      return at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xC0) == 0x80;
+    };
+    for (std::uint32_t column = 1; column < origin.column && at < text_.size(); ++column) do
+        ++at;
+      while (goes_on());
+    return at;
+  }
+
+  [[nodiscard]] std::size_t end_of_value(std::size_t at) const {
+    for (const std::string_view quote : {R"(""")", "'''", "\"", "'"}) {
+      if (!text_.substr(at).starts_with(quote)) continue;
+      for (at += quote.size(); at < text_.size(); ++at) {
+        if (text_.substr(at).starts_with(quote)) return at + quote.size();
+        if (text_[at] == '\\' && quote.front() == '"') ++at;
+      }
+      return text_.size();
+    }
+    return std::min(text_.find_first_of(" \t\r\n,}]#", at), text_.size());
+  }
+
+  std::string_view text_;
+};
+
+std::string* argument(Component& component, const std::string& name) {
+  const std::string begin = "--" + name + "=";
+  const auto found = std::ranges::find_if(
+      component.command, [&](const std::string& word) { return word.starts_with(begin); });
+  return found == component.command.end() ? nullptr : &*found;
+}
+
+tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
+
+[[noreturn]] void cannot_write(const std::string& path) {
+  throw Failure(Exit::kDenied, "cannot_write", tims::os::system_error(path).detail(),
+                "may you write there?");
+}
+
+void write_all(const File& file, std::string_view text, const std::string& path) {
+  while (!text.empty()) {
+    const ssize_t size = ::write(file.get(), text.data(), text.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) cannot_write(path);
+    text.remove_prefix(static_cast<std::size_t>(size));
+  }
+}
+
+// Whoever reads it, also after a power cut, sees all of the old text or all of the new one.
+void replace_file(const std::string& path, std::string_view text) {
+  struct stat old {};
+  if (::stat(path.c_str(), &old) != 0) cannot_write(path);
+  const std::string made = path + ".new";
+  ::unlink(made.c_str());  // of somebody who did not get further
+  const File file(::open(made.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+  if (!file) cannot_write(made);
+  try {
+    write_all(file, text, made);
+    // It stays whose it is, if that is allowed.
+    if (::fchown(file.get(), old.st_uid, old.st_gid) != 0 && errno != EPERM) cannot_write(made);
+    if (::fchmod(file.get(), old.st_mode & 07777) != 0 || ::fsync(file.get()) != 0 ||
+        ::rename(made.c_str(), path.c_str()) != 0)
+      cannot_write(made);
+  } catch (const Failure&) {
+    ::unlink(made.c_str());
+    throw;
+  }
+  const std::string folder = fs::path(path).parent_path();
+  const File opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!opened || ::fsync(opened.get()) != 0) cannot_write(folder);
+}
+
+}  // namespace
+
+bool is_name(std::string_view text) {
+  constexpr std::string_view kOthers = "-_";
+  const auto fits = [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           kOthers.find(c) != std::string_view::npos;
+  };
+  return !text.empty() && text.size() <= kNameMax && text.front() != '-' &&
+         std::ranges::all_of(text, fits);
+}
+
+RobotFile read_robot(const base::TextFile& file, const std::string& name,
+                     std::optional<std::int64_t> system) {
+  return RobotReader(name, system).read(file);
+}
+
+tims::Result<EditedFile> with_parameters(const base::TextFile& file,
+                                         std::optional<std::int64_t> system, std::size_t component,
+                                         const std::map<std::string, std::string>& parameters) {
+  EditedFile edited{.text = file.text, .changes = {}};
+  Robot robot = read_robot(file, "robot", system).robot;
+  for (const auto& [name, value] : parameters) {
+    Component& changed = robot.components.at(component);
+    const std::string word = fmt::format("--{}={}", name, value);
+    std::string* old = argument(changed, name);
+    if (old != nullptr && *old == word) continue;
+    edited.changes.push_back({.name = name, .before = std::nullopt, .after = value});
+    if (old != nullptr) {
+      edited.changes.back().before = old->substr(name.size() + 3);
+      *old = word;
+    } else {
+      changed.command.push_back(word);
+    }
+    const auto tree = base::parse_toml({file.name, edited.text});
+    const base::TomlNode& node = child_of(tree.root, "component")->children.at(component);
+    edited.text = Editor(edited.text).with(node, name, value);
+    const RobotFile now = read_robot({file.name, edited.text}, "robot", system);
+    if (!now.problems.empty())
+      return refused(fmt::format("{} = {} cannot stand in a robot file: {}", name, value,
+                                 now.problems.front().text));
+    if (now.robot.components != robot.components)
+      return refused(
+          fmt::format("{} = {} cannot be written where its component stands in {}; "
+                      "please write it there by hand",
+                      name, value, file.name));
+  }
+  return edited;
+}
+
+json::object save_parameters(RobotText& source, std::size_t component,
+                             const std::map<std::string, std::string>& parameters, bool dry_run) {
+  if (source.file.empty())
+    throw Failure(Exit::kNoSuch, "no_robot_file", "this robot was not read from a file here",
+                  "its file is where `timsctl up` was given it");
+  std::error_code error;
+  const std::string path = fs::canonical(source.file, error);  // not a link to it
+  std::ifstream stream(path);
+  const std::string now{std::istreambuf_iterator<char>(stream), {}};
+  if (error || !stream)
+    throw Failure(Exit::kNoSuch, "no_robot_file", source.file + ": cannot be read any more",
+                  "has it been moved?");
+  if (now != source.text)
+    throw Failure(Exit::kNo, "file_changed",
+                  source.file + " has changed since this robot was read from it",
+                  "write the parameters there by hand, or start the robot anew from it");
+  const auto edited = with_parameters({source.file, now}, source.system, component, parameters);
+  if (!edited)
+    throw Failure(Exit::kNo, "cannot_write", edited.error().detail(),
+                  "`--dry-run` shows what would change");
+  if (!dry_run && !edited->changes.empty()) {
+    replace_file(path, edited->text);
+    source.text = edited->text;
+  }
+  json::array changes;
+  for (const ParameterChange& change : edited->changes)
+    changes.push_back({{"name", change.name},
+                       {"before", change.before ? json::value(*change.before) : json::value()},
+                       {"after", change.after}});
+  return {{"schema", "tims/parameters_saved/1"},
+          {"file", source.file},
+          {"written", !dry_run && !edited->changes.empty()},
+          {"changes", std::move(changes)}};
+}
+
+}  // namespace timsctl::robot

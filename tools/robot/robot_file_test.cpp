@@ -1,0 +1,210 @@
+#include "tools/robot/robot_file.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+namespace timsctl::robot {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+RobotFile read(std::string text, std::optional<std::int64_t> system = {}) {
+  return read_robot({"r.toml", std::move(text)}, "robot", system);
+}
+
+// All problems, a line each.
+std::string problems(std::string text) {
+  std::string all;
+  for (const auto& problem : read(std::move(text)).problems) all += problem.to_string() + "\n";
+  return all;
+}
+
+TEST(RobotFile, ProgramsGetTheirPlaceAndParameters) {
+  const RobotFile file = read(R"(
+name = "scout"
+system = 3
+[[component]]
+program = "Scan2dSim"
+parameters = { mapFile = "floor.dxf", maxRange = 10_000, odometrySys = "{system}", scale = 0.5, loud = true }
+[[component]]
+program = "PilotWallFollowing"
+instance = 1
+restart = "never"
+)");
+  EXPECT_EQ(problems(""), "r.toml:1:1: a robot needs a component: write [[component]]\n");
+  ASSERT_TRUE(file.problems.empty()) << file.problems.front().to_string();
+  EXPECT_EQ(file.robot.name, "scout");
+  ASSERT_EQ(file.robot.components.size(), 2U);
+  EXPECT_EQ(file.robot.components[0].name, "Scan2dSim");
+  EXPECT_EQ(file.robot.components[0].restart, Restart::kOnFailure);
+  EXPECT_THAT(file.robot.components[0].command,
+              ElementsAre("Scan2dSim", "--system=3", "--instance=0", "--mapFile=floor.dxf",
+                          "--maxRange=10000", "--odometrySys=3", "--scale=0.5", "--loud=1"));
+  EXPECT_EQ(file.robot.components[1].name, "PilotWallFollowing-1");
+  EXPECT_EQ(file.robot.components[1].restart, Restart::kNever);
+}
+
+TEST(RobotFile, AnotherSystemThanTheFileSays) {
+  const RobotFile file = read(R"(
+system = 3
+[[component]]
+command = "tims-demo ladar --at 'Ladar({system}/0)'"
+)",
+                              7);
+  ASSERT_TRUE(file.problems.empty());
+  EXPECT_EQ(file.robot.name, "robot");
+  EXPECT_EQ(file.robot.system, 7);
+  EXPECT_THAT(file.robot.components.at(0).command,
+              ElementsAre("tims-demo", "ladar", "--at", "Ladar(7/0)"));
+}
+
+TEST(RobotFile, OtherHosts) {
+  const RobotFile file = read(R"(
+restart = "always"
+[[component]]
+program = "ChassisSim"
+host = "arm"
+[host.arm]
+ssh = "pi@arm.local"
+router = "unix:/run/tims/arm.sock"
+)");
+  ASSERT_TRUE(file.problems.empty()) << file.problems.front().to_string();
+  EXPECT_EQ(file.robot.hosts.at(0).ssh, "pi@arm.local");
+  EXPECT_EQ(file.robot.components.at(0).host, "arm");
+  EXPECT_EQ(file.robot.components.at(0).restart, Restart::kAlways);
+}
+
+TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
+  EXPECT_THAT(problems("[[component]]\nprogramm = \"A\""),
+              HasSubstr("r.toml:2:1: unknown key of [[component]] \"programm\"; did you mean "
+                        "program?"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\n[[component]]\nprogram = \"A\""),
+              HasSubstr("a second component called A: give one of them another instance or name"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ncommand = \"B\""),
+              HasSubstr("a component has program, instance and parameters; or a command"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nhost = \"arm\""),
+              HasSubstr("no host arm: write [host.arm]"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ninstance = 256"),
+              HasSubstr("instance wants a number from 0 to 255, not 256"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { system = 1 }"),
+              HasSubstr("system stands outside of parameters"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { a = \"{sytem}\" }"),
+              HasSubstr("unknown placeholder \"sytem\"; did you mean system?"));
+  EXPECT_THAT(problems("restart = \"on-falure\"\n[[component]]\nprogram = \"A\""),
+              HasSubstr("unknown restart \"on-falure\"; did you mean on-failure?"));
+  EXPECT_THAT(problems("[host.arm]\nssh = \"-oProxyCommand=x\"\n[[component]]\nprogram = \"A\""),
+              HasSubstr("[host.arm] wants ssh"));
+  EXPECT_THAT(problems("name = \"a/b\"\n[[component]]\nprogram = \"A\""),
+              HasSubstr("\"a/b\" is no name"));
+}
+
+TEST(RobotFile, NamesAreAsLongAsTheyMayBe) {
+  EXPECT_TRUE(is_name(std::string(kNameMax, 'a')));
+  EXPECT_FALSE(is_name(std::string(kNameMax + 1, 'a')));
+  EXPECT_FALSE(is_name(""));
+  EXPECT_FALSE(is_name(".."));
+}
+
+TEST(RobotFile, AsManyComponentsAsAllowed) {
+  std::string text;
+  for (std::size_t i = 0; i < kComponentsMax; ++i)
+    text += "[[component]]\nprogram = \"A\"\ninstance = " + std::to_string(i) + "\n";
+  EXPECT_EQ(problems(text), "");
+  EXPECT_THAT(problems(text + "[[component]]\nprogram = \"B\"\n"), HasSubstr("at most 200"));
+}
+
+TEST(RobotFile, TheSampleIsGood) {
+  std::ifstream file(TIMS_SAMPLE_ROBOT);
+  EXPECT_EQ(problems({std::istreambuf_iterator<char>(file), {}}), "");
+}
+
+using testing::HasSubstr;
+using Parameters = std::map<std::string, std::string>;
+
+std::string edited(const std::string& text, const Parameters& parameters,
+                   std::size_t component = 0) {
+  const auto result = with_parameters({"r.toml", text}, {}, component, parameters);
+  return result ? result->text : "refused: " + result.error().detail();
+}
+
+TEST(ParameterEdit, CommentsAndOrderStay) {
+  const std::string text = R"(# my robot
+system = 3
+
+[[component]]   # wheels
+program = "ChassisSim"
+parameters = { vxMax = 700, cmdTaskPrio = 30 } # slow
+
+[[component]]
+program = "Scan2dSim"
+instance = 1
+parameters = { odometrySys = "{system}", mapFile = "flöor.dxf", maxRange = 10_000 }
+# the end
+)";
+  const auto result = with_parameters({"r.toml", text}, 5, 1,
+                                      {{"maxRange", "9000"},
+                                       {"mapFile", "a \"b\"\\.dxf"},
+                                       {"odometrySys", "5"},
+                                       {"angleRes", "2"}});
+  ASSERT_TRUE(result) << result.error().detail();
+  EXPECT_EQ(result->text, R"(# my robot
+system = 3
+
+[[component]]   # wheels
+program = "ChassisSim"
+parameters = { vxMax = 700, cmdTaskPrio = 30 } # slow
+
+[[component]]
+program = "Scan2dSim"
+instance = 1
+parameters = { odometrySys = "{system}", mapFile = "a \"b\"\\.dxf", maxRange = 9000, angleRes = 2 }
+# the end
+)");
+  const std::vector<ParameterChange> changes{{"angleRes", std::nullopt, "2"},
+                                             {"mapFile", "flöor.dxf", "a \"b\"\\.dxf"},
+                                             {"maxRange", "10000", "9000"}};
+  EXPECT_EQ(result->changes, changes) << "the system's number is what the file says";
+}
+
+TEST(ParameterEdit, WhereverParametersMayStand) {
+  const std::string head = "[[component]]\nprogram = \"A\"";
+  EXPECT_EQ(edited(head, {{"x", "1"}}), head + "\nparameters = { x = 1 }\n");
+  EXPECT_EQ(edited("[[component]]\n  program = \"A\" # a\nname = \"b\"\n", {{"x", "y"}}),
+            "[[component]]\n  program = \"A\" # a\nname = \"b\"\nparameters = { x = \"y\" }\n");
+  EXPECT_EQ(edited(head + "\nparameters = {}\n", {{"x", "1"}, {"y", "-0.5"}}),
+            head + "\nparameters = { x = 1, y = -0.5 }\n");
+  EXPECT_EQ(edited(head + "\n[component.parameters]\nx = 1 # one\n\n", {{"x", "2"}, {"y", "3"}}),
+            head + "\n[component.parameters]\nx = 2 # one\ny = 3\n\n");
+  EXPECT_EQ(edited(head + "\n[component.parameters]\n# none\n", {{"y", "3"}}),
+            head + "\n[component.parameters]\ny = 3\n# none\n");
+  EXPECT_EQ(edited(head + "\n  parameters.x = '1'\n", {{"x", "2"}, {"y", "3"}}),
+            head + "\n  parameters.x = \"2\"\n  parameters.y = 3\n");
+  EXPECT_EQ(edited("component = [{ program = \"A\" }, { program = \"B\" }]", {{"x", "1"}}, 1),
+            "component = [{ program = \"A\" }, { program = \"B\", parameters = { x = 1 } }]");
+  EXPECT_EQ(edited(head + "\nparameters = { m = \"\"\"a\nb\"\"\", n = true }\n",
+                   {{"m", "c"}, {"n", "0"}}),
+            head + "\nparameters = { m = \"c\", n = 0 }\n");
+  EXPECT_EQ(edited("[[component]]\r\nprogram = \"A\"\r\n", {{"x", "007"}}),
+            "[[component]]\r\nprogram = \"A\"\r\nparameters = { x = \"007\" }\r\n");
+}
+
+TEST(ParameterEdit, WhatTheFileHasAlreadyChangesNothing) {
+  const std::string text = "[[component]]\nprogram = \"A\"\nparameters = { x = 1_0 }";
+  const auto result = with_parameters({"r.toml", text}, {}, 0, {{"x", "10"}});
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->text, text);
+  EXPECT_TRUE(result->changes.empty());
+}
+
+TEST(ParameterEdit, WhatAFileCannotSayIsRefused) {
+  const std::string text = "[[component]]\nprogram = \"A\"\n";
+  EXPECT_THAT(edited(text, {{"instance", "2"}}),
+              HasSubstr("instance = 2 cannot stand in a robot file: instance stands outside"));
+  EXPECT_THAT(edited(text, {{"x", "{host}"}}), HasSubstr("unknown placeholder"));
+  EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("write it there by hand"));
+}
+
+}  // namespace
+}  // namespace timsctl::robot

@@ -1,0 +1,248 @@
+#include "tools/robot/supervisor.h"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/clock.h"
+#include "os/process.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "tools/cli/failure.h"
+#include "tools/robot/running.h"
+
+namespace timsctl::robot {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr tims::Duration kStartPatience = 10s;  // a router may have to come first
+constexpr tims::Duration kEndPatience = 5s;
+
+// They come and go.
+std::vector<int> descriptors_of(const std::list<Program>& programs) {
+  std::vector<int> all;
+  for (const Program& program : programs)
+    for (const int descriptor : program.descriptors()) all.push_back(descriptor);
+  return all;
+}
+
+// Nobody holds its other end any more.
+bool has_closed(int input) {
+  std::array<char, 256> ignored{};
+  return tims::os::is_readable(input) && ::read(input, ignored.data(), ignored.size()) <= 0;
+}
+
+}  // namespace
+
+Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
+    : context_(context),
+      events_(context, "tims/robot_event/1", 20),
+      name_(place.name),
+      router_(place.router),
+      key_(key_of(place.name, place.router)),
+      source_(place.source) {
+  auto control = tims::os::listen_unix(control_socket(key_), 0600);
+  if (!control && control.error().code() == tims::Errc::kAddressInUse)
+    throw Failure(Exit::kDenied, "robot_runs",
+                  fmt::format("robot {} runs already at {}", name_, router_),
+                  fmt::format("`timsctl down {}` ends it", name_));
+  control_ = value_or_fail(std::move(control), control_socket(key_));
+  status_.emplace(status_socket(key_));
+  for (std::size_t i = 0; i < robot.components.size(); ++i)
+    if (robot.components[i].host == place.host) add(robot.components[i], i, place);
+  if (place.host.empty())
+    for (const Host& host : robot.hosts) add(host, robot, place);
+}
+
+Supervisor::~Supervisor() {
+  try {
+    end_all();
+  } catch (const std::exception&) {
+    // Nobody reads what we say any more: no reason to leave programs behind.
+    for (const Program& program : programs_) program.signal(SIGKILL);
+  }
+  asker_.answer({{"schema", "tims/robot_done/1"}, {"done", true}});
+}
+
+void Supervisor::add(const Component& component, std::size_t number, const Place& place) {
+  programs_.emplace_back(component.name,
+                         Launch{.command = component.command,
+                                .environment = {"TIMS_ROUTER=" + place.router, "TIMS_HOST=",
+                                                "NOTIFY_SOCKET=" + status_socket(key_)},
+                                .folder = place.folder},
+                         Program::Manner{.restart = component.restart, .tells = component.tells});
+  components_[&programs_.back()] = number;
+}
+
+// There timsctl looks after its programs, and ends when its stdin does: when we or the network go.
+void Supervisor::add(const Host& host, const Robot& robot, const Place& place) {
+  tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
+  if (!host.router.empty()) command.push_back("--host=" + host.router);
+  for (std::string word : {std::string("up"), std::string("-"), "--on=" + host.name,
+                           fmt::format("--system={}", robot.system), std::string("--no-color")})
+    command.push_back(std::move(word));
+  std::string input = place.source.text;
+  input += '\0';
+  programs_.emplace_back(
+      host.name, Launch{.command = std::move(command)},
+      Program::Manner{.restart = Restart::kAlways, .tells = false, .input = std::move(input)});
+}
+
+void Supervisor::start() {
+  events_.begin();
+  for (Program& program : programs_) program.start(tims::os::now());
+  const tims::Time deadline = events_.began() + kStartPatience;
+  while (is_starting() && !asked_to_end_ && tims::os::now() < deadline) {
+    wait(std::min(deadline, next_start()), -1);
+    look_after_programs();
+  }
+  const auto down = std::ranges::count(programs_, State::kDown, &Program::state);
+  const auto late = std::ranges::count(programs_, State::kStarting, &Program::state);
+  std::string text =
+      fmt::format("{} of {} programs are ready",
+                  programs_.size() - static_cast<std::size_t>(down + late), programs_.size());
+  if (late > 0) text += fmt::format(", {} did not say so", late);
+  if (down > 0) text += fmt::format(", {} ended", down);
+  events_.say("started", name_, text);
+}
+
+void Supervisor::serve(tims::Time until, int input) {
+  while (!asked_to_end_ && tims::os::now() < until) {
+    wait(std::min(until, next_start()), input);
+    look_after_programs();
+    if (has_closed(input)) return;
+  }
+}
+
+bool Supervisor::is_starting() const {
+  return std::ranges::any_of(programs_, [](const Program& program) {
+    return program.state() == State::kStarting || program.start_at() != tims::kNever;
+  });
+}
+
+tims::Time Supervisor::next_start() const {
+  tims::Time next = tims::kNever;
+  for (const Program& program : programs_) next = std::min(next, program.start_at());
+  return next;
+}
+
+void Supervisor::wait(tims::Time deadline, int input) {
+  std::vector<int> descriptors = descriptors_of(programs_);
+  descriptors.insert(descriptors.end(), {control_.get(), status_->descriptor(), input});
+  // When the system refuses: at the deadline.
+  const auto any = tims::os::any_of(descriptors);
+  (void)context_.signals.wait(any ? any->get() : -1, deadline);
+}
+
+void Supervisor::look_after_programs() {
+  answer_questions();
+  hear();
+  for (Program& program : programs_) look_after(program);
+}
+
+void Supervisor::look_after(Program& program) {
+  const tims::Time now = tims::os::now();
+  const auto end = program.ended(now);
+  for (const std::string& line : program.take_lines()) events_.say("said", program.name(), line);
+  if (end) take_end(program, *end);
+  if (program.start_at() <= now) start_again(program, now);
+}
+
+// What cannot be executed now may be in a moment: somebody is installing it.
+void Supervisor::start_again(Program& program, tims::Time now) {
+  try {
+    program.start(now);
+    events_.say("restarted", program.name(), "started again");
+  } catch (const Failure& failure) {
+    take_end(program, program.could_not_start(now));
+    events_.say("said", program.name(), failure.message);
+  }
+}
+
+void Supervisor::take_end(Program& program, const Program::End& end) {
+  const std::string how = end.status.to_string();
+  if (end.pause && !ending_)
+    return events_.say("ended", program.name(),
+                       fmt::format("{}: starts again in {:g} s", how, base::seconds(*end.pause)));
+  program.stay_down();
+  if (ending_) return events_.say("ended", program.name(), how);
+  if (!end.status.success()) ++failures_;
+  events_.say("ended", program.name(), how + ": stays down");
+}
+
+void Supervisor::hear() {
+  while (const auto said = status_->take()) {
+    const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
+    if (program == programs_.end()) continue;
+    program->hear(said->text);
+    // People see it in `timsctl robot`.
+    if (!program->status().empty() && context_.out.json())
+      events_.say("state", program->name(), program->status());
+  }
+}
+
+void Supervisor::answer_questions() {
+  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
+    const std::string what = text_at(question, "do");
+    if (what == "save") return asker.answer(save(question));
+    if (what != "down") return asker.answer(report());
+    asked_to_end_ = true;
+    asker_ = std::move(asker);
+  });
+}
+
+json::object Supervisor::report() const {
+  json::array items;
+  for (const Program& program : programs_) {
+    json::object item{{"name", program.name()}, {"status", program.status()}};
+    if (const auto pid = program.pid()) item["pid"] = *pid;
+    if (!program.address().empty()) item["address"] = program.address();
+    items.push_back(std::move(item));
+  }
+  return {{"schema", "tims/robot/1"},
+          {"name", name_},
+          {"router", router_},
+          {"items", std::move(items)}};
+}
+
+// Of the component at an address, which is one of ours; all of its parameters, or the one called
+// so.
+json::object Supervisor::save(const json::object& question) {
+  hear();  // what it was told a moment ago
+  const auto program =
+      std::ranges::find(programs_, text_at(question, "address"), &Program::address);
+  if (program == programs_.end() || !components_.contains(&*program))
+    throw Failure(Exit::kNoSuch, "no_such_component", "robot " + name_ + " has no such component",
+                  "`timsctl robot` shows what it has");
+  Program::Parameters parameters = program->parameters();
+  if (const std::string name = text_at(question, "name"); !name.empty())
+    std::erase_if(parameters, [&](const auto& parameter) { return parameter.first != name; });
+  const bool dry_run = text_at(question, "dry_run") == "true";
+  json::object answer = save_parameters(source_, components_.at(&*program), parameters, dry_run);
+  answer["component"] = program->name();
+  return answer;
+}
+
+void Supervisor::end_all() {
+  ending_ = true;
+  for (const Program& program : programs_) program.signal(SIGTERM);
+  const tims::Time deadline = tims::os::now() + kEndPatience;
+  const auto runs = [](const Program& program) { return program.pid().has_value(); };
+  while (std::ranges::any_of(programs_, runs)) {
+    if (tims::os::now() >= deadline)
+      for (const Program& program : programs_) program.signal(SIGKILL);
+    const auto any = tims::os::any_of(descriptors_of(programs_));
+    (void)tims::os::is_readable(any ? any->get() : -1, deadline - tims::os::now());
+    for (Program& program : programs_) look_after(program);
+  }
+}
+
+}  // namespace timsctl::robot

@@ -1,0 +1,75 @@
+// A robot that runs: starts its programs, passes on what they say, starts again what crashes, and
+// ends them all.
+#pragma once
+
+#include <list>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "os/file.h"
+#include "tools/cli/context.h"
+#include "tools/cli/service.h"
+#include "tools/robot/program.h"
+#include "tools/robot/robot_file.h"
+
+namespace timsctl::robot {
+
+struct Place {
+  std::string name;    // what `timsctl down` calls it
+  std::string host;    // of the robot, whose components run here; empty: those without a host
+  std::string folder;  // programs run there: the file's
+  std::string router;  // theirs, as in $TIMS_ROUTER
+  RobotText source;    // its text also for other hosts
+};
+
+class Supervisor {
+ public:
+  // Takes the name on this host: throws Failure when one of that name runs.
+  Supervisor(Context& context, const Robot& robot, const Place& place);
+  // Ends all programs.
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  // Starts all programs; returns when those of components are ready, or did not become so in time.
+  void start();
+  // Until the time, until `down`, or until `input` ends (-1: none); throws Interrupted on Ctrl-C.
+  void serve(tims::Time until, int input = -1);
+  // Programs that have ended and stay down.
+  [[nodiscard]] std::size_t failures() const { return failures_; }
+
+ private:
+  void add(const Component& component, std::size_t number, const Place& place);
+  void add(const Host& host, const Robot& robot, const Place& place);
+
+  void wait(tims::Time deadline, int input);
+  void look_after_programs();
+  void look_after(Program& program);
+  void start_again(Program& program, tims::Time now);
+  void take_end(Program& program, const Program::End& end);
+  void hear();
+  void answer_questions();
+  [[nodiscard]] json::object report() const;
+  json::object save(const json::object& question);
+  [[nodiscard]] tims::Time next_start() const;
+  [[nodiscard]] bool is_starting() const;
+  void end_all();
+
+  Context& context_;
+  EventLines events_;
+  std::string name_;
+  std::string router_;
+  std::string key_;  // of its folder
+  RobotText source_;
+  tims::os::File control_;
+  std::optional<StatusSocket> status_;
+  std::list<Program> programs_;
+  std::map<const Program*, std::size_t> components_;  // which of the file's it is
+  Asker asker_;                                       // of `down`: told when all have ended
+  bool asked_to_end_ = false;
+  bool ending_ = false;
+  std::size_t failures_ = 0;
+};
+
+}  // namespace timsctl::robot

@@ -1,0 +1,294 @@
+// A fleet file's text to a Fleet.
+#include "tools/sim/fleet_file.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "base/toml.h"
+#include "os/process.h"
+#include "tools/cli/failure.h"
+#include "tools/sim/plan.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+// What they are at a host: plan.cpp.
+const std::vector<std::string> kPlaceholders = {"robot", "host", "system"};
+
+bool is_word(std::string_view text, std::size_t length_max, bool digits) {
+  const auto fits = [&](char c) {
+    return (c >= 'a' && c <= 'z') || (digits && c >= '0' && c <= '9');
+  };
+  return !text.empty() && text.size() <= length_max && text.front() >= 'a' && text.front() <= 'z' &&
+         std::ranges::all_of(text, fits);
+}
+
+class FleetReader {
+ public:
+  FleetFile read(const base::TextFile& file) {
+    const base::TomlTree tree = base::parse_toml(file);
+    for (const base::Problem& problem : tree.problems) reader_.add(problem);
+    if (!tree.problems.empty()) return finish();
+    fleet_.profiles = built_in_profiles();
+    end_ = {.file = file.name, .line = 1, .column = 1};
+    reader_.table(tree.root, "a fleet",
+                  {{"name", [&](const base::TomlNode& n) { fleet_name(n); }},
+                   {"base", [&](const base::TomlNode& n) { programs(n, "[base]", fleet_.base); }},
+                   {"robot", [&](const base::TomlNode& n) { robots_ = &n; }},
+                   {"host", [&](const base::TomlNode& n) { hosts(n); }},
+                   {"profile", [&](const base::TomlNode& n) { profiles(n); }},
+                   {"fault", [&](const base::TomlNode& n) { faults_ = &n; }}});
+    // In this order, whatever the text's is: a robot's line has a profile, a fault happens to a
+    // line.
+    if (robots_ != nullptr) reader_.tables(*robots_, [&](const base::TomlNode& n) { robot(n); });
+    if (fleet_.robots.empty() && reader_.problems().empty())
+      reader_.add({end_, "a fleet needs a robot: write [[robot]]"});
+    check_hosts();
+    if (faults_ != nullptr) reader_.tables(*faults_, [&](const base::TomlNode& n) { fault(n); });
+    return finish();
+  }
+
+ private:
+  FleetFile finish() { return {.fleet = std::move(fleet_), .problems = reader_.problems()}; }
+
+  void fleet_name(const base::TomlNode& node) {
+    reader_.text(node, fleet_.name);
+    if (!is_fleet_name(fleet_.name))
+      reader_.refuse(node, fmt::format("name wants at most {} small letters and digits, beginning "
+                                       "with a letter: it stands in names of namespaces",
+                                       kFleetNameMax));
+  }
+
+  void components(const base::TomlNode& node, HostPrograms& out) {
+    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+      const auto words = base::split_words(text);
+      if (!words || words->empty())
+        return reader_.refuse(item,
+                              words ? "an empty command" : "a quote that is opened and not closed");
+      for (const std::string& word : *words)
+        if (const auto bad = base::unknown_placeholder(word, kPlaceholders))
+          return reader_.unknown(item.at_value, "placeholder", *bad, kPlaceholders);
+      out.components.push_back(*words);
+    });
+  }
+
+  void programs(const base::TomlNode& node, std::string_view what, HostPrograms& out) {
+    reader_.table(node, what,
+                  {{"components", [&](const base::TomlNode& n) { components(n, out); }},
+                   {"settings", [&](const base::TomlNode& n) { settings(n, out); }}});
+  }
+
+  void settings(const base::TomlNode& node, HostPrograms& out) {
+    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+      if (text.find('=') == std::string::npos)
+        reader_.refuse(item, fmt::format("settings want key=value such as \"log.level=debug\", as "
+                                         "tims-router --set does, not \"{}\"",
+                                         text));
+      out.settings.push_back(text);
+    });
+  }
+
+  void hosts(const base::TomlNode& node) {
+    reader_.named_tables(node, [&](const base::TomlNode& host) {
+      host_places_.emplace_back(host.key, host.at_key);
+      programs(host, fmt::format("[host.{}]", host.key), host_programs_[host.key]);
+    });
+  }
+
+  void profiles(const base::TomlNode& node) {
+    reader_.named_tables(node, [&](const base::TomlNode& table) {
+      // A built-in one is changed key by key.
+      Quality& quality = fleet_.profiles[table.key];
+      if (table.key == "cut" || table.key == "heal" || table.key == "off")
+        reader_.refuse(table, fmt::format("{} is what can be done to a line; name the profile "
+                                          "otherwise",
+                                          table.key));
+      for (const base::TomlNode& key : table.children) profile_key(key, quality);
+    });
+  }
+
+  void profile_key(const base::TomlNode& node, Quality& quality) {
+    const std::vector<std::string> known(quality_keys().begin(), quality_keys().end());
+    if (std::ranges::find(known, node.key) == known.end())
+      return reader_.unknown(node.at_key, "key of a profile", node.key, known);
+    std::string text;
+    if (!reader_.text(node, text)) return;
+    const auto set = set_key(quality, node.key, text);
+    if (!set) reader_.refuse(node, fmt::format("{} {}", node.key, set.error().detail()));
+  }
+
+  struct RobotTable {
+    std::int64_t count = 1;
+    std::int64_t system = 0;  // of the first one
+    std::string name = "robot";
+    Robot robot;
+    std::map<std::string, HostPrograms, std::less<>> programs;
+  };
+
+  void robot(const base::TomlNode& node) {
+    RobotTable table;
+    table.system = fleet_.robots.empty() ? 1 : fleet_.robots.back().system + 1;
+    const base::TomlNode* link = nullptr;
+    const base::TomlNode* cable = nullptr;
+    reader_.table(
+        node, "[[robot]]",
+        {{"count", [&](const base::TomlNode& n) { reader_.number(n, 1, kSystemMax, table.count); }},
+         {"system",
+          [&](const base::TomlNode& n) { reader_.number(n, 1, kSystemMax, table.system); }},
+         {"name", [&](const base::TomlNode& n) { robot_name(n, table.name); }},
+         {"hosts", [&](const base::TomlNode& n) { host_names(n, table.robot.hosts); }},
+         {"link", [&](const base::TomlNode& n) { reader_.text(*(link = &n), table.robot.link); }},
+         {"cable",
+          [&](const base::TomlNode& n) { reader_.text(*(cable = &n), table.robot.cable); }},
+         {"components", [&](const base::TomlNode& n) { own_components(n, table); }}});
+    if (link != nullptr) check_profile(*link, table.robot.link);
+    if (cable != nullptr) check_profile(*cable, table.robot.cable);
+    if (table.robot.hosts.empty()) table.robot.hosts = {"main"};
+    if (table.system + table.count - 1 > kSystemMax)
+      return reader_.add({node.at_key, fmt::format("systems (numbers of robots) go up to {}: there "
+                                                   "are too many robots",
+                                                   kSystemMax)});
+    for (std::int64_t i = 0; i < table.count; ++i)
+      append(node, table, static_cast<std::uint8_t>(table.system + i));
+  }
+
+  void append(const base::TomlNode& node, const RobotTable& table, std::uint8_t system) {
+    for (const Robot& other : fleet_.robots)
+      if (other.system == system)
+        return reader_.add(
+            {node.at_key, fmt::format("system {} is {}'s already: no two robots have "
+                                      "the same",
+                                      system, other.name)});
+    Robot robot = table.robot;
+    robot.system = system;
+    robot.name = fmt::format("{}{}", table.name, system);
+    for (const auto& [host, programs] : table.programs) {
+      if (std::ranges::find(robot.hosts, host) == robot.hosts.end())
+        return reader_.unknown(node.at_key, "host in components of [[robot]]", host, robot.hosts);
+    }
+    for (const std::string& host : robot.hosts) {
+      HostPrograms& all = robot.programs[host];
+      if (const auto general = host_programs_.find(host); general != host_programs_.end())
+        all = general->second;
+      if (const auto own = table.programs.find(host); own != table.programs.end())
+        all.components.insert(all.components.end(), own->second.components.begin(),
+                              own->second.components.end());
+    }
+    fleet_.robots.push_back(std::move(robot));
+  }
+
+  void robot_name(const base::TomlNode& node, std::string& out) {
+    reader_.text(node, out);
+    if (!is_word(out, kRobotNameMax, false) || out == "base")
+      reader_.refuse(node, fmt::format("a robot's name is at most {} small letters, without a "
+                                       "number, and not base",
+                                       kRobotNameMax));
+  }
+
+  void host_names(const base::TomlNode& node, std::vector<std::string>& out) {
+    constexpr std::string_view kTaken[] = {"base", "lo", "all", "default"};
+    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+      if (!is_word(text, kHostNameMax, true) || std::ranges::find(kTaken, text) != std::end(kTaken))
+        reader_.refuse(item, fmt::format("a host's name is at most {} small letters and digits, "
+                                         "beginning with a letter, and none of {}",
+                                         kHostNameMax, fmt::join(kTaken, ", ")));
+      if (std::ranges::find(out, text) != out.end())
+        reader_.refuse(item, fmt::format("host \"{}\" is there twice", text));
+      out.push_back(text);
+    });
+    if (out.size() > kHostsMax)
+      reader_.refuse(node, fmt::format("a robot has at most {} hosts", kHostsMax));
+  }
+
+  void own_components(const base::TomlNode& node, RobotTable& table) {
+    if (node.form != base::TomlNode::Form::kTable)
+      return reader_.refuse(node,
+                            "components of a robot stand behind a host's name: "
+                            "components.main = [\"...\"]");
+    for (const base::TomlNode& host : node.children) components(host, table.programs[host.key]);
+  }
+
+  void check_profile(const base::TomlNode& node, const std::string& name) {
+    if (fleet_.profiles.contains(name)) return;
+    std::vector<std::string> known;
+    for (const auto& [profile, quality] : fleet_.profiles) known.push_back(profile);
+    reader_.unknown(node.at_value, "profile", name, known);
+  }
+
+  // [host.X] must be somebody's.
+  void check_hosts() {
+    std::vector<std::string> all;
+    for (const Robot& robot : fleet_.robots)
+      for (const std::string& host : robot.hosts)
+        if (std::ranges::find(all, host) == all.end()) all.push_back(host);
+    for (const auto& [name, at] : host_places_)
+      if (std::ranges::find(all, name) == all.end()) reader_.unknown(at, "host", name, all);
+  }
+
+  void fault(const base::TomlNode& node) {
+    Step step;
+    tims::Duration length{};
+    tims::Duration every{};
+    std::string what;
+    std::string direction;
+    const base::TomlNode* place = nullptr;
+    const base::TomlNode* action = nullptr;
+    reader_.table(
+        node, "[[fault]]",
+        {{"at", [&](const base::TomlNode& n) { reader_.duration(n, true, step.at); }},
+         {"line", [&](const base::TomlNode& n) { reader_.text(*(place = &n), step.line); }},
+         {"host", [&](const base::TomlNode& n) { reader_.text(*(place = &n), step.host); }},
+         {"do", [&](const base::TomlNode& n) { reader_.text(*(action = &n), what); }},
+         {"direction", [&](const base::TomlNode& n) { reader_.text(n, direction); }},
+         {"for", [&](const base::TomlNode& n) { reader_.duration(n, false, length); }},
+         {"every", [&](const base::TomlNode& n) { reader_.duration(n, false, every); }}});
+    if (length > tims::Duration{}) step.duration = length;
+    if (every > tims::Duration{}) step.every = every;
+    step.words = base::split_words(what).value_or(tims::os::Command{});
+    if (!direction.empty()) step.words.push_back("direction=" + direction);
+    if (place == nullptr || action == nullptr || step.line.empty() == step.host.empty())
+      return reader_.add({node.at_key, "a fault has at, do, and either line or host"});
+    if (every > tims::Duration{} && every <= length)
+      reader_.add({node.at_key, "every is longer than for: it is undone before it comes again"});
+    step.line.empty() ? check_host_step(*place, *action, step)
+                      : check_line_step(*place, *action, step);
+    fleet_.steps.push_back(std::move(step));
+  }
+
+  void check_line_step(const base::TomlNode& place, const base::TomlNode& action,
+                       const Step& step) {
+    const auto lines = line_names(fleet_);
+    if (std::ranges::find(lines, step.line) == lines.end())
+      return reader_.unknown(place.at_value, "line", step.line, lines);
+    const auto state = changed({}, {}, step.words, fleet_.profiles);
+    if (!state) reader_.refuse(action, fmt::format("do: {}", state.error().detail()));
+  }
+
+  void check_host_step(const base::TomlNode& place, const base::TomlNode& action,
+                       const Step& step) {
+    const auto hosts = host_names_of(fleet_);
+    if (std::ranges::find(hosts, step.host) == hosts.end())
+      return reader_.unknown(place.at_value, "host", step.host, hosts);
+    if (step.words != tims::os::Command{"kill"} && step.words != tims::os::Command{"start"})
+      reader_.refuse(action, "do wants kill or start where it happens to a host");
+  }
+
+  base::TomlReader reader_;
+  Fleet fleet_;
+  base::Place end_;
+  const base::TomlNode* robots_ = nullptr;
+  const base::TomlNode* faults_ = nullptr;
+  std::map<std::string, HostPrograms, std::less<>> host_programs_;
+  std::vector<std::pair<std::string, base::Place>> host_places_;
+};
+
+}  // namespace
+
+bool is_fleet_name(std::string_view name) { return is_word(name, kFleetNameMax, true); }
+
+FleetFile read_fleet(const base::TextFile& file) { return FleetReader().read(file); }
+
+}  // namespace timsctl::sim

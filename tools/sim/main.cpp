@@ -1,0 +1,307 @@
+// timsctl sim: a fleet of robots on this machine, in network namespaces.
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "base/toml.h"
+#include "os/clock.h"
+#include "tools/cli/context.h"
+#include "tools/cli/program.h"
+#include "tools/cli/service.h"
+#include "tools/sim/network.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/quality.h"
+#include "tools/sim/state.h"
+#include "tools/sim/supervisor.h"
+#include "tools/sim/verbs.h"
+
+namespace timsctl {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Starting and ending programs takes longer than a router's answer.
+constexpr tims::Duration kFleetAnswers = 30s;
+
+sim::Fleet read_fleet_file(Context& context) {
+  const std::string& path = context.options.arguments.front();
+  std::ifstream file(path);
+  if (!file)
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", path),
+                  "deploy/fleets/demo.toml is one");
+  sim::FleetFile read = sim::read_fleet({path, {std::istreambuf_iterator<char>(file), {}}});
+  fail_if_any(read.problems, "bad_fleet", "deploy/fleets/README.md");
+  if (!context.options.fleet.empty()) {
+    if (!sim::is_fleet_name(context.options.fleet))
+      throw usage_error(
+          fmt::format("--fleet: \"{}\" is no name: at most {} small letters and "
+                      "digits",
+                      context.options.fleet, sim::kFleetNameMax));
+    read.fleet.name = context.options.fleet;
+  }
+  return std::move(read.fleet);
+}
+
+// Brought up; then `ready`, then until the end.
+Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void()>& ready) {
+  sim::Supervisor fleet(context, plan);
+  fleet.bring_up();
+  ready();
+  fleet.serve(context.run_end());
+  return fleet.failures() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+Exit ask(Context& context, const json::object& question) {
+  sim::need_root();
+  const std::string fleet = sim::chosen_fleet(context.options.fleet);
+  const auto timeout = std::max(context.options.timeout, kFleetAnswers);
+  const json::object answer = sim::ask_fleet(fleet, question, context.signals, timeout);
+  if (context.out.json()) context.out.write(answer);
+  if (!context.out.json() && at_path(answer, "line") != nullptr)
+    context.out.note(fmt::format("{}: {}", text_at(answer, "line"), text_at(answer, "state")));
+  return Exit::kDone;
+}
+
+constexpr Column kHosts[] = {{"HOST", "name"},
+                             {"ROLE", "role"},
+                             {"SYSTEM", "system", As::kText},
+                             {"STATE", "state"},
+                             {"ADDRESSES", "address_list"},
+                             {"ROUTER", "router"},
+                             {"NAMESPACE", "network", As::kText, true}};
+constexpr Column kPrograms[] = {{"HOST", "host"},   {"PROGRAM", "name"},
+                                {"STATE", "state"}, {"PID", "pid"},
+                                {"END", "end"},     {"LOG", "log", As::kText, true}};
+constexpr Column kLines[] = {
+    {"LINE", "name"}, {"UPPER", "upper"}, {"LOWER", "lower"}, {"STATE", "state"}};
+
+// What tables show of a host beside what is written: one word for its programs, one cell of
+// addresses.
+json::array hosts_of(const json::object& fleet) {
+  json::array hosts;
+  const json::value* list = at_path(fleet, "hosts");
+  if (list == nullptr || !list->is_array()) return hosts;
+  for (const json::value& value : list->get_array()) {
+    json::object host = value.as_object();
+    std::size_t ended = 0;
+    const json::array& programs = host.at("programs").as_array();
+    for (const json::value& program : programs)
+      ended += text_at(program.as_object(), "state") == "running" ? 0U : 1U;
+    host["state"] = ended == 0                 ? "running"
+                    : ended == programs.size() ? "ended"
+                                               : fmt::format("{} ended", ended);
+    std::string addresses;
+    for (const json::value& address : host.at("addresses").as_array())
+      addresses.append(addresses.empty() ? "" : " ").append(address.as_string());
+    host["address_list"] = addresses;
+    hosts.push_back(std::move(host));
+  }
+  return hosts;
+}
+
+json::array programs_of(const json::array& hosts) {
+  json::array programs;
+  for (const json::value& host : hosts)
+    for (const json::value& value : host.as_object().at("programs").as_array()) {
+      json::object program = value.as_object();
+      program["host"] = text_at(host.as_object(), "name");
+      programs.push_back(std::move(program));
+    }
+  return programs;
+}
+
+std::string draw_fleet(const json::object& fleet, const Look& look) {
+  std::string text = fmt::format("fleet {}: {}", text_at(fleet, "name"), text_at(fleet, "state"));
+  if (text_at(fleet, "state") == "crashed")
+    return text + fmt::format(" (`timsctl sim down {}` cleans up)\n", text_at(fleet, "name"));
+  const json::array hosts = hosts_of(fleet);
+  text += fmt::format(", pid {}, {}\n\n", text_at(fleet, "pid"), text_at(fleet, "folder"));
+  text += render_items({hosts.data(), hosts.size()}, kHosts, look) + "\n";
+  if (const json::value* lines = at_path(fleet, "lines"); lines != nullptr && lines->is_array())
+    text += render_items({lines->get_array().data(), lines->get_array().size()}, kLines, look);
+  const json::array programs = programs_of(hosts);
+  return text + "\n" + render_items({programs.data(), programs.size()}, kPrograms, look);
+}
+
+json::object fleet_state(const std::string& name) {
+  json::object fleet = sim::read_state(name);
+  fleet["name"] = name;
+  fleet["state"] = sim::is_running(name) ? "running" : "crashed";
+  return fleet;
+}
+
+std::vector<std::string> names_in(const json::object& fleet, std::string_view list) {
+  std::vector<std::string> names;
+  const json::value* items = at_path(fleet, list);
+  if (items == nullptr || !items->is_array()) return names;
+  for (const json::value& item : items->get_array())
+    names.push_back(text_at(item.as_object(), "name"));
+  return names;
+}
+
+std::vector<std::string> words_for_lines() {
+  std::vector<std::string> words = {"cut", "heal", "direction=up", "direction=down"};
+  for (const auto& [name, quality] : sim::built_in_profiles()) words.push_back(name);
+  for (const std::string_view key : sim::quality_keys()) words.push_back(std::string(key) + "=");
+  return words;
+}
+
+constexpr std::string_view kAll = "all";
+
+sim::Quality need_quality(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (word == "cut") throw usage_error("a router has no cable to pull", "blackout loses all");
+    if (word.starts_with("direction="))
+      throw usage_error("a router spoils what it sends, and nothing else",
+                        "ask the router at the other end for the other direction");
+  }
+  const auto state = sim::changed({}, {}, words, sim::built_in_profiles());
+  if (!state) throw usage_error(state.error().detail());
+  return state->up;
+}
+
+Exit sim_up(Context& context) {
+  sim::Plan plan = sim::make_plan(read_fleet_file(context));
+  plan.programs_folder = std::filesystem::path(context.options.arguments.front()).parent_path();
+  sim::need_root();
+  if (context.options.detach)
+    return run_detached(plan.folder + "/log", [&](const std::function<void()>& ready) {
+      return run_fleet(context, plan, ready);
+    });
+  return run_fleet(context, plan, [&] {
+    context.out.note(
+        fmt::format("fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
+                    "timsctl status`, `timsctl sim fault {} cut`; {}",
+                    plan.name, plan.lines.front().name,
+                    context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+  });
+}
+
+Exit sim_down(Context& context) {
+  sim::need_root();
+  std::vector<std::string> names = context.options.arguments;
+  if (names.empty() && !context.options.fleet.empty()) names.push_back(context.options.fleet);
+  if (names.empty()) names = sim::fleets();
+  bool found = false;
+  for (const std::string& name : names) {
+    if (!sim::is_fleet_name(name))
+      throw usage_error(fmt::format("\"{}\" is no name of a fleet", name), "`timsctl sim show`");
+    const bool runs = sim::is_running(name);
+    if (runs) (void)sim::ask_fleet(name, {{"do", "down"}}, context.signals, kFleetAnswers);
+    const bool left = !runs && sim::clean_up(name);
+    if (runs || left)
+      context.out.note(fmt::format("fleet {}: {}", name, runs ? "down" : "leftovers removed"));
+    found = found || runs || left;
+  }
+  if (context.out.json())
+    context.out.write(json::object{{"schema", "tims/sim_done/1"}, {"done", found}});
+  if (found || context.options.arguments.empty()) return Exit::kDone;
+  throw Failure(Exit::kNoSuch, "no_such_fleet",
+                fmt::format("no fleet {}, and nothing is left of it", names.front()),
+                "`timsctl sim show`");
+}
+
+// sim fault --link: a bad network by the router's own hand, outside of a fleet in a box
+
+Exit link_fault(Context& context) {
+  const sim::Quality quality = need_quality(context.options.arguments);
+  const std::string& name = context.options.link;
+  const auto connection = context.connect();
+  AdminClient admin = context.admin(*connection);
+  const json::object answer = admin.ask(sim::all_faults(name == kAll ? "" : name, quality));
+  if (context.out.json())
+    context.out.write(answer);
+  else
+    context.out.note(fmt::format("{}, on the way out to {}: {}", text_at(answer, "router"),
+                                 name == kAll ? "everybody" : name, sim::to_string(quality)));
+  return Exit::kDone;
+}
+
+Exit sim_fault(Context& context) {
+  if (!context.options.link.empty()) return link_fault(context);
+  const auto& arguments = context.options.arguments;
+  if (arguments.size() < 2)
+    throw usage_error(fmt::format("what is to happen to {}?", arguments.front()),
+                      "`timsctl sim fault LINE loss=10%`; --link NAME is for a link of a router");
+  json::array words;
+  for (const std::string& word : std::span(arguments).subspan(1)) words.emplace_back(word);
+  return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(words)}});
+}
+
+Exit sim_kill(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const std::string part = arguments.size() > 1 ? arguments[1] : "";
+  return ask(context, {{"do", "kill"}, {"host", arguments.front()}, {"part", part}});
+}
+
+Exit sim_start(Context& context) {
+  return ask(context, {{"do", "start"}, {"host", context.options.arguments.front()}});
+}
+
+// --- sim show, and what else only looks at the state of a fleet
+
+Exit sim_show(Context& context) {
+  json::array items;
+  for (const std::string& name : sim::fleets())
+    if (context.options.arguments.empty() || context.options.arguments.front() == name)
+      items.push_back(fleet_state(name));
+  if (items.empty() && !context.options.arguments.empty())
+    throw Failure(Exit::kNoSuch, "no_such_fleet",
+                  fmt::format("no fleet {}", context.options.arguments.front()),
+                  "`timsctl sim show`");
+  if (context.out.json()) {
+    context.out.write(json::object{{"schema", "tims/sim_show/1"}, {"items", std::move(items)}});
+    return Exit::kDone;
+  }
+  if (items.empty()) context.out.note("no fleet runs on this host");
+  for (const json::value& item : items)
+    context.out.write(draw_fleet(item.as_object(), context.out.look()));
+  return Exit::kDone;
+}
+
+Exit sim_exec(Context& context) {
+  sim::need_root();
+  const json::object fleet = sim::read_state(sim::chosen_fleet(context.options.fleet));
+  const auto& arguments = context.options.arguments;
+  std::vector<std::string> names;
+  for (const json::value& value : hosts_of(fleet)) {
+    const json::object& host = value.as_object();
+    names.push_back(text_at(host, "name"));
+    if (names.back() != arguments.front()) continue;
+    become({.command = {arguments.begin() + 1, arguments.end()},
+            .network = text_at(host, "network"),
+            .environment = sim::environment_at(text_at(host, "router"))});
+  }
+  throw sim::no_such("host", arguments.front(),
+                     std::vector<std::string_view>(names.begin(), names.end()));
+}
+
+std::vector<std::string> sim_candidates(std::string_view verb, std::size_t argument) {
+  if (verb == "show" || verb == "down") return sim::fleets();
+  if (verb == "fault" && argument > 0) return words_for_lines();
+  if (verb == "kill" && argument > 0) return {"router"};
+  if (verb == "up" || argument > 0) return {};
+  try {
+    const json::object fleet = sim::read_state(sim::chosen_fleet(""));
+    return names_in(fleet, verb == "fault" ? "lines" : "hosts");
+  } catch (const Failure&) {
+    return {};  // no fleet, no names
+  }
+}
+
+}  // namespace
+}  // namespace timsctl
+
+int main(int argc, char** argv) {
+  using namespace timsctl;
+  static constexpr OwnVerb kVerbs[] = {{sim::kUp, sim_up},     {sim::kDown, sim_down},
+                                       {sim::kShow, sim_show}, {sim::kFault, sim_fault},
+                                       {sim::kKill, sim_kill}, {sim::kStart, sim_start},
+                                       {sim::kExec, sim_exec}};
+  const VerbProgram program{sim::kProgram,
+                            "A fleet of robots on this machine, in network namespaces.", kVerbs,
+                            sim_candidates};
+  return run_program(argc, argv,
+                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+}

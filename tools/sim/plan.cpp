@@ -1,0 +1,234 @@
+#include "tools/sim/plan.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "os/process.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+constexpr std::string_view kBridge = "wifi";
+constexpr std::string_view kBaseAddress = "10.0.0.254";
+
+std::string without_prefix(std::string_view address) {
+  return std::string(address.substr(0, address.find('/')));
+}
+
+// What is the same at every host. `links`: the [[link]] tables.
+std::string router_config(const PlannedHost& host, const std::string& links) {
+  return fmt::format(R"([router]
+name = "{}"
+role = "{}"
+system = {}
+id = {}
+[unix]
+path = "{}"
+[security]
+insecure = true
+[udp]
+listen = "0.0.0.0:2010"
+[tcp]
+listen = "0.0.0.0:2000"
+[http]
+listen = "0.0.0.0:8080"
+[sim]
+faults = true
+{})",
+                     host.name, host.role, host.system, host.id, host.socket(), links);
+}
+
+std::string super_link(const Line& line, std::string_view upper_address) {
+  return fmt::format("[[link]]\nkind = \"super\"\nto = \"{}:2010\"\nname = \"{}\"\n",
+                     without_prefix(upper_address), line.name);
+}
+
+std::string joined(const tims::os::Command& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
+  return text;
+}
+
+class Planner {
+ public:
+  explicit Planner(const Fleet& fleet) : fleet_(fleet) {
+    plan_.name = fleet.name;
+    plan_.folder = fmt::format("{}/{}", kSimFolder, fleet.name);
+    plan_.profiles = fleet.profiles;
+    plan_.steps = fleet.steps;
+  }
+
+  Plan make() {
+    add_base();
+    for (const Robot& robot : fleet_.robots) add_robot(robot);
+    return std::move(plan_);
+  }
+
+ private:
+  PlannedHost host(std::string name) const {
+    PlannedHost host;
+    host.network = network_prefix(fleet_.name) + name;
+    host.folder = fmt::format("{}/{}", plan_.folder, name);
+    host.name = std::move(name);
+    return host;
+  }
+
+  static void give_programs(PlannedHost& host, const HostPrograms& programs,
+                            const std::string& robot) {
+    const base::Placeholders values{
+        {"robot", robot}, {"host", host.name}, {"system", std::to_string(host.system)}};
+    host.settings = programs.settings;
+    for (const tims::os::Command& command : programs.components) {
+      tims::os::Command words;
+      for (const std::string& word : command) words.push_back(base::filled_in(word, values));
+      host.components.push_back({joined(words), words});
+    }
+  }
+
+  void add_base() {
+    PlannedHost base = host(std::string(kBase));
+    base.role = "top";
+    base.addresses = {fmt::format("{}/24", kBaseAddress)};
+    base.router_config = router_config(base, "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n");
+    give_programs(base, fleet_.base, std::string(kBase));
+    plan_.hosts.push_back(std::move(base));
+  }
+
+  void add_robot(const Robot& robot) {
+    PlannedHost first = host(host_name(robot, robot.hosts.front()));
+    first.role = "system";
+    first.system = robot.system;
+    first.addresses = {fmt::format("10.0.0.{}/24", robot.system)};
+    const Quality& radio = fleet_.profiles.at(robot.link);
+    const Line& line =
+        plan_.lines.emplace_back(Line{.name = line_name(robot, robot.hosts.front()),
+                                      .upper = {.host = std::string(kBase),
+                                                .network = plan_.hosts.front().network,
+                                                .device = robot.name,
+                                                .address = {}},
+                                      .lower = {.host = first.name,
+                                                .network = first.network,
+                                                .device = std::string(kBase),
+                                                .address = first.addresses.front()},
+                                      .own = {.up = radio, .down = radio}});
+    std::string links = super_link(line, kBaseAddress);
+    if (robot.hosts.size() > 1)
+      links += fmt::format("[[link]]\nkind = \"sub\"\nsystem = {}\n", robot.system);
+    first.router_config = router_config(first, links);
+    give_programs(first, robot.programs.at(robot.hosts.front()), robot.name);
+    plan_.hosts.push_back(first);
+    const std::size_t first_index = plan_.hosts.size() - 1;
+    for (std::size_t i = 1; i < robot.hosts.size(); ++i) add_other(robot, i, first_index);
+  }
+
+  void add_other(const Robot& robot, std::size_t number, std::size_t first_index) {
+    PlannedHost other = host(host_name(robot, robot.hosts[number]));
+    other.role = "subsystem";
+    other.system = robot.system;
+    other.id = static_cast<std::uint8_t>(number + 1);
+    other.addresses = {fmt::format("10.{}.{}.2/24", robot.system, number)};
+    const std::string upper_address = fmt::format("10.{}.{}.1/24", robot.system, number);
+    const Quality& cable = fleet_.profiles.at(robot.cable);
+    PlannedHost& first = plan_.hosts[first_index];
+    first.addresses.push_back(upper_address);
+    const Line& line = plan_.lines.emplace_back(Line{.name = line_name(robot, robot.hosts[number]),
+                                                     .upper = {.host = first.name,
+                                                               .network = first.network,
+                                                               .device = robot.hosts[number],
+                                                               .address = upper_address},
+                                                     .lower = {.host = other.name,
+                                                               .network = other.network,
+                                                               .device = robot.hosts.front(),
+                                                               .address = other.addresses.front()},
+                                                     .own = {.up = cable, .down = cable}});
+    other.router_config = router_config(other, super_link(line, upper_address));
+    give_programs(other, robot.programs.at(robot.hosts[number]), robot.name);
+    plan_.hosts.push_back(std::move(other));
+  }
+
+  const Fleet& fleet_;
+  Plan plan_;
+};
+
+void append_device(const LineEnd& end, std::string& out) {
+  // One datagram a packet: loss is of datagrams, not of the trains they are sent in.
+  out += fmt::format("link set dev {0} gso_max_segs 1\nlink set dev {0} addrgenmode none\n",
+                     end.device);
+  if (end.address.empty())
+    out += fmt::format("link set dev {} master {}\n", end.device, kBridge);
+  else
+    out += fmt::format("address add {} dev {}\n", end.address, end.device);
+  out += fmt::format("link set dev {} up\n", end.device);
+}
+
+}  // namespace
+
+const PlannedHost* Plan::find_host(std::string_view host) const {
+  const auto found = std::ranges::find(hosts, host, &PlannedHost::name);
+  return found == hosts.end() ? nullptr : &*found;
+}
+
+const Line* Plan::find_line(std::string_view line) const {
+  const auto found = std::ranges::find(lines, line, &Line::name);
+  return found == lines.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> environment_at(const std::string& router_socket) {
+  return {"TIMS_ROUTER=" + router_socket,
+          "TIMS_HOST=", "XDG_RUNTIME_DIR=" + router_socket.substr(0, router_socket.rfind('/'))};
+}
+
+Plan make_plan(const Fleet& fleet) { return Planner(fleet).make(); }
+
+std::string network_prefix(std::string_view fleet) { return fmt::format("tims-{}-", fleet); }
+
+std::string network_commands(const Plan& plan) {
+  std::string out;
+  for (const PlannedHost& host : plan.hosts) out += fmt::format("netns add {}\n", host.network);
+  for (const Line& line : plan.lines)
+    out +=
+        fmt::format("link add name {} netns {} type veth peer name {} netns {}\n",
+                    line.upper.device, line.upper.network, line.lower.device, line.lower.network);
+  return out;
+}
+
+std::string host_commands(const Plan& plan, const PlannedHost& host) {
+  std::string out = "link set dev lo up\n";
+  if (&host == &plan.hosts.front())
+    out += fmt::format(
+        "link add name {0} type bridge\nlink set dev {0} addrgenmode none\n"
+        "address add {1} dev {0}\nlink set dev {0} up\n",
+        kBridge, host.addresses.front());
+  for (const Line& line : plan.lines)
+    for (const LineEnd* end : {&line.upper, &line.lower})
+      if (end->network == host.network) append_device(*end, out);
+  return out;
+}
+
+std::string host_name(const Robot& robot, std::string_view host) {
+  return fmt::format("{}-{}", robot.name, host);
+}
+
+std::string line_name(const Robot& robot, std::string_view host) {
+  return fmt::format("{}-{}", robot.name, host == robot.hosts.front() ? kBase : host);
+}
+
+std::vector<std::string> host_names_of(const Fleet& fleet) {
+  std::vector<std::string> names = {std::string(kBase)};
+  for (const Robot& robot : fleet.robots)
+    for (const std::string& host : robot.hosts) names.push_back(host_name(robot, host));
+  return names;
+}
+
+std::vector<std::string> line_names(const Fleet& fleet) {
+  std::vector<std::string> names;
+  for (const Robot& robot : fleet.robots)
+    for (const std::string& host : robot.hosts) names.push_back(line_name(robot, host));
+  return names;
+}
+
+}  // namespace timsctl::sim

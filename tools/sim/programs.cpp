@@ -1,0 +1,223 @@
+#include "tools/sim/programs.h"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "os/clock.h"
+#include "os/socket.h"
+#include "tools/cli/failure.h"
+#include "tools/sim/network.h"
+#include "tools/sim/state.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::string_view kRouterPart = "router";
+constexpr tims::Duration kRouterPatience = 10s;
+constexpr tims::Duration kEndPatience = 2s;
+constexpr tims::Duration kLookAgain = 5ms;
+
+Launch router_launch(const PlannedHost& host) {
+  Launch launch{.command = {"tims-router", "--config", host.config_file()},
+                .network = host.network,
+                .environment = {},
+                .log = host.folder + "/router.log"};
+  for (const std::string& setting : host.settings)
+    launch.command.insert(launch.command.end(), {"--set", setting});
+  return launch;
+}
+
+Launch component_launch(const Plan& plan, const PlannedHost& host, std::size_t number) {
+  return {.command = host.components[number].command,
+          .network = host.network,
+          .environment = environment_at(host.socket()),
+          .folder = plan.programs_folder,
+          .log = fmt::format("{}/component{}.log", host.folder, number + 1)};
+}
+
+std::string end_of_file(const std::string& path) {
+  constexpr std::size_t kBytes = 600;
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string_view end(text);
+  if (end.size() > kBytes) end.remove_prefix(end.size() - kBytes);
+  while (end.ends_with('\n')) end.remove_suffix(1);
+  return std::string(end);
+}
+
+constexpr tims::Duration kPatience = 500ms;
+
+}  // namespace
+
+Programs::Programs(const Plan& plan) {
+  for (const PlannedHost& host : plan.hosts) {
+    programs_.push_back({.host = &host,
+                         .router = true,
+                         .label = "tims-router",
+                         .launch = router_launch(host),
+                         .child = {},
+                         .status = {}});
+    for (std::size_t i = 0; i < host.components.size(); ++i)
+      programs_.push_back({.host = &host,
+                           .router = false,
+                           .label = host.components[i].label,
+                           .launch = component_launch(plan, host, i),
+                           .child = {},
+                           .status = {}});
+  }
+}
+
+void Programs::start(Program& program) {
+  if (program.child) return;
+  try {
+    program.child = timsctl::start(program.launch);
+  } catch (const Failure& failure) {
+    throw Failure(failure.exit, failure.code,
+                  fmt::format("{}: {}", program.host->name, failure.message), failure.hint);
+  }
+}
+
+void Programs::await_router(Program& program, const Signals& signals) {
+  const tims::Time deadline = tims::os::deadline_after(kRouterPatience);
+  while (!tims::os::connect_unix(program.host->socket())) {
+    const tims::Time now = tims::os::now();
+    const bool ended =
+        signals.wait(program.child->descriptor(), now + kLookAgain) == Signals::Woken::kReadable;
+    if (!ended && now < deadline) continue;
+    const std::string why =
+        ended ? program.child->reap().to_string() : std::string("it does not open its socket");
+    if (ended) program.child.reset();
+    throw Failure(Exit::kNo, "router_failed",
+                  fmt::format("{}: tims-router did not start: {}\n{}", program.host->name, why,
+                              end_of_file(program.launch.log)),
+                  "`settings` of the host in the fleet file?");
+  }
+}
+
+void Programs::start(const PlannedHost& host, const Signals& signals) {
+  for (Program& program : programs_) {
+    if (program.host != &host) continue;
+    start(program);
+    if (program.router) await_router(program, signals);
+  }
+}
+
+void Programs::start_all(const Signals& signals) {
+  for (Program& program : programs_)
+    if (program.router) start(program);
+  for (Program& program : programs_)
+    if (program.router) await_router(program, signals);
+  for (Program& program : programs_) start(program);
+}
+
+template <typename Condition>
+void Programs::end(Condition concerned, int signal) {
+  for (const Program& program : programs_)
+    if (program.child && concerned(program)) program.child->signal_group(signal);
+  const tims::Time deadline = tims::os::deadline_after(kEndPatience);
+  for (Program& program : programs_) {
+    if (!program.child || !concerned(program)) continue;
+    if (!program.child->has_ended(deadline - tims::os::now())) program.child->signal_group(SIGKILL);
+    program.status = program.child->reap();
+    program.child.reset();
+  }
+}
+
+std::size_t Programs::kill(const PlannedHost& host, std::string_view part) {
+  const auto concerned = [&](const Program& program) {
+    if (program.host != &host) return false;
+    if (part.empty() || program.router) return part.empty() || part == kRouterPart;
+    return program.label.find(part) != std::string::npos;
+  };
+  std::vector<std::string_view> known;
+  std::size_t killed = 0;
+  bool any = false;
+  bool router = false;
+  for (const Program& program : programs_) {
+    if (program.host == &host) known.push_back(program.label);
+    if (!concerned(program)) continue;
+    any = true;
+    router = router || program.router;
+    killed += program.child ? 1U : 0U;
+  }
+  if (!any) throw no_such("program", part, known);
+  end(concerned, SIGKILL);
+  std::error_code ignored;  // nobody listens there any more
+  if (router) std::filesystem::remove(host.socket(), ignored);
+  return killed;
+}
+
+void Programs::end_all() {
+  end([](const Program& program) { return !program.router; }, SIGTERM);
+  end([](const Program& program) { return program.router; }, SIGTERM);
+}
+
+std::vector<int> Programs::descriptors() const {
+  std::vector<int> all;
+  for (const Program& program : programs_)
+    if (program.child) all.push_back(program.child->descriptor());
+  return all;
+}
+
+std::vector<Programs::End> Programs::ended() {
+  std::vector<End> ends;
+  for (Program& program : programs_) {
+    if (!program.child || !program.child->has_ended()) continue;
+    program.status = program.child->reap();
+    program.child.reset();
+    ends.push_back(
+        {program.host->name, program.label, program.status, end_of_file(program.launch.log)});
+  }
+  return ends;
+}
+
+json::array Programs::report(const PlannedHost& host) const {
+  json::array out;
+  for (const Program& program : programs_) {
+    if (program.host != &host) continue;
+    json::object item{{"name", program.label},
+                      {"state", program.child ? "running" : "ended"},
+                      {"log", program.launch.log}};
+    if (program.child)
+      item["pid"] = program.child->pid();
+    else
+      item["end"] = program.status.to_string();
+    out.push_back(std::move(item));
+  }
+  return out;
+}
+
+std::optional<json::object> Routers::ask(const std::string& host,
+                                         const json::object& question) const {
+  const PlannedHost* const planned = plan_.find_host(host);
+  if (planned == nullptr) return std::nullopt;
+  try {
+    const auto connection = connect_local({planned->socket()}, {}, kPatience, [](const auto&) {});
+    AdminClient admin(*connection, context_.signals, kPatience);
+    return admin.ask(question);
+  } catch (const Failure& failure) {
+    context_.out.detail(fmt::format("{}: {}", host, failure.message));
+    return std::nullopt;
+  }
+}
+
+bool Routers::spoil(const std::string& host, const std::string& peer,
+                    const Quality& quality) const {
+  return ask(host, router_faults(peer, quality)).has_value();
+}
+
+bool Routers::is_linked(const std::string& host, const std::string& peer) const {
+  const auto answer = ask(host, {{"ask", "links"}, {"link", peer}});
+  if (!answer) return false;
+  for (const json::value& link : items_of(*answer))
+    if (text_at(link.as_object(), "state") == "up") return true;
+  return false;
+}
+
+}  // namespace timsctl::sim

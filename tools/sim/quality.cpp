@@ -1,0 +1,217 @@
+#include "tools/sim/quality.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+using namespace std::chrono_literals;
+
+constexpr std::array<std::string_view, 6> kKeys = {"loss",  "duplicate", "reorder",
+                                                   "delay", "jitter",    "rate"};
+constexpr tims::Duration kDelayMax = 60s;
+
+Error bad(std::string detail) { return {Errc::kInvalidArgument, std::move(detail)}; }
+
+std::optional<double> number_before(std::string_view text, std::string_view& unit) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{}) return std::nullopt;
+  unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  return value;
+}
+
+// "1%", "0.01"
+Result<double> parse_share(std::string_view text) {
+  std::string_view unit;
+  auto value = number_before(text, unit);
+  if (value && unit == "%") *value /= 100;
+  const bool is_share = value && *value >= 0 && *value <= 1;
+  if (!is_share || (!unit.empty() && unit != "%"))
+    return bad(fmt::format(R"(wants a share such as "1%", not "{}")", text));
+  return *value;
+}
+
+// "50Mbit" (a second), "6MB" (the same in bytes), "0": no limit.
+Result<std::uint64_t> parse_rate(std::string_view text) {
+  struct Unit {
+    std::string_view name;
+    double bits;
+  };
+  constexpr std::array kUnits = {Unit{"bit", 1},      Unit{"kbit", 1e3}, Unit{"Mbit", 1e6},
+                                 Unit{"Gbit", 1e9},   Unit{"B", 8},      Unit{"kB", 8e3},
+                                 Unit{"MB", 8e6},     Unit{"GB", 8e9},   Unit{"KiB", 8 * 1024},
+                                 Unit{"MiB", 8 << 20}};
+  std::string_view name;
+  const auto value = number_before(text, name);
+  if (value && *value == 0 && name.empty()) return std::uint64_t{0};
+  const auto* const unit = std::ranges::find(kUnits, name, &Unit::name);
+  if (!value || unit == kUnits.end())
+    return bad(fmt::format(R"(wants a rate such as "50Mbit" or "6MB" (a second), not "{}")", text));
+  const double bits = *value * unit->bits;
+  const bool in_range = bits >= 8'000 && bits <= 1e12;
+  if (!in_range) return bad(fmt::format("wants a rate from 8kbit to 1000Gbit, not \"{}\"", text));
+  return static_cast<std::uint64_t>(bits);
+}
+
+Result<tims::Duration> parse_delay(std::string_view text) {
+  const auto value = base::parse_duration(text);
+  if (!value || *value < tims::Duration{} || *value > kDelayMax)
+    return bad(fmt::format(R"(wants a duration up to 60s such as "20ms", not "{}")", text));
+  return *value;
+}
+
+template <typename T>
+Result<void> store(T& member, const Result<T>& value) {
+  if (!value) return value.error();
+  member = *value;
+  return {};
+}
+
+enum class Direction : std::uint8_t { kBoth, kUp, kDown };
+
+Result<Direction> parse_direction(std::string_view text) {
+  if (text == "both") return Direction::kBoth;
+  if (text == "up") return Direction::kUp;
+  if (text == "down") return Direction::kDown;
+  return bad(fmt::format("direction wants up (towards the base), down or both, not \"{}\"", text));
+}
+
+constexpr std::string_view kDirectionKey = "direction=";
+
+Result<Direction> direction_of(std::span<const std::string> words) {
+  Direction direction = Direction::kBoth;
+  for (const std::string& word : words) {
+    if (!word.starts_with(kDirectionKey)) continue;
+    const auto said = parse_direction(std::string_view(word).substr(kDirectionKey.size()));
+    if (!said) return said.error();
+    direction = *said;
+  }
+  return direction;
+}
+
+Error unknown_word(std::string_view word, const Profiles& profiles) {
+  std::vector<std::string_view> known = {"cut", "heal", "off"};
+  for (const auto& [name, quality] : profiles) known.push_back(name);
+  std::string names;
+  for (const std::string_view name : known) names.append(names.empty() ? "" : ", ").append(name);
+  const auto near = base::nearest(word, known);
+  if (near) return bad(fmt::format("\"{}\" is no fault; did you mean {}?", word, *near));
+  return bad(fmt::format("\"{}\" is no fault; there are {}, and key=value with the keys {}", word,
+                         names, fmt::join(kKeys, ", ")));
+}
+
+Result<void> set_word(Quality& quality, std::string_view word, const Profiles& profiles) {
+  const auto profile = profiles.find(word);
+  if (profile != profiles.end()) {
+    quality = profile->second;
+    return {};
+  }
+  const std::size_t equals = word.find('=');
+  if (equals == std::string_view::npos) return unknown_word(word, profiles);
+  const std::string_view key = word.substr(0, equals);
+  const auto set = set_key(quality, key, word.substr(equals + 1));
+  return set ? set : bad(fmt::format("{} {}", key, set.error().detail()));
+}
+
+std::string share_text(double share) { return fmt::format("{:g}%", share * 100); }
+std::string delay_text(tims::Duration delay) {
+  return fmt::format("{:g}ms", std::chrono::duration<double, std::milli>(delay).count());
+}
+
+}  // namespace
+
+Profiles built_in_profiles() {
+  return {{"cable", {}},
+          {"wifi", {.loss = 0.001, .delay = 2ms, .jitter = 3ms, .rate_bits = 50'000'000}},
+          {"corridor", {.loss = 0.05, .delay = 15ms, .jitter = 40ms, .rate_bits = 2'000'000}},
+          {"lte", {.loss = 0.003, .delay = 40ms, .jitter = 20ms, .rate_bits = 10'000'000}},
+          {"blackout", {.blackout = true}}};
+}
+
+std::span<const std::string_view> quality_keys() { return kKeys; }
+
+Result<void> set_key(Quality& quality, std::string_view key, std::string_view value) {
+  if (key == "loss") return store(quality.loss, parse_share(value));
+  if (key == "duplicate") return store(quality.duplicate, parse_share(value));
+  if (key == "reorder") return store(quality.reorder, parse_share(value));
+  if (key == "delay") return store(quality.delay, parse_delay(value));
+  if (key == "jitter") return store(quality.jitter, parse_delay(value));
+  if (key == "rate") return store(quality.rate_bits, parse_rate(value));
+  const auto near = base::nearest(key, kKeys);
+  if (near) return bad(fmt::format("is no property of a line; did you mean {}?", *near));
+  return bad(fmt::format("is no property of a line; there are {}", fmt::join(kKeys, ", ")));
+}
+
+Result<LineState> changed(const LineState& now, const LineState& own,
+                          std::span<const std::string> words, const Profiles& profiles) {
+  const auto direction = direction_of(words);
+  if (!direction) return direction.error();
+  if (words.empty()) return bad("wants a profile, cut, heal or key=value");
+  LineState state = now;
+  const bool up = *direction != Direction::kDown;
+  const bool down = *direction != Direction::kUp;
+  for (const std::string& word : words) {
+    if (word.starts_with(kDirectionKey)) continue;
+    if (word == "cut") {
+      if (*direction != Direction::kBoth)
+        return bad("cut has no direction: the cable is pulled; blackout has one");
+      state.cut = true;
+    } else if (word == "heal" || word == "off") {
+      if (up) state.up = own.up;
+      if (down) state.down = own.down;
+      state.cut = own.cut;
+    } else {
+      for (Quality* quality : {up ? &state.up : nullptr, down ? &state.down : nullptr}) {
+        if (quality == nullptr) continue;
+        if (const auto set = set_word(*quality, word, profiles); !set) return set.error();
+      }
+    }
+  }
+  return state;
+}
+
+std::string rate_text(std::uint64_t bits) {
+  const auto count = static_cast<double>(bits);
+  if (bits >= 1'000'000'000) return fmt::format("{:g}Gbit", count / 1e9);
+  if (bits >= 1'000'000) return fmt::format("{:g}Mbit", count / 1e6);
+  return fmt::format("{:g}kbit", count / 1e3);
+}
+
+std::string to_string(const Quality& quality) {
+  if (quality.blackout) return "blackout";
+  std::string text;
+  const auto add = [&](std::string_view key, const std::string& value) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : " ", key, value);
+  };
+  if (quality.loss > 0) add("loss", share_text(quality.loss));
+  if (quality.duplicate > 0) add("duplicate", share_text(quality.duplicate));
+  if (quality.reorder > 0) add("reorder", share_text(quality.reorder));
+  if (quality.delay > tims::Duration{}) add("delay", delay_text(quality.delay));
+  if (quality.jitter > tims::Duration{}) add("jitter", delay_text(quality.jitter));
+  if (quality.rate_bits > 0) add("rate", rate_text(quality.rate_bits));
+  return text.empty() ? "perfect" : text;
+}
+
+std::string to_string(const LineState& state) {
+  if (state.cut) return "cut";
+  if (state.up == state.down) return to_string(state.up);
+  return fmt::format("up: {}, down: {}", to_string(state.up), to_string(state.down));
+}
+
+}  // namespace timsctl::sim

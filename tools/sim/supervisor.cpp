@@ -1,0 +1,316 @@
+#include "tools/sim/supervisor.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
+#include "os/clock.h"
+#include "os/process.h"
+#include "os/socket.h"
+#include "os/wakeup.h"
+#include "tools/cli/failure.h"
+#include "tools/sim/network.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/state.h"
+
+namespace timsctl::sim {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr tims::Duration kPayAgain = 200ms;  // a link that is not there yet
+constexpr tims::Duration kLinksPatience = 5s;
+constexpr tims::Duration kLookAgain = 20ms;
+
+std::string joined(const tims::os::Command& words) {
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+// What undoes it after `for`; empty words: nothing does.
+tims::os::Command undoing(const Step& step) {
+  if (!step.host.empty()) return {step.words.front() == "kill" ? "start" : "kill"};
+  return {"heal"};
+}
+
+}  // namespace
+
+Supervisor::Supervisor(Context& context, const Plan& plan)
+    : context_(context),
+      events_(context, "tims/sim_event/1", 14),
+      plan_(plan),
+      network_(plan),
+      programs_(plan),
+      routers_(context, plan) {
+  if (is_running(plan.name))
+    throw Failure(Exit::kDenied, "fleet_runs", fmt::format("fleet {} runs already", plan.name),
+                  fmt::format("`timsctl sim down {}` ends it; --fleet NAME gives this one another "
+                              "name",
+                              plan.name));
+  if (clean_up(plan.name))
+    context_.out.note(fmt::format("fleet {}: cleaned up what a crash had left", plan.name));
+  control_ = value_or_fail(tims::os::listen_unix(control_socket(plan.name), 0600), plan.folder);
+  since_ = base::rfc3339(tims::os::wall_now());
+  for (const Line& line : plan.lines) states_[line.name] = line.own;
+}
+
+Supervisor::~Supervisor() {
+  try {
+    tear_down();
+  } catch (const std::exception& error) {
+    context_.out.note(fmt::format("fleet {}: {}; `timsctl sim down {}` tries again", plan_.name,
+                                  error.what(), plan_.name));
+  }
+}
+
+void Supervisor::write_files() const {
+  for (const PlannedHost& host : plan_.hosts) {
+    std::error_code ignored;
+    std::filesystem::create_directories(host.folder, ignored);
+    std::ofstream file(host.config_file());
+    file << host.router_config;
+    if (!file.flush())
+      throw Failure(Exit::kDenied, "denied", fmt::format("{}: cannot write", host.config_file()),
+                    "/run must be writable");
+  }
+}
+
+void Supervisor::write_state() const {
+  json::array hosts;
+  for (const PlannedHost& host : plan_.hosts) {
+    json::array addresses;
+    for (const std::string& address : host.addresses) addresses.emplace_back(address);
+    hosts.push_back(json::object{{"name", host.name},
+                                 {"network", host.network},
+                                 {"role", host.role},
+                                 {"system", host.system},
+                                 {"addresses", std::move(addresses)},
+                                 {"router", host.socket()},
+                                 {"programs", programs_.report(host)}});
+  }
+  json::array lines;
+  for (const Line& line : plan_.lines)
+    lines.push_back(json::object{{"name", line.name},
+                                 {"upper", line.upper.host},
+                                 {"lower", line.lower.host},
+                                 {"state", to_string(states_.find(line.name)->second)}});
+  sim::write_state(plan_.name, {{"schema", "tims/sim/1"},
+                                {"name", plan_.name},
+                                {"pid", ::getpid()},
+                                {"since", since_},
+                                {"folder", plan_.folder},
+                                {"netem", network_.netem()},
+                                {"hosts", std::move(hosts)},
+                                {"lines", std::move(lines)}});
+}
+
+void Supervisor::bring_up() {
+  write_files();
+  write_state();
+  network_.make();
+  events_.say(
+      "network", plan_.name,
+      fmt::format(
+          "{} hosts and {} lines{}", plan_.hosts.size(), plan_.lines.size(),
+          network_.netem() ? "" : "; no netem here: the routers delay, double and reorder"));
+  programs_.start_all(context_.signals);
+  std::size_t components = 0;
+  for (const PlannedHost& host : plan_.hosts) components += host.components.size();
+  events_.say("started", plan_.name,
+              fmt::format("{} routers and {} components", plan_.hosts.size(), components));
+  for (const Line& line : plan_.lines) {
+    owe(line, {}, line.own);
+    if (line.own != LineState()) events_.say("line", line.name, to_string(line.own));
+  }
+  await_links();
+  start_clock();
+  write_state();
+}
+
+// Those that can come up. One that does not is told, and no reason to give up: it may be what
+// somebody wants to see.
+void Supervisor::await_links() {
+  std::vector<const Line*> open;
+  for (const Line& line : plan_.lines)
+    if (!line.own.up.blackout && !line.own.down.blackout) open.push_back(&line);
+  const std::size_t all = open.size();
+  const tims::Time deadline = tims::os::deadline_after(kLinksPatience);
+  for (;;) {
+    std::erase_if(open, [&](const Line* line) {
+      return routers_.is_linked(line->lower.host, line->upper.host);
+    });
+    if (open.empty() || tims::os::now() > deadline) break;
+    context_.signals.sleep_until(tims::os::now() + kLookAgain);
+  }
+  events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
+  for (const Line* line : open) events_.say("not_linked", line->name, "its link does not come up");
+  pay_debts();
+}
+
+void Supervisor::start_clock() {
+  events_.begin();
+  for (const Step& step : plan_.steps) {
+    const tims::Time at = events_.began() + step.at;
+    schedule_.emplace(at, Action{step.line, step.host, step.words, step.every});
+    if (step.duration)
+      schedule_.emplace(at + *step.duration,
+                        Action{step.line, step.host, undoing(step), step.every});
+  }
+}
+
+void Supervisor::tear_down() {
+  programs_.end_all();
+  clean_up(plan_.name);
+  control_.reset();
+  asker_.answer({{"schema", "tims/sim_done/1"}, {"done", true}});
+}
+
+// --- what happens to lines and hosts
+
+void Supervisor::fault(const Line& line, const tims::os::Command& words) {
+  LineState& state = states_[line.name];
+  const auto next = changed(state, line.own, words, plan_.profiles);
+  if (!next) throw usage_error(fmt::format("{}: {}", line.name, next.error().detail()));
+  network_.apply(line, state, *next);
+  owe(line, state, *next);
+  state = *next;
+  pay_debts();
+  const std::string said = joined(words);
+  const std::string is = to_string(state);
+  events_.say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
+  write_state();
+}
+
+void Supervisor::kill(const PlannedHost& host, std::string_view part) {
+  const std::size_t count = programs_.kill(host, part);
+  events_.say(
+      "kill", host.name,
+      count == 0 ? "nothing runs there" : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
+  write_state();
+}
+
+void Supervisor::start(const PlannedHost& host) {
+  programs_.start(host, context_.signals);
+  owe_all(host);
+  events_.say("start", host.name, "started");
+  write_state();
+}
+
+void Supervisor::act(const Action& action) {
+  if (!action.line.empty()) return fault(need_line(action.line), action.words);
+  const PlannedHost& host = need_host(action.host);
+  action.words.front() == "kill" ? kill(host, "") : start(host);
+}
+
+void Supervisor::owe(const Line& line, const LineState& before, const LineState& state) {
+  if (network_.netem()) return;
+  if (needs_router(before.up) || needs_router(state.up))
+    debts_[{line.lower.host, line.upper.host}] = state.up;
+  if (needs_router(before.down) || needs_router(state.down))
+    debts_[{line.upper.host, line.lower.host}] = state.down;
+}
+
+// A router that is new knows nothing; neither does its neighbour of the new router.
+void Supervisor::owe_all(const PlannedHost& host) {
+  for (const Line& line : plan_.lines)
+    if (line.upper.host == host.name || line.lower.host == host.name)
+      owe(line, {}, states_[line.name]);
+}
+
+void Supervisor::pay_debts() {
+  std::erase_if(debts_, [&](const auto& debt) {
+    return routers_.spoil(debt.first.first, debt.first.second, debt.second);
+  });
+  next_payment_ = tims::os::now() + kPayAgain;
+}
+
+// --- the loop
+
+tims::Time Supervisor::next_deadline(tims::Time until) const {
+  tims::Time next = until;
+  if (!schedule_.empty()) next = std::min(next, schedule_.begin()->first);
+  if (!debts_.empty()) next = std::min(next, next_payment_);
+  return next;
+}
+
+void Supervisor::serve(tims::Time until) {
+  while (!asked_to_end_ && tims::os::now() < until) {
+    wait(next_deadline(until));
+    look_after_programs();
+    answer_question();
+    while (!schedule_.empty() && schedule_.begin()->first <= tims::os::now()) {
+      const auto [at, action] = *schedule_.begin();
+      schedule_.erase(schedule_.begin());
+      if (action.every) schedule_.emplace(at + *action.every, action);
+      act(action);
+    }
+    if (!debts_.empty() && next_payment_ <= tims::os::now()) pay_debts();
+  }
+}
+
+// Until somebody asks, a program ends, or the time has come.
+void Supervisor::wait(tims::Time deadline) {
+  std::vector<int> descriptors = programs_.descriptors();
+  descriptors.push_back(control_.get());
+  // When the system refuses: at the deadline.
+  const auto any = tims::os::any_of(descriptors);
+  (void)context_.signals.wait(any ? any->get() : -1, deadline);
+}
+
+void Supervisor::look_after_programs() {
+  for (const Programs::End& end : programs_.ended()) {
+    if (!end.status.success()) ++failures_;
+    events_.say("ended", end.host,
+                fmt::format("{}: {}{}{}", end.label, end.status.to_string(),
+                            end.last_words.empty() ? "" : "\n", end.last_words));
+    write_state();
+  }
+}
+
+void Supervisor::answer_question() {
+  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
+    const json::object reply = answer(question);
+    if (!asked_to_end_) return asker.answer(reply);
+    asker_ = std::move(asker);
+  });
+}
+
+json::object Supervisor::answer(const json::object& question) {
+  const std::string what = text_at(question, "do");
+  if (what == "fault") {
+    tims::os::Command words;
+    if (const json::value* list = at_path(question, "words"); list != nullptr && list->is_array())
+      for (const json::value& word : list->get_array()) words.emplace_back(word.as_string());
+    const Line& line = need_line(text_at(question, "line"));
+    fault(line, words);
+    return {{"schema", "tims/sim_done/1"},
+            {"line", line.name},
+            {"state", to_string(states_[line.name])}};
+  }
+  if (what == "kill") kill(need_host(text_at(question, "host")), text_at(question, "part"));
+  if (what == "start") start(need_host(text_at(question, "host")));
+  if (what == "down") asked_to_end_ = true;
+  return {{"schema", "tims/sim_done/1"}, {"done", true}};
+}
+
+const PlannedHost& Supervisor::need_host(std::string_view name) const {
+  if (const PlannedHost* host = plan_.find_host(name)) return *host;
+  std::vector<std::string_view> known;
+  known.reserve(plan_.hosts.size());
+  for (const PlannedHost& host : plan_.hosts) known.push_back(host.name);
+  throw no_such("host", name, known);
+}
+
+const Line& Supervisor::need_line(std::string_view name) const {
+  if (const Line* line = plan_.find_line(name)) return *line;
+  std::vector<std::string_view> known;
+  known.reserve(plan_.lines.size());
+  for (const Line& line : plan_.lines) known.push_back(line.name);
+  throw no_such("line", name, known);
+}
+
+}  // namespace timsctl::sim
