@@ -21,7 +21,7 @@ using tims::test::ReplayResult;
 
 enum ExitCode { kSame = 0, kDifferent = 1, kCannot = 2, kInterrupted = 130 };
 
-struct tims::os::Command {
+struct CommandLine {
   std::string file;
   bool json = false;
   ReplayOptions replay;
@@ -51,7 +51,7 @@ tims::os::File catch_signals() {
   return tims::os::File(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
 }
 
-void add_options(CLI::App& app, tims::os::Command& c) {
+void add_options(CLI::App& app, CommandLine& c) {
   app.footer(kFooter);
   app.add_option("FILE", c.file, "recording (*.jsonl.gz)")->required();
   app.add_option("--to", c.replay.endpoint, "where the router listens")
@@ -70,7 +70,7 @@ void add_options(CLI::App& app, tims::os::Command& c) {
   app.add_flag("--json", c.json, "the result as one JSON object, nothing else");
 }
 
-void show_marks(tims::os::Command& c) {
+void show_marks(CommandLine& c) {
   if (c.json) return;
   c.replay.on_mark = [](const tims::test::recorded::Line& line) {
     const double seconds = static_cast<double>(line.time.count()) / 1e6;
@@ -130,7 +130,7 @@ ExitCode exit_code(const ReplayResult& result) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  tims::os::Command command_line;
+  CommandLine command_line;
   CLI::App app(kHelp, "tims-replay");
   add_options(app, command_line);
   try {
