@@ -91,6 +91,7 @@ Result<void> TcpClient::send(const Header& header, std::span<const std::byte> bo
 
 // Into the place of a large message that is being gathered, and what is behind it elsewhere.
 Result<std::span<std::byte>> TcpClient::read_chunk() {
+  if (broken_) return *broken_;
   const std::span<std::byte> room = protocol_.room();
   std::array<iovec, 2> pieces{iovec{room.data(), room.size()},
                               iovec{scratch_.data(), scratch_.size()}};
@@ -107,15 +108,19 @@ Result<std::span<std::byte>> TcpClient::read_chunk() {
   return std::span(scratch_).first(size - in_room);
 }
 
-Error TcpClient::broken(const Header& header) const {
+Error TcpClient::broken(const Header& header) {
   constexpr std::string_view kHttp = "HTTP/";
   std::array<std::byte, kHeaderSize> bytes;
   wire::encode_header(header, bytes, std::endian::big);
-  if (std::ranges::equal(std::span(bytes).first(kHttp.size()), std::as_bytes(std::span(kHttp))))
-    return {Errc::kVersion, "it answers in HTTP: no router's TCP port"};
   const std::string size = "a message of " + std::to_string(header.length) + " bytes";
-  if (header.length < kHeaderSize) return {Errc::kMalformed, size};
-  return {Errc::kTooBig, size + " from " + header.src.to_string(protocol_.widths())};
+  if (std::ranges::equal(std::span(bytes).first(kHttp.size()), std::as_bytes(std::span(kHttp)))) {
+    broken_.emplace(Errc::kVersion, "it answers in HTTP: no router's TCP port");
+  } else if (header.length < kHeaderSize) {
+    broken_.emplace(Errc::kMalformed, size);
+  } else {
+    broken_.emplace(Errc::kTooBig, size + " from " + header.src.to_string(protocol_.widths()));
+  }
+  return *broken_;
 }
 
 Result<Message> TcpClient::take() {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -71,13 +72,14 @@ class TcpClient {
 
  private:
   Result<std::span<std::byte>> read_chunk();
-  [[nodiscard]] Error broken(const Header& header) const;
+  Error broken(const Header& header);
   Result<bool> is_confirmed(std::int8_t command, Address mailbox, Time deadline);
 
   os::File socket_;
   wire::TcpClientProtocol protocol_;
   std::vector<std::byte> scratch_;
   std::deque<Message> received_;
+  std::optional<Error> broken_;  // the stream is lost, and why
 };
 
 template <typename OnMessage>
