@@ -12,7 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include "proxies/gdos_texts.h"
 #include "rack/proxies/gdos.h"
 
 namespace rack::gdos {

@@ -91,16 +91,16 @@ RouteReport report_route(const Router& router, Time now, Address to, std::int8_t
   using Verdict = RouteReport::Verdict;
   if (to == router.settings().address) return {.verdict = Verdict::kSelf};
   const Table::Entry* source = from ? router.find(*from) : nullptr;
-  const Router::NextHop way =
+  const Router::NextHop hop =
       router.next_hop(source == nullptr ? nullptr : router.client(source->owner), to);
-  if (way.to == nullptr)
-    return {.verdict = Verdict::kNoRoute, .why_not = way.why_not, .not_available = type > 0};
-  const bool link = way.to->info.port == PortKind::kLink;
+  if (hop.to == nullptr)
+    return {.verdict = Verdict::kNoRoute, .why_not = hop.why_not, .not_available = type > 0};
+  const bool link = hop.to->info.port == PortKind::kLink;
   return {.verdict = link ? Verdict::kForward : Verdict::kDeliver,
           .mailbox = report_mailbox(router, now, to),
-          .link = link ? way.to->peer() : Peer{},
-          .next = link ? way.to->info.link.router : Address(),
-          .by = way.by};
+          .link = link ? hop.to->peer() : Peer{},
+          .next = link ? hop.to->info.link.router : Address(),
+          .by = hop.by};
 }
 
 std::vector<CountReport> report_counts(const Router& router) {

@@ -30,9 +30,9 @@ class RouterLinksTest : public RouterTest {
                                      .system = system,
                                      .router = Address::of({.system = system, .instance = 1})}});
   }
-  [[nodiscard]] ClientId way_of(ClientId from, Address to) const {
-    const Router::NextHop way = router_.next_hop(router_.client(from), to);
-    return way.to == nullptr ? kNoClient : way.to->id;
+  [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
+    const Router::NextHop hop = router_.next_hop(router_.client(from), to);
+    return hop.to == nullptr ? kNoClient : hop.to->id;
   }
   [[nodiscard]] std::size_t events(EventKind kind) const {
     return static_cast<std::size_t>(
@@ -136,11 +136,11 @@ TEST_F(RouterLinksTest, TheSinkOfTextsIsEachRoutersOwn) {
   router_.set_uplink(now_, up);
   const ClientId sub = link(LinkKind::kSub, 1, "robot1");
   EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
-  EXPECT_EQ(way_of(sub, kTextSink), up) << "nobody here reads texts";
+  EXPECT_EQ(hop_of(sub, kTextSink), up) << "nobody here reads texts";
   const std::uint32_t hash = router_.exported_table().hash();
   const ClientId log = connect();
   send_command(log, command::kMailboxInitWithReply, kTextSink.raw());
-  EXPECT_EQ(way_of(sub, kTextSink), log);
+  EXPECT_EQ(hop_of(sub, kTextSink), log);
   EXPECT_EQ(router_.exported(kTextSink), std::nullopt);
   EXPECT_EQ(router_.exported_table().hash(), hash);
   EXPECT_FALSE(router_.learn(now_, sub, kTextSink, kRobot));
@@ -226,10 +226,10 @@ TEST_F(RouterLinksTest, OurOwnMailboxesComingBackAreALoop) {
 TEST_F(RouterLinksTest, WhatIsNotKnownGoesUpAndNeverBack) {
   const ClientId up = link(LinkKind::kSuper, 0, "base");
   const ClientId local = connect();
-  EXPECT_EQ(way_of(local, kLadar), kNoClient);
+  EXPECT_EQ(hop_of(local, kLadar), kNoClient);
   router_.set_uplink(now_, up);
-  EXPECT_EQ(way_of(local, kLadar), up);
-  EXPECT_EQ(way_of(up, kLadar), kNoClient);
+  EXPECT_EQ(hop_of(local, kLadar), up);
+  EXPECT_EQ(hop_of(up, kLadar), kNoClient);
   EXPECT_EQ(send(up, {.type = 3, .dest = kLadar, .src = kPilot}), Outcome::kNoRoute);
   ASSERT_EQ(sink_.replies.size(), 1U);
   EXPECT_EQ(sink_.replies[0].to.client, up);
@@ -255,9 +255,9 @@ TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
   const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
   router_.set_uplink(now_, up);
   const ClientId local = connect();
-  EXPECT_EQ(way_of(local, Address(0x02140000)), peer);
-  EXPECT_EQ(way_of(local, Address(0x03140000)), up);
-  EXPECT_EQ(way_of(up, Address(0x02140000)), kNoClient) << "what comes from above goes down only";
+  EXPECT_EQ(hop_of(local, Address(0x02140000)), peer);
+  EXPECT_EQ(hop_of(local, Address(0x03140000)), up);
+  EXPECT_EQ(hop_of(up, Address(0x02140000)), kNoClient) << "what comes from above goes down only";
 }
 
 TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
@@ -266,10 +266,10 @@ TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
   const ClientId sub = link(LinkKind::kSub, 1, "host");
   router_.learn(now_, peer, kLadar, kRobot);
   router_.learn(now_, sub, kPilot, kFar);
-  EXPECT_EQ(way_of(up, kPilot), sub);
-  EXPECT_EQ(way_of(up, kLadar), kNoClient);
+  EXPECT_EQ(hop_of(up, kPilot), sub);
+  EXPECT_EQ(hop_of(up, kLadar), kNoClient);
   EXPECT_EQ(router_.next_hop(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
-  EXPECT_EQ(way_of(sub, kLadar), peer);
+  EXPECT_EQ(hop_of(sub, kLadar), peer);
 }
 
 TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {
@@ -279,8 +279,8 @@ TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {
   router_.set_static_routes({{*AddressPattern::parse("Ladar(3/*)"), std::string_view("Ladar(3/*)"),
                               std::string_view("robot3")}});
   const ClientId local = connect();
-  EXPECT_EQ(way_of(local, Address(0x03140000)), sub);
-  EXPECT_EQ(way_of(local, Address(0x03150000)), up);
+  EXPECT_EQ(hop_of(local, Address(0x03140000)), sub);
+  EXPECT_EQ(hop_of(local, Address(0x03150000)), up);
 }
 
 TEST_F(RouterLinksTest, TheHopLimitEndsALoopAndNamesTheRouters) {

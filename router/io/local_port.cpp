@@ -90,15 +90,8 @@ void LocalPort::remove_socket_file() {
 }
 
 void LocalPort::accept(os::File socket) {
-  std::uint32_t token = static_cast<std::uint32_t>(clients_.size());
-  if (free_tokens_.empty()) {
-    clients_.emplace_back();
-  } else {
-    token = free_tokens_.back();
-    free_tokens_.pop_back();
-  }
-  clients_[token] = std::make_unique<LocalClient>();
-  LocalClient& client = *clients_[token];
+  const std::uint32_t token = clients_.next();
+  LocalClient& client = clients_.add(std::make_unique<LocalClient>());
   client.token = token;
   client.socket = std::move(socket);
   client.socket_watch.emplace(loop_, client.socket.get(),
@@ -127,18 +120,18 @@ void LocalPort::receive_some(Time now, LocalClient& client) {
     auto decoded = wire::decode(std::span(record_).first(received->size));
     if (received->truncated || !decoded.packet || !handle(now, client, *decoded.packet, *received))
       return drop(now, token, core::CloseReason::kBadRecord);
-    if (clients_[token].get() != &client) return;
+    if (clients_.find(token) != &client) return;
   }
 }
 
 // A connection whose end nobody has looked at yet is in nobody's way.
 void LocalPort::drop_if_hung_up(Time now, std::uint32_t token) {
-  if (os::has_hung_up(clients_[token]->socket.get()))
+  if (os::has_hung_up(clients_.find(token)->socket.get()))
     drop(now, token, core::CloseReason::kPeerClosed);
 }
 
 void LocalPort::drop(Time now, std::uint32_t token, core::CloseReason reason) {
-  LocalClient& client = *clients_[token];
+  LocalClient& client = *clients_.find(token);
   take_the_rest(now, client);
   router_.disconnect(now, client.id, reason);
   forget(client);
@@ -151,8 +144,7 @@ void LocalPort::forget(LocalClient& client) {
   for (const LocalSegments::SegmentId segment : client.known)
     segments_.reclaim(segment, [&](std::uint32_t writer) { return writer == client.writer; });
   writers_.erase(client.writer);
-  free_tokens_.push_back(client.token);
-  clients_[client.token].reset();
+  clients_.erase(client.token);
 }
 
 // --- Port
@@ -193,12 +185,13 @@ void LocalPort::reply(Time now, const core::Receiver& to, const Header& header) 
 }
 
 void LocalPort::close(const core::Receiver& client, core::CloseReason) {
-  if (clients_[client.token]) forget(*clients_[client.token]);
+  if (LocalClient* gone = clients_.find(client.token)) forget(*gone);
 }
 
 void LocalPort::moved(Address address) {
-  for (const auto& client : clients_)
-    if (client && client->id) (void)send(*client, 0, wire::Moved{address});
+  clients_.for_each([&](LocalClient& client) {
+    if (client.id) (void)send(client, 0, wire::Moved{address});
+  });
 }
 
 std::optional<MailboxFill> LocalPort::fill(std::uint32_t handle) const {
@@ -516,9 +509,10 @@ void LocalPort::take_the_rest(Time now, LocalClient& client) {
 
 void LocalPort::continue_later(LocalClient& client) {
   loop_.post([this, token = client.token, id = client.id] {
-    if (!clients_[token] || clients_[token]->id != id) return;
+    LocalClient* still = clients_.find(token);
+    if (still == nullptr || still->id != id) return;
     const Time now = os::now();
-    if (!drain(now, *clients_[token], kMessagesPerTurn)) continue_later(*clients_[token]);
+    if (!drain(now, *still, kMessagesPerTurn)) continue_later(*still);
     end_turn(now);
   });
 }

@@ -15,6 +15,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "base/slot_map.h"
 #include "os/socket.h"
 #include "os/uplink.h"
 #include "router/core/ids.h"
@@ -121,8 +122,7 @@ class LocalPort final : public core::Port {
   Acceptor acceptor_;
   os::FileId socket_file_;  // the one we have made
   Timer sweep_;
-  std::vector<std::unique_ptr<LocalClient>> clients_;  // by token
-  std::vector<std::uint32_t> free_tokens_;
+  base::SlotMap<LocalClient> clients_;                        // by token
   std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token
   std::uint32_t last_writer_;
   LocalSegments segments_;

@@ -247,26 +247,23 @@ TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& po
 
 void TcpPort::set_queue_bytes_max(std::uint64_t bytes) {
   settings_.queue_bytes_max = std::max<std::uint64_t>(bytes, settings_.message_max);
-  for (const auto& connection : connections_) {
-    if (connection) connection->output.set_queue_bytes_max(settings_.queue_bytes_max);
-  }
+  connections_.for_each([&](TcpConnection& connection) {
+    connection.output.set_queue_bytes_max(settings_.queue_bytes_max);
+  });
 }
 
 void TcpPort::welcome(os::File socket, const std::string& peer) {
   const Time now = os::now();
   if (!router_.has_room(core::PortKind::kTcp)) make_room(now);
-  const std::uint32_t token = free_token();
+  const std::uint32_t token = connections_.next();
   const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
                                                   .token = token,
                                                   .endpoint = std::string_view(peer),
                                                   .lifesign = true});
-  if (!id) {
-    free_tokens_.push_back(token);
-  } else {
-    connections_[token] =
+  if (id) {
+    TcpConnection& connection = connections_.add(
         std::make_unique<TcpConnection>(std::move(socket), settings_.message_max, pool_,
-                                        settings_.queue_bytes_max, router_.settings().classes);
-    TcpConnection& connection = *connections_[token];
+                                        settings_.queue_bytes_max, router_.settings().classes));
     connection.id = id;
     connection.token = token;
     connection.watch.emplace(loop_, connection.socket.get(),
@@ -280,25 +277,15 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
 void TcpPort::make_room(Time now) {
   TcpConnection* silent = nullptr;
   Time since = kNever;
-  for (const auto& connection : connections_) {
-    const core::Client* client = connection ? router_.client(connection->id) : nullptr;
-    if (client == nullptr || client->in.messages > 0 || client->connected_at >= since) continue;
-    silent = connection.get();
+  connections_.for_each([&](TcpConnection& connection) {
+    const core::Client* client = router_.client(connection.id);
+    if (client == nullptr || client->in.messages > 0 || client->connected_at >= since) return;
+    silent = &connection;
     since = client->connected_at;
-  }
+  });
   if (silent == nullptr) return;
   touch(*silent);
   forget(now, *silent, CloseReason::kTooManyClients);
-}
-
-std::uint32_t TcpPort::free_token() {
-  if (free_tokens_.empty()) {
-    connections_.emplace_back();
-    return static_cast<std::uint32_t>(connections_.size() - 1);
-  }
-  const std::uint32_t token = free_tokens_.back();
-  free_tokens_.pop_back();
-  return token;
 }
 
 // --- Port
@@ -337,14 +324,16 @@ void TcpPort::flush(Time now) {
 }
 
 std::uint64_t TcpPort::queued_bytes(std::uint32_t token) const {
-  const bool known = token < connections_.size() && connections_[token];
-  return known ? connections_[token]->output.queued_bytes() : 0;
+  const TcpConnection* connection = connections_.find(token);
+  return connection == nullptr ? 0 : connection->output.queued_bytes();
 }
 
 bool TcpPort::drained() const {
-  return std::ranges::all_of(connections_, [](const auto& connection) {
-    return !connection || connection->output.state() != TcpOutput::State::kWaiting;
+  bool waits = false;
+  connections_.for_each([&](const TcpConnection& connection) {
+    waits = waits || connection.output.state() == TcpOutput::State::kWaiting;
   });
+  return !waits;
 }
 
 // --- Output
@@ -396,14 +385,13 @@ void TcpPort::erase(Time now, TcpConnection& connection) {
   connection.output.abandon();
   report_losses(now, connection);
   half_messages_.set(now, connection.token, 0);
-  free_tokens_.push_back(connection.token);
-  connections_[connection.token].reset();
+  connections_.erase(connection.token);
 }
 
 // --- Small things
 
 TcpConnection* TcpPort::find(std::uint32_t token, core::ClientId id) {
-  TcpConnection* connection = connections_[token].get();
+  TcpConnection* connection = connections_.find(token);
   return connection != nullptr && connection->id == id ? connection : nullptr;
 }
 
@@ -474,8 +462,9 @@ void TcpPort::bound_half_messages(Time now, std::uint32_t token, core::ClientId 
   half_messages_.set(now, token, connection->reader.pending());
   while (const auto victim = half_messages_.victim()) {
     half_messages_.set(now, victim->token, 0);
-    touch(*connections_[victim->token]);
-    on_end_of_input(now, *connections_[victim->token], CloseReason::kStalled);
+    TcpConnection& stalled = *connections_.find(victim->token);
+    touch(stalled);
+    on_end_of_input(now, stalled, CloseReason::kStalled);
   }
 }
 

@@ -19,6 +19,7 @@
 
 #include <sys/uio.h>
 
+#include "base/slot_map.h"
 #include "os/file.h"
 #include "router/config/config.h"
 #include "router/core/byte_chain.h"
@@ -152,7 +153,6 @@ class TcpPort final : public core::Port {
 
   void welcome(os::File socket, const std::string& peer);
   void make_room(Time now);
-  std::uint32_t free_token();
 
   void on_ready(TcpConnection& connection, Ready ready);
   void read_some(Time now, TcpConnection& connection);
@@ -177,8 +177,7 @@ class TcpPort final : public core::Port {
   core::BlockPool& pool_;
   TcpPortSettings settings_;
   Acceptor acceptor_;
-  std::vector<std::unique_ptr<TcpConnection>> connections_;  // by token
-  std::vector<std::uint32_t> free_tokens_;
+  base::SlotMap<TcpConnection> connections_;  // by token
   std::vector<TcpConnection*> touched_;
   HalfMessages half_messages_;
   std::unique_ptr<Scratch> scratch_;  // what was read this turn

@@ -1,6 +1,12 @@
-// The mailboxes that two linked routers tell each other: what we tell (all that is below us), and
-// what we hold of theirs. State that both sides can compare, so that a link that comes back, or a
-// message that was lost with a restarted router, never leaves a table wrong.
+// The mailboxes that two linked routers advertise to each other: what we say (all that is below us,
+// the router's exported table) and what we hold of theirs.
+//
+// Neither side keeps a queue of changes for the other. A table is numbered by its changes and has a
+// hash; who comes up says what it still holds (WANT), and hears what has changed since that number,
+// or everything when too much has. The keep-alives carry number and hash on, so that both sides can
+// compare at any time: a link that comes back, or a message that was lost with a restarted router,
+// never leaves a table wrong for longer than a few of them. (BGP says a change once and trusts the
+// session; we compare as OSPF does with its database descriptions.)
 #pragma once
 
 #include <cstdint>

@@ -52,7 +52,6 @@ class Congestion {
   [[nodiscard]] std::uint64_t pacing_rate(Duration smoothed_rtt) const;
 
   [[nodiscard]] Duration queue_delay() const { return queue_delay_; }
-  [[nodiscard]] Duration others_delay() const { return others_; }
   [[nodiscard]] Duration base_rtt() const;
 
  private:

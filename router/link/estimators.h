@@ -29,7 +29,6 @@ class RttEstimator {
 
   [[nodiscard]] bool known() const { return smoothed_ != Duration::zero(); }
   [[nodiscard]] Duration smoothed() const { return known() ? smoothed_ : kInitial; }
-  [[nodiscard]] Duration latest() const { return latest_; }
   [[nodiscard]] Duration variation() const { return known() ? variation_ : kInitial / 2; }
 
   // A packet that was sent this long before one that is acknowledged is lost (RFC 9002, 6.1.2).

@@ -56,11 +56,11 @@ enum class FrameType : std::uint8_t {
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
 // offset come from the four times, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
-  bool unheard = false;             // its sender has not heard the receiver for long
-  std::uint8_t questions = 0;       // CHALLENGE and RESPONSE so far: on a dead way they are no loss
-  std::uint64_t sent_ns = 0;        // on the sender's monotonic clock
-  std::uint64_t echo_ns = 0;        // sent_ns of the last one that came; 0: none yet
-  std::uint32_t held_us = 0;        // how long ago that came
+  bool unheard = false;        // its sender has not heard the receiver for long
+  std::uint8_t questions = 0;  // CHALLENGE and RESPONSE so far: on a dead path they are no loss
+  std::uint64_t sent_ns = 0;   // on the sender's monotonic clock
+  std::uint64_t echo_ns = 0;   // sent_ns of the last one that came; 0: none yet
+  std::uint32_t held_us = 0;   // how long ago that came
   std::uint16_t loss_permille = 0;  // of the datagrams that the sender of this should have received
   std::int64_t wall_ns = 0;         // the sender's real-time clock less its monotonic one
   std::uint32_t table_number = 0;   // how often the sender's exported table has changed

@@ -76,9 +76,6 @@ class LaneSender {
             std::uint64_t committed_max);
 
   [[nodiscard]] std::uint64_t bytes() const { return waiting_.size() + stream_.size(); }
-  [[nodiscard]] std::uint64_t unsent_bytes() const {
-    return waiting_.size() + (stream_.end() - next_);
-  }
   // Nothing is to be sent, and nothing that was sent can come back as lost.
   [[nodiscard]] bool is_idle() const { return bytes() == 0 && skip_acked_ == skip_to_; }
   [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }

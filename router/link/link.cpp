@@ -70,7 +70,7 @@ void Link::say_hello(Time now) {
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
-  // The preferred way has the first word.
+  // The preferred path has the first word.
   for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) around_.send(to, datagram);
 }
 
@@ -217,7 +217,7 @@ core::Outcome Link::send(Time now, const core::Message& message) {
 
 void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
-  // A way that is not ours: whoever asks whether it works is told nothing.
+  // A path that is not ours: whoever asks whether it works is told nothing.
   if (!paths_.uses(from.kind)) return;
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
@@ -427,7 +427,7 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
-  // A way that is not prepared yet: an answer would, and many may ask at once.
+  // A path that is not prepared yet: an answer would, and many may ask at once.
   if (paths_.leads(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
   // What comes this way may not go back this way.
   if (from_.kind != paths_.kind())

@@ -140,7 +140,6 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
   [[nodiscard]] std::uint64_t mailboxes() const { return advertiser_.held(); }
   [[nodiscard]] std::uint64_t mailboxes_refused() const { return advertiser_.refused(); }
-  [[nodiscard]] bool heard_within(Time now, Duration time) const { return heard_ + time > now; }
   [[nodiscard]] Duration their_keep_alive() const { return their_keep_alive_; }
   [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }
 

@@ -158,7 +158,7 @@ void LinkSession::reset(Time now, core::Outcome why) {
   forget_path(now);
 }
 
-// Of what asks about ways nothing is expected: some of them may be dead.
+// Of what asks about paths nothing is expected: some of them may be dead.
 void LinkSession::measure_loss(std::uint8_t questions) {
   const std::uint64_t asked =
       (kQuestionsModulo + questions - measured_questions_) % kQuestionsModulo;

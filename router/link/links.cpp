@@ -722,12 +722,12 @@ void Links::look_anew(Time now, Link& link) {
   look_for(now, link);
 }
 
-// What a way over DDS costs the router above grows with how many it has already. So where UDP is
+// What a path over DDS costs the router above grows with how many it has already. So where UDP is
 // there as well, routers that start at once take turns, each side by itself, and none prepares more
-// than a few a second. A link that is down although UDP had time enough needs this way now, and
+// than a few a second. A link that is down although UDP had time enough needs this path now, and
 // goes before those that only take their turn; but when all are too busy to answer they are all
 // down, so no more are prepared a second for it. In a large fleet nobody has a turn: what many
-// ways ask of the router above while nobody needs them is what it then lacks to hear its links.
+// paths ask of the router above while nobody needs them is what it then lacks to hear its links.
 Time Links::standby_at(Time now, const Link& link, Standby& standby) {
   if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
   if (standby.since == kNever) {
@@ -752,7 +752,7 @@ Time Links::standby_at(Time now, const Link& link, Standby& standby) {
   return ready_at;
 }
 
-// Leaves those to which the way may be prepared now.
+// Leaves those to which the path may be prepared now.
 void Links::prepare_standby(Time now, const Link& link, std::vector<NetAddress>& dds) {
   Standby& standby = standbys_[link.slot()];
   const auto waits = [&](const NetAddress& to) {

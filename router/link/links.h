@@ -161,7 +161,7 @@ class Links final : public core::Port, private LinkSurroundings {
   // --- routers of the fleet
   // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
   static constexpr std::uint64_t kDdsPathsPerSecond = 10;
-  // When a link that has UDP as well prepares its way over DDS.
+  // When a link that has UDP as well prepares its path over DDS.
   struct Standby {
     std::vector<NetAddress> prepared{};
     Time since = kNever;  // others wait to be
@@ -196,8 +196,8 @@ class Links final : public core::Port, private LinkSurroundings {
   std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
   std::vector<bool> were_up_;       // by slot: when it was last looked for
   std::vector<Standby> standbys_;   // by slot
-  TokenBucket dds_budget_;          // ways prepared
-  Time dds_needed_until_{};         // a link that needs its way waits for the budget
+  TokenBucket dds_budget_;          // paths prepared
+  Time dds_needed_until_{};         // a link that needs its path waits for the budget
   std::vector<LinkSettings> settings_;
   std::vector<std::unique_ptr<Link>> links_;                 // by slot
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference

@@ -119,7 +119,7 @@ bool Paths::leads(PathKind kind) const {
   return path != nullptr && (path->address || !path->targets.empty());
 }
 
-// Where the other router may be on this way: where it was found, or else wherever it should be.
+// Where the other router may be on this path: where it was found, or else wherever it should be.
 std::vector<NetAddress> Paths::places(const Path& path) {
   if (path.works) return {path.address};
   std::vector<NetAddress> all = path.targets;
@@ -140,7 +140,7 @@ std::vector<NetAddress> Paths::to_call(bool first) const {
   return all;
 }
 
-// --- which way is used
+// --- which path is used
 
 void Paths::use(Time now, std::size_t index, std::string why) {
   used_ = index;

@@ -74,7 +74,7 @@ struct PathCounters {
 };
 
 struct Path {
-  // So long must a better way have worked before it is used again: twice as long each time that it
+  // So long must a better path have worked before it is used again: twice as long each time that it
   // fails again within a minute, so that one that comes and goes is left alone.
   static constexpr Duration kProbation = std::chrono::seconds(3);
   static constexpr Duration kProbationMax = std::chrono::minutes(1);
@@ -98,23 +98,23 @@ class Paths {
   // What is not in use is asked so often, or every keep-alive interval if that is longer.
   static constexpr Duration kStandbyEvery = std::chrono::seconds(1);
 
-  // True when the way that was used is none any more.
+  // True when the path that was used is none any more.
   bool configure(Time now, std::span<const PathKind> preference, Duration keep_alive);
   void set_targets(PathKind kind, std::span<const NetAddress> targets);
   [[nodiscard]] bool has_targets() const;
   [[nodiscard]] bool is_target(const NetAddress& address) const;
-  // Where HELLOs go; `first`: to the preferred way only, if it leads anywhere.
+  // Where HELLOs go; `first`: to the preferred path only, if it leads anywhere.
   [[nodiscard]] std::vector<NetAddress> to_call(bool first) const;
 
-  // The other router has answered from there: this way is used from now on.
+  // The other router has answered from there: this path is used from now on.
   void begin(Time now, const NetAddress& address);
   // It is there, as far as we know.
   [[nodiscard]] bool is_at(const NetAddress& address) const;
-  // Whether anything may be sent that way: where it is or should be is known.
+  // Whether anything may be sent over it: where it is or should be is known.
   [[nodiscard]] bool leads(PathKind kind) const;
-  // No other way has led to it so far: whoever is there may be another router.
+  // No other path has led to it so far: whoever is there may be another router.
   [[nodiscard]] bool is_strange(const NetAddress& from) const;
-  // The link was silent and is up again: which ways still work is to be seen.
+  // The link was silent and is up again: which paths still work is to be seen.
   void begin_again(Time now);
 
   // Where to send; no address before begin().
@@ -142,7 +142,7 @@ class Paths {
   bool on_answer(Time now, const NetAddress& from, std::uint64_t nonce);
   // Nobody is there any more. As on_answer().
   bool on_gone(Time now, const NetAddress& where);
-  // What we sent then, the way in use, has arrived.
+  // What we sent then, over the path in use, has arrived.
   void on_arrived(Time sent) {
     if (sent >= since_ && sent > used().answered) used().answered = sent;
   }
@@ -157,7 +157,7 @@ class Paths {
   [[nodiscard]] bool uses(PathKind kind) const { return find(kind) != nullptr; }
   void count_in(PathKind kind, std::size_t bytes);
   void count_out(PathKind kind, std::size_t bytes);
-  // Why this way is used and since when.
+  // Why this path is used and since when.
   [[nodiscard]] const std::string& why() const { return why_; }
   [[nodiscard]] Time since() const { return since_; }
   [[nodiscard]] bool several() const { return paths_.size() > 1; }

@@ -59,7 +59,7 @@ const NetAddress kElsewhere = NetAddress::v4(10, 0, 0, 3, 2010);
 const NetAddress kDds = NetAddress::dds({1});
 const std::vector kBoth{PathKind::kUdp, PathKind::kDds};
 
-// The ways to a router that answers after kRtt, over whichever way, what is asked at an address
+// The paths to a router that answers after kRtt, over whichever path, what is asked at an address
 // where it is heard.
 class PathsTest : public testing::Test {
  protected:
@@ -104,7 +104,7 @@ class PathsTest : public testing::Test {
     std::erase(heard, address);
     std::erase_if(answers, [&](const Answer& a) { return a.question.to == address; });
   }
-  // Runs until the other way is used, and says how long it took.
+  // Runs until the other path is used, and says how long it took.
   Duration until(PathKind kind, Duration limit = 2min) {
     const Time start = now;
     while (paths.kind() != kind && now < start + limit) run_for(1ms);
@@ -193,7 +193,7 @@ TEST_F(PathsTest, AllPlacesAreAskedAndTheFirstToAnswerIsTaken) {
   EXPECT_EQ(questions(kElsewhere).size(), before) << "where it was found, and nowhere else";
 }
 
-// --- which way is used
+// --- which path is used
 
 TEST_F(PathsTest, ADeadOneIsGivenUpAfterTwoKeepAlivesAndBeforeTheThird) {
   for (const Duration keep_alive : {50ms, 300ms, 10'000ms}) {
@@ -230,7 +230,7 @@ TEST_F(PathsTest, WhatArrivesIsAnAnswerToo) {
   const Time before = paths.since() - 1ms;
   for (int i = 0; i < 10; ++i) {
     run_for(100ms);
-    paths.on_arrived(before);  // sent another way
+    paths.on_arrived(before);  // sent over another path
   }
   EXPECT_EQ(paths.kind(), PathKind::kDds);
 }
@@ -358,7 +358,7 @@ TEST_F(PathsTest, AStrangeAddressIsAskedTenTimesASecondAtMost) {
   EXPECT_FALSE(paths.on_source(now + 99ms, kMoved, 3));
   EXPECT_TRUE(paths.on_source(now + 100ms, kMoved, 4));
   begin({PathKind::kUdp});
-  EXPECT_FALSE(paths.on_source(now, kDds, 5)) << "not a way of this link";
+  EXPECT_FALSE(paths.on_source(now, kDds, 5)) << "not a path of this link";
 }
 
 TEST_F(PathsTest, ALateAnswerFromWhereItWasDoesNotMoveItBack) {
