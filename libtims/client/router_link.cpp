@@ -270,10 +270,6 @@ void RouterLink::disconnect() {
   }
 }
 
-bool RouterLink::stopping_within(Duration wait) {
-  pollfd stop{stop_.get(), POLLIN, 0};
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(wait).count();
-  return ::poll(&stop, 1, static_cast<int>(ms)) > 0;
-}
+bool RouterLink::stopping_within(Duration wait) { return os::is_readable(stop_.get(), wait); }
 
 }  // namespace tims::client

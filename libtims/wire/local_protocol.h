@@ -41,7 +41,6 @@
 
 namespace tims::wire {
 
-inline constexpr std::uint32_t kLocalMagic = 0x534D4954;  // "TIMS"
 inline constexpr std::uint16_t kLocalVersion = 3;
 inline constexpr std::size_t kRecordBytesMax = 64 << 10;
 inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close or Lookup
