@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/catalogue.h"
-#include "tests/support/hex.h"
 
 namespace rack {
 namespace {
@@ -14,7 +14,7 @@ template <typename T>
 std::string hex(const T& value, std::endian order) {
   std::vector<std::byte> body(encoded_size(value));
   EXPECT_TRUE(encode(value, body, order));
-  return tims::test::to_hex(body);
+  return tims::base::to_hex(body);
 }
 
 RuntimeData runtime() {

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "rack/proxies/catalogue.h"
 #include "tests/support/golden_vectors.h"
-#include "tests/support/hex.h"
 
 namespace tims::test {
 namespace {
@@ -38,7 +38,7 @@ std::string recoded(const GoldenVector& v, std::endian to) {
   const MessageInfo* message = find_message(v.stated);
   if (message == nullptr || message->body == nullptr) return "no body is known";
   const auto bytes = message->body->recode(v.body(), v.stated.body_order(), to);
-  return bytes ? to_hex(*bytes) : bytes.error().message();
+  return bytes ? base::to_hex(*bytes) : bytes.error().message();
 }
 
 std::string json(const std::string& name, const std::string& origin) {
@@ -64,7 +64,7 @@ TEST(GoldenBodies, AreAllKnown) {
 TEST(GoldenBodies, AreWrittenAgainByteForByte) {
   for (const GoldenVector& v : component_vectors()) {
     if (!v.body().empty()) {
-      EXPECT_EQ(recoded(v, v.stated.body_order()), to_hex(v.body())) << label(v);
+      EXPECT_EQ(recoded(v, v.stated.body_order()), base::to_hex(v.body())) << label(v);
     }
   }
 }
@@ -80,8 +80,8 @@ TEST(GoldenBodies, OfCAreThoseOfJavaInTheOtherOrder) {
     if (v.origin != "Java" || !of_c.contains(v.name)) continue;
     ++pairs;
     const GoldenVector& c = of_c.at(v.name);
-    EXPECT_EQ(recoded(c, std::endian::big), to_hex(v.body())) << label(c);
-    EXPECT_EQ(recoded(v, std::endian::little), to_hex(c.body())) << label(v);
+    EXPECT_EQ(recoded(c, std::endian::big), base::to_hex(v.body())) << label(c);
+    EXPECT_EQ(recoded(v, std::endian::little), base::to_hex(c.body())) << label(v);
   }
   EXPECT_EQ(pairs, 16);
 }

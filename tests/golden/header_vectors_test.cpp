@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "tests/support/golden_vectors.h"
-#include "tests/support/hex.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
 
@@ -39,7 +39,7 @@ std::string label(const GoldenVector& v) { return v.name + " " + v.origin; }
 std::string encoded(const Header& header, std::endian order) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes, order);
-  return to_hex(bytes);
+  return base::to_hex(bytes);
 }
 
 TEST(GoldenHeaders, AllAreThere) { EXPECT_EQ(all_vectors().size(), 104U); }
@@ -60,7 +60,7 @@ TEST(GoldenHeaders, EncodeByteForByte) {
   for (const GoldenVector& v : all_vectors()) {
     const bool little = (v.stated.flags & flag::kHeaderLittleEndian) != 0;
     EXPECT_EQ(encoded(v.stated, little ? std::endian::little : std::endian::big),
-              to_hex(header_bytes(v)))
+              base::to_hex(header_bytes(v)))
         << label(v);
   }
 }
@@ -94,7 +94,7 @@ TEST(GoldenHeaders, CAndJavaPairsMeanTheSame) {
     header.flags = 0;
     header.priority = java.stated.priority;
     header.seq_nr = java.stated.seq_nr;
-    EXPECT_EQ(encoded(header, std::endian::big), to_hex(header_bytes(java))) << label(java);
+    EXPECT_EQ(encoded(header, std::endian::big), base::to_hex(header_bytes(java))) << label(java);
   }
   EXPECT_EQ(pairs, 31);
 }

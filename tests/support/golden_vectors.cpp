@@ -4,7 +4,7 @@
 #include <optional>
 #include <sstream>
 
-#include "tests/support/hex.h"
+#include "base/text.h"
 
 namespace tims::test {
 namespace {
@@ -24,7 +24,7 @@ std::optional<GoldenVector> parse(const std::string& line) {
   std::string body;
   in >> v.name >> v.origin >> std::hex >> flags >> std::dec >> type >> priority >> seq_nr >>
       std::hex >> dest >> src >> std::dec >> v.stated.length >> header >> body;
-  const auto bytes = from_hex(body == "-" ? header : header + body);
+  const auto bytes = base::parse_hex(body == "-" ? header : header + body);
   if (!in || header.size() != 2 * kHeaderSize || !bytes) return std::nullopt;
   v.bytes = *bytes;
   v.stated.flags = static_cast<std::uint8_t>(flags);

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/hex.h"
+#include "base/text.h"
 #include "tests/support/origins.h"
 #include "wire/header.h"
 
@@ -17,7 +17,7 @@ constexpr int kBob = 2;
 class InboxTest : public testing::Test {
  protected:
   static OwnedMessage message(std::uint8_t seq_nr, std::string_view body = "00") {
-    const std::vector<std::byte> bytes = *from_hex(body);
+    const std::vector<std::byte> bytes = *base::parse_hex(body);
     return {{.type = -6,
              .seq_nr = seq_nr,
              .dest = Address(10),

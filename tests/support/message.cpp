@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/support/hex.h"
+#include "base/text.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
 
@@ -25,11 +25,11 @@ std::string describe(const MessageView& message) {
   const Header& h = message.header;
   const std::byte flags{h.flags};
   std::string text = "type " + std::to_string(h.type) + " prio " + std::to_string(h.priority) +
-                     " seq " + std::to_string(h.seq_nr) + " flags " + to_hex({&flags, 1}) + " " +
-                     h.src.to_string() + " -> " + h.dest.to_string() + ", " +
+                     " seq " + std::to_string(h.seq_nr) + " flags " + base::to_hex({&flags, 1}) +
+                     " " + h.src.to_string() + " -> " + h.dest.to_string() + ", " +
                      std::to_string(h.length) + " bytes";
   if (message.body.empty()) return text;
-  text += ", body " + to_hex(message.body.first(std::min(message.body.size(), kShownMax)));
+  text += ", body " + base::to_hex(message.body.first(std::min(message.body.size(), kShownMax)));
   return message.body.size() > kShownMax ? text + "..." : text;
 }
 

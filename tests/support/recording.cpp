@@ -9,7 +9,7 @@
 #include <boost/json.hpp>
 #include <zlib.h>
 
-#include "tests/support/hex.h"
+#include "base/text.h"
 #include "wire/header.h"
 
 namespace tims::test {
@@ -59,7 +59,7 @@ class Fields {
     return value->as_int64();
   }
   [[nodiscard]] std::vector<std::byte> bytes(const char* key) const {
-    auto bytes = from_hex(text(key));
+    auto bytes = base::parse_hex(text(key));
     if (!bytes) throw Malformed{std::string("no hex digits in ") + key};
     return *std::move(bytes);
   }

@@ -48,7 +48,7 @@ BANNED = [
            "acquire and release on the variables themselves: sanitizers do not see fences",
            but=BENCH),
     Banned("toml", r"#\s*include\s*<toml\+\+/", "libtims/base/toml.h",
-           but=r"^(libtims/base/toml|router/config/toml_source)\.cpp$"),
+           but=r"^libtims/base/toml\.cpp$"),
     Banned("boost", r"#\s*include\s*<boost/", "Boost belongs to the router and the tools",
            where=r"^(libtims|proxies|router/core|router/config)/",
            but=r"^proxies/include/rack/codec/reflect\.h$"),  # Boost.PFR: headers only, nothing at run time
