@@ -12,7 +12,6 @@ namespace {
 namespace json = boost::json;
 using base::valid_utf8;
 using By = core::Router::NextHop::By;
-using core::Outcome;
 using Labels = std::vector<std::pair<std::string_view, std::string>>;
 
 std::string peer_text(const core::Peer& peer) {

@@ -298,6 +298,7 @@ class DdsEngine::Running {
 
   void order_peers() {
     std::vector<std::shared_ptr<DdsPeer>> peers;
+    peers.reserve(routes_.size());
     for (const DdsRoute* route : routes_) peers.push_back(route->peer());
     commands_->change([&](DdsCommands::Wanted& wanted) { wanted.peers = std::move(peers); });
   }
