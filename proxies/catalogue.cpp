@@ -1,16 +1,48 @@
 #include "rack/proxies/catalogue.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <utility>
 
-#include "proxies/body_info.h"
-#include "proxies/catalogue_tables.h"
+#include "rack/proxies/camera.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/clock.h"
+#include "rack/proxies/compass.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/gdos_log.h"
 #include "rack/proxies/generic.h"
+#include "rack/proxies/gps.h"
+#include "rack/proxies/grid_map.h"
+#include "rack/proxies/gyro.h"
+#include "rack/proxies/io.h"
+#include "rack/proxies/joystick.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/mcl.h"
+#include "rack/proxies/obj_recog.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/path.h"
+#include "rack/proxies/pilot.h"
+#include "rack/proxies/planner.h"
+#include "rack/proxies/position.h"
+#include "rack/proxies/ptz_drive.h"
+#include "rack/proxies/scan2d.h"
+#include "rack/proxies/scan3d.h"
+#include "rack/proxies/servo_drive.h"
+#include "rack/proxies/vehicle.h"
 
 namespace rack {
 
 namespace {
 
+using namespace tims::class_id;
 namespace type = tims::type;
+constexpr i8 kData = tims::type::kData;
+
+static_assert(kNoPilot == kNobody);
 
 constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kOk, "OK"},
@@ -38,6 +70,141 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
 };
 
+// --- sensors and actuators
+
+constexpr MessageInfo kDrivers[] = {
+    {kCamera, kData, "DATA", kBody<CameraData>},
+    {kCamera, CameraType::kGetParameter, "GET_PARAMETER"},
+    {kCamera, CameraType::kSetFormat, "SET_FORMAT", kBody<CameraFormatData>},
+    {kCamera, CameraType::kParameter, "PARAMETER", kBody<CameraParamData>},
+    {kCamera, CameraType::kFormat, "FORMAT", kBody<CameraFormatData>},
+
+    {kChassis, kData, "DATA", kBody<ChassisData>},
+    {kChassis, ChassisType::kMove, "MOVE", kBody<ChassisMoveData>},
+    {kChassis, ChassisType::kGetParameter, "GET_PARAMETER"},
+    {kChassis, ChassisType::kSetActivePilot, "SET_ACTIVE_PILOT", kBody<ChassisSetActivePilotData>},
+    {kChassis, ChassisType::kParameter, "PARAMETER", kBody<ChassisParamData>},
+
+    {kClock, kData, "DATA", kBody<ClockData>},
+    {kCompass, kData, "DATA", kBody<CompassData>},
+    {kGps, kData, "DATA", kBody<GpsData>},
+    {kGyro, kData, "DATA", kBody<GyroData>},
+
+    {kIo, kData, "DATA", kBody<IoData>},
+    {kIo, IoType::kSetData, "SET_DATA", kBody<IoData>},
+
+    {kJoystick, kData, "DATA", kBody<JoystickData>},
+    {kLadar, kData, "DATA", kBody<LadarData>},
+
+    {kPtzDrive, kData, "DATA", kBody<PtzDriveData>},
+    {kPtzDrive, PtzDriveType::kHome, "HOME"},
+    {kPtzDrive, PtzDriveType::kMovePos, "MOVE_POS", kBody<PtzDriveMovePosData>},
+    {kPtzDrive, PtzDriveType::kMoveVel, "MOVE_VEL", kBody<PtzDriveMoveVelData>},
+    {kPtzDrive, PtzDriveType::kInformReached, "INFORM_REACHED"},
+    {kPtzDrive, PtzDriveType::kPositionReached, "POSITION_REACHED"},
+
+    {kServoDrive, kData, "DATA", kBody<ServoDriveData>},
+    {kServoDrive, ServoDriveType::kHome, "HOME"},
+    {kServoDrive, ServoDriveType::kMovePos, "MOVE_POS", kBody<ServoDriveMovePosData>},
+    {kServoDrive, ServoDriveType::kMoveVel, "MOVE_VEL", kBody<ServoDriveMoveVelData>},
+    {kServoDrive, ServoDriveType::kInformReached, "INFORM_REACHED"},
+    {kServoDrive, ServoDriveType::kPositionReached, "POSITION_REACHED"},
+
+    {kVehicle, kData, "DATA", kBody<VehicleData>},
+    {kVehicle, VehicleType::kSetValue, "SET_VALUE", kBody<VehicleSetValueData>},
+};
+
+// --- maps, scans, objects
+
+constexpr MessageInfo kPerception[] = {
+    {kFeatureMap, kData, "DATA", kBody<FeatureMapData>},
+    {kFeatureMap, FeatureMapType::kLoadMap, "LOAD_MAP", kBody<FileName>},
+    {kFeatureMap, FeatureMapType::kAddLine, "ADD_LINE", kBody<FeatureMapFeature>},
+    {kFeatureMap, FeatureMapType::kSaveMap, "SAVE_MAP", kBody<FileName>},
+    {kFeatureMap, FeatureMapType::kGiveMap, "GIVE_MAP"},
+    {kFeatureMap, FeatureMapType::kDeleteLine, "DELETE_LINE", kBody<FeatureMapFeature>},
+    {kFeatureMap, FeatureMapType::kDisplaceLine, "DISPLACE_LINE", kBody<FeatureMapFeature>},
+    {kFeatureMap, FeatureMapType::kGetLayer, "GET_LAYER"},
+    {kFeatureMap, FeatureMapType::kSetLayer, "SET_LAYER", kBody<FeatureMapLayerData>},
+    {kFeatureMap, FeatureMapType::kLayer, "LAYER", kBody<FeatureMapLayerData>},
+
+    {kGridMap, kData, "DATA", kBody<GridMapData>},
+
+    {kMcl, kData, "DATA", kBody<MclData>},
+    {kMcl, MclType::kLoadMap, "LOAD_MAP", kBody<FileName>},
+
+    {kObjRecog, kData, "DATA", kBody<ObjRecogData>},
+    {kObjRecog, ObjRecogType::kSetEstimate, "SET_ESTIMATE", kBody<ObjRecogData>},
+    {kObjRecog, ObjRecogType::kStopRecog, "STOP_RECOG", kBody<ObjRecogData>},
+
+    {kScan2d, kData, "DATA", kBody<Scan2dData>},
+
+    {kScan3d, kData, "DATA", kBody<Scan3dData>},
+    {kScan3d, Scan3dType::kGetRangeImage, "GET_RANGE_IMAGE"},
+    {kScan3d, Scan3dType::kStoreData, "STORE_DATA"},
+    {kScan3d, Scan3dType::kRangeImage, "RANGE_IMAGE", kBody<Scan3dRangeImageData>},
+};
+
+// --- position, path, pilot; datalog, planner
+
+constexpr MessageInfo kNavigation[] = {
+    {kDatalog, kData, "DATA", kBody<DatalogData>},
+    {kDatalog, DatalogType::kInitLog, "INIT_LOG"},
+    {kDatalog, DatalogType::kSetLog, "SET_LOG", kBody<DatalogData>},
+    {kDatalog, DatalogType::kGetLogStatus, "GET_LOG_STATUS"},
+    {kDatalog, DatalogType::kLogStatus, "LOG_STATUS", kBody<DatalogData>},
+
+    {kGdos, kData, "DATA", kBody<GdosData>},
+    {kGdos, GdosLogType::kGetLog, "GET_LOG"},
+    {kGdos, GdosLogType::kLog, "LOG", kBody<GdosLogAddress>},
+
+    {kOdometry, kData, "DATA", kBody<OdometryData>},
+    {kOdometry, OdometryType::kReset, "RESET"},
+
+    {kPath, kData, "DATA", kBody<PathData>},
+    {kPath, PathType::kMake, "MAKE", kBody<PathMakeData>},
+    {kPath, PathType::kReplan, "REPLAN", kBody<PathReplanData>},
+    {kPath, PathType::kSetDestination, "SET_DESTINATION", kBody<PathDestData>},
+    {kPath, PathType::kSetRddf, "SET_RDDF", kBody<PathRddfData>},
+    {kPath, PathType::kGetDbgGridmap, "GET_DBG_GRIDMAP"},
+    {kPath, PathType::kGetLayer, "GET_LAYER"},
+    {kPath, PathType::kSetLayer, "SET_LAYER", kBody<PathLayerData>},
+    {kPath, PathType::kDbgGridmap, "DBG_GRIDMAP"},
+    {kPath, PathType::kLayer, "LAYER", kBody<PathLayerData>},
+    {kPath, PathType::kLayerOfC, "LAYER", kBody<PathLayerData>},
+
+    {kPilot, kData, "DATA", kBody<PilotData>},
+    {kPilot, PilotType::kSetDestination, "SET_DESTINATION", kBody<PilotDestData>},
+    {kPilot, PilotType::kHoldCommand, "HOLD_COMMAND", kBody<PilotHoldData>},
+    {kPilot, PilotType::kRevertCommand, "REVERT_COMMAND", kBody<PilotRevertData>},
+    {kPilot, PilotType::kGetStatus, "GET_STATUS"},
+    {kPilot, PilotType::kStatus, "STATUS", kBody<PilotStatusData>},
+    {kPilot, PilotType::kSetMultiDestination, "SET_MULTI_DESTINATION", kBody<PilotMultiDestData>},
+
+    {kPlanner, kData, "DATA", kBody<PlannerData>},
+    {kPlanner, PlannerType::kCommand, "COMMAND", kBody<PlannerCommand>},
+    {kPlanner, PlannerType::kGetCommand, "GET_COMMAND"},
+
+    {kPosition, kData, "DATA", kBody<PositionData>},
+    {kPosition, PositionType::kUpdate, "UPDATE", kBody<PositionData>},
+    {kPosition, PositionType::kWgs84ToPos, "WGS84_TO_POS", kBody<PositionWgs84Data>},
+    {kPosition, PositionType::kPosToWgs84, "POS_TO_WGS84", kBody<PositionData>},
+    {kPosition, PositionType::kGkToPos, "GK_TO_POS", kBody<PositionGkData>},
+    {kPosition, PositionType::kPosToGk, "POS_TO_GK", kBody<PositionData>},
+    {kPosition, PositionType::kUtmToPos, "UTM_TO_POS", kBody<PositionUtmData>},
+    {kPosition, PositionType::kPosToUtm, "POS_TO_UTM", kBody<PositionData>},
+    {kPosition, PositionType::kPos, "POS", kBody<PositionData>},
+    {kPosition, PositionType::kWgs84, "WGS84", kBody<PositionWgs84Data>},
+    {kPosition, PositionType::kGk, "GK", kBody<PositionGkData>},
+    {kPosition, PositionType::kUtm, "UTM", kBody<PositionUtmData>},
+};
+
+// Those of others; they are made known before there are threads.
+std::vector<ClassInfo>& classes() {
+  static std::vector<ClassInfo> added;
+  return added;
+}
+
 // Not std::toupper: it depends on the locale.
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c & ~0x20) : c; }
 
@@ -45,10 +212,15 @@ char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c & ~0x20) 
 template <typename Fits>
 const MessageInfo* find(u32 class_id, const Fits& fits) {
   for (const u32 of_class : {class_id, kEveryClass}) {
-    for (const auto table : message_tables()) {
-      const auto found = std::ranges::find_if(
-          table, [&](const MessageInfo& m) { return m.class_id == of_class && fits(m); });
+    const auto same = [&](const MessageInfo& m) { return m.class_id == of_class && fits(m); };
+    for (const std::span<const MessageInfo> table :
+         {std::span<const MessageInfo>(kFramework), {kDrivers}, {kPerception}, {kNavigation}}) {
+      const auto found = std::ranges::find_if(table, same);
       if (found != table.end()) return &*found;
+    }
+    for (const ClassInfo& own : classes()) {
+      const auto found = std::ranges::find_if(own.messages, same);
+      if (found != own.messages.end()) return &*found;
     }
   }
   return nullptr;
@@ -56,9 +228,29 @@ const MessageInfo* find(u32 class_id, const Fits& fits) {
 
 }  // namespace
 
-std::array<std::span<const MessageInfo>, 4> message_tables() {
-  return {kFramework, driver_messages(), perception_messages(), navigation_messages()};
+std::vector<std::span<const MessageInfo>> message_tables() {
+  std::vector<std::span<const MessageInfo>> tables{kFramework, kDrivers, kPerception, kNavigation};
+  for (const ClassInfo& own : classes()) tables.push_back(own.messages);
+  return tables;
 }
+
+Result<void> add_class(const ClassInfo& own) {
+  const auto taken = [&](std::string_view by) {
+    return tims::Error(tims::Errc::kAddressInUse,
+                       "class " + std::to_string(own.class_id) + ", " + std::string(own.name) +
+                           ": number or name is that of " + std::string(by));
+  };
+  if (const auto by = tims::class_name(own.class_id); !by.empty()) return taken(by);
+  if (tims::class_id_of(own.name)) return taken(own.name);
+  for (const ClassInfo& other : classes()) {
+    if (other.class_id == own.class_id && other.name == own.name) return {};  // made known before
+    if (other.class_id == own.class_id || other.name == own.name) return taken(other.name);
+  }
+  classes().push_back(own);
+  return {};
+}
+
+std::span<const ClassInfo> added_classes() { return classes(); }
 
 const MessageInfo* find_message(u32 class_id, i8 type) {
   return find(class_id, [&](const MessageInfo& m) { return m.type == type; });
@@ -77,6 +269,99 @@ const MessageInfo* find_message(const tims::Header& header, const tims::AddressW
   const MessageInfo* found = find_message(header.dest.fields(widths).class_id, header.type);
   // Some classes have replies with positive numbers.
   return found != nullptr ? found : find_message(sender, header.type);
+}
+
+// --- files of messages
+
+namespace {
+
+void append_field(std::string& out, const SchemaField& field) {
+  const auto entry = [&](std::string_view key) -> std::string& {
+    return out.append(", \"").append(key).append("\": ");
+  };
+  out += "{\"name\": ";
+  append_quoted(out, field.name);
+  append_quoted(entry("type"), field.type == FieldType::kStruct ? field.inner->name
+                               : field.type == FieldType::kChar ? "char"
+                                                                : name(field.type));
+  if (field.type == FieldType::kText) entry("bytes") += std::to_string(field.size);
+  if (field.repeat == Repeat::kArray) entry("times") += std::to_string(field.times);
+  if (field.repeat == Repeat::kSequence) entry("at_most") += std::to_string(field.times);
+  if (!field.unit.empty()) {
+    append_quoted(entry("unit"), field.unit);
+    append_quoted(entry("si_unit"), field.si_unit);
+    std::array<char, 32> si{};
+    entry("si").append(si.data(), std::to_chars(si.data(), si.data() + si.size(), field.si).ptr);
+  }
+  out += '}';
+}
+
+// Those that it is made of come first.
+Result<void> append_struct(std::string& out, std::vector<const Schema*>& there,
+                           const Schema& schema) {
+  if (std::ranges::find(there, &schema) != there.end()) return {};
+  for (const SchemaField& field : schema.fields) {
+    if (field.repeat == Repeat::kTail)
+      return tims::Error(tims::Errc::kInvalidArgument,
+                         std::string(schema.name) + "." + std::string(field.name) +
+                             " is a Tail, whose length only a program knows: make it a Sequence");
+    if (field.inner == nullptr) continue;
+    if (auto good = append_struct(out, there, *field.inner); !good) return good;
+  }
+  there.push_back(&schema);
+  out += out.ends_with('[') ? "\n    {\"name\": " : ",\n    {\"name\": ";
+  append_quoted(out, schema.name);
+  for (const auto& [key, value] : {std::pair{"whole_size", schema.whole_size},
+                                   {"pads", std::size_t{schema.pads}},
+                                   {"surplus", schema.surplus}})
+    if (value > 0) out.append(", \"").append(key).append("\": ").append(std::to_string(value));
+  out += ", \"made\": \"";
+  for (const std::byte byte : schema.made()) {
+    out += "0123456789abcdef"[std::to_integer<unsigned>(byte) >> 4U];
+    out += "0123456789abcdef"[std::to_integer<unsigned>(byte) & 0xFU];
+  }
+  out += "\", \"fields\": [";
+  for (const SchemaField& field : schema.fields) {
+    out += &field == schema.fields.data() ? "\n      " : ",\n      ";
+    append_field(out, field);
+  }
+  out += "]}";
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> message_file(const ClassInfo& own) {
+  std::string out = "{\n  \"rack_messages\": 1,\n  \"class\": ";
+  append_quoted(out, own.name);
+  out += ",\n  \"class_id\": " + std::to_string(own.class_id) + ",\n  \"structs\": [";
+  std::vector<const Schema*> there;
+  for (const MessageInfo& message : own.messages) {
+    if (message.body == nullptr) continue;
+    if (const auto good = append_struct(out, there, *message.body); !good) return good.error();
+  }
+  if (there.empty()) out.resize(out.rfind(",\n"));  // no list of nothing
+  out += there.empty() ? ",\n  \"messages\": [" : "],\n  \"messages\": [";
+  for (const MessageInfo& message : own.messages) {
+    out += &message == own.messages.data() ? "\n    {\"type\": " : ",\n    {\"type\": ";
+    out += std::to_string(message.type) + ", \"name\": ";
+    append_quoted(out, message.name);
+    if (message.body != nullptr) append_quoted(out += ", \"body\": ", message.body->name);
+    out += '}';
+  }
+  return out += "]\n}\n";
+}
+
+int write_message_file(const ClassInfo& own, int argc, char** argv) {
+  const auto text = message_file(own);
+  if (!text || argc != 2) {
+    std::fprintf(stderr, "%s\n", text ? "usage: PROGRAM FILE" : text.error().detail().c_str());
+    return 2;
+  }
+  std::ofstream file(argv[1]);
+  if (file << *text && file.flush()) return 0;
+  std::fprintf(stderr, "%s: cannot be written\n", argv[1]);
+  return 1;
 }
 
 }  // namespace rack

@@ -93,7 +93,7 @@ TEST(Catalogue, MessagesByName) {
 }
 
 TEST(Catalogue, MakesABodyOfFieldsByName) {
-  const BodyInfo& move = *find_message(tims::class_id::kChassis, "move")->body;
+  const Schema& move = *find_message(tims::class_id::kChassis, "move")->body;
   const std::array<Assignment, 2> fields = {{{"vx", "0.2m/s"}, {"omega", "0.5"}}};
   const auto bytes = move.make(fields, std::endian::big, {});
   ASSERT_TRUE(bytes);

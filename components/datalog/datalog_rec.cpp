@@ -10,6 +10,7 @@
 #include "components/datalog/log_list.h"
 #include "components/datalog/recorder.h"
 #include "os/clock.h"
+#include "proxies/message_files.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 
@@ -42,6 +43,7 @@ class DatalogRec : public DataModule<DatalogData> {
 
  private:
   Result<void> module_init() override {
+    for (const std::string& problem : load_message_files()) log().warning("%s", problem);
     const auto work = create_mailbox(1, 128);
     if (!work) return work.error();
     const auto small = create_mailbox(500, kSmall);
@@ -80,6 +82,7 @@ class DatalogRec : public DataModule<DatalogData> {
     std::vector<DatalogLogInfo> list;
     for (const RecordedClass& recorded : recorded_classes()) {
       for (std::int32_t i = 0; i < recorded.instances; ++i) {
+        if (list.size() == decltype(list_.logInfo)::kMax) return list;
         DatalogLogInfo info{.moduleMbx = address_of(recorded.class_id, integer("system"), i),
                             .maxDataLen = static_cast<i32>(recorded.body_max)};
         (void)info.filename.assign(std::string(recorded.name) + "_" + std::to_string(i) + ".dat");

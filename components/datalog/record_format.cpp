@@ -1,9 +1,12 @@
 #include "components/datalog/record_format.h"
 
 #include <array>
+#include <deque>
+#include <vector>
 
 #include "components/datalog/record_line.h"
 #include "rack/proxies/camera.h"
+#include "rack/proxies/catalogue.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/clock.h"
 #include "rack/proxies/compass.h"
@@ -232,10 +235,51 @@ constexpr std::array<RecordedClass, 19> kClasses = {{
 
 }  // namespace
 
-std::span<const RecordedClass> recorded_classes() { return kClasses; }
+namespace {
+
+// The names of fields, of a sequence those of its first element.
+std::string columns_of(const Schema& data) {
+  std::string columns;
+  for (const Column& column : data.columns()) {
+    std::string name = column.name;
+    if (const std::size_t all = name.find("[]"); all != std::string::npos)
+      name.replace(all, 2, "[0]");
+    columns.append(columns.empty() ? "" : " ").append(name);
+  }
+  return columns;
+}
+
+std::vector<RecordedClass> with_added() {
+  static std::deque<std::string> texts;  // what the list refers to
+  std::vector<RecordedClass> all(kClasses.begin(), kClasses.end());
+  for (const ClassInfo& own : added_classes()) {
+    const MessageInfo* data = find_message(own.class_id, tims::type::kData);
+    if (data == nullptr || data->body == nullptr) continue;
+    std::string& name = texts.emplace_back(own.name);
+    for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c | 0x20) : c;
+    all.push_back({own.class_id, own.name, name, 1, data->body->size_max,
+                   texts.emplace_back(columns_of(*data->body)), nullptr, data->body});
+  }
+  return all;
+}
+
+}  // namespace
+
+std::span<const RecordedClass> recorded_classes() {
+  static const std::vector<RecordedClass> all = with_added();
+  return all;
+}
+
+Result<Record> record(const RecordedClass& recorded, const MessageView& message, u32 file_number,
+                      bool binary_io) {
+  if (recorded.record != nullptr) return recorded.record(message, file_number, binary_io);
+  const auto value = read_value(*recorded.data, message.body, message.header.body_order());
+  if (!value) return value.error();
+  return Record{.line = to_numbers(*recorded.data, *value) + "\n"};
+}
 
 const RecordedClass* recorded_class(std::uint32_t class_id) {
-  for (const RecordedClass& recorded : kClasses) {
+  for (const RecordedClass& recorded : recorded_classes()) {
     if (recorded.class_id == class_id) return &recorded;
   }
   return nullptr;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "rack/codec/schema.h"
 #include "tims/message.h"
 #include "tims/result.h"
 
@@ -27,12 +28,17 @@ struct RecordedClass {
   std::int32_t instances;    // in the built-in list: from 0 on
   std::size_t body_max;      // bytes
   std::string_view columns;  // the second line of its files
-  // file_number: of the file of its own, if there is one.
+  // file_number: of the file of its own, if there is one. Of a class that was made known: null.
   tims::Result<Record> (*record)(const tims::MessageView& message, std::uint32_t file_number,
                                  bool binary_io);
+  const Schema* data = nullptr;
 };
+tims::Result<Record> record(const RecordedClass& recorded, const tims::MessageView& message,
+                            std::uint32_t file_number, bool binary_io);
 
-// In the order of the built-in list.
+// In the order of the built-in list. Behind those of the original come the data of all classes that
+// were made known (add_class() of the catalogue) before this is called: all their fields, one
+// instance.
 std::span<const RecordedClass> recorded_classes();
 const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: is not recorded
 

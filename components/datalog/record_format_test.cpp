@@ -127,6 +127,19 @@ TEST(RecordFormat, Headings) {
   EXPECT_EQ(all, 63);
 }
 
+TEST(RecordFormat, DataOfOtherClassesByTheirSchema) {
+  const OdometryData data{.recordingTime = 7, .pos = {.x = 1, .rho = 0.5F}};
+  std::vector<std::byte> body(encoded_size(data));
+  ASSERT_TRUE(encode(data, body));
+  const tims::Header header = tims::MessageView{}.header;
+  const RecordedClass own{0x90, "Own", "own", 1, body.size(), "", nullptr, &kSchema<OdometryData>};
+  const auto made = record(own, {header, body}, 1, false);
+  const auto ours = recorded_class(tims::class_id::kOdometry)->record({header, body}, 1, false);
+  ASSERT_TRUE(made && ours);
+  EXPECT_EQ(made->line, ours->line);
+  EXPECT_FALSE(record(own, {}, 1, false));
+}
+
 TEST(RecordFormat, RefusesWhatIsNoMessage) {
   const auto record = recorded_class(tims::class_id::kOdometry)->record({}, 1, false);
   EXPECT_FALSE(record.ok());

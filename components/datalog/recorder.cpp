@@ -35,8 +35,8 @@ void Recorder::take(const tims::MessageView& message, tims::Time now, bool binar
     ended_ = true;
     return log.warning("%n has no data now", module());
   }
-  const auto record = recorded_->record(message, info_->setsLogged + 1, binary_io);
-  const auto written = record ? write(*record) : record.error();
+  const auto made = record(*recorded_, message, info_->setsLogged + 1, binary_io);
+  const auto written = made ? write(*made) : made.error();
   if (!written && !failing_) log.error("Not recorded, %n: %s", module(), written.error().message());
   if (written && failing_) log.print("Recorded again: %n", module());
   failing_ = !written;

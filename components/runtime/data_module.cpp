@@ -1,25 +1,60 @@
 #include "rack/data_module.h"
 
 #include <algorithm>
+#include <mutex>
+
+#include "components/runtime/logic/listeners.h"
 
 namespace rack {
+
+class DataModuleBase::Audience {
+ public:
+  explicit Audience(DataModuleBase& module)
+      : module_(module),
+        listeners_(module.data_.listeners),
+        due_(module.data_.listeners),
+        answer_(module.data_.size_max) {}
+
+  void clear() { listeners_.clear(); }
+  // The stream has ended.
+  void send_off();
+  void send(TimeStamp recorded, std::size_t size);
+
+  Result<void> get_data(const tims::MessageView& message);
+  Result<void> get_cont_data(const tims::MessageView& message);
+  Result<void> stop_cont_data(const tims::MessageView& message);
+  Result<void> get_next_data(const tims::MessageView& message);
+  void drop(tims::Address mailbox);
+  [[nodiscard]] ListenersData told() const;
+
+  std::uint32_t period_ms_ = 1000;  // under mutex_
+
+ private:
+  Result<void> check_added(Listeners::Added added, tims::Address mailbox);
+
+  DataModuleBase& module_;
+  Listeners listeners_;            // under mutex_
+  std::int64_t data_sets_ = 0;     // under mutex_
+  std::vector<Listener> due_;      // data task
+  std::vector<std::byte> answer_;  // command task
+};
 
 DataModuleBase::DataModuleBase(const ModuleInfo& info, const DataInfo& data)
     : Module(info),
       data_(data),
       history_(data.history, data.size_max),
-      listeners_(data.listeners),
-      due_(data.listeners),
-      answer_(data.size_max) {}
+      audience_(std::make_unique<Audience>(*this)) {}
+
+DataModuleBase::~DataModuleBase() = default;
 
 // --- the data task
 
 Result<void> DataModuleBase::module_on() {
   {
     const std::lock_guard lock(mutex_);
-    if (period_ms_ == 0) return refused("a period of 0 ms");
+    if (audience_->period_ms_ == 0) return refused("a period of 0 ms");
     history_.clear();
-    listeners_.clear();
+    audience_->clear();
   }
   while (history_.size() == 0 && !is_stopping()) {
     if (auto looped = module_loop(); !looped) return looped;
@@ -27,58 +62,65 @@ Result<void> DataModuleBase::module_on() {
   return {};
 }
 
-void DataModuleBase::turned_off() {
+void DataModuleBase::Audience::send_off() {
   std::span<Listener> all;
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(module_.mutex_);
     std::ranges::copy(listeners_.all(), due_.begin());
     all = std::span(due_).first(listeners_.all().size());
     listeners_.clear();
   }
   for (const Listener& listener : all) {
-    (void)command_mailbox().send({.dest = listener.mailbox,
-                                  .type = tims::type::kError,
-                                  .priority = listener.priority,
-                                  .seq_nr = listener.seq_nr});
+    (void)module_.command_mailbox().send({.dest = listener.mailbox,
+                                          .type = tims::type::kError,
+                                          .priority = listener.priority,
+                                          .seq_nr = listener.seq_nr});
   }
 }
 
 void DataModuleBase::set_period(std::chrono::milliseconds period) {
   const std::lock_guard lock(mutex_);
-  period_ms_ = static_cast<std::uint32_t>(std::max<std::int64_t>(period.count(), 0));
+  audience_->period_ms_ = static_cast<std::uint32_t>(std::max<std::int64_t>(period.count(), 0));
 }
 
 std::chrono::milliseconds DataModuleBase::period() const {
   const std::lock_guard lock(mutex_);
-  return std::chrono::milliseconds(period_ms_);
+  return std::chrono::milliseconds(audience_->period_ms_);
 }
 
-void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
+void DataModuleBase::Audience::send(TimeStamp recorded, std::size_t size) {
   std::span<const std::byte> body;
   std::span<Listener> due;
   {
-    const std::lock_guard lock(mutex_);
-    history_.publish(recorded, size);
+    const std::lock_guard lock(module_.mutex_);
+    module_.history_.publish(recorded, size);
     ++data_sets_;
-    body = history_.newest().body;
+    body = module_.history_.newest().body;
     due = listeners_.take_due(due_);
   }
   for (const Listener& listener : due) {
-    const auto sent = command_mailbox().send({.dest = listener.mailbox,
-                                              .type = tims::type::kData,
-                                              .priority = listener.priority,
-                                              .seq_nr = listener.seq_nr,
-                                              .stream = data_.samples && !listener.once,
-                                              .tell_if_gone = true},
-                                             body);
-    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop_listener(listener.mailbox);
+    const auto sent =
+        module_.command_mailbox().send({.dest = listener.mailbox,
+                                        .type = tims::type::kData,
+                                        .priority = listener.priority,
+                                        .seq_nr = listener.seq_nr,
+                                        .stream = module_.data_.samples && !listener.once,
+                                        .tell_if_gone = true},
+                                       body);
+    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
   }
 }
 
 // Its mailbox is gone.
-void DataModuleBase::drop_listener(tims::Address mailbox) {
-  const std::lock_guard lock(mutex_);
-  if (listeners_.remove(mailbox)) log().info("Listener %n is gone", mailbox);
+void DataModuleBase::Audience::drop(tims::Address mailbox) {
+  const std::lock_guard lock(module_.mutex_);
+  if (listeners_.remove(mailbox)) module_.log().info("Listener %n is gone", mailbox);
+}
+
+void DataModuleBase::turned_off() { audience_->send_off(); }
+
+void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
+  audience_->send(recorded, size);
 }
 
 // --- the command task
@@ -86,46 +128,46 @@ void DataModuleBase::drop_listener(tims::Address mailbox) {
 Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
   switch (message.header.type) {
     case tims::type::kGetData:
-      return get_data(message);
+      return audience_->get_data(message);
     case tims::type::kGetContData:
-      return get_cont_data(message);
+      return audience_->get_cont_data(message);
     case tims::type::kStopContData:
-      return stop_cont_data(message);
+      return audience_->stop_cont_data(message);
     case tims::type::kGetNextData:
-      return get_next_data(message);
+      return audience_->get_next_data(message);
     case tims::type::kGetListeners:
-      reply(message.header, tims::type::kListeners, listeners_data());
+      reply(message.header, tims::type::kListeners, audience_->told());
       return {};
     case tims::type::kNotAvailable:
-      drop_listener(message.header.src);
+      audience_->drop(message.header.src);
       return {};
     default:
       return Module::module_command(message);
   }
 }
 
-Result<void> DataModuleBase::get_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Audience::get_data(const tims::MessageView& message) {
   const auto request = decode<GetDataRequest>(message);
   if (!request) return request.error();
-  if (!is_on()) return refused("no data while it is off");
+  if (!module_.is_on()) return refused("no data while it is off");
   Result<std::size_t> size = std::size_t{0};
   {
-    const std::lock_guard lock(mutex_);
-    if (history_.size() == 0) return refused("there are no data yet");
+    const std::lock_guard lock(module_.mutex_);
+    if (module_.history_.size() == 0) return refused("there are no data yet");
     if (request->recordingTime.raw() != 0) {
-      size = data_at(request->recordingTime, answer_);
+      size = module_.data_at(request->recordingTime, answer_);
     } else {
-      std::ranges::copy(history_.newest().body, answer_.begin());
-      size = history_.newest().body.size();
+      std::ranges::copy(module_.history_.newest().body, answer_.begin());
+      size = module_.history_.newest().body.size();
     }
   }
   if (!size) return size.error();
-  reply(message.header, tims::type::kData, std::span(answer_).first(*size));
+  module_.reply(message.header, tims::type::kData, std::span(answer_).first(*size));
   return {};
 }
 
 Result<std::size_t> DataModuleBase::data_at(TimeStamp time, std::span<std::byte> to) const {
-  const auto found = history_.nearest(time, 2 * std::chrono::milliseconds(period_ms_));
+  const auto found = history_.nearest(time, 2 * std::chrono::milliseconds(audience_->period_ms_));
   if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
   const auto& body = std::get<DataHistory::Entry>(found).body;
   std::ranges::copy(body, to.begin());
@@ -145,43 +187,45 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
   return refused("there are no data yet");
 }
 
-Result<void> DataModuleBase::get_cont_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Audience::get_cont_data(const tims::MessageView& message) {
   const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
-  if (!is_on()) return refused("no data while it is off");
+  if (!module_.is_on()) return refused("no data while it is off");
   std::uint32_t granted = 0;
   Listeners::Added added{};
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(module_.mutex_);
     const std::uint32_t each = reduction(request->periodTime, period_ms_);
     granted = each * period_ms_;
     added = listeners_.add(message.header, request->dataMbxAdr, each);
   }
   if (auto good = check_added(added, request->dataMbxAdr); !good) return good;
-  reply(message.header, tims::type::kContData, ContDataReply{granted});
+  module_.reply(message.header, tims::type::kContData, ContDataReply{granted});
   return {};
 }
 
-Result<void> DataModuleBase::check_added(Listeners::Added added, tims::Address mailbox) {
+Result<void> DataModuleBase::Audience::check_added(Listeners::Added added, tims::Address mailbox) {
   if (added == Listeners::Added::kFull)
-    return refused("it has " + std::to_string(data_.listeners) + " listeners already, no more fit");
-  if (added == Listeners::Added::kAgain) log().warning("Listener %n is already in list", mailbox);
+    return refused("it has " + std::to_string(module_.data_.listeners) +
+                   " listeners already, no more fit");
+  if (added == Listeners::Added::kAgain)
+    module_.log().warning("Listener %n is already in list", mailbox);
   return {};
 }
 
-Result<void> DataModuleBase::stop_cont_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Audience::stop_cont_data(const tims::MessageView& message) {
   const auto request = decode<StopContDataRequest>(message);
   if (!request) return request.error();
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(module_.mutex_);
     listeners_.remove(request->dataMbxAdr);
   }
-  reply(message.header, tims::type::kOk);
+  module_.reply(message.header, tims::type::kOk);
   return {};
 }
 
-ListenersData DataModuleBase::listeners_data() const {
-  const std::lock_guard lock(mutex_);
+ListenersData DataModuleBase::Audience::told() const {
+  const std::lock_guard lock(module_.mutex_);
   ListenersData data{.periodTime = period_ms_, .dataSets = data_sets_};
   for (const Listener& listener : listeners_.all()) {
     if (data.listeners.size() == decltype(data.listeners)::kMax) break;
@@ -192,11 +236,11 @@ ListenersData DataModuleBase::listeners_data() const {
   return data;
 }
 
-Result<void> DataModuleBase::get_next_data(const tims::MessageView& message) {
-  if (!is_on()) return refused("no data while it is off");
+Result<void> DataModuleBase::Audience::get_next_data(const tims::MessageView& message) {
+  if (!module_.is_on()) return refused("no data while it is off");
   Listeners::Added added{};
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(module_.mutex_);
     added = listeners_.add_once(message.header);
   }
   if (added == Listeners::Added::kFull) return check_added(added, message.header.src);

@@ -2,24 +2,34 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <random>
 
 #include <poll.h>
 #include <sys/signalfd.h>
 
 #include "components/runtime/crash.h"
+#include "components/runtime/logic/arguments.h"
+#include "components/runtime/logic/life_cycle.h"
+#include "components/runtime/real_time_watch.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
+#include "os/environment.h"
+#include "os/file.h"
 #include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
+#include "tims/session.h"
 #include "tims/waiting.h"
 
 namespace rack {
@@ -59,11 +69,78 @@ std::string words_of(const tims::Error& error) {
 
 }  // namespace
 
+// The runtime's side of a module, which those who derive do not see. Two threads share it; what is
+// under the module's mutex_ says so.
+class Module::Life {
+ public:
+  explicit Life(Module& module)
+      : module_(module),
+        info_(module.info_),
+        parameters_(module.parameters_),
+        log_(module.log_),
+        mutex_(module.mutex_),
+        manager_(tims::os::ServiceManager::of_environment()) {}
+
+  Result<void> start(const Arguments& arguments);
+  void wait_for_end();
+  void end();
+  void tell(std::string_view what, std::string_view name, const std::string& value) const;
+  [[nodiscard]] Status status() const;
+
+  tims::Address address_{};
+  std::optional<tims::Session> session_;
+  std::optional<tims::Mailbox> command_mailbox_;
+  std::deque<tims::Mailbox> mailboxes_;
+  std::uint32_t last_local_ = 0;
+  tims::Time next_period_{};
+  std::atomic<bool> stopping_ = false;
+  tims::os::File stop_;  // eventfd
+
+ private:
+  Result<void> connect(const std::string& router);
+  Result<void> start_tasks(std::optional<tims::Address> held_off_by);
+
+  void command_task();
+  void on_command(const tims::MessageView& message);
+  void set_parameters(const tims::MessageView& message);
+  void turn_on(const tims::Header& request);
+  void turn_off(const tims::Header& request);
+  void refuse(const tims::Header& request, std::string_view why);
+  void tell_held(std::optional<tims::Address> by) const;
+  [[nodiscard]] std::string why_not_on() const;
+  [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
+  [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
+  [[nodiscard]] ParameterList parameter_list() const;
+  [[nodiscard]] RuntimeData runtime_data() const;
+
+  void data_task();
+  void take_step(LifeCycle::Step step);
+  void apply(const LifeCycle::Change& change, const tims::Error* why);
+  void say_failed(const char* what, const std::string& why);
+  void tell_status(std::string_view status, const tims::Error* why = nullptr);
+  Result<void> watched_loop();
+
+  Module& module_;
+  const ModuleInfo& info_;
+  Parameters& parameters_;
+  TextLog& log_;
+  PriorityMutex& mutex_;
+  tims::os::ServiceManager manager_;
+
+  std::optional<LifeCycle> cycle_;         // under mutex_
+  std::condition_variable_any commanded_;  // with mutex_
+  std::atomic<TimeStamp> state_since_ = TimeStamp(0);
+  RealTimeWatch watch_;      // of the data task
+  std::string said_failed_;  // why it failed, as last said; data task
+  std::optional<Thread> command_thread_;
+  std::optional<Thread> data_thread_;
+};
+
 Module::Module(const ModuleInfo& info)
     : info_(info),
       parameters_(info.program, info.parameters),
       log_(gdos::Level::kWarning),
-      manager_(tims::os::ServiceManager::of_environment()) {}
+      life_(std::make_unique<Life>(*this)) {}
 
 Module::~Module() = default;
 
@@ -86,17 +163,20 @@ int Module::run(std::span<const char* const> arguments) {
     std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
-  const auto started = start(*parsed);
+  const auto started = life_->start(*parsed);
   if (started) {
-    if (session_) wait_for_end();
-    end();
+    if (life_->session_) life_->wait_for_end();
+    life_->end();
     return static_cast<int>(ExitCode::kGood);
   }
-  end();
+  life_->end();
   return fail(info_.program, started.error(), ExitCode::kFailed);
 }
 
-Result<void> Module::start(const Arguments& arguments) {
+Result<void> Module::Life::start(const Arguments& arguments) {
+  if (info_.own_class != nullptr) {
+    if (auto added = add_class(*info_.own_class); !added) return added;
+  }
   // Before any thread is there, so that all of them leave these signals to the main thread.
   const sigset_t signals = end_signals();
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
@@ -107,9 +187,9 @@ Result<void> Module::start(const Arguments& arguments) {
 
   if (auto connected = connect(arguments.router); !connected) return connected;
   if (!session_) return {};  // told to end before there was a router
-  if (auto fit = parameters_.set_widths(address_widths()); !fit) return fit;
-  address_ =
-      address_of(info_.class_id, parameters_.integer("system"), parameters_.integer("instance"));
+  if (auto fit = parameters_.set_widths(module_.address_widths()); !fit) return fit;
+  address_ = module_.address_of(info_.class_id, parameters_.integer("system"),
+                                parameters_.integer("instance"));
   auto mailbox =
       session_->open({.address = address_,
                       .slots = info_.command_slots,
@@ -118,14 +198,14 @@ Result<void> Module::start(const Arguments& arguments) {
   if (!mailbox) return mailbox.error();
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
-  if (auto ready = module_init(); !ready) return ready;
+  if (auto ready = module_.module_init(); !ready) return ready;
   if (auto tasks = start_tasks(arguments.held_off_by); !tasks) return tasks;
   manager_.tell("READY=1\nX_TIMS_ADDRESS=" + address_.to_hex());
   return {};
 }
 
 // Until there is a router, or somebody wants an end.
-Result<void> Module::connect(const std::string& router) {
+Result<void> Module::Life::connect(const std::string& router) {
   auto said = std::make_shared<std::atomic<bool>>(false);
   const auto say_once = [said, program = parameters_.program()](const tims::SessionEvent& event) {
     const bool waiting = event.kind == tims::SessionEvent::Kind::kWaiting;
@@ -153,7 +233,7 @@ Result<void> Module::connect(const std::string& router) {
   return {};
 }
 
-Result<void> Module::start_tasks(std::optional<tims::Address> held_off_by) {
+Result<void> Module::Life::start_tasks(std::optional<tims::Address> held_off_by) {
   const std::int32_t retry = parameters_.integer("errorTimeout");
   std::optional<tims::Duration> error_retry;
   if (retry >= 0) error_retry = std::chrono::milliseconds(retry);
@@ -171,7 +251,7 @@ Result<void> Module::start_tasks(std::optional<tims::Address> held_off_by) {
     if (const auto locked = lock_memory(); !locked) log_.warning("%s", locked.error().detail());
   }
   const auto start_task = [&](std::optional<Thread>& thread, const char* letter, int priority,
-                              void (Module::*task)()) -> Result<void> {
+                              void (Life::*task)()) -> Result<void> {
     ThreadSettings settings{.name = parameters_.program().substr(0, 14) + letter,
                             .priority = priority,
                             .cpu = parameters_.integer("cpu")};
@@ -182,12 +262,12 @@ Result<void> Module::start_tasks(std::optional<tims::Address> held_off_by) {
     settings.priority = 0;
     return thread->start(settings, body);
   };
-  if (auto good = start_task(command_thread_, "C", command_priority, &Module::command_task); !good)
+  if (auto good = start_task(command_thread_, "C", command_priority, &Life::command_task); !good)
     return good;
-  return start_task(data_thread_, "D", data_priority, &Module::data_task);
+  return start_task(data_thread_, "D", data_priority, &Life::data_task);
 }
 
-void Module::wait_for_end() {
+void Module::Life::wait_for_end() {
   const sigset_t signals = end_signals();
   const tims::os::File signal(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
   std::array<pollfd, 3> wait{
@@ -204,10 +284,10 @@ void Module::wait_for_end() {
 }
 
 void Module::stop() {
-  if (stop_) tims::os::signal_event_fd(stop_.get());
+  if (life_->stop_) tims::os::signal_event_fd(life_->stop_.get());
 }
 
-void Module::end() {
+void Module::Life::end() {
   {
     const std::lock_guard lock(mutex_);
     stopping_.store(true, std::memory_order_relaxed);
@@ -218,7 +298,7 @@ void Module::end() {
   command_thread_.reset();
   data_thread_.reset();
   if (!command_mailbox_) return;
-  module_cleanup();
+  module_.module_cleanup();
   log_.print("Terminated");
   log_.pass_on(tims::os::now(), *command_mailbox_);
 }
@@ -245,14 +325,22 @@ void Module::set_parameter(std::string_view name, std::int32_t value) {
   (void)parameters_.set(name, std::to_string(value));
 }
 
-bool Module::is_on() const { return status() == Status::kEnabled; }
+tims::Address Module::address() const { return life_->address_; }
+
+tims::Mailbox& Module::command_mailbox() { return *life_->command_mailbox_; }
+
+tims::AddressWidths Module::address_widths() const { return life_->session_->address_widths(); }
+
+bool Module::is_stopping() const { return life_->stopping_.load(std::memory_order_relaxed); }
+
+bool Module::is_on() const { return life_->status() == Status::kEnabled; }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
                                  std::int32_t instance) const {
   return tims::Address::of({.system = static_cast<std::uint32_t>(system),
                             .class_id = class_id,
                             .instance = static_cast<std::uint32_t>(instance)},
-                           session_->address_widths());
+                           life_->session_->address_widths());
 }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) const {
@@ -261,60 +349,61 @@ tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) 
 }
 
 tims::Address Module::component_of(tims::Address mailbox) const {
-  auto fields = mailbox.fields(session_->address_widths());
+  auto fields = mailbox.fields(life_->session_->address_widths());
   fields.local = 0;
-  return tims::Address::of(fields, session_->address_widths());
+  return tims::Address::of(fields, life_->session_->address_widths());
 }
 
 Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
-  if (last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
+  if (life_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
     return refused("addresses here have no room for more mailboxes of a component");
-  auto fields = address_.fields(session_->address_widths());
-  fields.local = ++last_local_;
-  auto mailbox =
-      session_->open({.address = tims::Address::of(fields, session_->address_widths()),
-                      .slots = slots,
-                      .body_max = std::max<std::uint32_t>(body_max, kReasonMax),
-                      .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
+  auto fields = life_->address_.fields(life_->session_->address_widths());
+  fields.local = ++life_->last_local_;
+  auto mailbox = life_->session_->open(
+      {.address = tims::Address::of(fields, life_->session_->address_widths()),
+       .slots = slots,
+       .body_max = std::max<std::uint32_t>(body_max, kReasonMax),
+       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
-  return &mailboxes_.emplace_back(std::move(*mailbox));
+  return &life_->mailboxes_.emplace_back(std::move(*mailbox));
 }
 
 bool Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
-  return command_mailbox_->reply(request, type, body).ok();
+  return life_->command_mailbox_->reply(request, type, body).ok();
 }
 
 tims::Time Module::sleep_until_next(tims::Duration period) {
   const tims::Time now = tims::os::now();
-  if (next_period_ == tims::Time{}) next_period_ = now;
-  next_period_ += period;
-  if (next_period_ < now) next_period_ += (now - next_period_) / period * period + period;
-  const timespec until = tims::os::to_timespec(next_period_);
+  if (life_->next_period_ == tims::Time{}) life_->next_period_ = now;
+  life_->next_period_ += period;
+  if (life_->next_period_ < now)
+    life_->next_period_ += (now - life_->next_period_) / period * period + period;
+  const timespec until = tims::os::to_timespec(life_->next_period_);
   const tims::Waiting waiting;
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
-  return next_period_;
+  return life_->next_period_;
 }
 
 Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) {
-  return session_->open(options);
+  return life_->session_->open(options);
 }
 
 // --- the command task
 
-void Module::command_task() {
-  while (!is_stopping()) {
+void Module::Life::command_task() {
+  while (!module_.is_stopping()) {
     const auto message = command_mailbox_->peek_for(kCommandWait);
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {
       log_.error("Error, no commands: %s", message.error().message());
-      return stop();
+      return module_.stop();
     }
   }
 }
 
-void Module::on_command(const tims::MessageView& message) {
+void Module::Life::on_command(const tims::MessageView& message) {
   const tims::Header& header = message.header;
   switch (header.type) {
     case tims::type::kOn:
@@ -322,28 +411,28 @@ void Module::on_command(const tims::MessageView& message) {
     case tims::type::kOff:
       return turn_off(header);
     case tims::type::kGetStatus:
-      reply(header, static_cast<std::int8_t>(status()));
+      module_.reply(header, static_cast<std::int8_t>(status()));
       return;
     case tims::type::kGetParam:
-      return reply(header, tims::type::kParam, parameter_list());
+      return module_.reply(header, tims::type::kParam, parameter_list());
     case tims::type::kGetParamEffects:
-      return reply(header, tims::type::kParamEffects, parameters_.effects());
+      return module_.reply(header, tims::type::kParamEffects, parameters_.effects());
     case tims::type::kGetRuntime:
-      return reply(header, tims::type::kRuntime, runtime_data());
+      return module_.reply(header, tims::type::kRuntime, runtime_data());
     case tims::type::kSetParam:
       return set_parameters(message);
     default:
       break;
   }
-  const auto done = module_command(message);
+  const auto done = module_.module_command(message);
   if (done || header.type <= 0) return;
   // Who looks at a component that is off, as windows do, disturbs nobody.
-  log_.write(is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
+  log_.write(module_.is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
              {name_of_command(header), header.src, words_of(done.error())});
   refuse(header, words_of(done.error()));
 }
 
-void Module::turn_on(const tims::Header& request) {
+void Module::Life::turn_on(const tims::Header& request) {
   std::optional<std::int8_t> answer;
   std::string why;
   bool was_held = false;
@@ -358,10 +447,10 @@ void Module::turn_on(const tims::Header& request) {
   commanded_.notify_all();
   if (was_held && !is_held) tell_held(std::nullopt);
   if (answer == tims::type::kError) return refuse(request, why);
-  if (answer) reply(request, *answer);
+  if (answer) module_.reply(request, *answer);
 }
 
-void Module::turn_off(const tims::Header& request) {
+void Module::Life::turn_off(const tims::Header& request) {
   const LifeCycle::By by = commanded_by(request.src);
   std::optional<tims::Header> unanswered;
   {
@@ -370,58 +459,60 @@ void Module::turn_off(const tims::Header& request) {
   }
   commanded_.notify_all();
   if (by == LifeCycle::By::kHand) tell_held(request.src);  // before anybody knows that it is off
-  reply(request, tims::type::kOk);
+  module_.reply(request, tims::type::kOk);
   if (unanswered)
-    refuse(*unanswered, request.src.to_string(address_widths()) + " has turned it off meanwhile");
+    refuse(*unanswered,
+           request.src.to_string(module_.address_widths()) + " has turned it off meanwhile");
 }
 
 // With ERROR, and in words when there is room for them.
-void Module::refuse(const tims::Header& request, std::string_view why) {
+void Module::Life::refuse(const tims::Header& request, std::string_view why) {
   const bool has_room = (request.flags & tims::flag::kTellWhy) != 0 ||
                         (request.type == tims::type::kOn &&
                          request.length >= tims::kHeaderSize + wire_size<OnRequest>());
   const auto words = std::as_bytes(std::span(why.substr(0, kReasonMax)));
-  if (has_room && reply(request, tims::type::kError, words)) return;
-  reply(request, tims::type::kError);
+  if (has_room && module_.reply(request, tims::type::kError, words)) return;
+  module_.reply(request, tims::type::kError);
 }
 
 // Whoever starts this program again after a crash leaves it off.
-void Module::tell_held(std::optional<tims::Address> by) const {
-  tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
+void Module::Life::tell_held(std::optional<tims::Address> by) const {
+  module_.tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
 }
 
-std::string Module::why_not_on() const {
+std::string Module::Life::why_not_on() const {
   const auto by = cycle_->held_off_by();
   if (!by) return "it is being turned on already";
-  return by->to_string(address_widths()) + " has turned it off, until it is turned on by hand";
+  return by->to_string(module_.address_widths()) +
+         " has turned it off, until it is turned on by hand";
 }
 
 // Classes of components begin at Test.
-LifeCycle::By Module::commanded_by(tims::Address program) const {
-  return program.fields(address_widths()).class_id < tims::class_id::kTest
+LifeCycle::By Module::Life::commanded_by(tims::Address program) const {
+  return program.fields(module_.address_widths()).class_id < tims::class_id::kTest
              ? LifeCycle::By::kHand
              : LifeCycle::By::kComponent;
 }
 
-std::string Module::name_of_command(const tims::Header& header) const {
+std::string Module::Life::name_of_command(const tims::Header& header) const {
   const MessageInfo* info = find_message(info_.class_id, header.type);
   return info != nullptr ? std::string(info->name) : "Command " + std::to_string(header.type);
 }
 
 Result<void> Module::module_command(const tims::MessageView&) { return refused("not known here"); }
 
-Status Module::status() const {
+Status Module::Life::status() const {
   const std::lock_guard lock(mutex_);
   return cycle_->status();
 }
 
-ParameterList Module::parameter_list() const {
+ParameterList Module::Life::parameter_list() const {
   const std::lock_guard lock(mutex_);
   return parameters_.list();
 }
 
 // Takes no lock that the data task wants: to ask whether it is disturbed does not disturb it.
-RuntimeData Module::runtime_data() const {
+RuntimeData Module::Life::runtime_data() const {
   RuntimeData data;
   data.since = state_since_.load();
   watch_.describe(data);
@@ -429,7 +520,7 @@ RuntimeData Module::runtime_data() const {
 }
 
 // Takes what is good of a list, and says what is not.
-void Module::set_parameters(const tims::MessageView& message) {
+void Module::Life::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
     log_.error("Parameters from %n: %s", message.header.src, list.error().message());
@@ -451,25 +542,26 @@ void Module::set_parameters(const tims::MessageView& message) {
     if (why.empty()) why = set.error().detail();
   }
   if (!why.empty()) return refuse(message.header, why);
-  reply(message.header, tims::type::kOk);
+  module_.reply(message.header, tims::type::kOk);
 }
 
 // Whoever starts this program again after a crash starts it with what was set meanwhile.
-void Module::tell(std::string_view what, std::string_view name, const std::string& value) const {
+void Module::Life::tell(std::string_view what, std::string_view name,
+                        const std::string& value) const {
   if (value.find('\n') != std::string::npos) return;  // each line of what is told has a name
   manager_.tell(std::string(what).append(name) + "=" + value);
 }
 
 void Module::tell_state(std::string_view name, const std::string& value) const {
-  tell("X_TIMS_STATE=", name, value);
+  life_->tell("X_TIMS_STATE=", name, value);
 }
 
 // --- the data task
 
-void Module::data_task() {
+void Module::Life::data_task() {
   if (is_watched(parameters_.integer("dataTaskPrio"))) watch_.start(log_);
   std::unique_lock lock(mutex_);
-  while (!is_stopping()) {
+  while (!module_.is_stopping()) {
     const LifeCycle::Step step = cycle_->next(tims::os::now());
     if (step == LifeCycle::Step::kWait) {
       const tims::Time until = cycle_->wait_until();
@@ -490,17 +582,17 @@ void Module::data_task() {
   watch_.stop();
 }
 
-Result<void> Module::watched_loop() {
+Result<void> Module::Life::watched_loop() {
   const RealTimeWatch::Section section(watch_);
-  return module_loop();
+  return module_.module_loop();
 }
 
-void Module::take_step(LifeCycle::Step step) {
+void Module::Life::take_step(LifeCycle::Step step) {
   LifeCycle::Change change;
   Result<void> result;
   if (step == LifeCycle::Step::kTurnOn) {
     next_period_ = {};
-    result = module_on();
+    result = module_.module_on();
     const std::lock_guard lock(mutex_);
     change = cycle_->turned_on(tims::os::now(), result.ok());
   } else if (step == LifeCycle::Step::kLoop) {
@@ -515,7 +607,7 @@ void Module::take_step(LifeCycle::Step step) {
   apply(change, result ? nullptr : &result.error());
 }
 
-void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
+void Module::Life::apply(const LifeCycle::Change& change, const tims::Error* why) {
   using Kind = LifeCycle::Change::Kind;
   // The graphical interface of the original knows these words.
   switch (change.kind) {
@@ -527,8 +619,8 @@ void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
       tell_status("on");
       break;
     case Kind::kOff:
-      turned_off();
-      module_off();
+      module_.turned_off();
+      module_.module_off();
       said_failed_.clear();
       log_.print("Module off");
       tell_status("off");
@@ -536,34 +628,34 @@ void Module::apply(const LifeCycle::Change& change, const tims::Error* why) {
     case Kind::kCannotTurnOn:
       say_failed("Error, can't turn on module", why->message());
       tell_status("error", why);
-      turned_off();
-      module_off();
+      module_.turned_off();
+      module_.module_off();
       break;
     case Kind::kError:
       say_failed("Error", why->message());
       tell_status("error", why);
-      turned_off();
-      module_off();
+      module_.turned_off();
+      module_.module_off();
       break;
   }
   if (!change.request) return;
   if (change.answer != tims::type::kError) {
-    reply(*change.request, change.answer);
+    module_.reply(*change.request, change.answer);
   } else {
     refuse(*change.request, why != nullptr ? words_of(*why) : std::string());
   }
 }
 
-// Once, however often it is tried again in vain for the same reason. The graphical interface of the
-// original looks for the short text, which is of the level of all that it knows.
-void Module::say_failed(const char* what, const std::string& why) {
+// Once, however often it is tried again in vain for the same reason. The graphical interface of
+// the original looks for the short text, which is of the level of all that it knows.
+void Module::Life::say_failed(const char* what, const std::string& why) {
   const bool again = why == said_failed_;
   said_failed_ = why;
   log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "%s", {why});
   if (!again) log_.print(what);
 }
 
-void Module::tell_status(std::string_view status, const tims::Error* why) {
+void Module::Life::tell_status(std::string_view status, const tims::Error* why) {
   if (!manager_.listens()) return;
   std::string text = "STATUS=" + std::string(status);
   if (why != nullptr) text += ": " + why->message();

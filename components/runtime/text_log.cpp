@@ -1,69 +1,27 @@
 #include "rack/text_log.h"
 
+#include <array>
 #include <cstdio>
+#include <mutex>
+#include <utility>
 
+#include "components/runtime/logic/text_limiter.h"
+#include "os/file.h"
 #include "os/wakeup.h"
+#include "rack/priority_mutex.h"
 
 namespace rack {
 
-TextLog::TextLog(gdos::Level threshold) : threshold_(threshold) {
-  // Without it texts are passed on a little later.
-  if (auto doorbell = tims::os::make_event_fd()) doorbell_ = std::move(*doorbell);
-}
+namespace {
 
-void TextLog::write(gdos::Level level, std::string_view format,
-                    std::initializer_list<gdos::Argument> arguments) {
-  if (level < threshold_.load(std::memory_order_relaxed)) return;
-  {
-    const std::lock_guard lock(mutex_);
-    if (count_ == kRing) {
-      ++lost_;
-      return;
-    }
-    Text& text = ring_[(first_ + count_) % kRing];
-    text.level = level;
-    text.size = static_cast<std::uint16_t>(
-        gdos::encode(text.body, format, std::span(arguments.begin(), arguments.size())));
-    ++count_;
-  }
-  if (doorbell_) tims::os::signal_event_fd(doorbell_.get());
-}
+struct Text {
+  gdos::Level level{};
+  std::uint16_t size = 0;
+  gdos::Body body{};
+};
+constexpr std::size_t kRing = 64;
 
-void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
-  if (doorbell_) tims::os::drain_event_fd(doorbell_.get());
-  Text text;
-  while (take(text)) {
-    if (!limiter_.take(now)) continue;
-    if (const std::uint32_t kept_back = limiter_.take_suppressed())
-      say_suppressed(mailbox, kept_back);
-    pass_on(text, mailbox);
-  }
-  std::uint32_t lost = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    lost = std::exchange(lost_, 0);
-  }
-  if (lost > 0) say_suppressed(mailbox, lost);
-}
-
-bool TextLog::take(Text& text) {
-  const std::lock_guard lock(mutex_);
-  if (count_ == 0) return false;
-  text = ring_[first_];
-  first_ = (first_ + 1) % kRing;
-  --count_;
-  return true;
-}
-
-void TextLog::say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
-  Text text{.level = gdos::Level::kWarning};
-  const gdos::Argument argument(count);
-  text.size = static_cast<std::uint16_t>(
-      gdos::encode(text.body, "%d texts suppressed: too many at once", {&argument, 1}));
-  pass_on(text, mailbox);
-}
-
-void TextLog::pass_on(const Text& text, tims::Mailbox& mailbox) {
+void pass_on_one(const Text& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
   // Texts are the least important of all, and nobody may be there to read them.
   (void)mailbox.send(
@@ -73,6 +31,79 @@ void TextLog::pass_on(const Text& text, tims::Mailbox& mailbox) {
   std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string(widths).c_str(),
                std::string(gdos::name(text.level)).c_str(),
                (words ? *words : words.error().detail()).c_str());
+}
+
+void say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
+  Text text{.level = gdos::Level::kWarning};
+  const gdos::Argument argument(count);
+  text.size = static_cast<std::uint16_t>(
+      gdos::encode(text.body, "%d texts suppressed: too many at once", {&argument, 1}));
+  pass_on_one(text, mailbox);
+}
+
+}  // namespace
+
+struct TextLog::Ring {
+  bool take(Text& text) {
+    const std::lock_guard lock(mutex);
+    if (count == 0) return false;
+    text = texts[first];
+    first = (first + 1) % kRing;
+    --count;
+    return true;
+  }
+
+  tims::os::File doorbell;
+  TextLimiter limiter;  // the main thread
+  PriorityMutex mutex;  // of what follows
+  std::array<Text, kRing> texts;
+  std::size_t first = 0;
+  std::size_t count = 0;
+  std::uint32_t lost = 0;  // the ring was full
+};
+
+TextLog::TextLog(gdos::Level threshold) : threshold_(threshold), ring_(std::make_unique<Ring>()) {
+  // Without it texts are passed on a little later.
+  if (auto doorbell = tims::os::make_event_fd()) ring_->doorbell = std::move(*doorbell);
+}
+
+TextLog::~TextLog() = default;
+
+int TextLog::descriptor() const { return ring_->doorbell.get(); }
+
+void TextLog::write(gdos::Level level, std::string_view format,
+                    std::initializer_list<gdos::Argument> arguments) {
+  if (level < threshold_.load(std::memory_order_relaxed)) return;
+  {
+    const std::lock_guard lock(ring_->mutex);
+    if (ring_->count == kRing) {
+      ++ring_->lost;
+      return;
+    }
+    Text& text = ring_->texts[(ring_->first + ring_->count) % kRing];
+    text.level = level;
+    text.size = static_cast<std::uint16_t>(
+        gdos::encode(text.body, format, std::span(arguments.begin(), arguments.size())));
+    ++ring_->count;
+  }
+  if (ring_->doorbell) tims::os::signal_event_fd(ring_->doorbell.get());
+}
+
+void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
+  if (ring_->doorbell) tims::os::drain_event_fd(ring_->doorbell.get());
+  Text text;
+  while (ring_->take(text)) {
+    if (!ring_->limiter.take(now)) continue;
+    if (const std::uint32_t kept_back = ring_->limiter.take_suppressed())
+      say_suppressed(mailbox, kept_back);
+    pass_on_one(text, mailbox);
+  }
+  std::uint32_t lost = 0;
+  {
+    const std::lock_guard lock(ring_->mutex);
+    lost = std::exchange(ring_->lost, 0);
+  }
+  if (lost > 0) say_suppressed(mailbox, lost);
 }
 
 }  // namespace rack

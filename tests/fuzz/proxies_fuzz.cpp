@@ -8,14 +8,14 @@
 
 namespace {
 
-using rack::BodyInfo;
+using rack::Schema;
 using tims::fuzz::require;
 
 std::endian other(std::endian order) {
   return order == std::endian::little ? std::endian::big : std::endian::little;
 }
 
-void check(const BodyInfo& body, std::span<const std::byte> bytes, std::endian order) {
+void check(const Schema& body, std::span<const std::byte> bytes, std::endian order) {
   const auto there = body.recode(bytes, order, other(order));
   const auto json = body.json(bytes, order, {});
   require(there.ok() == json.ok());
@@ -23,7 +23,7 @@ void check(const BodyInfo& body, std::span<const std::byte> bytes, std::endian o
     require(!there.error().detail().empty());
     return;
   }
-  require(there->size() <= body.body_max);
+  require(there->size() <= body.size_max);
   const auto back = body.recode(*there, other(order), order);
   require(back.ok() && back->size() == there->size());
   const auto again = body.recode(*back, order, other(order));

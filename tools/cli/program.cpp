@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "proxies/message_files.h"
 #include "tims/session.h"
 
 #ifndef TIMS_VERSION
@@ -57,6 +58,7 @@ Exit run(const Command& command, Output& out, const Signals& signals) {
 Exit run(Arguments arguments, const ParseCommandLine& parse) {
   const Signals signals;  // before any thread
   Output out(for_errors(arguments), true);
+  const auto problems = rack::load_message_files();
   try {
     const auto parsed = parse(arguments);
     if (const auto* text = std::get_if<Text>(&parsed)) {
@@ -65,6 +67,7 @@ Exit run(Arguments arguments, const ParseCommandLine& parse) {
     }
     const auto& command = std::get<Command>(parsed);
     out = Output(command.options, no_color());
+    for (const std::string& problem : problems) out.note(problem);
     return run(command, out, signals);
   } catch (const Failure& failure) {
     out.failure(failure);

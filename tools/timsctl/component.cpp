@@ -213,7 +213,7 @@ Exit param_set(Context& context) {
 }
 
 void show_data(Context& context, tims::Address component, const Message& newest,
-               const rack::BodyInfo& body, const FieldStyle& style) {
+               const rack::Schema& body, const FieldStyle& style) {
   const Format format = context.out.look().format;
   if (format == Format::kTable || format == Format::kWide) {
     const rack::PrintStyle print{

@@ -146,7 +146,7 @@ rack::PrintStyle print_style(const FieldStyle& style) {
           .widths = style.widths};
 }
 
-const rack::BodyInfo* body_of(const Message& message, const tims::AddressWidths& widths) {
+const rack::Schema* body_of(const Message& message, const tims::AddressWidths& widths) {
   const rack::MessageInfo* info = rack::find_message(message.header, widths);
   return info == nullptr ? nullptr : info->body;
 }
@@ -262,7 +262,7 @@ std::string nearest_hint(std::string_view name, const std::vector<std::string>& 
   return near ? fmt::format("did you mean {}?", *near) : otherwise;
 }
 
-std::vector<std::string> names_of(const rack::BodyInfo& body) {
+std::vector<std::string> names_of(const rack::Schema& body) {
   std::vector<std::string> names;
   for (const rack::Column& column : body.columns()) names.push_back(column.name);
   return names;
@@ -339,7 +339,7 @@ std::string describe(const Message& message, base::WallTime time, const FieldSty
   return style.fields ? head + "\n" + indented(*text) : head + " " + *text + "\n";
 }
 
-json::object units_json(const rack::BodyInfo& body, bool si) {
+json::object units_json(const rack::Schema& body, bool si) {
   json::object units;
   for (const rack::Column& column : body.columns()) {
     const std::string_view unit = si ? column.si_unit : column.unit;
@@ -350,7 +350,7 @@ json::object units_json(const rack::BodyInfo& body, bool si) {
 
 json::object described_json(const Message& message, base::WallTime time, const FieldStyle& style) {
   json::object out = message_json(message, time, style.widths);
-  const rack::BodyInfo* body = body_of(message, style.widths);
+  const rack::Schema* body = body_of(message, style.widths);
   if (body == nullptr) return out;
   out["body"] = body->name;
   const auto text = body->json(message.body, message.header.body_order(), print_style(style));
@@ -404,7 +404,7 @@ FieldFilter::FieldFilter(std::string_view text) {
   }
 }
 
-void FieldFilter::check(const rack::BodyInfo& body) const {
+void FieldFilter::check(const rack::Schema& body) const {
   const json::object any = message_json({}, {}, {});
   std::vector<std::string> names = names_of(body);
   for (const Condition& condition : conditions_) {

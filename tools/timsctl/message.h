@@ -65,7 +65,7 @@ std::string describe(const Message& message, base::WallTime time, const FieldSty
 // "data" when the bytes are not that struct.
 json::object described_json(const Message& message, base::WallTime time, const FieldStyle& style);
 // {"vx": "mm/s", "points[].angle": "rad"}: those that have one.
-json::object units_json(const rack::BodyInfo& body, bool si);
+json::object units_json(const rack::Schema& body, bool si);
 
 // One line of CSV for a message: fields of inner structs one by one, a sequence as JSON in one
 // cell. With the line of names before it when they are others than those of the message before.
@@ -85,7 +85,7 @@ class FieldFilter {
   explicit FieldFilter(std::string_view text);
 
   // Throws Failure when a name is neither a field of the body nor one of every message.
-  void check(const rack::BodyInfo& body) const;
+  void check(const rack::Schema& body) const;
   [[nodiscard]] bool passes(const json::object& described) const;
   [[nodiscard]] bool empty() const { return conditions_.empty(); }
 

@@ -236,7 +236,7 @@ TEST(MessageFields, FiltersAreRefusedWithWhatIsMeant) {
   EXPECT_THAT(refusal([] { FieldFilter("vx"); }), HasSubstr("\"vx\" is no condition"));
   EXPECT_THAT(refusal([] { FieldFilter("vx=<1"); }), HasSubstr("is no condition"));
   EXPECT_THAT(refusal([] { FieldFilter(">1"); }), HasSubstr("is no condition"));
-  const rack::BodyInfo& data = *rack::find_message(kChassis, "data")->body;
+  const rack::Schema& data = *rack::find_message(kChassis, "data")->body;
   EXPECT_EQ(refusal([&] { FieldFilter("vx>1,priority>3,src=Chassis/0/0").check(data); }),
             "accepted");
   EXPECT_EQ(refusal([&] { FieldFilter("omga>1").check(data); }),

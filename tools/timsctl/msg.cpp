@@ -623,7 +623,7 @@ json::object message_item(const rack::MessageInfo& message) {
                     {"body_max_bytes", 0}};
   if (message.body == nullptr) return item;
   item["body"] = message.body->name;
-  item["body_max_bytes"] = message.body->body_max;
+  item["body_max_bytes"] = message.body->size_max;
   return item;
 }
 

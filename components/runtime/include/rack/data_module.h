@@ -14,7 +14,6 @@
 #include <variant>
 #include <vector>
 
-#include "components/runtime/logic/listeners.h"
 #include "rack/data_history.h"
 #include "rack/module.h"
 
@@ -32,6 +31,7 @@ struct DataInfo {
 class DataModuleBase : public Module {
  public:
   DataModuleBase(const ModuleInfo& info, const DataInfo& data);
+  ~DataModuleBase() override;
 
  protected:
   Result<void> module_command(const tims::MessageView& message) override;
@@ -54,23 +54,11 @@ class DataModuleBase : public Module {
  private:
   void turned_off() override;
 
-  Result<void> get_data(const tims::MessageView& message);
-  Result<void> get_cont_data(const tims::MessageView& message);
-  Result<void> stop_cont_data(const tims::MessageView& message);
-  Result<void> get_next_data(const tims::MessageView& message);
-  Result<void> check_added(Listeners::Added added, tims::Address mailbox);
-  void drop_listener(tims::Address mailbox);
-  [[nodiscard]] ListenersData listeners_data() const;
+  class Audience;  // who gets the data
 
   const DataInfo data_;
-  // Under mutex_, but for the workspace, which is the data task's.
-  DataHistory history_;
-  Listeners listeners_;
-  std::uint32_t period_ms_ = 1000;
-  std::int64_t data_sets_ = 0;
-
-  std::vector<Listener> due_;      // data task
-  std::vector<std::byte> answer_;  // command task
+  DataHistory history_;  // under mutex_, but for the workspace, which is the data task's
+  std::unique_ptr<Audience> audience_;
 };
 
 template <Struct Data>

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "os/clock.h"
+#include "rack/clock.h"
 #include "rack/proxies/proxy.h"
 
 namespace rack {
@@ -54,9 +54,9 @@ class Input {
 
   // Waits. kTimeout: the producer is silent; kAnsweredError: it went off or failed.
   Result<void> next(Data& data, tims::Duration timeout) {
-    const tims::Time end = tims::os::now() + timeout;
+    const tims::Time end = now() + timeout;
     for (;;) {
-      const auto left = std::max(end - tims::os::now(), tims::Duration(0));
+      const auto left = std::max(end - now(), tims::Duration(0));
       const auto message = stream_->peek_for(left);
       if (!message) return named(message.error(), timeout);
       auto good = proxy_->decode_stream(*message, data);

@@ -19,26 +19,20 @@
 // whoever derives; the runtime's own state is.
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
-#include <mutex>
-#include <optional>
+#include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-#include "components/runtime/logic/arguments.h"
-#include "components/runtime/logic/life_cycle.h"
-#include "components/runtime/real_time_watch.h"
-#include "components/runtime/thread.h"
-#include "os/environment.h"
-#include "os/file.h"
 #include "rack/codec/codec.h"
 #include "rack/parameters.h"
 #include "rack/priority_mutex.h"
+#include "rack/proxies/catalogue.h"
 #include "rack/text_log.h"
-#include "tims/session.h"
+#include "tims/mailbox.h"
+#include "tims/time.h"
 
 namespace rack {
 
@@ -50,6 +44,7 @@ struct ModuleInfo {
   std::span<const ParameterInfo> parameters{};  // its own, and common ones with another default
   std::uint32_t command_slots = 16;
   std::uint32_t command_body_max = 8192;  // takes 47 parameters at once
+  const ClassInfo* own_class = nullptr;   // of a class that is none of RACK's: its messages
 };
 
 // Of run(): what a program ends with.
@@ -69,7 +64,7 @@ class Module {
   int run(std::span<const char* const> arguments);
   void stop();  // from any thread
 
-  [[nodiscard]] tims::Address address() const { return address_; }
+  [[nodiscard]] tims::Address address() const;
   [[nodiscard]] const Parameters& parameters() const { return parameters_; }
 
  protected:
@@ -104,13 +99,13 @@ class Module {
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
   // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
-  [[nodiscard]] tims::Mailbox& command_mailbox() { return *command_mailbox_; }
+  [[nodiscard]] tims::Mailbox& command_mailbox();
   // Of a component of this fleet, local id 0.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::int32_t system,
                                          std::int32_t instance) const;
   // Of the one that parameters name: "chassis" stands for chassisSys and chassisInst.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
-  [[nodiscard]] tims::AddressWidths address_widths() const { return session_->address_widths(); }
+  [[nodiscard]] tims::AddressWidths address_widths() const;
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
 
@@ -124,7 +119,7 @@ class Module {
   }
 
   [[nodiscard]] bool is_on() const;
-  [[nodiscard]] bool is_stopping() const { return stopping_.load(std::memory_order_relaxed); }
+  [[nodiscard]] bool is_stopping() const;
   // The data task sleeps until the next multiple of `period` since it was turned on; late ones are
   // left out, not made up for. Returns that time.
   tims::Time sleep_until_next(tims::Duration period);
@@ -134,54 +129,12 @@ class Module {
   mutable PriorityMutex mutex_;  // of the runtime's state
 
  private:
-  Result<void> start(const Arguments& arguments);
-  Result<void> connect(const std::string& router);
-  Result<void> start_tasks(std::optional<tims::Address> held_off_by);
-  void wait_for_end();
-  void end();
-
-  void command_task();
-  void on_command(const tims::MessageView& message);
-  void set_parameters(const tims::MessageView& message);
-  void turn_on(const tims::Header& request);
-  void turn_off(const tims::Header& request);
-  void refuse(const tims::Header& request, std::string_view why);
-  void tell_held(std::optional<tims::Address> by) const;
-  void tell(std::string_view what, std::string_view name, const std::string& value) const;
-  [[nodiscard]] std::string why_not_on() const;
-  [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
-  [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
-  [[nodiscard]] Status status() const;
-  [[nodiscard]] ParameterList parameter_list() const;
-  [[nodiscard]] RuntimeData runtime_data() const;
-
-  void data_task();
-  void take_step(LifeCycle::Step step);
-  void apply(const LifeCycle::Change& change, const tims::Error* why);
-  void say_failed(const char* what, const std::string& why);
-  void tell_status(std::string_view status, const tims::Error* why = nullptr);
-  Result<void> watched_loop();
+  class Life;  // its threads and mailboxes, and whom it answers
 
   const ModuleInfo& info_;
-  Parameters parameters_;
+  Parameters parameters_;  // under mutex_
   TextLog log_;
-  tims::os::ServiceManager manager_;
-  tims::Address address_{};
-  std::optional<tims::Session> session_;
-  std::optional<tims::Mailbox> command_mailbox_;
-  std::deque<tims::Mailbox> mailboxes_;
-  std::uint32_t last_local_ = 0;
-
-  std::optional<LifeCycle> cycle_;         // under mutex_
-  std::condition_variable_any commanded_;  // with mutex_
-  std::atomic<TimeStamp> state_since_ = TimeStamp(0);
-  RealTimeWatch watch_;  // of the data task
-  tims::Time next_period_{};
-  std::string said_failed_;  // why it failed, as last said; data task
-  std::atomic<bool> stopping_ = false;
-  tims::os::File stop_;  // eventfd
-  std::optional<Thread> command_thread_;
-  std::optional<Thread> data_thread_;
+  std::unique_ptr<Life> life_;
 };
 
 template <Struct Body>

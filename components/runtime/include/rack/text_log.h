@@ -4,21 +4,21 @@
 // or a socket; the component's main thread passes it on.
 #pragma once
 
-#include <array>
 #include <atomic>
-#include <mutex>
+#include <initializer_list>
+#include <memory>
+#include <string_view>
 
-#include "components/runtime/logic/text_limiter.h"
-#include "os/file.h"
-#include "rack/priority_mutex.h"
 #include "rack/proxies/gdos.h"
 #include "tims/mailbox.h"
+#include "tims/time.h"
 
 namespace rack {
 
 class TextLog {
  public:
   explicit TextLog(gdos::Level threshold);
+  ~TextLog();
 
   // "%d %s %n": conversions as in gdos.h. Any thread; allocates nothing.
   template <typename... Args>
@@ -49,30 +49,15 @@ class TextLog {
   // --- the main thread
 
   // Readable when texts wait.
-  [[nodiscard]] int descriptor() const { return doorbell_.get(); }
+  [[nodiscard]] int descriptor() const;
   // Passes on what waits, with the sink's mailbox as destination, from `mailbox`.
   void pass_on(tims::Time now, tims::Mailbox& mailbox);
 
  private:
-  struct Text {
-    gdos::Level level{};
-    std::uint16_t size = 0;
-    gdos::Body body{};
-  };
-  static constexpr std::size_t kRing = 64;
-
-  bool take(Text& text);
-  void pass_on(const Text& text, tims::Mailbox& mailbox);
-  void say_suppressed(tims::Mailbox& mailbox, std::uint32_t count);
+  struct Ring;
 
   std::atomic<gdos::Level> threshold_;
-  tims::os::File doorbell_;
-  TextLimiter limiter_;
-  PriorityMutex mutex_;  // what follows
-  std::array<Text, kRing> ring_;
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
-  std::uint32_t lost_ = 0;  // the ring was full
+  std::unique_ptr<Ring> ring_;
 };
 
 }  // namespace rack

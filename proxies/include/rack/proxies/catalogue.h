@@ -1,50 +1,55 @@
 // What any message of any class means: names, and bodies for people and programs. For tools that
-// look at messages of which they know nothing but the bytes.
+// look at messages of which they know nothing but the bytes, and for errors that name commands.
+//
+// A class of one's own is a table like ours, beside its structs:
+//
+//   inline constexpr rack::MessageInfo kThermometerMessages[] = {
+//       {kThermometer, tims::type::kData, "DATA", rack::kBody<ThermometerData>},
+//       {kThermometer, ThermometerType::kSetLimit, "SET_LIMIT", rack::kBody<ThermometerLimit>}};
+//   inline constexpr rack::ClassInfo kThermometerClass = {kThermometer, "Thermometer",
+//                                                         kThermometerMessages};
 #pragma once
 
-#include <array>
-#include <bit>
-#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "rack/codec/parse.h"
-#include "rack/codec/print.h"
-#include "rack/codec/quantity.h"
+#include "rack/codec/schema.h"
 #include "tims/message.h"
 #include "tims/result.h"
 
 namespace rack {
 
-// The struct in a message's body. Functions fail with kMalformed.
-struct BodyInfo {
-  using Bytes = std::span<const std::byte>;
-
-  std::string_view name;     // "ChassisMoveData"
-  std::size_t body_max = 0;  // bytes
-  // As to_json() and to_text() have it.
-  tims::Result<std::string> (*json)(Bytes body, std::endian order, const PrintStyle& style);
-  tims::Result<std::string> (*text)(Bytes body, std::endian order, const PrintStyle& style);
-  // Read and written again, in `to`.
-  tims::Result<std::vector<std::byte>> (*recode)(Bytes body, std::endian from, std::endian to);
-  // Made of fields by name, the others as the struct has them; kInvalidArgument.
-  tims::Result<std::vector<std::byte>> (*make)(std::span<const Assignment> fields,
-                                               std::endian order, const PrintStyle& style);
-  std::vector<Column> (*columns)();
-};
-
 struct MessageInfo {
   u32 class_id = 0;  // kEveryClass: of the framework
   i8 type = 0;
-  std::string_view name;           // "MOVE"
-  const BodyInfo* body = nullptr;  // null: the message has none
+  std::string_view name{};       // "MOVE"
+  const Schema* body = nullptr;  // null: the message has none
 };
 inline constexpr u32 kEveryClass = 0xFFFFFFFF;
 
+template <Struct T>
+inline constexpr const Schema* kBody = &kSchema<T>;
+
+// A class that is none of RACK's; its number is 128 or more.
+struct ClassInfo {
+  u32 class_id = 0;
+  std::string_view name{};  // "Thermometer"
+  std::span<const MessageInfo> messages{};
+};
+// From now on its messages are found like all others. What it refers to must stay; before the
+// program has threads. kAddressInUse: the number, or the name, is another class's.
+Result<void> add_class(const ClassInfo& own);
+std::span<const ClassInfo> added_classes();
+// The same as a file for other programs (JSON; described in proxies/README.md), to be installed in
+// share/rack/messages. kInvalidArgument: a struct that cannot be said in a file (a Tail).
+Result<std::string> message_file(const ClassInfo& own);
+// A program that does nothing else: writes it to the file its argument names.
+int write_message_file(const ClassInfo& own, int argc, char** argv);
+
 // All that are known: first those of the framework, then class by class.
-std::array<std::span<const MessageInfo>, 4> message_tables();
+std::vector<std::span<const MessageInfo>> message_tables();
 
 // Of a class, or of the framework; null when unknown.
 const MessageInfo* find_message(u32 class_id, i8 type);
