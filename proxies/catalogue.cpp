@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cstdio>
-#include <fstream>
 #include <utility>
 
 #include "rack/proxies/camera.h"
@@ -33,6 +31,7 @@
 #include "rack/proxies/scan3d.h"
 #include "rack/proxies/servo_drive.h"
 #include "rack/proxies/vehicle.h"
+#include "tims/class_names.h"
 
 namespace rack {
 
@@ -240,11 +239,11 @@ Result<void> add_class(const ClassInfo& own) {
                        "class " + std::to_string(own.class_id) + ", " + std::string(own.name) +
                            ": number or name is that of " + std::string(by));
   };
-  if (const auto by = tims::class_name(own.class_id); !by.empty()) return taken(by);
-  if (tims::class_id_of(own.name)) return taken(own.name);
-  for (const ClassInfo& other : classes()) {
+  for (const ClassInfo& other : classes())
     if (other.class_id == own.class_id && other.name == own.name) return {};  // made known before
-    if (other.class_id == own.class_id || other.name == own.name) return taken(other.name);
+  if (!tims::name_class(own.class_id, own.name)) {
+    const auto by = tims::class_name(own.class_id);
+    return taken(by.empty() ? own.name : by);
   }
   classes().push_back(own);
   return {};
@@ -350,18 +349,6 @@ Result<std::string> message_file(const ClassInfo& own) {
     out += '}';
   }
   return out += "]\n}\n";
-}
-
-int write_message_file(const ClassInfo& own, int argc, char** argv) {
-  const auto text = message_file(own);
-  if (!text || argc != 2) {
-    std::fprintf(stderr, "%s\n", text ? "usage: PROGRAM FILE" : text.error().detail().c_str());
-    return 2;
-  }
-  std::ofstream file(argv[1]);
-  if (file << *text && file.flush()) return 0;
-  std::fprintf(stderr, "%s: cannot be written\n", argv[1]);
-  return 1;
 }
 
 }  // namespace rack

@@ -138,6 +138,8 @@ class MessageFileReader {
     const auto id = number_in(object, "class_id", "", 0, 0xFFFFFF);
     if (!id) wrong("class_id", "is missing");
     file_.class_.class_id = static_cast<u32>(*id);
+    for (const ClassInfo& other : added_classes())  // the same once more
+      if (other.class_id == file_.class_.class_id && other.name == file_.class_.name) return;
     if (const auto known = tims::class_name(file_.class_.class_id); !known.empty())
       wrong("class_id",
             std::to_string(*id) + " is that of " + std::string(known) + ": take one from 128 on");

@@ -10,6 +10,7 @@
 #include "components/datalog/log_list.h"
 #include "components/datalog/recorder.h"
 #include "os/clock.h"
+#include "os/file.h"
 #include "proxies/message_files.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"

@@ -9,6 +9,7 @@
 #include "rack/proxies/gps.h"
 #include "rack/proxies/io.h"
 #include "rack/proxies/mcl.h"
+#include "rack/proxies/odometry.h"
 #include "rack/proxies/path.h"
 #include "rack/proxies/pilot.h"
 #include "rack/proxies/position.h"

@@ -10,6 +10,7 @@
 
 #include "components/joystick/js_events.h"
 #include "components/joystick/keyboard_stick.h"
+#include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <span>
+
+#include "tims/class_names.h"
 
 namespace tims {
 namespace {
@@ -24,6 +27,15 @@ constexpr ClassName kClassNames[] = {
     {0x28, "Compass"},
 };
 
+// The only variable of this library: what people call a class is the same in all of a program.
+struct OwnClassNames {
+  std::array<ClassName, 64> names{};
+  std::size_t count = 0;
+};
+OwnClassNames own;
+
+std::span<const ClassName> own_names() { return std::span(own.names).first(own.count); }
+
 // One place of a text form: a number or "*".
 struct Field {
   bool any = false;
@@ -44,8 +56,10 @@ std::optional<std::uint32_t> parse_raw(std::string_view text);
 }  // namespace
 
 std::string_view class_name(std::uint32_t class_id) {
-  for (const ClassName& c : kClassNames) {
-    if (c.id == class_id) return c.name;
+  for (const auto names : {std::span<const ClassName>(kClassNames), own_names()}) {
+    for (const ClassName& c : names) {
+      if (c.id == class_id) return c.name;
+    }
   }
   return {};
 }
@@ -54,10 +68,19 @@ std::optional<std::uint32_t> class_id_of(std::string_view name) {
   // Not std::tolower: it depends on the locale.
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c | 0x20) : c; };
   const auto same = [&](char a, char b) { return lower(a) == lower(b); };
-  for (const ClassName& c : kClassNames) {
-    if (std::ranges::equal(c.name, name, same)) return c.id;
+  for (const auto names : {std::span<const ClassName>(kClassNames), own_names()}) {
+    for (const ClassName& c : names) {
+      if (std::ranges::equal(c.name, name, same)) return c.id;
+    }
   }
   return std::nullopt;
+}
+
+bool name_class(std::uint32_t class_id, std::string_view name) {
+  const bool taken = !class_name(class_id).empty() || class_id_of(name).has_value();
+  if (taken || own.count == own.names.size()) return false;
+  own.names[own.count++] = {class_id, name};
+  return true;
 }
 
 std::string Address::to_string(const AddressWidths& w) const {

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tims/class_names.h"
+
 namespace tims {
 namespace {
 
@@ -200,6 +202,23 @@ TEST(AddressPattern, FollowsOtherWidths) {
   ASSERT_TRUE(pattern);
   EXPECT_TRUE(pattern->matches(*Address::parse("Ladar(7/4095):3", kWideInstances)));
   EXPECT_FALSE(pattern->matches(*Address::parse("Ladar(7/4094):3", kWideInstances)));
+}
+
+// Last, and in one test: what is named stays so.
+TEST(AddressNames, ClassesOfOthersAreNamed) {
+  EXPECT_EQ(Address(0x00800000).to_string(), "unknown[80](0/0)");
+  EXPECT_FALSE(name_class(0x14, "Radar")) << "that is Ladar's number";
+  EXPECT_FALSE(name_class(0x80, "ladar")) << "that is Ladar's name";
+  EXPECT_TRUE(name_class(0x80, "Thermometer"));
+  EXPECT_FALSE(name_class(0x81, "thermometer"));
+  EXPECT_EQ(Address(0x00800000).to_string(), "Thermometer(0/0)");
+  EXPECT_EQ(Address::parse("thermometer(0/0)"), Address(0x00800000));
+  EXPECT_EQ(Address::parse("unknown[80](0/0)"), Address(0x00800000));
+  static std::array<std::string, 64> names;
+  for (std::uint32_t i = 0; i < names.size(); ++i) {
+    names[i] = "own" + std::to_string(i);
+    EXPECT_EQ(name_class(0x81 + i, names[i]), i < names.size() - 1);
+  }
 }
 
 }  // namespace

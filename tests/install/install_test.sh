@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # install_test.sh BUILD: installs with a prefix of its own, looks whether everything is below it and
 # names the right paths; then into a folder that is moved elsewhere, and builds a small project
-# against it: with find_package and with pkg-config, shared and static, in C++ and in C.
+# against it: with find_package and with pkg-config, shared and static, in C++ and in C. At last the
+# template of a component (share/rack/template): built, tested, installed, and run with the installed
+# programs, which must know its messages.
 set -euo pipefail
 build=$1
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -49,7 +51,8 @@ prefix=$work/moved
 mv "$work/staged/usr" "$prefix"
 grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \
   --include='*.h' && { echo "names the build tree" >&2; exit 1; }
-for header in tims.h tims/session.h tims/mailbox.h; do expect "$prefix/include/$header"; done
+for header in tims.h tims/session.h tims/mailbox.h rack/module.h rack/data_module.h rack/input.h \
+  rack/codec/codec.h rack/proxies/chassis.h; do expect "$prefix/include/$header"; done
 
 libdir=$(dirname "$(find "$prefix" -name libtims.so)")
 export LD_LIBRARY_PATH=$libdir
@@ -71,3 +74,80 @@ mkdir "$work/static"
 cp "$libdir/libtims.a" "$work/static"
 gcc -std=c99 "$here/outside/component.c" -L"$work/static" "${static_flags[@]}" -o "$work/c_static"
 LD_LIBRARY_PATH='' run "$work/c_static"
+
+# --- the kit
+
+# Each header stands alone, and says no other library's name but Boost's.
+while read -r header; do
+  echo "#include <$header>" | g++ -std=c++20 -Wall -Wextra -Werror -I"$prefix/include" -fsyntax-only -x c++ - ||
+    fail "$header does not stand alone"
+done < <(cd "$prefix/include" && find rack -name '*.h')
+if grep -rnE '#include <(fmt|toml)' "$prefix/include"; then fail "heavy headers in public ones"; fi
+nm -D --defined-only --with-symbol-versions "$libdir/librack.so" >"$work/symbols"
+grep -q 'RACK_0.1' "$work/symbols" || fail "librack.so has no symbol versions"
+if c++filt <"$work/symbols" | grep -E 'rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners)\b'; then
+  fail "librack.so shows what is not public"
+fi
+read -ra flags <<<"$(pkg-config --cflags --libs rack)"
+g++ -std=c++20 "$prefix/share/rack/template/thermometer_test.cpp" "${flags[@]}" -o "$work/kit"
+"$work/kit"
+
+cp -r "$prefix/share/rack/template" "$work/component"
+{
+  cmake -S "$work/component" -B "$work/component/build" -DCMAKE_PREFIX_PATH="$prefix"
+  cmake --build "$work/component/build"
+  ctest --test-dir "$work/component/build"
+  cmake --install "$work/component/build" --prefix "$prefix"
+} >"$work/component.log" 2>&1 || { cat "$work/component.log"; exit 1; }
+expect "$prefix/share/rack/messages/thermometer.json"
+expect "$prefix/lib/systemd/system/thermometer.service"
+
+export TIMS_ROUTER=unix:$work/router.sock XDG_RUNTIME_DIR=$work/run XDG_STATE_HOME=$work/state
+mkdir -m 700 "$work/run"
+unset TIMS_HOST RACK_MESSAGES
+stop() { kill "${running[@]}" 2>/dev/null || true; wait "${running[@]}" 2>/dev/null || true; rm -rf "$work"; }
+running=()
+trap stop EXIT
+"$prefix/bin/tims-router" --set "unix.path=$work/router.sock" --set tcp.listen=off --set http.listen=off \
+  --set udp.listen=off >"$work/router.log" 2>&1 &
+running+=($!)
+cat >"$work/robot.toml" <<TEXT
+[[component]]
+program = "Thermometer"
+parameters = { period = 50, limit = 300000, targetStatus = 1 }
+
+[[component]]
+program = "DatalogRec"
+parameters = { logPathName = "$work/", logInfoFileName = "$work/list" }
+TEXT
+echo "0x00800000 heat.dat" >"$work/list"
+cmp <(sed -n '/^\[/,$p' "$prefix/share/thermometer/robot.toml") <(sed -n 1,3p "$work/robot.toml") ||
+  fail "the template's robot has changed: change this test too"
+"$prefix/bin/timsctl" up "$work/robot.toml" >"$work/up.log" 2>&1 &
+running+=($!)
+
+# until COMMAND...: waits for what must come, and says what came instead.
+until_works() {
+  for _ in $(seq 100); do
+    if "$@" >"$work/last" 2>&1; then return; fi
+    sleep 0.1
+  done
+  cat "$work/up.log" "$work/last" >&2
+  fail "in vain: $*"
+}
+timsctl=$prefix/bin/timsctl
+until_works "$timsctl" msg echo Thermometer/0/0 -n 1
+"$timsctl" msg echo Thermometer/0/0 -n 1 --si >"$work/echo"
+grep -qE 'Thermometer\(0/0\) data .*temperature 29[34](\.[0-9]+)? K, limit 300 K, tooHot 0, sampleNum' "$work/echo" ||
+  { cat "$work/echo"; fail "msg echo does not know the fields"; }
+"$timsctl" msg pub Thermometer/0/0 set_limit limit=290K
+grep -q tooHot <("$timsctl" msg show Thermometer data) || fail "msg show does not know the fields"
+hot() { "$timsctl" msg echo Thermometer/0/0 -n 1 | grep -q 'limit 290000 mK, tooHot 1'; }
+until_works hot
+"$timsctl" msg pub Datalog/0/0 set_log "logPathName=$work/" 'logInfo[0].moduleMbx=Thermometer/0/0' \
+  'logInfo[0].logEnable=1' 'logInfo[0].maxDataLen=100' 'logInfo[0].filename=heat.dat'
+"$timsctl" msg pub Datalog/0/0 on
+recorded() { grep -qE '^[0-9]+ 29[0-9]{4} 290000 1 4 29' "$work/heat.dat"; }
+until_works recorded
+grep -q '^% Thermometer(0/0)$' "$work/heat.dat" || fail "the recording has no heading"
+sed -n 2,3p "$work/heat.dat"

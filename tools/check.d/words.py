@@ -51,7 +51,8 @@ BANNED = [
            but=r"^libtims/base/toml\.cpp$"),
     Banned("boost", r"#\s*include\s*<boost/", "Boost belongs to the router and the tools",
            where=r"^(libtims|proxies|router/core|router/config)/",
-           but=r"^proxies/include/rack/codec/reflect\.h$"),  # Boost.PFR: headers only, nothing at run time
+           # Boost.PFR: headers only, nothing at run time. Boost.JSON: what programs only have.
+           but=r"^proxies/(include/rack/codec/reflect\.h|(message_files|gdos_texts)\.cpp)$"),
 ]
 
 

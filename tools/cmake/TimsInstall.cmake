@@ -34,8 +34,8 @@ function(tims_install_library)
 
   install(TARGETS tims_shared tims_static EXPORT tims)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/libtims/include/ TYPE INCLUDE)
-  install_cmake_package()
-  install_pkg_config()
+  install_cmake_package(tims)
+  install_pkg_config(tims)
 endfunction()
 
 # tims_install_host(programs...): what runs on a robot besides the library. Called when all targets
@@ -67,21 +67,21 @@ function(tims_install_host)
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_man_pages.cmake)
 endfunction()
 
-# find_package(tims): a version of the same minor number, as long as the major is 0.
-function(install_cmake_package)
-  set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/tims)
-  install(EXPORT tims NAMESPACE tims:: FILE timsTargets.cmake DESTINATION ${folder})
-  configure_package_config_file(${CMAKE_SOURCE_DIR}/tools/cmake/timsConfig.cmake.in
-    timsConfig.cmake INSTALL_DESTINATION ${folder})
-  write_basic_package_version_file(timsConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/timsConfig.cmake
-                ${CMAKE_CURRENT_BINARY_DIR}/timsConfigVersion.cmake DESTINATION ${folder})
+# find_package(NAME): a version of the same minor number, as long as the major is 0.
+function(install_cmake_package name)
+  set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/${name})
+  install(EXPORT ${name} NAMESPACE ${name}:: FILE ${name}Targets.cmake DESTINATION ${folder})
+  configure_package_config_file(${CMAKE_SOURCE_DIR}/tools/cmake/${name}Config.cmake.in
+    ${name}Config.cmake INSTALL_DESTINATION ${folder})
+  write_basic_package_version_file(${name}ConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}Config.cmake
+                ${CMAKE_CURRENT_BINARY_DIR}/${name}ConfigVersion.cmake DESTINATION ${folder})
 endfunction()
 
 # The prefix is found from the file's own place: an installation may be moved, and DESTDIR works.
-function(install_pkg_config)
+function(install_pkg_config name)
   file(RELATIVE_PATH TIMS_PREFIX_FROM_PC ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig
        ${CMAKE_INSTALL_PREFIX})
-  configure_file(${CMAKE_SOURCE_DIR}/tools/cmake/tims.pc.in tims.pc @ONLY)
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tims.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  configure_file(${CMAKE_SOURCE_DIR}/tools/cmake/${name}.pc.in ${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()

@@ -12,6 +12,7 @@
 
 #include "rack/codec/quantity.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 class DataHistory {
@@ -65,3 +66,5 @@ class DataHistory {
 };
 
 }  // namespace rack
+
+#pragma GCC visibility pop

@@ -17,6 +17,7 @@
 #include "rack/data_history.h"
 #include "rack/module.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 struct DataInfo {
@@ -54,7 +55,7 @@ class DataModuleBase : public Module {
  private:
   void turned_off() override;
 
-  class Audience;  // who gets the data
+  class [[gnu::visibility("hidden")]] Audience;  // who gets the data
 
   const DataInfo data_;
   DataHistory history_;  // under mutex_, but for the workspace, which is the data task's
@@ -88,3 +89,5 @@ class DataModule : public DataModuleBase {
 };
 
 }  // namespace rack
+
+#pragma GCC visibility pop

@@ -34,6 +34,7 @@
 #include "tims/mailbox.h"
 #include "tims/time.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 // A component's program, in a few words.
@@ -129,7 +130,7 @@ class Module {
   mutable PriorityMutex mutex_;  // of the runtime's state
 
  private:
-  class Life;  // its threads and mailboxes, and whom it answers
+  class [[gnu::visibility("hidden")]] Life;  // its threads and mailboxes, and whom it answers
 
   const ModuleInfo& info_;
   Parameters parameters_;  // under mutex_
@@ -146,3 +147,5 @@ void Module::reply(const tims::Header& request, std::int8_t type, const Body& bo
 }
 
 }  // namespace rack
+
+#pragma GCC visibility pop

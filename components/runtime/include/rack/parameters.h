@@ -14,6 +14,7 @@
 #include "tims/address.h"
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 using ParameterValue = std::variant<std::int32_t, std::string, float>;  // as Parameter::type counts
@@ -98,3 +99,5 @@ std::string default_of(const ParameterInfo& info);
 std::string allowed(const ParameterInfo& info);
 
 }  // namespace rack
+
+#pragma GCC visibility pop

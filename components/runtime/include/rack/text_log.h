@@ -13,6 +13,7 @@
 #include "tims/mailbox.h"
 #include "tims/time.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 class TextLog {
@@ -54,10 +55,12 @@ class TextLog {
   void pass_on(tims::Time now, tims::Mailbox& mailbox);
 
  private:
-  struct Ring;
+  struct [[gnu::visibility("hidden")]] Ring;
 
   std::atomic<gdos::Level> threshold_;
   std::unique_ptr<Ring> ring_;
 };
 
 }  // namespace rack
+
+#pragma GCC visibility pop

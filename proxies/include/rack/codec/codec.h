@@ -144,6 +144,7 @@ std::byte* write_all(std::byte* to, std::endian order, const std::vector<T>& ele
 
 }  // namespace rack::bytes
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 using tims::Result;
@@ -368,3 +369,5 @@ void reserve_all(T& value) {
 }
 
 }  // namespace rack
+
+#pragma GCC visibility pop

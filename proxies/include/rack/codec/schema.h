@@ -22,6 +22,7 @@
 #include "tims/address.h"
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 enum class FieldType : u8 {
@@ -295,3 +296,5 @@ constexpr const Schema* schema::of() {
 }
 
 }  // namespace rack
+
+#pragma GCC visibility pop

@@ -19,6 +19,7 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 struct MessageInfo {
@@ -45,8 +46,6 @@ std::span<const ClassInfo> added_classes();
 // The same as a file for other programs (JSON; described in proxies/README.md), to be installed in
 // share/rack/messages. kInvalidArgument: a struct that cannot be said in a file (a Tail).
 Result<std::string> message_file(const ClassInfo& own);
-// A program that does nothing else: writes it to the file its argument names.
-int write_message_file(const ClassInfo& own, int argc, char** argv);
 
 // All that are known: first those of the framework, then class by class.
 std::vector<std::span<const MessageInfo>> message_tables();
@@ -60,3 +59,5 @@ const MessageInfo* find_message(u32 class_id, std::string_view name);
 const MessageInfo* find_message(const tims::Header& header, const tims::AddressWidths& widths = {});
 
 }  // namespace rack
+
+#pragma GCC visibility pop

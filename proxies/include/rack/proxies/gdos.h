@@ -17,6 +17,7 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack::gdos {
 
 // The message types of texts; what is more important has a higher number.
@@ -82,3 +83,5 @@ tims::Result<std::string> decode(std::span<const std::byte> body, std::endian or
                                  const tims::AddressWidths& widths = {});
 
 }  // namespace rack::gdos
+
+#pragma GCC visibility pop

@@ -11,6 +11,7 @@
 #include "tims/address.h"
 #include "tims/message.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 // Class-specific message types begin here: commands 20 + n, replies -20 - n.
@@ -162,3 +163,5 @@ struct FileName {
 };
 
 }  // namespace rack
+
+#pragma GCC visibility pop

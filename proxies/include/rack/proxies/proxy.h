@@ -29,6 +29,7 @@
 #include "tims/mailbox.h"
 #include "tims/message.h"
 
+#pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
 // How long a call waits, all in all.
@@ -240,3 +241,5 @@ Result<void> decode_data(const tims::MessageView& message, tims::Address produce
 }
 
 }  // namespace rack
+
+#pragma GCC visibility pop
