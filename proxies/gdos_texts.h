@@ -42,8 +42,7 @@ std::optional<RecordTime> record_time(std::string_view text);
 // of the original were written in.
 std::string to_utf8(std::string_view text);
 
-// ---
-// The texts of a file, piece by piece: a line may end in the next piece, and what is no text is
+// --- The texts of a file, piece by piece: a line may end in the next piece, and what is no text is
 // counted and passed over.
 
 class RecordReader {
@@ -83,8 +82,7 @@ class RecordReader {
   std::uint64_t strange_ = 0;
 };
 
-// ---
-// Where the texts of a robot are kept: what writes them and what reads them agree here.
+// --- Where the texts of a robot are kept: what writes them and what reads them agree here.
 
 // The file that grows; what it held before is in texts.000001.jsonl and so on, the newest with the
 // highest number.

@@ -4,7 +4,6 @@
 #include <deque>
 #include <vector>
 
-#include "components/datalog/record_line.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/catalogue.h"
 #include "rack/proxies/chassis.h"

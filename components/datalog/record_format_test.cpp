@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "components/datalog/record_line.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/io.h"

@@ -4,8 +4,6 @@
 #include <array>
 #include <charconv>
 
-#include "components/demo/addresses.h"
-
 namespace tims::demo {
 
 namespace {

@@ -1,4 +1,5 @@
-// What a demo component was told: its role, its mailbox, whom it talks to. Pure.
+// What a demo component was told: its role, its mailbox, whom it talks to; and where they are when
+// nobody says otherwise. Pure.
 #pragma once
 
 #include <optional>
@@ -10,6 +11,17 @@
 #include "tims/time.h"
 
 namespace tims::demo {
+
+// --- Where the demo components are when nobody says otherwise.
+
+inline constexpr Address kLadar = Address::of({.class_id = class_id::kLadar});
+inline constexpr Address kServer = Address::of({.class_id = class_id::kTest});
+inline constexpr Address kViewer =
+    Address::of({.class_id = class_id::kTest, .instance = 1, .local = 1});
+inline constexpr Address kClient =
+    Address::of({.class_id = class_id::kTest, .instance = 2, .local = 1});
+
+// --- What a demo component was told: its role, its mailbox, whom it talks to. Pure.
 
 struct Arguments {
   std::string role;           // "ladar"

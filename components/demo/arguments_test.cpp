@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "components/demo/addresses.h"
-
 namespace tims::demo {
 namespace {
 

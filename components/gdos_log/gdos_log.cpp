@@ -6,9 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "components/gdos_log/journal.h"
+#include "components/gdos_log/text_files.h"
 #include "components/gdos_log/text_flood.h"
-#include "components/gdos_log/text_keeper.h"
 #include "os/clock.h"
 #include "proxies/gdos_texts.h"
 #include "rack/data_module.h"

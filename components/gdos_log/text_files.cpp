@@ -1,13 +1,23 @@
 #include "components/gdos_log/text_files.h"
 
+#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/uio.h>
+#include <systemd/sd-journal.h>
 
 #include "proxies/gdos_texts.h"
 
+// Without it the library would add this file and line as those of the text.
+#define SD_JOURNAL_SUPPRESS_LOCATION
+
 namespace rack::gdos_log {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -106,6 +116,78 @@ void TextFiles::remove_old() const {
 bool TextFiles::was_taken_away() const {
   std::error_code ignored;
   return !fs::exists(current(), ignored);
+}
+
+int journal_priority(gdos::Level level) {
+  switch (level) {
+    case gdos::Level::kError:
+      return 3;
+    case gdos::Level::kWarning:
+      return 4;
+    case gdos::Level::kPrint:
+      return 5;
+    case gdos::Level::kInfo:
+      return 6;
+    case gdos::Level::kDetail:
+      return 7;
+  }
+  return 5;
+}
+
+tims::Result<void> to_journal(const gdos::Record& record) {
+  std::array<std::string, 6> fields{
+      "MESSAGE=" + record.text,
+      "PRIORITY=" + std::to_string(journal_priority(record.level)),
+      "SYSLOG_IDENTIFIER=" + record.component,
+      "TIMS_ADDRESS=" + record.address.to_hex(),
+      "TIMS_COMPONENT=" + record.component,
+      "TIMS_LEVEL=" + std::string(gdos::name(record.level)),
+  };
+  std::array<iovec, 6> pieces{};
+  for (std::size_t i = 0; i < fields.size(); ++i) pieces[i] = {fields[i].data(), fields[i].size()};
+  const int sent = ::sd_journal_sendv(pieces.data(), static_cast<int>(pieces.size()));
+  if (sent < 0)
+    return tims::Error(tims::Errc::kSystem, "journal: " + std::generic_category().message(-sent));
+  return {};
+}
+
+bool runs_under_journal() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
+  return std::getenv("JOURNAL_STREAM") != nullptr;
+}
+
+tims::Result<void> TextKeeper::open(const std::filesystem::path& folder,
+                                    const TextFileLimits& limits) {
+  const auto opened = files_.open(folder, limits);
+  // A full disk may have room later; no such folder will not.
+  if (!opened && opened.error().code() != tims::Errc::kDiskFull) return opened.error();
+  if (opened && *opened > 0)
+    log_.warning("%u bytes of a text that was not written to its end were cut off", *opened);
+  return {};
+}
+
+void TextKeeper::keep(const gdos::Record& record) {
+  report(files_.append(gdos::to_line(record)));
+  if (!journal_) return;
+  const auto sent = to_journal(record);
+  if (!sent && !journal_failed_) log_.warning("%s", sent.error().detail());
+  journal_failed_ = !sent;
+}
+
+// What it says of itself comes back to it as a text: so never more than once.
+void TextKeeper::report(const tims::Result<void>& written) {
+  if (!written) {
+    if (not_kept_++ == 0) log_.error("Texts are not kept: %s", written.error().message());
+    return;
+  }
+  if (const std::uint32_t lost = std::exchange(not_kept_, 0))
+    log_.warning("Texts are kept again; %u were not", lost);
+}
+
+void TextKeeper::on_time(tims::Time now) {
+  if (now < next_sync_) return;
+  next_sync_ = now + sync_each_;
+  if (auto good = files_.sync(); !good) report(good);
 }
 
 }  // namespace rack::gdos_log

@@ -11,6 +11,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace rack::gdos_log {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -129,4 +130,5 @@ TEST_F(TextFilesTest, AFullDiskKeepsWholeLines) {
 }
 
 }  // namespace
+
 }  // namespace rack::gdos_log

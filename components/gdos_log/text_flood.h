@@ -1,5 +1,10 @@
 // Keeps one component that has much to say from filling the disk: each has its own limit, and
 // details do not use up the room of errors. Pure.
+//
+// A sender has two token buckets (TextLimiter), one for prints, errors and warnings and one for the
+// rest: a burst, then a steady rate. What does not fit is counted, and told from time to time.
+// There is room for so many senders; when it is used up, those whose buckets are full are
+// forgotten, as they are like new ones, and who finds no room shares one pair of buckets.
 #pragma once
 
 #include <cstddef>

@@ -1,12 +1,259 @@
 #include "components/geometry/floor_map.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack {
+
+namespace {
+
+constexpr double kFarthest = 1e9;  // of a coordinate that makes sense
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+template <typename T>
+std::optional<T> number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+struct Group {
+  int code = 0;
+  std::string_view value{};
+  std::size_t line = 0;  // of the code
+};
+
+class Groups {
+ public:
+  explicit Groups(std::string_view text) : left_(text) {}
+
+  // Nothing: the file has ended.
+  tims::Result<std::optional<Group>> next() {
+    if (trimmed(left_).find_first_not_of('\n') == std::string_view::npos) return {std::nullopt};
+    const std::string_view code = take_line();
+    Group group{.line = line_};
+    const auto parsed = number<int>(code);
+    if (!parsed) return tims::Error(tims::Errc::kMalformed, at(line_) + "no group code");
+    group.code = *parsed;
+    if (left_.empty())
+      return tims::Error(tims::Errc::kMalformed, at(line_) + "a group code without value");
+    group.value = take_line();
+    return {group};
+  }
+  static std::string at(std::size_t line) { return "line " + std::to_string(line) + ": "; }
+
+ private:
+  std::string_view take_line() {
+    const auto end = left_.find('\n');
+    const std::string_view line = left_.substr(0, end);
+    left_.remove_prefix(end == std::string_view::npos ? left_.size() : end + 1);
+    ++line_;
+    return trimmed(line);
+  }
+
+  std::string_view left_;
+  std::size_t line_ = 0;
+};
+
+// What is known of the entity that is being read.
+struct Entity {
+  std::string_view type{};
+  std::size_t line = 0;
+  std::optional<double> x{}, y{}, x2{}, y2{};
+  std::int32_t layer = 0;
+  std::int32_t flags = 0;
+  std::optional<std::int32_t> count{};
+  std::vector<DxfPoint> vertices{};  // LWPOLYLINE
+  bool bad = false;                  // a number is none
+};
+
+constexpr std::int32_t kClosed = 1;
+constexpr std::int32_t kMesh = 16 | 64;  // of POLYLINE: vertices are no line then
+
+class Reader {
+ public:
+  // False: this is the end.
+  bool take(const Group& group) {
+    if (group.code == 0) {
+      finish();
+      entity_ = {.type = group.value, .line = group.line};
+      return group.value != "EOF";
+    }
+    if (entity_.type == "SECTION" && group.code == 2) section_ = group.value;
+    value(group);
+    return true;
+  }
+
+  DxfDrawing end() {
+    finish();
+    finish_polyline();
+    return std::move(drawing_);
+  }
+
+ private:
+  void value(const Group& group) {
+    switch (group.code) {
+      case 8:
+        entity_.layer = number<std::int32_t>(group.value).value_or(0);
+        break;
+      case 10:
+        coordinate(group, entity_.x);
+        if (is_light()) entity_.vertices.push_back({entity_.x.value_or(0), 0});
+        break;
+      case 20:
+        coordinate(group, entity_.y);
+        if (is_light() && !entity_.vertices.empty())
+          entity_.vertices.back().y = entity_.y.value_or(0);
+        break;
+      case 11:
+        return coordinate(group, entity_.x2);
+      case 21:
+        return coordinate(group, entity_.y2);
+      case 70:
+        entity_.flags = number<std::int32_t>(group.value).value_or(0);
+        break;
+      case 90:
+        entity_.count = number<std::int32_t>(group.value);
+        break;
+      default:
+        break;
+    }
+  }
+
+  void coordinate(const Group& group, std::optional<double>& to) {
+    to = number<double>(group.value);
+    if (!to || !(std::abs(*to) <= kFarthest)) entity_.bad = true;
+  }
+
+  [[nodiscard]] bool is_light() const { return entity_.type == "LWPOLYLINE"; }
+
+  void finish() {
+    const std::string_view type = entity_.type;
+    if (type == "ENDSEC" || type == "EOF") {
+      finish_polyline();
+      section_ = {};
+    } else if (type.empty() || type == "SECTION" || (section_ != "ENTITIES" && !section_.empty())) {
+      return;
+    } else if (type == "VERTEX") {
+      vertex();
+    } else if (type == "SEQEND") {
+      sequence_ended_ = true;
+      finish_polyline();
+    } else {
+      finish_polyline();
+      finish_entity();
+    }
+  }
+
+  void finish_entity() {
+    const std::string_view type = entity_.type;
+    if (type == "LINE") return line();
+    if (type == "POINT") return point();
+    if (type == "LWPOLYLINE") return light_polyline();
+    if (type == "POLYLINE") {
+      polyline_ = std::move(entity_);
+      polyline_->vertices.clear();
+      sequence_ended_ = false;
+      return;
+    }
+    ++drawing_.others;
+  }
+
+  void line() {
+    if (entity_.bad) return skip(entity_, "a coordinate is no number");
+    if (!entity_.x || !entity_.y || !entity_.x2 || !entity_.y2)
+      return skip(entity_, "without an end");
+    add({*entity_.x, *entity_.y}, {*entity_.x2, *entity_.y2}, entity_);
+  }
+
+  void point() {
+    if (entity_.bad) return skip(entity_, "a coordinate is no number");
+    if (!entity_.x || !entity_.y) return skip(entity_, "without a place");
+    add({*entity_.x, *entity_.y}, {*entity_.x, *entity_.y}, entity_);
+  }
+
+  void light_polyline() {
+    const Entity polyline = std::move(entity_);
+    if (polyline.bad) return skip(polyline, "a coordinate is no number");
+    if (polyline.count && std::cmp_not_equal(*polyline.count, polyline.vertices.size()))
+      return skip(polyline, "has another number of vertices than it says");
+    add_all(polyline);
+  }
+
+  void vertex() {
+    if (!polyline_) return skip(entity_, "without POLYLINE");
+    if (entity_.bad || !entity_.x || !entity_.y) {
+      polyline_->bad = true;
+    } else {
+      polyline_->vertices.push_back({*entity_.x, *entity_.y});
+    }
+  }
+
+  void finish_polyline() {
+    if (!polyline_) return;
+    const Entity polyline = std::move(*polyline_);
+    polyline_.reset();
+    if (polyline.bad) return skip(polyline, "a coordinate is no number");
+    if (!sequence_ended_) skip(polyline, "without SEQEND");
+    if ((polyline.flags & kMesh) != 0) return skip(polyline, "is a mesh");
+    add_all(polyline);
+  }
+
+  void add_all(const Entity& polyline) {
+    const auto& points = polyline.vertices;
+    for (std::size_t i = 1; i < points.size(); ++i) add(points[i - 1], points[i], polyline);
+    if ((polyline.flags & kClosed) != 0 && points.size() > 2)
+      add(points.back(), points.front(), polyline);
+  }
+
+  void add(const DxfPoint& from, const DxfPoint& to, const Entity& entity) {
+    if (drawing_.lines.size() == DxfDrawing::kLinesMax)
+      return skip(entity, "and what follows: too many lines");
+    drawing_.lines.push_back({from, to, entity.layer});
+  }
+
+  void skip(const Entity& entity, std::string_view why) {
+    if (drawing_.skipped.size() == DxfDrawing::kSkippedMax) return;
+    // A type is as long as its author likes.
+    drawing_.skipped.push_back(Groups::at(entity.line) + std::string(entity.type.substr(0, 20)) +
+                               " " + std::string(why));
+  }
+
+  DxfDrawing drawing_;
+  std::string_view section_{};
+  Entity entity_{};
+  std::optional<Entity> polyline_;
+  bool sequence_ended_ = false;
+};
+
+}  // namespace
+
+tims::Result<DxfDrawing> read_dxf(std::string_view text) {
+  if (text.starts_with("AutoCAD Binary DXF"))
+    return tims::Error(tims::Errc::kMalformed, "binary DXF: save it as text");
+  Groups groups(text);
+  Reader reader;
+  for (;;) {
+    const auto group = groups.next();
+    if (!group) return group.error();
+    if (!*group || !reader.take(**group)) break;
+  }
+  return reader.end();
+}
+
 namespace {
 
 constexpr double kCorner = 1e-3;  // mm: where walls meet, no ray slips through

@@ -1,12 +1,55 @@
-// Walls seen from above, and how far it is to them (specification, section 10.3). Pure.
+// A floor plan: walls out of a DXF file, and how far a ray goes until it meets one. Pure.
+//
+// DXF is pairs of lines, a group code and its value; an entity begins with code 0 and its name.
+// Lines and polylines are walls, everything else is passed over, and what is damaged is left out
+// with its line number. A scanner is a fan of rays from one point. Each wall is seen between the
+// directions of its ends, so that only the rays between them are tried: where a ray meets the line
+// of the wall, the range becomes the smaller of the two. That is walls times rays that hit them,
+// and not times all.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "components/geometry/dxf.h"
+#include "tims/result.h"
 
 namespace rack {
+
+// --- Lines of a drawing in DXF, as text (specification, section 10.3). Pure; reads what anybody
+// wrote.
+//
+// A DXF file is pairs of lines: a group code, and a value. Taken are LINE, POLYLINE with its
+// VERTEXes, LWPOLYLINE and POINT of the section ENTITIES (or of no section at all); curves in
+// polylines become straight. Everything else is left out.
+
+struct DxfPoint {
+  double x = 0;  // as in the drawing: to the east
+  double y = 0;  // to the north
+};
+
+struct DxfLine {
+  DxfPoint from;
+  DxfPoint to;
+  std::int32_t layer = 0;  // its name as a number
+};
+
+struct DxfDrawing {
+  std::vector<DxfLine> lines;
+  std::vector<std::string> skipped;  // "line 17: LINE without an end", at most kSkippedMax
+  std::size_t others = 0;            // entities of other types
+
+  static constexpr std::size_t kLinesMax = 20000;
+  static constexpr std::size_t kSkippedMax = 20;
+};
+
+// kMalformed says in which line this stops being DXF.
+tims::Result<DxfDrawing> read_dxf(std::string_view text);
+
+// --- Walls seen from above, and how far it is to them (specification, section 10.3). Pure.
 
 struct MapPoint {
   double x = 0;  // mm to the north

@@ -1,10 +1,35 @@
-// Where something is and where it looks, and how poses follow from each other. Pure.
+// Angles and poses in the plane, clockwise as RACK has them. Pure.
 #pragma once
 
-#include "components/geometry/angle.h"
+#include <cmath>
+#include <numbers>
+
 #include "rack/proxies/geometry.h"
 
 namespace rack {
+
+// --- Angles as messages want them (specification, section 9): rho from 0 to 2 pi, others around 0.
+
+inline constexpr double kPi = std::numbers::pi;
+
+constexpr double radians(double degrees) { return degrees * kPi / 180; }
+constexpr double degrees(double radians) { return radians * 180 / kPi; }
+
+// 0 to 2 pi, the latter excluded; what is no number becomes 0.
+inline double heading(double angle) {
+  const double rest = std::fmod(angle, 2 * kPi);
+  if (!std::isfinite(rest)) return 0;
+  const double positive = rest < 0 ? rest + 2 * kPi : rest;
+  return positive < 2 * kPi ? positive : 0;  // a tiny negative one
+}
+
+// -pi to pi, the former excluded.
+inline double signed_angle(double angle) {
+  const double positive = heading(angle);
+  return positive > kPi ? positive - 2 * kPi : positive;
+}
+
+// --- Where something is and where it looks, and how poses follow from each other. Pure.
 
 // As a Position3d, but with fractions: what is added up a million times must not be rounded.
 struct Pose {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
+
 namespace {
 
 TEST(Angle, IsNormalised) {
@@ -56,4 +57,5 @@ TEST(Pose, BetweenTwoGoesTheShortWay) {
 }
 
 }  // namespace
+
 }  // namespace rack

@@ -8,8 +8,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "components/joystick/js_events.h"
-#include "components/joystick/keyboard_stick.h"
+#include "components/joystick/sticks.h"
 #include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"

@@ -1,4 +1,8 @@
 // Where a vehicle is that tells how it has moved (specification, section 10.2). Pure.
+//
+// Each movement is relative to the vehicle as it was: it is turned by the heading so far, and
+// added. Between two data sets the vehicle is taken to move at an even speed; angles go the short
+// way round.
 #pragma once
 
 #include "components/geometry/pose.h"

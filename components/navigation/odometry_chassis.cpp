@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 #include "components/navigation/dead_reckoning.h"
 #include "rack/data_module.h"
 #include "rack/input.h"

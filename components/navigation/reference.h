@@ -1,5 +1,12 @@
 // A position in the world: one that was known once, and the movement since (specification, section
 // 10.5). Pure.
+//
+// Odometry knows well how the vehicle has moved, and badly where it is: it has a frame of its own
+// that drifts. What is kept is where that frame lies in the world: the pose that was known, beside
+// the pose that the odometry had at that moment. The position is the known pose plus the movement
+// since, turned into the world. With each millimetre and each radian the standard deviation grows.
+// A new known pose moves the frame; so that nobody who steers by it sees a jump, the position goes
+// from the old frame to the new one in a straight line during the time of blending.
 #pragma once
 
 #include <chrono>

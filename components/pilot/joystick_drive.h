@@ -1,4 +1,10 @@
 // What a stick wants a vehicle to do (specification, section 10.6). Pure.
+//
+// A stick is bent by an exponential curve, so that small deflections are finer than large ones.
+// Forward and backward become a speed, no faster than what the scan allows (safe_speed.h), unless a
+// button is held. Sideways becomes a curve (1/mm) where a vehicle steers, so that it stays on the
+// same arc whatever its speed is; where it can turn at rest, a turning speed that is reduced with
+// the speed.
 #pragma once
 
 #include "components/pilot/safe_speed.h"

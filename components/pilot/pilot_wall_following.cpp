@@ -2,7 +2,7 @@
 #include <array>
 #include <optional>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 #include "components/pilot/driven_chassis.h"
 #include "components/pilot/wall_follower.h"
 #include "rack/data_module.h"

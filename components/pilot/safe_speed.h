@@ -1,4 +1,11 @@
 // How fast a vehicle may go among what a scan sees (specification, section 10.6). Pure.
+//
+// Around the vehicle lies a box: its hull, the safety margin, and more of it in the direction of
+// travel. From each point to this box there is a way, straight ahead or to the side; to the side it
+// counts four times, since what is passed by may be nearer than what is headed for. The vehicle
+// needs breakConstant millimetres of way for each mm/s to come to rest, so that the way divided by
+// this constant is the speed that this point allows; the least of all points is the answer. What
+// moves by itself may come closer meanwhile, and allows a third. Landmarks are passed through.
 #pragma once
 
 #include "rack/proxies/chassis.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack::pilot {
 namespace {

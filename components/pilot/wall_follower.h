@@ -1,4 +1,15 @@
 // Drives along walls, on and on (specification, section 10.7). Pure.
+//
+// The nearest point of a scan stands for the wall it lies on: a ray to it meets the wall at right
+// angles. So the bearing of this point tells how the vehicle lies to the wall, and its range how
+// far it is. The controller turns in proportion to the angle that is missing to a right one, plus
+// an angle towards the wall, or away from it, that grows with the error of the distance up to 30
+// degrees: far from the wall it is approached steeply, near it the vehicle runs parallel.
+//
+// Two modes choose the wall. The geometric one keeps it on the right. The one called after
+// Braitenberg, whose vehicles steer by what is near, takes the side that is near, the middle of
+// two, and keeps its choice until another wall is nearer. Whatever does not leave room ahead
+// (safe_speed.h) ends in a turn at rest, to the side where the corners of the hull have room.
 #pragma once
 
 #include <chrono>

@@ -11,9 +11,8 @@
 #include <ucontext.h>
 #include <unistd.h>
 
-#include "components/runtime/logic/readable_name.h"
-#include "components/runtime/symbols.h"
-#include "components/runtime/unwinder.h"
+#include "components/runtime/backtrace.h"
+#include "components/runtime/logic/function_names.h"
 
 // Nothing here may allocate, lock or use stdio: the crash may have happened inside of them.
 namespace rack {

@@ -10,10 +10,9 @@
 #include <atomic>
 #include <cstdint>
 
+#include "components/runtime/backtrace.h"
 #include "components/runtime/logic/offences.h"
 #include "components/runtime/perf_events.h"
-#include "components/runtime/symbols.h"
-#include "components/runtime/unwinder.h"
 #include "rack/priority_mutex.h"
 #include "rack/proxies/generic.h"
 #include "rack/text_log.h"

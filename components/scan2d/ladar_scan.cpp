@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack::scan2d {
 namespace {

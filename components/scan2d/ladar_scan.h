@@ -1,4 +1,14 @@
 // A laser scan as points of the robot (specification, section 10.4). Pure.
+//
+// Each distance becomes a point by the angle of its ray and the place where the ladar is mounted;
+// one that hangs upside down is read from its end. A median over three neighbours takes out single
+// points.
+//
+// A wall of metal or paint that the ray meets at right angles shines as a reflector does. It is
+// told from one by its neighbours: a straight line is laid through the points around it that follow
+// without a gap (total least squares: the main axis of their scatter), and where the ray meets this
+// line within 15 degrees of a right angle, the point is a wall again. Three reflectors side by side
+// are believed.
 #pragma once
 
 #include "rack/proxies/camera.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack::scan2d {
 namespace {

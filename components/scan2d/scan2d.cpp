@@ -2,7 +2,7 @@
 #include <array>
 #include <optional>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 #include "components/scan2d/ladar_scan.h"
 #include "rack/data_module.h"
 #include "rack/input.h"

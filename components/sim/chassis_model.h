@@ -1,5 +1,9 @@
 // A vehicle that does what it is told: speeds within limits, reached at once or, when wanted, at
 // the acceleration it has (specification, section 10.1). Pure.
+//
+// Once a period the speed takes a step towards the one that is wanted, by accMax when it grows and
+// by decMax when the vehicle brakes or turns round; what it has moved is this speed times the
+// period.
 #pragma once
 
 #include <chrono>

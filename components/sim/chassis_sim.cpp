@@ -3,7 +3,7 @@
 #include <mutex>
 #include <optional>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 #include "components/sim/chassis_model.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"

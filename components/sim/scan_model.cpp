@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack::sim {
 namespace {

@@ -1,5 +1,9 @@
 // What a scanner in the middle of the robot would see of a floor plan (specification, section
 // 10.3). Pure.
+//
+// From the place of the robot a ray is cast into each direction of the scanner, and its way to the
+// first wall is the distance that is measured, without noise; a ray that meets none within the
+// range of the scanner is invalid, as a real scanner says it.
 #pragma once
 
 #include <chrono>

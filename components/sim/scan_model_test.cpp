@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "components/geometry/angle.h"
+#include "components/geometry/pose.h"
 
 namespace rack::sim {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "components/geometry/angle.h"
 #include "components/geometry/floor_map.h"
+#include "components/geometry/pose.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,6 +6,7 @@
 #include <linux/perf_event.h>
 
 namespace rack {
+
 namespace {
 
 // The rest of one record. Whatever a record claims, nothing behind its end is read.

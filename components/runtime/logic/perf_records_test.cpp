@@ -9,6 +9,7 @@
 #include <linux/perf_event.h>
 
 namespace rack {
+
 namespace {
 
 constexpr std::size_t kRing = 8192;
@@ -141,4 +142,5 @@ TEST(PerfRecords, SurviveAnyBytes) {
 }
 
 }  // namespace
+
 }  // namespace rack

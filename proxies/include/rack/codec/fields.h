@@ -46,8 +46,7 @@ struct Tail : std::vector<T> {
   void reserve_all() { this->reserve(Max); }
 };
 
-// ---
-// A text in a fixed number of bytes of a message, such as a file name.
+// --- A text in a fixed number of bytes of a message, such as a file name.
 
 // At most Bytes - 1 characters; always ends in NUL, and what follows is zero. Programs of the
 // original fill all bytes at times: reading cuts the last character then.

@@ -163,8 +163,7 @@ using Seconds = Quantity<Raw, unit::Second>;
 template <typename Raw>
 using Pixels = Quantity<Raw, unit::Pixel>;
 
-// ---
-// The 32-bit time stamps of messages: milliseconds that start again at 0 every 49.7 days.
+// --- The 32-bit time stamps of messages: milliseconds that start again at 0 every 49.7 days.
 
 // Comparison and difference go the short way round: they are right for two stamps less than
 // 24.8 days apart, also when the counter wrapped between them. So no sorting key for a container.

@@ -143,8 +143,7 @@ enum class Status : i8 {
 };
 std::string_view name(Status status);
 
-// ---
-// A file name for a component, which opens it on its own host (specification, section 9.13).
+// --- A file name for a component, which opens it on its own host (specification, section 9.13).
 
 // C programs send and expect 132 bytes, with NUL behind the name; Java sends the used bytes only.
 struct FileName {

@@ -146,8 +146,7 @@ Result<Answer> Proxy::query(i8 type, const Body& body, i8 answer) {
   return value;
 }
 
-// ---
-// Proxies of components that produce data: asked for, or as a stream.
+// --- Proxies of components that produce data: asked for, or as a stream.
 
 template <Struct DataType>
 class DataProxy : public Proxy {
@@ -188,8 +187,7 @@ class DataProxy : public Proxy {
   }
 };
 
-// ---
-// Which message is the answer a call waits for: pure, so that every case can be tested.
+// --- Which message is the answer a call waits for: pure, so that every case can be tested.
 
 struct Question {
   tims::Address component;      // who was asked
@@ -225,8 +223,7 @@ constexpr Verdict judge(const Question& question, const tims::Header& message) {
   }
 }
 
-// ---
-// Messages of a data stream, as they arrive in the data mailbox.
+// --- Messages of a data stream, as they arrive in the data mailbox.
 
 // Whether this is data of `producer`, and if not, why:
 //   kAnsweredError    the producer went off or failed, and has forgotten its listeners: ask again

@@ -1,13 +1,16 @@
-// The bytes of a Linux joystick device (/dev/input/js0) as a stick (linux/joystick.h). Pure.
+// Sticks: what a device of Linux and what keys of a terminal say, as positions. Pure.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <span>
+#include <string_view>
 
 #include "rack/proxies/joystick.h"
 
 namespace rack::joystick {
+
+// --- The bytes of a Linux joystick device (/dev/input/js0) as a stick (linux/joystick.h). Pure.
 
 // Which of the device's axes is which of ours; -1: none.
 struct AxisMap {
@@ -38,6 +41,28 @@ class JsEvents {
   std::size_t size_ = 0;  // of what is there of the next event
   std::array<i16, 256> values_{};
   u32 buttons_ = 0;
+};
+
+// --- A stick made of keys, for who has no other: each press moves it by a tenth. Pure.
+//
+//   w, s or up, down     forward, backward        0 to 9   button on, off
+//   a, d or left, right  to the left, right       others   all in the middle, no button
+
+class KeyboardStick {
+ public:
+  // What the terminal says; keys that are several characters come whole or in pieces.
+  void push(std::string_view characters);
+
+  [[nodiscard]] const JoystickAxes& position() const { return position_; }
+  [[nodiscard]] i32 buttons() const { return buttons_; }
+
+ private:
+  void key(char key);
+  void escape(char part);
+
+  JoystickAxes position_;
+  i32 buttons_ = 0;
+  enum class Escape : std::uint8_t { kNone, kBegun, kBracket } escape_ = Escape::kNone;
 };
 
 }  // namespace rack::joystick

@@ -1,10 +1,11 @@
-#include "components/joystick/js_events.h"
+#include "components/joystick/sticks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
 namespace rack::joystick {
+
 namespace {
 
 // time (4 bytes), value (2), type, number; in the machine's own order.
@@ -55,6 +56,59 @@ i32 JsEvents::percent(i32 axis) const {
   const double part = values_[static_cast<std::size_t>(axis)] / kDeflection;
   const auto percent = static_cast<i32>(std::lround(std::clamp(part, -1.0, 1.0) * 100));
   return std::abs(percent) < axes_.dead_zone ? 0 : percent;
+}
+
+namespace {
+
+constexpr char kEscape = '\x1b';
+constexpr i32 kStep = 10;
+
+void move(Percent<i32>& axis, i32 by) { axis = std::clamp(axis + by, -100, 100); }
+
+}  // namespace
+
+void KeyboardStick::push(std::string_view characters) {
+  for (const char c : characters) {
+    if (c == kEscape) {
+      escape_ = Escape::kBegun;
+    } else if (escape_ != Escape::kNone) {
+      escape(c);
+    } else {
+      key(c);
+    }
+  }
+}
+
+// Arrows are ESC [ A to D, or ESC O A to D.
+void KeyboardStick::escape(char part) {
+  if (escape_ == Escape::kBegun && (part == '[' || part == 'O')) {
+    escape_ = Escape::kBracket;
+    return;
+  }
+  const bool arrow = escape_ == Escape::kBracket && part >= 'A' && part <= 'D';
+  escape_ = Escape::kNone;
+  key(arrow ? std::string_view("wsda")[static_cast<std::size_t>(part - 'A')] : ' ');
+}
+
+void KeyboardStick::key(char key) {
+  switch (key) {
+    case 'w':
+      return move(position_.x, kStep);
+    case 's':
+      return move(position_.x, -kStep);
+    case 'd':
+      return move(position_.y, kStep);
+    case 'a':
+      return move(position_.y, -kStep);
+    default:
+      break;
+  }
+  if (key >= '0' && key <= '9') {
+    buttons_ ^= 1 << (key - '0');
+    return;
+  }
+  position_ = {};
+  buttons_ = 0;
 }
 
 }  // namespace rack::joystick

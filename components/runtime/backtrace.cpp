@@ -1,12 +1,24 @@
-#include "components/runtime/unwinder.h"
+#include "components/runtime/backtrace.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <span>
 
+#include <cxxabi.h>
+#include <fcntl.h>
+#include <link.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include "components/runtime/logic/function_names.h"
 #include "components/runtime/registers.h"
+#include "os/file.h"
 
 // Exported for programs that look at others, as we do at our own past; no header declares it (the
 // kernel's perf declares it in the same way). That it is there is checked when we are configured.
@@ -15,6 +27,108 @@ extern "C" int UNW_OBJ(dwarf_search_unwind_table)(unw_addr_space_t space, unw_wo
                                                   int need_unwind_info, void* thread);
 
 namespace rack {
+
+namespace {
+
+int add_file(dl_phdr_info* file, std::size_t, void* data) {
+  auto& segments = *static_cast<std::vector<LoadedFile>*>(data);
+  const std::span parts(file->dlpi_phdr, file->dlpi_phnum);
+  const auto table = std::ranges::find(parts, PT_GNU_EH_FRAME, &ElfW(Phdr)::p_type);
+  for (const auto& part : parts) {
+    if (part.p_type != PT_LOAD) continue;
+    const std::uint64_t begin = file->dlpi_addr + part.p_vaddr;
+    segments.push_back({.begin = begin,
+                        .end = begin + part.p_memsz,
+                        .base = file->dlpi_addr,
+                        .unwind_table = table == parts.end() ? 0 : file->dlpi_addr + table->p_vaddr,
+                        .path = file->dlpi_name});
+  }
+  return 0;
+}
+
+}  // namespace
+
+void LoadedFiles::refresh() {
+  segments_.clear();
+  ::dl_iterate_phdr(add_file, &segments_);
+}
+
+const LoadedFile* LoadedFiles::find(std::uint64_t address) const {
+  const auto found = std::ranges::find_if(
+      segments_, [&](const LoadedFile& s) { return s.begin <= address && address < s.end; });
+  return found == segments_.end() ? nullptr : &*found;
+}
+
+namespace {
+
+constexpr const char* kOwnFile = "/proc/self/exe";
+
+// A whole file to look at.
+class FileView {
+ public:
+  explicit FileView(const char* path) : file_(::open(path, O_RDONLY | O_CLOEXEC)) {
+    struct stat status {};
+    if (!file_ || ::fstat(file_.get(), &status) != 0) return;
+    const auto size = static_cast<std::size_t>(status.st_size);
+    void* memory = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file_.get(), 0);
+    if (memory != MAP_FAILED) bytes_ = {static_cast<const std::byte*>(memory), size};
+  }
+  FileView(const FileView&) = delete;
+  FileView& operator=(const FileView&) = delete;
+  ~FileView() {
+    if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+  }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  tims::os::File file_;
+  std::span<const std::byte> bytes_;
+};
+
+std::string_view base_name(std::string_view path) { return path.substr(path.rfind('/') + 1); }
+
+std::string demangled(std::string_view name) {
+  int status = 0;
+  const std::unique_ptr<char, decltype(&std::free)> text(
+      abi::__cxa_demangle(std::string(name).c_str(), nullptr, nullptr, &status), &std::free);
+  return status == 0 ? text.get() : std::string(name);
+}
+
+std::string hex(std::uint64_t number) {
+  std::array<char, 20> text{};
+  std::snprintf(text.data(), text.size(), "0x%llx", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+}  // namespace
+
+Symbol find_symbol(const LoadedFiles& files, std::uint64_t address, std::span<char> room) {
+  const LoadedFile* loaded = files.find(address);
+  if (loaded == nullptr) return {.offset = address, .file = "?"};
+  const bool own = loaded->path.empty();
+  Symbol symbol{.offset = address - loaded->base, .file = base_name(loaded->path)};
+  const FileView file(own ? kOwnFile : loaded->path.c_str());
+  const ElfSymbol found = find_function(file.bytes(), symbol.offset);
+  if (found.name.empty()) return symbol;
+  const std::size_t size = std::min(found.name.size(), room.size());
+  std::copy_n(found.name.data(), size, room.data());
+  symbol.name = {room.data(), size};
+  symbol.offset = found.offset;
+  return symbol;
+}
+
+const SymbolNames::Name& SymbolNames::name(std::uint64_t address) {
+  const auto [at, is_new] = names_.try_emplace(address);
+  if (!is_new) return at->second;
+  std::array<char, 1024> room{};
+  if (files_.find(address) == nullptr) files_.refresh();
+  const Symbol symbol = find_symbol(files_, address, room);
+  at->second.known = !symbol.name.empty();
+  at->second.text = at->second.known ? demangled(symbol.name)
+                                     : std::string(symbol.file) + " + " + hex(symbol.offset);
+  return at->second;
+}
+
 namespace {
 
 // The thread that is looked at: its registers, and what its stack was.
