@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <string_view>
 
+#include "tims/export.h"
+
 namespace tims {
 
 // From now on in this program. Before it has threads; `name` must stay. False: the number or the
 // name is another class's, or there are 64 already.
-bool name_class(std::uint32_t class_id, std::string_view name);
+TIMS_API bool name_class(std::uint32_t class_id, std::string_view name);
 
 }  // namespace tims
