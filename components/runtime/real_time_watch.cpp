@@ -14,7 +14,7 @@
 namespace rack {
 namespace {
 
-constexpr std::string_view kOutermost = "rack::Module::watched_loop";
+constexpr std::string_view kOutermost = "rack::Module::Life::watched_loop";
 constexpr std::size_t kFrames = 48;
 
 // Only the task writes them; an ordinary addition will do.
