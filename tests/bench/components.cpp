@@ -9,6 +9,7 @@
 #include "rack/proxies/ladar.h"
 #include "tests/bench/metrics.h"
 #include "tests/bench/usage.h"
+#include "tims/session.h"
 
 namespace tims::bench {
 namespace {
