@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/measure.h"
 #include "tests/chaos/client.h"
 #include "tests/chaos/run.h"
-#include "base/measure.h"
 #include "tools/cli/failure.h"
 
 namespace tims::chaos {

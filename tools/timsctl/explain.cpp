@@ -1,3 +1,5 @@
+#include "tools/timsctl/explain.h"
+
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -11,7 +13,6 @@
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
 #include "tools/timsctl/message.h"
-#include "tools/timsctl/path.h"
 #include "tools/timsctl/verbs.h"
 
 namespace timsctl {

@@ -12,7 +12,7 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/timsctl/path.h"
+#include "tools/timsctl/explain.h"
 #include "tools/timsctl/verbs.h"
 
 namespace timsctl {
