@@ -130,9 +130,10 @@ constexpr std::array kOptions{
     row<Kind::kFlag, &Config::tcp, &Config::Tcp::admin>(
         {.key = "tcp.admin",
          .reload = Reload::kYes,
-         .help = "Lets clients of tcp.listen and http.listen change this router: take links down, "
-                 "add routes, spoil links; otherwise only programs that connect to unix.path, and "
-                 "other routers."}),
+         .help =
+             "Lets clients of tcp.listen and http.listen change this router: take links down, "
+             "add routes, inject faults; otherwise only programs that connect to unix.path, and "
+             "other routers."}),
     row<Kind::kFlag, &Config::tcp, &Config::Tcp::compat_delete>(
         {.key = "tcp.compat_delete",
          .reload = Reload::kYes,
@@ -276,7 +277,8 @@ constexpr std::array kOptions{
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",
          .reload = Reload::kYes,
-         .help = "Lets timsctl sim fault spoil this router's UDP on purpose; only for tests."}),
+         .help = "Lets timsctl sim fault make this router lose and delay UDP on purpose; only for "
+                 "tests."}),
 };
 
 // --- the items of lists: [[link]] and [[route]]

@@ -167,7 +167,7 @@ std::optional<QuestionError> carry_out(const Question& question, const AdminSour
     case Ask::kFault:
       if (!source.config().sim.faults)
         return not_done(
-            "this router does not spoil its links: set sim.faults = true in its configuration and "
+            "this router injects no faults: set sim.faults = true in its configuration and "
             "reload it");
       if (source.inject_faults(question.link, question.faults)) return std::nullopt;
       return no_link(source, question.link);

@@ -287,7 +287,7 @@ TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
   EXPECT_TRUE(becomes(all));
 }
 
-TEST_F(Tree, ARouterThatMaySpoilsItsLinks) {
+TEST_F(Tree, ARouterThatMayInjectsFaults) {
   const auto link_loss = [&](const char* link, const char* word) {
     return robot->timsctl({"sim", "fault", "--link", link, word});
   };

@@ -153,7 +153,7 @@ sim::Quality need_quality(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (word == "cut") throw usage_error("a router has no cable to pull", "blackout loses all");
     if (word.starts_with("direction="))
-      throw usage_error("a router spoils what it sends, and nothing else",
+      throw usage_error("a router injects faults into what it sends, and nothing else",
                         "ask the router at the other end for the other direction");
   }
   const auto state = sim::changed({}, {}, words, sim::built_in_profiles());

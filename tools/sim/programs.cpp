@@ -207,8 +207,8 @@ std::optional<json::object> Routers::ask(const std::string& host,
   }
 }
 
-bool Routers::spoil(const std::string& host, const std::string& peer,
-                    const Quality& quality) const {
+bool Routers::inject_faults(const std::string& host, const std::string& peer,
+                            const Quality& quality) const {
   return ask(host, router_faults(peer, quality)).has_value();
 }
 

@@ -67,9 +67,10 @@ class Routers {
  public:
   Routers(const Context& context, const Plan& plan) : context_(context), plan_(plan) {}
 
-  // Asks a router to spoil what it sends over a link. False: not yet, there is no such link.
-  [[nodiscard]] bool spoil(const std::string& host, const std::string& peer,
-                           const Quality& quality) const;
+  // Asks a router to inject faults into what it sends over a link. False: not yet, there is no such
+  // link.
+  [[nodiscard]] bool inject_faults(const std::string& host, const std::string& peer,
+                                   const Quality& quality) const;
   // Is the host's link to that peer up?
   [[nodiscard]] bool is_linked(const std::string& host, const std::string& peer) const;
 

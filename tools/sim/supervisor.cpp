@@ -223,7 +223,7 @@ void Supervisor::owe_all(const PlannedHost& host) {
 
 void Supervisor::pay_debts() {
   std::erase_if(debts_, [&](const auto& debt) {
-    return routers_.spoil(debt.first.first, debt.first.second, debt.second);
+    return routers_.inject_faults(debt.first.first, debt.first.second, debt.second);
   });
   next_payment_ = tims::os::now() + kPayAgain;
 }

@@ -20,55 +20,57 @@ namespace {
 
 constexpr std::uint16_t kTcpPort = 2000;
 
-void ask_router(Context& context, Facts& facts) {
+void ask_router(Context& context, Observations& observed) {
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
-  facts.status = admin.ask({{"ask", "status"}});
-  const auto there = base::parse_rfc3339(text_at(facts.status, "time"));
+  observed.status = admin.ask({{"ask", "status"}});
+  const auto there = base::parse_rfc3339(text_at(observed.status, "time"));
   if (there)
-    facts.clock_difference_s = std::chrono::duration<double>(*there - tims::os::wall_now()).count();
+    observed.clock_difference_s =
+        std::chrono::duration<double>(*there - tims::os::wall_now()).count();
   json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
-  facts.mailboxes = std::move(items_of(mailboxes));
+  observed.mailboxes = std::move(items_of(mailboxes));
   json::object clients = admin.ask({{"ask", "clients"}});
-  facts.clients = std::move(items_of(clients));
-  facts.stats = admin.ask({{"ask", "stats"}});
+  observed.clients = std::move(items_of(clients));
+  observed.stats = admin.ask({{"ask", "stats"}});
   json::object links = admin.ask({{"ask", "links"}});
-  facts.links = std::move(items_of(links));
+  observed.links = std::move(items_of(links));
 }
 
-void find_dead_owners(Facts& facts) {
-  for (const json::value& value : facts.mailboxes) {
+void find_dead_owners(Observations& observed) {
+  for (const json::value& value : observed.mailboxes) {
     const json::object& mailbox = value.as_object();
     const auto pid = static_cast<std::uint32_t>(number_or_zero(mailbox, "owner.pid"));
     if (pid == 0 || is_running(pid)) continue;
-    facts.dead_owners.push_back(fmt::format("{} of {} (pid {})", text_at(mailbox, "address.name"),
-                                            base::printable(text_at(mailbox, "owner.name")), pid));
+    observed.dead_owners.push_back(
+        fmt::format("{} of {} (pid {})", text_at(mailbox, "address.name"),
+                    base::printable(text_at(mailbox, "owner.name")), pid));
   }
 }
 
-void look_at_host(const std::string& path, Facts& facts) {
-  facts.socket = socket_file(path);
-  if (facts.unreachable)
-    facts.tcp_port_owner = port_owner(kTcpPort);
+void look_at_host(const std::string& path, Observations& observed) {
+  observed.socket = socket_file(path);
+  if (observed.unreachable)
+    observed.tcp_port_owner = port_owner(kTcpPort);
   else
-    facts.files = open_files(static_cast<std::uint32_t>(number_or_zero(facts.status, "pid")));
-  facts.memory = shared_memory();
-  facts.clock_synchronised = clock_is_synchronised();
-  facts.receive_buffer_max = number_in("/proc/sys/net/core/rmem_max");
-  find_dead_owners(facts);
+    observed.files = open_files(static_cast<std::uint32_t>(number_or_zero(observed.status, "pid")));
+  observed.memory = shared_memory();
+  observed.clock_synchronised = clock_is_synchronised();
+  observed.receive_buffer_max = number_in("/proc/sys/net/core/rmem_max");
+  find_dead_owners(observed);
 }
 
-Facts gather(Context& context) {
-  Facts facts{.where = to_string(context.host),
-              .local = std::holds_alternative<UnixHost>(context.host),
-              .version = std::string(own_version())};
+Observations gather(Context& context) {
+  Observations observed{.where = to_string(context.host),
+                        .local = std::holds_alternative<UnixHost>(context.host),
+                        .version = std::string(own_version())};
   try {
-    ask_router(context, facts);
+    ask_router(context, observed);
   } catch (const Failure& failure) {
-    facts.unreachable = failure;
+    observed.unreachable = failure;
   }
-  if (facts.local) look_at_host(std::get<UnixHost>(context.host).path, facts);
-  return facts;
+  if (observed.local) look_at_host(std::get<UnixHost>(context.host).path, observed);
+  return observed;
 }
 
 struct Counts {
@@ -100,7 +102,7 @@ std::string draw(const std::vector<Finding>& findings, const Look& look, bool qu
                             n.warnings, n.warnings == 1 ? "" : "s");
 }
 
-json::object to_json(const Facts& facts, const std::vector<Finding>& findings) {
+json::object to_json(const Observations& observed, const std::vector<Finding>& findings) {
   json::array items;
   for (const Finding& f : findings)
     items.push_back(json::object{{"id", f.id},
@@ -109,7 +111,7 @@ json::object to_json(const Facts& facts, const std::vector<Finding>& findings) {
                                  {"hint", f.hint.empty() ? json::value() : json::value(f.hint)}});
   const Counts n = count(findings);
   return {{"schema", "tims/doctor/1"},
-          {"host", facts.where},
+          {"host", observed.where},
           {"time", base::rfc3339(tims::os::wall_now())},
           {"failures", n.failures},
           {"warnings", n.warnings},
@@ -117,7 +119,7 @@ json::object to_json(const Facts& facts, const std::vector<Finding>& findings) {
 }
 
 // One line and the exit status that monitoring programs read.
-Exit nagios(Context& context, const Facts& facts, const std::vector<Finding>& findings) {
+Exit nagios(Context& context, const Observations& observed, const std::vector<Finding>& findings) {
   const Counts n = count(findings);
   const int level = n.failures > 0 ? 2 : n.warnings > 0 ? 1 : 0;
   const char* word = level == 2 ? "CRITICAL" : level == 1 ? "WARNING" : "OK";
@@ -129,8 +131,8 @@ Exit nagios(Context& context, const Facts& facts, const std::vector<Finding>& fi
     separator = "; ";
   }
   context.out.write(fmt::format(
-      "{} | clients={} mailboxes={} drops={}c\n", text, number_or_zero(facts.status, "clients"),
-      number_or_zero(facts.status, "mailboxes"), number_or_zero(facts.status, "drops")));
+      "{} | clients={} mailboxes={} drops={}c\n", text, number_or_zero(observed.status, "clients"),
+      number_or_zero(observed.status, "mailboxes"), number_or_zero(observed.status, "drops")));
   return static_cast<Exit>(level);
 }
 
@@ -145,14 +147,14 @@ json::object to_json(const CatalogueEntry& entry) {
 }  // namespace
 
 Exit doctor(Context& context) {
-  const Facts facts = gather(context);
-  const std::vector<Finding> findings = judge(facts);
-  if (context.options.style == "nagios") return nagios(context, facts, findings);
+  const Observations observed = gather(context);
+  const std::vector<Finding> findings = judge(observed);
+  if (context.options.style == "nagios") return nagios(context, observed, findings);
   if (context.out.json())
-    context.out.write(to_json(facts, findings));
+    context.out.write(to_json(observed, findings));
   else
     context.out.write(draw(findings, context.out.look(), context.options.quiet));
-  if (facts.unreachable) return facts.unreachable->exit;
+  if (observed.unreachable) return observed.unreachable->exit;
   return count(findings).failures > 0 ? Exit::kNo : Exit::kDone;
 }
 

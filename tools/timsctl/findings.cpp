@@ -38,11 +38,11 @@ std::string_view who_reaches(std::string_view where) {
 
 class Doctor {
  public:
-  explicit Doctor(const Facts& facts) : facts_(facts) {}
+  explicit Doctor(const Observations& observed) : observed_(observed) {}
 
   std::vector<Finding> examine() {
     reachable();
-    if (!facts_.unreachable) {
+    if (!observed_.unreachable) {
       version();
       ports();
       turn();
@@ -52,8 +52,9 @@ class Doctor {
       full_mailboxes();
       drops();
     }
-    if (!facts_.unreachable) std::ranges::move(judge_links(facts_), std::back_inserter(findings_));
-    if (facts_.local) host();
+    if (!observed_.unreachable)
+      std::ranges::move(judge_links(observed_), std::back_inserter(findings_));
+    if (observed_.local) host();
     return std::move(findings_);
   }
 
@@ -66,27 +67,29 @@ class Doctor {
   }
 
   void reachable() {
-    if (!facts_.unreachable)
-      return add("router.reachable", Level::kOk,
-                 fmt::format("{} answers at {}", text_at(facts_.status, "name"), facts_.where));
-    add("router.reachable", Level::kFailure, facts_.unreachable->message, facts_.unreachable->hint);
-    if (facts_.tcp_port_owner)
+    if (!observed_.unreachable)
+      return add(
+          "router.reachable", Level::kOk,
+          fmt::format("{} answers at {}", text_at(observed_.status, "name"), observed_.where));
+    add("router.reachable", Level::kFailure, observed_.unreachable->message,
+        observed_.unreachable->hint);
+    if (observed_.tcp_port_owner)
       add("port.tcp", Level::kWarning,
           fmt::format("port 2000 is in use by {}: a router could not listen there",
-                      *facts_.tcp_port_owner));
+                      *observed_.tcp_port_owner));
   }
 
   void version() {
-    const std::string router = text_at(facts_.status, "version");
-    judge("router.version", router == facts_.version, Level::kWarning,
-          router == facts_.version
+    const std::string router = text_at(observed_.status, "version");
+    judge("router.version", router == observed_.version, Level::kWarning,
+          router == observed_.version
               ? fmt::format("router and timsctl are version {}", router)
-              : fmt::format("the router is version {}, timsctl {}", router, facts_.version));
+              : fmt::format("the router is version {}, timsctl {}", router, observed_.version));
   }
 
   void ports() {
     for (const char* port : {"tcp", "http"}) {
-      const std::string where = text_at(facts_.status, fmt::format("listen.{}", port));
+      const std::string where = text_at(observed_.status, fmt::format("listen.{}", port));
       add(fmt::format("port.{}", port), where.empty() ? Level::kInfo : Level::kOk,
           where.empty() ? fmt::format("{} is off", port)
                         : fmt::format("{} listens at {}: {} can command every component there",
@@ -95,29 +98,29 @@ class Doctor {
   }
 
   void turn() {
-    const double longest = number_or_zero(facts_.status, "longest_turn_s");
+    const double longest = number_or_zero(observed_.status, "longest_turn_s");
     judge("router.turn", longest < 0.1, Level::kWarning,
           fmt::format("the router's longest turn took {}", base::human_duration(longest)));
   }
 
   void clocks_differ() {
-    if (facts_.local || !facts_.clock_difference_s) return;
-    const double difference = *facts_.clock_difference_s;
+    if (observed_.local || !observed_.clock_difference_s) return;
+    const double difference = *observed_.clock_difference_s;
     judge("clock.difference", std::abs(difference) < 1, Level::kWarning,
           fmt::format("the router's clock differs from this one by {}",
                       base::human_duration(difference)));
   }
 
   void dead_mailboxes() {
-    for (const std::string& owner : facts_.dead_owners)
+    for (const std::string& owner : observed_.dead_owners)
       add("mailboxes.dead", Level::kFailure, owner + " is registered, but its owner has gone");
-    if (facts_.dead_owners.empty() && facts_.local)
+    if (observed_.dead_owners.empty() && observed_.local)
       add("mailboxes.dead", Level::kOk,
-          fmt::format("{} mailboxes, all with a living owner", facts_.mailboxes.size()));
+          fmt::format("{} mailboxes, all with a living owner", observed_.mailboxes.size()));
   }
 
   void duplicates() {
-    const double refused = number_or_zero(facts_.stats, "events.address_refused");
+    const double refused = number_or_zero(observed_.stats, "events.address_refused");
     judge("mailboxes.duplicate", refused == 0, Level::kWarning,
           refused == 0
               ? "nobody wanted an address that was taken"
@@ -126,7 +129,7 @@ class Doctor {
 
   void full_mailboxes() {
     bool any = false;
-    for (const json::value& value : facts_.mailboxes) {
+    for (const json::value& value : observed_.mailboxes) {
       const json::object& mailbox = value.as_object();
       const double slots = number_or_zero(mailbox, "slots");
       if (slots == 0 || number_or_zero(mailbox, "waiting") < slots) continue;
@@ -140,9 +143,9 @@ class Doctor {
 
   // One finding a reason. What happened long ago is told, but is no warning.
   void drops() {
-    const bool now = number_or_zero(facts_.status, "drops_last_minute") > 0;
+    const bool now = number_or_zero(observed_.status, "drops_last_minute") > 0;
     json::object sums;
-    for (const json::value& value : items_of(facts_.stats)) {
+    for (const json::value& value : items_of(observed_.stats)) {
       const json::object& item = value.as_object();
       if (text_at(item, "dropped") != "true") continue;
       const std::string outcome = text_at(item, "outcome");
@@ -156,35 +159,35 @@ class Doctor {
           entry == nullptr ? "" : std::string(entry->hint));
     }
     if (sums.empty()) add("drops", Level::kOk, "every message was delivered");
-    if (const std::string to = lost_to(facts_.clients, facts_.mailboxes); !to.empty())
+    if (const std::string to = lost_to(observed_.clients, observed_.mailboxes); !to.empty())
       add("drops.receivers", Level::kInfo, "messages were lost: " + to);
   }
 
   void host() {
-    if (facts_.socket)
+    if (observed_.socket)
       add("socket.permissions", Level::kOk,
-          fmt::format("the socket belongs to {}:{}, mode {:04o}", facts_.socket->owner,
-                      facts_.socket->group, facts_.socket->mode));
+          fmt::format("the socket belongs to {}:{}, mode {:04o}", observed_.socket->owner,
+                      observed_.socket->group, observed_.socket->mode));
     files();
-    if (facts_.memory)
-      judge("memory.shared", facts_.memory->memfd && facts_.memory->free_bytes >= (16 << 20),
+    if (observed_.memory)
+      judge("memory.shared", observed_.memory->memfd && observed_.memory->free_bytes >= (16 << 20),
             Level::kFailure,
-            facts_.memory->memfd
+            observed_.memory->memfd
                 ? fmt::format("/dev/shm has {} left",
-                              base::human_bytes(static_cast<double>(facts_.memory->free_bytes)))
+                              base::human_bytes(static_cast<double>(observed_.memory->free_bytes)))
                 : "the system makes no shared memory (memfd_create)");
-    judge("clock.synchronised", facts_.clock_synchronised, Level::kInfo,
-          facts_.clock_synchronised ? "the clock is synchronised"
-                                    : "the clock is not synchronised to any reference");
-    if (facts_.receive_buffer_max)
-      judge("sockets.buffers", *facts_.receive_buffer_max >= (1 << 20), Level::kInfo,
+    judge("clock.synchronised", observed_.clock_synchronised, Level::kInfo,
+          observed_.clock_synchronised ? "the clock is synchronised"
+                                       : "the clock is not synchronised to any reference");
+    if (observed_.receive_buffer_max)
+      judge("sockets.buffers", *observed_.receive_buffer_max >= (1 << 20), Level::kInfo,
             fmt::format("a socket may buffer {} (net.core.rmem_max)",
-                        base::human_bytes(static_cast<double>(*facts_.receive_buffer_max))));
+                        base::human_bytes(static_cast<double>(*observed_.receive_buffer_max))));
   }
 
   void files() {
-    if (!facts_.files) return;
-    const auto& files = *facts_.files;
+    if (!observed_.files) return;
+    const auto& files = *observed_.files;
     const std::string text =
         files.open ? fmt::format("the router has {} of {} files open", *files.open, files.limit)
                    : fmt::format("the router may open {} files", files.limit);
@@ -193,7 +196,7 @@ class Doctor {
     judge("limits.files", files.limit >= 4096, Level::kWarning, text);
   }
 
-  const Facts& facts_;
+  const Observations& observed_;
   std::vector<Finding> findings_;
 };
 
@@ -205,21 +208,21 @@ constexpr double kMtuBase = 1200;
 
 class LinkDoctor {
  public:
-  explicit LinkDoctor(const Facts& facts) : facts_(facts) {}
+  explicit LinkDoctor(const Observations& observed) : observed_(observed) {}
 
   std::vector<Finding> examine() {
     socket();
-    for (const json::value& value : facts_.links) {
+    for (const json::value& value : observed_.links) {
       const json::object& link = value.as_object();
       if (text_at(link, "state") == "up")
         working(link);
       else
         not_up(link);
     }
-    if (findings_.empty() && !facts_.links.empty())
+    if (findings_.empty() && !observed_.links.empty())
       add("links", Level::kOk,
-          fmt::format("{} link{} up", facts_.links.size(),
-                      facts_.links.size() == 1 ? " is" : "s are"));
+          fmt::format("{} link{} up", observed_.links.size(),
+                      observed_.links.size() == 1 ? " is" : "s are"));
     event("duplicate_router", "routers.duplicate", "a second router had the id of another one");
     event("duplicate_address", "addresses.duplicate",
           "a mailbox was announced whose address another router has");
@@ -233,11 +236,11 @@ class LinkDoctor {
   }
 
   void socket() {
-    const double asked = number_or_zero(facts_.status, "udp.asked_buffer_bytes");
-    const double in = number_or_zero(facts_.status, "udp.receive_buffer_bytes");
-    const double out = number_or_zero(facts_.status, "udp.send_buffer_bytes");
-    const double dropped = number_or_zero(facts_.status, "udp.dropped_by_kernel");
-    if (asked == 0 || facts_.links.empty() || std::min(in, out) >= asked) return;
+    const double asked = number_or_zero(observed_.status, "udp.asked_buffer_bytes");
+    const double in = number_or_zero(observed_.status, "udp.receive_buffer_bytes");
+    const double out = number_or_zero(observed_.status, "udp.send_buffer_bytes");
+    const double dropped = number_or_zero(observed_.status, "udp.dropped_by_kernel");
+    if (asked == 0 || observed_.links.empty() || std::min(in, out) >= asked) return;
     std::string text = fmt::format(
         "the links' socket buffers {} in and {} out, less than the {} "
         "asked for: bursts may be lost",
@@ -296,13 +299,13 @@ class LinkDoctor {
   }
 
   void event(const char* kind, const char* id, const char* text) {
-    const double count = number_or_zero(facts_.stats, fmt::format("events.{}", kind));
+    const double count = number_or_zero(observed_.stats, fmt::format("events.{}", kind));
     if (count > 0)
       add(id, Level::kFailure,
           fmt::format("{} ({} time{})", text, base::human_count(count), count == 1 ? "" : "s"));
   }
 
-  const Facts& facts_;
+  const Observations& observed_;
   std::vector<Finding> findings_;
 };
 
@@ -373,7 +376,7 @@ std::string lost_to(std::span<const json::value> clients, std::span<const json::
   return text;
 }
 
-std::vector<Finding> judge(const Facts& facts) { return Doctor(facts).examine(); }
+std::vector<Finding> judge(const Observations& observed) { return Doctor(observed).examine(); }
 
 std::string_view name(Level level) {
   constexpr std::array<std::string_view, 4> kNames = {"ok", "info", "warning", "failure"};
@@ -382,7 +385,9 @@ std::string_view name(Level level) {
 
 // --- links to other routers
 
-std::vector<Finding> judge_links(const Facts& facts) { return LinkDoctor(facts).examine(); }
+std::vector<Finding> judge_links(const Observations& observed) {
+  return LinkDoctor(observed).examine();
+}
 
 std::optional<SocketFile> socket_file(const std::string& path) {
   struct stat status {};

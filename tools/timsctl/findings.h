@@ -41,7 +41,7 @@ std::optional<std::uint64_t> number_in(const std::string& path);
 
 // What the doctor concludes from what it has seen. Pure.
 
-struct Facts {
+struct Observations {
   std::string where;    // the router that was asked
   bool local = true;    // it is on this host
   std::string version;  // of timsctl
@@ -75,13 +75,13 @@ struct Finding {
 // With the hint of the catalogue when it is bad and has none of its own.
 Finding make_finding(std::string id, Level level, std::string text, std::string hint = {});
 
-std::vector<Finding> judge(const Facts& facts);
+std::vector<Finding> judge(const Observations& observed);
 // Of the clients (links, too) and mailboxes of a router: whom messages have not reached, those with
 // most of them first: "12 to camera, 3 in the mailbox Ladar(3/0)". Empty: none were lost.
 inline constexpr std::size_t kReceiversShown = 5;
 std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes);
 // Those about links to other routers.
-std::vector<Finding> judge_links(const Facts& facts);
+std::vector<Finding> judge_links(const Observations& observed);
 std::string_view name(Level level);
 
 }  // namespace timsctl

@@ -16,20 +16,20 @@ using testing::HasSubstr;
 
 json::object object(const char* text) { return json::parse(text).as_object(); }
 
-Facts healthy() {
-  Facts facts{.where = "/run/tims/router.sock", .version = "0.1.0"};
-  facts.status = object(R"({"name": "lab", "version": "0.1.0", "longest_turn_s": 0.001,
+Observations healthy() {
+  Observations observed{.where = "/run/tims/router.sock", .version = "0.1.0"};
+  observed.status = object(R"({"name": "lab", "version": "0.1.0", "longest_turn_s": 0.001,
       "drops_last_minute": 0, "listen": {"tcp": "127.0.0.1:2000", "http": null}})");
-  facts.stats = object(R"({"items": [], "events": {"address_refused": 0}})");
-  facts.socket = SocketFile{0770, "root", "tims"};
-  facts.files = OpenFiles{65536, 30};
-  facts.memory = SharedMemory{true, 1 << 30};
-  facts.receive_buffer_max = 4 << 20;
-  return facts;
+  observed.stats = object(R"({"items": [], "events": {"address_refused": 0}})");
+  observed.socket = SocketFile{0770, "root", "tims"};
+  observed.files = OpenFiles{65536, 30};
+  observed.memory = SharedMemory{true, 1 << 30};
+  observed.receive_buffer_max = 4 << 20;
+  return observed;
 }
 
-Finding finding(const Facts& facts, std::string_view id) {
-  for (const Finding& f : judge(facts))
+Finding finding(const Observations& observed, std::string_view id) {
+  for (const Finding& f : judge(observed))
     if (f.id == id) return f;
   return {.id = "none", .level = Level::kOk, .text = "not found", .hint = {}};
 }
@@ -39,84 +39,85 @@ TEST(Doctor, FindsNothingWrongWithAHealthyRouter) {
 }
 
 TEST(Doctor, EveryFindingIsInTheCatalogue) {
-  Facts facts = healthy();
-  facts.dead_owners = {"Ladar(3/0) of laser (pid 1)"};
-  for (const Finding& f : judge(facts)) EXPECT_NE(find_in_catalogue(f.id), nullptr) << f.id;
+  Observations observed = healthy();
+  observed.dead_owners = {"Ladar(3/0) of laser (pid 1)"};
+  for (const Finding& f : judge(observed)) EXPECT_NE(find_in_catalogue(f.id), nullptr) << f.id;
 }
 
 TEST(Doctor, NoRouterIsAFailureWithItsReason) {
-  Facts facts = healthy();
-  facts.unreachable = Failure(Exit::kNoRouter, "no_router", "no router at x", "start one");
-  facts.tcp_port_owner = "rack_router (pid 7)";
-  const Finding f = finding(facts, "router.reachable");
+  Observations observed = healthy();
+  observed.unreachable = Failure(Exit::kNoRouter, "no_router", "no router at x", "start one");
+  observed.tcp_port_owner = "rack_router (pid 7)";
+  const Finding f = finding(observed, "router.reachable");
   EXPECT_EQ(f.level, Level::kFailure);
   EXPECT_EQ(f.hint, "start one");
-  EXPECT_THAT(finding(facts, "port.tcp").text, HasSubstr("rack_router (pid 7)"));
+  EXPECT_THAT(finding(observed, "port.tcp").text, HasSubstr("rack_router (pid 7)"));
 }
 
 TEST(Doctor, OtherVersionIsAWarning) {
-  Facts facts = healthy();
-  facts.status["version"] = "0.2.0";
-  EXPECT_EQ(finding(facts, "router.version").level, Level::kWarning);
+  Observations observed = healthy();
+  observed.status["version"] = "0.2.0";
+  EXPECT_EQ(finding(observed, "router.version").level, Level::kWarning);
 }
 
 TEST(Doctor, DeadOwnersAndFullMailboxesAreNamed) {
-  Facts facts = healthy();
-  facts.dead_owners = {"Ladar(3/0) of laser (pid 811)"};
-  facts.mailboxes = json::parse(R"x([{"address": {"name": "Pilot(3/0)"}, "owner": {"name": "pilot"},
+  Observations observed = healthy();
+  observed.dead_owners = {"Ladar(3/0) of laser (pid 811)"};
+  observed.mailboxes =
+      json::parse(R"x([{"address": {"name": "Pilot(3/0)"}, "owner": {"name": "pilot"},
       "slots": 4, "waiting": 4}])x")
-                        .as_array();
-  EXPECT_EQ(finding(facts, "mailboxes.dead").level, Level::kFailure);
-  EXPECT_THAT(finding(facts, "mailboxes.full").text, HasSubstr("Pilot(3/0) of pilot is full"));
+          .as_array();
+  EXPECT_EQ(finding(observed, "mailboxes.dead").level, Level::kFailure);
+  EXPECT_THAT(finding(observed, "mailboxes.full").text, HasSubstr("Pilot(3/0) of pilot is full"));
 }
 
 TEST(Doctor, DropsOfTheLastMinuteWarnWithTheReasonsHint) {
-  Facts facts = healthy();
-  facts.stats = object(R"({"events": {"address_refused": 2}, "items": [
+  Observations observed = healthy();
+  observed.stats = object(R"({"events": {"address_refused": 2}, "items": [
       {"outcome": "no_route", "dropped": true, "messages": 3},
       {"outcome": "no_route", "dropped": true, "messages": 4},
       {"outcome": "delivered", "dropped": false, "messages": 400}]})");
-  Finding f = finding(facts, "drops.no_route");
+  Finding f = finding(observed, "drops.no_route");
   EXPECT_EQ(f.level, Level::kInfo) << "long ago";
   EXPECT_THAT(f.text, HasSubstr("7 messages"));
-  facts.status["drops_last_minute"] = 1;
-  f = finding(facts, "drops.no_route");
+  observed.status["drops_last_minute"] = 1;
+  f = finding(observed, "drops.no_route");
   EXPECT_EQ(f.level, Level::kWarning);
   EXPECT_THAT(f.hint, HasSubstr("timsctl route"));
-  EXPECT_EQ(finding(facts, "mailboxes.duplicate").level, Level::kWarning);
+  EXPECT_EQ(finding(observed, "mailboxes.duplicate").level, Level::kWarning);
 }
 
 TEST(Doctor, SaysToWhomMessagesWereLost) {
-  Facts facts = healthy();
-  EXPECT_EQ(finding(facts, "drops.receivers").id, "none") << "none were";
-  facts.clients = {object(R"({"name": "laser", "drops": 0})"),
-                   object(R"({"name": "camera", "drops": 12})"),
-                   object(R"({"name": "", "peer": "127.0.0.1:50000", "drops": 40})")};
-  facts.mailboxes = {
+  Observations observed = healthy();
+  EXPECT_EQ(finding(observed, "drops.receivers").id, "none") << "none were";
+  observed.clients = {object(R"({"name": "laser", "drops": 0})"),
+                      object(R"({"name": "camera", "drops": 12})"),
+                      object(R"({"name": "", "peer": "127.0.0.1:50000", "drops": 40})")};
+  observed.mailboxes = {
       object(R"x({"address": {"name": "Ladar(3/0)"}, "replaced": 1, "refused": 2})x"),
       object(R"x({"address": {"name": "Pilot(3/0)"}, "replaced": 0})x")};
-  EXPECT_EQ(finding(facts, "drops.receivers").text,
+  EXPECT_EQ(finding(observed, "drops.receivers").text,
             "messages were lost: 40 to 127.0.0.1:50000, 12 to camera, 3 in the mailbox Ladar(3/0)");
-  for (int i = 0; i < 4; ++i) facts.clients.push_back(object(R"({"name": "x", "drops": 1})"));
-  EXPECT_TRUE(finding(facts, "drops.receivers").text.ends_with("1 to x, and 2 more"));
+  for (int i = 0; i < 4; ++i) observed.clients.push_back(object(R"({"name": "x", "drops": 1})"));
+  EXPECT_TRUE(finding(observed, "drops.receivers").text.ends_with("1 to x, and 2 more"));
 }
 
 TEST(Doctor, FilesAndMemory) {
-  Facts facts = healthy();
-  facts.files = OpenFiles{1024, 30};
-  EXPECT_EQ(finding(facts, "limits.files").level, Level::kWarning);
-  facts.files = OpenFiles{65536, 65000};
-  EXPECT_EQ(finding(facts, "limits.files").level, Level::kFailure);
-  facts.memory = SharedMemory{true, 1000};
-  EXPECT_EQ(finding(facts, "memory.shared").level, Level::kFailure);
+  Observations observed = healthy();
+  observed.files = OpenFiles{1024, 30};
+  EXPECT_EQ(finding(observed, "limits.files").level, Level::kWarning);
+  observed.files = OpenFiles{65536, 65000};
+  EXPECT_EQ(finding(observed, "limits.files").level, Level::kFailure);
+  observed.memory = SharedMemory{true, 1000};
+  EXPECT_EQ(finding(observed, "memory.shared").level, Level::kFailure);
 }
 
 TEST(Doctor, ARemoteRouterIsJudgedByItsClockNotByThisHost) {
-  Facts facts = healthy();
-  facts.local = false;
-  facts.clock_difference_s = -3.5;
-  EXPECT_EQ(finding(facts, "clock.difference").level, Level::kWarning);
-  EXPECT_EQ(finding(facts, "limits.files").id, "none");
+  Observations observed = healthy();
+  observed.local = false;
+  observed.clock_difference_s = -3.5;
+  EXPECT_EQ(finding(observed, "clock.difference").level, Level::kWarning);
+  EXPECT_EQ(finding(observed, "limits.files").id, "none");
 }
 
 using testing::HasSubstr;
@@ -129,11 +130,11 @@ json::object healthy_link() {
 
 // The only finding about a router with this one link.
 Finding finding(json::object link, const char* status = "{}", const char* events = "{}") {
-  Facts facts{.where = "here", .version = "0.1.0"};
-  facts.status = object(status);
-  facts.stats = {{"events", object(events)}};
-  facts.links = {std::move(link)};
-  const auto found = judge_links(facts);
+  Observations observed{.where = "here", .version = "0.1.0"};
+  observed.status = object(status);
+  observed.stats = {{"events", object(events)}};
+  observed.links = {std::move(link)};
+  const auto found = judge_links(observed);
   EXPECT_FALSE(found.empty());
   if (found.empty()) return {};
   for (const Finding& f : found) {
@@ -156,8 +157,8 @@ TEST(LinkDoctor, AHealthyLinkIsFine) {
 }
 
 TEST(LinkDoctor, NoLinksNoFindings) {
-  const Facts facts{.where = "here", .version = "0.1.0"};
-  EXPECT_TRUE(judge_links(facts).empty());
+  const Observations observed{.where = "here", .version = "0.1.0"};
+  EXPECT_TRUE(judge_links(observed).empty());
 }
 
 TEST(LinkDoctor, ALinkThatIsNotUp) {
