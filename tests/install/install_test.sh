@@ -140,6 +140,7 @@ until_works "$timsctl" msg echo Thermometer/0/0 -n 1
 "$timsctl" msg echo Thermometer/0/0 -n 1 --si >"$work/echo"
 grep -qE 'Thermometer\(0/0\) data .*temperature 29[34](\.[0-9]+)? K, limit 300 K, tooHot 0, sampleNum' "$work/echo" ||
   { cat "$work/echo"; fail "msg echo does not know the fields"; }
+grep -q '^Thermometer(0/0) ' <("$timsctl" component list) || fail "component list does not know the class"
 "$timsctl" msg pub Thermometer/0/0 set_limit limit=290K
 grep -q tooHot <("$timsctl" msg show Thermometer data) || fail "msg show does not know the fields"
 hot() { "$timsctl" msg echo Thermometer/0/0 -n 1 | grep -q 'limit 290000 mK, tooHot 1'; }

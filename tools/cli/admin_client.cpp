@@ -5,6 +5,7 @@
 
 #include <boost/json/parse.hpp>
 
+#include "base/text.h"
 #include "os/clock.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/failure.h"
@@ -145,6 +146,28 @@ class Walk {
   std::deque<std::string> waiting_;
 };
 
+// "unknown[80](0/0)" of a class that is described in a file here: the router has not read it.
+void name_class_in(json::string& text) {
+  constexpr std::string_view kUnknown = "unknown[";
+  const std::size_t end = text.find(']');
+  if (!text.starts_with(kUnknown) || end == json::string::npos) return;
+  const std::string_view digits(text.data() + kUnknown.size(), end - kUnknown.size());
+  const auto id = tims::base::parse_number<std::uint8_t>(digits, 16);
+  if (!id) return;
+  const std::string known = tims::Address::of({.class_id = *id}).to_string();
+  text.replace(0, end + 1, known.substr(0, known.find('(')));
+}
+
+void name_classes_in(json::value& value) {
+  if (json::array* items = value.if_array()) {
+    for (json::value& item : *items) name_classes_in(item);
+  } else if (json::object* object = value.if_object()) {
+    for (auto& member : *object) name_classes_in(member.value());
+  } else if (json::string* text = value.if_string()) {
+    name_class_in(*text);
+  }
+}
+
 }  // namespace
 
 std::optional<json::object> json_of(const Message& message) {
@@ -153,6 +176,7 @@ std::optional<json::object> json_of(const Message& message) {
   boost::system::error_code error;
   json::value value = json::parse(text, error);
   if (error || !value.is_object()) return std::nullopt;
+  name_classes_in(value);
   return std::move(value.get_object());
 }
 
