@@ -24,6 +24,10 @@ std::string clock_text(WallTime time, int digits) {
   return text;
 }
 
+// Nanoseconds in 64 bits reach no further.
+constexpr year kFirstYear(1678);
+constexpr year kLastYear(2261);
+
 // "" or ".123"
 std::optional<nanoseconds> parse_fraction(std::string_view text) {
   if (text.empty()) return nanoseconds(0);
@@ -52,6 +56,7 @@ std::optional<WallTime> parse_rfc3339(std::string_view text) {
   };
   const auto day = year(part(0, 4)) / month(static_cast<unsigned>(part(5, 2))) /
                    std::chrono::day(static_cast<unsigned>(part(8, 2)));
+  if (day.year() < kFirstYear || day.year() > kLastYear) return std::nullopt;
   const int hour = part(11, 2);
   const int minute = part(14, 2);
   const int second = part(17, 2);

@@ -13,7 +13,7 @@ using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 // "2026-11-21T02:15:00.123456Z", with so many digits behind the point.
 std::string rfc3339(WallTime time, int digits = 6);
-// As above, with one digit to nine, or none and no point.
+// As above, with one digit to nine, or none and no point; of the years 1678 to 2261.
 std::optional<WallTime> parse_rfc3339(std::string_view text);
 
 std::string date(WallTime time);         // "2026-11-21"

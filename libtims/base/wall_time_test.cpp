@@ -32,6 +32,17 @@ TEST(WallTime, AnythingElseIsNone) {
     EXPECT_FALSE(parse_rfc3339(bad)) << bad;
 }
 
+TEST(WallTime, NoYearThatNanosecondsDoNotReach) {
+  for (const char* last : {"1678-01-01T00:00:00Z", "2261-12-31T23:59:59.999999999Z"}) {
+    const auto time = parse_rfc3339(last);
+    ASSERT_TRUE(time) << last;
+    EXPECT_EQ(rfc3339(*time, 9).substr(0, 19), std::string(last).substr(0, 19));
+  }
+  for (const char* beyond :
+       {"1677-12-31T23:59:59Z", "2262-01-01T00:00:00Z", "3026-11-22T03:00:00Z"})
+    EXPECT_FALSE(parse_rfc3339(beyond)) << beyond;
+}
+
 TEST(WallTime, DayAndTimeOfDay) {
   EXPECT_EQ(date(kTime), "2025-11-22");
   EXPECT_EQ(time_of_day(kTime), "03:00:00.123");
