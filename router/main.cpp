@@ -321,7 +321,6 @@ class Program final : private core::Surroundings {
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   io::Loop loop_;
-  const std::function<void(Time)> end_turn_ = [this](Time began) { loop_.end_turn(began); };
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   // Slow readers of TCP and WebSockets take nothing from links, nor links from them.
@@ -351,7 +350,6 @@ class Program final : private core::Surroundings {
                      router_,
                      log_,
                      queue_memory_.pool(),
-                     end_turn_,
                      process_info_,
                      {.message_max = configuration_.config.message.bytes_max,
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,

@@ -1,15 +1,16 @@
 #include "router/io/log.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <ctime>
 
 #include <fmt/core.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "os/clock.h"
+#include "os/environment.h"
 
 namespace tims::io {
 namespace {
@@ -20,9 +21,9 @@ constexpr Duration kSummaryInterval = std::chrono::seconds(10);
 
 // The journal says so in $JOURNAL_STREAM; it may be a stderr of a parent that was redirected since.
 bool is_journal(int file) {
-  const char* stream = std::getenv("JOURNAL_STREAM");
+  const std::string stream = os::environment("JOURNAL_STREAM");
   struct stat status {};
-  if (stream == nullptr || ::fstat(file, &status) != 0) return false;
+  if (stream.empty() || ::fstat(file, &status) != 0) return false;
   return fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
 }
 
@@ -37,13 +38,9 @@ std::string_view word(LogLevel level) {
 }
 
 std::string local_time() {
-  timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
-  tm parts{};
-  ::localtime_r(&now.tv_sec, &parts);
-  std::array<char, 32> text{};
-  const std::size_t size = std::strftime(text.data(), text.size(), "%F %T", &parts);
-  return fmt::format("{}.{:03}", std::string_view(text.data(), size), now.tv_nsec / 1'000'000);
+  const auto now = os::wall_now();
+  const auto local = now + os::utc_offset(now);
+  return base::date(local) + " " + base::time_of_day(local);
 }
 
 }  // namespace
@@ -108,19 +105,11 @@ void Log::put(LogLevel level, std::string_view text) const {
 
 namespace {
 
-// Of the character at the beginning of `text`, in bytes; 0 when it is not to be printed.
-std::size_t printable_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7F ? 1 : 0;
-  const std::size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : 2;
-  if (byte(0) < 0xC2 || byte(0) > 0xF4 || length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if (byte(i) >> 6 != 2) return 0;
-  const bool control = byte(0) == 0xC2 && byte(1) < 0xA0;
-  // U+2028 to U+202E, U+2066 to U+2069: line ends, and what turns the direction of writing.
-  const bool turns = text.starts_with("\xE2\x80") && byte(2) >= 0xA8 && byte(2) <= 0xAE;
-  const bool isolates = text.starts_with("\xE2\x81") && byte(2) >= 0xA6 && byte(2) <= 0xA9;
-  return control || turns || isolates ? 0 : length;
+// Neither what a terminal obeys, nor line ends (U+2028), nor what turns the direction of writing.
+bool may_be_shown(std::uint32_t code) {
+  const bool turns = code >= 0x2028 && code <= 0x202E;
+  const bool isolates = code >= 0x2066 && code <= 0x2069;
+  return !base::is_control(code) && !turns && !isolates;
 }
 
 }  // namespace
@@ -129,7 +118,8 @@ std::string printable(std::string_view text) {
   std::string out;
   while (!text.empty()) {
     if (out.size() >= kLogTextMax - 7) return out + "...";
-    const std::size_t length = printable_length(text);
+    const base::Character c = base::first_character(text);
+    const std::size_t length = may_be_shown(c.code) ? c.bytes : 0;
     if (length > 0)
       out += text.substr(0, length);
     else if (text.front() == '\n')

@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Nobody final : ArrivalObserver, LossObserver {
+struct Nobody : ArrivalObserver, LossObserver {
   void on_message(Time, const RecordPrefix&, core::Message&) override {}
   void on_control(Time, const core::Message&) override {}
   void on_frame(Time, const KeepAlive&) override {}
@@ -78,13 +78,7 @@ TEST_F(LinkSessionTest, APacketOutOfOrderIsAcknowledgedAtOnce) {
 }
 
 struct FullQueueTest : testing::Test {
-  struct Told final : ArrivalObserver, LossObserver {
-    void on_message(Time, const RecordPrefix&, core::Message&) override {}
-    void on_control(Time, const core::Message&) override {}
-    void on_frame(Time, const KeepAlive&) override {}
-    void on_frame(Time, const ChallengeFrame&) override {}
-    void on_frame(Time, const ResponseFrame&) override {}
-    void on_frame(Time, const CloseFrame&) override {}
+  struct Told final : Nobody {
     void on_lost(Time, const Header&, core::Outcome) override { ++lost; }
     int lost = 0;
   };

@@ -30,12 +30,11 @@ Clocks read_clocks() {
 }  // namespace
 
 HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-                   std::function<void(Time)> end_turn, const AdminSource& source,
-                   const HttpPortSettings& settings)
-    : guest_(loop),
+                   const AdminSource& source, const HttpPortSettings& settings)
+    : loop_(loop),
+      guest_(loop),
       router_(router),
       pool_(pool),
-      end_turn_(std::move(end_turn)),
       settings_(settings),
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
@@ -43,7 +42,7 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
                    [this](os::File socket, const HttpRequest& request, const std::string& peer) {
                      upgrade(std::move(socket), request, peer);
                    },
-               .end_turn = end_turn_},
+               .end_turn = [&loop](Time began) { loop.end_turn(began); }},
               settings.timeouts) {
   set_queue_bytes_max(settings.queue_bytes_max);
 }
@@ -160,7 +159,7 @@ void HttpPort::welcome(Client& client) {
   }
   // Somebody who came while the router ends is told so.
   touch(client);
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 // --- Messages
@@ -177,7 +176,7 @@ void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
   } else {
     router_.on_message(now, client.id, message);
   }
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 void HttpPort::refuse_length(Time now, Client& client, const Header& header, std::size_t size) {
@@ -202,7 +201,7 @@ void HttpPort::bound_half_messages(Client& client, std::size_t bytes) {
     gone.session->drop();
     erase(now, gone);
   }
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 void HttpPort::refuse_text(Client& client) {
@@ -212,7 +211,7 @@ void HttpPort::refuse_text(Client& client) {
     say_goodbye(client, WebSocketClose::kUnsupportedData,
                 "one binary message is one TiMS message; text means nothing here");
   }
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 // --- Output
@@ -222,7 +221,7 @@ void HttpPort::on_written(Client& client) {
   client.output.end_frame();
   if (!client.output.empty()) router_.on_progress(client.id);
   touch(client);
-  end_turn_(os::now());
+  loop_.end_turn(os::now());
 }
 
 void HttpPort::write_next(Time now, Client& client) {
@@ -264,7 +263,7 @@ void HttpPort::on_end(Client& client, CloseReason reason, std::size_t unfinished
     router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kIncomplete, 0, unfinished);
   forget(now, client, reason);
   erase(now, client);
-  end_turn_(now);
+  loop_.end_turn(now);
 }
 
 void HttpPort::erase(Time now, Client& client) {

@@ -34,10 +34,9 @@ struct HttpPortSettings {
 
 class HttpPort final : public core::Port {
  public:
-  // `end_turn` flushes all ports: called when a turn is over. `source`: what the pages tell.
+  // `source`: what the pages tell.
   HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-           std::function<void(Time)> end_turn, const AdminSource& source,
-           const HttpPortSettings& settings);
+           const AdminSource& source, const HttpPortSettings& settings);
   ~HttpPort() override;
 
   // Where it listens.
@@ -104,10 +103,10 @@ class HttpPort final : public core::Port {
   void touch(Client& client);
   std::uint32_t free_token();
 
+  Loop& loop_;
   AsioGuest guest_;
   core::Router& router_;
   core::BlockPool& pool_;
-  const std::function<void(Time)> end_turn_;
   HttpPortSettings settings_;
   bool stopping_ = false;
   std::vector<std::unique_ptr<Client>> clients_;  // by token
