@@ -12,20 +12,16 @@
 #include "os/clock.h"
 #include "router/config/load.h"
 #include "router/config/options.h"
-#include "router/config/reload.h"
 #include "router/core/router.h"
 #include "router/io/admin_service.h"
 #include "router/io/arguments.h"
-#include "router/io/event_log.h"
 #include "router/io/http/http_port.h"
 #include "router/io/link_port.h"
 #include "router/io/local_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
-#include "router/io/process_info.h"
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
-#include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims {
@@ -125,8 +121,8 @@ std::string cannot_listen(std::string_view key, const std::string& where, const 
   return fmt::format("cannot listen: {}; `--set {}=...`", error.detail(), key);
 }
 
-// The running router, part by part.
-class Program final : private core::Surroundings {
+// The running router, part by part; and what it tells of itself.
+class Program final : private core::Surroundings, private io::AdminSource {
  public:
   Program(config::Loaded configuration, const io::Arguments& arguments)
       : configuration_(std::move(configuration)), arguments_(arguments) {
@@ -182,6 +178,41 @@ class Program final : private core::Surroundings {
     io::log_event(log_, limited_log_, event, configuration_.config.address.widths);
   }
 
+  // io::AdminSource
+  [[nodiscard]] const core::Router& router() const override { return router_; }
+  [[nodiscard]] io::ProcessReport process(Time now) const override {
+    io::ProcessReport report = process_;
+    report.name = configuration_.config.router.name;
+    report.uptime = now - started_;
+    report.rss_bytes = io::resident_bytes();
+    report.longest_turn = loop_.longest_turn();
+    report.udp_socket = links_.udp_report();
+    return report;
+  }
+  [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
+  [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
+  [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
+  [[nodiscard]] std::optional<io::DdsReport> dds() const override { return links_.dds_report(); }
+  bool act_on_link(std::string_view name, link::Links::Action what) override {
+    return links_.act(os::now(), name, what);
+  }
+  bool inject_faults(std::string_view name, const link::Faults& faults) override {
+    return links_.inject_faults(name, faults);
+  }
+  void set_static_routes(const std::vector<core::StaticRoute>& routes) override {
+    router_.set_static_routes(routes);
+  }
+  [[nodiscard]] std::optional<io::MailboxFill> fill(std::uint32_t handle) const override {
+    return local_.fill(handle);
+  }
+  [[nodiscard]] io::MailboxCounts mailbox_counts() const override {
+    return local_.mailbox_counts();
+  }
+  [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port,
+                                           std::uint32_t token) const override {
+    return router_.queued_bytes(port, token);
+  }
+
   void finish_turn(Time now) {
     router_.flush(now);
     if (admin_.has_work(now) || tracer_.has_records()) answer(now);
@@ -210,18 +241,14 @@ class Program final : private core::Surroundings {
   }
 
   Result<void> listen() {
-    process_info_.start.started = os::now();
-    process_info_.start.epoch = epoch_;
     const config::Config& c = configuration_.config;
     if (auto result = local_.listen(); !result) {
       return Error(result.error().code(), cannot_listen("unix.path", c.unix.path, result.error()));
     }
-    process_info_.start.unix_path = c.unix.path;
+    process_.unix_path = c.unix.path;
     log_.info("listening unix " + c.unix.path);
-    if (auto result = listen(tcp_, "tcp", c.tcp.listen, process_info_.start.tcp); !result)
-      return result;
-    if (auto result = listen(http_, "http", c.http.listen, process_info_.start.http); !result)
-      return result;
+    if (auto result = listen(tcp_, "tcp", c.tcp.listen, process_.tcp); !result) return result;
+    if (auto result = listen(http_, "http", c.http.listen, process_.http); !result) return result;
     if (auto result = listen_for_routers(c); !result) return result;
     links_.configure(os::now(), c);
     return {};
@@ -235,10 +262,10 @@ class Program final : private core::Surroundings {
         return Error(where.error().code(),
                      cannot_listen("udp.listen", c.udp.listen->to_string(), where.error()));
       }
-      process_info_.start.udp = *where;
+      process_.udp = *where;
       log_.info("listening udp " + *where);
     }
-    if (!c.fleet.name.empty() && links_.dds() == nullptr) {
+    if (!c.fleet.name.empty() && !links_.is_in_fleet()) {
       if (const auto joined = links_.join(c); !joined)
         return Error(joined.error().code(), fmt::format("cannot join the fleet {}: {}",
                                                         c.fleet.name, joined.error().detail()));
@@ -318,6 +345,10 @@ class Program final : private core::Surroundings {
   config::Loaded configuration_;
   const io::Arguments& arguments_;
   const std::uint64_t epoch_ = random_number();
+  const Time started_ = os::now();
+  io::ProcessReport process_{.version = TIMS_VERSION,
+                             .pid = static_cast<std::uint32_t>(::getpid()),
+                             .epoch = epoch_};  // what does not change, and where it listens
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   io::Loop loop_;
@@ -345,17 +376,16 @@ class Program final : private core::Surroundings {
                       log_,
                       link_memory_.pool(),
                       {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
-  io::ProcessInfo process_info_{router_, loop_, local_, links_, configuration_};
   io::HttpPort http_{loop_,
                      router_,
                      log_,
                      queue_memory_.pool(),
-                     process_info_,
+                     *this,
                      {.message_max = configuration_.config.message.bytes_max,
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,
                       .ping_interval = configuration_.config.lifesign.interval,
                       .origins = config::list_of(configuration_.config.http.origins)}};
-  io::AdminService admin_{process_info_};
+  io::AdminService admin_{*this};
   bool admin_has_turn_ = false;  // posted
   io::Tracer tracer_;
   io::Service manager_{loop_};

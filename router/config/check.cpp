@@ -1,10 +1,9 @@
-#include "router/config/check.h"
-
 #include <algorithm>
 #include <bit>
 
 #include <fmt/format.h>
 
+#include "router/config/load.h"
 #include "router/config/options.h"
 
 namespace tims::config {

@@ -1,7 +1,7 @@
-#include "router/config/check.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "router/config/load.h"
 
 namespace tims::config {
 namespace {

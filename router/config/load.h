@@ -1,7 +1,7 @@
-// From files and `--set` to a Config, and back to text. Strict: an unknown key is an error that
-// names the nearest known one; every error is reported, not only the first, each with the place it
-// was written at. Texts, environment and host come in as arguments: only read_files touches the
-// disk.
+// From files and `--set` to a Config, back to text, and from one Config to the next. Strict: an
+// unknown key is an error that names the nearest known one; every error is reported, not only the
+// first, each with the place it was written at. Texts, environment and host come in as arguments:
+// only read_files touches the disk.
 #pragma once
 
 #include <cstdint>
@@ -96,5 +96,37 @@ std::string unknown_key(std::string_view key);
 // Shown as it was written: "[tpc]", "[[lnk]]".
 std::string unknown_table(std::string_view name, bool is_list);
 std::string unknown_item_key(const List& list, std::string_view name);
+
+// Keys that were written with a value that was refused, and items ("link[0]") with an unknown key:
+// what follows from those mistakes is not told as well.
+using Refused = std::map<std::string, Origin, std::less<>>;
+
+struct Written {
+  const Origins& origins;
+  const Refused& refused;
+};
+
+std::vector<Problem> check(const Config& config, const Written& written);
+
+// --- what a new configuration changes, and what of it can be had without a restart
+
+struct Change {
+  std::string key;     // "log.level"; `link "10.9.1.1:2010" rate` of a list's item
+  std::string before;  // as TOML: "\"info\""; empty when items came, went or moved
+  std::string after;   // as TOML; else "added", "removed", "in another order"
+  bool reloadable = false;
+
+  // "log.level: \"info\" -> \"debug\"", "link \"10.9.1.1:2010\": added"; with ", needs a restart"
+  // behind it where that is so.
+  [[nodiscard]] std::string to_string() const;
+};
+
+// In the order of the option table; empty when nothing changed. Links and routes do without a
+// restart, unless something they were checked against (router.role, udp.listen, ...) waits for one:
+// then they wait with it.
+std::vector<Change> changes(const Config& before, const Config& after);
+
+// `running` with the reloadable values of `wanted`: what a router without restart may go on with.
+Config reloaded(const Config& running, const Config& wanted);
 
 }  // namespace tims::config

@@ -49,7 +49,7 @@ std::span<const Option> options();  // those of one table stand together
 const Option* find_option(std::string_view key);
 
 // An array of tables: [[link]]. Its items come from all files and from `--set link='kind=...,...'`,
-// one behind the other. All of it can be had without a restart, see reload.h.
+// one behind the other. All of it can be had without a restart, see load.h.
 struct List {
   std::string_view name;
   std::string_view help;

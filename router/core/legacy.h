@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "router/core/clients.h"
-#include "router/core/message.h"
+#include "router/core/registrations.h"
+#include "router/core/types.h"
 #include "tims/address.h"
 #include "tims/time.h"
 

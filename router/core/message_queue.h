@@ -16,8 +16,8 @@
 #include <span>
 
 #include "router/core/byte_chain.h"
-#include "router/core/message.h"
 #include "router/core/statistics.h"
+#include "router/core/types.h"
 #include "tims/message.h"
 
 namespace tims::core {

@@ -1,6 +1,6 @@
 #include "router/core/statistics.h"
 
-#include "router/core/ids.h"
+#include "router/core/types.h"
 
 namespace tims::core {
 namespace {

@@ -8,8 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "router/core/ids.h"
-#include "router/core/text.h"
+#include "router/core/types.h"
 #include "tims/address.h"
 #include "tims/time.h"
 

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "router/core/ids.h"
-#include "router/core/text.h"
+#include "router/core/types.h"
 
 namespace tims::core {
 namespace {

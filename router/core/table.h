@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "router/core/ids.h"
+#include "router/core/types.h"
 #include "tims/address.h"
 
 namespace tims::core {
@@ -20,7 +20,7 @@ namespace tims::core {
 // Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
 // full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
 // slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
-// 21 of the 64 we allow for the owner's list (clients.h) and for the order (AddressSet).
+// 21 of the 64 we allow for the owner's list (registrations.h) and for the order (AddressSet).
 //
 // The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
 // All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.

@@ -2,14 +2,13 @@
 
 #include <cerrno>
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/core.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
 #include "os/socket.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {
@@ -18,42 +17,7 @@ constexpr int kBacklog = 4096;
 constexpr int kConnectionsPerTurn = 64;
 constexpr auto kPause = std::chrono::milliseconds(100);
 
-struct SocketAddress {
-  sockaddr_storage storage{};
-  socklen_t size = sizeof storage;
-  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
-};
-
 os::File open_spare() { return os::File(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
-
-SocketAddress to_address(const config::Endpoint& endpoint) {
-  SocketAddress address;
-  auto* v4 = reinterpret_cast<sockaddr_in*>(&address.storage);
-  if (::inet_pton(AF_INET, endpoint.host.c_str(), &v4->sin_addr) == 1) {
-    v4->sin_family = AF_INET;
-    v4->sin_port = htons(endpoint.port);
-    address.size = sizeof *v4;
-    return address;
-  }
-  auto* v6 = reinterpret_cast<sockaddr_in6*>(&address.storage);
-  ::inet_pton(AF_INET6, endpoint.host.c_str(), &v6->sin6_addr);
-  v6->sin6_family = AF_INET6;
-  v6->sin6_port = htons(endpoint.port);
-  address.size = sizeof *v6;
-  return address;
-}
-
-config::Endpoint to_endpoint(const SocketAddress& address) {
-  char text[INET6_ADDRSTRLEN] = "";
-  if (address.storage.ss_family == AF_INET6) {
-    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address.storage);
-    ::inet_ntop(AF_INET6, &v6->sin6_addr, text, sizeof text);
-    return {text, ntohs(v6->sin6_port)};
-  }
-  const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address.storage);
-  ::inet_ntop(AF_INET, &v4->sin_addr, text, sizeof text);
-  return {text, ntohs(v4->sin_port)};
-}
 
 Error cannot_listen(const config::Endpoint& where) {
   const Errc code = errno == EADDRINUSE ? Errc::kAddressInUse : Errc::kSystem;
@@ -72,8 +36,10 @@ Acceptor::Acceptor(Loop& loop, Log& log, OnConnection on_connection,
       spare_(open_spare()) {}
 
 Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
-  SocketAddress address = to_address(where);
-  os::File file(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const auto numeric = numeric_address(where.host, where.port);
+  if (!numeric) return Error(Errc::kInvalidArgument, where.to_string() + ": not a numeric address");
+  SystemAddress address = system_address(*numeric);
+  os::File file(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!file) return cannot_listen(where);
   const int yes = 1;
   ::setsockopt(file.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -83,7 +49,7 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
   ::getsockname(file.get(), address.get(), &address.size);
   listen(std::move(file));
-  return to_endpoint(address);
+  return config::Endpoint{where.host, address.net_address().port};
 }
 
 void Acceptor::listen(os::File listening) {
@@ -106,11 +72,11 @@ void Acceptor::accept() {
 
 Acceptor::Next Acceptor::accept_some() {
   for (int i = 0; i < kConnectionsPerTurn && file_; ++i) {
-    SocketAddress peer;
+    SystemAddress peer;
     os::File file(::accept4(file_.get(), peer.get(), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (file) {
-      const bool local = peer.storage.ss_family == AF_UNIX;
-      on_connection_(std::move(file), local ? std::string() : to_endpoint(peer).to_string());
+      const bool local = peer.family() == AF_UNIX;
+      on_connection_(std::move(file), local ? std::string() : peer.net_address().to_string());
     } else if (const Next next = accept_failed(errno); next != Next::kMore) {
       return next;
     }

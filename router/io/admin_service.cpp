@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstring>
 #include <set>
+#include <utility>
 
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
@@ -17,9 +18,10 @@
 namespace tims::io {
 namespace {
 
-namespace json = boost::json;
 using base::valid_utf8;
 using link::Links;
+
+namespace json = boost::json;
 
 constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
 constexpr std::size_t kStatusEvents = 5;
@@ -80,9 +82,7 @@ class Answerer {
   void add_missing(json::object& out, Page& page) const;
   json::object links();
   json::object fleet();
-  json::object act() const;
   [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
-  json::object done(const std::optional<QuestionError>& problem) const;
 
   const Question& question_;
   const AdminSource& source_;
@@ -90,6 +90,15 @@ class Answerer {
   const core::Router& router_;
   std::optional<Page> page_{};  // of answers that have items
 };
+
+// What every answer begins with.
+json::object answer_frame(const AdminSource& source, const Clocks& clocks,
+                          std::string_view schema) {
+  return {{"schema", schema},
+          {"router", valid_utf8(source.config().router.name)},
+          {"time", base::rfc3339(clocks.wall)},
+          {"partial", false}};
+}
 
 json::object error_json(const QuestionError& error) {
   json::object out{{"code", error.code}, {"message", valid_utf8(error.message)}};
@@ -137,7 +146,7 @@ QuestionError no_link(const AdminSource& source, std::string_view name) {
                                               fmt::join(known, ", ")));
 }
 
-std::optional<QuestionError> change_routes(const Question& question, const AdminSource& source) {
+std::optional<QuestionError> change_routes(const Question& question, AdminSource& source) {
   std::vector<core::StaticRoute> routes = source.router().static_routes();
   const std::size_t gone = std::erase_if(routes, [&](const core::StaticRoute& route) {
     return route.text.view() == question.pattern &&
@@ -159,7 +168,7 @@ std::optional<QuestionError> change_routes(const Question& question, const Admin
 }
 
 // Does what the question asks for; else what is wrong.
-std::optional<QuestionError> carry_out(const Question& question, const AdminSource& source) {
+std::optional<QuestionError> carry_out(const Question& question, AdminSource& source) {
   switch (question.ask) {
     case Ask::kLinkDo:
       if (source.act_on_link(question.link, action_of(question.action))) return std::nullopt;
@@ -174,6 +183,14 @@ std::optional<QuestionError> carry_out(const Question& question, const AdminSour
     default:
       return change_routes(question, source);
   }
+}
+
+std::string act(const Question& question, AdminSource& source, const Clocks& clocks) {
+  if (const auto problem = carry_out(question, source))
+    return json::serialize(error_json(*problem));
+  json::object out = answer_frame(source, clocks, "tims/done/1");
+  out["done"] = true;
+  return json::serialize(out);
 }
 
 // --- answers
@@ -205,16 +222,12 @@ json::object Answerer::answer_fields() {
     case Ask::kFleet:
       return fleet();
     default:
-      return act();
+      return {};  // what is to be done: act()
   }
-  return {};
 }
 
 json::object Answerer::frame(std::string_view schema) const {
-  return {{"schema", schema},
-          {"router", valid_utf8(source_.config().router.name)},
-          {"time", base::rfc3339(clocks_.wall)},
-          {"partial", false}};
+  return answer_frame(source_, clocks_, schema);
 }
 
 void merge(json::object& into, const json::object& fields) {
@@ -431,15 +444,6 @@ json::object Answerer::fleet() {
   return out;
 }
 
-json::object Answerer::done(const std::optional<QuestionError>& problem) const {
-  if (problem) return error_json(*problem);
-  json::object out = frame("tims/done/1");
-  out["done"] = true;
-  return out;
-}
-
-json::object Answerer::act() const { return done(carry_out(question_, source_)); }
-
 // --- who asks
 
 std::string answer_text(const std::variant<Question, QuestionError>& question,
@@ -475,6 +479,13 @@ bool has(const std::vector<core::StaticRoute>& routes, const core::StaticRoute& 
   return std::ranges::any_of(routes, [&](const core::StaticRoute& other) {
     return other.text.view() == route.text.view() && other.via.view() == route.via.view();
   });
+}
+
+namespace json = boost::json;
+
+json::value peer_json(const core::Router& router, core::ClientId id) {
+  const core::Client* client = router.client(id);
+  return client == nullptr ? json::value() : json::value(to_json(client->peer()));
 }
 
 }  // namespace
@@ -594,7 +605,10 @@ void AdminService::refuse(const Send& send) {
 
 std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
                                       const Send& send) {
-  const std::string text = answer_text(waiting.question, source_, clocks);
+  const auto* question = std::get_if<Question>(&waiting.question);
+  const std::string text = question != nullptr && acts(question->ask)
+                               ? act(*question, source_, clocks)
+                               : answer_text(waiting.question, source_, clocks);
   auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
   send_text(waiting.asker, waiting.request, text, bytes, send);
   return bytes.size();
@@ -615,6 +629,44 @@ Time AdminService::next_timeout() const {
   for (const Waiting& waiting : waiting_)
     if (!waiting.due) next = std::min(next, waiting.deadline);
   return next;
+}
+
+// --- hop records
+
+void Tracer::on_traced(core::ClientId from, core::ClientId to, const core::Message& message) {
+  // Records of records would never end.
+  if (hops_.size() >= kPerTurnMax || message.header.type == type::kHopRecord) return;
+  hops_.push_back({from, to, message.header, message.hops, message.waited});
+}
+
+void Tracer::send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
+                          const Send& send) {
+  const AddressWidths& widths = router.settings().widths;
+  for (const Hop& hop : std::exchange(hops_, {})) {
+    const json::object record{{"schema", "tims/hop/1"},
+                              {"router", base::valid_utf8(name)},
+                              {"address", to_json(AddressView{router.settings().address, widths})},
+                              {"time", base::rfc3339(clocks.wall)},
+                              {"hop", hop.hops},
+                              {"dest", to_json(AddressView{hop.header.dest, widths})},
+                              {"type", hop.header.type},
+                              {"seq_nr", hop.header.seq_nr},
+                              {"from", peer_json(router, hop.from)},
+                              {"to", peer_json(router, hop.to)},
+                              {"waited_s", std::chrono::duration<double>(hop.waited).count()}};
+    const std::string text = json::serialize(record);
+    auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+    std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
+    core::Message message{.header = {.type = type::kHopRecord,
+                                     .priority = hop.header.priority,
+                                     .seq_nr = hop.header.seq_nr,
+                                     .dest = hop.header.src,
+                                     .src = router.settings().address,
+                                     .length = static_cast<std::uint32_t>(bytes.size())},
+                          .bytes = bytes};
+    wire::encode_header(message.header, std::span(bytes).first<kHeaderSize>());
+    send(message);
+  }
 }
 
 }  // namespace tims::io

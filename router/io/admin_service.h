@@ -1,5 +1,6 @@
-// The admin protocol's service (ADMIN.md): questions as JSON in, answers as JSON out, made of what
-// reports.h tells; and what some of them ask to be done: links taken up and down, faults, routes.
+// What the router itself answers. The admin protocol's service (ADMIN.md): questions as JSON in,
+// answers as JSON out, made of what reports.h tells; and what some of them ask to be done: links
+// taken up and down, faults, routes. And hop records (Tracer).
 #pragma once
 
 #include <cstddef>
@@ -10,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "router/core/message.h"
+#include "router/core/router.h"
+#include "router/core/types.h"
 #include "router/io/admin_question.h"
-#include "router/io/admin_source.h"
 #include "router/io/reports.h"
 
 namespace tims::io {
@@ -49,7 +50,7 @@ class AdminService {
 
   using Send = std::function<void(core::ClientId asker, core::Message& answer)>;
 
-  explicit AdminService(const AdminSource& source) : source_(source) {}
+  explicit AdminService(AdminSource& source) : source_(source) {}
 
   // From core::Surroundings::admin: copies what it needs. What would change something is refused to
   // clients of TCP and of WebSockets, unless tcp.admin allows it.
@@ -93,7 +94,7 @@ class AdminService {
   static void send_text(core::ClientId asker, const Header& request, std::string_view text,
                         std::span<std::byte> bytes, const Send& send);
 
-  const AdminSource& source_;
+  AdminSource& source_;
   std::vector<Waiting> waiting_;        // oldest first
   std::vector<Refused> refused_;        // since the last answer()
   std::vector<core::ClientId> served_;  // while others still wait for their first answer
@@ -101,6 +102,35 @@ class AdminService {
   bool changed_ = false;  // a question came, or something one may wait for
   bool more_ = false;     // there was more to answer than fits into a turn
   bool blocked_ = false;  // somebody has to read first
+};
+
+// --- hop records
+
+class Tracer {
+ public:
+  // Of one turn; more are not told. Traces are for people, one message in a thousand.
+  static constexpr std::size_t kPerTurnMax = 64;
+
+  using Send = std::function<void(core::Message& record)>;
+
+  // From core::Surroundings::traced.
+  void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
+  [[nodiscard]] bool has_records() const { return !hops_.empty(); }
+  // At the end of a turn: `send` is Router::answer. The bytes stay valid until release().
+  void send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
+                    const Send& send);
+  void release() { sent_.clear(); }
+
+ private:
+  struct Hop {
+    core::ClientId from{};
+    core::ClientId to{};
+    Header header{};
+    std::uint8_t hops = 0;
+    Duration waited{};
+  };
+  std::vector<Hop> hops_;
+  std::vector<std::vector<std::byte>> sent_;
 };
 
 }  // namespace tims::io

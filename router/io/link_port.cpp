@@ -7,7 +7,7 @@
 
 #include "os/clock.h"
 #include "router/io/acceptor.h"
-#include "router/io/net/interfaces.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {
@@ -273,6 +273,33 @@ void LinkPort::end(Time now) {
 
 void LinkPort::stop() {
   if (dds_) dds_->stop();
+}
+
+// --- to look at
+
+std::optional<UdpReport> LinkPort::udp_report() const {
+  if (!socket_) return std::nullopt;
+  return UdpReport{.asked_buffer_bytes = socket_->asked_buffer_bytes(),
+                   .receive_buffer_bytes = socket_->receive_buffer_bytes(),
+                   .send_buffer_bytes = socket_->send_buffer_bytes(),
+                   .dropped_by_kernel = socket_->counters().dropped_by_kernel};
+}
+
+std::optional<DdsReport> LinkPort::dds_report() const {
+  if (!dds_) return std::nullopt;
+  const DdsEngine& engine = dds_->engine();
+  const DdsEngine::Counters counters = engine.counters();
+  return DdsReport{.state = std::string(name(engine.state())),
+                   .trouble = engine.last_error(),
+                   .address = engine.address() ? engine.address().to_string() : "",
+                   .samples_in = counters.samples_in,
+                   .samples_out = counters.samples_out,
+                   .datagrams_in = counters.datagrams_in,
+                   .datagrams_out = counters.datagrams_out,
+                   .strange = counters.strange,
+                   .refused = counters.refused,
+                   .unmatched = counters.unmatched,
+                   .waiting_bytes = counters.waiting_bytes};
 }
 
 // --- time

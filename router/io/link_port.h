@@ -16,9 +16,10 @@
 #include "router/io/dds/dds_engine.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
-#include "router/io/net/interfaces.h"
+#include "router/io/net/addresses.h"
 #include "router/io/net/resolver.h"
 #include "router/io/net/udp_socket.h"
+#include "router/io/reports.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
@@ -94,8 +95,10 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   bool inject_faults(std::string_view name, const link::Faults& faults);
 
   [[nodiscard]] const link::Links& links() const { return links_; }
-  [[nodiscard]] const UdpSocket* socket() const { return socket_ ? &*socket_ : nullptr; }
-  [[nodiscard]] const DdsEngine* dds() const { return dds_ ? &dds_->engine() : nullptr; }
+  [[nodiscard]] bool is_in_fleet() const { return dds_.has_value(); }
+  // Nothing before listen() and join().
+  [[nodiscard]] std::optional<UdpReport> udp_report() const;
+  [[nodiscard]] std::optional<DdsReport> dds_report() const;
 
  private:
   struct Delayed {  // on its way through a bad network

@@ -10,7 +10,7 @@
 
 #include "os/file.h"
 #include "os/shared_memory.h"
-#include "router/io/admin_source.h"
+#include "router/io/reports.h"
 #include "shm/sender.h"
 #include "tims/address.h"
 #include "tims/result.h"

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <cstdio>
 #include <system_error>
 
 #include <fmt/core.h>
@@ -113,6 +114,15 @@ Result<void> become_real_time(int priority) {
                            priority, priority);
   if (missing.empty()) return {};
   return Error(Errc::kSystem, missing);
+}
+
+std::uint64_t resident_bytes() {
+  std::uint64_t pages = 0;
+  std::FILE* file = std::fopen("/proc/self/statm", "re");
+  if (file == nullptr) return 0;
+  if (std::fscanf(file, "%*u %lu", &pages) != 1) pages = 0;
+  std::fclose(file);
+  return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
 void raise_descriptor_limit() {

@@ -1,7 +1,8 @@
-// The process as a service: signals, the service manager, limits.
+// The process as a service: signals, the service manager, limits, memory.
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 
 #include "os/environment.h"
@@ -49,6 +50,9 @@ class Service {
 // SCHED_FIFO for the thread that calls, and no other that it starts; memory of this process is kept
 // in RAM as far as it is touched. The error says what is missing; what is allowed is done.
 Result<void> become_real_time(int priority);
+
+// Of the process, in RAM.
+std::uint64_t resident_bytes();
 
 // As many file descriptors as the system lets this process have.
 void raise_descriptor_limit();

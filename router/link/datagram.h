@@ -17,9 +17,7 @@
 #include <variant>
 #include <vector>
 
-#include "router/core/ids.h"
-#include "router/core/message.h"
-#include "router/core/text.h"
+#include "router/core/types.h"
 #include "router/link/transport.h"
 #include "tims/address.h"
 #include "tims/time.h"

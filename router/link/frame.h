@@ -11,9 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "router/core/ids.h"
-#include "router/core/message.h"
 #include "router/core/statistics.h"
+#include "router/core/types.h"
 #include "router/link/datagram.h"
 #include "tims/message.h"
 #include "tims/time.h"

@@ -10,7 +10,7 @@
 
 #include "libtims/os/clock.h"
 #include "router/core/random.h"
-#include "router/io/net/system_address.h"
+#include "router/io/net/addresses.h"
 #include "router/io/net/udp_socket.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/links.h"

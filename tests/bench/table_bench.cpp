@@ -9,7 +9,6 @@
 #include <malloc.h>
 
 #include "os/clock.h"
-#include "router/core/clients.h"
 #include "router/core/registrations.h"
 #include "tests/bench/metrics.h"
 

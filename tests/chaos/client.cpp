@@ -10,8 +10,8 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "router/core/ids.h"
 #include "router/core/random.h"
+#include "router/core/types.h"
 #include "tests/support/patience.h"
 #include "tims/session.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "router/core/ids.h"
+#include "router/core/types.h"
 #include "tests/chaos/board.h"
 #include "tests/chaos/fleet.h"
 #include "tests/chaos/plan.h"

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "router/core/message.h"
+#include "router/core/types.h"
 #include "tests/support/patience.h"
 #include "tools/cli/failure.h"
 

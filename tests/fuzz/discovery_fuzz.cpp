@@ -1,6 +1,5 @@
 // Any bytes as messages of DDS discovery, and what the filter makes of them.
 #include "router/io/dds/discovery_filter.h"
-#include "router/io/dds/rtps_message.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -19,7 +19,7 @@
 
 #include "router/core/random.h"
 #include "router/io/dds/transport.h"
-#include "router/io/net/system_address.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {

@@ -8,8 +8,8 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include "os/clock.h"
+#include "router/io/dds/discovery_filter.h"
 #include "router/io/dds/events.h"
-#include "router/io/dds/rtps_message.h"
 
 namespace tims::io {
 namespace {

@@ -17,8 +17,8 @@
 #include <fastdds/dds/topic/TopicDataType.hpp>
 
 #include "router/io/dds/dds_engine.h"
+#include "router/io/dds/discovery_filter.h"
 #include "router/io/dds/events.h"
-#include "router/io/dds/rtps_message.h"
 #include "router/link/transport.h"
 #include "tims/time.h"
 

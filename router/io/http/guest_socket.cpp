@@ -1,8 +1,10 @@
+// Boost.Asio is compiled here, once; everything else includes declarations only.
 #include "router/io/http/guest_socket.h"
 
 #include <cerrno>
 #include <utility>
 
+#include <boost/asio/impl/src.hpp>
 #include <boost/asio/post.hpp>
 #include <linux/sockios.h>
 #include <sys/ioctl.h>

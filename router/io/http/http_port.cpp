@@ -48,9 +48,7 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
 }
 
 HttpPort::~HttpPort() {
-  for (const auto& client : clients_) {
-    if (client) client->session->drop();
-  }
+  clients_.for_each([](const Client& client) { client.session->drop(); });
 }
 
 HttpPages HttpPort::pages(const AdminSource& source) const {
@@ -65,16 +63,13 @@ HttpPages HttpPort::pages(const AdminSource& source) const {
 
 void HttpPort::set_queue_bytes_max(std::uint64_t bytes) {
   settings_.queue_bytes_max = std::max<std::uint64_t>(bytes, settings_.message_max);
-  for (const auto& client : clients_) {
-    if (client) client->output.set_queue_bytes_max(settings_.queue_bytes_max);
-  }
+  clients_.for_each(
+      [&](Client& client) { client.output.set_queue_bytes_max(settings_.queue_bytes_max); });
 }
 
 void HttpPort::set_ping_interval(Duration interval) {
   settings_.ping_interval = interval;
-  for (const auto& client : clients_) {
-    if (client) client->session->set_ping_interval(interval);
-  }
+  clients_.for_each([&](const Client& client) { client.session->set_ping_interval(interval); });
 }
 
 // --- Port
@@ -112,22 +107,23 @@ void HttpPort::flush(Time now) {
 }
 
 std::uint64_t HttpPort::queued_bytes(std::uint32_t token) const {
-  const bool known = token < clients_.size() && clients_[token];
-  return known ? clients_[token]->output.queued_bytes() : 0;
+  const Client* client = clients_.find(token);
+  return client == nullptr ? 0 : client->output.queued_bytes();
 }
 
 // Browsers are told, once they have got what waits for them: their pages may try again.
 void HttpPort::stop_accepting() {
   stopping_ = true;
   server_.stop_accepting();
-  for (const auto& client : clients_) {
-    if (client && client->id) touch(*client);
-  }
+  clients_.for_each([&](Client& client) {
+    if (client.id) touch(client);
+  });
 }
 
 bool HttpPort::drained() const {
-  return server_.drained() &&
-         std::ranges::none_of(clients_, [](const auto& c) { return c && c->id; });
+  bool drained = server_.drained();
+  clients_.for_each([&](const Client& client) { drained = drained && !client.id; });
+  return drained;
 }
 
 // --- Clients come
@@ -143,8 +139,8 @@ void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::s
   client->session = WebSocketSession::start(
       guest_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
-  client->token = free_token();
-  clients_[client->token] = std::move(client);
+  client->token = clients_.next();
+  clients_.add(std::move(client));
 }
 
 void HttpPort::welcome(Client& client) {
@@ -195,7 +191,7 @@ void HttpPort::bound_half_messages(Client& client, std::size_t bytes) {
   half_messages_.set(now, client.token, bytes);
   if (!half_messages_.victim()) return;
   while (const auto victim = half_messages_.victim()) {
-    Client& gone = *clients_[victim->token];
+    Client& gone = *clients_.find(victim->token);
     router_.on_lost(now, PortKind::kWebSocket, gone.id, Outcome::kIncomplete, 0, victim->bytes);
     forget(now, gone, CloseReason::kStalled);
     gone.session->drop();
@@ -271,14 +267,13 @@ void HttpPort::erase(Time now, Client& client) {
   client.output.clear(lost);
   half_messages_.set(now, client.token, 0);
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kClientGone, lost);
-  free_tokens_.push_back(client.token);
-  clients_[client.token].reset();
+  clients_.erase(client.token);
 }
 
 // --- Small things
 
 HttpPort::Client* HttpPort::find(std::uint32_t token, core::ClientId id) {
-  Client* client = clients_[token].get();
+  Client* client = clients_.find(token);
   return client != nullptr && client->id == id ? client : nullptr;
 }
 
@@ -286,16 +281,6 @@ void HttpPort::touch(Client& client) {
   if (client.touched) return;
   client.touched = true;
   touched_.push_back(&client);
-}
-
-std::uint32_t HttpPort::free_token() {
-  if (free_tokens_.empty()) {
-    clients_.emplace_back();
-    return static_cast<std::uint32_t>(clients_.size() - 1);
-  }
-  const std::uint32_t token = free_tokens_.back();
-  free_tokens_.pop_back();
-  return token;
 }
 
 }  // namespace tims::io

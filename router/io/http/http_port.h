@@ -14,12 +14,12 @@
 #include <string_view>
 #include <vector>
 
+#include "base/slot_map.h"
 #include "router/core/byte_chain.h"
 #include "router/core/router.h"
-#include "router/io/admin_source.h"
 #include "router/io/http/http_server.h"
-#include "router/io/http/websocket_output.h"
 #include "router/io/http/websocket_session.h"
+#include "router/io/reports.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims::io {
@@ -101,7 +101,6 @@ class HttpPort final : public core::Port {
 
   Client* find(std::uint32_t token, core::ClientId id);
   void touch(Client& client);
-  std::uint32_t free_token();
 
   Loop& loop_;
   AsioGuest guest_;
@@ -109,8 +108,7 @@ class HttpPort final : public core::Port {
   core::BlockPool& pool_;
   HttpPortSettings settings_;
   bool stopping_ = false;
-  std::vector<std::unique_ptr<Client>> clients_;  // by token
-  std::vector<std::uint32_t> free_tokens_;
+  base::SlotMap<Client> clients_;  // by token
   std::vector<Client*> touched_;
   HalfMessages half_messages_;
   HttpServer server_;

@@ -1,22 +1,76 @@
-// One WebSocket, from the handshake to the end: whole binary messages come in, frames go out.
+// One WebSocket, from the handshake to the end: whole binary messages come in, frames go out
+// (WebSocketSession); and what waits to be written into it (WebSocketOutput, which is pure): whole
+// messages in order of importance, cut into frames just before they are written.
 //
 // Behind a plain interface, because Boost.Beast's WebSocket costs a quarter of a minute of compile
 // time and 600 MB of memory: websocket_session.cpp is the only file that includes it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "os/file.h"
+#include "router/core/message_queue.h"
 #include "router/core/statistics.h"
 #include "router/io/http/guest_socket.h"
 #include "router/io/http/http_message.h"
+#include "tims/message.h"
 #include "tims/time.h"
 
 namespace tims::io {
+
+// About a quarter of a megabyte a frame: between frames there is room for a ping.
+inline constexpr std::size_t kFramePiecesMax = 64;
+
+class WebSocketOutput {
+ public:
+  WebSocketOutput(core::BlockPool& pool, std::uint64_t queue_bytes_max,
+                  const core::PriorityClasses& classes = core::kConventionalClasses)
+      : queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
+
+  void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
+
+  // A whole message; it is copied.
+  core::Outcome add(std::span<const std::byte> message, std::uint8_t priority);
+
+  struct Frame {
+    std::span<const std::span<const std::byte>> pieces;
+    bool last;  // of its message
+  };
+  // What is to be written next; nothing when nothing waits. The bytes stay where they are until
+  // end_frame(), which is called when they are written and before the next frame begins.
+  std::optional<Frame> begin_frame();
+  void end_frame();
+
+  // Throws away what waits. No frame is being written.
+  void clear(core::LossCounts& lost);
+  // What had to go for newer messages since the last time; null when nothing had to.
+  [[nodiscard]] const core::LossCounts* replaced() const {
+    return has_replaced_ ? &replaced_ : nullptr;
+  }
+  void forget_replaced();
+
+  [[nodiscard]] std::uint64_t queued_bytes() const { return queue_.bytes(); }
+  [[nodiscard]] bool empty() const { return queue_.empty() && !in_frame_; }
+
+ private:
+  std::size_t begin_message();
+  std::size_t add_rest(std::size_t count);
+
+  core::MessageQueue queue_;
+  core::LossCounts replaced_{};
+  bool has_replaced_ = false;
+  bool in_frame_ = false;
+  std::array<std::byte, kHeaderSize> header_{};  // of the message being written
+  std::uint64_t rest_ = 0;                       // bytes of it that are not in frames yet
+  std::uint64_t frame_body_ = 0;                 // bytes of the frame that are still in the queue
+  std::array<std::span<const std::byte>, kFramePiecesMax> pieces_{};
+};
 
 // Close codes of RFC 6455, section 7.4.1, and of its registry.
 enum class WebSocketClose : std::uint16_t {

@@ -10,7 +10,7 @@
 #include <resolv.h>
 
 #include "os/wakeup.h"
-#include "router/io/net/system_address.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {

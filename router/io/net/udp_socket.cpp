@@ -10,7 +10,7 @@
 #include <sys/socket.h>
 
 #include "os/socket.h"
-#include "router/io/net/system_address.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {

@@ -5,7 +5,7 @@
 #include <netinet/udp.h>
 #include <poll.h>
 
-#include "router/io/net/system_address.h"
+#include "router/io/net/addresses.h"
 #include "tests/support/own_network.h"
 #include "tests/support/patience.h"
 

@@ -1,4 +1,4 @@
-#include "router/io/net/interfaces.h"
+#include "router/io/net/addresses.h"
 
 #include <optional>
 

@@ -1,4 +1,4 @@
-#include "router/core/message.h"
+#include "router/core/types.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,17 @@
-// The addresses of this host's interfaces: which others may reach, and when they change.
+// Net addresses: as the system's calls take them, and those of this host's interfaces: which others
+// may reach, and when they change.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include "os/file.h"
 #include "router/io/loop.h"
@@ -14,6 +20,34 @@
 #include "tims/time.h"
 
 namespace tims::io {
+
+// --- as the system has them
+
+// Room for an address of either family.
+struct SystemAddress {
+  sockaddr_in6 storage{};
+  socklen_t size = sizeof storage;
+
+  [[nodiscard]] sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
+  [[nodiscard]] int family() const { return storage.sin6_family; }
+  [[nodiscard]] link::NetAddress net_address() const;  // port 0 unless of a known family
+};
+
+// For a socket of this family; nothing when that cannot reach it (IPv6 from an IPv4 socket).
+std::optional<SystemAddress> system_address(const link::NetAddress& address, int family);
+// For one of the address's own.
+inline SystemAddress system_address(const link::NetAddress& address) {
+  return *system_address(address, address.is_v4() ? AF_INET : AF_INET6);
+}
+
+// Of one answer of getaddrinfo(), or getifaddrs(); port 0 unless of a known family.
+link::NetAddress net_address(const addrinfo& info);
+link::NetAddress net_address(const sockaddr& address);
+
+// "10.9.1.1", "fe80::1%eth0"; nothing for names, and for interfaces that do not exist.
+std::optional<link::NetAddress> numeric_address(const std::string& host, std::uint16_t port);
+
+// --- of this host
 
 // Many changes close together are one: it is due once they have ended, and not too late when they
 // do not end.

@@ -1,4 +1,4 @@
-#include "router/io/http/websocket_output.h"
+#include "router/io/http/websocket_session.h"
 
 #include <algorithm>
 #include <memory>

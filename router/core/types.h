@@ -1,0 +1,194 @@
+// What all of the core speaks of: short texts and closed lists, neither of which allocates;
+// clients, the kinds of ports they attach at, and routers; a message on its way, and the eight
+// classes that messages have by their priority.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "tims/address.h"
+#include "tims/message.h"
+#include "tims/time.h"
+
+namespace tims::core {
+
+// --- texts
+
+// A short text inside a struct: no allocation, cut when it is too long.
+template <std::size_t capacity>
+class Text {
+  static_assert(capacity < 256);
+
+ public:
+  constexpr Text() = default;
+  constexpr Text(std::string_view text)  // NOLINT(google-explicit-constructor)
+      : size_(static_cast<std::uint8_t>(std::min(text.size(), capacity))) {
+    std::copy_n(text.begin(), size_, chars_.begin());
+  }
+
+  [[nodiscard]] constexpr std::string_view view() const { return {chars_.data(), size_}; }
+  [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
+  constexpr bool operator==(const Text& other) const { return view() == other.view(); }
+
+ private:
+  std::array<char, capacity> chars_{};
+  std::uint8_t size_ = 0;
+};
+
+// Closed lists: an enum, and for each of its values one word for JSON and metrics and one sentence
+// for people. A list that misses a value, or has two of them in the wrong order, does not compile.
+template <typename Enum>
+struct Label {
+  Enum value;
+  std::string_view name;      // snake_case
+  std::string_view sentence;  // without a full stop
+};
+
+// `labels` has every value from 0 to `last`, in order.
+template <typename Enum, std::size_t size>
+constexpr bool complete(const std::array<Label<Enum>, size>& labels, Enum last) {
+  if (size != static_cast<std::size_t>(last) + 1) return false;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (static_cast<std::size_t>(labels[i].value) != i || labels[i].name.empty()) return false;
+  }
+  return true;
+}
+
+// Of a value in a complete list.
+template <typename Enum, std::size_t size>
+constexpr const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, Enum value) {
+  return labels[static_cast<std::size_t>(value)];
+}
+
+// All values of an enum that has `count` of them.
+template <typename Enum, std::size_t count>
+constexpr std::array<Enum, count> values() {
+  std::array<Enum, count> all{};
+  for (std::size_t i = 0; i < count; ++i) all[i] = static_cast<Enum>(i);
+  return all;
+}
+
+// --- who is meant
+
+// A client as long as it is connected. Numbers run on: the same number does not come back before
+// four billion others.
+struct ClientId {
+  std::uint32_t value = 0;
+
+  explicit constexpr operator bool() const { return value != 0; }
+  auto operator<=>(const ClientId&) const = default;
+};
+inline constexpr ClientId kNoClient{};
+
+enum class PortKind : std::uint8_t {
+  kLocal,      // Unix socket and shared memory
+  kTcp,        // original RACK programs and remote clients
+  kWebSocket,  // browsers
+  kRouter,     // the router itself: its admin answers
+  kLink,       // another router
+};
+inline constexpr std::size_t kPortKindCount = 5;
+// Not inline: lists with texts are read-only only as constants of each file that uses them.
+constexpr std::array kPortKinds{
+    Label<PortKind>{PortKind::kLocal, "local", "a program on this host"},
+    Label<PortKind>{PortKind::kTcp, "tcp", "a program connected over TCP"},
+    Label<PortKind>{PortKind::kWebSocket, "websocket", "a browser"},
+    Label<PortKind>{PortKind::kRouter, "router", "the router itself"},
+    Label<PortKind>{PortKind::kLink, "link", "another router"},
+};
+static_assert(complete(kPortKinds, PortKind::kLink) && kPortKinds.size() == kPortKindCount);
+std::string_view name(PortKind port);
+
+inline constexpr std::size_t kClasses = 8;  // of messages, by priority
+
+enum class Role : std::uint8_t { kSubsystem, kSystem, kTop };
+constexpr std::array kRoles{
+    Label<Role>{Role::kSubsystem, "subsystem", "the router of one host of a robot"},
+    Label<Role>{Role::kSystem, "system", "the highest router of a robot"},
+    Label<Role>{Role::kTop, "top", "the router above all robots"},
+};
+static_assert(complete(kRoles, Role::kTop));
+std::string_view name(Role role);
+
+// What the other router is, seen from here.
+enum class LinkKind : std::uint8_t { kSuper, kPeer, kSub };
+constexpr std::array kLinkKinds{
+    Label<LinkKind>{LinkKind::kSuper, "super", "the router above"},
+    Label<LinkKind>{LinkKind::kPeer, "peer", "a router beside"},
+    Label<LinkKind>{LinkKind::kSub, "sub", "a router below"},
+};
+static_assert(complete(kLinkKinds, LinkKind::kSub));
+std::string_view name(LinkKind kind);
+
+// The router that a mailbox lives at, as a link tells it.
+struct Origin {
+  Address router{};
+  std::uint32_t epoch = 0;  // the lower half of that router's
+  std::uint8_t hops = 0;    // links between it and us
+
+  // The same router, and not one that has taken its place.
+  [[nodiscard]] bool same_router(const Origin& other) const {
+    return router == other.router && epoch == other.epoch;
+  }
+  bool operator==(const Origin&) const = default;
+};
+
+// A message or registration that has passed so many links goes round in a loop.
+inline constexpr std::uint8_t kHopsMax = 16;
+
+// --- messages
+
+struct Message {
+  Header header{};  // decoded
+  // All of it, header included. The router writes the header here again when it forwards, so this
+  // is memory that nobody else writes to: what lies in shared memory is copied out first.
+  std::span<std::byte> bytes{};
+  std::uint8_t hops = 0;  // links it has passed
+  Duration waited{};      // in the queue of the last one, when it is traced
+
+  [[nodiscard]] std::span<const std::byte> body() const { return bytes.subspan(kHeaderSize); }
+};
+
+// Messages are counted and, on links, sent in eight classes by their priority. The thresholds are
+// one setting of a whole fleet.
+struct PriorityClasses {
+  // The lowest priority of each class above 0. As RACK is used: 0 are tools and the GUI, 1 is who
+  // was given no priority, robots have steps of ten up to 50 (each data task one below its command
+  // task, so 19 belongs to 20), nothing but stop commands 100 and more.
+  std::array<std::uint8_t, kClasses - 1> from{0, 1, 15, 25, 35, 45, 100};
+
+  // Texts for people are the least of all, though originals send them as urgently as their data.
+  // By convention they are alone in class 0.
+  [[nodiscard]] constexpr std::size_t of(const Header& header) const {
+    return header.dest == kTextSink ? 0 : of(header.priority);
+  }
+  [[nodiscard]] constexpr std::size_t of(std::uint8_t priority) const {
+    std::size_t message_class = 0;
+    for (const std::uint8_t first : from) message_class += priority >= first ? 1 : 0;
+    return message_class;
+  }
+  // With what a message waits for a slow client: texts give way to all others.
+  [[nodiscard]] static constexpr std::uint8_t waits_with(const Header& header) {
+    return header.dest == kTextSink ? 0 : header.priority;
+  }
+  [[nodiscard]] constexpr bool valid() const {
+    return std::ranges::adjacent_find(from, std::ranges::greater_equal()) == from.end();
+  }
+  // "0/1/15/25/35/45/100"
+  [[nodiscard]] std::string to_string() const {
+    std::string text;
+    for (const std::uint8_t first : from)
+      text.append(text.empty() ? "" : "/").append(std::to_string(first));
+    return text;
+  }
+  bool operator==(const PriorityClasses&) const = default;
+};
+inline constexpr PriorityClasses kConventionalClasses{};
+
+}  // namespace tims::core
