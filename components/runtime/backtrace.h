@@ -1,105 +1,104 @@
-// Who called whom, with names: of a thread as it is now, as it was when a signal came, and as the
-// kernel saw it a while ago.
-//
-// Three things are needed. Which file is loaded where: asked of the dynamic linker beforehand, as a
-// program that crashes may hold its lock. How to step from a function to its caller: by the tables
-// that the compiler leaves in every program (.eh_frame_hdr), also through functions without frame
-// pointers; libunwind walks them over memory that we read for it, as its own local unwinding asks
-// the dynamic linker. What a function is called: by the file's table of symbols.
-//
-// Why not libdw: it allocates, and the same must work in a handler after a crash.
+// Who called whom, with names: of a thread as it was when the kernel looked at it (RealTimeWatch),
+// and of one that has crashed (crash_report.cpp). Both come as registers and the top of the stack.
+// libdw (elfutils) steps from a function to its caller by the tables that the compiler leaves in
+// every program, so also through functions without frame pointers, and knows names, files and
+// lines. It allocates: nothing here is for a signal handler.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <span>
 #include <string>
-#include <string_view>
 #include <unordered_map>
-#include <vector>
 
 #include <ucontext.h>
 
-#include "components/runtime/logic/perf_records.h"
+#if defined(__x86_64__)
+#include <asm/perf_regs.h>
+#endif
+
+struct Dwfl;
 
 namespace rack {
 
-// --- The program and its libraries as the dynamic linker has loaded them: where each lies, and
-// where its unwind tables are. Kept, because to ask the dynamic linker takes a lock that whoever
-// crashes may never get.
+// --- A thread's registers, in the order in which the kernel samples them: one table an
+// architecture. Where there is none, back-traces consist of frame pointers alone.
 
-struct LoadedFile {
-  std::uint64_t begin = 0;  // of one segment of it
-  std::uint64_t end = 0;
-  std::uint64_t base = 0;          // where its address 0 would be
-  std::uint64_t unwind_table = 0;  // .eh_frame_hdr; 0: it has none
-  std::string path{};              // empty: the program's own
+struct RegisterName {
+  int sampled;        // the bit that asks the kernel for it
+  int signal;         // where it lies in what a signal handler is given
+  std::size_t dwarf;  // its number in the compiler's tables
 };
 
-class LoadedFiles {
- public:
-  LoadedFiles() { refresh(); }
+#if defined(__x86_64__)
+inline constexpr std::array<RegisterName, 17> kRegisterNames = {{
+    {PERF_REG_X86_AX, REG_RAX, 0},
+    {PERF_REG_X86_BX, REG_RBX, 3},
+    {PERF_REG_X86_CX, REG_RCX, 2},
+    {PERF_REG_X86_DX, REG_RDX, 1},
+    {PERF_REG_X86_SI, REG_RSI, 4},
+    {PERF_REG_X86_DI, REG_RDI, 5},
+    {PERF_REG_X86_BP, REG_RBP, 6},
+    {PERF_REG_X86_SP, REG_RSP, 7},
+    {PERF_REG_X86_IP, REG_RIP, 16},
+    {PERF_REG_X86_R8, REG_R8, 8},
+    {PERF_REG_X86_R9, REG_R9, 9},
+    {PERF_REG_X86_R10, REG_R10, 10},
+    {PERF_REG_X86_R11, REG_R11, 11},
+    {PERF_REG_X86_R12, REG_R12, 12},
+    {PERF_REG_X86_R13, REG_R13, 13},
+    {PERF_REG_X86_R14, REG_R14, 14},
+    {PERF_REG_X86_R15, REG_R15, 15},
+}};
+inline constexpr std::size_t kStackPointer = 7;
+inline constexpr std::size_t kInstructionPointer = 16;
+inline constexpr std::size_t kRedZone = 128;  // bytes below the stack pointer that are in use
+#else
+inline constexpr std::array<RegisterName, 0> kRegisterNames{};
+inline constexpr std::size_t kStackPointer = 0;
+inline constexpr std::size_t kInstructionPointer = 0;
+inline constexpr std::size_t kRedZone = 0;
+#endif
 
-  // Libraries may have come and gone. Not for a program that crashes.
-  void refresh();
-  // Null: no file lies there. Allocates nothing, takes no lock.
-  [[nodiscard]] const LoadedFile* find(std::uint64_t address) const;
+using Registers = std::array<std::uint64_t, kRegisterNames.size()>;  // by DWARF's numbers
 
- private:
-  std::vector<LoadedFile> segments_;  // one entry for each that was loaded
+// --- Who called whom
+
+struct ThreadState {
+  Registers registers{};
+  std::span<const std::byte> stack{};  // as much as is known
+  std::uint64_t stack_begin = 0;       // its address
 };
-
-// --- Names of the functions at addresses of this program and its libraries.
-
-struct Symbol {
-  std::string_view name{};   // of the linker; empty: not known
-  std::uint64_t offset = 0;  // from its beginning; without name: from the beginning of the file
-  std::string_view file{};   // the library's file name; empty: this program's own
-};
-
-// Allocates nothing, takes no lock; names are written to `room`, the file's belongs to `files`.
-Symbol find_symbol(const LoadedFiles& files, std::uint64_t address, std::span<char> room);
-
-// For people, remembered. Not for a program that crashes.
-class SymbolNames {
- public:
-  struct Name {
-    std::string text;    // "rack::Module::run(int, char**)", "libc.so.6 + 0x1234"
-    bool known = false;  // as a function
-  };
-  const Name& name(std::uint64_t address);
-
- private:
-  LoadedFiles files_;
-  std::unordered_map<std::uint64_t, Name> names_;
-};
-
-// --- Who called whom, found by the tables that the compiler leaves in every program: also through
-// functions without frame pointers, of a thread that has run on meanwhile.
-
-// Where a frame's code is found: a call returns to the instruction behind it, which may belong to
-// the next function already. The innermost frame (0) is in no call.
-constexpr std::uint64_t code_of_frame(std::size_t index, std::uint64_t address) {
-  return index == 0 ? address : address - 1;
-}
 
 class Unwinder {
  public:
-  Unwinder();
+  Unwinder();                          // of this process
+  explicit Unwinder(std::FILE* maps);  // of one whose /proc/PID/maps said so
   Unwinder(const Unwinder&) = delete;
   Unwinder& operator=(const Unwinder&) = delete;
   ~Unwinder();
 
-  // Innermost first, into `frames`; at least what the snapshot's frame pointers say.
-  std::span<std::uint64_t> frames(const Snapshot& snapshot, std::span<std::uint64_t> frames);
-  // Of the thread that calls this, as it was when a signal came. Allocates nothing, takes no lock,
-  // and survives a damaged stack. A library that was loaded since the Unwinder was made ends it.
-  std::span<std::uint64_t> frames(const ucontext_t& context, std::span<std::uint64_t> frames);
-  [[nodiscard]] const LoadedFiles& files() const { return files_; }
+  // Innermost first, into `room`: where each function was; of those that called, the call itself.
+  std::span<std::uint64_t> frames(const ThreadState& thread, std::span<std::uint64_t> room);
+
+  struct Function {
+    std::string name;    // "rack::Module::run(int, char**)", "libc.so.6 + 0x1234"
+    bool known = false;  // as a function
+  };
+  const Function& function(std::uint64_t address);  // remembered
+  // "offender.cpp:42"; empty: not known.
+  [[nodiscard]] std::string source(std::uint64_t address) const;
 
  private:
-  LoadedFiles files_;
-  void* space_;
+  void attach();
+  void look_for(std::uint64_t address);
+
+  Dwfl* dwfl_;
+  bool own_;                             // this process: libraries may still come
+  const ThreadState* thread_ = nullptr;  // that frames() is at
+  std::unordered_map<std::uint64_t, Function> functions_;
 };
 
 }  // namespace rack

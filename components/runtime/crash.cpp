@@ -4,15 +4,20 @@
 #include <atomic>
 #include <charconv>
 #include <csignal>
+#include <string>
 #include <string_view>
 
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <fcntl.h>
+#include <link.h>
+#include <sched.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <ucontext.h>
 #include <unistd.h>
-
-#include "components/runtime/backtrace.h"
-#include "components/runtime/logic/function_names.h"
 
 // Nothing here may allocate, lock or use stdio: the crash may have happened inside of them.
 namespace rack {
@@ -26,9 +31,9 @@ constexpr bool kReports = true;
 
 constexpr int kSignals[] = {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL};
 constexpr std::size_t kFrames = 48;
-constexpr std::size_t kNameMax = 512;
+constexpr int kLast = 19;
 
-Unwinder* unwinder = nullptr;      // made before there is anything to report
+char* reporter = nullptr;          // its path, from before there is anything to report
 std::atomic<pid_t> reporting = 0;  // the thread that does
 
 void say(std::string_view text) {
@@ -62,28 +67,7 @@ std::string_view name_of(int signal) {
   }
 }
 
-// "#3 rack::Module::run + 0x1f (libx.so)"
-void say_frame(std::size_t index, std::uint64_t address) {
-  std::array<char, kNameMax> mangled;
-  std::array<char, kNameMax> room;
-  const Symbol symbol = find_symbol(unwinder->files(), code_of_frame(index, address), mangled);
-  say("  #");
-  say_number(index, 10);
-  say(" ");
-  say(symbol.name.empty() ? std::string_view("?") : readable_name(symbol.name, room));
-  say(" + 0x");
-  say_number(symbol.offset, 16);
-  if (!symbol.file.empty()) {
-    say(" (");
-    say(symbol.file);
-    say(")");
-  }
-  say("\n");
-}
-
-void report(int signal, const siginfo_t& info, const ucontext_t& context) {
-  std::array<char, 17> thread{};
-  ::prctl(PR_GET_NAME, thread.data());
+void say_signal(int signal, const siginfo_t& info, const char* thread) {
   say("Crash: ");
   say(name_of(signal));
   // Who sends a signal says no address.
@@ -92,11 +76,86 @@ void report(int signal, const siginfo_t& info, const ucontext_t& context) {
     say_number(reinterpret_cast<std::uintptr_t>(info.si_addr), 16);
   }
   say(" in thread ");
-  say(thread.data());
+  say(thread);
   say("\n");
-  std::array<std::uint64_t, kFrames> room;
-  const auto frames = unwinder->frames(context, room);
-  for (std::size_t i = 0; i < frames.size(); ++i) say_frame(i, frames[i]);
+}
+
+// For addr2line(1): "#3 /usr/lib/librack.so.0.1 + 0x12ab". Asks the dynamic linker, but for what
+// takes no lock of it, which may be held.
+void say_addresses(std::uint64_t crashed_at) {
+  std::array<void*, kFrames> frames{};
+  const auto count = static_cast<std::size_t>(::backtrace(frames.data(), kFrames));
+  bool is_crashed = false;  // before come the handler's own
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto address = reinterpret_cast<std::uintptr_t>(frames[i]);
+    is_crashed = is_crashed || address == crashed_at || crashed_at == 0;
+    if (!is_crashed) continue;
+    dl_find_object file{};
+    const bool known = ::_dl_find_object(frames[i], &file) == 0;
+    const char* path = known ? file.dlfo_link_map->l_name : "?";
+    say("  # ");
+    say(*path == '\0' ? "(program)" : path);
+    say(" + 0x");
+    say_number(address - (known ? file.dlfo_link_map->l_addr : 0), 16);
+    say("\n");
+  }
+}
+
+void copy_maps(int to) {
+  const int maps = ::open("/proc/self/maps", O_RDONLY | O_CLOEXEC);
+  std::array<char, 4096> text;
+  for (ssize_t size = 0; (size = ::read(maps, text.data(), text.size())) > 0;)
+    if (::write(to, text.data(), static_cast<std::size_t>(size)) != size) break;
+}
+
+Registers registers_of(const ucontext_t& context) {
+  Registers registers{};
+  for (const RegisterName& name : kRegisterNames)
+    registers[name.dwarf] = static_cast<std::uint64_t>(context.uc_mcontext.gregs[name.signal]);
+  return registers;
+}
+
+// In memory, which has room at once however slowly it is read. -1: it cannot be.
+int write_record(CrashRecord& record) {
+  const int file = ::memfd_create("crash", MFD_CLOEXEC);
+  ::lseek(file, sizeof record, SEEK_SET);
+  // As much as is there: what is no memory is not read.
+  const ssize_t stack = ::syscall(SYS_write, file, record.stack_begin, CrashRecord::kStackMax);
+  record.stack_size = stack > 0 ? static_cast<std::uint64_t>(stack) : 0;
+  copy_maps(file);
+  const bool good = ::pwrite(file, &record, sizeof record, 0) == sizeof record;
+  return good && ::lseek(file, 0, SEEK_SET) == 0 ? file : -1;
+}
+
+// With time that nobody else wants, however urgent the thread that has crashed. Returns when it
+// cannot start.
+void become_reporter(int record) {
+  const sched_param ordinary{};
+  ::sched_setscheduler(0, SCHED_BATCH, &ordinary);
+  ::setpriority(PRIO_PROCESS, 0, kLast);
+  if (record < 0 || ::dup2(record, STDIN_FILENO) < 0) return;
+  char* const arguments[] = {reporter, nullptr};
+  ::execve(reporter, arguments, environ);
+}
+
+void report(int signal, const siginfo_t& info, const ucontext_t& context) {
+  CrashRecord record{.process = ::getpid(), .registers = registers_of(context)};
+  ::prctl(PR_GET_NAME, record.thread.data());
+  say_signal(signal, info, record.thread.data());
+  std::uint64_t crashed_at = 0;
+  if constexpr (!kRegisterNames.empty()) {
+    crashed_at = record.registers[kInstructionPointer];
+    record.stack_begin = record.registers[kStackPointer] - kRedZone;
+  }
+  const int file = kRegisterNames.empty() ? -1 : write_record(record);
+  const pid_t child = ::_Fork();  // fork() would take locks
+  if (child > 0) return;
+  if (child == 0) become_reporter(file);
+  say("  ");
+  say(reporter);
+  say(" does not start; addresses, for addr2line:\n");
+  say_addresses(crashed_at);
+  if (child == 0) ::_exit(1);
 }
 
 void on_crash(int signal, siginfo_t* info, void* context) {
@@ -115,10 +174,12 @@ void on_crash(int signal, siginfo_t* info, void* context) {
 
 }  // namespace
 
-void install_crash_report() {
-  if (!kReports || unwinder != nullptr) return;
-  static Unwinder made;
-  unwinder = &made;
+void install_crash_report(const std::string& program) {
+  if (!kReports || reporter != nullptr) return;
+  static std::string path = program;
+  reporter = path.data();
+  std::array<void*, 1> frame{};
+  ::backtrace(frame.data(), 1);  // loads what it needs
   struct sigaction action {};
   action.sa_sigaction = on_crash;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;

@@ -9,11 +9,16 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "components/runtime/registers.h"
+#include "components/runtime/backtrace.h"
 
 namespace rack {
 namespace {
 
+constexpr std::uint64_t kSampledRegisters = [] {
+  std::uint64_t all = 0;
+  for (const RegisterName& name : kRegisterNames) all |= std::uint64_t{1} << name.sampled;
+  return all;
+}();
 constexpr std::size_t kRing = 256 << 10;  // bytes; a hundred samples
 
 std::size_t page() { return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)); }

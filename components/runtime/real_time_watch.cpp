@@ -26,6 +26,16 @@ const char* words(Offence offence) {
   return offence == Offence::kPageFault ? "a page fault" : "blocked";
 }
 
+ThreadState thread_of(const Snapshot& snapshot) {
+  ThreadState thread;
+  if (snapshot.register_count != kRegisterNames.size()) return thread;
+  for (std::size_t i = 0; i < kRegisterNames.size(); ++i)
+    thread.registers[kRegisterNames[i].dwarf] = snapshot.registers[i];
+  thread.stack = std::span(snapshot.stack).first(snapshot.stack_size);
+  thread.stack_begin = thread.registers[kStackPointer];
+  return thread;
+}
+
 }  // namespace
 
 bool is_watched(int priority) {
@@ -160,10 +170,12 @@ void RealTimeWatch::report(TextLog& log) {
 
 std::string RealTimeWatch::where(const Found& found) {
   std::array<std::uint64_t, kFrames> room{};
+  std::span<const std::uint64_t> frames = unwinder_.frames(thread_of(found.snapshot), room);
+  if (frames.size() < 2) frames = found.snapshot.frames();
   std::vector<std::string> functions;
-  for (const std::uint64_t address : unwinder_.frames(found.snapshot, room)) {
-    const auto& name = names_.name(code_of_frame(functions.size(), address));
-    if (functions.empty() || name.known) functions.push_back(name.text);
+  for (const std::uint64_t address : frames) {
+    const Unwinder::Function& function = unwinder_.function(address);
+    if (functions.empty() || function.known) functions.push_back(function.name);
   }
   return place_text(functions, kOutermost, RuntimePlace::kWhereMax);
 }

@@ -108,7 +108,6 @@ class RealTimeWatch final : private tims::WaitObserver {
   // The main thread.
   bool said_ = false;
   Unwinder unwinder_;
-  SymbolNames names_;
 
   mutable PriorityMutex mutex_;
   OffencePlaces places_;

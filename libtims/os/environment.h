@@ -1,5 +1,6 @@
-// What surrounds a program: the variables it was started with, and the service manager that wants
-// to hear how it does, by datagrams to $NOTIFY_SOCKET as sd_notify(3) describes them.
+// What surrounds a program: the variables it was started with, the programs beside it, and the
+// service manager that wants to hear how it does, by datagrams to $NOTIFY_SOCKET as sd_notify(3)
+// describes them.
 #pragma once
 
 #include <cstdlib>
@@ -15,6 +16,10 @@ inline std::string environment(const char* name) {
   const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
   return text == nullptr ? "" : text;
 }
+
+// A program of that name beside this one, so that a build's programs start the build's others, or
+// where an installation has its programs; else the name as it is, for PATH.
+std::string find_program(const std::string& name);
 
 class ServiceManager {
  public:

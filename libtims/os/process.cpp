@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "os/environment.h"
 #include "os/file.h"
 
 namespace tims::os {
@@ -24,19 +25,6 @@ namespace tims::os {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Beside this program, so that a build's tools start the build's router; or where an installation
-// has its other programs.
-std::string found_program(const std::string& name) {
-  if (name.find('/') != std::string::npos) return name;
-  std::error_code ignored;
-  const fs::path own = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  for (const char* folder : {"", TIMS_BIN_TO_LIBEXEC, TIMS_LIBEXEC_TO_BIN}) {
-    const fs::path path = (own / folder / name).lexically_normal();
-    if (::access(path.c_str(), X_OK) == 0) return path;
-  }
-  return name;
-}
 
 std::vector<std::string> environment_with(const std::vector<std::string>& added) {
   std::vector<std::string> all = added;
@@ -73,7 +61,7 @@ Result<Prepared> prepare(const Launch& launch) {
                    .environment = environment_with(launch.environment),
                    .folder = launch.folder,
                    .network = {}};
-  program.words.front() = found_program(program.words.front());
+  program.words.front() = find_program(program.words.front());
   program.argv = pointers(program.words);
   program.env = pointers(program.environment);
   if (launch.network.empty()) return program;

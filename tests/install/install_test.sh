@@ -34,7 +34,7 @@ expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/et
 expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
 if grep -n '@[A-Z_]*@' "$units"/*; then fail "names that nobody replaced"; fi
 for program in tims-router timsctl gdos-log; do expect "$own/bin/$program"; done
-for program in timsctl-robot timsctl-sim; do expect "$own/libexec/tims/$program"; done
+for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found there
 expect_line "$own/share/man/man1/tims-router.1" '^tims-router .* routes messages'
 expect_line "$own/share/man/man1/timsctl-msg-echo.1" '^\\fB\\-\\-filter'

@@ -50,8 +50,8 @@ function(tims_install_host)
     return()
   endif()
   install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/tims_router_tcp TYPE BIN)  # a link
-  # What timsctl becomes for some of its verbs.
-  install(TARGETS timsctl-robot timsctl-sim DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)
+  # What timsctl becomes for some of its verbs, and what a component starts when it crashes.
+  install(TARGETS timsctl-robot timsctl-sim tims-crash-report DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
