@@ -8,7 +8,7 @@
 #include "tests/bench/admin.h"
 #include "tests/bench/launch.h"
 #include "tests/bench/router_command.h"
-#include "tools/sim/network.h"
+#include "tools/sim/plan.h"
 
 namespace tims::bench {
 namespace {

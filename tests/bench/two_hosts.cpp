@@ -9,8 +9,8 @@
 #include "tests/bench/metrics.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/service.h"
-#include "tools/sim/network.h"
-#include "tools/sim/state.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/supervisor.h"
 
 namespace tims::bench {
 namespace {

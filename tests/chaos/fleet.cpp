@@ -8,8 +8,8 @@
 
 #include "tests/support/patience.h"
 #include "tools/cli/failure.h"
-#include "tools/sim/network.h"
-#include "tools/sim/state.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/supervisor.h"
 
 namespace tims::chaos {
 namespace {

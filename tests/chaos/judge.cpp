@@ -9,7 +9,7 @@
 
 #include "tests/support/patience.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace tims::chaos {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "tools/cli/connection.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

@@ -12,7 +12,7 @@
 #include "rack/proxies/catalogue.h"
 #include "tims/address.h"
 #include "tims/time.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

@@ -1,11 +1,16 @@
+
+
 #include "tools/cli/connection.h"
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <random>
 #include <system_error>
 
+#include <poll.h>
+#include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -17,6 +22,26 @@
 #include "tools/cli/failure.h"
 
 namespace timsctl {
+
+Signals::Signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, number);
+  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  // A reader that goes away is an error of write(), not a sudden end without cleaning up.
+  std::signal(SIGPIPE, SIG_IGN);
+  file_ = tims::os::File(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
+}
+
+Signals::Woken Signals::wait(int fd, tims::Time deadline) const {
+  std::array<pollfd, 2> waits{{{file_.get(), POLLIN, 0}, {fd, POLLIN, 0}}};
+  const auto rest = std::max(deadline - tims::os::now(), tims::Duration::zero());
+  const timespec limit = tims::os::to_timespec(tims::Time(rest));
+  const int ready =
+      ::ppoll(waits.data(), waits.size(), deadline == tims::kNever ? nullptr : &limit, nullptr);
+  if (waits[0].revents != 0) throw Interrupted();
+  return ready > 0 ? Woken::kReadable : Woken::kTimeout;
+}
 
 tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
                               const tims::AddressWidths& widths) {

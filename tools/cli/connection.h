@@ -1,4 +1,5 @@
-// One mailbox at one router, over the local socket or over TCP alike.
+// One mailbox at one router, over the local socket or over TCP alike; and how a command waits: for
+// a message, a deadline or Ctrl-C, whichever comes first.
 #pragma once
 
 #include <functional>
@@ -10,13 +11,29 @@
 #include <vector>
 
 #include "client/tcp_client.h"
+#include "os/file.h"
 #include "tims/mailbox.h"
 #include "tims/result.h"
 #include "tims/time.h"
-#include "tools/cli/signals.h"
 #include "wire/endpoint.h"
 
 namespace timsctl {
+
+// Ctrl-C as something that can be waited for. Signals are blocked while this exists and come in
+// through a descriptor: no handler, no flag.
+
+class Signals {
+ public:
+  Signals();  // before any thread is started: threads inherit what is blocked
+
+  enum class Woken { kReadable, kTimeout };
+  // Until `fd` can be read (-1: none), the deadline, or a signal: then throws Interrupted.
+  Woken wait(int fd, tims::Time deadline) const;
+  void sleep_until(tims::Time deadline) const { (void)wait(-1, deadline); }
+
+ private:
+  tims::os::File file_;
+};
 
 // Which router -H names.
 

@@ -12,7 +12,6 @@
 #include "tools/cli/connection.h"
 #include "tools/cli/options.h"
 #include "tools/cli/output.h"
-#include "tools/cli/signals.h"
 
 namespace timsctl {
 

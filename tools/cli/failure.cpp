@@ -2,6 +2,10 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
+#include "base/text.h"
+
 namespace timsctl {
 
 using tims::Errc;
@@ -185,6 +189,13 @@ constexpr CatalogueEntry kEntries[] = {
 
 Failure usage_error(std::string message, std::string hint) {
   return {Exit::kUsage, "usage", std::move(message), std::move(hint)};
+}
+
+std::string nearest_hint(std::string_view name, std::span<const std::string_view> known,
+                         std::string otherwise) {
+  if (const auto near = base::nearest(name, known)) return fmt::format("did you mean {}?", *near);
+  if (!otherwise.empty() || known.empty()) return otherwise;
+  return fmt::format("there are {}", fmt::join(known, ", "));
 }
 
 void fail_if_any(std::span<const base::Problem> problems, const std::string& code,

@@ -181,7 +181,59 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view) { o.detach = true; }},
 };
 
+constexpr std::string_view kRobot = "timsctl-robot";
+constexpr std::string_view kSim = "timsctl-sim";
+
+// The last one of timsctl-robot is what `timsctl component param save` becomes: not listed.
+constexpr Verb kProgramVerbs[] = {
+    {"up", "", "FILE", 1, 1, "system on for detach", true,
+     "Starts the components of a robot at the router of -H, passes on what they say, and starts "
+     "again what crashes. Runs until Ctrl-C and ends them then. FILE - is stdin. Exit status 1: a "
+     "component ended and stayed down.",
+     "timsctl up deploy/robots/sim.toml --system 1", nullptr, kTexts, kRobot},
+    {"down", "", "[NAME]", 0, 1, "", false, "Ends a robot that `up` has started, on this host.",
+     "timsctl down sim-1", nullptr, kTexts, kRobot},
+    {"robot", "show", "", 0, 0, "", false,
+     "Robots that `up` has started on this host: their programs, and how they are.",
+     "timsctl robot", nullptr, kRows, kRobot},
+    {"param", "save", "ADDR [NAME]", 1, 2, "wait dry-run", false,
+     "Writes the parameters of a component that were set since `up` started "
+     "it into the robot's file.",
+     "", nullptr, kRows, kRobot},
+
+    {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
+     "Makes a fleet on this machine: network namespaces, a router in each, components, bad lines. "
+     "Runs until Ctrl-C and takes everything down then. Exit status 1: a program ended by itself. "
+     "Needs root.",
+     "timsctl sim up deploy/fleets/demo.toml", nullptr, kTexts, kSim},
+    {"sim", "down", "[NAME]", 0, 1, "fleet", false,
+     "Ends a fleet, or removes what a crash has left of it; without a name all of them.",
+     "timsctl sim down demo", nullptr, kTexts, kSim},
+    {"sim", "show", "[NAME]", 0, 1, "", false,
+     "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
+     "timsctl sim show", nullptr, kTexts, kSim},
+    {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 1, 20, "fleet link", false,
+     "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
+     "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
+     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says. With "
+     "--link NAME in place of LINE: what the router of -H, of any fleet, does to its own datagrams "
+     "to router NAME (all: to everybody), when its sim.faults is true. What is not said is "
+     "perfect; no cut and no direction: ask the other router for the other one.",
+     "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", nullptr, kTexts, kSim},
+    {"sim", "kill", "HOST [router|PROGRAM]", 1, 2, "fleet", false,
+     "Ends everything on a host at once, as if it lost its power; or only its router, or the "
+     "programs with PROGRAM in their command.",
+     "timsctl sim kill robot1-main", nullptr, kTexts, kSim},
+    {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
+     "timsctl sim start robot1-main", nullptr, kTexts, kSim},
+    {"sim", "exec", "HOST COMMAND...", 2, 1000, "fleet", false,
+     "Runs a command on a host, with $TIMS_ROUTER set. Options behind COMMAND are its own.",
+     "timsctl sim exec robot1-main timsctl route show -j", nullptr, kTexts, kSim},
+};
+
 }  // namespace
+
+std::span<const Verb> program_verbs() { return kProgramVerbs; }
 
 std::span<const OptionRow> option_table() { return kOptions; }
 

@@ -131,4 +131,8 @@ inline constexpr std::string_view kGeneralOptions =
     "host router json json-lines output timeout quiet verbose no-color utc";
 inline constexpr std::string_view kShowOptions = "watch count once sort";
 
+// What timsctl-robot and timsctl-sim do: timsctl lists their verbs with its own, and becomes them.
+// One without an example is not listed.
+std::span<const Verb> program_verbs();
+
 }  // namespace timsctl

@@ -123,6 +123,21 @@ std::string lines_of(const std::vector<std::string>& words) {
   return text;
 }
 
+// The first word is one of the program's verbs, or an option of its own: CLI11 would only say that
+// a verb is missing.
+void check_verb(const VerbProgram& program, std::span<const std::string> arguments) {
+  if (!arguments.empty() && arguments.front().starts_with('-')) return;
+  std::vector<std::string_view> known;
+  for (const VerbRun& run : program.runs) known.push_back(run.word);
+  const std::string all =
+      fmt::format("there are {}; `{} --help`", fmt::join(known, ", "), program.name);
+  if (arguments.empty()) throw usage_error(fmt::format("{}: which verb?", program.name), all);
+  const std::string& word = arguments.front();
+  if (std::ranges::find(known, word) != known.end()) return;
+  throw usage_error(fmt::format("{}: no verb \"{}\"", program.name, word),
+                    nearest_hint(word, known, all));
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const ParseCommandLine& parse) {
@@ -139,12 +154,14 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   const auto mark = std::ranges::find(arguments, "--");
   const std::span before(arguments.begin(), mark);
   const std::span behind(mark == arguments.end() ? mark : mark + 1, arguments.end());
+  check_verb(program, before);
   Options options;
   CLI::App app(std::string(program.about), std::string(program.name));
   app.require_subcommand(1);
   app.set_version_flag("--version", fmt::format("{} {}", program.name, own_version()));
-  std::vector<CLI::App*> apps;
-  for (const OwnVerb& own : program.verbs) apps.push_back(&add_verb(app, own.verb, options));
+  std::vector<std::pair<const Verb*, CLI::App*>> own;
+  for (const Verb& verb : program_verbs())
+    if (verb.program == program.name) own.emplace_back(&verb, &add_verb(app, verb, options));
   try {
     std::vector<std::string> reversed(before.rbegin(), before.rend());
     app.parse(reversed);  // the last one first
@@ -155,18 +172,26 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   } catch (const CLI::ParseError& error) {
     throw usage_error(error.what(), fmt::format("{} --help", program.name));
   }
-  for (std::size_t i = 0; i < apps.size(); ++i) {
-    if (!apps[i]->parsed()) continue;
-    const OwnVerb& own = program.verbs[i];
-    if (takes_a_command(own.verb)) options.arguments = apps[i]->remaining();
+  for (const auto& [verb, parsed] : own) {
+    if (!parsed->parsed()) continue;
+    if (takes_a_command(*verb)) options.arguments = parsed->remaining();
     options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
-    if (options.arguments.size() < own.verb.arguments_min ||
-        options.arguments.size() > own.verb.arguments_max)
-      throw usage_error(fmt::format("{} {}: {} arguments", own.verb.word(), own.verb.arguments,
-                                    options.arguments.size()));
-    return Command{&own.verb, own.run, std::move(options)};
+    check_arguments(fmt::format("{} {}", program.name, verb->word()), *verb, options.arguments);
+    const auto run = std::ranges::find(program.runs, verb->word(), &VerbRun::word);
+    return Command{verb, run->run, std::move(options)};
   }
   return Text{app.help()};
+}
+
+void check_arguments(const std::string& command, const Verb& verb,
+                     const std::vector<std::string>& arguments) {
+  const std::string usage = fmt::format("{} {}", command, verb.arguments);
+  if (arguments.size() < verb.arguments_min)
+    throw usage_error(fmt::format("{}: {} is missing", command, verb.arguments), usage);
+  if (arguments.size() > verb.arguments_max)
+    throw usage_error(
+        fmt::format("{}: \"{}\" is one word too many", command, arguments[verb.arguments_max]),
+        usage);
 }
 
 std::string_view own_version() { return TIMS_VERSION; }

@@ -33,19 +33,23 @@ using ParseCommandLine = std::function<std::variant<Command, Text>(Arguments arg
 int run_program(int argc, char** argv, const ParseCommandLine& parse);
 
 // A program that timsctl becomes for some of its verbs, and that may be called by itself too.
-struct OwnVerb {
-  Verb verb;
+struct VerbRun {
+  std::string_view word;  // of a row of program_verbs()
   RunVerb run;
 };
 struct VerbProgram {
   std::string_view name;   // "timsctl-sim"
   std::string_view about;  // what it is for
-  std::span<const OwnVerb> verbs;
+  std::span<const VerbRun> runs;
   // What may stand in the place of that argument of a verb: asked by timsctl, for completion.
   std::vector<std::string> (*candidates)(std::string_view verb, std::size_t argument);
 };
 // Its command line: a verb, general options and those of the verb, arguments.
 std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Arguments arguments);
+
+// Throws Failure when a verb has too few or too many. `command`: how it was called.
+void check_arguments(const std::string& command, const Verb& verb,
+                     const std::vector<std::string>& arguments);
 
 std::string_view own_version();
 // Whether the list of words has this one.

@@ -9,10 +9,10 @@
 #include "os/file.h"
 #include "os/process.h"
 #include "tims/time.h"
+#include "tools/cli/connection.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/json.h"
-#include "tools/cli/signals.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

@@ -15,9 +15,7 @@
 #include "tools/cli/failure.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"
-#include "tools/robot/running.h"
 #include "tools/robot/supervisor.h"
-#include "tools/robot/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -211,10 +209,10 @@ std::vector<std::string> candidates(std::string_view verb, std::size_t argument)
 
 int main(int argc, char** argv) {
   using namespace timsctl;
-  static constexpr OwnVerb kVerbs[] = {
-      {robot::kUp, up}, {robot::kDown, down}, {robot::kShow, robot_show}, {robot::kSave, save}};
-  const VerbProgram program{robot::kProgram,
-                            "The components of a robot: started, looked after, ended.", kVerbs,
+  static constexpr VerbRun kRuns[] = {
+      {"up", up}, {"down", down}, {"show", robot_show}, {"save", save}};
+  const VerbProgram program{"timsctl-robot",
+                            "The components of a robot: started, looked after, ended.", kRuns,
                             candidates};
   return run_program(argc, argv,
                      [&](Arguments arguments) { return parse_verb_program(program, arguments); });

@@ -11,7 +11,7 @@
 #include "os/process.h"
 #include "tims/result.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl::robot {
 

@@ -9,12 +9,9 @@
 #include "tools/cli/context.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"
-#include "tools/sim/network.h"
 #include "tools/sim/plan.h"
 #include "tools/sim/quality.h"
-#include "tools/sim/state.h"
 #include "tools/sim/supervisor.h"
-#include "tools/sim/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -295,12 +292,11 @@ std::vector<std::string> sim_candidates(std::string_view verb, std::size_t argum
 
 int main(int argc, char** argv) {
   using namespace timsctl;
-  static constexpr OwnVerb kVerbs[] = {{sim::kUp, sim_up},     {sim::kDown, sim_down},
-                                       {sim::kShow, sim_show}, {sim::kFault, sim_fault},
-                                       {sim::kKill, sim_kill}, {sim::kStart, sim_start},
-                                       {sim::kExec, sim_exec}};
-  const VerbProgram program{sim::kProgram,
-                            "A fleet of robots on this machine, in network namespaces.", kVerbs,
+  static constexpr VerbRun kRuns[] = {
+      {"up", sim_up},     {"down", sim_down},   {"show", sim_show}, {"fault", sim_fault},
+      {"kill", sim_kill}, {"start", sim_start}, {"exec", sim_exec}};
+  const VerbProgram program{"timsctl-sim",
+                            "A fleet of robots on this machine, in network namespaces.", kRuns,
                             sim_candidates};
   return run_program(argc, argv,
                      [&](Arguments arguments) { return parse_verb_program(program, arguments); });

@@ -1,7 +1,9 @@
-// A fleet on this machine: which namespaces, interfaces, addresses and router configurations. Pure.
+// A fleet on this machine: which namespaces, interfaces, addresses and router configurations.
 //
 // The base has a bridge, "wifi", with one port for each robot's first host; a robot's other hosts
 // hang at the first one by a line each. Nothing forwards IP: from host to host go only messages.
+//
+// First the plan (pure), then what `ip`, `tc` and `nft` make of it.
 #pragma once
 
 #include <string>
@@ -10,6 +12,7 @@
 
 #include "os/process.h"
 #include "tools/cli/failure.h"
+#include "tools/cli/output.h"
 #include "tools/sim/fleet_file.h"
 
 namespace timsctl::sim {
@@ -91,5 +94,46 @@ std::string host_name(const Robot& robot, std::string_view host);  // "robot1-ma
 std::string line_name(const Robot& robot, std::string_view host);
 std::vector<std::string> host_names_of(const Fleet& fleet);
 std::vector<std::string> line_names(const Fleet& fleet);
+
+// --- the plan made real
+
+class Network {
+ public:
+  explicit Network(const Plan& plan) : plan_(plan) {}
+
+  void make();  // throws Failure
+  // What the kernel does of it; the routers do the rest (router_faults).
+  void apply(const Line& line, const LineState& before, const LineState& state) const;
+  // Can the kernel delay, double and reorder by itself?
+  [[nodiscard]] bool netem() const { return netem_; }
+
+ private:
+  void apply(const LineEnd& sender, const LineEnd& receiver, const Quality& before,
+             const Quality& quality) const;
+
+  const Plan& plan_;
+  bool netem_ = false;
+};
+
+// Namespaces of that fleet which are there, whoever made them.
+std::vector<std::string> networks_of(std::string_view fleet);
+// Ends what runs in them, and takes them away.
+void remove_networks(const std::vector<std::string>& networks);
+
+// What makes a line bad, as text for tc and nft. Pure. What leaves an interface is shaped by tc,
+// what comes in is thrown away by nft; what neither can do is the routers' part.
+
+// For `tc`, at the sending end. Without netem only the rate.
+tims::os::Command shaping(const LineEnd& sender, const Quality& quality, bool netem);
+
+// For `nft -f -`, at the receiving end: takes the place of what was there.
+std::string dropping(const LineEnd& receiver, const Quality& quality);
+
+// What the router at the sending end is asked to do: delay, jitter, doubles and changes of the
+// order, when the kernel has no netem. `link` is the router's name for the link.
+json::object router_faults(const std::string& link, const Quality& quality);
+bool needs_router(const Quality& quality);
+// All of it, of a router that nobody helps; an empty `link`: all its links.
+json::object all_faults(const std::string& link, const Quality& quality);
 
 }  // namespace timsctl::sim

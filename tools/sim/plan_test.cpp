@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "router/config/load.h"
-#include "tools/sim/network.h"
 
 namespace timsctl::sim {
 namespace {

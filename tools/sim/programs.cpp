@@ -9,8 +9,8 @@
 #include "os/clock.h"
 #include "os/socket.h"
 #include "tools/cli/failure.h"
-#include "tools/sim/network.h"
-#include "tools/sim/state.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/supervisor.h"
 
 namespace timsctl::sim {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "tools/cli/connection.h"
 #include "tools/cli/context.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 #include "tools/cli/service.h"
-#include "tools/cli/signals.h"
 #include "tools/sim/plan.h"
 
 namespace timsctl::sim {

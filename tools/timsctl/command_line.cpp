@@ -1,7 +1,10 @@
+
+
 #include "tools/timsctl/command_line.h"
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -9,9 +12,259 @@
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
 #include "tools/cli/service.h"
-#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
+
+namespace {
+
+constexpr Verb kOwnVerbs[] = {
+    {"status", "", "", 0, 0, kShowOptions, false,
+     "One screen: who the router is, what it carries, what it dropped.", "timsctl status -w",
+     status, kRows},
+
+    {"router", "show", "", 0, 0, kShowOptions, false,
+     "Who the router is: name, address, version, where it listens.", "timsctl router -j",
+     router_show, kRows},
+    {"router", "clients", "", 0, 0, kShowOptions, false,
+     "Everybody attached to the router, with the bytes in and out.",
+     "timsctl router clients --sort drops", router_clients, kRows},
+
+    {"router", "list", "", 0, 0, kShowOptions, false,
+     "All routers of the fleet as a tree: who is there, how far, whose clock is off. Exit status "
+     "6: "
+     "one that should be there did not answer.",
+     "timsctl router list", router_list, kRows},
+
+    {"link", "show", "[NAME]", 0, 1, kShowOptions, false,
+     "Links to other routers: state, round trip, loss, rates, queues, what was dropped.",
+     "timsctl link show robot1 -o wide", link_show, kRows},
+    {"link", "up", "NAME", 1, 1, "", false, "Lets a link that was taken down come up again.",
+     "timsctl link up robot1", link_up},
+    {"link", "down", "NAME", 1, 1, "yes", false,
+     "Takes a link down: its mailboxes are withdrawn, and it stays down until `link up`.",
+     "timsctl link down robot1", link_down},
+    {"link", "reset", "NAME", 1, 1, "", false, "Ends a link's session and begins a new one.",
+     "timsctl link reset robot1", link_reset},
+
+    {"fleet", "show", "", 0, 0, kShowOptions, false,
+     "Routers that announce themselves in the fleet (by DDS), with their addresses, and how DDS "
+     "itself is.",
+     "timsctl fleet show", fleet_show, kRows},
+    {"fleet", "server", "[ADDRESS:PORT]", 0, 1, "", false,
+     "Runs a discovery server, of Fast DDS, until Ctrl-C: routers with dds.server set to it find "
+     "each other without multicast. 0.0.0.0:11811 unless given.",
+     "timsctl fleet server 10.9.1.1:11811", fleet_server},
+
+    {"route", "show", "[GLOB]", 0, 1, "watch count once sort all-routers", false,
+     "Every registered address: through which port or link, to whom. -a: at every router.",
+     "timsctl route show 'Ladar(*/0)'", route_show, kRows},
+    {"route", "add", "GLOB ROUTER", 2, 2, "", false,
+     "Until the router ends: addresses that nobody has registered go to this neighbour.",
+     "timsctl route add 'Ladar(3/*)' robot3", route_add},
+    {"route", "del", "GLOB [ROUTER]", 1, 2, "", false, "Takes such a route away.",
+     "timsctl route del 'Ladar(3/*)'", route_del},
+    {"route", "get", "ADDR", 1, 1, "from type", false,
+     "Asks the code that forwards where a message would go. Exit status 0: delivered, 1: not.",
+     "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get, kRows},
+    {"route", "watch", "[GLOB]", 0, 1, "count once for", true, "Registrations as they come and go.",
+     "timsctl route watch 'Camera(*/*)'", route_watch},
+
+    {"mbx", "list", "[GLOB]", 0, 1, kShowOptions, false,
+     "Mailboxes: owner, what waits, what was replaced or refused.",
+     "timsctl mbx list Ladar --sort replaced", mbx_list, kRows},
+    {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
+     "timsctl mbx show Ladar/3/0", mbx_show, kRows},
+
+    {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait all-routers", false,
+     "Components, and whether they are on: all that have a mailbox here or behind a link; when "
+     "none "
+     "of them fits GLOB, and with -a, those of every router of the fleet. --wait: until there is "
+     "one.",
+     "timsctl component list 'Ladar(*/*)'", component_list, kRows},
+    {"component", "status", "ADDR...", 1, 64, "wait", false,
+     "Whether components are on. Exit status 1: one is not. --wait: until all are.",
+     "timsctl component status Chassis/1/0 Pilot/1/0", component_status, kRows},
+    {"component", "show", "ADDR", 1, 1, "", false,
+     "All about one component: since when it is on, its parameters, who gets its data, and where "
+     "it was not in real time (components with a real-time priority watch themselves, others when "
+     "they are started with RACK_WATCH=1).",
+     "timsctl component show Chassis/1/0", component_show},
+    {"component", "on", "ADDR...", 1, 64, "wait", false,
+     "Turns components on, one after the other, and waits until each has done so. --wait: tries "
+     "again when one is not there yet or says no.",
+     "timsctl component on Pilot/1/1 --wait", component_on},
+    {"component", "off", "ADDR...", 1, 64, "no-wait wait", false,
+     "Turns components off, and waits until they are.", "timsctl component off Pilot/1/1",
+     component_off},
+    {"component", "param", "get|set|save ADDR [NAME] [VALUE]", 2, 4, "wait dry-run", false,
+     "Parameters of a component: all, one, or a new value for one, and when it takes effect. save "
+     "writes those that were set since `timsctl up` started it (or the one called NAME) into the "
+     "robot's file, whose comments and order stay; here, where that robot runs.",
+     "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
+    {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
+     "The newest data of a component, field by field. --wait: until it has some.",
+     "timsctl component data Position/1/0", component_data, kLines},
+    {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
+     "Which pilot may drive a chassis; with PILOT: it may from now on, and no other.",
+     "timsctl component pilot Chassis/1/0 Pilot/1/1", component_pilot},
+
+    {"log", "show", "", 0, 0, "component level since until count once directory", false,
+     "What components have said, from the files of gdos-log on this host; needs no router. -n: the "
+     "newest. Exit status 1: nothing.",
+     "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
+    {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
+     "What components say: time, who, how important, and the words. From gdos-log where it runs, "
+     "also on another robot (ADDR); else from the components themselves, and then only one program "
+     "can listen.",
+     "timsctl log follow GDOS/3/1 -l warning", log_follow},
+
+    {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
+     "Round trips to a component or a router. A component is asked GET_STATUS, a router (`router`, "
+     "or an address such as Tims/1/1) the admin ping; 4 times unless -n or --for says otherwise. "
+     "--hops: to every router on the way first.",
+     "timsctl ping Ladar/3/0 -n 10 -i 100ms", ping},
+
+    {"explain", "", "SRC DST", 2, 2, "type", false,
+     "Asks every router on the way what it would do with a message; the last line is the cause and "
+     "what to do. Exit status 0: it arrives, 1: not.",
+     "timsctl explain Pilot/1/0 Ladar/2/0", explain},
+    {"trace", "", "ADDR", 1, 1, "type priority", false,
+     "Sends GET_STATUS with the TRACE flag: every router on the way tells when it passed and how "
+     "long it had waited.",
+     "timsctl trace Ladar/2/0", trace},
+    {"clock", "", "", 0, 0, kShowOptions, false,
+     "Every router's clock against the first one's, from the keep-alives of the links.",
+     "timsctl clock", clock, kRows},
+
+    {"msg", "pub", "ADDR [TYPE] [FIELD=VALUE...] [-]", 1, 256,
+     "hex file raw rate count once for priority yes no-wait fields si", false,
+     "Sends a message: by its name with fields (those that are not given are as in its struct), as "
+     "bytes, or what `msg echo --raw` or --json wrote. Numbers are in the units of `msg show`, or "
+     "have one: vx=0.2m/s. A command (TYPE > 0) that is sent once waits for its answer. Asks first "
+     "when ADDR moves something.",
+     "timsctl msg pub Chassis/0/0 move vx=200 omega=0.1", msg_pub},
+    {"msg", "echo", "[ADDR...]", 0, 64,
+     "listen count once for period body-max priority raw fields si filter", true,
+     "Prints the data of a component as it comes, a line a message. Subscribes with GET_CONT_DATA "
+     "and ends that when it ends; with --listen, registers an address and prints what comes there. "
+     "--raw and --json are valid input of `msg pub -f`.",
+     "timsctl msg echo Chassis/0/0 --si --filter 'vx>0.1'", msg_echo, kLines},
+    {"msg", "types", "[CLASS|every]", 0, 1, "", false,
+     "The messages of a class, or of all: numbers, names, bodies. `every`: those that every "
+     "component understands. Needs no router.",
+     "timsctl msg types Chassis", msg_types, kRows},
+    {"msg", "show", "CLASS NAME", 2, 2, "", false,
+     "The fields of a message, with their units. Needs no router.", "timsctl msg show Chassis move",
+     msg_show, kRows},
+    {"msg", "hz", "ADDR...", 1, 64, "count once for interval period body-max", true,
+     "How often messages come, side by side. -n counts reports.",
+     "timsctl msg hz Ladar/3/0 Odometry/3/0 --for 10s", msg_hz, kRows},
+    {"msg", "bw", "ADDR...", 1, 64, "count once for interval period body-max", true,
+     "How many bytes come, side by side. -n counts reports.", "timsctl msg bw Camera/3/0 --once",
+     msg_bw, kRows},
+
+    {"top", "", "", 0, 0, "count once for interval sort", true,
+     "Clients and their rates, live. Keys: q quits, left and right choose the column.",
+     "timsctl top --sort in/s", top, kRows},
+    {"stats", "", "", 0, 0, "watch count once sort by", false,
+     "What became of messages, by port, class and outcome; of those in local mailboxes.",
+     "timsctl stats --by reason", stats, kRows},
+
+    {"config", "show", "", 0, 0, "watch count once sort origin", false,
+     "The values the router runs with.", "timsctl config show --origin", config_show, kRows},
+    {"config", "check", "FILE", 1, 1, "", false,
+     "Reads a configuration as the router would. Exit status 1: it has errors.",
+     "timsctl config check /etc/tims/router.toml", config_check},
+
+    {"doctor", "", "", 0, 0, "format", false,
+     "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
+     "nagios exits with 0 to 3, as monitoring expects.",
+     "timsctl doctor", doctor},
+    {"errors", "", "[CODE]", 0, 1, "", false,
+     "What an error code, reason or finding means, and what to do.", "timsctl errors no_route",
+     errors, kRows},
+    {"completion", "", "bash|zsh|fish", 1, 1, "", false,
+     "A script for the shell: completes verbs and living addresses.",
+     "source <(timsctl completion bash)", completion},
+    {"__complete", "", "WORD...", 0, 1000, "", false, "", "", complete},
+};
+
+std::vector<std::string_view> nouns() {
+  std::vector<std::string_view> names;
+  for (const Verb& verb : verbs())
+    if (!verb.example.empty() && (names.empty() || names.back() != verb.noun))
+      names.push_back(verb.noun);
+  return names;
+}
+
+std::vector<std::string_view> verbs_of(std::string_view noun) {
+  std::vector<std::string_view> names;
+  for (const Verb& verb : verbs())
+    if (verb.noun == noun) names.push_back(verb.verb);
+  return names;
+}
+
+const Verb* find(std::string_view noun, std::string_view verb) {
+  for (const Verb& row : verbs())
+    if (row.noun == noun && row.verb == verb) return &row;
+  return nullptr;
+}
+
+std::string joined(std::span<const std::string_view> names) {
+  std::string text;
+  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+// The one name that begins with `word`.
+std::string_view expand(std::string_view word, std::span<const std::string_view> names,
+                        const std::string& what) {
+  std::vector<std::string_view> fits;
+  for (const std::string_view name : names) {
+    if (name == word) return name;
+    if (name.starts_with(word)) fits.push_back(name);
+  }
+  if (fits.size() == 1) return fits.front();
+  if (fits.size() > 1)
+    throw usage_error("\"" + std::string(word) + "\" may be " + joined(fits),
+                      "write one more letter");
+  const auto near = base::nearest(word, names);
+  throw usage_error(
+      "no " + what + " \"" + std::string(word) + "\"",
+      near ? "did you mean " + std::string(*near) + "?" : "there are " + joined(names));
+}
+
+// "Ladar(3/0)" and "0x03140000" are arguments, whatever verbs there are.
+bool looks_like_verb(std::string_view word) {
+  return std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+}  // namespace
+
+std::span<const Verb> verbs() {
+  static const std::vector<Verb> all = [] {
+    std::vector<Verb> rows(std::begin(kOwnVerbs), std::end(kOwnVerbs));
+    const auto more = program_verbs();
+    rows.insert(rows.end(), more.begin(), more.end());
+    return rows;
+  }();
+  return all;
+}
+
+Resolved resolve(std::span<const std::string> words) {
+  if (words.empty()) return {};
+  if (words[0] == "__complete") return {find(words[0], ""), words[0], 1};
+  const std::string_view noun = expand(words[0], nouns(), "command");
+  if (const Verb* only = find(noun, "")) return {only, noun, 1};
+  const Verb* usual = find(noun, "show");
+  if (usual == nullptr || usual->arguments_min > 0) usual = find(noun, "list");
+  if (words.size() == 1) return {usual, noun, 1};
+  if (!looks_like_verb(words[1]) && usual != nullptr) return {usual, noun, 1};
+  const auto names = verbs_of(noun);
+  return {find(noun, expand(words[1], names, std::string(noun) + " verb")), noun, 2};
+}
+
+// --- the command line
 
 namespace {
 
@@ -29,16 +282,6 @@ void set_option(const Verb& verb, std::string_view word, Options& options) {
   } catch (const Failure& failure) {
     throw usage_error(fmt::format("--{}: {}", name, failure.message));
   }
-}
-
-void check_number_of_arguments(const Verb& verb, const std::vector<std::string>& arguments) {
-  const std::string usage = fmt::format("timsctl {} {}", verb.name(), verb.arguments);
-  if (arguments.size() < verb.arguments_min)
-    throw usage_error(fmt::format("timsctl {}: {} is missing", verb.name(), verb.arguments), usage);
-  if (arguments.size() > verb.arguments_max)
-    throw usage_error(fmt::format("timsctl {}: \"{}\" is one word too many", verb.name(),
-                                  arguments[verb.arguments_max]),
-                      usage);
 }
 
 void check_form(const Verb& verb, Format format) {
@@ -63,7 +306,8 @@ bool contains(const std::vector<std::string>& words, std::string_view word) {
 }
 
 Exit become_own(Context& context) {
-  become_verb(context.verb, context.options, context.options.arguments);
+  become_verb(context.verb.program, context.verb.word(), context.options,
+              context.options.arguments);
 }
 
 bool is_digit(char c) { return (c >= '0' && c <= '9') || c == '.'; }
@@ -219,8 +463,9 @@ constexpr std::string_view kExitCodes =
 
 }  // namespace
 
-void become_verb(const Verb& verb, const Options& options, std::span<const std::string> arguments) {
-  tims::os::Command command{std::string(verb.program), verb.word()};
+void become_verb(std::string_view program, const std::string& verb, const Options& options,
+                 std::span<const std::string> arguments) {
+  tims::os::Command command{std::string(program), verb};
   command.insert(command.end(), options.given.begin(), options.given.end());
   command.emplace_back("--");
   command.insert(command.end(), arguments.begin(), arguments.end());
@@ -249,7 +494,7 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   command.options.given = words.options;
   command.options.arguments.assign(words.words.begin() + static_cast<std::ptrdiff_t>(found.words),
                                    words.words.end());
-  check_number_of_arguments(*found.verb, command.options.arguments);
+  check_arguments("timsctl " + found.verb->name(), *found.verb, command.options.arguments);
   check_form(*found.verb, command.options.format);
   return command;
 }

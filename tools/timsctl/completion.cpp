@@ -12,9 +12,8 @@
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
 #include "tools/cli/service.h"
-#include "tools/sim/verbs.h"
-#include "tools/timsctl/component_call.h"
-#include "tools/timsctl/verbs.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/component_client.h"
 
 namespace timsctl {
 
@@ -124,9 +123,9 @@ Candidates parameters(Context& context, const std::string& component) {
 }
 
 // Of a verb that another program does, the program itself knows them.
-Candidates of_program(const Verb& verb, std::size_t place) {
-  const Ran ran = run(
-      {.command = {std::string(verb.program), "__complete", verb.word(), std::to_string(place)}});
+Candidates of_program(std::string_view program, const std::string& verb, std::size_t place) {
+  const Ran ran =
+      run({.command = {std::string(program), "__complete", verb, std::to_string(place)}});
   return ran.status.success() ? split(ran.output, '\n') : Candidates();
 }
 
@@ -209,7 +208,7 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
   if (option == "level") return {"print", "error", "warning", "info", "detail"};
   if (option == "by") return {"reason", "port", "class"};
   if (option == "format") return {"text", "nagios"};
-  if (option == "fleet") return of_program(sim::kDown, 0);
+  if (option == "fleet") return of_program("timsctl-sim", "down", 0);
   return {};  // the shell proposes files
 }
 
@@ -266,7 +265,8 @@ Candidates candidates(const Before& before, const std::string& last, Context& co
     if (verb_comes && verb.noun == found.noun) out.emplace_back(verb.verb);
   if (found.verb == nullptr || verb_comes) return out;
   const std::size_t place = plain.size() - found.words;
-  if (!found.verb->program.empty()) return of_program(*found.verb, place);
+  if (!found.verb->program.empty())
+    return of_program(found.verb->program, found.verb->word(), place);
   const Candidates arguments(plain.begin() + static_cast<std::ptrdiff_t>(found.words), plain.end());
   for (const std::string& name : split(place_name(found.verb->arguments, place), '|'))
     for (std::string& candidate : for_place(*found.verb, name, arguments, context))

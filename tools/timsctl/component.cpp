@@ -15,11 +15,9 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/robot/verbs.h"
 #include "tools/timsctl/command_line.h"
-#include "tools/timsctl/component_call.h"
+#include "tools/timsctl/component_client.h"
 #include "tools/timsctl/message.h"
-#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -305,7 +303,7 @@ Exit component_param(Context& context) {
   if (verb == "set") return param_set(context);
   const auto more = std::span(context.options.arguments).subspan(1);
   // Only who has started the component knows its file.
-  if (verb == "save" && more.size() < 3) become_verb(robot::kSave, context.options, more);
+  if (verb == "save" && more.size() < 3) become_verb("timsctl-robot", verb, context.options, more);
   throw usage_error("component param get ADDR [NAME], set ADDR NAME VALUE, or save ADDR [NAME]");
 }
 

@@ -15,7 +15,7 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/connection.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

@@ -16,10 +16,10 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/component_client.h"
 #include "tools/timsctl/message.h"
 #include "tools/timsctl/rates.h"
-#include "tools/timsctl/subscription.h"
-#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {
@@ -203,15 +203,15 @@ std::string read_all(const std::string& name) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-struct Arguments {
+struct PubArguments {
   std::string target;
   std::string type;                 // a number or a name; empty: as in the file
   std::vector<std::string> fields;  // "vx=200"
   std::string file;                 // "-": stdin; empty: none
 };
 
-Arguments read_arguments(const Options& options) {
-  Arguments out{.target = options.arguments[0], .type = {}, .fields = {}, .file = options.file};
+PubArguments read_arguments(const Options& options) {
+  PubArguments out{.target = options.arguments[0], .type = {}, .fields = {}, .file = options.file};
   (void)need_address(out.target, kAnyWidths);
   for (const std::string& word : std::span(options.arguments).subspan(1)) {
     if (word == "-")
@@ -234,13 +234,13 @@ Arguments read_arguments(const Options& options) {
 
 // The body of a message that is called by its name: all fields that are not given are as in its
 // struct. A bare number says nothing of the body.
-std::vector<std::byte> body_of(const Arguments& arguments, std::uint32_t class_id,
+std::vector<std::byte> body_of(const PubArguments& arguments, std::uint32_t class_id,
                                const FieldStyle& style) {
   if (arguments.fields.empty() && parse_type(arguments.type)) return {};
   return make_body(need_message(class_id, arguments.type), class_id, arguments.fields, style);
 }
 
-std::vector<Draft> load_drafts(const Arguments& arguments, const Options& options,
+std::vector<Draft> load_drafts(const PubArguments& arguments, const Options& options,
                                std::uint32_t class_id, const FieldStyle& style) {
   Draft plain{.little_endian = std::endian::native == std::endian::little, .body = {}};
   std::vector<Draft> drafts;
@@ -394,7 +394,7 @@ void Publisher::report(const Message* answer) {
 }  // namespace
 
 Exit msg_pub(Context& context) {
-  const Arguments arguments = read_arguments(context.options);
+  const PubArguments arguments = read_arguments(context.options);
   const auto connection =
       context.connect({.address = {}, .body_max = context.options.body_max_bytes});
   const FieldStyle style{.widths = connection->widths(),
@@ -420,180 +420,6 @@ Exit msg_pub(Context& context) {
   publisher.report(nullptr);
   return Exit::kDone;
 }
-
-// --- msg hz and bw: several streams side by side
-
-namespace {
-
-using namespace std::chrono_literals;
-
-constexpr Column kHz[] = {
-    {"ADDRESS", "address.name"},
-    {"HZ", "rate_hz", As::kRate},
-    {"MIN", "interval_min_s", As::kDuration},
-    {"MAX", "interval_max_s", As::kDuration},
-    {"STD", "interval_std_s", As::kDuration},
-    {"JITTER", "jitter_s", As::kDuration},
-    {"MESSAGES", "messages_total", As::kCount},
-    {"LOST", "lost", As::kCount, false, true},
-    {"BYTES/S", "bytes_per_s", As::kBytes, true},
-    {"SILENT", "silent_s", As::kDuration, true},
-    {"STATE", "state"},
-};
-constexpr Column kBw[] = {
-    {"ADDRESS", "address.name"},
-    {"BYTES/S", "bytes_per_s", As::kBytes},
-    {"MIN", "body_min_bytes", As::kBytes},
-    {"MEAN", "body_mean_bytes", As::kBytes},
-    {"MAX", "body_max_bytes", As::kBytes},
-    {"HZ", "rate_hz", As::kRate},
-    {"MESSAGES", "messages_total", As::kCount},
-    {"LOST", "lost", As::kCount, false, true},
-    {"STATE", "state"},
-};
-
-json::value or_null(const std::optional<double>& value) {
-  return value ? json::value(*value) : json::value();
-}
-
-json::object item_json(const Subscription& subscription, const RateReport& report,
-                       const tims::AddressWidths& widths) {
-  json::object item{{"address", address_json(subscription.component(), widths)},
-                    {"state", subscription.state_name()},
-                    {"messages", report.messages},
-                    {"messages_total", report.messages_total},
-                    {"bytes_per_s", report.bytes_per_s},
-                    {"body_min_bytes", report.body_min_bytes},
-                    {"body_mean_bytes", report.body_mean_bytes},
-                    {"body_max_bytes", report.body_max_bytes},
-                    {"lost", report.lost ? json::value(*report.lost) : json::value()},
-                    {"silent_s", or_null(report.silent_s)}};
-  if (const auto granted = subscription.granted_ms()) item["period_s"] = *granted / 1000.0;
-  const auto& intervals = report.intervals;
-  const auto put = [&](const char* name, double RateReport::Intervals::*field) {
-    item[name] = intervals ? json::value((*intervals).*field) : json::value();
-  };
-  put("rate_hz", &RateReport::Intervals::rate_hz);
-  put("interval_min_s", &RateReport::Intervals::min_s);
-  put("interval_max_s", &RateReport::Intervals::max_s);
-  put("interval_std_s", &RateReport::Intervals::std_s);
-  put("jitter_s", &RateReport::Intervals::jitter_s);
-  return item;
-}
-
-class RateWatch {
- public:
-  RateWatch(Context& context, Connection& connection, const std::vector<tims::Address>& components,
-            std::span<const Column> columns)
-      : context_(context),
-        widths_(connection.widths()),
-        columns_(columns),
-        subscriptions_(connection, components, period_ms(context.options)),
-        meters_(components.size(), RateMeter(tims::os::now())) {}
-
-  Exit run();
-
- private:
-  static std::uint32_t period_ms(const Options& options) {
-    return static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::milliseconds>(options.period).count());
-  }
-  void listen_until(tims::Time deadline);
-  void report();
-  void check_reachable() const;
-  [[nodiscard]] Exit verdict() const;
-
-  Context& context_;
-  tims::AddressWidths widths_;
-  std::span<const Column> columns_;
-  Subscriptions subscriptions_;
-  std::vector<RateMeter> meters_;
-  std::vector<std::uint64_t> totals_;
-  std::uint64_t missed_ = 0;
-};
-
-void RateWatch::listen_until(tims::Time deadline) {
-  while (const auto data = subscriptions_.next(context_.signals, deadline))
-    meters_[data->index].on_message(data->at, static_cast<std::uint32_t>(data->message.body.size()),
-                                    data->message.header.seq_nr);
-}
-
-// A person waiting for numbers of an address nobody has would wait for ever.
-void RateWatch::check_reachable() const {
-  const auto& all = subscriptions_.all();
-  for (const Subscription& s : all)
-    if (s.state() != Subscription::State::kNoMailbox) return;
-  throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                all.front().component().to_string(widths_) + ": nobody has registered this address",
-                "`timsctl mbx list` shows all");
-}
-
-void RateWatch::report() {
-  json::array items;
-  totals_.clear();
-  const tims::Time now = tims::os::now();
-  for (std::size_t i = 0; i < meters_.size(); ++i) {
-    const RateReport numbers = meters_[i].report(now);
-    totals_.push_back(numbers.messages_total);
-    items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
-  }
-  const Look& look = context_.out.look();
-  if (look.format == Format::kJson)
-    return context_.out.write(json::object{{"schema", "tims/rate/1"},
-                                           {"time", base::rfc3339(tims::os::wall_now())},
-                                           {"items", std::move(items)}});
-  const std::span<const json::value> rows(items.data(), items.size());
-  if (const std::uint64_t missed = subscriptions_.missed(); missed > missed_) {
-    context_.out.note(
-        fmt::format("{} messages came faster than timsctl takes them, or were larger "
-                    "than --body-max",
-                    missed - missed_));
-    missed_ = missed;
-  }
-  const bool once = context_.options.count == 1;
-  if (context_.out.terminal() && !once)
-    return context_.out.redraw(render_items(rows, columns_, look));
-  context_.out.write(render_items(rows, columns_, look));
-}
-
-Exit RateWatch::verdict() const {
-  bool missing = false;
-  for (const Subscription& s : subscriptions_.all())
-    missing = missing || s.state() == Subscription::State::kNoMailbox;
-  if (missing) return Exit::kNoSuch;
-  const bool silent = std::ranges::find(totals_, 0U) != totals_.end();
-  return silent ? Exit::kTimeout : Exit::kDone;
-}
-
-Exit RateWatch::run() {
-  const Options& options = context_.options;
-  const std::uint64_t count = options.count.value_or(UINT64_MAX);
-  const tims::Time end = context_.run_end();
-  const tims::Duration interval = options.interval.value_or(1s);
-  if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
-  tims::Time next = tims::os::now();
-  for (std::uint64_t i = 0; i < count && next < end; ++i) {
-    next = std::min(next + interval, end);
-    listen_until(next);
-    if (i == 0) check_reachable();
-    report();
-  }
-  return verdict();
-}
-
-Exit measure(Context& context, std::span<const Column> columns) {
-  const Options& options = context.options;
-  (void)need_addresses(options.arguments, kAnyWidths);
-  const auto connection =
-      context.connect({.address = {}, .slots = 256, .body_max = options.body_max_bytes});
-  const auto components = need_addresses(options.arguments, connection->widths());
-  return RateWatch(context, *connection, components, columns).run();
-}
-
-}  // namespace
-
-Exit msg_hz(Context& context) { return measure(context, kHz); }
-Exit msg_bw(Context& context) { return measure(context, kBw); }
 
 // --- msg types and show: the catalogue of messages; needs no router
 

@@ -1,12 +1,28 @@
+
+
 #include "tools/timsctl/rates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
 #include <utility>
+
+#include <fmt/format.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include "base/measure.h"
 #include "base/text.h"
 #include "base/wall_time.h"
+#include "os/clock.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/component_client.h"
 
 namespace timsctl {
 
@@ -117,5 +133,354 @@ json::array TopRates::update(tims::Time now, std::span<const json::value> client
   last_ = now;
   return items;
 }
+
+// --- msg hz and bw: several streams side by side
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Column kHz[] = {
+    {"ADDRESS", "address.name"},
+    {"HZ", "rate_hz", As::kRate},
+    {"MIN", "interval_min_s", As::kDuration},
+    {"MAX", "interval_max_s", As::kDuration},
+    {"STD", "interval_std_s", As::kDuration},
+    {"JITTER", "jitter_s", As::kDuration},
+    {"MESSAGES", "messages_total", As::kCount},
+    {"LOST", "lost", As::kCount, false, true},
+    {"BYTES/S", "bytes_per_s", As::kBytes, true},
+    {"SILENT", "silent_s", As::kDuration, true},
+    {"STATE", "state"},
+};
+constexpr Column kBw[] = {
+    {"ADDRESS", "address.name"},
+    {"BYTES/S", "bytes_per_s", As::kBytes},
+    {"MIN", "body_min_bytes", As::kBytes},
+    {"MEAN", "body_mean_bytes", As::kBytes},
+    {"MAX", "body_max_bytes", As::kBytes},
+    {"HZ", "rate_hz", As::kRate},
+    {"MESSAGES", "messages_total", As::kCount},
+    {"LOST", "lost", As::kCount, false, true},
+    {"STATE", "state"},
+};
+
+json::value or_null(const std::optional<double>& value) {
+  return value ? json::value(*value) : json::value();
+}
+
+json::object item_json(const Subscription& subscription, const RateReport& report,
+                       const tims::AddressWidths& widths) {
+  json::object item{{"address", address_json(subscription.component(), widths)},
+                    {"state", subscription.state_name()},
+                    {"messages", report.messages},
+                    {"messages_total", report.messages_total},
+                    {"bytes_per_s", report.bytes_per_s},
+                    {"body_min_bytes", report.body_min_bytes},
+                    {"body_mean_bytes", report.body_mean_bytes},
+                    {"body_max_bytes", report.body_max_bytes},
+                    {"lost", report.lost ? json::value(*report.lost) : json::value()},
+                    {"silent_s", or_null(report.silent_s)}};
+  if (const auto granted = subscription.granted_ms()) item["period_s"] = *granted / 1000.0;
+  const auto& intervals = report.intervals;
+  const auto put = [&](const char* name, double RateReport::Intervals::*field) {
+    item[name] = intervals ? json::value((*intervals).*field) : json::value();
+  };
+  put("rate_hz", &RateReport::Intervals::rate_hz);
+  put("interval_min_s", &RateReport::Intervals::min_s);
+  put("interval_max_s", &RateReport::Intervals::max_s);
+  put("interval_std_s", &RateReport::Intervals::std_s);
+  put("jitter_s", &RateReport::Intervals::jitter_s);
+  return item;
+}
+
+class RateWatch {
+ public:
+  RateWatch(Context& context, Connection& connection, const std::vector<tims::Address>& components,
+            std::span<const Column> columns)
+      : context_(context),
+        widths_(connection.widths()),
+        columns_(columns),
+        subscriptions_(connection, components, period_ms(context.options)),
+        meters_(components.size(), RateMeter(tims::os::now())) {}
+
+  Exit run();
+
+ private:
+  static std::uint32_t period_ms(const Options& options) {
+    return static_cast<std::uint32_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(options.period).count());
+  }
+  void listen_until(tims::Time deadline);
+  void report();
+  void check_reachable() const;
+  [[nodiscard]] Exit verdict() const;
+
+  Context& context_;
+  tims::AddressWidths widths_;
+  std::span<const Column> columns_;
+  Subscriptions subscriptions_;
+  std::vector<RateMeter> meters_;
+  std::vector<std::uint64_t> totals_;
+  std::uint64_t missed_ = 0;
+};
+
+void RateWatch::listen_until(tims::Time deadline) {
+  while (const auto data = subscriptions_.next(context_.signals, deadline))
+    meters_[data->index].on_message(data->at, static_cast<std::uint32_t>(data->message.body.size()),
+                                    data->message.header.seq_nr);
+}
+
+// A person waiting for numbers of an address nobody has would wait for ever.
+void RateWatch::check_reachable() const {
+  const auto& all = subscriptions_.all();
+  for (const Subscription& s : all)
+    if (s.state() != Subscription::State::kNoMailbox) return;
+  throw Failure(Exit::kNoSuch, "no_such_mailbox",
+                all.front().component().to_string(widths_) + ": nobody has registered this address",
+                "`timsctl mbx list` shows all");
+}
+
+void RateWatch::report() {
+  json::array items;
+  totals_.clear();
+  const tims::Time now = tims::os::now();
+  for (std::size_t i = 0; i < meters_.size(); ++i) {
+    const RateReport numbers = meters_[i].report(now);
+    totals_.push_back(numbers.messages_total);
+    items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
+  }
+  const Look& look = context_.out.look();
+  if (look.format == Format::kJson)
+    return context_.out.write(json::object{{"schema", "tims/rate/1"},
+                                           {"time", base::rfc3339(tims::os::wall_now())},
+                                           {"items", std::move(items)}});
+  const std::span<const json::value> rows(items.data(), items.size());
+  if (const std::uint64_t missed = subscriptions_.missed(); missed > missed_) {
+    context_.out.note(
+        fmt::format("{} messages came faster than timsctl takes them, or were larger "
+                    "than --body-max",
+                    missed - missed_));
+    missed_ = missed;
+  }
+  const bool once = context_.options.count == 1;
+  if (context_.out.terminal() && !once)
+    return context_.out.redraw(render_items(rows, columns_, look));
+  context_.out.write(render_items(rows, columns_, look));
+}
+
+Exit RateWatch::verdict() const {
+  bool missing = false;
+  for (const Subscription& s : subscriptions_.all())
+    missing = missing || s.state() == Subscription::State::kNoMailbox;
+  if (missing) return Exit::kNoSuch;
+  const bool silent = std::ranges::find(totals_, 0U) != totals_.end();
+  return silent ? Exit::kTimeout : Exit::kDone;
+}
+
+Exit RateWatch::run() {
+  const Options& options = context_.options;
+  const std::uint64_t count = options.count.value_or(UINT64_MAX);
+  const tims::Time end = context_.run_end();
+  const tims::Duration interval = options.interval.value_or(1s);
+  if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
+  tims::Time next = tims::os::now();
+  for (std::uint64_t i = 0; i < count && next < end; ++i) {
+    next = std::min(next + interval, end);
+    listen_until(next);
+    if (i == 0) check_reachable();
+    report();
+  }
+  return verdict();
+}
+
+Exit measure(Context& context, std::span<const Column> columns) {
+  const Options& options = context.options;
+  (void)need_addresses(options.arguments, kAnyWidths);
+  const auto connection =
+      context.connect({.address = {}, .slots = 256, .body_max = options.body_max_bytes});
+  const auto components = need_addresses(options.arguments, connection->widths());
+  return RateWatch(context, *connection, components, columns).run();
+}
+
+}  // namespace
+
+Exit msg_hz(Context& context) { return measure(context, kHz); }
+Exit msg_bw(Context& context) { return measure(context, kBw); }
+
+// --- timsctl top: who sends and receives how much, live
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Column kTop[] = {
+    {"CLIENT", "id", As::kCount},
+    {"NAME", "name"},
+    {"PORT", "port"},
+    {"PID", "pid", As::kText},
+    {"MAILBOXES", "mailboxes", As::kCount},
+    {"TAKEN/S", "taken_per_s", As::kRate},
+    {"IN/S", "in_per_s", As::kRate},
+    {"OUT/S", "out_per_s", As::kRate},
+    {"IN_BYTES/S", "in_bytes_per_s", As::kBytes},
+    {"OUT_BYTES/S", "out_bytes_per_s", As::kBytes},
+    {"DROPS", "drops", As::kCount, false, true},
+    {"QUEUE", "queue_bytes", As::kBytes},
+};
+// Single keys from a terminal, without Enter and without echo, until this goes.
+enum class Key { kNone, kQuit, kLeft, kRight };
+
+class Keys {
+ public:
+  Keys();  // does nothing when stdin is no terminal
+  ~Keys();
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+
+  // To wait on; -1 when there are no keys.
+  [[nodiscard]] int descriptor() const;
+  Key read() const;
+
+ private:
+  std::optional<termios> before_;
+};
+
+Keys::Keys() {
+  termios now{};
+  if (::isatty(STDIN_FILENO) == 0 || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
+  before_ = now;
+  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  now.c_cc[VMIN] = 0;
+  now.c_cc[VTIME] = 0;
+  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
+}
+
+Keys::~Keys() {
+  if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+}
+
+int Keys::descriptor() const { return before_ ? STDIN_FILENO : -1; }
+
+Key Keys::read() const {
+  std::array<char, 16> buffer{};
+  const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+  if (size == 0) return Key::kQuit;  // the terminal has gone
+  const std::string_view text(buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  if (text == "q" || text == "Q") return Key::kQuit;
+  if (text == "\033[D" || text == "<") return Key::kLeft;
+  if (text == "\033[C" || text == ">") return Key::kRight;
+  return Key::kNone;
+}
+
+constexpr std::size_t kFirstSortable = 4;
+
+// Asking for each of very many mailboxes every second would be a load of its own.
+constexpr double kMailboxesMax = 5000;
+
+class Top {
+ public:
+  explicit Top(Context& context) : context_(context), sort_(context.options.sort) {
+    if (sort_.empty()) sort_ = kTop[column_].title;
+    for (std::size_t i = 0; i < std::size(kTop); ++i)
+      if (kTop[i].title == sort_) column_ = i;
+  }
+
+  Exit run();
+
+ private:
+  void sample();
+  void draw();
+  void wait_until(tims::Time deadline);
+  [[nodiscard]] std::string heading() const;
+
+  Context& context_;
+  std::string sort_;
+  std::size_t column_ = 5;
+  bool quit_ = false;
+  std::unique_ptr<Connection> connection_;
+  TopRates rates_;
+  json::object status_;
+  json::array items_;
+  std::optional<Keys> keys_;
+};
+
+Exit Top::run() {
+  const Options& options = context_.options;
+  const bool live = context_.out.terminal() && !context_.out.json() && options.count != 1;
+  if (live) {
+    keys_.emplace();
+    context_.out.write("\033[2J");
+  }
+  const tims::Duration interval = options.interval.value_or(1s);
+  const std::uint64_t count = options.count.value_or(UINT64_MAX);
+  const tims::Time end = context_.run_end();
+  sample();
+  tims::Time next = tims::os::now();
+  for (std::uint64_t i = 0; i < count && !quit_ && next < end; ++i) {
+    next = std::min(next + interval, end);
+    wait_until(next);
+    if (quit_) break;
+    try {
+      sample();
+      draw();
+    } catch (const Failure& failure) {
+      if (!live || (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout)) throw;
+      connection_.reset();
+      context_.out.redraw(failure.message + ", trying again\n");
+    }
+  }
+  return Exit::kDone;
+}
+
+void Top::sample() {
+  if (!connection_) connection_ = context_.connect();
+  AdminClient admin = context_.admin(*connection_);
+  status_ = admin.ask({{"ask", "status"}});
+  const json::object clients = admin.ask({{"ask", "clients"}});
+  json::object mailboxes;
+  if (number_or_zero(status_, "mailboxes") <= kMailboxesMax)
+    mailboxes = admin.ask({{"ask", "mailboxes"}});
+  items_ = rates_.update(tims::os::now(), items_of(clients), items_of(std::as_const(mailboxes)));
+}
+
+void Top::draw() {
+  if (context_.out.json())
+    return context_.out.write(json::object{{"schema", "tims/top/1"},
+                                           {"router", text_at(status_, "router")},
+                                           {"time", base::rfc3339(tims::os::wall_now())},
+                                           {"items", items_}});
+  sort_items(items_, kTop, sort_);
+  const std::string table = render_items({items_.data(), items_.size()}, kTop, context_.out.look());
+  keys_ ? context_.out.redraw(heading() + table) : context_.out.write(table);
+}
+
+std::string Top::heading() const {
+  return fmt::format(
+      "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
+      "and "
+      "right choose\n\n",
+      base::printable(text_at(status_, "name")),
+      base::human_duration(number_or_zero(status_, "uptime_s")), number_or_zero(status_, "clients"),
+      number_or_zero(status_, "mailboxes"), number_or_zero(status_, "drops_last_minute"), sort_);
+}
+
+void Top::wait_until(tims::Time deadline) {
+  const int fd = keys_ ? keys_->descriptor() : -1;
+  while (context_.signals.wait(fd, deadline) == Signals::Woken::kReadable) {
+    const Key key = keys_->read();
+    if (key == Key::kQuit) quit_ = true;
+    if (quit_) return;
+    if (key == Key::kLeft && column_ > kFirstSortable) --column_;
+    if (key == Key::kRight && column_ + 1 < std::size(kTop)) ++column_;
+    if (key == Key::kNone) continue;
+    sort_ = kTop[column_].title;
+    draw();
+  }
+}
+
+}  // namespace
+
+Exit top(Context& context) { return Top(context).run(); }
 
 }  // namespace timsctl

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "tims/time.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

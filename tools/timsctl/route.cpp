@@ -9,8 +9,8 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
 #include "tools/timsctl/message.h"
-#include "tools/timsctl/verbs.h"
 
 namespace timsctl {
 namespace {

@@ -1,16 +1,163 @@
-// timsctl router: who the router is, and who is attached to it.
+// timsctl status, router, clock, link, fleet, mbx, stats and config: what a router shows.
+
+#include <algorithm>
 #include <csignal>
+#include <filesystem>
+#include <iterator>
+#include <set>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include "base/measure.h"
+#include "base/text.h"
+#include "base/wall_time.h"
 #include "router/config/config.h"
+#include "router/config/load.h"
 #include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/service.h"
-#include "tools/timsctl/verbs.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/doctor.h"
 
 namespace timsctl {
+
+// --- timsctl status: the one screen to look at first
+
+namespace {
+
+std::string listening(const json::object& status) {
+  std::string text;
+  for (const char* port : {"unix", "tcp", "http"}) {
+    const std::string where = text_at(status, fmt::format("listen.{}", port));
+    if (!where.empty()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", port, where);
+  }
+  return base::printable(text);
+}
+
+std::string drops_line(const json::object& status, const Look& look) {
+  const double now = number_or_zero(status, "drops_last_minute");
+  const std::string text =
+      fmt::format("{} in the last minute, {} since the start", base::human_count(now),
+                  base::human_count(number_or_zero(status, "drops")));
+  const std::string to = text_at(status, "dropped_to");
+  const std::string whole = to.empty() ? text : text + ": " + to;
+  return now == 0 ? whole
+                  : paint(whole, Tone::kBad, look.colour) + "   -> timsctl stats --by reason";
+}
+
+std::string event_lines(const json::object& status, const Look& look) {
+  std::string text;
+  const json::value* events = at_path(status, "events");
+  if (events == nullptr || !events->is_array()) return text;
+  for (const json::value& event : events->get_array()) {
+    const std::string time = text_at(event.as_object(), "time");
+    text += fmt::format("  {}  {}\n", paint(local_time(time, look.utc), Tone::kDim, look.colour),
+                        base::printable(text_at(event.as_object(), "text")));
+  }
+  return text;
+}
+
+std::string draw_status(const json::object& status, const Look& look) {
+  const auto line = [&](std::string_view title, const std::string& text) {
+    return fmt::format("  {} {}\n", paint(fmt::format("{:<10}", title), Tone::kDim, look.colour),
+                       text);
+  };
+  const auto count = [&](std::string_view path) {
+    return base::human_count(number_or_zero(status, path));
+  };
+  std::string text =
+      fmt::format("{} {}, tims-router {}\n", paint("*", Tone::kGood, look.colour),
+                  paint(base::printable(text_at(status, "name")), Tone::kBold, look.colour),
+                  base::printable(text_at(status, "version")));
+  text += line("Address", fmt::format("{}  {}", text_at(status, "address.name"),
+                                      text_at(status, "address.raw")));
+  text += line("Running", fmt::format("{}, pid {}, epoch {}",
+                                      base::human_duration(number_or_zero(status, "uptime_s")),
+                                      text_at(status, "pid"), text_at(status, "epoch")));
+  text += line("Listens", listening(status));
+  text += line("Carries",
+               fmt::format("{} clients, {} mailboxes", count("clients"), count("mailboxes")));
+  text += line("Forwarded",
+               fmt::format("{} messages, {}; local ones go past the router", count("messages"),
+                           base::human_bytes(number_or_zero(status, "bytes"))));
+  text += line("Dropped", drops_line(status, look));
+  text +=
+      line("Memory", fmt::format("{}, longest turn {}",
+                                 base::human_bytes(number_or_zero(status, "rss_bytes")),
+                                 base::human_duration(number_or_zero(status, "longest_turn_s"))));
+  const std::string events = event_lines(status, look);
+  return events.empty() ? text : text + "\n" + events;
+}
+
+constexpr double kEventsAsked = 200;
+constexpr std::ptrdiff_t kEventsShown = 5;
+
+// Clients that are command-line tools, among those the events tell of.
+std::set<std::string> tools_in(const json::array& events, const tims::AddressWidths& widths) {
+  std::set<std::string> tools;
+  for (const json::value& value : events) {
+    const json::object& event = value.as_object();
+    const auto address = tims::Address::parse(text_at(event, "address.raw"));
+    if (address && address->fields(widths).class_id == tims::class_id::kTool)
+      tools.insert(text_at(event, "client.client"));
+  }
+  return tools;
+}
+
+// The last events without those that tools make by asking.
+json::array foreign_events(AdminClient& admin, double last) {
+  const auto since = static_cast<std::int64_t>(std::max(0.0, last - kEventsAsked));
+  json::object answer = admin.ask({{"ask", "events"}, {"since", since}});
+  json::array& events = items_of(answer);
+  const auto tools = tools_in(events, admin.widths());
+  json::array out;
+  for (json::value& event : events)
+    if (!tools.contains(text_at(event.as_object(), "client.client")))
+      out.push_back(std::move(event));
+  if (std::ssize(out) > kEventsShown) out.erase(out.begin(), out.end() - kEventsShown);
+  return out;
+}
+
+json::object ask_status(AdminClient& admin) {
+  json::object status = admin.ask({{"ask", "status"}});
+  status["events"] = foreign_events(admin, number_or_zero(status, "last_event"));
+  if (number_or_zero(status, "drops") > 0) {
+    const json::object clients = admin.ask({{"ask", "clients"}});
+    if (std::string to = lost_to(items_of(clients), {}); !to.empty())
+      status["dropped_to"] = std::move(to);
+  }
+  return status;
+}
+
+constexpr Column kStatus[] = {
+    {"ROUTER", "name"},
+    {"ADDRESS", "address.name"},
+    {"VERSION", "version"},
+    {"PID", "pid"},
+    {"UP", "uptime_s", As::kDuration},
+    {"CLIENTS", "clients", As::kCount},
+    {"MAILBOXES", "mailboxes", As::kCount},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"DROPS", "drops", As::kCount, false, true},
+    {"DROPS/MIN", "drops_last_minute", As::kCount, false, true},
+};
+
+}  // namespace
+
+Exit status(Context& context) {
+  return show(context, ask_status, [](const json::object& answer, const Look& look) {
+    if (look.format == Format::kTable || look.format == Format::kWide)
+      return draw_status(answer, look);
+    const json::value item(answer);
+    return render_items({&item, 1}, kStatus, look);
+  });
+}
+
+// --- timsctl router: who the router is, and who is attached to it
 
 namespace {
 
@@ -227,7 +374,7 @@ json::array with_texts(std::span<const json::value> items) {
   return out;
 }
 
-std::string draw(const json::object& answer, const Look& look) {
+std::string draw_fleet(const json::object& answer, const Look& look) {
   std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
   const bool people = look.format == Format::kTable || look.format == Format::kWide;
   if (!people) return routers;
@@ -280,7 +427,7 @@ Exit link_reset(Context& context) { return act(context, "reset"); }
 // --- timsctl fleet: routers that find each other by the name of their fleet.
 
 Exit fleet_show(Context& context) {
-  return show_items(context, {{"ask", "fleet"}}, kRouters, draw);
+  return show_items(context, {{"ask", "fleet"}}, kRouters, draw_fleet);
 }
 
 // Only Ctrl-C ends the server well: after another signal it leaves files of shared memory behind.
@@ -300,6 +447,259 @@ Exit fleet_server(Context& context) {
     if (!server.has_ended(kServerEnds)) server.signal_group(SIGKILL);
   }
   return server.reap().success() ? Exit::kDone : Exit::kNo;
+}
+
+// --- timsctl mbx: mailboxes and their owners
+
+namespace {
+
+constexpr Column kMailboxes[] = {
+    {"ADDRESS", "address.name"},
+    {"RAW", "address.raw", As::kText, true},
+    {"OWNER", "owner.name"},
+    {"PID", "owner.pid"},
+    {"VIA", "via"},
+    {"PEER", "owner.peer", As::kText, true},
+    {"SLOTS", "slots", As::kCount},
+    {"MAX", "message_max_bytes", As::kBytes},
+    {"WAITING", "waiting", As::kCount},
+    {"RECEIVED", "received", As::kCount},
+    {"REPLACED", "replaced", As::kCount, false, true},
+    {"REFUSED", "refused", As::kCount, false, true},
+    {"TOO_BIG", "too_big", As::kCount, false, true},
+    {"RECLAIMED", "reclaimed", As::kCount, true, true},
+    {"ASLEEP", "asleep", As::kText, true},
+    {"AGE", "age_s", As::kDuration},
+};
+
+constexpr Column kMailbox[] = {
+    {"Address", "address.name"},
+    {"Raw address", "address.raw"},
+    {"Owner", "owner.name"},
+    {"Pid", "owner.pid"},
+    {"Client", "owner.client"},
+    {"Via", "via"},
+    {"Peer", "owner.peer"},
+    {"Registered for", "age_s", As::kDuration},
+    {"Slots", "slots", As::kCount},
+    {"Largest message", "message_max_bytes", As::kBytes},
+    {"Waiting now", "waiting", As::kCount},
+    {"Received", "received", As::kCount},
+    {"Replaced by newer", "replaced", As::kCount, false, true},
+    {"Refused, full", "refused", As::kCount, false, true},
+    {"Refused, too big", "too_big", As::kCount, false, true},
+    {"Left half-written", "reclaimed", As::kCount, false, true},
+    {"Owner sleeps", "asleep"},
+};
+
+}  // namespace
+
+Exit mbx_list(Context& context) {
+  return show_items(context, with_match({{"ask", "mailboxes"}}, context.options), kMailboxes);
+}
+
+Exit mbx_show(Context& context) {
+  const std::string& text = context.options.arguments.front();
+  (void)need_address(text, kAnyWidths);
+  const auto ask = [&](AdminClient& admin) {
+    const tims::Address address = need_address(text, admin.widths());
+    json::object answer = admin.ask({{"ask", "mailboxes"}, {"match", address.to_hex()}});
+    if (items_of(std::as_const(answer)).empty())
+      throw Failure(
+          Exit::kNoSuch, "no_such_mailbox",
+          fmt::format("{}: nobody has registered this address", address.to_string(admin.widths())),
+          "`timsctl mbx list` shows all");
+    return answer;
+  };
+  const auto draw = [&](const json::object& answer, const Look& look) {
+    return render_page(items_of(answer).front().as_object(), kMailbox, look);
+  };
+  return show(context, ask, draw);
+}
+
+// --- timsctl stats: what became of messages
+
+namespace {
+
+constexpr Column kCounts[] = {
+    {"PORT", "port"},
+    {"CLASS", "class"},
+    {"OUTCOME", "outcome"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"MEANING", "meaning"},
+};
+constexpr Column kByReason[] = {
+    {"OUTCOME", "outcome"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"MEANING", "meaning"},
+};
+constexpr Column kByPort[] = {
+    {"PORT", "port"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"DROPPED", "dropped_messages", As::kCount, false, true},
+};
+constexpr Column kByClass[] = {
+    {"CLASS", "class"},
+    {"PRIORITIES", "priorities"},
+    {"MESSAGES", "messages", As::kCount},
+    {"BYTES", "bytes", As::kBytes},
+    {"DROPPED", "dropped_messages", As::kCount, false, true},
+};
+
+void add(json::object& item, std::string_view key, double more) {
+  item[key] = static_cast<std::uint64_t>(number_or_zero(item, key) + more);
+}
+
+// "15-24"; "texts" for what no priority leads to.
+std::string priorities_of(const json::value& message_class, const json::array& classes) {
+  if (classes.empty()) return {};  // of an older router
+  const auto number = message_class.to_number<std::size_t>();
+  const auto first_of = [&](std::size_t i) {
+    if (i == 0) return 0;
+    return i <= classes.size() ? classes[i - 1].to_number<int>() : 256;
+  };
+  const int first = first_of(number);
+  const int last = first_of(number + 1) - 1;
+  if (last < first) return "texts";
+  return first == last ? std::to_string(first) : fmt::format("{}-{}", first, last);
+}
+
+// One item for each value of `key`, the numbers added up.
+json::array grouped(std::span<const json::value> items, std::string_view key,
+                    const json::array& classes) {
+  json::array groups;
+  for (const json::value& value : items) {
+    const json::object& item = value.as_object();
+    auto group = std::ranges::find_if(groups, [&](const json::value& g) {
+      return text_at(g.as_object(), key) == text_at(item, key);
+    });
+    if (group == groups.end()) {
+      json::object fresh{{key, item.at(key)}};
+      if (key == "outcome") fresh["meaning"] = item.at("meaning");
+      if (key == "class") fresh["priorities"] = priorities_of(item.at("class"), classes);
+      groups.push_back(std::move(fresh));
+      group = groups.end() - 1;
+    }
+    const bool dropped = text_at(item, "dropped") == "true";
+    json::object& sum = group->as_object();
+    add(sum, "messages", number_or_zero(item, "messages"));
+    add(sum, "bytes", number_or_zero(item, "bytes"));
+    add(sum, "dropped_messages", dropped ? number_or_zero(item, "messages") : 0);
+  }
+  return groups;
+}
+
+// What went past the router, between programs of its host, is counted by the mailboxes alone.
+std::string mailboxes_line(const json::object& answer) {
+  const auto count = [&](std::string_view name) {
+    return base::human_count(number_or_zero(answer, fmt::format("mailboxes.{}", name)));
+  };
+  return fmt::format(
+      "\nMailboxes of this host: {} received, {} replaced, {} refused, {} too big, "
+      "{} left half-written\n",
+      count("received"), count("replaced"), count("refused"), count("too_big"), count("reclaimed"));
+}
+
+}  // namespace
+
+Exit stats(Context& context) {
+  const std::string& by = context.options.by;
+  std::span<const Column> columns = kCounts;
+  if (by == "reason") columns = kByReason;
+  if (by == "port") columns = kByPort;
+  if (by == "class") columns = kByClass;
+  const auto ask = [&](AdminClient& admin) {
+    json::object answer = admin.ask({{"ask", "stats"}});
+    if (!by.empty())
+      answer["items"] =
+          grouped(items_of(std::as_const(answer)), by == "reason" ? "outcome" : by,
+                  answer.contains("classes") ? answer.at("classes").as_array() : json::array());
+    if (!context.options.sort.empty()) sort_items(items_of(answer), columns, context.options.sort);
+    return answer;
+  };
+  const auto draw = [&](const json::object& answer, const Look& look) {
+    const std::string table = render_items(items_of(answer), columns, look);
+    const bool for_people = look.format == Format::kTable || look.format == Format::kWide;
+    return for_people ? table + mailboxes_line(answer) : table;
+  };
+  return show(context, ask, draw);
+}
+
+// --- timsctl config: what the router runs with, and what a file would make of it
+
+namespace {
+
+constexpr Column kWithOrigin[] = {{"KEY", "key"},
+                                  {"VALUE", "value"},
+                                  {"ORIGIN", "origin"},
+                                  {"RELOADABLE", "reloadable", As::kText, true}};
+constexpr Column kWithout[] = {{"KEY", "key"},
+                               {"VALUE", "value"},
+                               {"ORIGIN", "origin", As::kText, true},
+                               {"RELOADABLE", "reloadable", As::kText, true}};
+
+tims::config::Host this_host() {
+  tims::config::Host host;
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) == 0) host.name = name.data();
+  host.uid = ::getuid();
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view line = *entry;
+    const std::size_t equals = line.find('=');
+    if (equals != std::string_view::npos)
+      host.environment.emplace(line.substr(0, equals), line.substr(equals + 1));
+  }
+  return host;
+}
+
+tims::config::Loaded load_file(const std::string& path) {
+  auto files = tims::config::read_files(path);
+  if (!files)
+    throw Failure(std::filesystem::exists(path) ? Exit::kDenied : Exit::kNoSuch,
+                  std::filesystem::exists(path) ? "denied" : "no_such_file",
+                  files.error().message());
+  return tims::config::load({.files = std::move(*files), .settings = {}, .host = this_host()});
+}
+
+json::object report(const std::string& path, const tims::config::Loaded& loaded) {
+  json::array items;
+  for (const tims::config::Problem& problem : loaded.problems)
+    items.push_back(json::object{{"file", problem.at.file},
+                                 {"line", problem.at.line},
+                                 {"column", problem.at.column},
+                                 {"text", problem.text}});
+  return {{"schema", "tims/config_check/1"},
+          {"file", path},
+          {"ok", loaded.ok()},
+          {"items", std::move(items)}};
+}
+
+}  // namespace
+
+Exit config_show(Context& context) {
+  return show_items(context, {{"ask", "config"}},
+                    context.options.origin ? std::span<const Column>(kWithOrigin) : kWithout);
+}
+
+Exit config_check(Context& context) {
+  const std::string& path = context.options.arguments.front();
+  const tims::config::Loaded loaded = load_file(path);
+  const Exit exit = loaded.ok() ? Exit::kDone : Exit::kNo;
+  if (context.out.json()) {
+    context.out.write(report(path, loaded));
+    return exit;
+  }
+  for (const tims::config::Problem& problem : loaded.problems)
+    context.out.write(problem.to_string() + "\n");
+  if (loaded.ok())
+    context.out.write(path + ": no errors\n");
+  else
+    context.out.note(fmt::format("{}: {} error{}", path, loaded.problems.size(),
+                                 loaded.problems.size() == 1 ? "" : "s"));
+  return exit;
 }
 
 }  // namespace timsctl

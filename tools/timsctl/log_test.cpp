@@ -1,4 +1,4 @@
-#include "tools/timsctl/text_filter.h"
+#include "tools/timsctl/log.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// What this host says about itself: files under /proc, limits, the clock.
+// timsctl doctor: what this host says about itself (files under /proc, limits, the clock), and what
+// the doctor concludes from that and from the router's answers.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 #include <vector>
 
 #include "tools/cli/failure.h"
-#include "tools/cli/json.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 

@@ -1,4 +1,4 @@
-// Which texts of components a command shows, and how. Pure, but for the output.
+// timsctl log: which texts of components it shows, and how.
 #pragma once
 
 #include <optional>

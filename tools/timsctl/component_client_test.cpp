@@ -1,4 +1,4 @@
-#include "tools/timsctl/subscription.h"
+#include "tools/timsctl/component_client.h"
 
 #include <cstring>
 #include <deque>

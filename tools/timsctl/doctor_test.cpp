@@ -1,4 +1,4 @@
-#include "tools/timsctl/findings.h"
+#include "tools/timsctl/doctor.h"
 
 #include <algorithm>
 
