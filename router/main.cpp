@@ -122,7 +122,7 @@ std::string cannot_listen(std::string_view key, const std::string& where, const 
 }
 
 // The running router, part by part; and what it tells of itself.
-class Program final : private core::Surroundings, private io::AdminSource {
+class Program final : private core::RouterHooks, private io::AdminSource {
  public:
   Program(config::Loaded configuration, const io::Arguments& arguments)
       : configuration_(std::move(configuration)), arguments_(arguments) {
@@ -163,7 +163,7 @@ class Program final : private core::Surroundings, private io::AdminSource {
   }
 
  private:
-  // core::Surroundings
+  // core::RouterHooks
   void admin(Time now, core::ClientId from, const core::Message& request) override {
     admin_.ask(now, from, request);
   }

@@ -9,7 +9,7 @@
 namespace tims::core {
 namespace {
 
-class CountingSink final : public Port, public Surroundings {
+class CountingSink final : public Port, public RouterHooks {
  public:
   Outcome deliver(Time, const Receiver&, const Message&) override {
     ++delivered;

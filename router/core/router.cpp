@@ -49,9 +49,9 @@ bool only_down(const Client* from) {
 
 }  // namespace
 
-Router::Router(const RouterSettings& settings, HashSeed seed, Surroundings& surroundings)
+Router::Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks)
     : settings_(settings),
-      surroundings_(surroundings),
+      hooks_(hooks),
       registrations_(seed),
       lifesigns_(settings.lifesign_interval) {
   const Origin here{settings.address, settings.epoch, 0};
@@ -252,8 +252,8 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 
   if (header.dest == settings_.address) return for_router_itself(now, sender, handle, message);
   if (header.type == type::kAdminRequest && !local && !link && is_router(header.dest) &&
-      !surroundings_.may_ask(sender.id, message)) {
-    surroundings_.admin(now, sender.id, message);
+      !hooks_.may_ask(sender.id, message)) {
+    hooks_.admin(now, sender.id, message);
     return Outcome::kHandled;
   }
   const Outcome outcome = forward(now, &sender, message);
@@ -302,7 +302,7 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   const bool original = from != nullptr && from->info.port == PortKind::kTcp;
   const bool to_original = on.to->info.port == PortKind::kTcp;
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
-    surroundings_.traced(from->id, on.to->id, message);
+    hooks_.traced(from->id, on.to->id, message);
   if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
     return stop_loop(now, from, *on.to, message);
@@ -355,7 +355,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
 Outcome Router::for_router_itself(Time now, Client& sender, std::uint32_t handle,
                                   const Message& message) {
   if (message.header.type == type::kAdminRequest) {
-    surroundings_.admin(now, sender.id, message);
+    hooks_.admin(now, sender.id, message);
     return Outcome::kHandled;
   }
   if (message.header.type > 0) {
@@ -457,7 +457,7 @@ void Router::record_end(Time now, const Client& client, CloseReason reason) {
 
 void Router::happened(const Event& event) {
   count(event.kind);
-  surroundings_.event(events_.add(event));
+  hooks_.event(events_.add(event));
 }
 
 Peer Router::peer(ClientId id) const {
@@ -730,7 +730,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
       tell_widths(now, sender, message);
       break;
     case Verb::kAdmin:
-      surroundings_.admin(now, sender.id, message);
+      hooks_.admin(now, sender.id, message);
       break;
     case Verb::kMalformed:
       return Outcome::kMalformedCommand;

@@ -68,9 +68,9 @@ class Port {
 };
 
 // The program around the router. Nothing here may call back into the router.
-class Surroundings {
+class RouterHooks {
  public:
-  virtual ~Surroundings() = default;
+  virtual ~RouterHooks() = default;
 
   // A question to the router. Answered with Router::answer(), now or later.
   virtual void admin(Time now, ClientId from, const Message& request) = 0;
@@ -86,9 +86,9 @@ class Surroundings {
   virtual void event(const Event& event) = 0;
 
  protected:
-  Surroundings() = default;
-  Surroundings(const Surroundings&) = default;
-  Surroundings& operator=(const Surroundings&) = default;
+  RouterHooks() = default;
+  RouterHooks(const RouterHooks&) = default;
+  RouterHooks& operator=(const RouterHooks&) = default;
 };
 
 struct RouterSettings {
@@ -124,7 +124,7 @@ enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
 
 class Router {
  public:
-  Router(const RouterSettings& settings, HashSeed seed, Surroundings& surroundings);
+  Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks);
 
   // Set up before traffic starts. A port that is switched off is not attached, and has no clients.
   void attach(PortKind kind, Port& port) { ports_[static_cast<std::size_t>(kind)] = &port; }
@@ -289,7 +289,7 @@ class Router {
   [[nodiscard]] Peer peer(ClientId id) const;
 
   RouterSettings settings_;
-  Surroundings& surroundings_;
+  RouterHooks& hooks_;
   std::array<Port*, kPortKindCount> ports_{};
   ClientId uplink_{};
   std::vector<ClientId> links_;

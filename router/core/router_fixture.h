@@ -34,7 +34,7 @@ inline Bytes encoded(Header header, const Bytes& body = {}) {
   return bytes;
 }
 
-class RecordingSink final : public Port, public Surroundings {
+class RecordingSink final : public Port, public RouterHooks {
  public:
   struct Delivery {
     Receiver to;

@@ -10,7 +10,7 @@
 namespace tims::io::test {
 
 // Takes everything, keeps the questions.
-class QuietSurroundings final : public core::Port, public core::Surroundings {
+class QuietHooks final : public core::Port, public core::RouterHooks {
  public:
   core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
     return core::Outcome::kDelivered;
@@ -28,7 +28,7 @@ class AdminFixture : public AdminSource {
  public:
   AdminFixture() {
     for (const auto kind : core::values<core::PortKind, core::kPortKindCount>())
-      router_.attach(kind, around_);
+      router_.attach(kind, hooks_);
     config_.router.name = "lab";
     laser_ = router_.connect(at(10), {.port = core::PortKind::kLocal,
                                       .token = 1,
@@ -82,8 +82,8 @@ class AdminFixture : public AdminSource {
   std::uint64_t tcp_queued_bytes = 512;
 
  private:
-  QuietSurroundings around_;
-  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, around_};
+  QuietHooks hooks_;
+  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, hooks_};
   config::Config config_;
   config::Origins origins_{{"router.name", {.kind = config::Origin::Kind::kSet, .number = 1}}};
   core::ClientId laser_{};

@@ -34,7 +34,7 @@ std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute
                                              const std::vector<core::StaticRoute>& after);
 
 // The questions that have come and are not answered yet. The router may not be called while it
-// hands over a question (core::Surroundings::admin), so answers are made at the end of a turn; and
+// hands over a question (core::RouterHooks::admin), so answers are made at the end of a turn; and
 // a question for events may wait for one.
 //
 // Whoever asks much waits, and nobody else: of each client one question is answered in its turn,
@@ -52,12 +52,12 @@ class AdminService {
 
   explicit AdminService(AdminSource& source) : source_(source) {}
 
-  // From core::Surroundings::admin: copies what it needs. What would change something is refused to
+  // From core::RouterHooks::admin: copies what it needs. What would change something is refused to
   // clients of TCP and of WebSockets, unless tcp.admin allows it.
   void ask(Time now, core::ClientId from, const core::Message& request);
-  // From core::Surroundings::may_ask: the same for questions to other routers.
+  // From core::RouterHooks::may_ask: the same for questions to other routers.
   [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
-  // From core::Surroundings::event.
+  // From core::RouterHooks::event.
   void event_happened() { changed_ = true; }
 
   // Whether answer() would do anything.
@@ -113,7 +113,7 @@ class Tracer {
 
   using Send = std::function<void(core::Message& record)>;
 
-  // From core::Surroundings::traced.
+  // From core::RouterHooks::traced.
   void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
   [[nodiscard]] bool has_records() const { return !hops_.empty(); }
   // At the end of a turn: `send` is Router::answer. The bytes stay valid until release().

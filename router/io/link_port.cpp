@@ -371,14 +371,11 @@ bool LinkPort::offer(const link::Burst& burst) {
   link::FaultInjector& faults =
       found == injected_.end() ? *injected_everywhere_ : found->second.faults;
   const Time now = os::now();
-  std::span<const std::byte> rest = burst.bytes;
-  while (!rest.empty()) {
-    const auto one = rest.first(std::min(burst.datagram_size, rest.size()));
-    rest = rest.subspan(one.size());
+  burst.for_each([&](std::span<const std::byte> one) {
     const auto copies = faults.send(now, one.size());
     for (std::size_t i = 0; i < copies.count; ++i)
       delayed_.push({copies.at[i], ++order_, burst.to, {one.begin(), one.end()}});
-  }
+  });
   return true;
 }
 

@@ -74,7 +74,7 @@ struct FarRouter {
     host.links.configure(AdminFixture::at(50), std::span(&link, 1));
   }
 
-  QuietSurroundings sink;
+  QuietHooks sink;
   core::Router router;
   Host host;
 };

@@ -142,7 +142,7 @@ using namespace std::chrono_literals;
 
 constexpr Time kStart{};
 
-struct AnsweringSink : core::Port, core::Surroundings {
+struct AnsweringSink : core::Port, core::RouterHooks {
   core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
     return answer;
   }

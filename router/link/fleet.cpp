@@ -3,7 +3,21 @@
 #include <algorithm>
 #include <tuple>
 
+#include "router/core/random.h"
+
 namespace tims::link {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Keep-alives, 9 s: so long has UDP to bring up a link to a new router. Of a fleet that starts at
+// once on a busy machine some take seconds, which is not the time to begin with DDS.
+constexpr int kUdpFirst = 30;
+constexpr Duration kStandbySpacing = 500ms;  // of each router of the fleet, to prepare a DDS path
+// With more routers in the fleet none is prepared before it is needed.
+constexpr std::size_t kStandbyFleetMax = 100;
+
+}  // namespace
 
 bool Fleet::add(const Announcement& announcement) {
   if (!announcement.dds || announcement.who.epoch == self_.epoch) return false;
@@ -44,6 +58,51 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
     return std::tuple(!is_linked(*a), !is_called(*a), a->who.system, a->who.id, a->who.epoch);
   });
   return all;
+}
+
+// --- paths over DDS that stand by
+
+Time StandbyTurns::turn_at(Time now, const Link& link, std::size_t others, LinkContext& context,
+                           Turn& standby) {
+  if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
+  if (standby.since == kNever) {
+    std::uint64_t drawn = context.random();
+    standby.since = now;
+    standby.share = core::next_share(drawn);
+  }
+  const auto all = static_cast<double>(others) * kStandbySpacing;
+  const Duration keep_alive = link.settings().keep_alive;
+  const Time standby_turn_at =
+      others > kStandbyFleetMax
+          ? kNever
+          : standby.since + keep_alive + std::chrono::duration_cast<Duration>(standby.share * all);
+  const Time needed_at =
+      link.is_up() ? kNever
+                   : std::max(standby.since + kUdpFirst * keep_alive, link.since() + keep_alive);
+  if (now < std::min(standby_turn_at, needed_at)) return std::min(standby_turn_at, needed_at);
+  const Time ready_at = budget_.ready_at(now);
+  if (now < needed_at) return std::max(ready_at, needed_until_);
+  if (now < ready_at) needed_until_ = ready_at + 1s / kPathsPerSecond;
+  return ready_at;
+}
+
+void StandbyTurns::prepare(Time now, const Link& link, std::size_t others, LinkContext& context,
+                           Turn& standby, std::vector<NetAddress>& dds) {
+  const auto waits = [&](const NetAddress& to) {
+    return std::ranges::find(standby.prepared, to) == standby.prepared.end();
+  };
+  const Path* udp = link.paths().find(PathKind::kUdp);
+  const bool by_dds = link.is_up() && link.paths().kind() == PathKind::kDds;
+  standby.at = kNever;
+  if (udp != nullptr && !udp->targets.empty() && !by_dds && std::ranges::any_of(dds, waits)) {
+    standby.at = turn_at(now, link, others, context, standby);
+    if (standby.at > now) {
+      std::erase_if(dds, waits);
+      return;
+    }
+    budget_.take(1);
+  }
+  standby = {.prepared = dds};
 }
 
 }  // namespace tims::link

@@ -1,4 +1,5 @@
-// The routers of the fleet as they announce themselves, and which of them a link means.
+// The routers of the fleet as they announce themselves, which of them a link means (Fleet), and
+// when a path over DDS to one of them is prepared (StandbyTurns).
 #pragma once
 
 #include <map>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "router/link/datagram.h"
+#include "router/link/estimators.h"
 #include "router/link/link.h"
 
 namespace tims::link {
@@ -33,6 +35,39 @@ class Fleet {
  private:
   const Identity self_;
   std::map<NetAddress, Announcement> routers_;  // by where they announce themselves from
+};
+
+// When a link that has UDP as well prepares its path over DDS.
+//
+// What such a path costs the router above grows with how many it has already. So where UDP is
+// there as well, routers that start at once take turns, each side by itself, and none prepares more
+// than a few a second. A link that is down although UDP had time enough needs this path now, and
+// goes before those that only take their turn; but when all are too busy to answer they are all
+// down, so no more are prepared a second for it. In a large fleet nobody has a turn: what many
+// paths ask of the router above while nobody needs them is what it then lacks to hear its links.
+class StandbyTurns {
+ public:
+  // Paths that one router prepares, where UDP is there as well; as many at once.
+  static constexpr std::uint64_t kPathsPerSecond = 10;
+
+  StandbyTurns() { budget_.set(kPathsPerSecond, kPathsPerSecond); }
+
+  // One link's.
+  struct Turn {
+    std::vector<NetAddress> prepared{};
+    Time since = kNever;  // others wait to be
+    double share = 0;     // of the turns of all
+    Time at = kNever;     // to ask again
+  };
+  // Leaves those to which the path may be prepared now. `others`: routers of the fleet.
+  void prepare(Time now, const Link& link, std::size_t others, LinkContext& context, Turn& standby,
+               std::vector<NetAddress>& dds);
+
+ private:
+  Time turn_at(Time now, const Link& link, std::size_t others, LinkContext& context, Turn& standby);
+
+  TokenBucket budget_;   // paths prepared
+  Time needed_until_{};  // a link that needs its path waits for the budget
 };
 
 }  // namespace tims::link

@@ -34,7 +34,7 @@ const Identity kOther = who(Role::kSystem, 1, 3, 13);
 const Identity kTwo = who(Role::kSystem, 2, 1, 12);
 const Identity kHost = who(Role::kSubsystem, 1, 2, 21);
 
-struct NoSink final : core::Port, core::Surroundings {
+struct NoSink final : core::Port, core::RouterHooks {
   core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
     return core::Outcome::kDelivered;
   }
@@ -73,7 +73,7 @@ class FleetTest : public testing::Test {
   }
   using Epochs = std::vector<std::uint64_t>;
 
-  struct Around final : LinkSurroundings {
+  struct Around final : LinkContext {
     std::uint64_t random() override { return ++number; }
     [[nodiscard]] const Identity& self() const override { return who; }
     [[nodiscard]] std::int64_t wall_ns() const override { return 0; }

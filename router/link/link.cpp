@@ -27,11 +27,15 @@ std::uint64_t ns(Time t) { return static_cast<std::uint64_t>(t.time_since_epoch(
 
 std::string_view name(Link::State state) { return kStates[static_cast<std::size_t>(state)]; }
 
+core::Peer link_peer(std::string_view name, std::string_view endpoint, core::ClientId id) {
+  return {.id = id, .port = core::PortKind::kLink, .name = name, .endpoint = endpoint};
+}
+
 Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
-           std::vector<MessageBuffer>& done, LinkSurroundings& around, std::uint32_t slot,
+           std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
            const LinkSettings& settings)
     : router_(router),
-      around_(around),
+      context_(context),
       slot_(slot),
       settings_(settings),
       session_(pool, memory, done, settings.session, *this, *this),
@@ -45,7 +49,7 @@ void Link::enter(Time now, State state) {
   if (state_ == state) return;
   state_ = state;
   since_ = now;
-  around_.changed();
+  context_.changed();
 }
 
 // --- finding each other
@@ -57,7 +61,7 @@ void Link::set_targets(Time now, PathKind kind, std::span<const NetAddress> targ
 
 void Link::begin_connecting(Time now, Time first) {
   if (!settings_.connects) return enter(now, State::kSilent);
-  if (our_token_ == 0) our_token_ = around_.random() | 1;
+  if (our_token_ == 0) our_token_ = context_.random() | 1;
   next_hello_ = first;
   hellos_ = 0;
   enter(now, State::kConnecting);
@@ -66,12 +70,12 @@ void Link::begin_connecting(Time now, Time first) {
 void Link::say_hello(Time now) {
   keep_alive_ = settings_.keep_alive;
   // A little apart from each other, when a thousand do it at once.
-  const auto jitter = static_cast<std::int64_t>(around_.random() % 1000) - 500;
+  const auto jitter = static_cast<std::int64_t>(context_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
   // The preferred path has the first word.
-  for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) around_.send(to, datagram);
+  for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) context_.send(to, datagram);
 }
 
 Hello Link::hello() const {
@@ -79,7 +83,7 @@ Hello Link::hello() const {
           .token = our_token_,
           .resume = known_token_,
           .keep_alive = keep_alive_,
-          .who = around_.self()};
+          .who = context_.self()};
 }
 
 // Again at once, to where it comes from; when that is lost, all begins with the next HELLO.
@@ -88,7 +92,7 @@ void Link::on_retry(const NetAddress& from, const Retry& retry) {
   Hello again = hello();
   again.cookie = retry.cookie;
   std::array<std::byte, kControlDatagramMax> bytes{};
-  around_.send(from, std::span(bytes).first(encode(again, bytes)));
+  context_.send(from, std::span(bytes).first(encode(again, bytes)));
 }
 
 bool Link::gives_up() {
@@ -125,9 +129,7 @@ void Link::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
   if (known) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
-                .client = {.port = core::PortKind::kLink,
-                           .name = std::string_view(settings_.to),
-                           .endpoint = std::string_view(from.to_string())},
+                .client = link_peer(settings_.to, from.to_string()),
                 .text = refusal_});
 }
 
@@ -191,7 +193,7 @@ void Link::forget_session(Time now, core::Outcome why) {
 void Link::end_session(Time now) {
   forget_session(now, core::Outcome::kLinkReset);
   their_token_ = 0;
-  if (settings_.connects) our_token_ = around_.random() | 1;
+  if (settings_.connects) our_token_ = context_.random() | 1;
 }
 
 void Link::on_reset(Time now) {
@@ -225,7 +227,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     // Who was called hears one that hears it. Who calls asks first: what comes may come one way
     // only, and from a new address.
     if (called_) {
-      (void)paths_.on_source(now, from, around_.random());
+      (void)paths_.on_source(now, from, context_.random());
       return;
     }
     paths_.begin_again(now);
@@ -248,7 +250,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   paths_.on_arrived(session_.newest_acked_sent());
   // They may be elsewhere now. A datagram says it, and an answer from there proves it.
   if (from == address() || !paths_.leads(from.kind)) return;
-  if (const auto question = paths_.on_source(now, from, around_.random()))
+  if (const auto question = paths_.on_source(now, from, context_.random()))
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
 }
 
@@ -272,7 +274,7 @@ void Link::on_control(Time now, const core::Message& message) {
 void Link::on_lost(Time, const Header& header, core::Outcome why) {
   // What the routers tell each other has no sender; it is told anew.
   if (core::is_for_router(header)) return;
-  around_.lost(client_, header, why);
+  context_.lost(client_, header, why);
 }
 
 // --- life
@@ -291,8 +293,8 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
   const auto wall = [](std::uint64_t at, std::int64_t offset) {
     return static_cast<std::int64_t>(at + static_cast<std::uint64_t>(offset));
   };
-  clock_.add(wall(sent, around_.wall_ns()), wall(frame.sent_ns - held, frame.wall_ns),
-             wall(frame.sent_ns, frame.wall_ns), wall(ns(now), around_.wall_ns()));
+  clock_.add(wall(sent, context_.wall_ns()), wall(frame.sent_ns - held, frame.wall_ns),
+             wall(frame.sent_ns, frame.wall_ns), wall(ns(now), context_.wall_ns()));
 }
 
 KeepAlive Link::keep_alive(Time now) const {
@@ -300,7 +302,7 @@ KeepAlive Link::keep_alive(Time now) const {
                   .questions = session_.questions_out(),
                   .sent_ns = ns(now),
                   .loss_permille = session_.loss_permille(),
-                  .wall_ns = around_.wall_ns(),
+                  .wall_ns = context_.wall_ns(),
                   .table_number = advertiser_.advertised().number,
                   .table_hash = advertiser_.advertised().hash};
   const Duration held = now - last_keep_alive_;
@@ -377,8 +379,8 @@ void Link::on_timeout(Time now) {
 void Link::say_goodbye(Time now, core::CloseReason reason) {
   if (!is_up()) return;
   std::array<std::byte, 64> bytes{};
-  around_.send(address(), std::span(bytes).first(session_.build_close(
-                              now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
+  context_.send(address(), std::span(bytes).first(session_.build_close(
+                               now, their_token_, static_cast<std::uint8_t>(reason), bytes)));
 }
 
 void Link::take_down(Time now, State state, core::CloseReason reason) {
@@ -413,7 +415,7 @@ void Link::watch_paths(Time now) {
   const PathKind before = paths_.kind();
   if (paths_.on_timeout(now, rtt)) go_elsewhere(now, before);
   paths_.ask(
-      now, rtt, [&] { return around_.random(); },
+      now, rtt, [&] { return context_.random(); },
       [&](const Paths::Question& question) {
         send_nonce(now, FrameType::kChallenge, question.nonce, question.to);
       });
@@ -423,7 +425,7 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
   std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
   const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
   paths_.count_out(to.kind, size);
-  around_.send(to, std::span(bytes).first(size));
+  context_.send(to, std::span(bytes).first(size));
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
@@ -446,10 +448,7 @@ void Link::go_elsewhere(Time now, PathKind before) {
   if (paths_.kind() == before) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkPath,
-                .client = {.id = client_,
-                           .port = core::PortKind::kLink,
-                           .name = core::Text<31>(peer_.name.view()),
-                           .endpoint = std::string_view(address().to_string())},
+                .client = link_peer(peer_.name.view(), address().to_string(), client_),
                 .text = std::string_view(std::string(name(before)) + " to " +
                                          std::string(name(paths_.kind())) + ": " + paths_.why())});
 }

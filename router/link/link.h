@@ -43,9 +43,9 @@ struct LinkSettings {
 };
 
 // What a link needs of those around it.
-class LinkSurroundings {
+class LinkContext {
  public:
-  virtual ~LinkSurroundings() = default;
+  virtual ~LinkContext() = default;
   virtual std::uint64_t random() = 0;
   [[nodiscard]] virtual const Identity& self() const = 0;
   // The sender's real-time clock less its monotonic one.
@@ -58,9 +58,9 @@ class LinkSurroundings {
   virtual void changed() = 0;
 
  protected:
-  LinkSurroundings() = default;
-  LinkSurroundings(const LinkSurroundings&) = default;
-  LinkSurroundings& operator=(const LinkSurroundings&) = default;
+  LinkContext() = default;
+  LinkContext(const LinkContext&) = default;
+  LinkContext& operator=(const LinkContext&) = default;
 };
 
 class Link final : private ArrivalObserver, private LossObserver {
@@ -68,7 +68,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   enum class State : std::uint8_t { kIdle, kConnecting, kRefused, kUp, kSilent, kDown };
 
   Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
-       std::vector<MessageBuffer>& done, LinkSurroundings& around, std::uint32_t slot,
+       std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
        const LinkSettings& settings);
   ~Link() override = default;
 
@@ -172,7 +172,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void end_session(Time now);
 
   core::Router& router_;
-  LinkSurroundings& around_;
+  LinkContext& context_;
   const std::uint32_t slot_;
   LinkSettings settings_;
   LinkSession session_;
@@ -208,5 +208,8 @@ class Link final : private ArrivalObserver, private LossObserver {
 };
 
 std::string_view name(Link::State state);
+
+// The router at the other end, for the event log.
+core::Peer link_peer(std::string_view name, std::string_view endpoint, core::ClientId id = {});
 
 }  // namespace tims::link

@@ -16,42 +16,6 @@ constexpr std::size_t kBurstsPerTurn = 16;  // of one link, before others have t
 // Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};
 
-// A cookie is good in the period it was made in, and in the next one.
-constexpr Duration kCookiePeriod = std::chrono::seconds(5);
-// Two routers with one name: how long the first is given to show that it lives, in keep-alives.
-constexpr int kRivalKeepAlives = 2;
-constexpr Duration kRivalForgotten = std::chrono::seconds(10);
-// One that is refused again and again is named so often, and at most so many at a time.
-constexpr Duration kRefusedAgain = std::chrono::seconds(10);
-constexpr std::size_t kRefusedMax = 64;
-
-std::string text_of(const Identity& who) {
-  return who.address().to_string(who.widths) + " " + std::string(who.name.view());
-}
-
-// The role a router above (or beside) one of this role has.
-bool fits(LinkKind kind, Role lower, Role upper) {
-  if (kind == LinkKind::kPeer) return lower == upper && lower != Role::kSubsystem;
-  return (lower == Role::kSubsystem && upper == Role::kSystem) ||
-         (lower == Role::kSystem && upper == Role::kTop);
-}
-
-std::string systems_text(const std::vector<LinkSettings>& settings) {
-  std::string text;
-  for (const LinkSettings& s : settings) {
-    if (s.connects) continue;
-    text += (text.empty() ? "" : ", ") + (s.system ? std::to_string(*s.system) : std::string("*"));
-  }
-  return text;
-}
-
-// Keep-alives, 9 s: so long has UDP to bring up a link to a new router. Of a fleet that starts at
-// once on a busy machine some take seconds, which is not the time to begin with DDS.
-constexpr int kUdpFirst = 30;
-constexpr Duration kStandbySpacing = 500ms;  // of each router of the fleet, to prepare a DDS path
-// With more routers in the fleet none is prepared before it is needed.
-constexpr std::size_t kStandbyFleetMax = 100;
-
 // A more preferred super router must have been up for so long before it is used again.
 constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
 // So long the one used before still knows what is below us: what is on its way finds us.
@@ -67,12 +31,17 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       setup_(setup),
       secret_{setup.seed, core::spread(setup.seed)},
       shell_(shell),
+      admission_(router, setup.self, secret_),
       fleet_(setup.self),
-      scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {
-  dds_budget_.set(kDdsPathsPerSecond, kDdsPathsPerSecond);
-}
+      scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {}
 
 std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
+
+template <typename Datagram>
+void Links::say(const NetAddress& to, const Datagram& datagram) {
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  send(to, std::span(bytes).first(encode(datagram, bytes)));
+}
 
 // --- configuration
 
@@ -85,21 +54,21 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
              s.to == link.settings().to && s.system == link.settings().system;
     });
   };
-  for (std::uint32_t slot = 0; slot < links_.size(); ++slot) {
-    if (!links_[slot]) continue;
-    const auto same = find_wanted(*links_[slot]);
+  for (std::uint32_t slot = 0; slot < slots_.size(); ++slot) {
+    if (!slots_[slot].link) continue;
+    const auto same = find_wanted(*slots_[slot].link);
     if (same == settings_.end()) {
       remove(now, slot);
     } else {
-      links_[slot]->configure(now, own_settings(*same));
+      slots_[slot].link->configure(now, own_settings(*same));
     }
   }
   for (const LinkSettings& settings : settings_) {
     if (!settings.connects) continue;
-    const auto there = std::ranges::find_if(links_, [&](const auto& link) {
-      return link && link->settings().connects && link->settings().to == settings.to;
+    const Link* there = first_link([&](const Link& link) {
+      return link.settings().connects && link.settings().to == settings.to;
     });
-    const Link& link = there == links_.end() ? add(settings) : **there;
+    const Link& link = there == nullptr ? add(settings) : *there;
     if (settings.kind == LinkKind::kSuper) supers_.push_back(link.slot());
   }
   choose_ = true;
@@ -114,52 +83,40 @@ LinkSettings Links::own_settings(LinkSettings settings) const {
 
 Link& Links::add(const LinkSettings& settings) {
   std::uint32_t slot = 0;
-  while (slot < links_.size() && links_[slot]) ++slot;
-  if (slot == links_.size()) {
-    links_.emplace_back();
-    is_touched_.push_back(false);
-    wakes_at_.push_back(kNever);
-    tries_.push_back(0);
-    were_up_.push_back(false);
-    token_of_.push_back(0);
-    standbys_.emplace_back();
-  }
-  LinkSurroundings& around = *this;
-  links_[slot] =
-      std::make_unique<Link>(router_, pool_, memory_, done_, around, slot, own_settings(settings));
-  return *links_[slot];
+  while (slot < slots_.size() && slots_[slot].link) ++slot;
+  if (slot == slots_.size()) slots_.emplace_back();
+  LinkContext& context = *this;
+  slots_[slot].link =
+      std::make_unique<Link>(router_, pool_, memory_, done_, context, slot, own_settings(settings));
+  return *slots_[slot].link;
 }
 
 void Links::remove(Time now, std::uint32_t slot) {
-  Link& link = *links_[slot];
-  link.take_down(now);
+  Slot& its = slots_[slot];
+  its.link->take_down(now);
   report_losses(now);
-  tokens_.erase(std::exchange(token_of_[slot], 0));
-  std::erase(touched_, &link);
-  is_touched_[slot] = were_up_[slot] = false;
-  tries_[slot] = 0;
-  standbys_[slot] = {};
-  if (uplink_ == &link) uplink_ = nullptr;
+  tokens_.erase(its.token);
+  std::erase(touched_, its.link.get());
+  if (uplink_ == its.link.get()) uplink_ = nullptr;
   std::erase(supers_, slot);
-  links_[slot].reset();
+  its = {.wakes_at = its.wakes_at};
   choose_ = true;
 }
 
 void Links::set_targets(Time now, const std::string& to, PathKind kind,
                         std::span<const NetAddress> targets) {
-  for (const auto& link : links_) {
-    if (!link || !link->settings().connects || link->settings().to != to) continue;
-    link->set_targets(now, kind, targets);
-    touch(*link);
-  }
+  for_each_link([&](Link& link) {
+    if (!link.settings().connects || link.settings().to != to) return;
+    link.set_targets(now, kind, targets);
+    touch(link);
+  });
 }
 
 void Links::network_changed(Time now) {
-  for (const auto& link : links_) {
-    if (!link) continue;
-    link->call_now(now);
-    touch(*link);
-  }
+  for_each_link([&](Link& link) {
+    link.call_now(now);
+    touch(link);
+  });
 }
 
 std::vector<std::string> Links::wants_addresses() const {
@@ -175,13 +132,13 @@ std::vector<std::string> Links::wants_addresses() const {
 Link* Links::by_token(std::uint64_t token) {
   const auto found = tokens_.find(token);
   if (found == tokens_.end()) return nullptr;
-  Link* link = links_[found->second].get();
+  Link* link = slots_[found->second].link.get();
   return link->our_token() == token ? link : nullptr;
 }
 
 void Links::touch(Link& link) {
-  if (is_touched_[link.slot()]) return;
-  is_touched_[link.slot()] = true;
+  if (slots_[link.slot()].is_touched) return;
+  slots_[link.slot()].is_touched = true;
   touched_.push_back(&link);
 }
 
@@ -208,13 +165,13 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   }
   // Only who has seen our datagrams can know what token we put into them.
   const std::uint64_t token = std::get<Reset>(*datagram).token;
-  for (const auto& link : links_) {
-    if (!link || token == 0 || link->their_token() != token) continue;
+  for_each_link([&](Link& link) {
+    if (token == 0 || link.their_token() != token) return;
     // We also ask where the other router only may be: others there do not know us.
-    if (link->paths().is_strange(from)) continue;
-    link->on_reset(now);
-    touch(*link);
-  }
+    if (link.paths().is_strange(from)) return;
+    link.on_reset(now);
+    touch(link);
+  });
 }
 
 void Links::on_data(Time now, const NetAddress& from, const Data& data) {
@@ -224,8 +181,7 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
     return touch(*link);
   }
   ++counters_.unknown_token;
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  send(from, std::span(bytes).first(encode(Reset{token}, bytes)));
+  say(from, Reset{token});
 }
 
 void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
@@ -252,7 +208,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
 // --- what the router decides
 
 core::Outcome Links::deliver(Time now, const core::Receiver& to, const core::Message& message) {
-  Link& link = *links_[to.token];
+  Link& link = *slots_[to.token].link;
   touch(link);
   return link.send(now, message);
 }
@@ -261,7 +217,7 @@ void Links::reply(Time now, const core::Receiver& to, const Header& header) {
   std::array<std::byte, kHeaderSize> bytes{};
   wire::encode_header(header, bytes);
   const core::Outcome outcome = deliver(now, to, {.header = header, .bytes = bytes});
-  if (!core::taken(outcome)) lost(links_[to.token]->client(), header, outcome);
+  if (!core::taken(outcome)) lost(slots_[to.token].link->client(), header, outcome);
 }
 
 std::uint64_t Links::queued_bytes(std::uint32_t token) const {
@@ -275,14 +231,14 @@ void Links::on_timeout(Time now) {
   while (!wake_.empty() && wake_.top().at <= now) {
     const Wake wake = wake_.top();
     wake_.pop();
-    if (wakes_at_[wake.slot] == wake.at) wakes_at_[wake.slot] = kNever;
-    Link* link = links_[wake.slot].get();
+    if (slots_[wake.slot].wakes_at == wake.at) slots_[wake.slot].wakes_at = kNever;
+    Link* link = slots_[wake.slot].link.get();
     if (link == nullptr) continue;
     if (link->settings().is_automatic() && link->gives_up()) {
-      ++tries_[wake.slot];
+      ++slots_[wake.slot].tries;
       look_for(now, *link);
     }
-    if (standbys_[wake.slot].at <= now) look_for(now, *link);
+    if (slots_[wake.slot].standby.at <= now) look_for(now, *link);
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
@@ -291,7 +247,7 @@ void Links::on_timeout(Time now) {
 }
 
 void Links::learn_token(Link& link) {
-  const std::uint64_t before = std::exchange(token_of_[link.slot()], link.our_token());
+  const std::uint64_t before = std::exchange(slots_[link.slot()].token, link.our_token());
   if (before == link.our_token()) return;
   tokens_.erase(before);
   tokens_[link.our_token()] = link.slot();
@@ -302,19 +258,14 @@ void Links::learn_token(Link& link) {
 void Links::advertise(Time now) {
   // Nobody is told while nothing has changed, and those below never are.
   const std::uint32_t number = router_.exported_table().number();
-  const bool news = std::exchange(advertised_, number) != number;
+  const bool changed = std::exchange(advertised_, number) != number;
   const auto advertise_one = [&](Link& link) {
-    if (link.is_up() && link.settings().kind != LinkKind::kSub) link.advertise(now);
+    if (!link.is_up() || link.settings().kind == LinkKind::kSub) return;
+    link.advertise(now);
+    if (changed) touch(link);
   };
-  if (!news) {
-    for (Link* link : touched_) advertise_one(*link);
-    return;
-  }
-  for (const auto& link : links_) {
-    if (!link || !link->is_up() || link->settings().kind == LinkKind::kSub) continue;
-    link->advertise(now);
-    touch(*link);
-  }
+  if (changed) return for_each_link(advertise_one);
+  for (Link* link : touched_) advertise_one(*link);
 }
 
 void Links::lost(core::ClientId client, const Header& header, core::Outcome why) {
@@ -411,12 +362,12 @@ bool Links::flush_link(Time now, Link& link) {
   const std::size_t size = link.build_probe(now, probe);
   if (size > 0)
     (void)offer({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
-  if (were_up_[link.slot()] != link.is_up()) look_anew(now, link);
-  is_touched_[link.slot()] = false;
+  if (slots_[link.slot()].was_up != link.is_up()) look_anew(now, link);
+  slots_[link.slot()].is_touched = false;
   learn_token(link);
-  const Time at = std::min(standbys_[link.slot()].at, link.next_timeout(now));
-  if (at < wakes_at_[link.slot()]) {
-    wakes_at_[link.slot()] = at;
+  const Time at = std::min(slots_[link.slot()].standby.at, link.next_timeout(now));
+  if (at < slots_[link.slot()].wakes_at) {
+    slots_[link.slot()].wakes_at = at;
     wake_.push({at, link.slot()});
   }
   return true;
@@ -424,19 +375,17 @@ bool Links::flush_link(Time now, Link& link) {
 
 void Links::end(Time now) {
   ends_ = true;
-  for (const auto& link : links_)
-    if (link) link->take_down(now, Link::State::kDown, core::CloseReason::kShutdown);
+  for_each_link(
+      [&](Link& link) { link.take_down(now, Link::State::kDown, core::CloseReason::kShutdown); });
 }
 
 // --- by hand
 
 Link* Links::find(std::string_view name) {
-  for (const auto& link : links_) {
-    if (link && (link->peer().name.view() == name || link->settings().to == name ||
-                 link->address().to_string() == name))
-      return link.get();
-  }
-  return nullptr;
+  return first_link([&](const Link& link) {
+    return link.peer().name.view() == name || link.settings().to == name ||
+           link.address().to_string() == name;
+  });
 }
 
 bool Links::act(Time now, std::string_view name, Action what) {
@@ -460,26 +409,31 @@ bool Links::act(Time now, std::string_view name, Action what) {
 // --- who may connect
 
 void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
-  Refuse refuse{.echo = hello.token};
-  if (hello.version_min > kVersionMax || hello.version_max < kVersionMin) {
-    refuse.text = std::string_view("this router speaks version " + std::to_string(kVersionMin) +
-                                   " to " + std::to_string(kVersionMax) +
-                                   " of the protocol, yours " + std::to_string(hello.version_min) +
-                                   " to " + std::to_string(hello.version_max));
-    return this->refuse(from, refuse);
-  }
+  const auto refuse = [&](const Refuse& refusal) {
+    ++counters_.refused;
+    say(from, refusal);
+  };
+  if (const auto refusal = Admission::version_refusal(hello)) return refuse(*refusal);
   Link* link = link_to(hello.who);
   const bool resumes = link != nullptr && link->is_of_session(hello);
   // Nothing is kept, looked up or said at length for somebody who may not be there.
-  if (!resumes && !is_proven(now, from, hello)) return ask_again(now, from, hello);
-  const LinkSettings* settings = accepting(from, hello, refuse);
+  if (!resumes && !admission_.is_proven(now, from, hello))
+    return say(from, admission_.retry(now, from, hello));
+  // Both sides connect: whoever comes first from where we call, or whom we were linked with.
+  const auto is_called = [&](const LinkSettings& s) {
+    return first_link([&](const Link& l) {
+             return l.settings().to == s.to && (l.paths().is_target(from) || l.is_to(hello.who));
+           }) != nullptr;
+  };
+  Refuse refusal{.echo = hello.token};
+  const LinkSettings* settings = admission_.accepting(settings_, from, hello, is_called, refusal);
   // Over DDS, whom a link calls is known by its announcement, which may come after its HELLO.
   const bool may_be_called =
-      refuse.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
+      refusal.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
   if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
   if (settings == nullptr) {
-    note_refused(now, from, hello, refuse);
-    return this->refuse(from, refuse);
+    admission_.note_refused(now, from, hello, refusal);
+    return refuse(refusal);
   }
   // Both call each other: the lower address's call counts.
   if (settings->connects && setup_.self.address() < hello.who.address()) return;
@@ -488,199 +442,52 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     return welcome(from, hello, *link, true);
   }
   if (link == nullptr && settings->connects) link = find(settings->to);
-  if (link != nullptr && link->state() == Link::State::kDown) {
-    const std::string text = text_of(setup_.self) + " has taken this link down by hand";
-    refuse.code = RefuseCode::kNotConfigured;
-    refuse.text = std::string_view(text);
-    return this->refuse(from, refuse);
-  }
+  if (link != nullptr && link->state() == Link::State::kDown)
+    return refuse(
+        admission_.refusal(hello, RefuseCode::kNotConfigured, " has taken this link down by hand"));
   if (link != nullptr && link->peer().epoch != 0) {
-    switch (rival(now, from, hello, *link, refuse)) {
-      case Rival::kNone:
+    switch (admission_.rival(now, from, hello, *link, refusal)) {
+      case Admission::Rival::kNone:
         break;
-      case Rival::kWait:
+      case Admission::Rival::kWait:
         return;
-      case Rival::kRefuse:
-        return this->refuse(from, refuse);
+      case Admission::Rival::kRefuse:
+        return refuse(refusal);
     }
   }
   if (link == nullptr && links_in_use() >= setup_.links_max) {
-    const std::string text = text_of(setup_.self) + " has as many links as it can hold: " +
-                             std::to_string(setup_.links_max);
-    refuse.code = RefuseCode::kTooMany;
-    refuse.text = std::string_view(text);
-    note_refused(now, from, hello, refuse);
-    return this->refuse(from, refuse);
+    refusal = admission_.refusal(
+        hello, RefuseCode::kTooMany,
+        " has as many links as it can hold: " + std::to_string(setup_.links_max));
+    admission_.note_refused(now, from, hello, refusal);
+    return refuse(refusal);
   }
   take(now, from, hello, link == nullptr ? add(*settings) : *link);
 }
 
-// --- the proof of an address
-
-// As in DTLS (RFC 9147, section 5.1): made from what is in the HELLO, so that nothing is kept of
-// it.
-std::uint64_t Links::cookie(const NetAddress& from, const Hello& hello, Duration period) const {
-  std::array<std::uint64_t, 2> ip{};
-  for (std::size_t i = 0; i < from.ip.size(); ++i) ip[i / 8] = ip[i / 8] << 8 | from.ip[i];
-  const std::uint64_t place =
-      std::uint64_t{from.scope} << 32 | std::uint64_t{from.port} << 8 | index(from.kind);
-  const auto number = static_cast<std::uint64_t>(period / kCookiePeriod);
-  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.who.epoch, number});
-}
-
-bool Links::is_proven(Time now, const NetAddress& from, const Hello& hello) const {
-  const Duration period = now.time_since_epoch();
-  return hello.cookie == cookie(from, hello, period) ||
-         hello.cookie == cookie(from, hello, period - kCookiePeriod);
-}
-
-void Links::ask_again(Time now, const NetAddress& from, const Hello& hello) {
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  const Retry retry{hello.token, cookie(from, hello, now.time_since_epoch())};
-  send(from, std::span(bytes).first(encode(retry, bytes)));
-}
-
 std::size_t Links::links_in_use() const {
   return static_cast<std::size_t>(
-      std::ranges::count_if(links_, [](const auto& link) { return link != nullptr; }));
-}
-
-// The setting under which this router may connect; else `refuse` says why not.
-const LinkSettings* Links::accepting(const NetAddress& from, const Hello& hello,
-                                     Refuse& refuse) const {
-  const Identity& self = setup_.self;
-  const Identity& who = hello.who;
-  const auto no = [&](RefuseCode code, const std::string& text) {
-    refuse.code = code;
-    refuse.text = std::string_view(text);
-    return nullptr;
-  };
-  if (who.epoch == self.epoch) return no(RefuseCode::kDuplicateId, "this is the router itself");
-  if (who.system == self.system && who.id == self.id)
-    return no(RefuseCode::kDuplicateId,
-              text_of(self) + " has this system and id already: choose another [router] id");
-  if (who.widths != self.widths)
-    return no(RefuseCode::kWidths,
-              text_of(self) + " has other address fields: see [address] widths");
-  if (who.classes != self.classes)
-    return no(RefuseCode::kClasses, text_of(self) + " has message.classes " +
-                                        self.classes.to_string() + ", not " +
-                                        who.classes.to_string());
-  const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
-  if (!fits(hello.kind, who.role, self.role))
-    return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +
-                                     " router, which is no " + std::string(name(hello.kind)) +
-                                     " router for a " + std::string(name(who.role)) + " router");
-  bool any_of_kind = false;
-  bool other_path = false;
-  for (const LinkSettings& s : settings_) {
-    if (s.kind != ours) continue;
-    if (std::ranges::find(s.paths, from.kind) == s.paths.end()) {
-      other_path = true;
-      continue;
-    }
-    if (s.connects) {
-      // Both sides connect: whoever comes first from where we call, or whom we were linked with.
-      const auto same = std::ranges::find_if(links_, [&](const auto& link) {
-        return link && link->settings().to == s.to &&
-               (link->paths().is_target(from) || link->is_to(who));
-      });
-      if (same != links_.end()) return &s;
-      continue;
-    }
-    any_of_kind = true;
-    if (!s.system || *s.system == who.system) return &s;
-  }
-  if (!any_of_kind && other_path)
-    return no(RefuseCode::kNotConfigured,
-              text_of(self) + " takes no link over " + std::string(name(from.kind)) +
-                  ": see paths of its [[link]] with kind = \"" + std::string(name(ours)) + "\"");
-  if (!any_of_kind)
-    return no(RefuseCode::kNotConfigured,
-              text_of(self) + " has no [[link]] with kind = \"" + std::string(name(ours)) + "\"");
-  return no(RefuseCode::kSystem, text_of(self) + " accepts system " + systems_text(settings_) +
-                                     ", not " + std::to_string(who.system));
-}
-
-// Somebody with this system and id is linked already. It may have been started anew; or there are
-// two of them.
-Links::Rival Links::rival(Time now, const NetAddress& from, const Hello& hello, Link& link,
-                          Refuse& refuse) {
-  const std::uint32_t address = hello.who.address().raw();
-  // Who knows our token is the one it was given to. An epoch is no secret.
-  const bool same = link.paths().is_at(from) || hello.resume == link.our_token();
-  if (same || !link.is_up()) {
-    conflicts_.erase(address);
-    return Rival::kNone;
-  }
-  const Duration patience = kRivalKeepAlives * link.their_keep_alive();
-  auto [conflict, first] = conflicts_.try_emplace(address, now);
-  if (now > conflict->second + kRivalForgotten) conflict->second = now;
-  if (link.heard() <= conflict->second) {
-    return now > conflict->second + patience ? Rival::kNone : Rival::kWait;
-  }
-  if (!first && now <= conflict->second + patience / 2) return Rival::kWait;
-  refuse.code = RefuseCode::kDuplicateId;
-  refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
-                                 " lives and has this system and id: choose another [router] id");
-  router_.note({.at = now,
-                .kind = core::EventKind::kDuplicateRouter,
-                .address = hello.who.address(),
-                .client = {.id = {},
-                           .port = core::PortKind::kLink,
-                           .name = core::Text<31>(hello.who.name.view()),
-                           .endpoint = std::string_view(from.to_string())},
-                .owner = {.id = link.client(),
-                          .port = core::PortKind::kLink,
-                          .name = core::Text<31>(link.peer().name.view()),
-                          .endpoint = std::string_view(link.address().to_string())}});
-  return Rival::kRefuse;
+      std::ranges::count_if(slots_, [](const Slot& slot) { return slot.link != nullptr; }));
 }
 
 void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed) {
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  const Welcome welcome{.resumed = resumed,
-                        .echo = hello.token,
-                        .token = link.our_token(),
-                        .keep_alive = link.settings().keep_alive,
-                        .who = setup_.self};
-  send(to, std::span(bytes).first(encode(welcome, bytes)));
+  say(to, Welcome{.resumed = resumed,
+                  .echo = hello.token,
+                  .token = link.our_token(),
+                  .keep_alive = link.settings().keep_alive,
+                  .who = setup_.self});
 }
 
 void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
-  conflicts_.erase(hello.who.address().raw());
+  admission_.forget_rivals(hello.who);
   link.accept(now, from, hello, random() | 1);
   learn_token(link);
   touch(link);
   welcome(from, hello, link, false);
 }
 
-void Links::refuse(const NetAddress& to, const Refuse& refuse) {
-  ++counters_.refused;
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  send(to, std::span(bytes).first(encode(refuse, bytes)));
-}
-
-void Links::note_refused(Time now, const NetAddress& from, const Hello& hello,
-                         const Refuse& refuse) {
-  std::erase_if(refused_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
-  if (refused_.size() >= kRefusedMax) return;
-  if (!refused_.try_emplace(hello.who.address().raw(), now).second) return;
-  router_.note({.at = now,
-                .kind = core::EventKind::kLinkRefused,
-                .address = hello.who.address(),
-                .client = {.id = {},
-                           .port = core::PortKind::kLink,
-                           .name = core::Text<31>(hello.who.name.view()),
-                           .endpoint = std::string_view(from.to_string())},
-                .text = refuse.text});
-}
-
 Link* Links::link_to(const Identity& who) {
-  for (const auto& link : links_) {
-    if (link && link->is_to(who)) return link.get();
-  }
-  return nullptr;
+  return first_link([&](const Link& link) { return link.is_to(who); });
 }
 
 // --- routers of the fleet
@@ -692,84 +499,26 @@ void Links::on_announced(Time now, const Announcement& announcement) {
     router_.note({.at = now,
                   .kind = core::EventKind::kDuplicateRouter,
                   .address = who.address(),
-                  .client = {.port = core::PortKind::kLink,
-                             .name = core::Text<31>(who.name.view()),
-                             .endpoint = std::string_view(announcement.dds.to_string())},
-                  .owner = {.port = core::PortKind::kLink,
-                            .name = core::Text<31>(setup_.self.name.view()),
-                            .endpoint = std::string_view("this router")}});
+                  .client = link_peer(who.name.view(), announcement.dds.to_string()),
+                  .owner = link_peer(setup_.self.name.view(), "this router")});
   look_for_all(now);
 }
 
 void Links::on_gone(Time now, const NetAddress& dds) {
   fleet_.remove(dds);
-  for (const auto& link : links_) {
-    if (link) link->on_gone(now, dds);
-  }
+  for_each_link([&](Link& link) { link.on_gone(now, dds); });
   look_for_all(now);
 }
 
 void Links::look_for_all(Time now) {
-  for (const auto& link : links_) {
-    if (link) look_for(now, *link);
-  }
+  for_each_link([&](Link& link) { look_for(now, link); });
 }
 
 // It has come up: that one is meant from now on. Or it is down: any may be.
 void Links::look_anew(Time now, Link& link) {
-  were_up_[link.slot()] = link.is_up();
-  tries_[link.slot()] = 0;
+  slots_[link.slot()].was_up = link.is_up();
+  slots_[link.slot()].tries = 0;
   look_for(now, link);
-}
-
-// What a path over DDS costs the router above grows with how many it has already. So where UDP is
-// there as well, routers that start at once take turns, each side by itself, and none prepares more
-// than a few a second. A link that is down although UDP had time enough needs this path now, and
-// goes before those that only take their turn; but when all are too busy to answer they are all
-// down, so no more are prepared a second for it. In a large fleet nobody has a turn: what many
-// paths ask of the router above while nobody needs them is what it then lacks to hear its links.
-Time Links::standby_at(Time now, const Link& link, Standby& standby) {
-  if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
-  if (standby.since == kNever) {
-    std::uint64_t drawn = random();
-    standby.since = now;
-    standby.share = core::next_share(drawn);
-  }
-  const std::size_t others = fleet_.routers().size();
-  const auto all = static_cast<double>(others) * kStandbySpacing;
-  const Duration keep_alive = link.settings().keep_alive;
-  const Time standby_turn_at =
-      others > kStandbyFleetMax
-          ? kNever
-          : standby.since + keep_alive + std::chrono::duration_cast<Duration>(standby.share * all);
-  const Time needed_at =
-      link.is_up() ? kNever
-                   : std::max(standby.since + kUdpFirst * keep_alive, link.since() + keep_alive);
-  if (now < std::min(standby_turn_at, needed_at)) return std::min(standby_turn_at, needed_at);
-  const Time ready_at = dds_budget_.ready_at(now);
-  if (now < needed_at) return std::max(ready_at, dds_needed_until_);
-  if (now < ready_at) dds_needed_until_ = ready_at + 1s / kDdsPathsPerSecond;
-  return ready_at;
-}
-
-// Leaves those to which the path may be prepared now.
-void Links::prepare_standby(Time now, const Link& link, std::vector<NetAddress>& dds) {
-  Standby& standby = standbys_[link.slot()];
-  const auto waits = [&](const NetAddress& to) {
-    return std::ranges::find(standby.prepared, to) == standby.prepared.end();
-  };
-  const Path* udp = link.paths().find(PathKind::kUdp);
-  const bool by_dds = link.is_up() && link.paths().kind() == PathKind::kDds;
-  standby.at = kNever;
-  if (udp != nullptr && !udp->targets.empty() && !by_dds && std::ranges::any_of(dds, waits)) {
-    standby.at = standby_at(now, link, standby);
-    if (standby.at > now) {
-      std::erase_if(dds, waits);
-      return;
-    }
-    dds_budget_.take(1);
-  }
-  standby = {.prepared = dds};
 }
 
 // Tells a link where the router it means has announced to be.
@@ -779,13 +528,13 @@ void Links::look_for(Time now, Link& link) {
   const bool automatic = link.settings().is_automatic();
   if (candidates.empty()) {
     link.set_targets(now, PathKind::kDds, {});
-    standbys_[link.slot()] = {};
+    slots_[link.slot()].standby = {};
     if (!automatic) return;
     link.set_targets(now, PathKind::kUdp, {});
     const std::string why = "nobody in the fleet is " + fleet_.looked_for();
     return link.note_nobody(why);
   }
-  const Announcement& one = *candidates[tries_[link.slot()] % candidates.size()];
+  const Announcement& one = *candidates[slots_[link.slot()].tries % candidates.size()];
   // A router that was started anew is heard of while its former life still is.
   std::vector<NetAddress> udp;
   std::vector<NetAddress> dds;
@@ -795,7 +544,8 @@ void Links::look_for(Time now, Link& link) {
     dds.push_back(a->dds);
   }
   if (automatic || !link.settings().connects) link.set_targets(now, PathKind::kUdp, udp);
-  prepare_standby(now, link, dds);
+  standby_turns_.prepare(now, link, fleet_.routers().size(), *this, slots_[link.slot()].standby,
+                         dds);
   link.set_targets(now, PathKind::kDds, dds);
 }
 
@@ -805,7 +555,7 @@ void Links::choose_uplink(Time now) {
   if (!std::exchange(choose_, false)) return;
   Link* best = nullptr;
   for (const std::uint32_t slot : supers_) {
-    Link& link = *links_[slot];
+    Link& link = *slots_[slot].link;
     const bool settled = now >= link.since() + kFailBackAfter || uplink_ == nullptr ||
                          !uplink_->is_up() || &link == uplink_;
     if (!link.is_up() || !settled) continue;
@@ -819,7 +569,7 @@ void Links::choose_uplink(Time now) {
   router_.set_uplink(now, best == nullptr ? core::kNoClient : best->client());
   using Scope = Advertiser::Scope;
   for (const std::uint32_t slot : supers_) {
-    Link& link = *links_[slot];
+    Link& link = *slots_[slot].link;
     const bool leaving = &link == uplink_before_ && now < overlap_end_;
     link.set_scope(now, &link == best ? Scope::kAll
                         : leaving     ? Scope::kAsFarther

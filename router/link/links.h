@@ -1,5 +1,5 @@
-// All links of a router: which datagram belongs to which, who may connect, which super router is
-// used, and what goes out.
+// All links of a router: which datagram belongs to which, which super router is used, and what goes
+// out.
 //
 // It is the router's port for other routers: what the router delivers goes into the session of a
 // link, and when the turn is flushed the datagrams that may go are built, at the last moment, and
@@ -13,11 +13,12 @@
 #include <queue>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "router/core/random.h"
 #include "router/core/router.h"
-#include "router/link/estimators.h"
+#include "router/link/admission.h"
 #include "router/link/fleet.h"
 #include "router/link/link.h"
 #include "router/link/transport.h"
@@ -45,7 +46,7 @@ class LinksShell {
   LinksShell& operator=(const LinksShell&) = default;
 };
 
-class Links final : public core::Port, private LinkSurroundings {
+class Links final : public core::Port, private LinkContext {
  public:
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
         LinksShell* shell = nullptr);
@@ -99,12 +100,12 @@ class Links final : public core::Port, private LinkSurroundings {
   // --- to look at
   template <typename Visit>
   void for_each(Visit visit) const {
-    for (const auto& link : links_) {
-      if (link) visit(*link);
+    for (const Slot& slot : slots_) {
+      if (slot.link) visit(std::as_const(*slot.link));
     }
   }
   [[nodiscard]] const Link* link(std::uint32_t slot) const {
-    return slot < links_.size() ? links_[slot].get() : nullptr;
+    return slot < slots_.size() ? slots_[slot].link.get() : nullptr;
   }
   [[nodiscard]] const Link* uplink() const { return uplink_; }
   [[nodiscard]] const Fleet& fleet() const { return fleet_; }
@@ -123,7 +124,10 @@ class Links final : public core::Port, private LinkSurroundings {
     bool operator>(const Wake& other) const { return at > other.at; }
   };
 
-  // LinkSurroundings
+  template <typename Datagram>
+  void say(const NetAddress& to, const Datagram& datagram);
+
+  // LinkContext
   std::uint64_t random() override;
   [[nodiscard]] std::int64_t wall_ns() const override { return wall_ns_; }
   void send(const NetAddress& to, std::span<const std::byte> datagram) override;
@@ -132,18 +136,8 @@ class Links final : public core::Port, private LinkSurroundings {
 
   // --- who may connect
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
-  const LinkSettings* accepting(const NetAddress& from, const Hello& hello, Refuse& refuse) const;
-  enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
-  Rival rival(Time now, const NetAddress& from, const Hello& hello, Link& link, Refuse& refuse);
-  // Proves that whoever says it has received what was sent to its address a moment ago.
-  [[nodiscard]] std::uint64_t cookie(const NetAddress& from, const Hello& hello,
-                                     Duration period) const;
-  [[nodiscard]] bool is_proven(Time now, const NetAddress& from, const Hello& hello) const;
-  void ask_again(Time now, const NetAddress& from, const Hello& hello);
   void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
   void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
-  void refuse(const NetAddress& to, const Refuse& refuse);
-  void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
   Link* link_to(const Identity& who);
   [[nodiscard]] std::size_t links_in_use() const;
 
@@ -153,26 +147,28 @@ class Links final : public core::Port, private LinkSurroundings {
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
   Link& add(const LinkSettings& settings);
   Link* find(std::string_view name);
+  template <typename Visit>  // (Link&); adds none
+  void for_each_link(Visit visit) {
+    for (const Slot& slot : slots_) {
+      if (slot.link) visit(*slot.link);
+    }
+  }
+  template <typename Is>  // (const Link&)
+  Link* first_link(Is is) {
+    for (const Slot& slot : slots_) {
+      if (slot.link && is(std::as_const(*slot.link))) return slot.link.get();
+    }
+    return nullptr;
+  }
   void remove(Time now, std::uint32_t slot);
   void touch(Link& link);
   void learn_token(Link& link);
   void choose_uplink(Time now);
 
   // --- routers of the fleet
-  // Ways over DDS that one router prepares, where UDP is there as well; as many at once.
-  static constexpr std::uint64_t kDdsPathsPerSecond = 10;
-  // When a link that has UDP as well prepares its path over DDS.
-  struct Standby {
-    std::vector<NetAddress> prepared{};
-    Time since = kNever;  // others wait to be
-    double share = 0;     // of the turns of all
-    Time at = kNever;
-  };
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
   void look_anew(Time now, Link& link);
-  Time standby_at(Time now, const Link& link, Standby& standby);
-  void prepare_standby(Time now, const Link& link, std::vector<NetAddress>& dds);
   void advertise(Time now);
   void report_losses(Time now);
   bool send_bursts(Time now, Link& link);
@@ -192,17 +188,22 @@ class Links final : public core::Port, private LinkSurroundings {
   LinksShell* shell_;
   std::array<DatagramSender*, kPathKinds> senders_{};
   std::array<std::string, kPathKinds> trouble_;
+  Admission admission_;
   Fleet fleet_;
-  std::vector<std::size_t> tries_;  // by slot: which candidate of the fleet is called
-  std::vector<bool> were_up_;       // by slot: when it was last looked for
-  std::vector<Standby> standbys_;   // by slot
-  TokenBucket dds_budget_;          // paths prepared
-  Time dds_needed_until_{};         // a link that needs its path waits for the budget
+  StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;
-  std::vector<std::unique_ptr<Link>> links_;                 // by slot
+  struct Slot {
+    std::unique_ptr<Link> link{};
+    std::uint64_t token = 0;  // of ours, as it stands in tokens_
+    bool is_touched = false;
+    Time wakes_at = kNever;  // the earliest in wake_
+    bool was_up = false;     // when it was last looked for
+    std::size_t tries = 0;   // which candidate of the fleet is called
+    StandbyTurns::Turn standby{};
+  };
+  std::vector<Slot> slots_;
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference
   std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
-  std::vector<std::uint64_t> token_of_;                      // by slot: what stands in tokens_
   Link* uplink_ = nullptr;
   const Link* uplink_before_ = nullptr;  // only to be compared: it may be gone
   Time overlap_end_{};
@@ -210,13 +211,9 @@ class Links final : public core::Port, private LinkSurroundings {
   bool ends_ = false;
   std::uint32_t advertised_ = 0;  // number of the router's table that was told
   Counters counters_;
-  std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO
-  std::unordered_map<std::uint32_t, Time> refused_;    // router address -> when it was noted
 
   std::vector<Link*> touched_;
-  std::vector<bool> is_touched_;
   std::priority_queue<Wake, std::vector<Wake>, std::greater<>> wake_;
-  std::vector<Time> wakes_at_;  // by slot: the earliest in wake_
 
   std::vector<MessageBuffer> done_;
   struct Lost {

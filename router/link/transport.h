@@ -54,6 +54,18 @@ struct Burst {
   std::span<const std::byte> bytes{};  // all datagrams, one behind the other
   std::size_t datagram_size = 0;       // of each but the last, which may be shorter
   std::uint8_t dscp = 0;               // 6 bits, from the most urgent class in it
+
+  [[nodiscard]] std::size_t count() const {
+    return datagram_size == 0 ? 0 : (bytes.size() + datagram_size - 1) / datagram_size;
+  }
+  template <typename Visit>  // (std::span<const std::byte> datagram)
+  void for_each(Visit visit) const {
+    for (std::span<const std::byte> rest = bytes; !rest.empty();) {
+      const auto datagram = rest.first(std::min(datagram_size, rest.size()));
+      rest = rest.subspan(datagram.size());
+      visit(datagram);
+    }
+  }
 };
 
 // What carries bursts over one kind of path: a socket, DDS, or a simulated network.

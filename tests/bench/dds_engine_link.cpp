@@ -41,7 +41,7 @@ std::span<const std::byte> DdsEngineLink::message_at(std::span<const std::byte> 
 // Waits for room, and at first for the one it sends to.
 bool DdsEngineLink::send(std::span<const std::byte> payload) {
   constexpr std::size_t kDatagram = link::kDatagramMax;
-  constexpr std::size_t kTrain = link::kBurstBytesMax / kDatagram * kDatagram;
+  constexpr std::size_t kBurst = link::kBurstBytesMax / kDatagram * kDatagram;
   const auto size = static_cast<std::uint32_t>(payload.size());
   out_.resize(kSize + size);
   std::memcpy(out_.data(), &size, kSize);
@@ -49,9 +49,9 @@ bool DdsEngineLink::send(std::span<const std::byte> payload) {
   Host& host = *host_;
   const Time limit = os::now() + kPatience;
   for (std::span<const std::byte> rest = out_; !rest.empty();) {
-    const auto train = rest.first(std::min(rest.size(), kTrain));
-    if (host.engine.send({.to = host.peer, .bytes = train, .datagram_size = kDatagram})) {
-      rest = rest.subspan(train.size());
+    const auto burst = rest.first(std::min(rest.size(), kBurst));
+    if (host.engine.send({.to = host.peer, .bytes = burst, .datagram_size = kDatagram})) {
+      rest = rest.subspan(burst.size());
     } else {
       const Time now = os::now();
       if (now >= limit) return false;

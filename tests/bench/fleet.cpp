@@ -30,7 +30,7 @@ link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
           .message_max = kMessageMaxDefault};
 }
 
-class Robot final : core::Port, core::Surroundings, link::DatagramSender {
+class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
  public:
   Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket)
       : socket_(std::move(socket)),

@@ -106,7 +106,7 @@ void TwoHosts::set_up(const sim::LineEnd& end, const Cable& cable) const {
   const std::string device = std::string("link set dev ") + kDevice;
   // Nothing but what is measured: no IPv6 that looks for neighbours.
   std::string commands = "link set dev lo up\n" + device + " addrgenmode none\n";
-  // Loss is of datagrams, not of the trains they are sent in.
+  // Loss is of datagrams, not of the bursts they are sent in.
   if (cable.loss > 0) commands += device + " gso_max_segs 1\n";
   commands += "address add " + end.address + "/24 dev " + kDevice + "\n" + device + " up\n";
   timsctl::run_or_fail({.command = {"ip", "-n", end.network, "-batch", "-"}}, commands);

@@ -16,11 +16,11 @@ namespace tims::bench {
 namespace {
 
 constexpr std::size_t kDatagram = 1472;  // fills an Ethernet frame
-constexpr std::size_t kTrain = 44 * kDatagram;
+constexpr std::size_t kBurst = 44 * kDatagram;
 constexpr int kBuffer = 16 << 20;
 constexpr std::size_t kGroMax = 64 << 10;
 
-// The size of the datagrams in a train, in (UDP_GRO) or out (UDP_SEGMENT).
+// The size of the datagrams in a burst, in (UDP_GRO) or out (UDP_SEGMENT).
 class SegmentSize {
  public:
   explicit SegmentSize(msghdr& message) : message_(message) {
@@ -101,8 +101,8 @@ Result<os::File> open_udp(const std::string& endpoint) {
 bool send_trains(const os::File& socket, std::span<const std::byte> first,
                  std::span<const std::byte> second) {
   while (!first.empty() || !second.empty()) {
-    const auto a = first.first(std::min(first.size(), kTrain));
-    const auto b = second.first(std::min(second.size(), kTrain - a.size()));
+    const auto a = first.first(std::min(first.size(), kBurst));
+    const auto b = second.first(std::min(second.size(), kBurst - a.size()));
     std::array<iovec, 2> parts{{{const_cast<std::byte*>(a.data()), a.size()},
                                 {const_cast<std::byte*>(b.data()), b.size()}}};
     msghdr message{};

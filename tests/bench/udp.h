@@ -1,4 +1,4 @@
-// Bare UDP between two hosts, as fast as the kernel takes it: trains of datagrams in one call
+// Bare UDP between two hosts, as fast as the kernel takes it: bursts of datagrams in one call
 // (UDP_SEGMENT), and put together again on the other side (UDP_GRO).
 #pragma once
 

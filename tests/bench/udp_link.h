@@ -38,7 +38,7 @@ class UdpLink {
   }
 
  private:
-  static constexpr std::size_t kGather = 62 << 10;  // with one more small message it is a train
+  static constexpr std::size_t kGather = 62 << 10;  // with one more small message it is a burst
   // Both ends are the same machine: a Header can be read as is.
   static_assert(sizeof(Header) == kHeaderSize && offsetof(Header, length) == 12);
 

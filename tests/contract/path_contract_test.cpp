@@ -1,4 +1,4 @@
-// What a path under the links promises, over UDP and over DDS: trains of datagrams go out in one
+// What a path under the links promises, over UDP and over DDS: bursts of datagrams go out in one
 // call and arrive whole, from the address that their sender answers at; nobody waits for anybody.
 #include <memory>
 #include <string>
@@ -28,7 +28,7 @@ class End {
   [[nodiscard]] virtual link::NetAddress address() const = 0;
   // Whether others can send to it, as far as this side knows.
   [[nodiscard]] virtual bool knows(const End& other) const = 0;
-  virtual bool send(const link::Burst& train) = 0;
+  virtual bool send(const link::Burst& burst) = 0;
   virtual void take_what_came() = 0;
   [[nodiscard]] const std::vector<Arrival>& arrivals() const { return arrivals_; }
 
@@ -41,7 +41,7 @@ class UdpEnd final : public End {
   UdpEnd() : socket_(UdpSocket::open({"127.0.0.1", 0}).value()) {}
   link::NetAddress address() const override { return socket_.local(); }
   bool knows(const End&) const override { return true; }
-  bool send(const link::Burst& train) override { return socket_.send(train) == Sent::kAll; }
+  bool send(const link::Burst& burst) override { return socket_.send(burst) == Sent::kAll; }
   void take_what_came() override {
     while (socket_.receive(datagrams_))
       datagrams_.for_each_datagram([&](const link::NetAddress& from, std::span<std::byte> bytes) {
@@ -65,7 +65,7 @@ class DdsEnd final : public End {
   bool knows(const End& other) const override {
     return host_.sees(dynamic_cast<const DdsEnd&>(other).host_);
   }
-  bool send(const link::Burst& train) override { return host_.engine.send(train); }
+  bool send(const link::Burst& burst) override { return host_.engine.send(burst); }
   void take_what_came() override {
     loop_.run_once(os::now() + std::chrono::milliseconds(1));
     arrivals_ = host_.arrivals;
@@ -101,7 +101,7 @@ class PathContract : public testing::TestWithParam<Kind> {
   }
 };
 
-// Each datagram of a train looks different.
+// Each datagram of a burst looks different.
 Bytes pattern(std::size_t size, std::size_t datagram_size) {
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i)
@@ -109,7 +109,7 @@ Bytes pattern(std::size_t size, std::size_t datagram_size) {
   return bytes;
 }
 
-TEST_P(PathContract, TrainsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
+TEST_P(PathContract, BurstsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
   const auto a = end("a");
   const auto b = end("b");
   ASSERT_TRUE(meet(*a, *b));
@@ -122,13 +122,13 @@ TEST_P(PathContract, TrainsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
                                                         {40 * 1200 + 300, 1200},
                                                         {link::kBurstDatagramsMax * 40, 40},
                                                         {link::kBurstBytesMax, 8972}}) {
-    const Bytes train = pattern(bytes, datagram_size);
-    ASSERT_TRUE(a->send({.to = b->address(), .bytes = train, .datagram_size = datagram_size}));
+    const Bytes burst = pattern(bytes, datagram_size);
+    ASSERT_TRUE(a->send({.to = b->address(), .bytes = burst, .datagram_size = datagram_size}));
     const std::size_t count = (bytes + datagram_size - 1) / datagram_size;
     ASSERT_TRUE(comes(*a, *b, before + count)) << bytes << " by " << datagram_size;
     ASSERT_EQ(b->arrivals().size(), before + count);
     for (std::size_t i = 0; i < count; ++i) {
-      const auto part = std::span(train).subspan(i * datagram_size);
+      const auto part = std::span(burst).subspan(i * datagram_size);
       const auto expected = part.first(std::min(datagram_size, part.size()));
       const End::Arrival& arrival = b->arrivals()[before + i];
       EXPECT_TRUE(std::ranges::equal(arrival.bytes, expected)) << i << " of " << bytes;

@@ -19,10 +19,10 @@ void announce(std::span<const std::byte> bytes) {
 
 // The datagrams are all of the sample but its padding, one behind the other.
 void unpack(std::span<std::byte> bytes) {
-  const link::Batch bundle(bytes);
-  if (!bundle.valid()) return;
+  const link::Batch batch(bytes);
+  if (!batch.valid()) return;
   const std::byte* end = bytes.data();
-  bundle.for_each([&](std::span<std::byte> datagram) {
+  batch.for_each([&](std::span<std::byte> datagram) {
     fuzz::require(!datagram.empty() && datagram.data() == end + link::kBatchSizeBytes);
     end = datagram.data() + datagram.size();
   });

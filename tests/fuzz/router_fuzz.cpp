@@ -17,7 +17,7 @@ using namespace tims::core;
 constexpr std::uint32_t kClientsMax = 6;
 constexpr std::uint32_t kMailboxesMax = 5;
 
-class CheckingSink final : public Port, public Surroundings {
+class CheckingSink final : public Port, public RouterHooks {
  public:
   Outcome deliver(Time, const Receiver& to, const Message& message) override {
     const Table::Entry* entry = router->find(message.header.dest);

@@ -62,7 +62,7 @@ class Memory {
 };
 
 // One host: a router, its links and its clients. Killed, it forgets everything.
-class Node final : private core::Port, private core::Surroundings, private link::DatagramSender {
+class Node final : private core::Port, private core::RouterHooks, private link::DatagramSender {
  public:
   Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
 

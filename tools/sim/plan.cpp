@@ -161,7 +161,7 @@ class Planner {
 };
 
 void append_device(const LineEnd& end, std::string& out) {
-  // One datagram a packet: loss is of datagrams, not of the trains they are sent in.
+  // One datagram a packet: loss is of datagrams, not of the bursts they are sent in.
   out += fmt::format("link set dev {0} gso_max_segs 1\nlink set dev {0} addrgenmode none\n",
                      end.device);
   if (end.address.empty())

@@ -175,14 +175,13 @@ class DdsEngine::Running {
     return route.get();
   }
 
-  bool send(const link::Burst& train) {
-    DdsRoute* const route = connect(train.to);
-    if (route != nullptr && route->put(train)) {
+  bool send(const link::Burst& burst) {
+    DdsRoute* const route = connect(burst.to);
+    if (route != nullptr && route->put(burst)) {
       guarded([&] { serve_by(route->serve(os::now(), written_)); });
       return true;
     }
-    if (train.datagram_size > 0)
-      counters_.refused += (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
+    counters_.refused += burst.count();
     return false;
   }
 
@@ -374,12 +373,12 @@ class DdsEngine::Running {
 
   void hand_out(const NetAddress& from, std::span<std::byte> bytes) {
     ++counters_.samples_in;
-    const link::Batch bundle(bytes);
-    if (!bundle.valid()) {
+    const link::Batch batch(bytes);
+    if (!batch.valid()) {
       ++counters_.strange;
       return;
     }
-    bundle.for_each([&](std::span<std::byte> datagram) {
+    batch.for_each([&](std::span<std::byte> datagram) {
       ++counters_.datagrams_in;
       counters_.bytes_in += datagram.size();
       engine_.listener_.on_datagram(from, datagram);
@@ -454,6 +453,6 @@ void DdsEngine::connect(const link::NetAddress& to) {
   if (running_) running_->connect(to);
 }
 
-bool DdsEngine::send(const link::Burst& train) { return running_ && running_->send(train); }
+bool DdsEngine::send(const link::Burst& burst) { return running_ && running_->send(burst); }
 
 }  // namespace tims::io

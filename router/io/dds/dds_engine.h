@@ -103,10 +103,10 @@ class DdsEngine {
   // Prepares for sending to a router that was announced: else the first datagram does. Where a
   // discovery server is used, it must be there for that.
   void connect(const link::NetAddress& to);
-  // Takes all of the train, or nothing: false when there is no room for it now, or when no such
+  // Takes all of the burst, or nothing: false when there is no room for it now, or when no such
   // router was announced. What is taken arrives in order and is not lost, unless the receiver
   // does not appear within two seconds, or goes.
-  bool send(const link::Burst& train);
+  bool send(const link::Burst& burst);
 
  private:
   class Running;

@@ -57,21 +57,21 @@ TEST_F(DdsEngineTest, OtherFleetsAreNotSeen) {
   EXPECT_FALSE(a.send(stranger.address(), Bytes(10), 10));
 }
 
-TEST_F(DdsEngineTest, TrainsOfAllSizesArriveInOrderBothWays) {
+TEST_F(DdsEngineTest, BurstsOfAllSizesArriveInOrderBothWays) {
   Host a(loop_, "a");
   Host b(loop_, "b");
   meet(a, b);
   std::vector<Bytes> sent;
   const auto send = [&](std::size_t bytes, std::size_t datagram_size) {
-    Bytes train(bytes);
-    std::iota(reinterpret_cast<unsigned char*>(train.data()),
-              reinterpret_cast<unsigned char*>(train.data() + bytes), sent.size() & 0xFF);
-    ASSERT_TRUE(a.send(b.address(), train, datagram_size));
-    ASSERT_TRUE(b.send(a.address(), train, datagram_size));
+    Bytes burst(bytes);
+    std::iota(reinterpret_cast<unsigned char*>(burst.data()),
+              reinterpret_cast<unsigned char*>(burst.data() + bytes), sent.size() & 0xFF);
+    ASSERT_TRUE(a.send(b.address(), burst, datagram_size));
+    ASSERT_TRUE(b.send(a.address(), burst, datagram_size));
     for (std::size_t at = 0; at < bytes; at += datagram_size) {
       const auto end = std::min(bytes, at + datagram_size);
-      sent.emplace_back(train.begin() + static_cast<std::ptrdiff_t>(at),
-                        train.begin() + static_cast<std::ptrdiff_t>(end));
+      sent.emplace_back(burst.begin() + static_cast<std::ptrdiff_t>(at),
+                        burst.begin() + static_cast<std::ptrdiff_t>(end));
     }
   };
   for (std::size_t size = 1; size <= 8972; size = size * 3 / 2 + 1) send(size, size);
@@ -123,16 +123,16 @@ TEST_F(DdsEngineTest, ARouterThatDoesNotReadHoldsUpNobodyElse) {
       asleep, [&] { return deaf.is_up(); }, "the deaf one is up"));
   meet(a, b);
   ASSERT_TRUE(until([&] { return a.sees(deaf); }, "a sees the deaf one"));
-  const Bytes train(60'000);
-  ASSERT_TRUE(until([&] { return !a.send(deaf.address(), train, 1200); }, "its queue is full"));
+  const Bytes burst(60'000);
+  ASSERT_TRUE(until([&] { return !a.send(deaf.address(), burst, 1200); }, "its queue is full"));
   const auto counters = a.engine.counters();
   EXPECT_LE(counters.waiting_bytes, 4U << 20);
   // And stays full: the histories are bounded too.
-  ASSERT_TRUE(until([&] { return a.engine.counters().bytes_out >= 12 * train.size(); }, "written"));
+  ASSERT_TRUE(until([&] { return a.engine.counters().bytes_out >= 12 * burst.size(); }, "written"));
   std::uint32_t answered = 0;
   for (std::uint32_t i = 0; i < 200; ++i) {
     ASSERT_TRUE(a.send(b.address(), numbered(i, 100), 100));
-    (void)a.send(deaf.address(), train, 1200);
+    (void)a.send(deaf.address(), burst, 1200);
     ASSERT_TRUE(until([&] { return b.arrivals.size() > i; }, "b has got it")) << i;
     ++answered;
   }

@@ -141,7 +141,7 @@ Result<std::shared_ptr<UserTraffic>> UserTraffic::open(const std::string& interf
 
 UserTraffic::UserTraffic(UdpSocket socket, const std::string& interface)
     : socket_(std::move(socket)), locator_(locator_at(host_of(interface), socket_.local().port)) {
-  train_.reserve(link::kBurstBytesMax);
+  burst_.reserve(link::kBurstBytesMax);
 }
 
 std::span<const link::DdsParticipant> UserTraffic::receive() {
@@ -157,19 +157,19 @@ std::span<const link::DdsParticipant> UserTraffic::receive() {
   return heard_;
 }
 
-// A message that is shorter than those before it ends their train.
+// A message that is shorter than those before it ends their burst.
 void UserTraffic::put(std::span<const std::byte> message, std::span<const link::NetAddress> to) {
   const std::lock_guard lock(mutex_);
   const bool fits = std::ranges::equal(to, to_) && message.size() <= message_size_ &&
-                    train_.size() % message_size_ == 0 &&
-                    train_.size() + message.size() <= link::kBurstBytesMax &&
-                    train_.size() < link::kBurstDatagramsMax * message_size_;
+                    burst_.size() % message_size_ == 0 &&
+                    burst_.size() + message.size() <= link::kBurstBytesMax &&
+                    burst_.size() < link::kBurstDatagramsMax * message_size_;
   if (!fits) {
     flush_locked();
     to_.assign(to.begin(), to.end());
     message_size_ = message.size();
   }
-  train_.insert(train_.end(), message.begin(), message.end());
+  burst_.insert(burst_.end(), message.begin(), message.end());
 }
 
 void UserTraffic::send(std::span<const std::byte> message, std::span<const link::NetAddress> to) {
@@ -189,10 +189,10 @@ void UserTraffic::flush() {
 }
 
 void UserTraffic::flush_locked() {
-  if (train_.empty()) return;
+  if (burst_.empty()) return;
   for (const link::NetAddress& to : to_)
-    (void)socket_.send({.to = to, .bytes = train_, .datagram_size = message_size_});
-  train_.clear();
+    (void)socket_.send({.to = to, .bytes = burst_, .datagram_size = message_size_});
+  burst_.clear();
 }
 
 void Metatraffic::receive(Receiver& next, std::span<const std::byte> message, const Locator& local,

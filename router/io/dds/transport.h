@@ -107,7 +107,7 @@ class UserTraffic {
   std::atomic<std::thread::id> corked_by_{};
   std::mutex mutex_;  // of what follows
   std::vector<link::NetAddress> to_{};
-  std::vector<std::byte> train_{};
+  std::vector<std::byte> burst_{};
   std::size_t message_size_ = 0;  // of all but the last
 };
 

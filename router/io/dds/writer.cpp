@@ -79,20 +79,16 @@ using link::kBatchSizeBytes;
 
 // --- the queue
 
-bool SendQueue::put(const link::Burst& train) {
-  if (train.bytes.empty() || train.datagram_size == 0) return true;
-  const std::size_t datagrams =
-      (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
-  if (train.bytes.size() + datagrams * kBatchSizeBytes > size_ - used_) return false;
+bool SendQueue::put(const link::Burst& burst) {
+  if (burst.bytes.empty() || burst.datagram_size == 0) return true;
+  if (burst.bytes.size() + burst.count() * kBatchSizeBytes > size_ - used_) return false;
   if (!ring_) ring_ = std::make_unique_for_overwrite<std::byte[]>(size_);
-  for (std::span<const std::byte> rest = train.bytes; !rest.empty();) {
-    const auto datagram = rest.first(std::min(train.datagram_size, rest.size()));
+  burst.for_each([this](std::span<const std::byte> datagram) {
     const std::array size{static_cast<std::byte>(datagram.size() & 0xFF),
                           static_cast<std::byte>(datagram.size() >> 8)};
     write(size);
     write(datagram);
-    rest = rest.subspan(datagram.size());
-  }
+  });
   return true;
 }
 

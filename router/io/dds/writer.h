@@ -67,15 +67,15 @@ class OctetsType final : public eprosima::fastdds::dds::TopicDataType {
 };
 
 // What waits to be written to one router: datagrams in a ring of bytes, in the form they have in a
-// sample (link/bundle.h), so that a sample is a piece of the ring.
+// sample (link/transport.h: Batch), so that a sample is a piece of the ring.
 class SendQueue {
  public:
-  static constexpr std::size_t kBytes = 4 << 20;  // allocated with the first train
+  static constexpr std::size_t kBytes = 4 << 20;  // allocated with the first burst
 
   explicit SendQueue(std::size_t bytes = kBytes) : size_(bytes) {}
 
-  // All of the train, or nothing: false when there is no room for it.
-  bool put(const link::Burst& train);
+  // All of the burst, or nothing: false when there is no room for it.
+  bool put(const link::Burst& burst);
 
   // Whole datagrams from the front, `bytes_max` at most, or the first one if it is larger.
   struct Front {
@@ -170,7 +170,7 @@ class DdsRoute {
   }
 
   // False when there is no room.
-  bool put(const link::Burst& train) { return queue_.put(train); }
+  bool put(const link::Burst& burst) { return queue_.put(burst); }
   // Writes one sample of what waits, if it can: then others have their turn. When to call again;
   // earlier if something has happened. Throws what the library throws.
   Time serve(Time now, Counters& counters);

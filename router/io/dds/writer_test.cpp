@@ -13,7 +13,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-link::Burst train(const Bytes& bytes, std::size_t datagram_size) {
+link::Burst burst(const Bytes& bytes, std::size_t datagram_size) {
   return {.bytes = bytes, .datagram_size = datagram_size};
 }
 
@@ -35,10 +35,10 @@ std::string take(SendQueue& queue, std::size_t bytes_max) {
   return sizes;
 }
 
-TEST(SendQueue, ATrainIsTakenAsDatagrams) {
+TEST(SendQueue, ABurstIsTakenAsDatagrams) {
   SendQueue queue(1000);
   EXPECT_EQ(take(queue, 1000), "");
-  EXPECT_TRUE(queue.put(train(Bytes(25), 10)));
+  EXPECT_TRUE(queue.put(burst(Bytes(25), 10)));
   EXPECT_EQ(queue.waiting_bytes(), 25 + 3 * link::kBatchSizeBytes);
   EXPECT_EQ(take(queue, 1000), "10 10 5 ");
   EXPECT_EQ(queue.waiting_bytes(), 0);
@@ -46,24 +46,24 @@ TEST(SendQueue, ATrainIsTakenAsDatagrams) {
 
 TEST(SendQueue, WholeDatagramsAsManyAsHaveRoom) {
   SendQueue queue(1000);
-  ASSERT_TRUE(queue.put(train(Bytes(50), 10)));
+  ASSERT_TRUE(queue.put(burst(Bytes(50), 10)));
   EXPECT_EQ(take(queue, 35), "10 10 ");
   EXPECT_EQ(take(queue, 36), "10 10 10 ");
-  ASSERT_TRUE(queue.put(train(Bytes(100), 100)));
+  ASSERT_TRUE(queue.put(burst(Bytes(100), 100)));
   EXPECT_EQ(take(queue, 50), "100 ") << "one that is larger goes alone";
 }
 
-TEST(SendQueue, AllOfATrainOrNothing) {
+TEST(SendQueue, AllOfABurstOrNothing) {
   SendQueue queue(100);
-  EXPECT_TRUE(queue.put(train(Bytes(48), 48)));
-  EXPECT_FALSE(queue.put(train(Bytes(49), 49)));
-  EXPECT_FALSE(queue.put(train(Bytes(48), 24))) << "no room for the second size";
-  EXPECT_TRUE(queue.put(train(Bytes(48), 48)));
+  EXPECT_TRUE(queue.put(burst(Bytes(48), 48)));
+  EXPECT_FALSE(queue.put(burst(Bytes(49), 49)));
+  EXPECT_FALSE(queue.put(burst(Bytes(48), 24))) << "no room for the second size";
+  EXPECT_TRUE(queue.put(burst(Bytes(48), 48)));
   EXPECT_EQ(take(queue, 1000), "48 48 ");
-  EXPECT_FALSE(queue.put(train(Bytes(99), 99)));
+  EXPECT_FALSE(queue.put(burst(Bytes(99), 99)));
 }
 
-TEST(SendQueue, AnEmptyTrainIsNothing) {
+TEST(SendQueue, AnEmptyBurstIsNothing) {
   SendQueue queue(100);
   EXPECT_TRUE(queue.put({}));
   EXPECT_EQ(take(queue, 100), "");
@@ -77,7 +77,7 @@ TEST(SendQueue, GoesRoundItsRing) {
   int put = 0;
   for (int next = 0; next < kDatagrams;) {
     const Bytes bytes(1 + random() % 200, static_cast<std::byte>(put));
-    if (put < kDatagrams && queue.put(train(bytes, bytes.size()))) {
+    if (put < kDatagrams && queue.put(burst(bytes, bytes.size()))) {
       ++put;
       continue;
     }

@@ -49,20 +49,16 @@ Error cannot_open(const config::Endpoint& where) {
   return {code, os::system_error("UDP " + where.to_string()).detail()};
 }
 
-constexpr std::size_t kTrainsPerCall = 16;
+constexpr std::size_t kBurstsPerCall = 16;
 constexpr std::size_t kPlainMax = 64;
 
-std::size_t datagrams_in(const Burst& train) {
-  if (train.datagram_size == 0) return 1;
-  const std::size_t n = (train.bytes.size() + train.datagram_size - 1) / train.datagram_size;
-  return std::max<std::size_t>(n, 1);
-}
+std::size_t datagrams_in(const Burst& burst) { return std::max<std::size_t>(burst.count(), 1); }
 
 iovec part_of(std::span<const std::byte> bytes) {
   return {const_cast<std::byte*>(bytes.data()), bytes.size()};  // only read
 }
 
-// What stands beside a train: its class, and how it is to be cut.
+// What stands beside a burst: its class, and how it is to be cut.
 class SendControl {
  public:
   // The family is the address's, not the socket's: an IPv6 socket sends IPv4 as an IPv4 socket.
@@ -95,20 +91,20 @@ class SendControl {
   std::size_t size_ = 0;
 };
 
-// One train as sendmsg() takes it; `message` points into it.
+// One burst as sendmsg() takes it; `message` points into it.
 struct Call {
   SystemAddress to{};
   SendControl control{};
   iovec part{};
 
   // False: not from a socket of this family.
-  bool prepare(const Burst& train, int family, bool segmented, msghdr& message) {
-    const auto address = system_address(train.to, family);
+  bool prepare(const Burst& burst, int family, bool segmented, msghdr& message) {
+    const auto address = system_address(burst.to, family);
     if (!address) return false;
     to = *address;
-    part = part_of(train.bytes);
-    control.add_dscp(train.dscp, train.to.is_v4());
-    if (segmented) control.add_segment_size(train.datagram_size);
+    part = part_of(burst.bytes);
+    control.add_dscp(burst.dscp, burst.to.is_v4());
+    if (segmented) control.add_segment_size(burst.datagram_size);
     message = {};
     message.msg_name = to.get();
     message.msg_namelen = to.size;
@@ -249,7 +245,7 @@ void UdpSocket::set_options() {
   }
   set(fd(), SOL_UDP, UDP_GRO, 1);
   set(fd(), SOL_SOCKET, SO_RXQ_OVFL, 1);
-  // An older kernel would ignore the size beside a train and send it as one datagram.
+  // An older kernel would ignore the size beside a burst and send it as one datagram.
   if (!set(fd(), SOL_UDP, UDP_SEGMENT, 0)) options_.segmentation = false;
 }
 
@@ -277,41 +273,41 @@ bool UdpSocket::receive(Datagrams& into) {
 
 // --- sending
 
-Sent UdpSocket::send(const Burst& train) {
-  if (datagrams_in(train) == 1) return send_segmented(train);
-  return is_plain(train.to) ? send_plain(train) : send_segmented(train);
+Sent UdpSocket::send(const Burst& burst) {
+  if (datagrams_in(burst) == 1) return send_segmented(burst);
+  return is_plain(burst.to) ? send_plain(burst) : send_segmented(burst);
 }
 
 // Also a single datagram, which needs no cutting.
-Sent UdpSocket::send_segmented(const Burst& train) {
-  const bool cut = datagrams_in(train) > 1;
+Sent UdpSocket::send_segmented(const Burst& burst) {
+  const bool cut = datagrams_in(burst) > 1;
   Call call;
   msghdr message;
-  if (!call.prepare(train, family_, cut, message)) return Sent::kUnreachable;
+  if (!call.prepare(burst, family_, cut, message)) return Sent::kUnreachable;
   if (::sendmsg(fd(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kAll;
   const bool wants_fragments = options_.fragments && errno == EMSGSIZE;
   if (!cut || !(refuses_segments(errno) || wants_fragments)) return meaning_of(errno);
   // Kernels before 6.13 call datagrams that are too big for the interface invalid: only when they
   // go one by one was it the cutting.
-  const Sent sent = send_plain(train);
-  if (sent == Sent::kAll) remember_plain(train.to);
+  const Sent sent = send_plain(burst);
+  if (sent == Sent::kAll) remember_plain(burst.to);
   return sent;
 }
 
 // One by one, in one call. When the buffer becomes full on the way, the rest is lost: what went
 // must not go twice.
-Sent UdpSocket::send_plain(const Burst& train) {
+Sent UdpSocket::send_plain(const Burst& burst) {
   Call call;
   msghdr message;
-  if (!call.prepare(train, family_, false, message)) return Sent::kUnreachable;
+  if (!call.prepare(burst, family_, false, message)) return Sent::kUnreachable;
   std::array<mmsghdr, link::kBurstDatagramsMax> messages;
   std::array<iovec, link::kBurstDatagramsMax> parts;
-  const std::size_t count = datagrams_in(train);
+  const std::size_t count = datagrams_in(burst);
   if (count > messages.size()) return Sent::kFailed;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t at = i * train.datagram_size;
-    const std::size_t size = std::min(train.datagram_size, train.bytes.size() - at);
-    parts[i] = part_of(train.bytes.subspan(at, size));
+    const std::size_t at = i * burst.datagram_size;
+    const std::size_t size = std::min(burst.datagram_size, burst.bytes.size() - at);
+    parts[i] = part_of(burst.bytes.subspan(at, size));
     messages[i] = {.msg_hdr = message, .msg_len = 0};
     messages[i].msg_hdr.msg_iov = &parts[i];
   }
@@ -322,31 +318,31 @@ Sent UdpSocket::send_plain(const Burst& train) {
   return Sent::kAll;
 }
 
-SentMany UdpSocket::send_many(std::span<const Burst> trains) {
+SentMany UdpSocket::send_many(std::span<const Burst> bursts) {
   SentMany result;
-  while (result.trains < trains.size()) {
-    const auto rest = trains.subspan(result.trains);
-    const auto batch = rest.first(std::min(rest.size(), kTrainsPerCall));
+  while (result.bursts < bursts.size()) {
+    const auto rest = bursts.subspan(result.bursts);
+    const auto batch = rest.first(std::min(rest.size(), kBurstsPerCall));
     const std::size_t n = send_batch(batch);
-    result.trains += n;
+    result.bursts += n;
     if (n == batch.size()) continue;
     // The next one does not go like this: alone, it says why, or goes another way.
     result.why = send(batch[n]);
     if (result.why != Sent::kAll) return result;
-    ++result.trains;
+    ++result.bursts;
   }
   return result;
 }
 
-// How many of them went in one call; at most kTrainsPerCall are given.
-std::size_t UdpSocket::send_batch(std::span<const Burst> trains) {
-  std::array<Call, kTrainsPerCall> calls;
-  std::array<mmsghdr, kTrainsPerCall> messages;
+// How many of them went in one call; at most kBurstsPerCall are given.
+std::size_t UdpSocket::send_batch(std::span<const Burst> bursts) {
+  std::array<Call, kBurstsPerCall> calls;
+  std::array<mmsghdr, kBurstsPerCall> messages;
   unsigned count = 0;
-  for (const Burst& train : trains) {
-    const bool cut = datagrams_in(train) > 1;
-    if (cut && is_plain(train.to)) break;
-    if (!calls[count].prepare(train, family_, cut, messages[count].msg_hdr)) break;
+  for (const Burst& burst : bursts) {
+    const bool cut = datagrams_in(burst) > 1;
+    if (cut && is_plain(burst.to)) break;
+    if (!calls[count].prepare(burst, family_, cut, messages[count].msg_hdr)) break;
     ++count;
   }
   if (count < 2) return 0;

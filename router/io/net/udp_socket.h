@@ -1,4 +1,4 @@
-// A UDP socket that sends trains of datagrams in one call (UDP_SEGMENT), takes many in one
+// A UDP socket that sends bursts of datagrams in one call (UDP_SEGMENT), takes many in one
 // (recvmmsg, UDP_GRO), and does not fragment them unless asked to. Whoever owns it waits for fd()
 // in the loop.
 #pragma once
@@ -91,11 +91,11 @@ enum class Sent : std::uint8_t {
   kWouldBlock,   // nothing of it went: again when the socket is writable
   kTooBig,       // larger than the interface takes: nothing of it went
   kUnreachable,  // no way there, or no memory at the moment: lost like a datagram on the wire
-  kFailed,       // the system calls this train wrong: never again
+  kFailed,       // the system calls this burst wrong: never again
 };
 
 struct SentMany {
-  std::size_t trains = 0;  // that went
+  std::size_t bursts = 0;  // that went
   Sent why = Sent::kAll;   // what became of the next one
 };
 
@@ -104,7 +104,7 @@ class UdpSocket final : public link::DatagramSender {
   struct Counters {
     std::uint64_t dropped_by_kernel = 0;  // no room in the receive buffer; known with the next one
     std::uint64_t truncated = 0;          // arrivals that were left out
-    std::uint64_t cut_short = 0;  // datagrams at the end of trains: the send buffer became full
+    std::uint64_t cut_short = 0;  // datagrams at the end of bursts: the send buffer became full
   };
 
   // "[::]:2010" is for IPv4 as well. Port 0: the system chooses one.
@@ -120,15 +120,15 @@ class UdpSocket final : public link::DatagramSender {
   [[nodiscard]] std::uint32_t send_buffer_bytes() const { return send_buffer_bytes_; }
   [[nodiscard]] std::uint32_t asked_buffer_bytes() const { return options_.buffer_bytes; }
 
-  Sent send(const link::Burst& train);
+  Sent send(const link::Burst& burst);
   bool offer(const link::Burst& burst) override { return send(burst) != Sent::kWouldBlock; }
-  // In order, until one does not go: `trains[result.trains]`.
-  SentMany send_many(std::span<const link::Burst> trains);
+  // In order, until one does not go: `bursts[result.bursts]`.
+  SentMany send_many(std::span<const link::Burst> bursts);
 
   // Puts what has come into `into`; false when nothing waits.
   bool receive(Datagrams& into);
 
-  // Interfaces may have changed: whoever was refused trains is tried again.
+  // Interfaces may have changed: whoever was refused bursts is tried again.
   void forget_refusals() { plain_.clear(); }
 
   [[nodiscard]] const Counters& counters() const { return counters_; }
@@ -140,9 +140,9 @@ class UdpSocket final : public link::DatagramSender {
   void set_options();
   bool bind(const link::NetAddress& where);
 
-  Sent send_segmented(const link::Burst& train);
-  Sent send_plain(const link::Burst& train);
-  std::size_t send_batch(std::span<const link::Burst> trains);
+  Sent send_segmented(const link::Burst& burst);
+  Sent send_plain(const link::Burst& burst);
+  std::size_t send_batch(std::span<const link::Burst> bursts);
   [[nodiscard]] bool is_plain(const link::NetAddress& to) const;
   void remember_plain(const link::NetAddress& to);
 

@@ -46,7 +46,7 @@ std::vector<Arrival> receive(UdpSocket& socket, std::size_t count) {
   return receive(socket, count, datagrams);
 }
 
-// Each datagram of a train looks different.
+// Each datagram of a burst looks different.
 std::vector<std::byte> pattern(std::size_t size, std::size_t datagram_size) {
   std::vector<std::byte> bytes(size);
   for (std::size_t i = 0; i < size; ++i)
@@ -60,7 +60,7 @@ std::vector<std::byte> part(const std::vector<std::byte>& bytes, std::size_t at,
   return {cut.begin(), cut.end()};
 }
 
-void expect_train(const std::vector<Arrival>& arrivals, const std::vector<std::byte>& bytes,
+void expect_burst(const std::vector<Arrival>& arrivals, const std::vector<std::byte>& bytes,
                   std::size_t datagram_size, const NetAddress& from) {
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     EXPECT_EQ(arrivals[i].from, from) << arrivals[i].from.to_string();
@@ -85,46 +85,46 @@ TEST_P(UdpFamily, OneDatagram) {
   UdpSocket b = open(GetParam());
   const auto bytes = pattern(100, 100);
   ASSERT_EQ(a.send({.to = b.local(), .bytes = bytes, .datagram_size = 100}), Sent::kAll);
-  expect_train(receive(b, 1), bytes, 100, a.local());
+  expect_burst(receive(b, 1), bytes, 100, a.local());
 }
 
-TEST_P(UdpFamily, TrainArrivesInOrder) {
+TEST_P(UdpFamily, BurstArrivesInOrder) {
   UdpSocket a = open(GetParam());
   UdpSocket b = open(GetParam());
   const auto bytes = pattern(40 * 1200 + 300, 1200);
-  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
-  ASSERT_EQ(a.send(train), Sent::kAll);
+  const Burst burst{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
+  ASSERT_EQ(a.send(burst), Sent::kAll);
   const auto arrivals = receive(b, 41);
-  expect_train(arrivals, bytes, 1200, a.local());
+  expect_burst(arrivals, bytes, 1200, a.local());
   EXPECT_EQ(arrivals.back().bytes.size(), 300);
 }
 
-TEST_P(UdpFamily, TrainWithoutSegmentation) {
+TEST_P(UdpFamily, BurstWithoutSegmentation) {
   UdpSocket a = open(GetParam(), {.segmentation = false});
   UdpSocket b = open(GetParam());
   const auto bytes = pattern(40 * 1200 + 300, 1200);
-  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
-  ASSERT_EQ(a.send(train), Sent::kAll);
-  expect_train(receive(b, 41), bytes, 1200, a.local());
+  const Burst burst{.to = b.local(), .bytes = bytes, .datagram_size = 1200, .dscp = 46};
+  ASSERT_EQ(a.send(burst), Sent::kAll);
+  expect_burst(receive(b, 41), bytes, 1200, a.local());
   EXPECT_EQ(a.counters().cut_short, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Loopback, UdpFamily, testing::Values("127.0.0.1", "::1"),
                          [](const auto& family) { return family.param[0] == ':' ? "v6" : "v4"; });
 
-// A socket without checksums is one that the kernel refuses to cut trains for.
-TEST(UdpSocket, TrainThatTheKernelRefusesToCut) {
+// A socket without checksums is one that the kernel refuses to cut bursts for.
+TEST(UdpSocket, BurstThatTheKernelRefusesToCut) {
   UdpSocket a = open("127.0.0.1");
   UdpSocket b = open("127.0.0.1");
   const int yes = 1;
   ASSERT_EQ(::setsockopt(a.fd(), SOL_SOCKET, SO_NO_CHECK, &yes, sizeof yes), 0);
   const auto bytes = pattern(3000, 1000);
-  const Burst train{.to = b.local(), .bytes = bytes, .datagram_size = 1000};
+  const Burst burst{.to = b.local(), .bytes = bytes, .datagram_size = 1000};
   for (int i = 0; i < 2; ++i) {
-    ASSERT_EQ(a.send(train), Sent::kAll);
-    expect_train(receive(b, 3), bytes, 1000, a.local());
+    ASSERT_EQ(a.send(burst), Sent::kAll);
+    expect_burst(receive(b, 3), bytes, 1000, a.local());
   }
-  EXPECT_EQ(a.send_many(std::vector<Burst>(3, train)).trains, 3);
+  EXPECT_EQ(a.send_many(std::vector<Burst>(3, burst)).bursts, 3);
   receive(b, 9);
 }
 
@@ -135,14 +135,14 @@ TEST(UdpSocket, DualStackHearsAndAnswersBoth) {
   const auto bytes = pattern(3000, 1000);
   const std::uint16_t port = dual.local().port;
   ASSERT_EQ(v4.send({v4_loopback(port), bytes, 1000, 46}), Sent::kAll);
-  expect_train(receive(dual, 3), bytes, 1000, v4.local());
+  expect_burst(receive(dual, 3), bytes, 1000, v4.local());
   ASSERT_EQ(v6.send({v6_loopback(port), bytes, 1000, 46}), Sent::kAll);
-  expect_train(receive(dual, 3), bytes, 1000, v6.local());
+  expect_burst(receive(dual, 3), bytes, 1000, v6.local());
 
   ASSERT_EQ(dual.send({v4.local(), bytes, 1000, 46}), Sent::kAll);
-  expect_train(receive(v4, 3), bytes, 1000, v4_loopback(port));
+  expect_burst(receive(v4, 3), bytes, 1000, v4_loopback(port));
   ASSERT_EQ(dual.send({v6.local(), bytes, 1000, 46}), Sent::kAll);
-  expect_train(receive(v6, 3), bytes, 1000, v6_loopback(port));
+  expect_burst(receive(v6, 3), bytes, 1000, v6_loopback(port));
 }
 
 TEST(UdpSocket, EmptyDatagramArrives) {
@@ -185,36 +185,36 @@ TEST(UdpSocket, CountsWhatTheKernelDropped) {
   EXPECT_EQ(arrived + b.counters().dropped_by_kernel, 100);
 }
 
-// --- Many trains
+// --- Many bursts
 
-TEST(UdpSocket, ManyTrainsInOneCall) {
+TEST(UdpSocket, ManyBurstsInOneCall) {
   for (const bool segmentation : {true, false}) {
     UdpSocket a = open("::", {.segmentation = segmentation});
     UdpSocket b = open("127.0.0.1");
     UdpSocket c = open("::1");
     const auto bytes = pattern(4 * 500 + 20, 500);
-    std::vector<Burst> trains;
+    std::vector<Burst> bursts;
     for (int i = 0; i < 20; ++i) {
-      trains.push_back({b.local(), bytes, 500, 10});
-      trains.push_back({c.local(), bytes, 500, 0});
-      trains.push_back({c.local(), std::span(bytes).first(500), 500, 0});
+      bursts.push_back({b.local(), bytes, 500, 10});
+      bursts.push_back({c.local(), bytes, 500, 0});
+      bursts.push_back({c.local(), std::span(bytes).first(500), 500, 0});
     }
-    const SentMany sent = a.send_many(trains);
+    const SentMany sent = a.send_many(bursts);
     EXPECT_EQ(sent.why, Sent::kAll);
-    EXPECT_EQ(sent.trains, 60);
+    EXPECT_EQ(sent.bursts, 60);
     receive(b, 100);
     receive(c, 120);
   }
 }
 
-TEST(UdpSocket, ManyTrainsStopAtTheOneThatDoesNotGo) {
+TEST(UdpSocket, ManyBurstsStopAtTheOneThatDoesNotGo) {
   UdpSocket a = open("127.0.0.1");
   UdpSocket b = open("127.0.0.1");
   const auto bytes = pattern(1000, 500);
   const Burst good{b.local(), bytes, 500};
-  const std::vector<Burst> trains{good, good, {v6_loopback(2010), bytes, 500}, good};
-  const SentMany sent = a.send_many(trains);
-  EXPECT_EQ(sent.trains, 2);
+  const std::vector<Burst> bursts{good, good, {v6_loopback(2010), bytes, 500}, good};
+  const SentMany sent = a.send_many(bursts);
+  EXPECT_EQ(sent.bursts, 2);
   EXPECT_EQ(sent.why, Sent::kUnreachable);
   receive(b, 4);
 }

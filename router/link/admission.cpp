@@ -1,0 +1,169 @@
+#include "router/link/admission.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace tims::link {
+namespace {
+
+// A cookie is good in the period it was made in, and in the next one.
+constexpr Duration kCookiePeriod = std::chrono::seconds(5);
+// Two routers with one name: how long the first is given to show that it lives, in keep-alives.
+constexpr int kRivalKeepAlives = 2;
+constexpr Duration kRivalForgotten = std::chrono::seconds(10);
+// One that is refused again and again is named so often, and at most so many at a time.
+constexpr Duration kRefusedAgain = std::chrono::seconds(10);
+constexpr std::size_t kRefusedMax = 64;
+
+std::string text_of(const Identity& who) {
+  return who.address().to_string(who.widths) + " " + std::string(who.name.view());
+}
+
+// The role a router above (or beside) one of this role has.
+bool fits(LinkKind kind, Role lower, Role upper) {
+  if (kind == LinkKind::kPeer) return lower == upper && lower != Role::kSubsystem;
+  return (lower == Role::kSubsystem && upper == Role::kSystem) ||
+         (lower == Role::kSystem && upper == Role::kTop);
+}
+
+std::string systems_text(std::span<const LinkSettings> settings) {
+  std::string text;
+  for (const LinkSettings& s : settings) {
+    if (s.connects) continue;
+    text += (text.empty() ? "" : ", ") + (s.system ? std::to_string(*s.system) : std::string("*"));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<Refuse> Admission::version_refusal(const Hello& hello) {
+  if (hello.version_min <= kVersionMax && hello.version_max >= kVersionMin) return std::nullopt;
+  const std::string text = "this router speaks version " + std::to_string(kVersionMin) + " to " +
+                           std::to_string(kVersionMax) + " of the protocol, yours " +
+                           std::to_string(hello.version_min) + " to " +
+                           std::to_string(hello.version_max);
+  return Refuse{.echo = hello.token, .text = std::string_view(text)};
+}
+
+Refuse Admission::refusal(const Hello& hello, RefuseCode code, std::string_view what) const {
+  const std::string text = text_of(self_) + std::string(what);
+  return {.echo = hello.token, .code = code, .text = std::string_view(text)};
+}
+
+// --- the proof of an address
+
+// As in DTLS (RFC 9147, section 5.1): made from what is in the HELLO, so that nothing is kept of
+// it.
+std::uint64_t Admission::cookie(const NetAddress& from, const Hello& hello, Duration period) const {
+  std::array<std::uint64_t, 2> ip{};
+  for (std::size_t i = 0; i < from.ip.size(); ++i) ip[i / 8] = ip[i / 8] << 8 | from.ip[i];
+  const std::uint64_t place = std::uint64_t{from.scope} << 32 | std::uint64_t{from.port} << 8 |
+                              static_cast<std::size_t>(from.kind);
+  const auto number = static_cast<std::uint64_t>(period / kCookiePeriod);
+  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.who.epoch, number});
+}
+
+bool Admission::is_proven(Time now, const NetAddress& from, const Hello& hello) const {
+  const Duration period = now.time_since_epoch();
+  return hello.cookie == cookie(from, hello, period) ||
+         hello.cookie == cookie(from, hello, period - kCookiePeriod);
+}
+
+// The setting under which this router may connect; else `refuse` says why not.
+const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
+                                         const NetAddress& from, const Hello& hello,
+                                         const IsCalled& is_called, Refuse& refuse) const {
+  const Identity& self = self_;
+  const Identity& who = hello.who;
+  const auto no = [&](RefuseCode code, const std::string& text) {
+    refuse.code = code;
+    refuse.text = std::string_view(text);
+    return nullptr;
+  };
+  if (who.epoch == self.epoch) return no(RefuseCode::kDuplicateId, "this is the router itself");
+  if (who.system == self.system && who.id == self.id)
+    return no(RefuseCode::kDuplicateId,
+              text_of(self) + " has this system and id already: choose another [router] id");
+  if (who.widths != self.widths)
+    return no(RefuseCode::kWidths,
+              text_of(self) + " has other address fields: see [address] widths");
+  if (who.classes != self.classes)
+    return no(RefuseCode::kClasses, text_of(self) + " has message.classes " +
+                                        self.classes.to_string() + ", not " +
+                                        who.classes.to_string());
+  const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
+  if (!fits(hello.kind, who.role, self.role))
+    return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +
+                                     " router, which is no " + std::string(name(hello.kind)) +
+                                     " router for a " + std::string(name(who.role)) + " router");
+  bool any_of_kind = false;
+  bool other_path = false;
+  for (const LinkSettings& s : settings) {
+    if (s.kind != ours) continue;
+    if (std::ranges::find(s.paths, from.kind) == s.paths.end()) {
+      other_path = true;
+      continue;
+    }
+    if (s.connects) {
+      if (is_called(s)) return &s;
+      continue;
+    }
+    any_of_kind = true;
+    if (!s.system || *s.system == who.system) return &s;
+  }
+  if (!any_of_kind && other_path)
+    return no(RefuseCode::kNotConfigured,
+              text_of(self) + " takes no link over " + std::string(name(from.kind)) +
+                  ": see paths of its [[link]] with kind = \"" + std::string(name(ours)) + "\"");
+  if (!any_of_kind)
+    return no(RefuseCode::kNotConfigured,
+              text_of(self) + " has no [[link]] with kind = \"" + std::string(name(ours)) + "\"");
+  return no(RefuseCode::kSystem, text_of(self) + " accepts system " + systems_text(settings) +
+                                     ", not " + std::to_string(who.system));
+}
+
+// Somebody with this system and id is linked already. It may have been started anew; or there are
+// two of them.
+Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello& hello,
+                                  const Link& link, Refuse& refuse) {
+  const std::uint32_t address = hello.who.address().raw();
+  // Who knows our token is the one it was given to. An epoch is no secret.
+  const bool same = link.paths().is_at(from) || hello.resume == link.our_token();
+  if (same || !link.is_up()) {
+    conflicts_.erase(address);
+    return Rival::kNone;
+  }
+  const Duration patience = kRivalKeepAlives * link.their_keep_alive();
+  auto [conflict, first] = conflicts_.try_emplace(address, now);
+  if (now > conflict->second + kRivalForgotten) conflict->second = now;
+  if (link.heard() <= conflict->second) {
+    return now > conflict->second + patience ? Rival::kNone : Rival::kWait;
+  }
+  if (!first && now <= conflict->second + patience / 2) return Rival::kWait;
+  refuse.code = RefuseCode::kDuplicateId;
+  refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
+                                 " lives and has this system and id: choose another [router] id");
+  router_.note(
+      {.at = now,
+       .kind = core::EventKind::kDuplicateRouter,
+       .address = hello.who.address(),
+       .client = link_peer(hello.who.name.view(), from.to_string()),
+       .owner = link_peer(link.peer().name.view(), link.address().to_string(), link.client())});
+  return Rival::kRefuse;
+}
+
+void Admission::note_refused(Time now, const NetAddress& from, const Hello& hello,
+                             const Refuse& refuse) {
+  std::erase_if(refused_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
+  if (refused_.size() >= kRefusedMax) return;
+  if (!refused_.try_emplace(hello.who.address().raw(), now).second) return;
+  router_.note({.at = now,
+                .kind = core::EventKind::kLinkRefused,
+                .address = hello.who.address(),
+                .client = link_peer(hello.who.name.view(), from.to_string()),
+                .text = refuse.text});
+}
+
+}  // namespace tims::link

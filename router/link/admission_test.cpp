@@ -1,0 +1,94 @@
+#include "router/link/admission.h"
+
+#include <array>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tims::link {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr core::SipKey kSecret{1, 2};
+const NetAddress kFrom = NetAddress::v4(10, 0, 0, 2, 2010);
+const Identity kBase{.epoch = 10, .role = Role::kTop, .system = 0, .id = 1};
+const Identity kRobot{.epoch = 11, .role = Role::kSystem, .system = 1, .id = 1};
+
+struct NoSink final : core::RouterHooks {
+  void admin(Time, core::ClientId, const core::Message&) override {}
+  void traced(core::ClientId, core::ClientId, const core::Message&) override {}
+  void event(const core::Event&) override {}
+};
+
+class AdmissionTest : public testing::Test {
+ protected:
+  // Why the base refuses a router that calls it its super router; empty: it does not.
+  std::string refusal(const Identity& who, const std::vector<LinkSettings>& settings) {
+    Refuse refuse{};
+    const Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = who};
+    const auto nobody = [](const LinkSettings&) { return false; };
+    const bool taken = admission.accepting(settings, kFrom, hello, nobody, refuse) != nullptr;
+    return taken ? "" : std::string(refuse.text.view());
+  }
+
+  NoSink sink;
+  core::Router router{{.address = kBase.address(), .role = kBase.role}, core::HashSeed{1, 2}, sink};
+  Admission admission{router, kBase, kSecret};
+  const LinkSettings sub{.kind = LinkKind::kSub, .connects = false};
+};
+
+// From one address, of one HELLO, and not for long.
+TEST_F(AdmissionTest, ACookieProvesAnAddress) {
+  const Time now{100s};
+  Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  EXPECT_FALSE(admission.is_proven(now, kFrom, hello));
+  const Retry retry = admission.retry(now, kFrom, hello);
+  EXPECT_EQ(retry.echo, hello.token);
+  hello.cookie = retry.cookie;
+  EXPECT_TRUE(admission.is_proven(now, kFrom, hello));
+  EXPECT_TRUE(admission.is_proven(now + 5s, kFrom, hello));
+  EXPECT_FALSE(admission.is_proven(now + 10s, kFrom, hello));
+  EXPECT_FALSE(admission.is_proven(now, NetAddress::v4(10, 0, 0, 3, 2010), hello));
+  hello.token = 8;
+  EXPECT_FALSE(admission.is_proven(now, kFrom, hello));
+}
+
+TEST_F(AdmissionTest, VersionsMustMeet) {
+  Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  EXPECT_FALSE(Admission::version_refusal(hello));
+  hello.version_min = hello.version_max = kVersionMax + 1;
+  const auto refusal = Admission::version_refusal(hello);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->echo, hello.token);
+}
+
+TEST_F(AdmissionTest, TheConfigurationSaysWhoMayConnect) {
+  EXPECT_EQ(refusal(kRobot, {sub}), "");
+  EXPECT_EQ(refusal(kRobot, {}), "Tims(0/1)  has no [[link]] with kind = \"sub\"");
+  LinkSettings other = sub;
+  other.system = 9;
+  EXPECT_EQ(refusal(kRobot, {other}), "Tims(0/1)  accepts system 9, not 1");
+  Identity twin = kRobot;
+  twin.system = kBase.system;
+  EXPECT_EQ(refusal(twin, {sub}),
+            "Tims(0/1)  has this system and id already: choose another [router] id");
+  Identity below = kRobot;
+  below.role = Role::kSubsystem;
+  EXPECT_EQ(refusal(below, {sub}),
+            "Tims(0/1)  is a top router, which is no super router for a subsystem router");
+}
+
+// Who tries again and again is not told of each time.
+TEST_F(AdmissionTest, RefusalsAreNotedNowAndThen) {
+  const Time now{100s};
+  const Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  const Refuse refuse = admission.refusal(hello, RefuseCode::kTooMany, " is full");
+  for (int i = 0; i < 3; ++i) admission.note_refused(now + i * 1s, kFrom, hello, refuse);
+  EXPECT_EQ(router.event_counts().of(core::EventKind::kLinkRefused), 1U);
+  admission.note_refused(now + 11s, kFrom, hello, refuse);
+  EXPECT_EQ(router.event_counts().of(core::EventKind::kLinkRefused), 2U);
+}
+
+}  // namespace
+}  // namespace tims::link
