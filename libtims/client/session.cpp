@@ -113,12 +113,14 @@ void remove_lost(Batch& batch, const wire::Opened& opened) {
   batch = std::move(rest);
 }
 
-Error opening_failed(const wire::Opened& opened) {
+// Named by this program, which may know more names of classes than the router.
+Error opening_failed(const wire::Opened& opened, const AddressWidths& widths) {
   for (const wire::OpenedEntry& entry : opened.entries) {
     if (entry.status == wire::OpenStatus::kOk || entry.status == wire::OpenStatus::kNotTried)
       continue;
     const bool in_use = entry.status == wire::OpenStatus::kAddressInUse;
-    return {in_use ? Errc::kAddressInUse : Errc::kRefused, opened.text};
+    return {in_use ? Errc::kAddressInUse : Errc::kRefused,
+            entry.address.to_string(widths) + " " + opened.text};
   }
   return {Errc::kRefused, opened.text};
 }
@@ -217,7 +219,7 @@ Result<void> SessionCore::register_segment(OwnSegment& segment) {
     if (opened == nullptr) return Error(Errc::kVersion, "an unexpected answer");
     if (!all_ok(*opened)) {
       withdraw(done);
-      return opening_failed(*opened);
+      return opening_failed(*opened, link_.welcome().widths);
     }
     for (const wire::OpenEntry& entry : batch.open.entries) done.push_back(entry.address);
   }
@@ -282,7 +284,7 @@ Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment&
     if (opened == nullptr || opened->entries.size() != batch.open.entries.size())
       return Error(Errc::kVersion, "an unexpected answer");
     if (!all_ok(*opened)) {
-      const Error why = opening_failed(*opened);
+      const Error why = opening_failed(*opened, link_.welcome().widths);
       if (!(why == Errc::kAddressInUse)) return why;
       event(SessionEvent::Kind::kMailboxLost, why.message());
       remove_lost(batch, *opened);

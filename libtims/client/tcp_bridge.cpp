@@ -43,10 +43,9 @@ Result<void> TcpMailboxes::offer(std::uint64_t segment, const os::File& memfd) {
   return {};
 }
 
-Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker,
-                               const AddressWidths& widths) {
+Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker) {
   if (mailboxes_.contains(entry.address))
-    return Error(Errc::kAddressInUse, entry.address.to_string(widths) + " belongs to this session");
+    return Error(Errc::kAddressInUse, "belongs to this session");
   const auto segment = segments_.find(entry.place.segment);
   if (segment == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
   auto view = shm::MailboxView::open(segment->second.mapping.bytes(), entry.place.offset);
@@ -211,13 +210,12 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
   auto waker = files.begin();
   for (std::size_t i = 0; i < wish.entries.size(); ++i) {
     const bool given = wish.entries[i].has_waker && waker != files.end();
-    const auto added =
-        mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File(), widths());
+    const auto added = mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File());
     if (added) continue;
-    opened.text = added.error().detail();
-    opened.entries[i].status = added.error() == Errc::kAddressInUse
-                                   ? wire::OpenStatus::kAddressInUse
-                                   : wire::OpenStatus::kBadPlace;
+    const bool in_use = added.error() == Errc::kAddressInUse;
+    opened.text = (in_use ? "" : "is not registered: ") + added.error().detail();
+    opened.entries[i].status =
+        in_use ? wire::OpenStatus::kAddressInUse : wire::OpenStatus::kBadPlace;
     for (std::size_t j = 0; j < i; ++j) mailboxes_.remove(wish.entries[j].address);
     return opened;
   }
@@ -284,8 +282,7 @@ std::size_t TcpBridge::settle(wire::Opened& opened) {
   };
   const auto refused = std::ranges::find_if_not(opened.entries, is_good);
   if (refused == opened.entries.end()) return 0;
-  opened.text = refused->address.to_string(widths()) +
-                " belongs to somebody else, or the router at " + settings_.where +
+  opened.text = "belongs to somebody else, or the router at " + settings_.where +
                 " has room for no more mailboxes";
   std::size_t deleted = 0;
   for (wire::OpenedEntry& entry : opened.entries) {

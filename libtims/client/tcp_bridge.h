@@ -37,8 +37,7 @@ class TcpMailboxes {
  public:
   Result<void> offer(std::uint64_t segment, const os::File& memfd);
   // `waker` may be none: a futex. kAddressInUse: another mailbox of this session has it.
-  // `widths`: for its text.
-  Result<void> add(const wire::OpenEntry& entry, os::File waker, const AddressWidths& widths);
+  Result<void> add(const wire::OpenEntry& entry, os::File waker);
   bool remove(Address address);  // false: unknown
 
   // To the mailbox of its receiver, if it has room; what it does not take, it counts.

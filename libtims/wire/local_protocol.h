@@ -89,7 +89,8 @@ struct OpenedEntry {
 };
 struct Opened {
   std::vector<OpenedEntry> entries;
-  std::string text;  // names the owner when an address is in use
+  // What is said of the first that is not open, behind its address: "belongs to pid 4711 (laser)".
+  std::string text;
 };
 struct Close {
   std::vector<Address> addresses;

@@ -26,9 +26,9 @@ constexpr Duration kReturnGrace = 10s;
 // offers the next.
 constexpr std::size_t kUnusedSegmentsMax = 16;
 constexpr const char* kNoDescriptor =
-    "the router has no file descriptor left for this program, which may use a quarter of them: "
-    "open "
-    "mailboxes together, or raise the router's limit (LimitNOFILE, ulimit -n)";
+    "is not registered: the router has no file descriptor left for this program, which may use a "
+    "quarter of them: open mailboxes together, or raise the router's limit (LimitNOFILE, ulimit "
+    "-n)";
 
 // Of the router's descriptors, for the memory and the wakers of one client.
 std::size_t descriptors_for_one() {
@@ -331,7 +331,7 @@ wire::OpenStatus LocalPort::open_one(Time now, LocalClient& client, const wire::
   if (has_opened(client, entry)) return wire::OpenStatus::kOk;
   const auto offered = client.offered.find(entry.place.segment);
   if (offered == client.offered.end()) {
-    text = "no such segment was offered";
+    text = "is not registered: no such segment was offered";
     return wire::OpenStatus::kBadPlace;
   }
   if (offered->second == LocalSegments::kLost) {
@@ -341,7 +341,7 @@ wire::OpenStatus LocalPort::open_one(Time now, LocalClient& client, const wire::
   auto handle =
       segments_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
   if (!handle) {
-    text = entry.address.to_string(router_.settings().widths) + ": " + handle.error().message();
+    text = "is not registered: " + handle.error().message();
     return wire::OpenStatus::kBadPlace;
   }
   const wire::OpenStatus status = register_one(now, client, entry.address, *handle, text);
@@ -375,11 +375,10 @@ wire::OpenStatus LocalPort::register_one(Time now, LocalClient& client, Address 
   if (result.status == Status::kOk) return wire::OpenStatus::kOk;
   if (result.status == Status::kAddressInUse) {
     const core::Client* owner = router_.client(result.owner);
-    text = address.to_string(router_.settings().widths) + " belongs to " +
-           describe(owner == nullptr ? core::Peer{} : owner->peer());
+    text = "belongs to " + describe(owner == nullptr ? core::Peer{} : owner->peer());
     return wire::OpenStatus::kAddressInUse;
   }
-  text = "more mailboxes than limits.mailboxes_per_client allows: raise it";
+  text = "is not registered: more mailboxes than limits.mailboxes_per_client allows: raise it";
   return wire::OpenStatus::kTooMany;
 }
 

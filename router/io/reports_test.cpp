@@ -2,6 +2,8 @@
 
 #include <array>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include <boost/json/parse.hpp>
@@ -36,6 +38,73 @@ std::map<std::string, json::object> items(const LinkedFixture& lab, const std::s
   }
   ADD_FAILURE() << "pages without end";
   return all;
+}
+
+// What a report's JSON has, in order: "name, address, listen {unix, tcp}".
+template <typename Report>
+std::string fields_of();
+
+template <typename Report, typename Value>
+std::string field_text(std::string_view name) {
+  if constexpr (std::is_same_v<Value, AddressView>)
+    return std::string(name);  // the same everywhere
+  else if constexpr (Described<Value>)
+    return name.empty() ? fields_of<Value>() : fmt::format("{} {{{}}}", name, fields_of<Value>());
+  else if constexpr (DescribedOptional<Value>)
+    return field_text<Report, typename Value::value_type>(name);
+  else
+    return std::string(name);
+}
+
+template <typename Report>
+std::string fields_of() {
+  std::string text;
+  for_each_field<Report>([&]<typename Get>(const Field<Get>& field) {
+    const std::string one = field_text<Report, FieldValue<Report, Get>>(field.name);
+    if (!one.empty()) text.append(text.empty() ? "" : ", ").append(one);
+  });
+  return text;
+}
+
+// In lines of the document's width.
+template <typename Report>
+std::string fields_line(std::string_view what) {
+  constexpr std::size_t kWidth = 110;
+  std::string text;
+  std::string line = fmt::format("    {}:", what);
+  for (std::string rest = fields_of<Report>(); !rest.empty();) {
+    const std::string word = rest.substr(0, rest.find(' '));
+    rest.erase(0, std::min(rest.size(), word.size() + 1));
+    if (line.size() + 1 + word.size() > kWidth) {
+      text += line + "\n";
+      line = "       ";
+    }
+    line += " " + word;
+  }
+  return text + line + "\n";
+}
+
+// The document and the reports cannot drift apart: what stands there is made from the lists.
+TEST(Reports, TheDocumentHasEveryField) {
+  const std::string lists =
+      fields_line<AddressView>("an address") + fields_line<StatusView>("tims/status/1") +
+      fields_line<core::ClientReport>("tims/client/1") +
+      fields_line<MailboxView>("tims/route/1, tims/mailbox/1") +
+      fields_line<MailboxFill>("tims/mailbox/1 of a local one") +
+      fields_line<SelfView>("tims/router_list/1, the router itself") +
+      fields_line<RouterView>("tims/router_list/1, a neighbour") +
+      fields_line<MissingView>("tims/router_list/1, a missing one") +
+      fields_line<LinkView>("tims/link/1") + fields_line<PathView>("paths of tims/link/1") +
+      fields_line<DdsReport>("dds of tims/fleet/1") +
+      fields_line<AnnouncementView>("tims/fleet/1") +
+      fields_line<core::CountReport>("tims/stats/1") +
+      fields_line<MailboxCounts>("mailboxes of tims/stats/1") +
+      fields_line<EventView>("tims/event/1");
+  std::ifstream file(TIMS_ADMIN_FILE);
+  const std::string document(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(document.find("\n\n" + lists + "\n"), std::string::npos)
+      << "router/io/ADMIN.md, under \"Fields\":\n\n"
+      << lists;
 }
 
 TEST(Reports, EveryStateCanBeTold) {

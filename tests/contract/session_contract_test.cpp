@@ -13,6 +13,7 @@
 
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
+#include "tims/class_names.h"
 
 namespace tims::test {
 namespace {
@@ -268,6 +269,18 @@ TEST_P(SessionContract, LoansAreSentAndDroppedLoansLeaveNoTrace) {
 }
 
 // --- Owners
+
+// The router may never have heard of the class.
+TEST_P(SessionContract, ARefusalNamesTheClassAsThisProgramDoes) {
+  (void)name_class(0xEE, "Thermometer");
+  Session first = session({.name = "probe"});
+  Session second = session({.name = "impostor"});
+  std::optional<Mailbox> owner = open(first, 0x00EE0000);
+  const auto refused = second.open({.address = Address(0x00EE0000)});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_TRUE(refused.error().detail().starts_with("Thermometer(0/0) belongs to "))
+      << refused.error().detail();
+}
 
 TEST_P(SessionContract, AnAddressHasOneOwner) {
   Session first = session({.name = "laser"});

@@ -146,16 +146,20 @@ class Walk {
   std::deque<std::string> waiting_;
 };
 
-// "unknown[80](0/0)" of a class that is described in a file here: the router has not read it.
+// Each "unknown[80](0/0)" of a class that is described in a file here: the router has not read it.
 void name_class_in(json::string& text) {
   constexpr std::string_view kUnknown = "unknown[";
-  const std::size_t end = text.find(']');
-  if (!text.starts_with(kUnknown) || end == json::string::npos) return;
-  const std::string_view digits(text.data() + kUnknown.size(), end - kUnknown.size());
-  const auto id = tims::base::parse_number<std::uint8_t>(digits, 16);
-  if (!id) return;
-  const std::string known = tims::Address::of({.class_id = *id}).to_string();
-  text.replace(0, end + 1, known.substr(0, known.find('(')));
+  for (std::size_t at = text.find(kUnknown); at != json::string::npos;
+       at = text.find(kUnknown, at + 1)) {
+    const std::size_t begin = at + kUnknown.size();
+    const std::size_t end = text.find(']', begin);
+    if (end == json::string::npos) return;
+    const auto id = tims::base::parse_number<std::uint8_t>(
+        std::string_view(text.data() + begin, end - begin), 16);
+    if (!id) continue;
+    const std::string known = tims::Address::of({.class_id = *id}).to_string();
+    text.replace(at, end + 1 - at, known.substr(0, known.find('(')));
+  }
 }
 
 void name_classes_in(json::value& value) {
