@@ -1,10 +1,12 @@
 #include "tests/support/recording.h"
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include <boost/json.hpp>
 #include <zlib.h>
@@ -26,7 +28,9 @@ struct Malformed {
 
 Result<std::string> unpack(const std::string& path) {
   const GzFile file(::gzopen(path.c_str(), "rb"), &::gzclose);
-  if (!file) return Error(Errc::kSystem, "cannot open " + path);
+  if (!file)
+    return Error(Errc::kSystem,
+                 "cannot open " + path + ": " + std::generic_category().message(errno));
   std::string text;
   std::vector<char> buffer(1 << 20);
   int n = 0;

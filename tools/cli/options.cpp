@@ -4,6 +4,8 @@
 #include <array>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "base/measure.h"
 #include "base/text.h"
 #include "tools/cli/arguments.h"
@@ -247,6 +249,14 @@ const OptionRow* find_option(string_view name) {
 const OptionRow* find_option(char letter) {
   const auto* const row = std::ranges::find(kOptions, letter, &OptionRow::letter);
   return row == std::end(kOptions) || letter == 0 ? nullptr : row;
+}
+
+void OptionRow::apply(Options& options, string_view text) const {
+  try {
+    set(options, text);
+  } catch (const Failure& failure) {
+    throw usage_error(fmt::format("--{}: {}", name, failure.message));
+  }
 }
 
 std::string Verb::word() const { return std::string(verb.empty() ? noun : verb); }

@@ -90,6 +90,8 @@ struct OptionRow {
   // Throws Failure when the value is not one.
   void (*set)(Options& options, std::string_view value);
 
+  // The same, with the option's name in front of what is wrong.
+  void apply(Options& options, std::string_view text) const;
   [[nodiscard]] bool takes_value() const { return !value.empty() && !value.starts_with('['); }
 };
 

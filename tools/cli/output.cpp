@@ -185,7 +185,8 @@ void Output::failure(const Failure& failure) {
               to_text(json::object{{"schema", "tims/error/1"}, {"error", error}}) + "\n");
     return;
   }
-  std::string text = "timsctl: " + base::printable_lines(failure.message) + "\n";
+  std::string text = std::string(program_invocation_short_name) + ": " +
+                     base::printable_lines(failure.message) + "\n";
   if (!failure.hint.empty()) text += "  -> " + failure.hint + "\n";
   write_all(STDERR_FILENO, text);
 }

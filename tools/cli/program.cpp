@@ -81,40 +81,77 @@ Exit run(Arguments arguments, const ParseCommandLine& parse) {
   }
 }
 
-void add_option(CLI::App& app, const OptionRow& row, Options& options) {
-  std::string names = fmt::format("--{}", row.name);
-  if (row.letter != 0) names += fmt::format(",-{}", row.letter);
-  const std::string help(row.help);
-  const auto set = [&row, &options](const std::string& value) {
-    try {
-      row.set(options, value);
-    } catch (const Failure& failure) {
-      throw usage_error(fmt::format("--{}: {}", row.name, failure.message));
-    }
-  };
-  if (row.value.empty())
-    app.add_flag_callback(
-        names, [set] { set({}); }, help);
-  else
-    app.add_option_function<std::string>(names, set, help)->type_name(std::string(row.value));
-}
-
 // Options behind the first argument of such a verb belong to the command that it runs.
 bool takes_a_command(const Verb& verb) { return verb.arguments.ends_with("COMMAND..."); }
 
+bool has_option(const Verb& verb, std::string_view name) {
+  return is_in(name, kGeneralOptions) || is_in(name, verb.options);
+}
+
 CLI::App& add_verb(CLI::App& app, const Verb& verb, Options& options) {
-  CLI::App& own = *app.add_subcommand(verb.word(), std::string(verb.help));
-  for (const OptionRow& row : option_table())
-    if (is_in(row.name, kGeneralOptions) || is_in(row.name, verb.options))
-      add_option(own, row, options);
-  if (takes_a_command(verb)) {
-    own.prefix_command();
-  } else if (verb.arguments_max > 0) {
-    own.add_option("arguments", options.arguments)
-        ->type_name(std::string(verb.arguments))
-        ->expected(0, static_cast<int>(verb.arguments_max));
+  CLI::App& own = *app.add_subcommand(verb.word());
+  for (const OptionRow& row : option_table()) {
+    if (!has_option(verb, row.name)) continue;
+    std::string names = fmt::format("--{}", row.name);
+    if (row.letter != 0) names += fmt::format(",-{}", row.letter);
+    const auto set = [&row, &options](const std::string& value) { row.apply(options, value); };
+    if (row.value.empty())
+      own.add_flag_callback(names, [set] { set({}); });
+    else
+      own.add_option_function<std::string>(names, set)->type_name(std::string(row.value));
   }
+  if (takes_a_command(verb))
+    own.prefix_command();
+  else
+    own.add_option("arguments", options.arguments);
   return own;
+}
+
+using Verbs = std::vector<std::pair<const Verb*, CLI::App*>>;
+
+std::string program_help(const VerbProgram& program, const Verbs& verbs) {
+  std::string text =
+      fmt::format("{} VERB [ARGUMENTS] [OPTIONS]: {}\n\n", program.name, program.about);
+  for (const auto& [verb, app] : verbs) text += verb_line(verb->word(), *verb);
+  return text + fmt::format("\nGeneral options:\n{}More: {} VERB --help\n\n{}",
+                            option_lines(kGeneralOptions), program.name, kExitHelp);
+}
+
+std::vector<std::string_view> words_of(const Verbs& verbs) {
+  std::vector<std::string_view> words;
+  for (const auto& [verb, app] : verbs)
+    words.push_back(verb->verb.empty() ? verb->noun : verb->verb);
+  return words;
+}
+
+// CLI11 would say of an unknown verb that a verb is missing.
+void check_verb(const VerbProgram& program, const Verbs& verbs,
+                std::span<const std::string> arguments) {
+  const auto known = words_of(verbs);
+  const std::string all =
+      fmt::format("there are {}; `{} --help`", fmt::join(known, ", "), program.name);
+  if (arguments.empty()) throw usage_error("which verb?", all);
+  const std::string& word = arguments.front();
+  if (word.starts_with("--help") || word == "-h" || word == "--version") return;
+  if (word.starts_with('-'))
+    throw usage_error(fmt::format("{}: options stand behind the verb", word), all);
+  if (std::ranges::find(known, word) == known.end())
+    throw usage_error(fmt::format("no verb \"{}\"", word), nearest_hint(word, known, all));
+}
+
+// What CLI11 has against the command line of a verb.
+Failure refused(const VerbProgram& program, const Verb& verb, const CLI::App& app,
+                const CLI::ParseError& error) {
+  const std::string help = fmt::format("`{} {} --help`", program.name, verb.word());
+  const auto extra = app.remaining(true);
+  if (extra.empty()) return usage_error(error.what(), help);
+  std::vector<std::string> known;
+  for (const OptionRow& row : option_table())
+    if (has_option(verb, row.name)) known.push_back(fmt::format("--{}", row.name));
+  const std::string name = extra.front().substr(0, extra.front().find('='));
+  return usage_error(
+      fmt::format("{} has no option {}", verb.word(), name),
+      nearest_hint(name, std::vector<std::string_view>(known.begin(), known.end()), help));
 }
 
 std::string lines_of(const std::vector<std::string>& words) {
@@ -123,26 +160,25 @@ std::string lines_of(const std::vector<std::string>& words) {
   return text;
 }
 
-// The first word is one of the program's verbs, or an option of its own: CLI11 would only say that
-// a verb is missing.
-void check_verb(const VerbProgram& program, std::span<const std::string> arguments) {
-  if (!arguments.empty() && arguments.front().starts_with('-')) return;
-  std::vector<std::string_view> known;
-  for (const VerbRun& run : program.runs) known.push_back(run.word);
-  const std::string all =
-      fmt::format("there are {}; `{} --help`", fmt::join(known, ", "), program.name);
-  if (arguments.empty()) throw usage_error(fmt::format("{}: which verb?", program.name), all);
-  const std::string& word = arguments.front();
-  if (std::ranges::find(known, word) != known.end()) return;
-  throw usage_error(fmt::format("{}: no verb \"{}\"", program.name, word),
-                    nearest_hint(word, known, all));
+// Broken at blanks; all lines but the first one indented.
+std::string wrapped(std::string_view text, std::size_t indent) {
+  constexpr std::size_t kWidth = 98;
+  std::string out;
+  while (indent + text.size() > kWidth) {
+    const std::size_t blank = text.rfind(' ', kWidth - indent);
+    if (blank == std::string_view::npos) break;
+    out.append(text.substr(0, blank)).append("\n").append(indent, ' ');
+    text.remove_prefix(blank + 1);
+  }
+  return out.append(text).append("\n");
 }
 
-}  // namespace
-
-int run_program(int argc, char** argv, const ParseCommandLine& parse) {
-  const std::vector<std::string> arguments(argv + 1, argv + argc);
-  return static_cast<int>(run(arguments, parse));
+// "  -n, --count N               stop after N"
+std::string help_line(const std::string& what, std::string_view text) {
+  constexpr std::size_t kIndent = 32;
+  const bool fits = what.size() < kIndent - 2;
+  return fmt::format("  {:<29}{}{}", what, fits ? " " : "\n" + std::string(kIndent, ' '),
+                     wrapped(text, kIndent));
 }
 
 std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Arguments arguments) {
@@ -154,44 +190,85 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   const auto mark = std::ranges::find(arguments, "--");
   const std::span before(arguments.begin(), mark);
   const std::span behind(mark == arguments.end() ? mark : mark + 1, arguments.end());
-  check_verb(program, before);
   Options options;
-  CLI::App app(std::string(program.about), std::string(program.name));
-  app.require_subcommand(1);
+  CLI::App app;
   app.set_version_flag("--version", fmt::format("{} {}", program.name, own_version()));
-  std::vector<std::pair<const Verb*, CLI::App*>> own;
+  Verbs verbs;
   for (const Verb& verb : program_verbs())
-    if (verb.program == program.name) own.emplace_back(&verb, &add_verb(app, verb, options));
+    if (verb.program == program.name) verbs.emplace_back(&verb, &add_verb(app, verb, options));
+  check_verb(program, verbs, before);
+  const auto parsed = [&] {
+    return std::ranges::find_if(verbs, [](const auto& own) { return own.second->parsed(); });
+  };
   try {
     std::vector<std::string> reversed(before.rbegin(), before.rend());
     app.parse(reversed);  // the last one first
   } catch (const CLI::CallForHelp&) {
-    return Text{app.help()};
+    if (parsed() == verbs.end()) return Text{program_help(program, verbs)};
+    const Verb& verb = *parsed()->first;
+    return Text{verb_help(fmt::format("{} {}", program.name, verb.word()), verb)};
   } catch (const CLI::CallForVersion& version) {
     return Text{version.what() + std::string("\n")};
   } catch (const CLI::ParseError& error) {
-    throw usage_error(error.what(), fmt::format("{} --help", program.name));
+    throw refused(program, *parsed()->first, app, error);
   }
-  for (const auto& [verb, parsed] : own) {
-    if (!parsed->parsed()) continue;
-    if (takes_a_command(*verb)) options.arguments = parsed->remaining();
-    options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
-    check_arguments(fmt::format("{} {}", program.name, verb->word()), *verb, options.arguments);
-    const auto run = std::ranges::find(program.runs, verb->word(), &VerbRun::word);
-    return Command{verb, run->run, std::move(options)};
-  }
-  return Text{app.help()};
+  const auto& [verb, own] = *parsed();
+  if (takes_a_command(*verb)) options.arguments = own->remaining();
+  options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
+  check_arguments(program.name, verb->word(), *verb, options.arguments);
+  const auto run = std::ranges::find(program.runs, verb->word(), &VerbRun::word);
+  return Command{verb, run->run, std::move(options)};
 }
 
-void check_arguments(const std::string& command, const Verb& verb,
+}  // namespace
+
+int run_program(int argc, char** argv, const ParseCommandLine& parse) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  return static_cast<int>(run(arguments, parse));
+}
+
+int run_program(int argc, char** argv, const VerbProgram& program) {
+  return run_program(argc, argv,
+                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+}
+
+std::string option_lines(std::string_view names) {
+  std::string text;
+  for (const OptionRow& row : option_table()) {
+    if (!is_in(row.name, names)) continue;
+    const std::string letter = row.letter != 0 ? fmt::format("-{}, ", row.letter) : "    ";
+    const std::string value = row.value.empty() ? ""
+                              : row.value.starts_with('[')
+                                  ? fmt::format("[={}", row.value.substr(1))
+                                  : fmt::format(" {}", row.value);
+    text += help_line(fmt::format("{}--{}{}", letter, row.name, value), row.help);
+  }
+  return text;
+}
+
+std::string verb_line(std::string_view call, const Verb& verb) {
+  const std::string what =
+      fmt::format("{}{}{}", call, verb.arguments.empty() ? "" : " ", verb.arguments);
+  return help_line(what, verb.help.substr(0, verb.help.find(". ")));
+}
+
+std::string verb_help(std::string_view call, const Verb& verb) {
+  std::string text = fmt::format("{}{}{}\n\n{}", call, verb.arguments.empty() ? "" : " ",
+                                 verb.arguments, wrapped(verb.help, 0));
+  const std::string own = option_lines(verb.options);
+  if (!own.empty()) text += "\nOptions:\n" + own;
+  text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
+  return verb.example.empty() ? text : text + fmt::format("\nExample:\n  {}\n", verb.example);
+}
+
+void check_arguments(std::string_view program, std::string_view call, const Verb& verb,
                      const std::vector<std::string>& arguments) {
-  const std::string usage = fmt::format("{} {}", command, verb.arguments);
+  const std::string usage = fmt::format("{} {} {}", program, call, verb.arguments);
   if (arguments.size() < verb.arguments_min)
-    throw usage_error(fmt::format("{}: {} is missing", command, verb.arguments), usage);
+    throw usage_error(fmt::format("{}: {} is missing", call, verb.arguments), usage);
   if (arguments.size() > verb.arguments_max)
     throw usage_error(
-        fmt::format("{}: \"{}\" is one word too many", command, arguments[verb.arguments_max]),
-        usage);
+        fmt::format("{}: \"{}\" is one word too many", call, arguments[verb.arguments_max]), usage);
 }
 
 std::string_view own_version() { return TIMS_VERSION; }

@@ -44,11 +44,19 @@ struct VerbProgram {
   // What may stand in the place of that argument of a verb: asked by timsctl, for completion.
   std::vector<std::string> (*candidates)(std::string_view verb, std::size_t argument);
 };
-// Its command line: a verb, general options and those of the verb, arguments.
-std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Arguments arguments);
+// Its command line is a verb, then general options, those of the verb, and arguments.
+int run_program(int argc, char** argv, const VerbProgram& program);
 
-// Throws Failure when a verb has too few or too many. `command`: how it was called.
-void check_arguments(const std::string& command, const Verb& verb,
+// Texts of --help, made from the tables. `call`: "route show", "timsctl route show".
+std::string option_lines(std::string_view names);
+std::string verb_line(std::string_view call, const Verb& verb);
+std::string verb_help(std::string_view call, const Verb& verb);
+inline constexpr std::string_view kExitHelp =
+    "Exit status: 0 done, 1 no or failed, 2 wrong command line, 3 no router, 4 no such thing,\n"
+    "5 denied, 6 no answer in time or only a part, 7 other protocol version, 130 interrupted.\n";
+
+// Throws Failure when a verb has too few or too many. `call`: "route show".
+void check_arguments(std::string_view program, std::string_view call, const Verb& verb,
                      const std::vector<std::string>& arguments);
 
 std::string_view own_version();

@@ -60,7 +60,11 @@ void add_options(CLI::App& app, CommandLine& c) {
   app.add_option("--pace", c.replay.pace,
                  "speed of time: 1 keeps the recorded moments, 10 is ten times as fast; default: "
                  "as fast as possible")
-      ->check(CLI::PositiveNumber)
+      ->check([](const std::string& text) {
+        double pace = 0;
+        const bool good = CLI::detail::lexical_cast(text, pace) && pace > 0;
+        return good ? "" : "\"" + text + "\" is not a number above 0";
+      })
       ->type_name("X");
   app.add_option("--message-max", c.replay.message_max,
                  "largest message this router takes, e.g. 16MiB; recorded messages that were too "
@@ -136,7 +140,11 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kSame : kCannot;
+    if (e.get_exit_code() == 0) return app.exit(e) == 0 ? kSame : kCannot;
+    const auto extra = app.remaining();
+    const std::string what = extra.empty() ? e.what() : "no option or argument " + extra.front();
+    std::fprintf(stderr, "tims-replay: %s\n  -> tims-replay --help\n", what.c_str());
+    return kCannot;
   }
   const auto recording = tims::test::read_recording(command_line.file);
   if (!recording) {

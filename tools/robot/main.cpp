@@ -212,8 +212,7 @@ int main(int argc, char** argv) {
   static constexpr VerbRun kRuns[] = {
       {"up", up}, {"down", down}, {"show", robot_show}, {"save", save}};
   const VerbProgram program{"timsctl-robot",
-                            "The components of a robot: started, looked after, ended.", kRuns,
+                            "starts, looks after and ends the components of a robot.", kRuns,
                             candidates};
-  return run_program(argc, argv,
-                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+  return run_program(argc, argv, program);
 }

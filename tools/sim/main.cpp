@@ -296,8 +296,7 @@ int main(int argc, char** argv) {
       {"up", sim_up},     {"down", sim_down},   {"show", sim_show}, {"fault", sim_fault},
       {"kill", sim_kill}, {"start", sim_start}, {"exec", sim_exec}};
   const VerbProgram program{"timsctl-sim",
-                            "A fleet of robots on this machine, in network namespaces.", kRuns,
+                            "a fleet of robots on this machine, in network namespaces.", kRuns,
                             sim_candidates};
-  return run_program(argc, argv,
-                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+  return run_program(argc, argv, program);
 }

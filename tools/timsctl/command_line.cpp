@@ -277,11 +277,7 @@ void set_option(const Verb& verb, std::string_view word, Options& options) {
   if (!is_in(name, verb.options) && !is_in(name, kGeneralOptions))
     throw usage_error(fmt::format("timsctl {} has no option --{}", verb.name(), name),
                       fmt::format("timsctl {} --help", verb.name()));
-  try {
-    find_option(name)->set(options, value);
-  } catch (const Failure& failure) {
-    throw usage_error(fmt::format("--{}: {}", name, failure.message));
-  }
+  find_option(name)->apply(options, value);
 }
 
 void check_form(const Verb& verb, Format format) {
@@ -293,12 +289,12 @@ void check_form(const Verb& verb, Format format) {
                     "it has " + known);
 }
 
-Text help_for(const Words& words) {
-  if (words.words.empty() || words.words.front() == "help") return {overview()};
-  const Resolved found = resolve(words.words);
-  const bool only_a_noun = words.words.size() == 1 && !is_single(found.noun);
+Text help_for(std::span<const std::string> words) {
+  if (words.empty()) return {overview()};
+  const Resolved found = resolve(words);
+  const bool only_a_noun = words.size() == 1 && !is_single(found.noun);
   if (found.verb == nullptr || only_a_noun) return {noun_help(found.noun)};
-  return {verb_help(*found.verb)};
+  return {verb_help("timsctl " + found.verb->name(), *found.verb)};
 }
 
 bool contains(const std::vector<std::string>& words, std::string_view word) {
@@ -416,51 +412,6 @@ class Splitter {
   Words out_;
 };
 
-constexpr std::size_t kWidth = 98;
-
-// Up to its first full stop.
-std::string_view first_sentence(std::string_view text) { return text.substr(0, text.find(". ")); }
-
-std::string call_of(const Verb& verb) {
-  return fmt::format("{}{}{}", verb.name(), verb.arguments.empty() ? "" : " ", verb.arguments);
-}
-
-std::string verb_line(const Verb& verb) {
-  return fmt::format("  {:<29} {}\n", call_of(verb), first_sentence(verb.help));
-}
-
-std::string option_line(const OptionRow& row) {
-  const std::string letter = row.letter != 0 ? fmt::format("-{}, ", row.letter) : "    ";
-  const bool optional = row.value.starts_with('[');
-  const std::string value = row.value.empty() ? ""
-                            : optional        ? fmt::format("[={}", row.value.substr(1))
-                                              : fmt::format(" {}", row.value);
-  return fmt::format("  {:<29} {}\n", fmt::format("{}--{}{}", letter, row.name, value), row.help);
-}
-
-std::string option_lines(std::string_view names) {
-  const std::string padded = fmt::format(" {} ", names);
-  std::string text;
-  for (const OptionRow& row : option_table())
-    if (padded.find(fmt::format(" {} ", row.name)) != std::string::npos) text += option_line(row);
-  return text;
-}
-
-// Broken at blanks.
-std::string wrapped(std::string_view text) {
-  std::string out;
-  while (text.size() > kWidth) {
-    const std::size_t blank = text.rfind(' ', kWidth);
-    out.append(text.substr(0, blank)).append("\n");
-    text.remove_prefix(blank + 1);
-  }
-  return out.append(text).append("\n");
-}
-
-constexpr std::string_view kExitCodes =
-    "Exit status: 0 done, 1 no or failed, 2 wrong command line, 3 no router, 4 no such thing,\n"
-    "5 denied, 6 no answer in time or only a part, 7 other protocol version, 130 interrupted.\n";
-
 }  // namespace
 
 void become_verb(std::string_view program, const std::string& verb, const Options& options,
@@ -482,7 +433,8 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   Words words = split_words(arguments);
   if (contains(words.options, "--version")) return Text{version_text()};
   const bool help_word = !words.words.empty() && words.words.front() == "help";
-  if (help_word || contains(words.options, "--help")) return help_for(words);
+  if (help_word || contains(words.options, "--help"))
+    return help_for(std::span(words.words).subspan(help_word ? 1 : 0));
 
   if (words.words.empty()) words.words.emplace_back("status");
   const Resolved found = resolve(words.words);
@@ -494,7 +446,7 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   command.options.given = words.options;
   command.options.arguments.assign(words.words.begin() + static_cast<std::ptrdiff_t>(found.words),
                                    words.words.end());
-  check_arguments("timsctl " + found.verb->name(), *found.verb, command.options.arguments);
+  check_arguments("timsctl", found.verb->name(), *found.verb, command.options.arguments);
   check_form(*found.verb, command.options.format);
   return command;
 }
@@ -513,29 +465,21 @@ std::string overview() {
       "timsctl NOUN [VERB] [ARGUMENTS] [OPTIONS]: asks a router and its components.\n"
       "Unique beginnings are enough (`timsctl mb li`); without a word it is `timsctl status`.\n\n";
   for (const Verb& verb : verbs())
-    if (!verb.example.empty()) text += verb_line(verb);
+    if (!verb.example.empty()) text += verb_line(verb.name(), verb);
   text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
   text += "  -h, --help                    of a noun or verb: its options and an example\n";
   text +=
       "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB has *\n"
       "in any place: 'Ladar(*/0)', Ladar.\n"
       "Environment: TIMS_HOST as -H, TIMS_ROUTER the router of programs here, NO_COLOR.\n";
-  return text.append(kExitCodes);
+  return text.append(kExitHelp);
 }
 
 std::string noun_help(std::string_view noun) {
   std::string text = fmt::format("timsctl {} VERB\n", noun);
   for (const Verb& verb : verbs())
-    if (verb.noun == noun) text += verb_line(verb);
+    if (verb.noun == noun) text += verb_line(verb.name(), verb);
   return text + fmt::format("More: timsctl {} VERB --help\n", noun);
-}
-
-std::string verb_help(const Verb& verb) {
-  std::string text = fmt::format("timsctl {}\n\n{}", call_of(verb), wrapped(verb.help));
-  const std::string own = option_lines(verb.options);
-  if (!own.empty()) text += "\nOptions:\n" + own;
-  text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
-  return text + fmt::format("\nExample:\n  {}\n", verb.example);
 }
 
 }  // namespace timsctl

@@ -114,7 +114,6 @@ Words split_words(std::span<const std::string> arguments);
 std::string version_text();
 std::string overview();
 std::string noun_help(std::string_view noun);
-std::string verb_help(const Verb& verb);
 bool is_single(std::string_view noun);  // a command without verbs: "ping"
 
 }  // namespace timsctl
