@@ -56,6 +56,33 @@ constexpr const char* kOneChassis = R"(
 program = "ChassisSim"
 )";
 
+TEST_F(TimsctlUpTest, ProgramsOfTheFamilySayWhatIsWrongWithTheirCommandLine) {
+  const struct {
+    const char* program;
+    std::vector<std::string> words;
+    const char* message;
+    const char* hint;
+  } cases[] = {
+      {"-robot", {}, "which verb?", "there are up, down, show, save"},
+      {"-robot", {"shwo"}, "no verb \"shwo\"", "did you mean show?"},
+      {"-sim", {"bogus"}, "no verb \"bogus\"", "timsctl-sim --help"},
+      {"-robot", {"up"}, "up: FILE is missing", "timsctl-robot up FILE"},
+      {"-sim", {"start", "a", "b"}, "\"b\" is one word too many", "timsctl-sim start HOST"},
+      {"-robot", {"down", "--quite"}, "down has no option --quite", "did you mean --quiet?"},
+      {"-robot", {"-j"}, "", ""},
+  };
+  for (const auto& c : cases) {
+    std::vector<std::string> command = c.words;
+    command.insert(command.begin(), std::string(TIMSCTL_PROGRAM) + c.program);
+    auto child = ChildProcess::start(command, options_);
+    ASSERT_TRUE(child) << child.error().message();
+    const Ran ran = finish(*child);
+    EXPECT_EQ(ran.code, 2) << testing::PrintToString(command);
+    EXPECT_THAT(ran.err, HasSubstr(c.message));
+    EXPECT_THAT(ran.err, HasSubstr(c.hint));
+  }
+}
+
 TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   ChildProcess up = begin({"up", std::string(TIMS_ROBOTS) + "/sim.toml", "--system", "3"});
   expect_line(up, "sim-3                6 of 6 programs are ready");
