@@ -2,6 +2,7 @@
 // about ours. Pure.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -11,9 +12,27 @@ namespace rack::clock {
 
 // As UTC has it, the year with all its digits, as the original's ClockSystem sends it.
 // recordingTime stays 0.
-ClockData clock_of(std::chrono::seconds since_1970);
+inline ClockData clock_of(std::chrono::seconds since_1970) {
+  using namespace std::chrono;
+  const auto day = floor<days>(since_1970);
+  const year_month_day date{sys_days(day)};
+  const hh_mm_ss time(since_1970 - day);
+  return {.hour = static_cast<i32>(time.hours().count()),
+          .minute = static_cast<i32>(time.minutes().count()),
+          .second = static_cast<i32>(time.seconds().count()),
+          .day = static_cast<i32>(static_cast<unsigned>(date.day())),
+          .month = static_cast<i32>(static_cast<unsigned>(date.month())),
+          .year = static_cast<i32>(static_cast<int>(date.year())),
+          .utcTime = since_1970.count(),
+          .dayOfWeek = static_cast<i32>(weekday(sys_days(day)).iso_encoding())};
+}
 
 // What time it is `now` by the data of another clock; none: it is not synchronised itself.
-std::optional<std::chrono::milliseconds> time_by(const ClockData& other, TimeStamp now);
+inline std::optional<std::chrono::milliseconds> time_by(const ClockData& other, TimeStamp now) {
+  if (other.syncMode == 0) return std::nullopt;
+  // A duration without sign on the wire: a clock of the future is one of just now.
+  return std::chrono::seconds(other.utcTime.raw()) +
+         std::max(now - other.recordingTime, std::chrono::milliseconds(0));
+}
 
 }  // namespace rack::clock

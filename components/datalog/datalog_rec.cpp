@@ -5,21 +5,26 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
+#include <string>
 #include <utility>
 
-#include "components/datalog/log_list.h"
-#include "components/datalog/recorder.h"
+#include "components/datalog/record_format.h"
+#include "components/files/log_file.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "proxies/message_files.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/proxies/datalog.h"
+#include "rack/proxies/proxy.h"
 
 namespace rack::datalog {
 namespace {
 
 constexpr std::uint32_t kSmall = 20 << 10;
 constexpr std::uint32_t kLarge = 1 << 20;
+constexpr auto kSilence = std::chrono::seconds(2);  // and not before five periods
+constexpr auto kAskAgain = std::chrono::seconds(2);
 constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // for large messages meanwhile
 
@@ -37,6 +42,108 @@ constexpr ModuleInfo kInfo{
     .class_id = tims::class_id::kDatalog,
     .parameters = kParameters,
 };
+
+// One module that is recorded: its stream and its file.
+class Recorder {
+ public:
+  // `stream`: where its data shall go.
+  Recorder(DatalogLogInfo& info, const RecordedClass& recorded, tims::Mailbox& work,
+           tims::Address stream)
+      : info_(&info),
+        recorded_(&recorded),
+        proxy_(work, info.moduleMbx, {.data = std::chrono::seconds(1)}),
+        stream_(stream),
+        widths_(work.address_widths()) {}
+
+  [[nodiscard]] tims::Address module() const { return proxy_.component(); }
+  [[nodiscard]] std::chrono::milliseconds period() const { return period_; }
+
+  Result<void> create(const std::string& path);
+  // Turns the module on, and makes it send.
+  Result<void> subscribe(tims::Time now);
+  void stop() { (void)proxy_.stop_cont_data(stream_); }
+
+  // A message of its stream. What cannot be written is said once, and left out.
+  void take(const tims::MessageView& message, tims::Time now, bool binary_io, TextLog& log);
+  // Whether nothing has come for long: it may have been started anew, and must be asked again.
+  [[nodiscard]] bool is_silent(tims::Time now) const;
+  void ask_again(tims::Time now, TextLog& log);
+
+ private:
+  Result<void> write(const Record& record);
+
+  DatalogLogInfo* info_;
+  const RecordedClass* recorded_;
+  Proxy proxy_;
+  tims::Address stream_;
+  tims::AddressWidths widths_;
+  std::string base_;
+  LogFile file_;
+  std::chrono::milliseconds period_{};
+  tims::Time heard_{};
+  tims::Time asked_{};
+  bool ended_ = false;    // said that it has no data now
+  bool failing_ = false;  // the last one was not written
+};
+
+Result<void> Recorder::create(const std::string& path) {
+  base_ = base_of(path);
+  if (auto created = file_.create(path); !created) return created;
+  return file_.append(heading(*recorded_, info_->moduleMbx, widths_));
+}
+
+Result<void> Recorder::subscribe(tims::Time now) {
+  asked_ = now;
+  if (auto on = proxy_.on(); !on) return on;
+  const auto granted = proxy_.get_cont_data(info_->periodTime, stream_);
+  if (!granted) return granted.error();
+  period_ = std::chrono::milliseconds(granted->raw());
+  heard_ = now;
+  ended_ = false;
+  return {};
+}
+
+void Recorder::take(const tims::MessageView& message, tims::Time now, bool binary_io,
+                    TextLog& log) {
+  heard_ = now;
+  if (const auto good = check_data(message.header, module()); !good) {
+    ended_ = true;
+    return log.warning("%n has no data now", module());
+  }
+  const auto made = record(*recorded_, message, info_->setsLogged + 1, binary_io);
+  const auto written = made ? write(*made) : made.error();
+  if (!written && !failing_) log.error("Not recorded, %n: %s", module(), written.error().message());
+  if (written && failing_) log.print("Recorded again: %n", module());
+  failing_ = !written;
+}
+
+// The line last: it speaks of the other files.
+Result<void> Recorder::write(const Record& record) {
+  std::size_t bytes = record.line.size();
+  const auto beside = [&](std::string_view suffix, const std::string& content) -> Result<void> {
+    if (suffix.empty()) return {};
+    bytes += content.size();
+    LogFile file;
+    auto created =
+        file.create(base_ + "_" + std::to_string(info_->setsLogged + 1) + std::string(suffix));
+    return created ? file.append(content) : created;
+  };
+  if (auto good = beside(record.suffix, record.file); !good) return good;
+  if (auto good = beside(record.raw_suffix, record.raw); !good) return good;
+  if (auto good = file_.append(record.line); !good) return good;
+  info_->bytesLogged = info_->bytesLogged + static_cast<u32>(bytes);
+  ++info_->setsLogged;
+  return {};
+}
+
+bool Recorder::is_silent(tims::Time now) const {
+  return ended_ || now - heard_ > std::max<tims::Duration>(kSilence, 5 * period_);
+}
+
+void Recorder::ask_again(tims::Time now, TextLog& log) {
+  if (now - asked_ < kAskAgain) return;
+  if (const auto asked = subscribe(now); asked) log.info("%n sends again", module());
+}
 
 class DatalogRec : public DataModule<DatalogData> {
  public:

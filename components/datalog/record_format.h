@@ -1,22 +1,22 @@
-// What becomes of a message in a recording of the original's format (specification, section 11).
-// Pure.
+// The files of a recording, as the original has them (specification, section 11): the list of what
+// is recorded, and what becomes of a message. Pure.
 #pragma once
 
 #include <charconv>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "rack/codec/codec.h"
 #include "rack/codec/schema.h"
+#include "rack/proxies/datalog.h"
 #include "tims/message.h"
 #include "tims/result.h"
 
 namespace rack::datalog {
 
-// --- Numbers of a message as a line of text, separated by blanks (specification, section 11).
-// Pure.
-
+// Numbers of a message as a line of text, separated by blanks.
 class RecordLine {
  public:
   // A struct field by field, each sequence element by element; its Count is a number of its own.
@@ -71,9 +71,6 @@ class RecordLine {
   std::string text_;
 };
 
-// --- What becomes of a message in a recording of the original's format (specification, section
-// 11). Pure.
-
 // What is written for one message.
 struct Record {
   std::string line{};         // of the .dat file
@@ -107,5 +104,14 @@ const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: is not
 // The first two lines of a file.
 std::string heading(const RecordedClass& recorded, tims::Address module,
                     const tims::AddressWidths& widths = {});
+
+// What is to be recorded, as a list in a file: lines of an address in hexadecimal, a blank, a file
+// name; an empty line, or the end, ends it. Nothing is recorded until SET_LOG says so. kMalformed
+// says in which line.
+tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
+                                                    const tims::AddressWidths& widths = {});
+
+// Path and name without what follows its last dot: files of single messages are called so.
+std::string base_of(const std::string& path);
 
 }  // namespace rack::datalog

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "components/geometry/pose.h"
-#include "components/navigation/dead_reckoning.h"
+#include "components/navigation/reckoning.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 

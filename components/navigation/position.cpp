@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "components/navigation/coordinates.h"
-#include "components/navigation/reference.h"
+#include "components/navigation/reckoning.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 
@@ -68,7 +68,7 @@ class Position : public DataModule<PositionData> {
       return on;
     const auto first = odometry_->proxy().get_data();
     if (!first) return first.error();
-    reference_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
+    tracker_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
     const auto granted = odometry_->subscribe();
     if (!granted) return granted.error();
     set_period(*granted);
@@ -85,7 +85,7 @@ class Position : public DataModule<PositionData> {
     if (auto come = odometry_->next(odometry, 5 * period()); !come) return come;
     {
       const std::lock_guard lock(state_mutex_);
-      get_local_buffer() = reference_.follow(odometry);
+      get_local_buffer() = tracker_.follow(odometry);
     }
     return put_local_buffer();
   }
@@ -120,7 +120,7 @@ class Position : public DataModule<PositionData> {
       if (!odometry_->started()) return refused("just turned off");
       const auto then = odometry_->proxy().get_data(known->recordingTime);
       if (!then) return then.error();
-      reference_.update(*known, *then);
+      tracker_.update(*known, *then);
     }
     reply(message.header, tims::type::kOk);
     return {};
@@ -181,7 +181,7 @@ class Position : public DataModule<PositionData> {
   std::optional<Input<OdometryProxy>> odometry_;
   // Of what follows, and of the work mailbox: an update asks the odometry, too.
   PriorityMutex state_mutex_;
-  Reference reference_{{}, {}};  // also while it is off: it is where it was
+  PositionTracker tracker_{{}, {}};  // also while it is off: it is where it was
   std::optional<Coordinates> coordinates_;
 };
 

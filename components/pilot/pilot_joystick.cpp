@@ -2,8 +2,7 @@
 #include <array>
 #include <optional>
 
-#include "components/pilot/driven_chassis.h"
-#include "components/pilot/joystick_drive.h"
+#include "components/pilot/drive.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -71,7 +70,9 @@ class PilotJoystick : public DataModule<PilotData> {
   }
 
   Result<void> turn_on_chassis() {
-    const auto limits = chassis_.take(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    if (auto on = chassis_->on(); !on) return on;
+    const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
     limits_ = *limits;
     settings_ = {.speed_max = std::min(integer("maxSpeed"), limits_.vxMax.raw()),
@@ -96,7 +97,7 @@ class PilotJoystick : public DataModule<PilotData> {
   }
 
   void module_off() override {
-    chassis_.let_go();
+    if (chassis_) (void)chassis_->move(0, 0, 0);
     joystick_->stop();
     scan_->stop();
   }
@@ -140,7 +141,7 @@ class PilotJoystick : public DataModule<PilotData> {
   }
 
   tims::Mailbox* work_ = nullptr;
-  DrivenChassis chassis_;
+  std::optional<ChassisProxy> chassis_;
   std::optional<Input<JoystickProxy>> joystick_;
   std::optional<Input<Scan2dProxy>> scan_;
   ChassisParamData limits_;

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "components/geometry/pose.h"
-#include "components/pilot/driven_chassis.h"
 #include "components/pilot/wall_follower.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -50,7 +49,9 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   Result<void> module_on() override {
-    const auto limits = chassis_.take(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    if (auto on = chassis_->on(); !on) return on;
+    const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
     follower_.emplace(settings(limits->vxMax), *limits);
     position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
@@ -62,7 +63,7 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   void module_off() override {
-    chassis_.let_go();
+    if (chassis_) (void)chassis_->move(0, 0, 0);
     scan_->stop();
   }
 
@@ -93,7 +94,7 @@ class PilotWallFollowing : public DataModule<PilotData> {
   }
 
   tims::Mailbox* work_ = nullptr;
-  DrivenChassis chassis_;
+  std::optional<ChassisProxy> chassis_;
   std::optional<PositionProxy> position_;
   std::optional<Input<Scan2dProxy>> scan_;
   Scan2dData scan_data_;

@@ -9,13 +9,13 @@
 // Two modes choose the wall. The geometric one keeps it on the right. The one called after
 // Braitenberg, whose vehicles steer by what is near, takes the side that is near, the middle of
 // two, and keeps its choice until another wall is nearer. Whatever does not leave room ahead
-// (safe_speed.h) ends in a turn at rest, to the side where the corners of the hull have room.
+// (drive.h) ends in a turn at rest, to the side where the corners of the hull have room.
 #pragma once
 
 #include <chrono>
 #include <optional>
 
-#include "components/pilot/joystick_drive.h"
+#include "components/pilot/drive.h"
 
 namespace rack::pilot {
 

@@ -6,9 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "components/navigation/dead_reckoning.h"
-#include "components/sim/chassis_model.h"
-#include "components/sim/scan_model.h"
+#include "components/navigation/reckoning.h"
+#include "components/sim/models.h"
 
 namespace rack::pilot {
 namespace {

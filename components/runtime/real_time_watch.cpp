@@ -1,18 +1,74 @@
 #include "components/runtime/real_time_watch.h"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <linux/perf_event.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include "components/runtime/backtrace.h"
 #include "components/runtime/thread.h"
 #include "os/environment.h"
 
 namespace rack {
+
 namespace {
+
+constexpr std::uint64_t kSampledRegisters = [] {
+  std::uint64_t all = 0;
+  for (const RegisterName& name : kRegisterNames) all |= std::uint64_t{1} << name.sampled;
+  return all;
+}();
+constexpr std::size_t kRing = 256 << 10;  // bytes; a hundred samples
+
+std::size_t page() { return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)); }
+
+perf_event_attr attributes(std::uint64_t event, bool with_kernel) {
+  perf_event_attr wanted{};
+  wanted.size = sizeof wanted;
+  wanted.type = PERF_TYPE_SOFTWARE;
+  wanted.config = event;
+  wanted.sample_period = 1;
+  wanted.sample_type = PERF_SAMPLE_IDENTIFIER | PERF_SAMPLE_CALLCHAIN | PERF_SAMPLE_REGS_USER |
+                       PERF_SAMPLE_STACK_USER;
+  wanted.sample_regs_user = kSampledRegisters;
+  wanted.sample_stack_user = kSampledRegisters == 0 ? 0 : Snapshot::kStackMax;
+  wanted.exclude_callchain_kernel = 1;
+  wanted.exclude_kernel = with_kernel ? 0 : 1;
+  // Nobody waits for records.
+  wanted.watermark = 1;
+  wanted.wakeup_watermark = kRing;
+  return wanted;
+}
+
+tims::os::File open_event(perf_event_attr wanted) {
+  constexpr pid_t kThisThread = 0;
+  constexpr int kAnyCpu = -1;
+  constexpr int kNoGroup = -1;
+  return tims::os::File(static_cast<int>(::syscall(SYS_perf_event_open, &wanted, kThisThread,
+                                                   kAnyCpu, kNoGroup, PERF_FLAG_FD_CLOEXEC)));
+}
+
+perf_event_mmap_page& head_page(void* memory) {
+  return *static_cast<perf_event_mmap_page*>(memory);
+}
+
+std::uint64_t written(void* memory) {
+  return std::atomic_ref(head_page(memory).data_head).load(std::memory_order_acquire);
+}
+
+void give_back(void* memory, std::uint64_t up_to) {
+  std::atomic_ref(head_page(memory).data_tail).store(up_to, std::memory_order_release);
+}
 
 constexpr std::string_view kOutermost = "rack::Module::Life::watched_loop";
 constexpr std::size_t kFrames = 48;
@@ -22,8 +78,8 @@ void add(std::atomic<std::int64_t>& counter, std::int64_t more) {
   counter.store(counter.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
 }
 
-const char* words(Offence offence) {
-  return offence == Offence::kPageFault ? "a page fault" : "blocked";
+const char* words(Violation violation) {
+  return violation == Violation::kPageFault ? "a page fault" : "blocked";
 }
 
 ThreadState thread_of(const Snapshot& snapshot) {
@@ -38,6 +94,76 @@ ThreadState thread_of(const Snapshot& snapshot) {
 
 }  // namespace
 
+PerfEvents::~PerfEvents() { close(); }
+
+WatchDepth PerfEvents::open() {
+  if (open_events(true)) return WatchDepth::kAllPlaces;
+  if (open_events(false)) return WatchDepth::kFaultPlaces;
+  return WatchDepth::kCounts;
+}
+
+// Switches happen inside the kernel, at which not everybody may look (perf_event_paranoid).
+bool PerfEvents::open_events(bool with_kernel) {
+  close();
+  perf_event_attr faults = attributes(PERF_COUNT_SW_PAGE_FAULTS, with_kernel);
+  faults.context_switch = 1;  // and records that say why
+  faults_ = open_event(faults);
+  if (faults_ && with_kernel)
+    switches_ = open_event(attributes(PERF_COUNT_SW_CONTEXT_SWITCHES, true));
+  if (!faults_ || (with_kernel && !switches_)) {
+    error_ = tims::os::system_error("perf_event_open");
+    return false;
+  }
+  layout_ = {.registers = static_cast<std::uint32_t>(std::popcount(kSampledRegisters))};
+  const bool good =
+      ::ioctl(faults_.get(), PERF_EVENT_IOC_ID, &layout_.fault_id) == 0 && map_ring() &&
+      (!switches_ || (::ioctl(switches_.get(), PERF_EVENT_IOC_ID, &layout_.switch_id) == 0 &&
+                      ::ioctl(switches_.get(), PERF_EVENT_IOC_SET_OUTPUT, faults_.get()) == 0));
+  if (!good) error_ = tims::os::system_error("ring of perf events");
+  return good;
+}
+
+bool PerfEvents::map_ring() {
+  void* memory = ::mmap(nullptr, page() + kRing, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE,
+                        faults_.get(), 0);
+  if (memory == MAP_FAILED) return false;
+  memory_ = memory;
+  touch_ring();
+  return true;
+}
+
+// So that reading it is no page fault of the thread that is watched.
+void PerfEvents::touch_ring() {
+  const volatile std::byte* ring = static_cast<const std::byte*>(memory_);
+  for (std::size_t at = 0; at < kRing; at += page()) (void)ring[page() + at];
+  at_ = written(memory_);
+  give_back(memory_, at_);
+}
+
+void PerfEvents::close() {
+  if (memory_ != nullptr) ::munmap(memory_, page() + kRing);
+  memory_ = nullptr;
+  switches_.reset();
+  faults_.reset();
+}
+
+void PerfEvents::skip() {
+  const std::uint64_t end = written(memory_);
+  if (end == at_) return;
+  at_ = end;
+  give_back(memory_, at_);
+}
+
+bool PerfEvents::next(PerfRecord& record) {
+  const std::uint64_t end = written(memory_);
+  if (end == at_) return false;
+  const std::span ring(static_cast<const std::byte*>(memory_) + page(), kRing);
+  const bool whole = read_record(ring, at_, end, layout_, record);
+  if (!whole) at_ = end;
+  give_back(memory_, at_);
+  return whole;
+}
+
 bool is_watched(int priority) {
   const std::string wish = tims::os::environment("RACK_WATCH");
   if (!wish.empty()) return wish[0] != '0';
@@ -47,20 +173,12 @@ bool is_watched(int priority) {
 // --- the task
 
 void RealTimeWatch::start(TextLog& log) {
-  WatchDepth depth = WatchDepth::kCounts;
-  switch (events_.open()) {
-    case PerfEvents::Depth::kNothing:
-      log.info("Real time is watched without places: %s", events_.error().detail());
-      before_ = usage();
-      break;
-    case PerfEvents::Depth::kFaultPlaces:
-      log.info("Real time is watched without places of switches (CAP_PERFMON would show them)");
-      depth = WatchDepth::kFaultPlaces;
-      break;
-    case PerfEvents::Depth::kAllPlaces:
-      depth = WatchDepth::kAllPlaces;
-      break;
-  }
+  const WatchDepth depth = events_.open();
+  if (depth == WatchDepth::kCounts)
+    log.info("Real time is watched without places: %s", events_.error().detail());
+  if (depth == WatchDepth::kFaultPlaces)
+    log.info("Real time is watched without places of switches (CAP_PERFMON would show them)");
+  before_ = usage();
   depth_.store(depth, std::memory_order_relaxed);
   tims::set_wait_observer(this);
 }
@@ -113,7 +231,7 @@ void RealTimeWatch::note(const PerfRecord& record) {
       break;
     case PerfRecord::Kind::kPageFault:
       add(page_faults_, 1);
-      hand_over(Offence::kPageFault, &record.snapshot);
+      hand_over(Violation::kPageFault, &record.snapshot);
       break;
     case PerfRecord::Kind::kSwitch:
       switch_ = record.snapshot;
@@ -121,17 +239,17 @@ void RealTimeWatch::note(const PerfRecord& record) {
       break;
     case PerfRecord::Kind::kSwitchedOut:
       add(record.preempted ? preempted_ : blocked_, 1);
-      if (!record.preempted) hand_over(Offence::kBlocked, switch_seen_ ? &switch_ : nullptr);
+      if (!record.preempted) hand_over(Violation::kBlocked, switch_seen_ ? &switch_ : nullptr);
       switch_seen_ = false;
       break;
   }
 }
 
 // When the main thread has no time for more, counts must do.
-void RealTimeWatch::hand_over(Offence offence, const Snapshot* snapshot) {
+void RealTimeWatch::hand_over(Violation violation, const Snapshot* snapshot) {
   const std::uint32_t put = put_.load(std::memory_order_relaxed);
   if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRing) return;
-  ring_[put % kRing] = {offence, *snapshot};
+  ring_[put % kRing] = {violation, *snapshot};
   put_.store(put + 1, std::memory_order_release);
 }
 
@@ -154,15 +272,15 @@ void RealTimeWatch::report(TextLog& log) {
   std::uint32_t taken = taken_.load(std::memory_order_relaxed);
   while (taken != put_.load(std::memory_order_acquire)) {
     const Found& found = ring_[taken % kRing];
-    const Offence offence = found.offence;
+    const Violation violation = found.violation;
     const std::string place = where(found);
     taken_.store(++taken, std::memory_order_release);
     bool is_new = false;
     {
       const std::lock_guard lock(mutex_);
-      is_new = places_.add(offence, place);
+      is_new = places_.add(violation, place);
     }
-    if (is_new) log.detail("Not in real time: %s in %s", words(offence), place);
+    if (is_new) log.detail("Not in real time: %s in %s", words(violation), place);
     if (!std::exchange(said_, true))
       log.warning("Not always in real time: `timsctl component show` tells where");
   }
@@ -190,10 +308,10 @@ void RealTimeWatch::describe(RuntimeData& data) const {
   data.pageFaults = page_faults_.load(std::memory_order_relaxed);
   data.lost = lost_.load(std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
-  for (const OffencePlaces::Place& place : places_.worst(decltype(data.places)::kMax)) {
+  for (const ViolationPlaces::Place& place : places_.worst(decltype(data.places)::kMax)) {
     RuntimePlace& told = data.places.emplace_back();
-    told.kind =
-        place.offence == Offence::kPageFault ? RuntimePlace::kPageFault : RuntimePlace::kBlocked;
+    told.kind = place.violation == Violation::kPageFault ? RuntimePlace::kPageFault
+                                                         : RuntimePlace::kBlocked;
     told.count = static_cast<i64>(place.count);
     (void)told.where.assign(place.text);
   }

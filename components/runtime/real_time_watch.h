@@ -1,24 +1,59 @@
 // Watches whether a task that shall work in real time does so: while it is in its loop it neither
 // gives its CPU away nor touches memory that is not there yet. Waiting through the runtime
-// (sleep_until_next(), messages) is what such a task is for, and no offence.
+// (sleep_until_next(), messages) is what such a task is for, and no violation.
 //
-// The task itself only counts, without system calls; what it has found is looked at by the main
-// thread, which knows names of functions.
+// The kernel writes each page fault and each switch to another thread into a ring, with the place
+// where it was (perf_event_open(2)); the task reads the ring without system calls, and only counts.
+// What it has found is looked at by the main thread, which knows names of functions.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "components/runtime/backtrace.h"
-#include "components/runtime/logic/offences.h"
-#include "components/runtime/perf_events.h"
+#include "components/runtime/logic/real_time_records.h"
+#include "os/file.h"
 #include "rack/priority_mutex.h"
 #include "rack/proxies/generic.h"
 #include "rack/text_log.h"
 #include "tims/waiting.h"
 
 namespace rack {
+
+// What the kernel tells the calling thread about itself.
+class PerfEvents {
+ public:
+  PerfEvents() = default;
+  PerfEvents(const PerfEvents&) = delete;
+  PerfEvents& operator=(const PerfEvents&) = delete;
+  ~PerfEvents();
+
+  // From now on, of the calling thread: as much as is allowed here. kCounts: no places, and error()
+  // says why.
+  WatchDepth open();
+  [[nodiscard]] const tims::Error& error() const { return error_; }
+
+  // --- the thread itself
+
+  void skip();  // all that is there
+  // False: no more is there.
+  bool next(PerfRecord& record);
+
+ private:
+  bool open_events(bool with_kernel);
+  bool map_ring();
+  void touch_ring();
+  void close();
+
+  tims::os::File faults_;    // writes into the ring
+  tims::os::File switches_;  // into the same one
+  PerfLayout layout_;
+  void* memory_ = nullptr;  // the kernel's page, and the ring behind it
+  std::uint64_t at_ = 0;
+  tims::Error error_{tims::Errc::kSystem, ""};
+};
 
 // Whether a task of that priority is watched; $RACK_WATCH = 1 watches every one, 0 none.
 bool is_watched(int priority);
@@ -60,7 +95,7 @@ class RealTimeWatch final : private tims::WaitObserver {
  private:
   // What the task hands to the main thread.
   struct Found {
-    Offence offence{};
+    Violation violation{};
     Snapshot snapshot;
   };
   static constexpr std::uint32_t kRing = 16;
@@ -75,7 +110,7 @@ class RealTimeWatch final : private tims::WaitObserver {
   void close_section();
   void count_usage();
   void note(const PerfRecord& record);
-  void hand_over(Offence offence, const Snapshot* snapshot);
+  void hand_over(Violation violation, const Snapshot* snapshot);
   std::string where(const Found& found);
   [[nodiscard]] WatchDepth depth() const { return depth_.load(std::memory_order_relaxed); }
 
@@ -92,7 +127,7 @@ class RealTimeWatch final : private tims::WaitObserver {
   std::atomic<std::int64_t> blocked_ = 0;
   std::atomic<std::int64_t> preempted_ = 0;
   std::atomic<std::int64_t> page_faults_ = 0;
-  std::atomic<std::int64_t> lost_ = 0;  // offences that were not told of in time
+  std::atomic<std::int64_t> lost_ = 0;  // violations that were not told of in time
   bool inside_ = false;
   PerfEvents events_;
   PerfRecord record_;
@@ -110,7 +145,7 @@ class RealTimeWatch final : private tims::WaitObserver {
   Unwinder unwinder_;
 
   mutable PriorityMutex mutex_;
-  OffencePlaces places_;
+  ViolationPlaces places_;
 };
 
 }  // namespace rack

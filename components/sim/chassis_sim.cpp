@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "components/geometry/pose.h"
-#include "components/sim/chassis_model.h"
+#include "components/sim/models.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 

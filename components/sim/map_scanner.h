@@ -3,9 +3,13 @@
 #pragma once
 
 #include <array>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
 #include <optional>
+#include <string>
 
-#include "components/sim/scan_model.h"
+#include "components/sim/models.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
@@ -24,9 +28,29 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
 }};
 
-// What could be read of it, said in the log; a file that is none is an error.
-Result<FloorMap> load_map(const std::string& path, double scale, double offset_x, double offset_y,
-                          TextLog& log);
+inline constexpr std::streamoff kFileMax = 64 << 20;  // a drawing of such a size is none of a floor
+
+inline Result<std::string> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file || file.tellg() < 0)
+    return tims::Error(tims::Errc::kSystem, std::generic_category().message(errno));
+  if (file.tellg() > kFileMax) return tims::Error(tims::Errc::kTooBig, "it is larger than 64 MB");
+  file.seekg(0);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+// What of it could not be read is said in the log; a file that is no drawing is an error.
+inline Result<FloorMap> load_map(const std::string& path, double scale, double offset_x,
+                                 double offset_y, TextLog& log) {
+  const auto text = read_file(path);
+  const auto drawing = text ? read_dxf(*text) : Result<DxfDrawing>(text.error());
+  if (!drawing)
+    return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
+  for (const std::string& skipped : drawing->skipped) log.warning("%s, %s", path, skipped);
+  const FloorMap map(*drawing, scale, offset_x, offset_y);
+  log.info("%s has %u features", path, static_cast<unsigned>(map.size()));
+  return map;
+}
 
 template <Struct Scan>
 class MapScanner : public DataModule<Scan> {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "components/geometry/pose.h"
-#include "components/pilot/joystick_drive.h"
+#include "components/pilot/drive.h"
 #include "components/pilot/wall_follower.h"
 #include "rack/proxies/position.h"
 #include "tests/support/recording.h"

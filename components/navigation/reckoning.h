@@ -1,5 +1,37 @@
-// A position in the world: one that was known once, and the movement since (specification, section
-// 10.5). Pure.
+// Where a vehicle is by how it has moved: in the frame of its odometry, and in the world by a
+// position that was known once (specification, sections 10.2 and 10.5). Pure.
+#pragma once
+
+#include <chrono>
+
+#include "components/geometry/pose.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/position.h"
+
+namespace rack::navigation {
+
+// --- In the frame of its odometry
+//
+// Each movement is relative to the vehicle as it was: it is turned by the heading so far, and
+// added. Between two data sets the vehicle is taken to move at an even speed; angles go the short
+// way round.
+class DeadReckoning {
+ public:
+  explicit DeadReckoning(const Pose& start) : pose_(start) {}
+
+  void reset() { pose_ = {}; }
+  // Movements that are no numbers are left out.
+  OdometryData add(const ChassisData& movement);
+
+ private:
+  Pose pose_;
+};
+
+// At `time`, between two data sets or on the straight line beyond them.
+OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time);
+
+// --- In the world
 //
 // Odometry knows well how the vehicle has moved, and badly where it is: it has a frame of its own
 // that drifts. What is kept is where that frame lies in the world: the pose that was known, beside
@@ -7,15 +39,6 @@
 // since, turned into the world. With each millimetre and each radian the standard deviation grows.
 // A new known pose moves the frame; so that nobody who steers by it sees a jump, the position goes
 // from the old frame to the new one in a straight line during the time of blending.
-#pragma once
-
-#include <chrono>
-
-#include "components/geometry/pose.h"
-#include "rack/proxies/odometry.h"
-#include "rack/proxies/position.h"
-
-namespace rack::navigation {
 
 // How fast a position becomes uncertain.
 struct Drift {
@@ -23,9 +46,9 @@ struct Drift {
   double y = 50;  // and y; a fifth of it for each metre across
 };
 
-class Reference {
+class PositionTracker {
  public:
-  Reference(const Drift& drift, std::chrono::milliseconds blending)
+  PositionTracker(const Drift& drift, std::chrono::milliseconds blending)
       : drift_(drift), blending_(blending) {}
 
   // The odometry of the place where it is: at first the origin of the world, and where it was when

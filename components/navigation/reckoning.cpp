@@ -1,11 +1,26 @@
-#include "components/navigation/reference.h"
+#include "components/navigation/reckoning.h"
 
 #include <cmath>
 
 namespace rack::navigation {
 
-void Reference::begin(const Drift& drift, std::chrono::milliseconds blending,
-                      const OdometryData& odometry) {
+OdometryData DeadReckoning::add(const ChassisData& movement) {
+  const Pose step{.x = movement.deltaX, .y = movement.deltaY, .rho = movement.deltaRho};
+  if (std::isfinite(step.x) && std::isfinite(step.y) && std::isfinite(step.rho))
+    pose_ = pose_ + step;
+  return {.recordingTime = movement.recordingTime, .pos = pose_.position()};
+}
+
+OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time) {
+  const double all = static_cast<double>((after.recordingTime - before.recordingTime).count());
+  const double part =
+      all == 0 ? 0 : static_cast<double>((time - before.recordingTime).count()) / all;
+  return {.recordingTime = time,
+          .pos = between(Pose::of(before.pos), Pose::of(after.pos), part).position()};
+}
+
+void PositionTracker::begin(const Drift& drift, std::chrono::milliseconds blending,
+                            const OdometryData& odometry) {
   drift_ = drift;
   blending_ = blending;
   blends_ = false;
@@ -14,7 +29,7 @@ void Reference::begin(const Drift& drift, std::chrono::milliseconds blending,
   followed_ = true;
 }
 
-PositionData Reference::follow(const OdometryData& odometry) {
+PositionData PositionTracker::follow(const OdometryData& odometry) {
   const Pose now = Pose::of(odometry.pos);
   if (followed_) grow(Pose::of(newest_.pos), now);
   followed_ = true;
@@ -36,7 +51,7 @@ PositionData Reference::follow(const OdometryData& odometry) {
   return {.recordingTime = odometry.recordingTime, .pos = pose.position(), .var = deviation};
 }
 
-void Reference::update(const PositionData& known, const OdometryData& then) {
+void PositionTracker::update(const PositionData& known, const OdometryData& then) {
   if (blending_.count() > 0 && followed_) {
     // Where it says it is now is where it starts from, also in the middle of an earlier update.
     const Pose now = Pose::of(newest_.pos);
@@ -50,7 +65,7 @@ void Reference::update(const PositionData& known, const OdometryData& then) {
   if (followed_) grow(Pose::of(then.pos), Pose::of(newest_.pos));
 }
 
-void Reference::grow(const Pose& from, const Pose& to) {
+void PositionTracker::grow(const Pose& from, const Pose& to) {
   const double dx = std::abs(to.x - from.x);
   const double dy = std::abs(to.y - from.y);
   deviation_.x += drift_.x * dx / 1000 + drift_.y * dy / 5000;

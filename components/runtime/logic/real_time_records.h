@@ -1,16 +1,20 @@
-// Where a thread was, as the kernel has seen it: records of the ring of perf_event_open(2), bytes
-// become values. Whatever a record claims, nothing behind its end is read. Pure.
+// Where a thread has not worked in real time. The kernel tells it by records in the ring of
+// perf_event_open(2): here their bytes become values, each with a snapshot of the thread, and the
+// places that were found in them become a list for people, each place once. Whatever a record
+// claims, nothing behind its end is read. Pure.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace rack {
 
-// --- Where a thread was at one moment, as the kernel has seen it. Pure.
-
+// Where a thread was at one moment, as the kernel has seen it.
 struct Snapshot {
   static constexpr std::size_t kChainMax = 32;
   static constexpr std::size_t kRegistersMax = 40;
@@ -32,9 +36,6 @@ struct Snapshot {
   }
   void clear() { chain_size = register_count = stack_size = 0; }
 };
-
-// --- Records that the kernel writes into the ring of perf_event_open(2): bytes become values.
-// Pure.
 
 // What the events were asked for; it decides what stands in a sample.
 struct PerfLayout {
@@ -62,5 +63,41 @@ struct PerfRecord {
 // ring's size is a power of two.
 bool read_record(std::span<const std::byte> ring, std::uint64_t& at, std::uint64_t end,
                  const PerfLayout& layout, PerfRecord& record);
+
+// What must not happen while a task works in real time. That somebody more important takes its CPU
+// is no fault of the place where it was.
+enum class Violation : std::uint8_t {
+  kBlocked,  // it gave its CPU away
+  kPageFault,
+};
+
+// The places of all violations, each once. When there are too many, those that were seen first
+// stay.
+class ViolationPlaces {
+ public:
+  static constexpr std::size_t kMax = 64;
+
+  struct Place {
+    Violation violation{};
+    std::string text;
+    std::uint64_t count = 0;
+  };
+  // True: for the first time.
+  bool add(Violation violation, std::string_view text);
+  // The most frequent first.
+  [[nodiscard]] std::vector<Place> worst(std::size_t max) const;
+
+ private:
+  std::vector<Place> places_;
+};
+
+// How people read where a thread was, innermost function first: "read < Sweeper::look". Names come
+// without parameters; the innards of the standard library are left out, and so is all from
+// `outermost` on.
+std::string place_text(std::span<const std::string> functions, std::string_view outermost,
+                       std::size_t size_max);
+
+// "rack::Sweeper::look(int) const" without what stands in parentheses behind the name.
+std::string_view without_parameters(std::string_view function);
 
 }  // namespace rack
