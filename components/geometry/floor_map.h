@@ -1,4 +1,5 @@
-// A floor plan: walls out of a DXF file, and how far a ray goes until it meets one. Pure.
+// A floor plan: walls out of a DXF file, and how far a ray goes until it meets one (specification,
+// section 10.3). Pure.
 //
 // DXF is pairs of lines, a group code and its value; an entity begins with code 0 and its name.
 // Lines and polylines are walls, everything else is passed over, and what is damaged is left out
@@ -19,12 +20,8 @@
 
 namespace rack {
 
-// --- Lines of a drawing in DXF, as text (specification, section 10.3). Pure; reads what anybody
-// wrote.
-//
-// A DXF file is pairs of lines: a group code, and a value. Taken are LINE, POLYLINE with its
-// VERTEXes, LWPOLYLINE and POINT of the section ENTITIES (or of no section at all); curves in
-// polylines become straight. Everything else is left out.
+// --- A drawing. Taken are LINE, POLYLINE with its VERTEXes, LWPOLYLINE and POINT of the section
+// ENTITIES (or of no section at all); curves in polylines become straight.
 
 struct DxfPoint {
   double x = 0;  // as in the drawing: to the east
@@ -49,7 +46,7 @@ struct DxfDrawing {
 // kMalformed says in which line this stops being DXF.
 tims::Result<DxfDrawing> read_dxf(std::string_view text);
 
-// --- Walls seen from above, and how far it is to them (specification, section 10.3). Pure.
+// --- Walls seen from above, and how far it is to them.
 
 struct MapPoint {
   double x = 0;  // mm to the north

@@ -29,7 +29,7 @@ inline double signed_angle(double angle) {
   return positive > kPi ? positive - 2 * kPi : positive;
 }
 
-// --- Where something is and where it looks, and how poses follow from each other. Pure.
+// --- Where something is and where it looks, and how poses follow from each other.
 
 // As a Position3d, but with fractions: what is added up a million times must not be rounded.
 struct Pose {

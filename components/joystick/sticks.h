@@ -10,7 +10,7 @@
 
 namespace rack::joystick {
 
-// --- The bytes of a Linux joystick device (/dev/input/js0) as a stick (linux/joystick.h). Pure.
+// --- The bytes of a Linux joystick device (/dev/input/js0) as a stick (linux/joystick.h).
 
 // Which of the device's axes is which of ours; -1: none.
 struct AxisMap {
@@ -43,7 +43,7 @@ class JsEvents {
   u32 buttons_ = 0;
 };
 
-// --- A stick made of keys, for who has no other: each press moves it by a tenth. Pure.
+// --- A stick made of keys, for who has no other: each press moves it by a tenth.
 //
 //   w, s or up, down     forward, backward        0 to 9   button on, off
 //   a, d or left, right  to the left, right       others   all in the middle, no button

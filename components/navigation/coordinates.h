@@ -10,8 +10,7 @@
 
 namespace rack::navigation {
 
-// --- Coordinates of the Earth on a plane: transverse Mercator, as UTM and Gauss-Krueger have it,
-// and the way from WGS84 to the German Gauss-Krueger grid (specification, section 10.5). Pure.
+// --- Coordinates of the Earth on a plane
 
 struct Geodetic {
   double latitude = 0;   // rad
@@ -52,7 +51,6 @@ PositionUtmData to_utm(const PositionWgs84Data& from);
 PositionWgs84Data to_wgs84(const PositionUtmData& from);
 
 // --- Positions in the world of the robot, said as coordinates of the Earth and back
-// (specification, section 10.5). Pure.
 
 // What x and y of a position are.
 enum class PositionReference : i32 {

@@ -1,5 +1,6 @@
 #include "components/runtime/backtrace.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -104,12 +105,16 @@ void Unwinder::look_for(std::uint64_t address) {
 
 std::span<std::uint64_t> Unwinder::frames(const ThreadState& thread,
                                           std::span<std::uint64_t> room) {
-  if (thread.registers.empty()) return {};
-  look_for(thread.registers[kInstructionPointer]);
-  thread_ = &thread;
   Frames frames{.room = room};
-  dwfl_getthread_frames(dwfl_, kThread, add_frame, &frames);  // as far as it comes
-  return room.first(frames.count);
+  if constexpr (!kRegisterNames.empty()) {
+    look_for(thread.registers[kInstructionPointer]);
+    thread_ = &thread;
+    dwfl_getthread_frames(dwfl_, kThread, add_frame, &frames);  // as far as it comes
+  }
+  if (frames.count > 1 || thread.frame_pointers.empty()) return room.first(frames.count);
+  const std::size_t size = std::min(thread.frame_pointers.size(), room.size());
+  for (std::size_t i = 0; i < size; ++i) room[i] = thread.frame_pointers[i] - (i == 0 ? 0 : 1);
+  return room.first(size);
 }
 
 const Unwinder::Function& Unwinder::function(std::uint64_t address) {

@@ -70,7 +70,11 @@ struct ThreadState {
   Registers registers{};
   std::span<const std::byte> stack{};  // as much as is known
   std::uint64_t stack_begin = 0;       // its address
+  // Return addresses as far as frame pointers led to them: better than nothing.
+  std::span<const std::uint64_t> frame_pointers{};
 };
+
+inline constexpr std::size_t kFramesMax = 48;  // that a back-trace has for people
 
 class Unwinder {
  public:

@@ -85,6 +85,13 @@ TEST_F(UnwinderTest, NoMoreFramesThanThereIsRoomFor) {
   EXPECT_EQ(unwinder.frames(copied_.state, std::span(room_).first(2)).size(), 2U);
 }
 
+TEST_F(UnwinderTest, FramePointersAreBetterThanNothing) {
+  const std::array<std::uint64_t, 3> chain = {100, 200, 300};
+  Unwinder unwinder;
+  const auto frames = unwinder.frames({.frame_pointers = chain}, room_);
+  EXPECT_EQ(std::vector(frames.begin(), frames.end()), (std::vector<std::uint64_t>{100, 199, 299}));
+}
+
 TEST_F(UnwinderTest, WhatHasNoNameIsSaidByItsFile) {
   Unwinder unwinder;
   EXPECT_EQ(unwinder.function(16).name, "0x10");

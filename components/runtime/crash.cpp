@@ -4,6 +4,7 @@
 #include <atomic>
 #include <charconv>
 #include <csignal>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -30,7 +31,6 @@ constexpr bool kReports = true;
 #endif
 
 constexpr int kSignals[] = {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL};
-constexpr std::size_t kFrames = 48;
 constexpr int kLast = 19;
 
 char* reporter = nullptr;          // its path, from before there is anything to report
@@ -50,26 +50,9 @@ void say_number(std::uint64_t number, int base) {
   say({text.data(), static_cast<std::size_t>(end - text.data())});
 }
 
-std::string_view name_of(int signal) {
-  switch (signal) {
-    case SIGSEGV:
-      return "SIGSEGV";
-    case SIGABRT:
-      return "SIGABRT";
-    case SIGBUS:
-      return "SIGBUS";
-    case SIGFPE:
-      return "SIGFPE";
-    case SIGILL:
-      return "SIGILL";
-    default:
-      return "signal";
-  }
-}
-
 void say_signal(int signal, const siginfo_t& info, const char* thread) {
-  say("Crash: ");
-  say(name_of(signal));
+  say("Crash: SIG");
+  say(::sigabbrev_np(signal));
   // Who sends a signal says no address.
   if (signal != SIGABRT && info.si_code > 0) {
     say(" at 0x");
@@ -83,8 +66,8 @@ void say_signal(int signal, const siginfo_t& info, const char* thread) {
 // For addr2line(1): "#3 /usr/lib/librack.so.0.1 + 0x12ab". Asks the dynamic linker, but for what
 // takes no lock of it, which may be held.
 void say_addresses(std::uint64_t crashed_at) {
-  std::array<void*, kFrames> frames{};
-  const auto count = static_cast<std::size_t>(::backtrace(frames.data(), kFrames));
+  std::array<void*, kFramesMax> frames{};
+  const auto count = static_cast<std::size_t>(::backtrace(frames.data(), kFramesMax));
   bool is_crashed = false;  // before come the handler's own
   for (std::size_t i = 0; i < count; ++i) {
     const auto address = reinterpret_cast<std::uintptr_t>(frames[i]);

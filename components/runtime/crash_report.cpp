@@ -13,7 +13,6 @@
 
 namespace {
 
-constexpr std::size_t kFrames = 48;
 constexpr unsigned kPatience = 30;  // s; files with names may lie on a network
 
 // "  #3 rack::Module::run(int, char**) at module.cpp:42"
@@ -35,7 +34,7 @@ int main() {
   std::vector<std::byte> stack(record.stack_size);
   stack.resize(std::fread(stack.data(), 1, stack.size(), stdin));
   rack::Unwinder unwinder(stdin);
-  std::array<std::uint64_t, kFrames> room{};
+  std::array<std::uint64_t, rack::kFramesMax> room{};
   std::string text =
       fmt::format("Who called whom in {} ({}):\n", record.thread.data(), record.process);
   std::size_t index = 0;

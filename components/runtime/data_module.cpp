@@ -7,9 +7,9 @@
 
 namespace rack {
 
-class DataModuleBase::Audience {
+class DataModuleBase::Publisher {
  public:
-  explicit Audience(DataModuleBase& module)
+  explicit Publisher(DataModuleBase& module)
       : module_(module),
         listeners_(module.data_.listeners),
         due_(module.data_.listeners),
@@ -17,7 +17,7 @@ class DataModuleBase::Audience {
 
   void clear() { listeners_.clear(); }
   // The stream has ended.
-  void send_off();
+  void end_streams();
   void send(TimeStamp recorded, std::size_t size);
 
   Result<void> get_data(const tims::MessageView& message);
@@ -25,7 +25,7 @@ class DataModuleBase::Audience {
   Result<void> stop_cont_data(const tims::MessageView& message);
   Result<void> get_next_data(const tims::MessageView& message);
   void drop(tims::Address mailbox);
-  [[nodiscard]] ListenersData told() const;
+  [[nodiscard]] ListenersData listeners() const;
 
   std::uint32_t period_ms_ = 1000;  // under mutex_
 
@@ -43,7 +43,7 @@ DataModuleBase::DataModuleBase(const ModuleInfo& info, const DataInfo& data)
     : Module(info),
       data_(data),
       history_(data.history, data.size_max),
-      audience_(std::make_unique<Audience>(*this)) {}
+      publisher_(std::make_unique<Publisher>(*this)) {}
 
 DataModuleBase::~DataModuleBase() = default;
 
@@ -52,9 +52,9 @@ DataModuleBase::~DataModuleBase() = default;
 Result<void> DataModuleBase::module_on() {
   {
     const std::lock_guard lock(mutex_);
-    if (audience_->period_ms_ == 0) return refused("a period of 0 ms");
+    if (publisher_->period_ms_ == 0) return refused("a period of 0 ms");
     history_.clear();
-    audience_->clear();
+    publisher_->clear();
   }
   while (history_.size() == 0 && !is_stopping()) {
     if (auto looped = module_loop(); !looped) return looped;
@@ -62,7 +62,7 @@ Result<void> DataModuleBase::module_on() {
   return {};
 }
 
-void DataModuleBase::Audience::send_off() {
+void DataModuleBase::Publisher::end_streams() {
   std::span<Listener> all;
   {
     const std::lock_guard lock(module_.mutex_);
@@ -80,15 +80,15 @@ void DataModuleBase::Audience::send_off() {
 
 void DataModuleBase::set_period(std::chrono::milliseconds period) {
   const std::lock_guard lock(mutex_);
-  audience_->period_ms_ = static_cast<std::uint32_t>(std::max<std::int64_t>(period.count(), 0));
+  publisher_->period_ms_ = static_cast<std::uint32_t>(std::max<std::int64_t>(period.count(), 0));
 }
 
 std::chrono::milliseconds DataModuleBase::period() const {
   const std::lock_guard lock(mutex_);
-  return std::chrono::milliseconds(audience_->period_ms_);
+  return std::chrono::milliseconds(publisher_->period_ms_);
 }
 
-void DataModuleBase::Audience::send(TimeStamp recorded, std::size_t size) {
+void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
   std::span<const std::byte> body;
   std::span<Listener> due;
   {
@@ -112,15 +112,15 @@ void DataModuleBase::Audience::send(TimeStamp recorded, std::size_t size) {
 }
 
 // Its mailbox is gone.
-void DataModuleBase::Audience::drop(tims::Address mailbox) {
+void DataModuleBase::Publisher::drop(tims::Address mailbox) {
   const std::lock_guard lock(module_.mutex_);
   if (listeners_.remove(mailbox)) module_.log().info("Listener %n is gone", mailbox);
 }
 
-void DataModuleBase::turned_off() { audience_->send_off(); }
+void DataModuleBase::turned_off() { publisher_->end_streams(); }
 
 void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
-  audience_->send(recorded, size);
+  publisher_->send(recorded, size);
 }
 
 // --- the command task
@@ -128,25 +128,25 @@ void DataModuleBase::publish(TimeStamp recorded, std::size_t size) {
 Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
   switch (message.header.type) {
     case tims::type::kGetData:
-      return audience_->get_data(message);
+      return publisher_->get_data(message);
     case tims::type::kGetContData:
-      return audience_->get_cont_data(message);
+      return publisher_->get_cont_data(message);
     case tims::type::kStopContData:
-      return audience_->stop_cont_data(message);
+      return publisher_->stop_cont_data(message);
     case tims::type::kGetNextData:
-      return audience_->get_next_data(message);
+      return publisher_->get_next_data(message);
     case tims::type::kGetListeners:
-      reply(message.header, tims::type::kListeners, audience_->told());
+      reply(message.header, tims::type::kListeners, publisher_->listeners());
       return {};
     case tims::type::kNotAvailable:
-      audience_->drop(message.header.src);
+      publisher_->drop(message.header.src);
       return {};
     default:
       return Module::module_command(message);
   }
 }
 
-Result<void> DataModuleBase::Audience::get_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Publisher::get_data(const tims::MessageView& message) {
   const auto request = decode<GetDataRequest>(message);
   if (!request) return request.error();
   if (!module_.is_on()) return refused("no data while it is off");
@@ -167,7 +167,7 @@ Result<void> DataModuleBase::Audience::get_data(const tims::MessageView& message
 }
 
 Result<std::size_t> DataModuleBase::data_at(TimeStamp time, std::span<std::byte> to) const {
-  const auto found = history_.nearest(time, 2 * std::chrono::milliseconds(audience_->period_ms_));
+  const auto found = history_.nearest(time, 2 * std::chrono::milliseconds(publisher_->period_ms_));
   if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
   const auto& body = std::get<DataHistory::Entry>(found).body;
   std::ranges::copy(body, to.begin());
@@ -187,7 +187,7 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
   return refused("there are no data yet");
 }
 
-Result<void> DataModuleBase::Audience::get_cont_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& message) {
   const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
   if (!module_.is_on()) return refused("no data while it is off");
@@ -204,7 +204,7 @@ Result<void> DataModuleBase::Audience::get_cont_data(const tims::MessageView& me
   return {};
 }
 
-Result<void> DataModuleBase::Audience::check_added(Listeners::Added added, tims::Address mailbox) {
+Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims::Address mailbox) {
   if (added == Listeners::Added::kFull)
     return refused("it has " + std::to_string(module_.data_.listeners) +
                    " listeners already, no more fit");
@@ -213,7 +213,7 @@ Result<void> DataModuleBase::Audience::check_added(Listeners::Added added, tims:
   return {};
 }
 
-Result<void> DataModuleBase::Audience::stop_cont_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Publisher::stop_cont_data(const tims::MessageView& message) {
   const auto request = decode<StopContDataRequest>(message);
   if (!request) return request.error();
   {
@@ -224,7 +224,7 @@ Result<void> DataModuleBase::Audience::stop_cont_data(const tims::MessageView& m
   return {};
 }
 
-ListenersData DataModuleBase::Audience::told() const {
+ListenersData DataModuleBase::Publisher::listeners() const {
   const std::lock_guard lock(module_.mutex_);
   ListenersData data{.periodTime = period_ms_, .dataSets = data_sets_};
   for (const Listener& listener : listeners_.all()) {
@@ -236,7 +236,7 @@ ListenersData DataModuleBase::Audience::told() const {
   return data;
 }
 
-Result<void> DataModuleBase::Audience::get_next_data(const tims::MessageView& message) {
+Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
   if (!module_.is_on()) return refused("no data while it is off");
   Listeners::Added added{};
   {

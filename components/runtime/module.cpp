@@ -36,6 +36,7 @@ namespace rack {
 namespace {
 
 constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // also over a slow network
+constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
 constexpr int kReportEach = 250;  // ms; a real-time task does not stop to wake anybody
 
 sigset_t end_signals() {
@@ -52,28 +53,24 @@ bool end_is_wanted() {
          ::sigismember(&pending, SIGHUP) == 1;
 }
 
-int fail(std::string_view program, const tims::Error& error, ExitCode code) {
-  const std::string text =
-      error.code() == tims::Errc::kInvalidArgument ? error.detail() : error.message();
-  std::fprintf(stderr, "%s: %s\n", std::string(program).c_str(), text.c_str());
-  return static_cast<int>(code);
-}
-
-constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
-
 // What a component says itself needs no heading.
 std::string words_of(const tims::Error& error) {
   return error.code() == tims::Errc::kInvalidArgument && !error.detail().empty() ? error.detail()
                                                                                  : error.message();
 }
 
+int fail(std::string_view program, const tims::Error& error, ExitCode code) {
+  std::fprintf(stderr, "%s: %s\n", std::string(program).c_str(), words_of(error).c_str());
+  return static_cast<int>(code);
+}
+
 }  // namespace
 
 // The runtime's side of a module, which those who derive do not see. Two threads share it; what is
 // under the module's mutex_ says so.
-class Module::Life {
+class Module::Runtime {
  public:
-  explicit Life(Module& module)
+  explicit Runtime(Module& module)
       : module_(module),
         info_(module.info_),
         parameters_(module.parameters_),
@@ -140,7 +137,7 @@ Module::Module(const ModuleInfo& info)
     : info_(info),
       parameters_(info.program, info.parameters),
       log_(gdos::Level::kWarning),
-      life_(std::make_unique<Life>(*this)) {}
+      runtime_(std::make_unique<Runtime>(*this)) {}
 
 Module::~Module() = default;
 
@@ -163,17 +160,17 @@ int Module::run(std::span<const char* const> arguments) {
     std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
-  const auto started = life_->start(*parsed);
+  const auto started = runtime_->start(*parsed);
   if (started) {
-    if (life_->session_) life_->wait_for_end();
-    life_->end();
+    if (runtime_->session_) runtime_->wait_for_end();
+    runtime_->end();
     return static_cast<int>(ExitCode::kGood);
   }
-  life_->end();
+  runtime_->end();
   return fail(info_.program, started.error(), ExitCode::kFailed);
 }
 
-Result<void> Module::Life::start(const Arguments& arguments) {
+Result<void> Module::Runtime::start(const Arguments& arguments) {
   if (info_.own_class != nullptr) {
     if (auto added = add_class(*info_.own_class); !added) return added;
   }
@@ -205,7 +202,7 @@ Result<void> Module::Life::start(const Arguments& arguments) {
 }
 
 // Until there is a router, or somebody wants an end.
-Result<void> Module::Life::connect(const std::string& router) {
+Result<void> Module::Runtime::connect(const std::string& router) {
   auto said = std::make_shared<std::atomic<bool>>(false);
   const auto say_once = [said, program = parameters_.program()](const tims::SessionEvent& event) {
     const bool waiting = event.kind == tims::SessionEvent::Kind::kWaiting;
@@ -233,7 +230,7 @@ Result<void> Module::Life::connect(const std::string& router) {
   return {};
 }
 
-Result<void> Module::Life::start_tasks(std::optional<tims::Address> held_off_by) {
+Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_by) {
   const std::int32_t retry = parameters_.integer("errorTimeout");
   std::optional<tims::Duration> error_retry;
   if (retry >= 0) error_retry = std::chrono::milliseconds(retry);
@@ -251,7 +248,7 @@ Result<void> Module::Life::start_tasks(std::optional<tims::Address> held_off_by)
     if (const auto locked = lock_memory(); !locked) log_.warning("%s", locked.error().detail());
   }
   const auto start_task = [&](std::optional<Thread>& thread, const char* letter, int priority,
-                              void (Life::*task)()) -> Result<void> {
+                              void (Runtime::*task)()) -> Result<void> {
     ThreadSettings settings{.name = parameters_.program().substr(0, 14) + letter,
                             .priority = priority,
                             .cpu = parameters_.integer("cpu")};
@@ -262,12 +259,12 @@ Result<void> Module::Life::start_tasks(std::optional<tims::Address> held_off_by)
     settings.priority = 0;
     return thread->start(settings, body);
   };
-  if (auto good = start_task(command_thread_, "C", command_priority, &Life::command_task); !good)
+  if (auto good = start_task(command_thread_, "C", command_priority, &Runtime::command_task); !good)
     return good;
-  return start_task(data_thread_, "D", data_priority, &Life::data_task);
+  return start_task(data_thread_, "D", data_priority, &Runtime::data_task);
 }
 
-void Module::Life::wait_for_end() {
+void Module::Runtime::wait_for_end() {
   const sigset_t signals = end_signals();
   const tims::os::File signal(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
   std::array<pollfd, 3> wait{
@@ -284,10 +281,10 @@ void Module::Life::wait_for_end() {
 }
 
 void Module::stop() {
-  if (life_->stop_) tims::os::signal_event_fd(life_->stop_.get());
+  if (runtime_->stop_) tims::os::signal_event_fd(runtime_->stop_.get());
 }
 
-void Module::Life::end() {
+void Module::Runtime::end() {
   {
     const std::lock_guard lock(mutex_);
     stopping_.store(true, std::memory_order_relaxed);
@@ -325,22 +322,22 @@ void Module::set_parameter(std::string_view name, std::int32_t value) {
   (void)parameters_.set(name, std::to_string(value));
 }
 
-tims::Address Module::address() const { return life_->address_; }
+tims::Address Module::address() const { return runtime_->address_; }
 
-tims::Mailbox& Module::command_mailbox() { return *life_->command_mailbox_; }
+tims::Mailbox& Module::command_mailbox() { return *runtime_->command_mailbox_; }
 
-tims::AddressWidths Module::address_widths() const { return life_->session_->address_widths(); }
+tims::AddressWidths Module::address_widths() const { return runtime_->session_->address_widths(); }
 
-bool Module::is_stopping() const { return life_->stopping_.load(std::memory_order_relaxed); }
+bool Module::is_stopping() const { return runtime_->stopping_.load(std::memory_order_relaxed); }
 
-bool Module::is_on() const { return life_->status() == Status::kEnabled; }
+bool Module::is_on() const { return runtime_->status() == Status::kEnabled; }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
                                  std::int32_t instance) const {
   return tims::Address::of({.system = static_cast<std::uint32_t>(system),
                             .class_id = class_id,
                             .instance = static_cast<std::uint32_t>(instance)},
-                           life_->session_->address_widths());
+                           runtime_->session_->address_widths());
 }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) const {
@@ -349,49 +346,49 @@ tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) 
 }
 
 tims::Address Module::component_of(tims::Address mailbox) const {
-  auto fields = mailbox.fields(life_->session_->address_widths());
+  auto fields = mailbox.fields(runtime_->session_->address_widths());
   fields.local = 0;
-  return tims::Address::of(fields, life_->session_->address_widths());
+  return tims::Address::of(fields, runtime_->session_->address_widths());
 }
 
 Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
-  if (life_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
+  if (runtime_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
     return refused("addresses here have no room for more mailboxes of a component");
-  auto fields = life_->address_.fields(life_->session_->address_widths());
-  fields.local = ++life_->last_local_;
-  auto mailbox = life_->session_->open(
-      {.address = tims::Address::of(fields, life_->session_->address_widths()),
+  auto fields = runtime_->address_.fields(runtime_->session_->address_widths());
+  fields.local = ++runtime_->last_local_;
+  auto mailbox = runtime_->session_->open(
+      {.address = tims::Address::of(fields, runtime_->session_->address_widths()),
        .slots = slots,
        .body_max = std::max<std::uint32_t>(body_max, kReasonMax),
        .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
   if (!mailbox) return mailbox.error();
-  return &life_->mailboxes_.emplace_back(std::move(*mailbox));
+  return &runtime_->mailboxes_.emplace_back(std::move(*mailbox));
 }
 
 bool Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
-  return life_->command_mailbox_->reply(request, type, body).ok();
+  return runtime_->command_mailbox_->reply(request, type, body).ok();
 }
 
 tims::Time Module::sleep_until_next(tims::Duration period) {
   const tims::Time now = tims::os::now();
-  if (life_->next_period_ == tims::Time{}) life_->next_period_ = now;
-  life_->next_period_ += period;
-  if (life_->next_period_ < now)
-    life_->next_period_ += (now - life_->next_period_) / period * period + period;
-  const timespec until = tims::os::to_timespec(life_->next_period_);
+  if (runtime_->next_period_ == tims::Time{}) runtime_->next_period_ = now;
+  runtime_->next_period_ += period;
+  if (runtime_->next_period_ < now)
+    runtime_->next_period_ += (now - runtime_->next_period_) / period * period + period;
+  const timespec until = tims::os::to_timespec(runtime_->next_period_);
   const tims::Waiting waiting;
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
-  return life_->next_period_;
+  return runtime_->next_period_;
 }
 
 Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) {
-  return life_->session_->open(options);
+  return runtime_->session_->open(options);
 }
 
 // --- the command task
 
-void Module::Life::command_task() {
+void Module::Runtime::command_task() {
   while (!module_.is_stopping()) {
     const auto message = command_mailbox_->peek_for(kCommandWait);
     if (message) {
@@ -403,7 +400,7 @@ void Module::Life::command_task() {
   }
 }
 
-void Module::Life::on_command(const tims::MessageView& message) {
+void Module::Runtime::on_command(const tims::MessageView& message) {
   const tims::Header& header = message.header;
   switch (header.type) {
     case tims::type::kOn:
@@ -432,7 +429,7 @@ void Module::Life::on_command(const tims::MessageView& message) {
   refuse(header, words_of(done.error()));
 }
 
-void Module::Life::turn_on(const tims::Header& request) {
+void Module::Runtime::turn_on(const tims::Header& request) {
   std::optional<std::int8_t> answer;
   std::string why;
   bool was_held = false;
@@ -450,7 +447,7 @@ void Module::Life::turn_on(const tims::Header& request) {
   if (answer) module_.reply(request, *answer);
 }
 
-void Module::Life::turn_off(const tims::Header& request) {
+void Module::Runtime::turn_off(const tims::Header& request) {
   const LifeCycle::By by = commanded_by(request.src);
   std::optional<tims::Header> unanswered;
   {
@@ -458,7 +455,8 @@ void Module::Life::turn_off(const tims::Header& request) {
     unanswered = cycle_->turn_off(request, by);
   }
   commanded_.notify_all();
-  if (by == LifeCycle::By::kHand) tell_held(request.src);  // before anybody knows that it is off
+  if (by == LifeCycle::By::kOperator)
+    tell_held(request.src);  // before anybody knows that it is off
   module_.reply(request, tims::type::kOk);
   if (unanswered)
     refuse(*unanswered,
@@ -466,7 +464,7 @@ void Module::Life::turn_off(const tims::Header& request) {
 }
 
 // With ERROR, and in words when there is room for them.
-void Module::Life::refuse(const tims::Header& request, std::string_view why) {
+void Module::Runtime::refuse(const tims::Header& request, std::string_view why) {
   const bool has_room = (request.flags & tims::flag::kTellWhy) != 0 ||
                         (request.type == tims::type::kOn &&
                          request.length >= tims::kHeaderSize + wire_size<OnRequest>());
@@ -476,11 +474,11 @@ void Module::Life::refuse(const tims::Header& request, std::string_view why) {
 }
 
 // Whoever starts this program again after a crash leaves it off.
-void Module::Life::tell_held(std::optional<tims::Address> by) const {
+void Module::Runtime::tell_held(std::optional<tims::Address> by) const {
   module_.tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
 }
 
-std::string Module::Life::why_not_on() const {
+std::string Module::Runtime::why_not_on() const {
   const auto by = cycle_->held_off_by();
   if (!by) return "it is being turned on already";
   return by->to_string(module_.address_widths()) +
@@ -488,31 +486,31 @@ std::string Module::Life::why_not_on() const {
 }
 
 // Classes of components begin at Test.
-LifeCycle::By Module::Life::commanded_by(tims::Address program) const {
+LifeCycle::By Module::Runtime::commanded_by(tims::Address program) const {
   return program.fields(module_.address_widths()).class_id < tims::class_id::kTest
-             ? LifeCycle::By::kHand
+             ? LifeCycle::By::kOperator
              : LifeCycle::By::kComponent;
 }
 
-std::string Module::Life::name_of_command(const tims::Header& header) const {
+std::string Module::Runtime::name_of_command(const tims::Header& header) const {
   const MessageInfo* info = find_message(info_.class_id, header.type);
   return info != nullptr ? std::string(info->name) : "Command " + std::to_string(header.type);
 }
 
 Result<void> Module::module_command(const tims::MessageView&) { return refused("not known here"); }
 
-Status Module::Life::status() const {
+Status Module::Runtime::status() const {
   const std::lock_guard lock(mutex_);
   return cycle_->status();
 }
 
-ParameterList Module::Life::parameter_list() const {
+ParameterList Module::Runtime::parameter_list() const {
   const std::lock_guard lock(mutex_);
   return parameters_.list();
 }
 
 // Takes no lock that the data task wants: to ask whether it is disturbed does not disturb it.
-RuntimeData Module::Life::runtime_data() const {
+RuntimeData Module::Runtime::runtime_data() const {
   RuntimeData data;
   data.since = state_since_.load();
   watch_.describe(data);
@@ -520,7 +518,7 @@ RuntimeData Module::Life::runtime_data() const {
 }
 
 // Takes what is good of a list, and says what is not.
-void Module::Life::set_parameters(const tims::MessageView& message) {
+void Module::Runtime::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
     log_.error("Parameters from %n: %s", message.header.src, list.error().message());
@@ -546,19 +544,19 @@ void Module::Life::set_parameters(const tims::MessageView& message) {
 }
 
 // Whoever starts this program again after a crash starts it with what was set meanwhile.
-void Module::Life::tell(std::string_view what, std::string_view name,
-                        const std::string& value) const {
+void Module::Runtime::tell(std::string_view what, std::string_view name,
+                           const std::string& value) const {
   if (value.find('\n') != std::string::npos) return;  // each line of what is told has a name
   manager_.tell(std::string(what).append(name) + "=" + value);
 }
 
 void Module::tell_state(std::string_view name, const std::string& value) const {
-  life_->tell("X_TIMS_STATE=", name, value);
+  runtime_->tell("X_TIMS_STATE=", name, value);
 }
 
 // --- the data task
 
-void Module::Life::data_task() {
+void Module::Runtime::data_task() {
   if (is_watched(parameters_.integer("dataTaskPrio"))) watch_.start(log_);
   std::unique_lock lock(mutex_);
   while (!module_.is_stopping()) {
@@ -582,12 +580,12 @@ void Module::Life::data_task() {
   watch_.stop();
 }
 
-Result<void> Module::Life::watched_loop() {
+Result<void> Module::Runtime::watched_loop() {
   const RealTimeWatch::Section section(watch_);
   return module_.module_loop();
 }
 
-void Module::Life::take_step(LifeCycle::Step step) {
+void Module::Runtime::take_step(LifeCycle::Step step) {
   LifeCycle::Change change;
   Result<void> result;
   if (step == LifeCycle::Step::kTurnOn) {
@@ -607,7 +605,7 @@ void Module::Life::take_step(LifeCycle::Step step) {
   apply(change, result ? nullptr : &result.error());
 }
 
-void Module::Life::apply(const LifeCycle::Change& change, const tims::Error* why) {
+void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* why) {
   using Kind = LifeCycle::Change::Kind;
   // The graphical interface of the original knows these words.
   switch (change.kind) {
@@ -626,13 +624,9 @@ void Module::Life::apply(const LifeCycle::Change& change, const tims::Error* why
       tell_status("off");
       break;
     case Kind::kCannotTurnOn:
-      say_failed("Error, can't turn on module", why->message());
-      tell_status("error", why);
-      module_.turned_off();
-      module_.module_off();
-      break;
     case Kind::kError:
-      say_failed("Error", why->message());
+      say_failed(change.kind == Kind::kError ? "Error" : "Error, can't turn on module",
+                 why->message());
       tell_status("error", why);
       module_.turned_off();
       module_.module_off();
@@ -648,14 +642,14 @@ void Module::Life::apply(const LifeCycle::Change& change, const tims::Error* why
 
 // Once, however often it is tried again in vain for the same reason. The graphical interface of
 // the original looks for the short text, which is of the level of all that it knows.
-void Module::Life::say_failed(const char* what, const std::string& why) {
+void Module::Runtime::say_failed(const char* what, const std::string& why) {
   const bool again = why == said_failed_;
   said_failed_ = why;
   log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "%s", {why});
   if (!again) log_.print(what);
 }
 
-void Module::Life::tell_status(std::string_view status, const tims::Error* why) {
+void Module::Runtime::tell_status(std::string_view status, const tims::Error* why) {
   if (!manager_.listens()) return;
   std::string text = "STATUS=" + std::string(status);
   if (why != nullptr) text += ": " + why->message();

@@ -70,8 +70,7 @@ void give_back(void* memory, std::uint64_t up_to) {
   std::atomic_ref(head_page(memory).data_tail).store(up_to, std::memory_order_release);
 }
 
-constexpr std::string_view kOutermost = "rack::Module::Life::watched_loop";
-constexpr std::size_t kFrames = 48;
+constexpr std::string_view kOutermost = "rack::Module::Runtime::watched_loop";
 
 // Only the task writes them; an ordinary addition will do.
 void add(std::atomic<std::int64_t>& counter, std::int64_t more) {
@@ -83,7 +82,7 @@ const char* words(Violation violation) {
 }
 
 ThreadState thread_of(const Snapshot& snapshot) {
-  ThreadState thread;
+  ThreadState thread{.frame_pointers = snapshot.frames()};
   if (snapshot.register_count != kRegisterNames.size()) return thread;
   for (std::size_t i = 0; i < kRegisterNames.size(); ++i)
     thread.registers[kRegisterNames[i].dwarf] = snapshot.registers[i];
@@ -287,12 +286,11 @@ void RealTimeWatch::report(TextLog& log) {
 }
 
 std::string RealTimeWatch::where(const Found& found) {
-  std::array<std::uint64_t, kFrames> room{};
-  std::span<const std::uint64_t> frames = unwinder_.frames(thread_of(found.snapshot), room);
-  if (frames.size() < 2) frames = found.snapshot.frames();
+  std::array<std::uint64_t, kFramesMax> room{};
+  if (!unwinder_) unwinder_.emplace();
   std::vector<std::string> functions;
-  for (const std::uint64_t address : frames) {
-    const Unwinder::Function& function = unwinder_.function(address);
+  for (const std::uint64_t address : unwinder_->frames(thread_of(found.snapshot), room)) {
+    const Unwinder::Function& function = unwinder_->function(address);
     if (functions.empty() || function.known) functions.push_back(function.name);
   }
   return place_text(functions, kOutermost, RuntimePlace::kWhereMax);

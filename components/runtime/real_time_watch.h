@@ -142,7 +142,7 @@ class RealTimeWatch final : private tims::WaitObserver {
 
   // The main thread.
   bool said_ = false;
-  Unwinder unwinder_;
+  std::optional<Unwinder> unwinder_;  // made when there is something to look at
 
   mutable PriorityMutex mutex_;
   ViolationPlaces places_;

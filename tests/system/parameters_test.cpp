@@ -101,7 +101,7 @@ TEST_F(ParameterEffectsTest, OfTheSimulatedRobotAtTheNextOn) {
 }
 
 TEST_F(ParameterEffectsTest, OfAPilotAtTheNextOn) {
-  start("ChassisSim", {"--periodTime=20"});
+  start("ChassisSim");
   start("OdometryChassis");
   start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
   start("Position");

@@ -121,7 +121,7 @@ TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashSaysWhere)) {
     const std::string said = program.output();
     for (const std::string text :
          {"Crash: SIG", "thread OffenderD", functions[i],
-          "rack::(anonymous namespace)::Offender::module_loop", "rack::Module::Life::data_task"})
+          "rack::(anonymous namespace)::Offender::module_loop", "rack::Module::Runtime::data_task"})
       EXPECT_NE(said.find(text), std::string::npos) << text << " in\n" << said;
   }
 }

@@ -1,5 +1,9 @@
 // The command line of a component: long options with one or two dashes, as in the original
 // (`--name value`, `--name=value`, `-name value`), or as much of a name as is unique.
+//
+// Not CLI11, which the other programs have: its lookup would have to be replaced for the short and
+// single-dashed names, values are checked where those of SET_PARAM are (Parameters), and it refuses
+// `--name=`, by which a supervisor hands on an empty text.
 #pragma once
 
 #include <optional>

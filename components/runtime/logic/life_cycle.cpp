@@ -19,7 +19,7 @@ LifeCycle::LifeCycle(std::optional<tims::Duration> error_retry, std::uint32_t se
 // --- commands
 
 std::optional<std::int8_t> LifeCycle::turn_on(tims::Time now, const tims::Header& request, By by) {
-  if (by == By::kHand) held_off_by_.reset();
+  if (by == By::kOperator) held_off_by_.reset();
   if (held_off_by_) return kError;
   if (wants_on_ && state_ == State::kEnabled) return kOk;
   if (request_ || (wants_on_ && state_ == State::kDisabled)) return kError;
@@ -31,7 +31,7 @@ std::optional<std::int8_t> LifeCycle::turn_on(tims::Time now, const tims::Header
 
 std::optional<tims::Header> LifeCycle::turn_off(const tims::Header& request, By by) {
   wants_on_ = false;
-  if (by == By::kHand) held_off_by_ = request.src;
+  if (by == By::kOperator) held_off_by_ = request.src;
   return std::exchange(request_, std::nullopt);
 }
 

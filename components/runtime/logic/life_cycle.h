@@ -1,8 +1,13 @@
-// The life of a component: off, on, in error, and trying again (specification, section 5.2). Other
-// than in the original, OFF by hand holds: components that need this one do not turn it on again.
+// The life of a component (specification, section 5.2): what it is to do next, and who is answered.
 //
-// Pure. The command task brings commands, the data task asks what to do next and says how it went;
-// the shell (module.cpp) sees to it that they do so one after the other.
+// ON and OFF say what is wanted, at any moment. What it leads to are steps, one after the other:
+// the component is turned on, loops, is turned off. One that fails puts it into error; it is then
+// tried again after some seconds, until it works or nobody wants it on. ON is answered when the
+// component is on, or could not be turned on; OFF at once. Other than in the original, the OFF of
+// an operator holds: components that need this one do not turn it on again.
+//
+// Pure. The command task brings commands, the data task asks for steps and says how they went; the
+// module's mutex sees to it that they do so one after the other (module.cpp).
 #pragma once
 
 #include <cstdint>
@@ -22,22 +27,21 @@ class LifeCycle {
 
   // --- the command task
 
-  // Who commands: a person with a program for people, or another component that needs this one.
-  enum class By : std::uint8_t { kHand, kComponent };
+  // Who commands: a person, with a program for people, or another component that needs this one.
+  enum class By : std::uint8_t { kOperator, kComponent };
   // ON. The type to answer with now; nothing: the data task answers `request` when it is on, or
   // when it could not be turned on. After an error it is tried at once. kError: an earlier ON is
   // under way, or it is held off and only another component wants it on.
   std::optional<std::int8_t> turn_on(tims::Time now, const tims::Header& request, By by);
   void turn_on() { wants_on_ = true; }  // nobody waits for an answer
-  // OFF is always answered kOk at once; by hand, it also holds. Returns the request of an ON that
+  // OFF is always answered kOk at once; an operator's also holds. Returns the request of an ON that
   // will not come about now, which is to be answered kError.
   std::optional<tims::Header> turn_off(const tims::Header& request, By by);
-  // As if `by` had turned it off by hand: it did, before the program crashed.
+  // As if the operator's program `by` had turned it off: it did, before this one crashed.
   void hold_off(tims::Address by) { held_off_by_ = by; }
-  // Who has turned it off by hand, when it was not turned on by hand since.
+  // The operator's program that has turned it off, when none has turned it on since.
   [[nodiscard]] std::optional<tims::Address> held_off_by() const { return held_off_by_; }
   [[nodiscard]] Status status() const;
-  [[nodiscard]] bool wants_on() const { return wants_on_; }
 
   // --- the data task
 

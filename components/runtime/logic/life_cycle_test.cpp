@@ -73,7 +73,7 @@ TEST(LifeCycle, TriesAtOnceWhenItIsTold) {
   EXPECT_EQ(cycle.next(kStart + 1s), Step::kWait);
   EXPECT_EQ(cycle.turn_on(kStart + 1s, on_request(2), By::kComponent), std::nullopt);
   EXPECT_EQ(cycle.next(kStart + 1s), Step::kTurnOn);
-  EXPECT_EQ(cycle.turn_on(kStart + 1s, on_request(3), By::kHand), kError) << "one at a time";
+  EXPECT_EQ(cycle.turn_on(kStart + 1s, on_request(3), By::kOperator), kError) << "one at a time";
   const auto change = cycle.turned_on(kStart + 2s, false);
   ASSERT_TRUE(change.request);
   EXPECT_EQ(change.request->seq_nr, 2);
@@ -85,14 +85,14 @@ TEST(LifeCycle, OffByHandHoldsUntilOnByHand) {
   LifeCycle cycle(100ms, 1);
   (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
   (void)cycle.turned_on(kStart, true);
-  (void)cycle.turn_off(kOff, By::kHand);
+  (void)cycle.turn_off(kOff, By::kOperator);
   (void)cycle.turned_off();
   EXPECT_EQ(cycle.held_off_by(), kOff.src);
   EXPECT_EQ(cycle.turn_on(kStart + 2s, on_request(2), By::kComponent), kError);
   EXPECT_EQ(cycle.next(kStart + 2s), Step::kWait);
   (void)cycle.turn_off(on_request(3), By::kComponent);
   EXPECT_EQ(cycle.held_off_by(), kOff.src) << "who held it off first";
-  EXPECT_EQ(cycle.turn_on(kStart + 4s, on_request(4), By::kHand), std::nullopt);
+  EXPECT_EQ(cycle.turn_on(kStart + 4s, on_request(4), By::kOperator), std::nullopt);
   EXPECT_FALSE(cycle.held_off_by());
   EXPECT_EQ(cycle.next(kStart + 4s), Step::kTurnOn);
 }
@@ -140,7 +140,7 @@ TEST(LifeCycle, OffByHandHoldsOverACrash) {
   EXPECT_EQ(cycle.held_off_by(), tims::Address(0x00020001));
   EXPECT_EQ(cycle.turn_on(kStart, on_request(1), By::kComponent), kError);
   EXPECT_EQ(cycle.next(kStart), Step::kWait);
-  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kHand), std::nullopt);
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kOperator), std::nullopt);
   EXPECT_EQ(cycle.next(kStart), Step::kTurnOn);
 }
 

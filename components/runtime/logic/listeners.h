@@ -1,4 +1,8 @@
-// Who gets a component's data, and which of them (specification, sections 6.2 to 6.7). Pure.
+// Who gets a component's data, and which of them (specification, sections 6.2 to 6.7).
+//
+// A listener has asked for data every so many milliseconds (GET_CONT_DATA) and gets each n-th data
+// set, the n that comes nearest to its wish without being slower; or it has asked for the next one
+// only (GET_NEXT_DATA). All with the same n get the same data sets. Pure.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,10 @@
-// The last data sets a component has published, oldest thrown away first.
+// The last data sets that a component has published, found again by the time of their recording:
+// who asks for the data of a moment gets the data set nearest to it, or the two around it, to
+// interpolate between.
 //
-// Pure. One of the places is the workspace, where the next data set is made; it is never read.
+// It is a ring of places of one size that are allocated once; the oldest data set makes room for
+// the next. One of the places is the workspace, where the next one is made; it is never read. Time
+// stamps wrap, so times are compared by their difference. Pure.
 #pragma once
 
 #include <cstddef>

@@ -55,11 +55,11 @@ class DataModuleBase : public Module {
  private:
   void turned_off() override;
 
-  class [[gnu::visibility("hidden")]] Audience;  // who gets the data
+  class [[gnu::visibility("hidden")]] Publisher;  // who gets the data
 
   const DataInfo data_;
   DataHistory history_;  // under mutex_, but for the workspace, which is the data task's
-  std::unique_ptr<Audience> audience_;
+  std::unique_ptr<Publisher> publisher_;
 };
 
 template <Struct Data>

@@ -130,12 +130,12 @@ class Module {
   mutable PriorityMutex mutex_;  // of the runtime's state
 
  private:
-  class [[gnu::visibility("hidden")]] Life;  // its threads and mailboxes, and whom it answers
+  class [[gnu::visibility("hidden")]] Runtime;  // its threads and mailboxes, and whom it answers
 
   const ModuleInfo& info_;
   Parameters parameters_;  // under mutex_
   TextLog log_;
-  std::unique_ptr<Life> life_;
+  std::unique_ptr<Runtime> runtime_;
 };
 
 template <Struct Body>
