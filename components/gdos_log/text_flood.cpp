@@ -9,7 +9,7 @@ constexpr tims::Address kEverybodyElse{0};
 
 bool TextFlood::take(tims::Time now, tims::Address sender, gdos::Level level) {
   Sender& from = find(now, sender);
-  TextLimiter& limiter = level >= gdos::Level::kWarning ? from.urgent : from.other;
+  tims::base::LineLimiter& limiter = level >= gdos::Level::kWarning ? from.urgent : from.other;
   if (limiter.take(now)) return true;
   if (!any_suppressed_) next_word_ = now + kTellEach;
   any_suppressed_ = true;
@@ -32,7 +32,7 @@ std::vector<TextFlood::Suppressed> TextFlood::take_suppressed(tims::Time now) {
   if (!any_suppressed_ || now < next_word_) return all;
   any_suppressed_ = false;
   for (auto& [address, sender] : senders_) {
-    const std::uint32_t count = sender.urgent.take_suppressed() + sender.other.take_suppressed();
+    const std::uint32_t count = sender.urgent.take_held_back() + sender.other.take_held_back();
     if (count > 0) all.push_back({address, count});
   }
   return all;

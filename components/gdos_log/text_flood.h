@@ -1,7 +1,7 @@
 // Keeps one component that has much to say from filling the disk: each has its own limit, and
 // details do not use up the room of errors. Pure.
 //
-// A sender has two token buckets (TextLimiter), one for prints, errors and warnings and one for the
+// A sender has two token buckets (LineLimiter), one for prints, errors and warnings and one for the
 // rest: a burst, then a steady rate. What does not fit is counted, and told from time to time.
 // There is room for so many senders; when it is used up, those whose buckets are full are
 // forgotten, as they are like new ones, and who finds no room shares one pair of buckets.
@@ -11,7 +11,7 @@
 #include <map>
 #include <vector>
 
-#include "components/runtime/logic/text_limiter.h"
+#include "base/rate_limiter.h"
 #include "rack/proxies/gdos.h"
 
 namespace rack::gdos_log {
@@ -22,9 +22,9 @@ class TextFlood {
   static constexpr std::size_t kSendersMax = 1024;
   // Above what a component of ours lets out by itself.
   static constexpr std::uint32_t kUrgentBurst = 400;
-  static constexpr tims::Duration kUrgentEach = std::chrono::milliseconds(20);
+  static constexpr std::uint32_t kUrgentPerSecond = 50;
   static constexpr std::uint32_t kOtherBurst = 100;
-  static constexpr tims::Duration kOtherEach = std::chrono::milliseconds(50);
+  static constexpr std::uint32_t kOtherPerSecond = 20;
   // Between two words about the same flood.
   static constexpr tims::Duration kTellEach = std::chrono::seconds(1);
 
@@ -40,8 +40,8 @@ class TextFlood {
 
  private:
   struct Sender {
-    TextLimiter urgent{kUrgentBurst, kUrgentEach};  // print, error, warning
-    TextLimiter other{kOtherBurst, kOtherEach};     // info, detail
+    tims::base::LineLimiter urgent{kUrgentPerSecond, kUrgentBurst};  // print, error, warning
+    tims::base::LineLimiter other{kOtherPerSecond, kOtherBurst};     // info, detail
   };
   Sender& find(tims::Time now, tims::Address sender);
 

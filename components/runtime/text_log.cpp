@@ -5,7 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include "components/runtime/logic/text_limiter.h"
+#include "base/rate_limiter.h"
 #include "os/file.h"
 #include "os/wakeup.h"
 #include "rack/priority_mutex.h"
@@ -20,6 +20,10 @@ struct Text {
   gdos::Body body{};
 };
 constexpr std::size_t kRing = 64;
+
+// Whoever reads the texts is not flooded.
+constexpr std::uint64_t kTextsPerSecond = 10;
+constexpr std::uint64_t kBurst = 50;
 
 void pass_on_one(const Text& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
@@ -54,8 +58,8 @@ struct TextLog::Ring {
   }
 
   tims::os::File doorbell;
-  TextLimiter limiter;  // the main thread
-  PriorityMutex mutex;  // of what follows
+  tims::base::LineLimiter limiter{kTextsPerSecond, kBurst};  // the main thread
+  PriorityMutex mutex;                                       // of what follows
   std::array<Text, kRing> texts;
   std::size_t first = 0;
   std::size_t count = 0;
@@ -94,8 +98,8 @@ void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
   Text text;
   while (ring_->take(text)) {
     if (!ring_->limiter.take(now)) continue;
-    if (const std::uint32_t kept_back = ring_->limiter.take_suppressed())
-      say_suppressed(mailbox, kept_back);
+    if (const std::uint32_t held_back = ring_->limiter.take_held_back())
+      say_suppressed(mailbox, held_back);
     pass_on_one(text, mailbox);
   }
   std::uint32_t lost = 0;

@@ -163,17 +163,22 @@ std::string LimitedLog::key_of(const core::Event& event) const {
 }
 
 void LimitedLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
-  const auto [at, first] = histories_.try_emplace(key_of(event), History{{kLinesMax, kInterval}});
+  const auto [at, first] = histories_.try_emplace(key_of(event));
   History& history = at->second;
-  if (first) history.limit.begin(now);
+  if (first) history.begin = now;
   history.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
   history.text = event_text(event, widths);
-  if (history.limit.take()) write_(history.level, history.text);
+  if (history.lines == kLinesMax) {
+    ++history.held_back;
+  } else {
+    ++history.lines;
+    write_(history.level, history.text);
+  }
 }
 
 Time LimitedLog::next_timeout() const {
   Time next = kNever;
-  for (const auto& [name, history] : histories_) next = std::min(next, history.limit.end());
+  for (const auto& [name, history] : histories_) next = std::min(next, history.begin + kInterval);
   return next;
 }
 
@@ -181,23 +186,23 @@ Time LimitedLog::next_timeout() const {
 void LimitedLog::on_timeout(Time now) {
   for (auto at = histories_.begin(); at != histories_.end();) {
     History& history = at->second;
-    const bool over = now >= history.limit.end();
-    if (over && history.limit.held_back() == 0) {
+    const bool over = now >= history.begin + kInterval;
+    if (over && history.held_back == 0) {
       at = histories_.erase(at);
       continue;
     }
     if (over) {
       summarise(history);
-      history.limit.begin(now);
+      history.begin = now;
     }
     ++at;
   }
 }
 
 void LimitedLog::summarise(History& history) {
-  if (history.limit.held_back() == 0) return;
+  if (history.held_back == 0) return;
   write_(history.level, fmt::format("{} ({} lines like this were held back)", history.text,
-                                    history.limit.take_held_back()));
+                                    std::exchange(history.held_back, 0)));
 }
 
 void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,

@@ -15,7 +15,6 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include <unistd.h>
 
@@ -25,31 +24,6 @@
 #include "tims/time.h"
 
 namespace tims::io {
-
-// So many lines in a window of time; those beyond are counted, for somebody to tell.
-class LineLimit {
- public:
-  LineLimit(std::uint32_t lines_max, Duration window) : lines_max_(lines_max), window_(window) {}
-
-  // False: this line is held back.
-  bool take() {
-    if (lines_ < lines_max_) return ++lines_ != 0;
-    ++held_back_;
-    return false;
-  }
-  [[nodiscard]] Time end() const { return begin_ + window_; }
-  void begin(Time now) { begin_ = now; }  // a window; what was used up stays so
-  void refill() { lines_ = 0; }
-  [[nodiscard]] std::uint64_t held_back() const { return held_back_; }
-  std::uint64_t take_held_back() { return std::exchange(held_back_, 0); }
-
- private:
-  std::uint32_t lines_max_;
-  Duration window_;
-  Time begin_{};
-  std::uint32_t lines_ = 0;
-  std::uint64_t held_back_ = 0;
-};
 
 class Log {
  public:
@@ -112,8 +86,10 @@ class LimitedLog {
 
  private:
   struct History {
-    LineLimit limit;
-    config::LogLevel level{};  // of its last line
+    Time begin{};  // of this minute
+    std::uint32_t lines = 0;
+    std::uint64_t held_back = 0;  // since the last line
+    config::LogLevel level{};     // of its last line
     std::string text{};
   };
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "router/link/datagram.h"
-#include "router/link/estimators.h"
 #include "router/link/link.h"
 
 namespace tims::link {
@@ -50,8 +50,6 @@ class StandbyTurns {
   // Paths that one router prepares, where UDP is there as well; as many at once.
   static constexpr std::uint64_t kPathsPerSecond = 10;
 
-  StandbyTurns() { budget_.set(kPathsPerSecond, kPathsPerSecond); }
-
   // One link's.
   struct Turn {
     std::vector<NetAddress> prepared{};
@@ -66,7 +64,7 @@ class StandbyTurns {
  private:
   Time turn_at(Time now, const Link& link, std::size_t others, LinkContext& context, Turn& standby);
 
-  TokenBucket budget_;   // paths prepared
+  base::RateLimiter budget_{kPathsPerSecond, kPathsPerSecond};  // paths prepared
   Time needed_until_{};  // a link that needs its path waits for the budget
 };
 

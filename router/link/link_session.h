@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "router/link/congestion.h"
 #include "router/link/estimators.h"
 #include "router/link/frame.h"
@@ -166,9 +167,9 @@ class LinkSession final : private PacketObserver {
   RttEstimator rtt_;
   Congestion congestion_{kDatagramBase};
   PathMtu mtu_;
-  TokenBucket pacer_;
-  TokenBucket cap_;                          // the link's rate
-  TokenBucket lower_cap_;                    // what the lower classes may have of it
+  base::RateLimiter pacer_;
+  base::RateLimiter cap_;                    // the link's rate
+  base::RateLimiter lower_cap_;              // what the lower classes may have of it
   std::array<Time, kLanes> paused_until_{};  // the other side has no memory for them
   int probes_ = 0;                           // probe timeouts in a row
   int probe_packets_ = 0;                    // that may go in spite of the window

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "base/text.h"
+
 namespace tims::link {
 namespace {
 
@@ -19,16 +21,6 @@ std::string hex(unsigned value) {
   std::array<char, 4> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, 16);
   return {digits.data(), end.ptr};
-}
-
-std::string hex_text(const DdsParticipant& bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 0xFU];
-  }
-  return text;
 }
 
 // RFC 5952: the longest run of zero groups is "::".
@@ -66,7 +58,10 @@ bool NetAddress::is_v4() const {
 }
 
 std::string NetAddress::to_string() const {
-  if (kind == PathKind::kDds) return "dds:" + hex_text(participant());
+  if (kind == PathKind::kDds) {
+    const DdsParticipant bytes = participant();
+    return "dds:" + base::to_hex(std::as_bytes(std::span(bytes)));
+  }
   const std::string number = ":" + std::to_string(port);
   if (is_v4()) return v4_text(ip) + number;
   const std::string zone = scope == 0 ? "" : "%" + std::to_string(scope);

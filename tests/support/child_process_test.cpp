@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
-#include "tests/support/tcp_socket.h"
+#include "os/wakeup.h"
 
 namespace tims::test {
 namespace {
@@ -105,7 +105,7 @@ TEST(ChildProcess, IsKilledWhenTheTestDies) {
   int status = -1;
   ASSERT_EQ(::waitpid(dying_test, &status, 0), dying_test);
   ASSERT_EQ(status, 0) << "the child did not start";
-  EXPECT_TRUE(wait_for(read_end, POLLIN, os::deadline_after(kPatience)));
+  EXPECT_TRUE(os::is_ready(read_end.get(), POLLIN, os::deadline_after(kPatience)));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "tests/support/tcp_socket.h"
 
 namespace tims::test {
@@ -41,7 +42,7 @@ Result<void> TcpClient::send_bytes(std::span<const std::byte> bytes, Duration li
       return Error(Errc::kClosed, "by the router");
     } else if (errno != EAGAIN && errno != EINTR) {
       return os::system_error("send");
-    } else if (!wait_for(client_.socket(), POLLOUT, deadline)) {
+    } else if (!os::is_ready(client_.socket().get(), POLLOUT, deadline)) {
       return Error(Errc::kTimeout, std::to_string(bytes.size()) + " bytes not taken");
     }
   }

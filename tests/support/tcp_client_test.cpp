@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
@@ -24,7 +25,7 @@ class TcpClientTest : public testing::Test {
     auto connected = TcpClient::connect(listener->endpoint());
     ASSERT_TRUE(connected) << connected.error().message();
     client_.emplace(*std::move(connected));
-    ASSERT_TRUE(wait_for(listener->socket, POLLIN, os::deadline_after(kPatience)));
+    ASSERT_TRUE(os::is_ready(listener->socket.get(), POLLIN, os::deadline_after(kPatience)));
     router_ = os::File(::accept(listener->socket.get(), nullptr, nullptr));
     ASSERT_TRUE(router_);
   }

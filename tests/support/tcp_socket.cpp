@@ -5,7 +5,6 @@
 
 #include "os/clock.h"
 #include "os/socket.h"
-#include "os/wakeup.h"
 #include "wire/endpoint.h"
 
 namespace tims::test {
@@ -41,10 +40,6 @@ void close_with_reset(os::File& socket) {
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   ::setsockopt(socket.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   socket.reset();
-}
-
-bool wait_for(const os::File& socket, short events, Time deadline) {
-  return os::is_ready(socket.get(), events, deadline);
 }
 
 }  // namespace tims::test

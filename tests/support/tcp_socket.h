@@ -26,7 +26,4 @@ Result<Listener> listen_tcp();
 // Closes with a reset instead of an orderly end: what the other side has not read is lost to it.
 void close_with_reset(os::File& socket);
 
-// Waits until poll() reports one of `events`; false at the deadline.
-bool wait_for(const os::File& socket, short events, Time deadline);
-
 }  // namespace tims::test

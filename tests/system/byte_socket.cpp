@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "tests/support/patience.h"
 #include "tests/support/tcp_socket.h"
 
@@ -22,7 +23,7 @@ bool ByteSocket::send(std::string_view bytes) {
   const Time deadline = os::deadline_after(kPatience);
   while (!bytes.empty() && !closed_) {
     bytes.remove_prefix(send_some(bytes));
-    if (!bytes.empty() && !wait_for(socket_, POLLOUT, deadline)) return false;
+    if (!bytes.empty() && !os::is_ready(socket_.get(), POLLOUT, deadline)) return false;
   }
   return bytes.empty();
 }
@@ -65,11 +66,13 @@ std::string ByteSocket::take_rest() {
   return take(received_.size());
 }
 
-bool ByteSocket::has_input() { return !received_.empty() || wait_for(socket_, POLLIN, os::now()); }
+bool ByteSocket::has_input() {
+  return !received_.empty() || os::is_ready(socket_.get(), POLLIN, os::now());
+}
 
 // False at the deadline, and when the other side has closed.
 bool ByteSocket::receive() {
-  if (closed_ || !wait_for(socket_, POLLIN, os::deadline_after(kPatience))) return false;
+  if (closed_ || !os::is_ready(socket_.get(), POLLIN, os::deadline_after(kPatience))) return false;
   std::array<char, 65536> bytes;
   const ssize_t n = ::recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (n > 0) received_.append(bytes.data(), static_cast<std::size_t>(n));

@@ -15,8 +15,8 @@
 
 #include "os/clock.h"
 #include "os/file.h"
+#include "os/wakeup.h"
 #include "tests/support/eventually.h"
-#include "tests/support/tcp_socket.h"
 #include "tests/system/tcp_fixture.h"
 #include "tims/session.h"
 
@@ -321,7 +321,7 @@ class NotifySocket {
   [[nodiscard]] const std::string& path() const { return path_; }
 
   std::string receive() {
-    if (!wait_for(file_, POLLIN, os::deadline_after(kPatience))) return "nothing came";
+    if (!os::is_ready(file_.get(), POLLIN, os::deadline_after(kPatience))) return "nothing came";
     std::string text(1000, '\0');
     const ssize_t n = ::recv(file_.get(), text.data(), text.size(), 0);
     text.resize(n < 0 ? 0 : static_cast<std::size_t>(n));

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "tests/support/eventually.h"
 #include "tests/support/message_socket.h"
 #include "tests/support/tcp_client.h"
@@ -51,7 +52,7 @@ class FakeRouter {
         ++connections_;
         serve(MessageSocket(std::move(file)));
       } else {
-        wait_for(listener_.socket, POLLIN, os::deadline_after(10ms));
+        os::is_ready(listener_.socket.get(), POLLIN, os::deadline_after(10ms));
       }
     }
   }

@@ -21,8 +21,8 @@
 #include <span>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "router/link/datagram.h"
-#include "router/link/estimators.h"
 #include "router/link/transport.h"
 #include "tims/time.h"
 
@@ -82,9 +82,7 @@ class DiscoveryFilter {
     std::optional<link::DdsParticipant> gone{};
   };
 
-  explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {
-    budget_.set(kAdmittedPerSecond, kAdmittedPerSecond);
-  }
+  explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {}
 
   Verdict on_message(Time now, std::span<const std::byte> message, bool multicast);
   // One of ours: the answer is taken from it.
@@ -114,7 +112,7 @@ class DiscoveryFilter {
   std::optional<link::DdsParticipant> own_{};
   std::vector<std::byte> own_message_{};
   std::map<link::DdsParticipant, Router> routers_;
-  link::TokenBucket budget_;  // of those that address us
+  base::RateLimiter budget_{kAdmittedPerSecond, kAdmittedPerSecond};  // of those that address us
 };
 
 }  // namespace tims::io

@@ -57,13 +57,9 @@ void DdsEvents::post_writer(WriterReady ready) {
 void DdsEvents::post_line(Line line) {
   {
     const std::lock_guard lock(mutex_);
-    if (const Time now = os::now(); now >= lines_limit_.end()) {
-      if (const auto n = lines_limit_.take_held_back(); n > 0)
-        all_.lines.push_back({false, std::to_string(n) + " more lines held back"});
-      lines_limit_.begin(now);
-      lines_limit_.refill();
-    }
-    if (!lines_limit_.take()) return;
+    if (!lines_limiter_.take(os::now())) return;
+    if (const auto n = lines_limiter_.take_held_back(); n > 0)
+      all_.lines.push_back({false, std::to_string(n) + " more lines held back"});
     all_.lines.push_back(std::move(line));
   }
   notify();

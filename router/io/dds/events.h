@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "os/wakeup.h"
-#include "router/io/log.h"
 #include "router/link/datagram.h"
 #include "tims/time.h"
 
@@ -104,7 +104,7 @@ class DdsEvents {
   std::mutex mutex_;
   All all_{};
 
-  LineLimit lines_limit_{10, std::chrono::seconds(10)};
+  base::LineLimiter lines_limiter_{1, 10};
 };
 
 // A participant, with a writer for each router that is sent to. The loop and the thread share it.
