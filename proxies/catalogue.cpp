@@ -31,7 +31,6 @@
 #include "rack/proxies/scan3d.h"
 #include "rack/proxies/servo_drive.h"
 #include "rack/proxies/vehicle.h"
-#include "tims/class_names.h"
 
 namespace rack {
 

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/environment.h"
 
 namespace rack::gdos {

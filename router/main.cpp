@@ -205,9 +205,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   [[nodiscard]] std::optional<io::MailboxFill> fill(std::uint32_t handle) const override {
     return local_.fill(handle);
   }
-  [[nodiscard]] io::MailboxCounts mailbox_counts() const override {
-    return local_.mailbox_counts();
-  }
+  [[nodiscard]] shm::Counters mailbox_counts() const override { return local_.mailbox_counts(); }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port,
                                            std::uint32_t token) const override {
     return router_.queued_bytes(port, token);

@@ -29,8 +29,8 @@
 #include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
+#include "tims/mailbox.h"
 #include "tims/session.h"
-#include "tims/waiting.h"
 
 namespace rack {
 namespace {

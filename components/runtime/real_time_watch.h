@@ -18,7 +18,7 @@
 #include "rack/priority_mutex.h"
 #include "rack/proxies/generic.h"
 #include "rack/text_log.h"
-#include "tims/waiting.h"
+#include "tims/mailbox.h"
 
 namespace rack {
 

@@ -1,4 +1,6 @@
-// Durations and sizes with their units, as people write and read them. One grammar: a number, and
+// Durations and sizes with their units, and times of the calendar, as people write and read them.
+//
+// One grammar of measures: a number, and
 // right behind it ns, us, ms, s, min, h; or B, kB, MB, GB (powers of 1000), KiB, MiB, GiB (powers
 // of 1024).
 //
@@ -7,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -56,5 +59,18 @@ std::string human_count(double value);       // "812", "12.4k", "3.1M"
 std::string human_bytes(double value);       // "812 B", "12.4 KiB"
 std::string human_duration(double seconds);  // "14.2us", "3.10ms", "2.50s", "2m 10s", "3d 4h"
 std::string human_rate(double per_second);   // "75.0", "0.20", "12.4k"
+
+// --- the calendar, in UTC unless it says otherwise: who wants local time adds the zone's offset
+// (os/clock.h) first
+
+using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
+
+// "2026-11-21T02:15:00.123456Z", with so many digits behind the point.
+std::string rfc3339(WallTime time, int digits = 6);
+// As above, with one digit to nine, or none and no point; of the years 1678 to 2261.
+std::optional<WallTime> parse_rfc3339(std::string_view text);
+
+std::string date(WallTime time);         // "2026-11-21"
+std::string time_of_day(WallTime time);  // "02:15:00.123"
 
 }  // namespace tims::base

@@ -10,7 +10,6 @@
 #include "os/clock.h"
 #include "os/wakeup.h"
 #include "tims/mailbox.h"
-#include "tims/waiting.h"
 
 namespace tims {
 
@@ -157,19 +156,16 @@ Error MailboxCore::not_sent(shm::SendOutcome outcome, Address dest) const {
 }
 
 MailboxCounters MailboxCore::counters() const {
-  const shm::MailboxHeader& header = receiver_.view().header();
-  const auto read = [](const shm::Word64& word) { return word.load(std::memory_order_relaxed); };
-  return {.received = read(header.received),
+  const shm::Counters c = shm::counters(receiver_.view());
+  return {.received = c.received,
           .waiting = shm::waiting(receiver_.view()),
-          .replaced = read(header.replaced),
-          .refused = read(header.refused),
-          .too_big = read(header.too_big),
-          .reclaimed = read(header.reclaimed)};
+          .replaced = c.replaced,
+          .refused = c.refused,
+          .too_big = c.too_big,
+          .reclaimed = c.reclaimed};
 }
 
-// --- The handle, and what it hands out
-
-// --- what is handed out ---
+// --- What the handle hands out
 
 PeekGuard& PeekGuard::operator=(PeekGuard&& other) noexcept {
   std::swap(core_, other.core_);
@@ -217,7 +213,7 @@ Result<void> Loan::send() {
   return std::exchange(core_, nullptr)->commit({target_, claim, header_});
 }
 
-// --- the mailbox ---
+// --- The handle
 
 Mailbox::Mailbox(std::shared_ptr<MailboxCore> core) : core_(std::move(core)) {}
 Mailbox::Mailbox(Mailbox&&) noexcept = default;

@@ -1,6 +1,7 @@
 #include "client/session.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <optional>
@@ -15,7 +16,7 @@
 #include "os/environment.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "tims/session.h"
 
@@ -153,6 +154,48 @@ std::uint64_t inode_of(const os::File& file) {
 }
 
 }  // namespace
+
+namespace client {
+
+void PeerSegment::retire() {
+  if (++retired_ < offsets_.size()) return;
+  mapping_.replace([this](std::span<std::byte> fresh) {
+    for (const std::uint64_t offset : offsets_)
+      reinterpret_cast<shm::MailboxHeader*>(fresh.data() + offset)
+          ->closed.store(1, std::memory_order_relaxed);
+  });
+}
+
+Route& RouteTable::add(Address address) {
+  const std::lock_guard lock(mutex_);
+  if (Route* known = find(*table_.load(std::memory_order_relaxed), address)) return *known;
+  if (2 * (routes_.size() + 1) > tables_.back()->cells.size())
+    grow(2 * tables_.back()->cells.size());
+  routes_.push_back(std::make_unique<Route>(address));
+  put(*tables_.back(), routes_.back().get());
+  return *routes_.back();
+}
+
+void RouteTable::forget(Address address) {
+  if (Route* known = find(*table_.load(std::memory_order_acquire), address))
+    known->target.store(nullptr, std::memory_order_release);
+}
+
+void RouteTable::put(Table& table, Route* route) {
+  const std::size_t mask = table.cells.size() - 1;
+  std::size_t i = std::hash<Address>{}(route->address) >> 32;
+  while (table.cells[i & mask].load(std::memory_order_relaxed) != nullptr) ++i;
+  table.cells[i & mask].store(route, std::memory_order_release);
+}
+
+// Readers may still be in the old table: it stays until the end.
+void RouteTable::grow(std::size_t size) {
+  tables_.push_back(std::make_unique<Table>(size));
+  for (const auto& route : routes_) put(*tables_.back(), route.get());
+  table_.store(tables_.back().get(), std::memory_order_release);
+}
+
+}  // namespace client
 
 using client::Answer;
 using client::PeerSegment;
@@ -469,15 +512,10 @@ void SessionCore::take_along(Target& from, Target& to) {
   const bool too_old = os::now() >= uplink_left_ + kTooOld;
   shm::Receiver receiver(from.sender.view());
   while (const auto taken = receiver.take()) {
-    shm::Claim claim;
-    const Header& header = taken->header;
-    const bool claimed =
-        !too_old && shm::taken(to.sender.claim(header.length, header.priority, claim));
-    if (claimed) {
-      wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
-      std::ranges::copy(taken->body, claim.body);
-    }
-    if (!claimed || to.sender.commit(claim) != shm::SendOutcome::kOk) ++not_taken_along_;
+    std::array<std::byte, kHeaderSize> header;
+    wire::encode_header(taken->header, header);
+    if (too_old || !shm::taken(to.sender.put(header, taken->body, taken->header.priority)))
+      ++not_taken_along_;
     receiver.release(taken->hint);
   }
   wake(to);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 
 #include <poll.h>
 #include <pthread.h>
@@ -11,7 +10,6 @@
 #include <sys/uio.h>
 
 #include "os/socket.h"
-#include "os/uplink.h"
 #include "os/wakeup.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
@@ -32,52 +30,6 @@ constexpr int kWritesPerTurn = 8;
 constexpr Address kNobody(0xFFFFFFFF);
 
 }  // namespace
-
-// --- Mailboxes of the session
-
-Result<void> TcpMailboxes::offer(std::uint64_t segment, const os::File& memfd) {
-  if (segments_.contains(segment)) return {};  // said twice
-  auto mapping = os::Mapping::of(memfd);
-  if (!mapping) return mapping.error();
-  segments_[segment] = {.mapping = std::move(*mapping)};
-  return {};
-}
-
-Result<void> TcpMailboxes::add(const wire::OpenEntry& entry, os::File waker) {
-  if (mailboxes_.contains(entry.address))
-    return Error(Errc::kAddressInUse, "belongs to this session");
-  const auto segment = segments_.find(entry.place.segment);
-  if (segment == segments_.end()) return Error(Errc::kBadLayout, "no such segment");
-  auto view = shm::MailboxView::open(segment->second.mapping.bytes(), entry.place.offset);
-  if (!view) return view.error();
-  ++segment->second.mailboxes;
-  mailboxes_[entry.address] = {segment->first, std::make_unique<shm::Sender>(*view, kTcpWriter),
-                               std::move(waker)};
-  return {};
-}
-
-bool TcpMailboxes::remove(Address address) {
-  const auto found = mailboxes_.find(address);
-  if (found == mailboxes_.end()) return false;
-  const auto segment = segments_.find(found->second.segment);
-  mailboxes_.erase(found);
-  if (--segment->second.mailboxes == 0) segments_.erase(segment);
-  return true;
-}
-
-void TcpMailboxes::deliver(const Header& header, std::span<const std::byte> body) {
-  const auto found = mailboxes_.find(header.dest);
-  if (found == mailboxes_.end()) return;  // closed a moment ago
-  shm::Sender& sender = *found->second.sender;
-  shm::Claim claim;
-  if (!shm::taken(sender.claim(header.length, header.priority, claim))) return;
-  wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
-  if (!body.empty()) std::memcpy(claim.body, body.data(), body.size());
-  if (sender.commit(claim) == shm::SendOutcome::kOk)
-    os::wake_owner(sender, {found->second.waker.get()});
-}
-
-// --- The bridge
 
 TcpBridge::TcpBridge(TcpClient router, os::File session, Settings settings)
     : settings_(std::move(settings)),
@@ -149,11 +101,20 @@ bool TcpBridge::take_sent(std::size_t bytes_max, int messages_max) {
 // False: lost, or nobody knows where the next message begins.
 bool TcpBridge::read_router() {
   const auto got = router_.read([this](const Header& header, std::span<const std::byte> body) {
-    if (!wire::is_router_message(header)) return mailboxes_.deliver(header, body);
+    if (!wire::is_router_message(header)) return deliver(header, body);
     if (header.type == type::kOk || header.type == type::kError)
       on_router_word(header.type == type::kOk);
   });
   return got || got.error() == Errc::kEmpty;
+}
+
+// To the mailbox of its receiver, if it has room; what it does not take, it counts.
+void TcpBridge::deliver(const Header& header, std::span<const std::byte> body) {
+  const auto found = mailboxes_.find(header.dest);
+  if (found == mailboxes_.end()) return;  // closed a moment ago
+  std::array<std::byte, kHeaderSize> bytes;
+  wire::encode_header(header, bytes);
+  (void)memory_.deliver(found->second, bytes, body, header.priority);
 }
 
 // --- to the session
@@ -181,7 +142,7 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
     router_.protocol().put_command(router_command::kLogin, {});
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
   } else if (const auto* offer = std::get_if<wire::OfferSegment>(&record)) {
-    if (files.size() != 1 || !mailboxes_.offer(offer->segment, files[0])) failed_ = true;
+    if (!this->offer(offer->segment, std::move(files))) failed_ = true;
   } else if (const auto* opening = std::get_if<wire::Open>(&record)) {
     open(request, *opening, std::move(files));
   } else if (const auto* closing = std::get_if<wire::Close>(&record)) {
@@ -192,6 +153,13 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
   } else if (std::holds_alternative<wire::UplinkRequest>(record)) {
     grant_uplink(request);
   }
+}
+
+bool TcpBridge::offer(std::uint64_t segment, std::vector<os::File> files) {
+  if (files.size() != 1) return false;
+  os::ClientMemory::SegmentId& known = offered_[segment];
+  if (!memory_.knows(known)) known = memory_.offer(std::move(files[0]));  // else said twice
+  return true;
 }
 
 void TcpBridge::open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files) {
@@ -210,16 +178,36 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
   auto waker = files.begin();
   for (std::size_t i = 0; i < wish.entries.size(); ++i) {
     const bool given = wish.entries[i].has_waker && waker != files.end();
-    const auto added = mailboxes_.add(wish.entries[i], given ? std::move(*waker++) : os::File());
+    const auto added = add_mailbox(wish.entries[i], given ? std::move(*waker++) : os::File());
     if (added) continue;
     const bool in_use = added.error() == Errc::kAddressInUse;
     opened.text = (in_use ? "" : "is not registered: ") + added.error().detail();
     opened.entries[i].status =
         in_use ? wire::OpenStatus::kAddressInUse : wire::OpenStatus::kBadPlace;
-    for (std::size_t j = 0; j < i; ++j) mailboxes_.remove(wish.entries[j].address);
+    for (std::size_t j = 0; j < i; ++j) remove_mailbox(wish.entries[j].address);
     return opened;
   }
   return opened;
+}
+
+Result<void> TcpBridge::add_mailbox(const wire::OpenEntry& entry, os::File waker) {
+  if (mailboxes_.contains(entry.address))
+    return Error(Errc::kAddressInUse, "belongs to this session");
+  auto handle = memory_.add_mailbox(offered_[entry.place.segment], entry.place.offset,
+                                    entry.address, std::move(waker));
+  if (!handle) return handle.error();
+  mailboxes_[entry.address] = *handle;
+  return {};
+}
+
+bool TcpBridge::remove_mailbox(Address address) {
+  const auto found = mailboxes_.find(address);
+  if (found == mailboxes_.end()) return false;
+  const auto segment = memory_.mailbox(found->second).segment;
+  memory_.withdraw_mailbox(found->second);
+  memory_.drop_if_empty(segment);
+  mailboxes_.erase(found);
+  return true;
 }
 
 // A message that was sent before the mailbox was closed comes before that. One that the router
@@ -233,7 +221,7 @@ void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
     ++deleted;
   }
   for (const Address address : wish.addresses) {
-    if (!mailboxes_.remove(address)) continue;
+    if (!remove_mailbox(address)) continue;
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, address);
     ++deleted;
   }
@@ -286,7 +274,7 @@ std::size_t TcpBridge::settle(wire::Opened& opened) {
                 " has room for no more mailboxes";
   std::size_t deleted = 0;
   for (wire::OpenedEntry& entry : opened.entries) {
-    mailboxes_.remove(entry.address);
+    remove_mailbox(entry.address);
     if (!is_good(entry)) continue;
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, entry.address);
     entry.status = wire::OpenStatus::kNotTried;

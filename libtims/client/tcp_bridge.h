@@ -17,10 +17,8 @@
 #include <vector>
 
 #include "client/tcp_client.h"
+#include "os/client_memory.h"
 #include "os/file.h"
-#include "os/shared_memory.h"
-#include "os/uplink.h"
-#include "shm/sender.h"
 #include "tims/address.h"
 #include "tims/message.h"
 #include "tims/result.h"
@@ -29,34 +27,7 @@
 
 namespace tims::client {
 
-// The mailboxes of the session: what comes from the router is delivered here, in this process.
-
-inline constexpr std::uint32_t kTcpWriter = 1;  // the only process that writes to them
-
-class TcpMailboxes {
- public:
-  Result<void> offer(std::uint64_t segment, const os::File& memfd);
-  // `waker` may be none: a futex. kAddressInUse: another mailbox of this session has it.
-  Result<void> add(const wire::OpenEntry& entry, os::File waker);
-  bool remove(Address address);  // false: unknown
-
-  // To the mailbox of its receiver, if it has room; what it does not take, it counts.
-  void deliver(const Header& header, std::span<const std::byte> body);
-
- private:
-  struct Segment {
-    os::Mapping mapping;
-    std::size_t mailboxes = 0;
-  };
-  struct Mailbox {
-    std::uint64_t segment = 0;
-    std::unique_ptr<shm::Sender> sender;
-    os::File waker;
-  };
-
-  std::map<std::uint64_t, Segment> segments_;
-  std::map<Address, Mailbox> mailboxes_;
-};
+inline constexpr std::uint32_t kTcpWriter = 1;  // the only process that writes to the mailboxes
 
 class TcpBridge {
  public:
@@ -88,7 +59,10 @@ class TcpBridge {
   bool read_session();
   void on_record(std::uint32_t request, const wire::Record& record, std::vector<os::File> files);
   void open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files);
+  bool offer(std::uint64_t segment, std::vector<os::File> files);
   wire::Opened add_mailboxes(const wire::Open& wish, std::vector<os::File> files);
+  Result<void> add_mailbox(const wire::OpenEntry& entry, os::File waker);
+  bool remove_mailbox(Address address);
   void close(std::uint32_t request, const wire::Close& wish);
   void grant_uplink(std::uint32_t request);
   void on_router_word(bool good);
@@ -100,6 +74,7 @@ class TcpBridge {
   bool write_router();
   bool take_sent(std::size_t bytes_max, int messages_max = std::numeric_limits<int>::max());
   bool read_router();
+  void deliver(const Header& header, std::span<const std::byte> body);
 
   const Settings settings_;
   TcpClient router_;
@@ -107,7 +82,9 @@ class TcpBridge {
   bool failed_ = false;  // the session takes no more
 
   std::deque<Asked> asked_;
-  TcpMailboxes mailboxes_;
+  os::ClientMemory memory_{kTcpWriter};
+  std::map<std::uint64_t, os::ClientMemory::SegmentId> offered_;  // by the session's numbers
+  std::map<Address, os::ClientMemory::Handle> mailboxes_;
   std::unique_ptr<os::Uplink> uplink_;
   bool more_ = false;  // there may be more in the uplink
 

@@ -4,6 +4,8 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include "os/wakeup.h"
+
 namespace tims::os {
 
 Mapping::Mapping(Mapping&& other) noexcept
@@ -55,6 +57,13 @@ Result<File> make_memfd(const std::string& name, std::size_t size) {
   if (::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return system_error("sealing shared memory");
   return file;
+}
+
+void wake_sleeper(const shm::Sender& sender, std::uint32_t sleep, Waker waker) {
+  shm::Word32& word = sender.view().header().sleep;
+  if (waker.fd < 0) return futex_clear_and_wake(*word.raw());
+  waker.is_doorbell ? signal_event_fd(waker.fd) : wake(waker.fd);
+  word.compare_exchange(sleep, sleep & ~1U, std::memory_order_acq_rel);
 }
 
 }  // namespace tims::os

@@ -1,11 +1,13 @@
-// Shared memory: a sealed memfd and its mapping.
+// Shared memory: a sealed memfd and its mapping; and waking the owner of a mailbox that lies in it.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
 #include "os/file.h"
+#include "shm/sender.h"
 #include "tims/result.h"
 
 namespace tims::os {
@@ -46,5 +48,22 @@ class Mapping {
 
 // A new memfd of `size` bytes, zeroed, that can no longer change its size.
 Result<File> make_memfd(const std::string& name, std::size_t size);
+
+// How the owner of a mailbox is woken: -1, by its futex.
+struct Waker {
+  int fd = -1;
+  bool is_doorbell = false;  // an eventfd of the router's, else a socket (os/wakeup.h)
+};
+
+// Wakes the owner of a mailbox if it sleeps; after each message that was put into it.
+//
+// Every kind wakes first and clears the sign after it, or both at once: a sender that dies in
+// between leaves the owner woken, or the sign standing for the next sender. Which kind it is says
+// the router, not the memory, which the owner can change: a waker is checked, a doorbell is the
+// router's own.
+void wake_sleeper(const shm::Sender& sender, std::uint32_t sleep, Waker waker);
+inline void wake_owner(const shm::Sender& sender, Waker waker) {
+  if (const std::uint32_t sleep = sender.sleeper()) wake_sleeper(sender, sleep, waker);
+}
 
 }  // namespace tims::os

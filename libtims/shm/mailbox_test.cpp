@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
 #include "wire/header.h"

@@ -112,4 +112,23 @@ std::uint64_t waiting(const MailboxView& view) {
   return count;
 }
 
+Counters& Counters::operator+=(const Counters& more) {
+  received += more.received;
+  replaced += more.replaced;
+  refused += more.refused;
+  too_big += more.too_big;
+  reclaimed += more.reclaimed;
+  return *this;
+}
+
+Counters counters(const MailboxView& view) {
+  const MailboxHeader& header = view.header();
+  const auto read = [](const Word64& word) { return word.load(memory_order_relaxed); };
+  return {.received = read(header.received),
+          .replaced = read(header.replaced),
+          .refused = read(header.refused),
+          .too_big = read(header.too_big),
+          .reclaimed = read(header.reclaimed)};
+}
+
 }  // namespace tims::shm

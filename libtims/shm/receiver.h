@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/slot.h"
 #include "tims/message.h"
 #include "wire/header.h"
@@ -214,5 +214,17 @@ inline bool Receiver::rest() {
 
 // Readable messages at this moment, by looking at every slot.
 std::uint64_t waiting(const MailboxView& view);
+
+// What has happened in a mailbox; the words: tims/mailbox.h.
+struct Counters {
+  std::uint64_t received = 0;
+  std::uint64_t replaced = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t too_big = 0;
+  std::uint64_t reclaimed = 0;
+
+  Counters& operator+=(const Counters& more);
+};
+Counters counters(const MailboxView& view);
 
 }  // namespace tims::shm

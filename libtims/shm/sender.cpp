@@ -1,4 +1,4 @@
-// What a sender does when there is no hint to go by.
+// What a sender does with whole messages, and when there is no hint to go by.
 #include "shm/sender.h"
 
 #include <algorithm>
@@ -12,6 +12,18 @@ using std::memory_order_acquire;
 using std::memory_order_relaxed;
 using std::memory_order_release;
 using std::memory_order_seq_cst;
+
+SendOutcome Sender::put(std::span<const std::byte, kHeaderSize> header,
+                        std::span<const std::byte> body, std::uint8_t priority) {
+  Claim slot;
+  const auto length = static_cast<std::uint32_t>(kHeaderSize + body.size());
+  const SendOutcome outcome = claim(length, priority, slot);
+  if (!taken(outcome)) return outcome;
+  std::ranges::copy(header, slot.header);
+  std::ranges::copy(body, slot.body);
+  const SendOutcome committed = commit(slot);
+  return committed == SendOutcome::kOk ? outcome : committed;
+}
 
 // No hint: look at every slot, until one is claimed or two looks have seen the same: words do not
 // come back, so at the moment between the two the mailbox was full. The bound is for hostile

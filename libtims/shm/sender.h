@@ -11,9 +11,10 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/slot.h"
 
 namespace tims::shm {
@@ -48,6 +49,9 @@ class Sender {
   // Makes the message visible. kOk or kReclaimed.
   SendOutcome commit(const Claim& claim);
   void give_up(const Claim& claim);
+  // All of it: a message that lies somewhere else. kOk and kReplaced: it is there.
+  SendOutcome put(std::span<const std::byte, kHeaderSize> header, std::span<const std::byte> body,
+                  std::uint8_t priority);
 
   // After commit: the value of MailboxHeader::sleep when the owner must be woken, else 0.
   [[nodiscard]] std::uint32_t sleeper() const {

@@ -5,8 +5,6 @@
 #include <charconv>
 #include <span>
 
-#include "tims/class_names.h"
-
 namespace tims {
 namespace {
 

@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tims/class_names.h"
-
 namespace tims {
 namespace {
 

@@ -73,7 +73,7 @@ class AdminFixture : public AdminSource {
     if (handle != 7) return std::nullopt;
     return MailboxFill{.slots = 16, .message_max = 1476, .waiting = 3, .counts = {.received = 900}};
   }
-  [[nodiscard]] MailboxCounts mailbox_counts() const override {
+  [[nodiscard]] shm::Counters mailbox_counts() const override {
     return {.received = 1000, .replaced = 4, .refused = 3, .too_big = 2, .reclaimed = 1};
   }
   [[nodiscard]] std::uint64_t queued_bytes(core::PortKind port, std::uint32_t) const override {

@@ -9,7 +9,7 @@
 
 #include "os/clock.h"
 #include "os/wakeup.h"
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -139,10 +139,10 @@ void LocalPort::drop(Time now, std::uint32_t token, core::CloseReason reason) {
 
 // Everything the client had and may have left behind in others' mailboxes.
 void LocalPort::forget(LocalClient& client) {
-  for (const auto& [address, handle] : client.mailboxes) segments_.remove_mailbox(handle);
-  for (const auto& [number, segment] : client.offered) segments_.drop_if_empty(segment);
-  for (const LocalSegments::SegmentId segment : client.known)
-    segments_.reclaim(segment, [&](std::uint32_t writer) { return writer == client.writer; });
+  for (const auto& [address, handle] : client.mailboxes) memory_.remove_mailbox(handle);
+  for (const auto& [number, segment] : client.offered) memory_.drop_if_empty(segment);
+  for (const os::ClientMemory::SegmentId segment : client.known)
+    memory_.reclaim(segment, [&](std::uint32_t writer) { return writer == client.writer; });
   writers_.erase(client.writer);
   clients_.erase(client.token);
 }
@@ -151,11 +151,8 @@ void LocalPort::forget(LocalClient& client) {
 
 core::Outcome LocalPort::deliver(Time /*now*/, const core::Receiver& to,
                                  const core::Message& message) {
-  LocalSegments::Mailbox& mailbox = segments_.mailbox(to.handle);
-  if (!mailbox.sender) return core::Outcome::kOwnerGone;
-  shm::Claim claim;
-  const auto outcome = mailbox.sender->claim(static_cast<std::uint32_t>(message.bytes.size()),
-                                             message.header.priority, claim);
+  const auto outcome = memory_.deliver(to.handle, message.bytes.first<kHeaderSize>(),
+                                       message.body(), message.header.priority);
   switch (outcome) {
     case shm::SendOutcome::kOk:
     case shm::SendOutcome::kReplaced:
@@ -167,11 +164,6 @@ core::Outcome LocalPort::deliver(Time /*now*/, const core::Receiver& to,
     default:
       return core::Outcome::kOwnerGone;
   }
-  std::memcpy(claim.header, message.bytes.data(), kHeaderSize);
-  if (!message.body().empty())
-    std::memcpy(claim.body, message.body().data(), message.body().size());
-  if (mailbox.sender->commit(claim) != shm::SendOutcome::kOk) return core::Outcome::kOwnerGone;
-  LocalSegments::wake(mailbox);
   delivered_here_ = true;
   return outcome == shm::SendOutcome::kReplaced ? core::Outcome::kMailboxReplaced
                                                 : core::Outcome::kDelivered;
@@ -195,18 +187,18 @@ void LocalPort::moved(Address address) {
 }
 
 std::optional<MailboxFill> LocalPort::fill(std::uint32_t handle) const {
-  const LocalSegments::Mailbox* mailbox = segments_.find(handle);
+  const os::ClientMemory::Mailbox* mailbox = memory_.find(handle);
   if (mailbox == nullptr) return std::nullopt;
   const shm::MailboxView& view = mailbox->sender->view();
   return MailboxFill{.slots = view.geometry().slots,
                      .message_max = view.geometry().message_max,
                      .waiting = shm::waiting(view),
-                     .counts = LocalSegments::counts(*mailbox),
+                     .counts = shm::counters(view),
                      .asleep = mailbox->sender->sleeper() != 0};
 }
 
 void LocalPort::sweep_orphans() {
-  segments_.reclaim_everywhere([this](std::uint32_t writer) {
+  memory_.reclaim_everywhere([this](std::uint32_t writer) {
     return writer != kRouterWriter && !writers_.contains(writer);
   });
 }
@@ -284,10 +276,10 @@ bool LocalPort::offer(LocalClient& client, const wire::OfferSegment& offer,
   if (client.offered.size() >= client.mailboxes.size() + kUnusedSegmentsMax) return false;
   const bool has_room = client.offered.size() + client.wakers < descriptors_for_one();
   if (received.files.size() == 1 && has_room) {
-    client.offered[offer.segment] = segments_.offer(std::move(received.files.front()));
+    client.offered[offer.segment] = memory_.offer(std::move(received.files.front()));
     return true;
   }
-  client.offered[offer.segment] = LocalSegments::kLost;
+  client.offered[offer.segment] = os::ClientMemory::kLost;
   return received.files_lost || !has_room;
 }
 
@@ -334,12 +326,12 @@ wire::OpenStatus LocalPort::open_one(Time now, LocalClient& client, const wire::
     text = "is not registered: no such segment was offered";
     return wire::OpenStatus::kBadPlace;
   }
-  if (offered->second == LocalSegments::kLost) {
+  if (offered->second == os::ClientMemory::kLost) {
     text = kNoDescriptor;
     return wire::OpenStatus::kTooMany;
   }
   auto handle =
-      segments_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
+      memory_.add_mailbox(offered->second, entry.place.offset, entry.address, std::move(waker));
   if (!handle) {
     text = "is not registered: " + handle.error().message();
     return wire::OpenStatus::kBadPlace;
@@ -348,9 +340,9 @@ wire::OpenStatus LocalPort::open_one(Time now, LocalClient& client, const wire::
   if (status == wire::OpenStatus::kOk) {
     client.mailboxes[entry.address.raw()] = *handle;
     client.wakers += entry.has_waker ? 1 : 0;
-    segments_.open_mailbox(*handle);
+    memory_.open_mailbox(*handle);
   } else {
-    segments_.withdraw_mailbox(*handle);
+    memory_.withdraw_mailbox(*handle);
   }
   return status;
 }
@@ -359,12 +351,12 @@ bool LocalPort::has_opened(const LocalClient& client, const wire::OpenEntry& ent
   const auto own = client.mailboxes.find(entry.address.raw());
   const auto offered = client.offered.find(entry.place.segment);
   if (own == client.mailboxes.end() || offered == client.offered.end()) return false;
-  const LocalSegments::Mailbox* mailbox = segments_.find(own->second);
+  const os::ClientMemory::Mailbox* mailbox = memory_.find(own->second);
   return mailbox->segment == offered->second && mailbox->offset == entry.place.offset;
 }
 
 wire::OpenStatus LocalPort::register_one(Time now, LocalClient& client, Address address,
-                                         LocalSegments::Handle handle, std::string& text) {
+                                         os::ClientMemory::Handle handle, std::string& text) {
   if (const auto* entry = router_.find(address)) {
     const core::Client* owner = router_.client(entry->owner);
     if (owner != nullptr && owner->info.port == core::PortKind::kLocal && owner->id != client.id)
@@ -392,8 +384,8 @@ bool LocalPort::close_mailboxes(Time now, LocalClient& client, std::uint32_t req
 // Memory that no mailbox of the client lies in.
 void LocalPort::drop_unused(LocalClient& client) {
   std::erase_if(client.offered, [this](const auto& entry) {
-    segments_.drop_if_empty(entry.second);
-    return !segments_.knows(entry.second);
+    memory_.drop_if_empty(entry.second);
+    return !memory_.knows(entry.second);
   });
 }
 
@@ -401,8 +393,8 @@ void LocalPort::close_mailbox(Time now, LocalClient& client, Address address) {
   const auto own = client.mailboxes.find(address.raw());
   if (own == client.mailboxes.end()) return;
   router_.remove_mailbox(now, client.id, address);
-  client.wakers -= segments_.mailbox(own->second).waker ? 1 : 0;
-  segments_.remove_mailbox(own->second);
+  client.wakers -= memory_.mailbox(own->second).waker ? 1 : 0;
+  memory_.remove_mailbox(own->second);
   client.mailboxes.erase(own);
 }
 
@@ -421,8 +413,8 @@ const core::Table::Entry* LocalPort::find_local(Address address) const {
 bool LocalPort::found(LocalClient& client, std::uint32_t request, Address address) {
   const auto* entry = find_local(address);
   if (entry == nullptr) return send(client, request, wire::Found{address, false, {}, false});
-  const LocalSegments::Mailbox& mailbox = segments_.mailbox(entry->handle);
-  std::vector<int> files{segments_.memfd(mailbox.segment).get()};
+  const os::ClientMemory::Mailbox& mailbox = memory_.mailbox(entry->handle);
+  std::vector<int> files{memory_.memfd(mailbox.segment).get()};
   if (mailbox.waker) files.push_back(mailbox.waker.get());
   client.known.insert(mailbox.segment);
   return send(client, request,

@@ -16,18 +16,20 @@
 #include <vector>
 
 #include "base/slot_map.h"
+#include "os/client_memory.h"
 #include "os/socket.h"
-#include "os/uplink.h"
 #include "router/core/router.h"
 #include "router/core/types.h"
 #include "router/io/acceptor.h"
-#include "router/io/local_segments.h"
 #include "router/io/loop.h"
 #include "router/io/reports.h"
 #include "tims/result.h"
 #include "wire/local_protocol.h"
 
 namespace tims::io {
+
+// The router's own identity as a writer: its slots are never reclaimed while it lives.
+inline constexpr std::uint32_t kRouterWriter = 0xFFFFFF;
 
 // One program of this host, as its port sees it.
 struct LocalClient {
@@ -36,10 +38,10 @@ struct LocalClient {
   core::ClientId id;  // kNoClient until it has said hello
   std::uint32_t token = 0;
   std::uint32_t writer = 0;
-  std::unordered_map<std::uint64_t, LocalSegments::SegmentId> offered;  // by its own numbers
-  std::unordered_map<std::uint32_t, LocalSegments::Handle> mailboxes;   // by raw address
-  std::size_t wakers = 0;                                               // of its mailboxes
-  std::unordered_set<LocalSegments::SegmentId> known;                   // segments it can write to
+  std::unordered_map<std::uint64_t, os::ClientMemory::SegmentId> offered;  // by its own numbers
+  std::unordered_map<std::uint32_t, os::ClientMemory::Handle> mailboxes;   // by raw address
+  std::size_t wakers = 0;                                                  // of its mailboxes
+  std::unordered_set<os::ClientMemory::SegmentId> known;  // segments it can write to
   std::unique_ptr<os::Uplink> uplink;
   std::optional<Watch> doorbell_watch;
   int taken_before_record = 0;  // messages, since the record or the end to be read next has come
@@ -69,7 +71,7 @@ class LocalPort final : public core::Port {
 
   // What is to be seen of a mailbox, by its handle.
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
-  [[nodiscard]] MailboxCounts mailbox_counts() const { return segments_.counts(); }
+  [[nodiscard]] shm::Counters mailbox_counts() const { return memory_.counters(); }
 
  private:
   void accept(os::File socket);
@@ -89,7 +91,7 @@ class LocalPort final : public core::Port {
   wire::OpenStatus open_one(Time now, LocalClient& client, const wire::OpenEntry& entry,
                             os::File waker, std::string& text);
   wire::OpenStatus register_one(Time now, LocalClient& client, Address address,
-                                LocalSegments::Handle handle, std::string& text);
+                                os::ClientMemory::Handle handle, std::string& text);
   [[nodiscard]] bool has_opened(const LocalClient& client, const wire::OpenEntry& entry) const;
   void drop_unused(LocalClient& client);
   void close_mailbox(Time now, LocalClient& client, Address address);
@@ -125,7 +127,7 @@ class LocalPort final : public core::Port {
   base::SlotMap<LocalClient> clients_;                        // by token
   std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token
   std::uint32_t last_writer_;
-  LocalSegments segments_;
+  os::ClientMemory memory_{kRouterWriter};
   std::vector<std::byte> record_;
   // What came through uplinks this turn, copied out of shared memory.
   std::vector<std::byte> copies_;

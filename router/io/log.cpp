@@ -7,8 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "router/io/reports.h"

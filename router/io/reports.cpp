@@ -151,10 +151,10 @@ void add_drops_and_events(MetricsPage& page, const core::Router& router) {
     page.sample(report.count, {{"event", std::string(core::name(report.kind))}});
 }
 
-void add_mailboxes(MetricsPage& page, const MailboxCounts& counts) {
+void add_mailboxes(MetricsPage& page, const shm::Counters& counts) {
   page.family("tims_mailbox_messages_total", "counter",
               "Messages to mailboxes in shared memory, whoever sent them, by what became of them.");
-  for_each_field<MailboxCounts>([&](const auto& field) {
+  for_each_field<shm::Counters>([&](const auto& field) {
     page.sample(std::invoke(field.get, counts), {{"outcome", std::string(field.name)}});
   });
 }

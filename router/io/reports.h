@@ -15,7 +15,7 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "base/wall_time.h"
+#include "base/measure.h"
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "router/core/report.h"
@@ -23,6 +23,7 @@
 #include "router/io/fields.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
+#include "shm/receiver.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -68,30 +69,12 @@ struct ProcessReport {
   std::optional<UdpReport> udp_socket{};
 };
 
-// What became of messages to mailboxes in shared memory, whoever sent them.
-struct MailboxCounts {
-  std::uint64_t received = 0;
-  std::uint64_t replaced = 0;
-  std::uint64_t refused = 0;
-  std::uint64_t too_big = 0;
-  std::uint64_t reclaimed = 0;
-
-  MailboxCounts& operator+=(const MailboxCounts& more) {
-    received += more.received;
-    replaced += more.replaced;
-    refused += more.refused;
-    too_big += more.too_big;
-    reclaimed += more.reclaimed;
-    return *this;
-  }
-};
-
 // What is to be seen of a mailbox in shared memory.
 struct MailboxFill {
   std::uint32_t slots = 0;
   std::uint32_t message_max = 0;  // bytes, header included
   std::uint64_t waiting = 0;
-  MailboxCounts counts{};
+  shm::Counters counts{};
   bool asleep = false;
 };
 
@@ -114,7 +97,7 @@ class AdminSource {
   // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
   // Of all of them, those that are gone as well.
-  [[nodiscard]] virtual MailboxCounts mailbox_counts() const = 0;
+  [[nodiscard]] virtual shm::Counters mailbox_counts() const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,
                                                    std::uint32_t token) const = 0;
 
@@ -229,11 +212,11 @@ struct Fields<MailboxView> {
 
 // By what became of the messages; the names are labels of one metric too.
 template <>
-struct Fields<MailboxCounts> {
+struct Fields<shm::Counters> {
   static constexpr std::tuple list{
-      Field{"received", &MailboxCounts::received}, Field{"replaced", &MailboxCounts::replaced},
-      Field{"refused", &MailboxCounts::refused}, Field{"too_big", &MailboxCounts::too_big},
-      Field{"reclaimed", &MailboxCounts::reclaimed}};
+      Field{"received", &shm::Counters::received}, Field{"replaced", &shm::Counters::replaced},
+      Field{"refused", &shm::Counters::refused}, Field{"too_big", &shm::Counters::too_big},
+      Field{"reclaimed", &shm::Counters::reclaimed}};
 };
 
 template <>

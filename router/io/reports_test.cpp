@@ -239,7 +239,7 @@ struct Source : AdminSource {
   const config::Config& config() const override { return config_; }
   const config::Origins& origins() const override { return origins_; }
   std::optional<MailboxFill> fill(std::uint32_t) const override { return {}; }
-  MailboxCounts mailbox_counts() const override { return {.received = 50, .replaced = 4}; }
+  shm::Counters mailbox_counts() const override { return {.received = 50, .replaced = 4}; }
   std::uint64_t queued_bytes(core::PortKind port, std::uint32_t token) const override {
     return port == core::PortKind::kTcp ? 100 + token : 0;
   }

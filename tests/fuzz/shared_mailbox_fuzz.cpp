@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
 #include "tests/fuzz/fuzz_input.h"

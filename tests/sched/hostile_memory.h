@@ -12,7 +12,7 @@
 
 #include <sys/mman.h>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/slot.h"
 
 namespace tims::shm {

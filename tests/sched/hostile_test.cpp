@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
 #include "tests/sched/hostile_memory.h"

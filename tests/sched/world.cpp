@@ -3,7 +3,7 @@
 #include <cstring>
 #include <new>
 
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "wire/header.h"
 
 namespace tims::sched {

@@ -20,7 +20,7 @@
 #include "os/shared_memory.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "shm/sender.h"
 #include "tests/support/child_process.h"

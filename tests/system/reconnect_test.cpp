@@ -9,7 +9,7 @@
 #include <sys/socket.h>
 
 #include "os/shared_memory.h"
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 #include "shm/receiver.h"
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"

@@ -17,7 +17,7 @@ LAYER_OF_HEADERS = {"proxies/include/rack/codec": "proxies/codec", "proxies/incl
 # Those of libtims are values that everybody may use, except those that speak to the system.
 PUBLIC = "libtims/include/"
 PUBLIC_OF_CLIENT = ("libtims/include/tims.h", "libtims/include/tims/session.h",
-                    "libtims/include/tims/mailbox.h", "libtims/include/tims/waiting.h")
+                    "libtims/include/tims/mailbox.h")
 
 
 class Layers:

@@ -28,7 +28,7 @@ ALLOWED = [re.compile(p) for p in (
 )]
 # Sanitizer builds call their own runtime.
 INSTRUMENTED = re.compile(r"__(asan|ubsan|tsan|sanitizer)_.*")
-# What people call classes is the same in all of a program (libtims/include/tims/class_names.h).
+# What people call classes is the same in all of a program (name_class(), libtims/include/tims/address.h).
 NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 # Written by the loader only.
 RELOCATED = re.compile(r"DW\.ref\..*")

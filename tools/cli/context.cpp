@@ -6,7 +6,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "tools/cli/admin_client.h"
 #include "tools/cli/arguments.h"

@@ -12,7 +12,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
-#include "base/wall_time.h"
+#include "base/measure.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
 

@@ -5,7 +5,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl {

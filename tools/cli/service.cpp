@@ -10,7 +10,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "os/socket.h"

@@ -12,7 +12,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/process.h"

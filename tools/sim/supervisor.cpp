@@ -11,7 +11,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "os/process.h"
 #include "os/socket.h"

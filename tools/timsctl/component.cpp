@@ -6,7 +6,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/chassis.h"

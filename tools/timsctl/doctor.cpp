@@ -24,7 +24,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "tools/cli/context.h"

@@ -11,7 +11,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "proxies/gdos_texts.h"
 #include "rack/proxies/gdos_log.h"

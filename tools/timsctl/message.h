@@ -10,7 +10,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "rack/proxies/catalogue.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/connection.h"

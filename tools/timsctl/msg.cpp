@@ -10,7 +10,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "rack/proxies/generic.h"
 #include "tools/cli/arguments.h"

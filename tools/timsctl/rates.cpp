@@ -16,7 +16,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "os/clock.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"

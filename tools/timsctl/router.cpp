@@ -11,7 +11,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "base/wall_time.h"
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "tools/cli/admin_client.h"

@@ -123,6 +123,10 @@ class TIMS_API AddressPattern {
 TIMS_API std::string_view class_name(std::uint32_t class_id);
 // Class id of a printed name, without regard to case.
 TIMS_API std::optional<std::uint32_t> class_id_of(std::string_view name);
+// Names a class of components that is none of RACK's, for all that is read and written as text from
+// now on in this program: "Thermometer(0/0)" instead of "unknown[80](0/0)". Before it has threads;
+// `name` must stay. False: the number or the name is another class's, or there are 64 already.
+TIMS_API bool name_class(std::uint32_t class_id, std::string_view name);
 
 }  // namespace tims
 

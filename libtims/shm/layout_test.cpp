@@ -1,4 +1,4 @@
-#include "shm/mailbox_view.h"
+#include "shm/layout.h"
 
 #include <cstring>
 #include <memory>

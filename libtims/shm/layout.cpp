@@ -1,6 +1,4 @@
-#include "shm/mailbox_view.h"
-
-#include "shm/slot.h"
+#include "shm/layout.h"
 
 namespace tims::shm {
 
