@@ -5,6 +5,8 @@
 #include <charconv>
 #include <utility>
 
+#include "base/text.h"
+#include "rack/codec/message_text.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/clock.h"
@@ -203,9 +205,6 @@ std::vector<ClassInfo>& classes() {
   return added;
 }
 
-// Not std::toupper: it depends on the locale.
-char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c & ~0x20) : c; }
-
 // Of the class, else of the framework.
 template <typename Fits>
 const MessageInfo* find(u32 class_id, const Fits& fits) {
@@ -255,9 +254,8 @@ const MessageInfo* find_message(u32 class_id, i8 type) {
 }
 
 const MessageInfo* find_message(u32 class_id, std::string_view name) {
-  const auto same = [](char a, char b) { return upper(a) == upper(b); };
-  return find(class_id,
-              [&](const MessageInfo& m) { return std::ranges::equal(m.name, name, same); });
+  const std::string wanted = tims::base::lower(name);
+  return find(class_id, [&](const MessageInfo& m) { return tims::base::lower(m.name) == wanted; });
 }
 
 const MessageInfo* find_message(const tims::Header& header, const tims::AddressWidths& widths) {
@@ -313,11 +311,7 @@ Result<void> append_struct(std::string& out, std::vector<const Schema*>& there,
                                    {"pads", std::size_t{schema.pads}},
                                    {"surplus", schema.surplus}})
     if (value > 0) out.append(", \"").append(key).append("\": ").append(std::to_string(value));
-  out += ", \"made\": \"";
-  for (const std::byte byte : schema.made()) {
-    out += "0123456789abcdef"[std::to_integer<unsigned>(byte) >> 4U];
-    out += "0123456789abcdef"[std::to_integer<unsigned>(byte) & 0xFU];
-  }
+  out.append(", \"made\": \"").append(tims::base::to_hex(schema.made()));
   out += "\", \"fields\": [";
   for (const SchemaField& field : schema.fields) {
     out += &field == schema.fields.data() ? "\n      " : ",\n      ";

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rack/codec/message_text.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/pilot.h"
 
@@ -42,7 +43,7 @@ TEST(Catalogue, EveryClassOfTheOriginalHasData) {
     const MessageInfo* data = find_message(id, tims::type::kData);
     ASSERT_NE(data, nullptr) << tims::class_name(id);
     ASSERT_NE(data->body, nullptr);
-    const auto columns = data->body->columns();
+    const auto columns = columns_of(*data->body);
     EXPECT_EQ(columns.front(), (Column{"recordingTime", "ms", "s", "u32"})) << data->body->name;
     EXPECT_TRUE(data->body->name.starts_with(tims::class_name(id))) << data->body->name;
   }
@@ -75,13 +76,14 @@ TEST(Catalogue, PrintsABody) {
   ASSERT_NE(move, nullptr);
   EXPECT_EQ(move->body->name, "ChassisMoveData");
   const std::array<std::byte, 12> body = {std::byte{}, std::byte{}, std::byte{2}, std::byte{1}};
-  EXPECT_EQ(*move->body->json(body, std::endian::big, {}), R"({"vx":513,"vy":0,"omega":0})");
-  EXPECT_EQ(*move->body->text(body, std::endian::big, {}),
+  EXPECT_EQ(*body_json(*move->body, body, std::endian::big, {}), R"({"vx":513,"vy":0,"omega":0})");
+  EXPECT_EQ(*body_text(*move->body, body, std::endian::big, {}),
             "vx: 513 mm/s\nvy: 0 mm/s\nomega: 0 rad/s\n");
-  const auto little = move->body->recode(body, std::endian::big, std::endian::little);
+  const auto little = recode(*move->body, body, std::endian::big, std::endian::little);
   ASSERT_TRUE(little);
   EXPECT_EQ(little->at(0), std::byte{1});
-  EXPECT_EQ(move->body->json({}, std::endian::big, {}).error().code(), tims::Errc::kMalformed);
+  EXPECT_EQ(body_json(*move->body, {}, std::endian::big, {}).error().code(),
+            tims::Errc::kMalformed);
 }
 
 TEST(Catalogue, MessagesByName) {
@@ -95,11 +97,11 @@ TEST(Catalogue, MessagesByName) {
 TEST(Catalogue, MakesABodyOfFieldsByName) {
   const Schema& move = *find_message(tims::class_id::kChassis, "move")->body;
   const std::array<Assignment, 2> fields = {{{"vx", "0.2m/s"}, {"omega", "0.5"}}};
-  const auto bytes = move.make(fields, std::endian::big, {});
+  const auto bytes = make_body(move, fields, std::endian::big, {});
   ASSERT_TRUE(bytes);
-  EXPECT_EQ(*move.json(*bytes, std::endian::big, {}), R"({"vx":200,"vy":0,"omega":0.5})");
+  EXPECT_EQ(*body_json(move, *bytes, std::endian::big, {}), R"({"vx":200,"vy":0,"omega":0.5})");
   const std::array<Assignment, 1> wrong = {{{"vz", "1"}}};
-  EXPECT_EQ(move.make(wrong, std::endian::big, {}).error().detail(),
+  EXPECT_EQ(make_body(move, wrong, std::endian::big, {}).error().detail(),
             "ChassisMoveData has no field \"vz\"");
 }
 
@@ -108,9 +110,9 @@ TEST(Catalogue, EveryMessageCanBeMadeAndTold) {
   for (const auto table : message_tables()) {
     for (const MessageInfo& message : table) {
       if (message.body == nullptr) continue;
-      const auto bytes = message.body->make({}, std::endian::little, {});
+      const auto bytes = make_body(*message.body, {}, std::endian::little, {});
       ASSERT_TRUE(bytes) << message.body->name << bytes.error().message();
-      const auto line = message.body->text(*bytes, std::endian::little, {.one_line = true});
+      const auto line = body_text(*message.body, *bytes, std::endian::little, {.one_line = true});
       ASSERT_TRUE(line) << message.body->name << line.error().message();
       EXPECT_FALSE(line->empty()) << message.body->name;
       EXPECT_EQ(line->find('\n'), std::string::npos) << *line;

@@ -1,7 +1,6 @@
 #include "proxies/gdos_texts.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include <boost/json/parse.hpp>
 #include <fmt/format.h>
@@ -118,10 +117,7 @@ std::optional<std::uint32_t> file_number(std::string_view name) {
   if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return std::nullopt;
   if (name.size() <= kBegin.size() + kEnd.size()) return std::nullopt;
   name = name.substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-  const bool good = error == std::errc() && end == name.data() + name.size();
-  return good ? std::optional(number) : std::nullopt;
+  return tims::base::parse_number<std::uint32_t>(name);
 }
 
 LogFiles log_files(const fs::path& folder) {

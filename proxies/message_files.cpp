@@ -1,7 +1,6 @@
 #include "proxies/message_files.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +9,7 @@
 
 #include <boost/json/parse.hpp>
 
+#include "base/text.h"
 #include "os/environment.h"
 #include "rack/proxies/generic.h"
 
@@ -87,18 +87,9 @@ std::vector<std::byte> bytes_in(const json::object& object, std::string_view key
                                 const std::string& where) {
   const json::value* value = object.if_contains(key);
   const json::string* digits = value == nullptr ? nullptr : value->if_string();
-  if (digits == nullptr || digits->size() % 2 != 0)
-    wrong(where + std::string(key), "is no text of pairs of hex digits");
-  std::vector<std::byte> bytes;
-  for (std::size_t i = 0; i < digits->size(); i += 2) {
-    unsigned byte = 0;
-    const char* const at = digits->data() + i;
-    const auto [stop, error] = std::from_chars(at, at + 2, byte, 16);
-    if (error != std::errc() || stop != at + 2)
-      wrong(where + std::string(key), "is no text of pairs of hex digits");
-    bytes.push_back(static_cast<std::byte>(byte));
-  }
-  return bytes;
+  auto bytes = digits == nullptr ? std::nullopt : tims::base::parse_hex(*digits);
+  if (!bytes) wrong(where + std::string(key), "is no text of pairs of hex digits");
+  return *std::move(bytes);
 }
 
 constexpr FieldType kNumbers[] = {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rack/codec/message_text.h"
 #include "rack/proxies/catalogue.h"
 #include "rack/proxies/proxy.h"
 #include "tests/support/temporary_folder.h"
@@ -75,8 +76,8 @@ TEST(MessageFiles, SayWhatTheStructsDo) {
   EXPECT_EQ(data.name, "HeatData");
   EXPECT_EQ(data.size_min, kSchema<HeatData>.size_min);
   EXPECT_EQ(data.size_max, kSchema<HeatData>.size_max);
-  EXPECT_EQ(data.columns(), kSchema<HeatData>.columns());
-  EXPECT_EQ(read.messages[1].body->columns(), kSchema<HeatNote>.columns());
+  EXPECT_EQ(columns_of(data), columns_of(kSchema<HeatData>));
+  EXPECT_EQ(columns_of(*read.messages[1].body), columns_of(kSchema<HeatNote>));
 }
 
 TEST(MessageFiles, BodiesAreReadAndMadeLikeThoseOfTheStruct) {
@@ -86,17 +87,18 @@ TEST(MessageFiles, BodiesAreReadAndMadeLikeThoseOfTheStruct) {
   const std::vector<Assignment> fields = {
       {"temperature", "300.5K"}, {"spots[0].colour[1]", "9"}, {"label", "roof"}};
   for (const PrintStyle style : {PrintStyle{}, PrintStyle{.si = true, .one_line = true}}) {
-    const auto made = data.make(fields, std::endian::big, style);
+    const auto made = make_body(data, fields, std::endian::big, style);
     ASSERT_TRUE(made) << made.error().message();
-    EXPECT_EQ(*made, *kSchema<HeatData>.make(fields, std::endian::big, style));
-    EXPECT_EQ(*data.text(*made, std::endian::big, style),
-              *kSchema<HeatData>.text(*made, std::endian::big, style));
-    EXPECT_EQ(*data.json(*made, std::endian::big, style),
-              *kSchema<HeatData>.json(*made, std::endian::big, style));
+    EXPECT_EQ(*made, *make_body(kSchema<HeatData>, fields, std::endian::big, style));
+    EXPECT_EQ(*body_text(data, *made, std::endian::big, style),
+              *body_text(kSchema<HeatData>, *made, std::endian::big, style));
+    EXPECT_EQ(*body_json(data, *made, std::endian::big, style),
+              *body_json(kSchema<HeatData>, *made, std::endian::big, style));
   }
-  EXPECT_EQ(*data.json(*data.make({}, std::endian::little, {}), std::endian::little, {}),
-            R"({"recordingTime":0,"temperature":293150,"sensor":null,"label":"air",)"
-            R"("hottest":{"x":7,"colour":[1,2]},"gain":0.5,"spotNum":0,"spots":[]})");
+  EXPECT_EQ(
+      *body_json(data, *make_body(data, {}, std::endian::little, {}), std::endian::little, {}),
+      R"({"recordingTime":0,"temperature":293150,"sensor":null,"label":"air",)"
+      R"("hottest":{"x":7,"colour":[1,2]},"gain":0.5,"spotNum":0,"spots":[]})");
 }
 
 TEST(MessageFiles, SayWhereTheyAreWrong) {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <vector>
 
+#include "rack/codec/message_text.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/catalogue.h"
 #include "rack/proxies/chassis.h"
@@ -235,9 +236,9 @@ constexpr std::array<RecordedClass, 19> kClasses = {{
 #undef POSITION
 
 // The names of fields, of a sequence those of its first element.
-std::string columns_of(const Schema& data) {
+std::string column_words(const Schema& data) {
   std::string columns;
-  for (const Column& column : data.columns()) {
+  for (const Column& column : columns_of(data)) {
     std::string name = column.name;
     if (const std::size_t all = name.find("[]"); all != std::string::npos)
       name.replace(all, 2, "[0]");
@@ -255,7 +256,7 @@ std::vector<RecordedClass> with_added() {
     std::string& name = texts.emplace_back(own.name);
     for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c | 0x20) : c;
     all.push_back({own.class_id, own.name, name, 1, data->body->size_max,
-                   texts.emplace_back(columns_of(*data->body)), nullptr, data->body});
+                   texts.emplace_back(column_words(*data->body)), nullptr, data->body});
   }
   return all;
 }

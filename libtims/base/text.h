@@ -48,12 +48,12 @@ std::string lower(std::string_view text);
 // As a string of TOML or JSON: "a \"b\"\u000A".
 std::string in_quotes(std::string_view text);
 
-// All of the text is this number.
-template <typename Number>
-std::optional<Number> parse_number(std::string_view text, int radix = 10) {
+// All of the text is this number; a whole one may be given its radix.
+template <typename Number, typename... Radix>
+std::optional<Number> parse_number(std::string_view text, Radix... radix) {
   Number number{};
   const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number, radix);
+  const auto [stop, error] = std::from_chars(text.data(), end, number, radix...);
   if (error != std::errc() || stop != end) return std::nullopt;
   return number;
 }

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "rack/codec/fields.h"
+#include "rack/codec/message_text.h"
 #include "rack/codec/quantity.h"
-#include "rack/codec/schema.h"
 #include "tims/address.h"
 
 namespace rack::test {
@@ -41,10 +41,10 @@ inline std::vector<std::byte> body_of(const Sample& sample) {
   return body;
 }
 inline std::string to_json(const Sample& sample, const PrintStyle& style = {}) {
-  return *kSchema<Sample>.json(body_of(sample), std::endian::native, style);
+  return *body_json(kSchema<Sample>, body_of(sample), std::endian::native, style);
 }
 inline std::string to_text(const Sample& sample, const PrintStyle& style = {}) {
-  return *kSchema<Sample>.text(body_of(sample), std::endian::native, style);
+  return *body_text(kSchema<Sample>, body_of(sample), std::endian::native, style);
 }
 
 }  // namespace rack::test

@@ -98,7 +98,7 @@ TEST(Reports, TheDocumentHasEveryField) {
       fields_line<DdsReport>("dds of tims/fleet/1") +
       fields_line<AnnouncementView>("tims/fleet/1") +
       fields_line<core::CountReport>("tims/stats/1") +
-      fields_line<MailboxCounts>("mailboxes of tims/stats/1") +
+      fields_line<shm::Counters>("mailboxes of tims/stats/1") +
       fields_line<EventView>("tims/event/1");
   std::ifstream file(TIMS_ADMIN_FILE);
   const std::string document(std::istreambuf_iterator<char>(file), {});

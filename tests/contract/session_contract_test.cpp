@@ -13,7 +13,7 @@
 
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
-#include "tims/class_names.h"
+#include "tims/address.h"
 
 namespace tims::test {
 namespace {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "rack/codec/message_text.h"
 #include "rack/proxies/catalogue.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -16,21 +17,21 @@ std::endian other(std::endian order) {
 }
 
 void check(const Schema& body, std::span<const std::byte> bytes, std::endian order) {
-  const auto there = body.recode(bytes, order, other(order));
-  const auto json = body.json(bytes, order, {});
+  const auto there = recode(body, bytes, order, other(order));
+  const auto json = body_json(body, bytes, order, {});
   require(there.ok() == json.ok());
   if (!there) {
     require(!there.error().detail().empty());
     return;
   }
   require(there->size() <= body.size_max);
-  const auto back = body.recode(*there, other(order), order);
+  const auto back = recode(body, *there, other(order), order);
   require(back.ok() && back->size() == there->size());
-  const auto again = body.recode(*back, order, other(order));
+  const auto again = recode(body, *back, order, other(order));
   require(again.ok() && *again == *there);
   // What is only printed must not depend on the way here.
-  require(*body.json(*there, other(order), {}) == *json);
-  require(body.text(*back, order, {.elements_max = 4}).ok());
+  require(*body_json(body, *there, other(order), {}) == *json);
+  require(body_text(body, *back, order, {.elements_max = 4}).ok());
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "base/text.h"
+#include "rack/codec/message_text.h"
 #include "rack/proxies/catalogue.h"
 #include "tests/support/golden_vectors.h"
 
@@ -37,14 +38,14 @@ std::string label(const GoldenVector& v) { return v.name + " " + v.origin; }
 std::string recoded(const GoldenVector& v, std::endian to) {
   const MessageInfo* message = find_message(v.stated);
   if (message == nullptr || message->body == nullptr) return "no body is known";
-  const auto bytes = message->body->recode(v.body(), v.stated.body_order(), to);
+  const auto bytes = recode(*message->body, v.body(), v.stated.body_order(), to);
   return bytes ? base::to_hex(*bytes) : bytes.error().message();
 }
 
 std::string json(const std::string& name, const std::string& origin) {
   for (const GoldenVector& v : component_vectors()) {
     if (v.name != name || v.origin != origin) continue;
-    const auto text = find_message(v.stated)->body->json(v.body(), v.stated.body_order(), {});
+    const auto text = body_json(*find_message(v.stated)->body, v.body(), v.stated.body_order(), {});
     return text ? *text : text.error().message();
   }
   return "no such vector";

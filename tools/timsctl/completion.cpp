@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "rack/codec/message_text.h"
 #include "tools/cli/admin_client.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
@@ -152,7 +153,7 @@ Candidates fields(std::uint32_t class_id, const std::string& name) {
   const rack::MessageInfo* message = rack::find_message(class_id, name);
   Candidates out;
   if (message != nullptr && message->body != nullptr)
-    for (const rack::Column& column : message->body->columns())
+    for (const rack::Column& column : rack::columns_of(*message->body))
       if (column.type != "count") out.push_back(column.name + "=");
   return out;
 }

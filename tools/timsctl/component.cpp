@@ -218,7 +218,7 @@ void show_data(Context& context, tims::Address component, const Message& newest,
         .si = style.si,
         .widths = style.widths};
     return context.out.write(
-        value_or_fail(body.text(newest.body, newest.header.body_order(), print),
+        value_or_fail(rack::body_text(body, newest.body, newest.header.body_order(), print),
                       component.to_string(style.widths)));
   }
   FieldStyle all = style;

@@ -264,7 +264,7 @@ std::string nearest_hint(std::string_view name, const std::vector<std::string>& 
 
 std::vector<std::string> names_of(const rack::Schema& body) {
   std::vector<std::string> names;
-  for (const rack::Column& column : body.columns()) names.push_back(column.name);
+  for (const rack::Column& column : columns_of(body)) names.push_back(column.name);
   return names;
 }
 
@@ -331,7 +331,8 @@ std::string describe(const Message& message, base::WallTime time, const FieldSty
     return dump(message, time, {.widths = style.widths, .utc = style.utc});
   const std::string head = heading(message, time, style);
   if (!has_body) return head + "\n";
-  const auto text = info->body->text(message.body, message.header.body_order(), print_style(style));
+  const auto text =
+      rack::body_text(*info->body, message.body, message.header.body_order(), print_style(style));
   if (!text) {
     const std::string bytes = dump(message, time, {.widths = style.widths, .utc = style.utc});
     return fmt::format("{}: {}\n{}", head, base::printable(text.error().detail()), bytes);
@@ -341,7 +342,7 @@ std::string describe(const Message& message, base::WallTime time, const FieldSty
 
 json::object units_json(const rack::Schema& body, bool si) {
   json::object units;
-  for (const rack::Column& column : body.columns()) {
+  for (const rack::Column& column : columns_of(body)) {
     const std::string_view unit = si ? column.si_unit : column.unit;
     if (!unit.empty()) units[column.name] = unit;
   }
@@ -353,7 +354,8 @@ json::object described_json(const Message& message, base::WallTime time, const F
   const rack::Schema* body = body_of(message, style.widths);
   if (body == nullptr) return out;
   out["body"] = body->name;
-  const auto text = body->json(message.body, message.header.body_order(), print_style(style));
+  const auto text =
+      rack::body_json(*body, message.body, message.header.body_order(), print_style(style));
   if (!text) {
     out["malformed"] = text.error().detail();
     return out;
@@ -436,7 +438,7 @@ std::vector<std::byte> make_body(const rack::MessageInfo& message, std::uint32_t
     if (assignments.empty()) return {};
     throw usage_error(fmt::format("{} has no fields", base::lower(message.name)), show);
   }
-  const auto columns = message.body->columns();
+  const auto columns = rack::columns_of(*message.body);
   std::vector<rack::Assignment> fields;
   std::vector<std::string> addresses;  // what fields look at
   addresses.reserve(assignments.size());
@@ -454,7 +456,7 @@ std::vector<std::byte> make_body(const rack::MessageInfo& message, std::uint32_t
       value = addresses.emplace_back(need_address(value, style.widths).to_hex());
     fields.push_back({name, value});
   }
-  auto body = message.body->make(fields, std::endian::native, print_style(style));
+  auto body = rack::make_body(*message.body, fields, std::endian::native, print_style(style));
   if (body) return *std::move(body);
   const std::string& what = body.error().detail();
   std::string hint = show;

@@ -10,6 +10,7 @@
 
 #include "base/measure.h"
 #include "base/text.h"
+#include "rack/codec/message_text.h"
 #include "rack/proxies/catalogue.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/connection.h"

@@ -455,7 +455,7 @@ json::object message_item(const rack::MessageInfo& message) {
 json::array fields_of(const rack::MessageInfo& message) {
   json::array items;
   if (message.body == nullptr) return items;
-  for (const rack::Column& column : message.body->columns())
+  for (const rack::Column& column : rack::columns_of(*message.body))
     items.push_back({{"name", column.name},
                      {"unit", column.unit},
                      {"si_unit", column.si_unit},

@@ -20,7 +20,7 @@
 #include <span>
 #include <string_view>
 
-#include "rack/codec/layout.h"
+#include "rack/codec/fields.h"
 #include "tims/message.h"
 #include "tims/result.h"
 

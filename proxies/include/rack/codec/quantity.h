@@ -2,9 +2,11 @@
 // is sent, so `move.vx = 200` means 200 mm/s; .si() and from_si() speak metres, seconds, radians.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -23,92 +25,54 @@ using i64 = std::int64_t;
 using f32 = float;
 using f64 = double;
 
-// A unit: how people write it, and what one of it is in SI units.
+// A unit: how people write it, what it is called in SI units, and what one of it is there, as a
+// power of ten. A unit of one's own is a struct with these three members; without kSiName the unit
+// itself is that of the SI.
 namespace unit {
-struct Millimetre {
-  static constexpr std::string_view kName = "mm";
-  static constexpr double kSi = 1e-3;  // m
+
+template <std::size_t N>
+struct Name {
+  constexpr Name(const char (&text)[N]) {  // NOLINT(google-explicit-constructor)
+    std::copy_n(text, N, characters);
+  }
+  char characters[N]{};
 };
-struct MillimetrePerSecond {
-  static constexpr std::string_view kName = "mm/s";
-  static constexpr double kSi = 1e-3;  // m/s
+
+constexpr double power_of_ten(int exponent) {
+  double power = 1;
+  for (int i = 0; i < (exponent < 0 ? -exponent : exponent); ++i) power *= 10;
+  return exponent < 0 ? 1 / power : power;
+}
+
+template <Name kText, Name kSiText = kText, int kExponent = 0>
+struct Of {
+  static constexpr std::string_view kName = kText.characters;
+  static constexpr std::string_view kSiName = kSiText.characters;
+  static constexpr double kSi = power_of_ten(kExponent);
 };
-struct MillimetrePerSecond2 {
-  static constexpr std::string_view kName = "mm/s2";
-  static constexpr double kSi = 1e-3;  // m/s2
-};
-struct PerMillimetre {
-  static constexpr std::string_view kName = "1/mm";
-  static constexpr double kSi = 1e3;  // 1/m
-};
-struct PerMillimetre2 {
-  static constexpr std::string_view kName = "1/mm2";
-  static constexpr double kSi = 1e6;  // 1/m2
-};
-struct Radian {
-  static constexpr std::string_view kName = "rad";
-  static constexpr double kSi = 1;
-};
-struct RadianPerSecond {
-  static constexpr std::string_view kName = "rad/s";
-  static constexpr double kSi = 1;
-};
-struct RadianPerSecond2 {
-  static constexpr std::string_view kName = "rad/s2";
-  static constexpr double kSi = 1;
-};
-struct RadianPerMillimetre {
-  static constexpr std::string_view kName = "rad/mm";
-  static constexpr double kSi = 1e3;  // rad/m
-};
-struct PerSecond {
-  static constexpr std::string_view kName = "1/s";
-  static constexpr double kSi = 1;
-};
-struct Percent {
-  static constexpr std::string_view kName = "%";
-  static constexpr double kSi = 1e-2;
-};
-struct PercentPerSecond {
-  static constexpr std::string_view kName = "%/s";
-  static constexpr double kSi = 1e-2;  // 1/s
-};
-struct PercentPerSecond2 {
-  static constexpr std::string_view kName = "%/s2";
-  static constexpr double kSi = 1e-2;  // 1/s2
-};
-struct Millisecond {
-  static constexpr std::string_view kName = "ms";
-  static constexpr double kSi = 1e-3;  // s
-};
-struct Second {
-  static constexpr std::string_view kName = "s";
-  static constexpr double kSi = 1;
-};
-struct Volt {
-  static constexpr std::string_view kName = "V";
-  static constexpr double kSi = 1;
-};
-struct Pixel {
-  static constexpr std::string_view kName = "px";
-  static constexpr double kSi = 1;
-};
-struct BitPerPixel {
-  static constexpr std::string_view kName = "bit/px";
-  static constexpr double kSi = 1;
-};
-struct Byte {
-  static constexpr std::string_view kName = "bytes";
-  static constexpr double kSi = 1;
-};
-struct MillimetrePerCell {
-  static constexpr std::string_view kName = "mm/cell";
-  static constexpr double kSi = 1e-3;  // m
-};
-struct MillimetrePerSpeed {  // a braking distance for each mm/s
-  static constexpr std::string_view kName = "mm/(mm/s)";
-  static constexpr double kSi = 1;  // s
-};
+
+using Millimetre = Of<"mm", "m", -3>;
+using MillimetrePerSecond = Of<"mm/s", "m/s", -3>;
+using MillimetrePerSecond2 = Of<"mm/s2", "m/s2", -3>;
+using PerMillimetre = Of<"1/mm", "1/m", 3>;
+using PerMillimetre2 = Of<"1/mm2", "1/m2", 6>;
+using Radian = Of<"rad">;
+using RadianPerSecond = Of<"rad/s">;
+using RadianPerSecond2 = Of<"rad/s2">;
+using RadianPerMillimetre = Of<"rad/mm", "rad/m", 3>;
+using PerSecond = Of<"1/s">;
+using Percent = Of<"%", "1", -2>;
+using PercentPerSecond = Of<"%/s", "1/s", -2>;
+using PercentPerSecond2 = Of<"%/s2", "1/s2", -2>;
+using Millisecond = Of<"ms", "s", -3>;
+using Second = Of<"s">;
+using Volt = Of<"V">;
+using Pixel = Of<"px">;
+using BitPerPixel = Of<"bit/px">;
+using Byte = Of<"bytes">;
+using MillimetrePerCell = Of<"mm/cell", "m/cell", -3>;
+using MillimetrePerSpeed = Of<"mm/(mm/s)", "m/(m/s)">;  // a braking distance for each mm/s
+
 }  // namespace unit
 
 template <typename Raw, typename UnitOf>

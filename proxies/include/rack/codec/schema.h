@@ -1,6 +1,6 @@
 // What a message consists of, as data: names, types and units of its fields in the order of the
-// wire. With it any body can be told as JSON or text, made from fields by name, and written in the
-// other byte order by a program that was never compiled with its struct.
+// wire. With it any body can be read and written by a program that was never compiled with its
+// struct, and told as text (message_text.h).
 //
 // There are two sources of schemas. kSchema<T> is what the compiler knows of a struct; a message
 // file (catalogue.h) holds what another compiler knew. One walk over the schema serves both, so
@@ -10,7 +10,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,9 +46,6 @@ enum class FieldType : u8 {
 enum class Repeat : u8 { kNot, kArray, kSequence, kTail };
 
 struct Schema;
-struct PrintStyle;
-struct Assignment;
-struct Column;
 
 struct SchemaField {
   std::string_view name{};
@@ -61,6 +57,14 @@ struct SchemaField {
   std::string_view si_unit{};  // "m"
   f64 si = 1;                  // what one unit is in SI units
   const Schema* inner = nullptr;
+
+  [[nodiscard]] bool is_variable() const {
+    return repeat == Repeat::kSequence || repeat == Repeat::kTail;
+  }
+  // Sequences of characters and bytes are told as a whole.
+  [[nodiscard]] bool is_blob() const {
+    return is_variable() && (type == FieldType::kChar || type == FieldType::kByte);
+  }
 };
 
 struct Schema {
@@ -78,104 +82,103 @@ struct Schema {
   // As its struct is made, little endian: of this program, or else as a message file has it.
   std::vector<std::byte> (*made)() = nullptr;
   Bytes made_bytes{};
-
-  // --- a body of this kind; kMalformed, kInvalidArgument
-
-  // As to_json() and to_text() have it.
-  [[nodiscard]] Result<std::string> json(Bytes body, std::endian order,
-                                         const PrintStyle& style) const;
-  [[nodiscard]] Result<std::string> text(Bytes body, std::endian order,
-                                         const PrintStyle& style) const;
-  // Read and written again, in `to`.
-  [[nodiscard]] Result<std::vector<std::byte>> recode(Bytes body, std::endian from,
-                                                      std::endian to) const;
-  // Made of fields by name, the others as the struct has them.
-  [[nodiscard]] Result<std::vector<std::byte>> make(std::span<const Assignment> set,
-                                                    std::endian order,
-                                                    const PrintStyle& style) const;
-  // In the order of the wire, with the fields of inner structs one by one.
-  [[nodiscard]] std::vector<Column> columns() const;
 };
 
 // A body by names, as any part of it is: a number or an address, a text or bytes, or a list of the
 // fields of a struct or the elements of what repeats.
 struct MessageValue {
   std::variant<std::int64_t, std::uint64_t, f32, f64, std::string, std::vector<MessageValue>> is;
-};
 
-inline constexpr std::size_t kAllElements = std::numeric_limits<std::size_t>::max();
+  template <typename T>
+  static MessageValue of_number(T number) {
+    if constexpr (std::is_floating_point_v<T>) {
+      return {number};
+    } else if constexpr (std::is_signed_v<T>) {
+      return {std::int64_t{number}};
+    } else {
+      return {std::uint64_t{number}};
+    }
+  }
+  // 0: it is none.
+  template <typename T>
+  [[nodiscard]] T number() const {
+    return std::visit(
+        []<typename Held>(const Held& held) -> T {
+          if constexpr (std::is_arithmetic_v<Held>) return static_cast<T>(held);
+          return T{};
+        },
+        is);
+  }
+  // What is asked for as one of these is one.
+  [[nodiscard]] tims::Address address() const { return tims::Address(number<u32>()); }
+  [[nodiscard]] const std::string& text() const { return std::get<std::string>(is); }
+  [[nodiscard]] const std::vector<MessageValue>& list() const {
+    return std::get<std::vector<MessageValue>>(is);
+  }
+  [[nodiscard]] std::vector<MessageValue>& list() {
+    return std::get<std::vector<MessageValue>>(is);
+  }
+};
 
 // What stands in an address field that names nobody, such as the active pilot when there is none.
 inline constexpr tims::Address kNobody{0xFFFFFF00};
 
-struct PrintStyle {
-  std::size_t elements_max = kAllElements;  // of a sequence, the first ones
-  bool si = false;                          // numbers in SI units
-  bool one_line = false;                    // of text: "pos.x 100 mm, pos.y 0 mm"
-  tims::AddressWidths widths{};
-};
-
-// "pos.x" and what it shall be: "100", and with the unit of the wire or SI: "100mm", "0.1m".
-struct Assignment {
-  std::string_view field;
-  std::string_view value;
-};
-
-// A number of a message, by the name that to_text() gives it.
-struct Column {
-  std::string name;          // "pos.x"; of the elements of a sequence "points[].angle"
-  std::string_view unit;     // "mm"; empty: none
-  std::string_view si_unit;  // "m"
-  std::string_view type;     // "i32", "f32", "address", "text"; "count": of the sequence behind it
-  bool operator==(const Column&) const = default;
-};
 // Read and written as decode() and encode() do, with their errors.
 Result<MessageValue> read_value(const Schema& schema, std::span<const std::byte> body,
                                 std::endian order);
 Result<std::vector<std::byte>> write_value(const Schema& schema, const MessageValue& value,
                                            std::endian order);
+// Read and written again, in `to`.
+Result<std::vector<std::byte>> recode(const Schema& schema, std::span<const std::byte> body,
+                                      std::endian from, std::endian to);
 // A message as its struct has it before anything is set.
 MessageValue made_value(const Schema& schema);
+// One element of what repeats.
+MessageValue made_value(const SchemaField& field);
 
-// Sets one number, text or address. Numbers without a unit are those of the wire, or with style.si
-// in SI units. The elements of a sequence are set in their order: one behind the last makes it
-// longer. Fails with kInvalidArgument, and changes nothing then.
-Result<void> assign(const Schema& schema, MessageValue& value, const Assignment& assignment,
-                    const PrintStyle& style = {});
+// How many elements follow the count at that field of a message with these values.
+std::size_t counted(const Schema& schema, const std::vector<MessageValue>& values,
+                    std::size_t field);
 
-// One line of JSON. Counts are told like other fields. Addresses and texts are strings, bytes are
-// strings of hex digits; numbers that are not finite, and an address that is nobody's, are null.
-std::string to_json(const Schema& schema, const MessageValue& value, const PrintStyle& style = {});
-// One line a number ("pos.x: 100 mm"), and one for each element of a sequence.
-std::string to_text(const Schema& schema, const MessageValue& value, const PrintStyle& style = {});
-// All numbers, separated by blanks, as recordings have them (specification, section 11); texts in
-// quotes.
-std::string to_numbers(const Schema& schema, const MessageValue& value);
+// Calls use(T{}) with the number that stands on the wire for this type.
+template <typename Use>
+auto with_number(FieldType type, const Use& use) {
+  switch (type) {
+    case FieldType::kI8:
+    case FieldType::kChar:
+      return use(i8{});
+    case FieldType::kU8:
+    case FieldType::kByte:
+      return use(u8{});
+    case FieldType::kI16:
+      return use(i16{});
+    case FieldType::kU16:
+      return use(u16{});
+    case FieldType::kI32:
+    case FieldType::kCount:
+      return use(i32{});
+    case FieldType::kI64:
+      return use(i64{});
+    case FieldType::kU64:
+      return use(std::uint64_t{});
+    case FieldType::kF32:
+      return use(f32{});
+    case FieldType::kF64:
+      return use(f64{});
+    default:
+      return use(u32{});  // also times and addresses
+  }
+}
 
 std::string_view name(FieldType type);  // "i32"
 // Bytes of a number of this type; 0: of a text or a struct.
 std::size_t size_of(FieldType type);
-// In quotes. What is no printable ASCII is escaped: nobody knows the character set.
-void append_quoted(std::string& out, std::string_view text);
-
 // --- schemas of structs
 
 namespace schema {
 
 template <Struct T>
 constexpr const Schema* of();
-
-// What one unit of the wire is called in SI; others stay as they are.
-constexpr std::string_view si_name(std::string_view unit) {
-  constexpr std::string_view kNames[][2] = {
-      {"mm", "m"},       {"mm/s", "m/s"},  {"mm/s2", "m/s2"},     {"1/mm", "1/m"},
-      {"1/mm2", "1/m2"}, {"ms", "s"},      {"rad/mm", "rad/m"},   {"%", "1"},
-      {"%/s", "1/s"},    {"%/s2", "1/s2"}, {"mm/cell", "m/cell"}, {"mm/(mm/s)", "m/(m/s)"}};
-  for (const auto& [wire, si] : kNames) {
-    if (wire == unit) return si;
-  }
-  return unit;
-}
 
 template <typename T>
 consteval FieldType type_of() {
@@ -209,13 +212,12 @@ constexpr SchemaField element_of(std::string_view name) {
   SchemaField field{.name = name, .type = type_of<T>(), .size = wire_size<T>()};
   if constexpr (std::same_as<T, TimeStamp>) {
     field.unit = unit::Millisecond::kName;
-    field.si_unit = unit::Second::kName;
+    field.si_unit = unit::Millisecond::kSiName;
     field.si = unit::Millisecond::kSi;
   } else if constexpr (QuantityLike<T>) {
     field.unit = T::Unit::kName;
     field.si = T::Unit::kSi;
-    field.si_unit = si_name(field.unit);
-    // A unit of one's own says its name itself.
+    field.si_unit = field.unit;
     if constexpr (requires { T::Unit::kSiName; }) field.si_unit = T::Unit::kSiName;
   } else if constexpr (type_of<T>() == FieldType::kStruct) {
     field.inner = of<T>();

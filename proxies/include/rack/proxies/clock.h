@@ -19,9 +19,6 @@ struct ClockData {
   Milliseconds<i32> varT = 0;  // standard deviation
 };
 
-class ClockProxy : public DataProxy<ClockData> {
- public:
-  using DataProxy::DataProxy;
-};
+using ClockProxy = DataProxy<ClockData>;
 
 }  // namespace rack

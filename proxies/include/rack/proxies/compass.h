@@ -11,9 +11,6 @@ struct CompassData {
   Radians<f32> varOrientation = 0;  // standard deviation
 };
 
-class CompassProxy : public DataProxy<CompassData> {
- public:
-  using DataProxy::DataProxy;
-};
+using CompassProxy = DataProxy<CompassData>;
 
 }  // namespace rack

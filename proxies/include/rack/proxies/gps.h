@@ -29,9 +29,6 @@ struct GpsData {
   Position3d var = {};       // standard deviations
 };
 
-class GpsProxy : public DataProxy<GpsData> {
- public:
-  using DataProxy::DataProxy;
-};
+using GpsProxy = DataProxy<GpsData>;
 
 }  // namespace rack

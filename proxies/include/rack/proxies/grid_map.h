@@ -22,9 +22,6 @@ struct GridMapData {
   }
 };
 
-class GridMapProxy : public DataProxy<GridMapData> {
- public:
-  using DataProxy::DataProxy;
-};
+using GridMapProxy = DataProxy<GridMapData>;
 
 }  // namespace rack

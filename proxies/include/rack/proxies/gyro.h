@@ -18,9 +18,6 @@ struct GyroData {
   RadiansPerSecond<f32> wYaw = 0;
 };
 
-class GyroProxy : public DataProxy<GyroData> {
- public:
-  using DataProxy::DataProxy;
-};
+using GyroProxy = DataProxy<GyroData>;
 
 }  // namespace rack

@@ -31,9 +31,6 @@ struct LadarData {
   Sequence<LadarPoint, 2160> points = {};
 };
 
-class LadarProxy : public DataProxy<LadarData> {
- public:
-  using DataProxy::DataProxy;
-};
+using LadarProxy = DataProxy<LadarData>;
 
 }  // namespace rack

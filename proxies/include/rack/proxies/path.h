@@ -70,10 +70,9 @@ class PathProxy : public DataProxy<PathData> {
   }
   Result<i32> get_layer() {
     static constexpr i8 kAnswers[] = {PathType::kLayer, PathType::kLayerOfC};
-    PathLayerData answer;
-    const auto good = read(ask(PathType::kGetLayer, kAnswers, data_timeout()), answer);
-    if (!good) return good.error();
-    return answer.layer;
+    const auto answer = read<PathLayerData>(ask(PathType::kGetLayer, kAnswers, data_timeout()));
+    if (!answer) return answer.error();
+    return answer->layer;
   }
   Result<void> set_layer(i32 layer) { return command(PathType::kSetLayer, PathLayerData{layer}); }
 };

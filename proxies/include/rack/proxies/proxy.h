@@ -72,14 +72,26 @@ class Proxy {
 
   // Answered by `Answer`, as a message of type `answer`.
   template <Struct Answer>
-  Result<Answer> query(i8 type, i8 answer);
+  Result<Answer> query(i8 type, i8 answer) {
+    return query<Answer>(type, answer, timeouts_.data);
+  }
   template <Struct Answer>
-  Result<Answer> query(i8 type, i8 answer, tims::Duration timeout);
+  Result<Answer> query(i8 type, i8 answer, tims::Duration timeout) {
+    return read<Answer>(ask(type, {&answer, 1}, timeout));
+  }
   template <Struct Answer, Struct Body>
-  Result<Answer> query(i8 type, const Body& body, i8 answer);
+  Result<Answer> query(i8 type, const Body& body, i8 answer) {
+    return read<Answer>(ask(type, body, {&answer, 1}, timeouts_.data));
+  }
 
   template <Struct Answer>
   Result<void> read(const Result<tims::PeekGuard>& message, Answer& answer) const;
+  template <Struct Answer>
+  Result<Answer> read(const Result<tims::PeekGuard>& message) const {
+    Answer answer{};
+    if (const auto good = read(message, answer); !good) return good.error();
+    return answer;
+  }
 
   [[nodiscard]] tims::Duration data_timeout() const { return timeouts_.data; }
 
@@ -123,27 +135,6 @@ Result<void> Proxy::read(const Result<tims::PeekGuard>& message, Answer& answer)
   if (!message) return message.error();
   const auto good = decode({message->header(), message->body()}, answer);
   return good ? good : named(good.error(), message->header().type);
-}
-
-template <Struct Answer>
-Result<Answer> Proxy::query(i8 type, i8 answer) {
-  return query<Answer>(type, answer, timeouts_.data);
-}
-
-template <Struct Answer>
-Result<Answer> Proxy::query(i8 type, i8 answer, tims::Duration timeout) {
-  Answer value{};
-  const auto good = read(ask(type, {&answer, 1}, timeout), value);
-  if (!good) return good.error();
-  return value;
-}
-
-template <Struct Answer, Struct Body>
-Result<Answer> Proxy::query(i8 type, const Body& body, i8 answer) {
-  Answer value{};
-  const auto good = read(ask(type, body, {&answer, 1}, timeouts_.data), value);
-  if (!good) return good.error();
-  return value;
 }
 
 // --- Proxies of components that produce data: asked for, or as a stream.

@@ -17,9 +17,6 @@ struct Scan2dData {
   Sequence<ScanPoint, 8000> points = {};
 };
 
-class Scan2dProxy : public DataProxy<Scan2dData> {
- public:
-  using DataProxy::DataProxy;
-};
+using Scan2dProxy = DataProxy<Scan2dData>;
 
 }  // namespace rack
