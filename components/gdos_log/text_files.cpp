@@ -72,7 +72,7 @@ tims::Result<void> TextFiles::append(std::string_view line) {
     if (auto opened = open_current(); !opened) return opened.error();
   }
   if (file_.size() > 0 && file_.size() + line.size() > limits_.bytes) {
-    if (auto good = begin_another(); !good) return good;
+    if (auto good = rotate(); !good) return good;
   }
   auto good = file_.append(line);
   unsynced_ = unsynced_ || good;
@@ -80,7 +80,7 @@ tims::Result<void> TextFiles::append(std::string_view line) {
 }
 
 tims::Result<void> TextFiles::sync() {
-  if (file_.is_open() && was_taken_away()) file_.close();
+  if (file_.is_open() && was_removed()) file_.close();
   if (!file_.is_open() || !unsynced_) return {};
   unsynced_ = false;
   return file_.sync();
@@ -88,7 +88,7 @@ tims::Result<void> TextFiles::sync() {
 
 // What is in the file is on the disk before the file has another name: whatever happens meanwhile,
 // each text is found once.
-tims::Result<void> TextFiles::begin_another() {
+tims::Result<void> TextFiles::rotate() {
   if (auto good = sync(); !good) return good;
   const fs::path old = folder_ / gdos::numbered_file(gdos::log_files(folder_).next_number());
   file_.close();
@@ -113,7 +113,7 @@ void TextFiles::remove_old() const {
   }
 }
 
-bool TextFiles::was_taken_away() const {
+bool TextFiles::was_removed() const {
   std::error_code ignored;
   return !fs::exists(current(), ignored);
 }

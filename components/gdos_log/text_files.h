@@ -41,9 +41,9 @@ class TextFiles {
   [[nodiscard]] std::filesystem::path current() const;
   tims::Result<void> lock();
   tims::Result<std::uint64_t> open_current();
-  tims::Result<void> begin_another();
+  tims::Result<void> rotate();
   void remove_old() const;
-  [[nodiscard]] bool was_taken_away() const;
+  [[nodiscard]] bool was_removed() const;
 
   std::filesystem::path folder_;
   TextFileLimits limits_;

@@ -273,7 +273,7 @@ FloorMap::FloorMap(const DxfDrawing& drawing, double scale, double offset_x, dou
   }
 }
 
-void FloorMap::cast(const Fan& fan, double max_range, std::span<double> ranges) const {
+void FloorMap::cast(const RayFan& fan, double max_range, std::span<double> ranges) const {
   std::ranges::fill(ranges, max_range);
   for (const Wall& wall : walls_) {
     if (wall.length > kCorner) cast(wall, fan, ranges);
@@ -282,7 +282,7 @@ void FloorMap::cast(const Fan& fan, double max_range, std::span<double> ranges) 
 
 // Only the rays that look between the ends of the wall are tried: all of a scan cost little more
 // than one ray against all walls.
-void FloorMap::cast(const Wall& wall, const Fan& fan, std::span<double> ranges) {
+void FloorMap::cast(const Wall& wall, const RayFan& fan, std::span<double> ranges) {
   const double x = wall.from.x - fan.from.x;
   const double y = wall.from.y - fan.from.y;
   const double begin = std::atan2(y, x);

@@ -54,7 +54,7 @@ struct MapPoint {
 };
 
 // Rays from one point: angles first, first + step, ...
-struct Fan {
+struct RayFan {
   MapPoint from{};
   double first = 0;  // rad, clockwise from north
   double step = 0;   // rad, more than 0
@@ -70,7 +70,7 @@ class FloorMap {
   [[nodiscard]] std::size_t size() const { return walls_.size(); }
 
   // The way to the nearest wall along each ray, at most max_range.
-  void cast(const Fan& fan, double max_range, std::span<double> ranges) const;
+  void cast(const RayFan& fan, double max_range, std::span<double> ranges) const;
   // How far the nearest wall is, in any direction.
   [[nodiscard]] double clearance(const MapPoint& at) const;
 
@@ -80,7 +80,7 @@ class FloorMap {
     MapPoint way;  // to its end
     double length;
   };
-  static void cast(const Wall& wall, const Fan& fan, std::span<double> ranges);
+  static void cast(const Wall& wall, const RayFan& fan, std::span<double> ranges);
   static double range(const Wall& wall, const MapPoint& from, double angle, double otherwise);
 
   std::vector<Wall> walls_;

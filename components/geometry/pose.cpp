@@ -14,10 +14,9 @@ Pose Pose::of(const Position3d& position) {
 }
 
 Position3d Pose::position() const {
-  const auto mm = [](double value) { return Millimetres<i32>::from_si(value / 1000); };
-  return {.x = mm(x),
-          .y = mm(y),
-          .z = mm(z),
+  return {.x = whole_millimetres(x),
+          .y = whole_millimetres(y),
+          .z = whole_millimetres(z),
           .phi = static_cast<f32>(signed_angle(phi)),
           .psi = static_cast<f32>(signed_angle(psi)),
           .rho = static_cast<f32>(heading(rho))};

@@ -29,6 +29,9 @@ inline double signed_angle(double angle) {
   return positive > kPi ? positive - 2 * kPi : positive;
 }
 
+// As messages have lengths.
+inline i32 whole_millimetres(double mm) { return Millimetres<i32>::from_si(mm / 1000); }
+
 // --- Where something is and where it looks, and how poses follow from each other.
 
 // As a Position3d, but with fractions: what is added up a million times must not be rounded.

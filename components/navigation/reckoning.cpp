@@ -43,10 +43,9 @@ PositionData PositionTracker::follow(const OdometryData& odometry) {
     pose = between(earlier_.at(now), pose, part);
   }
   said_ = pose;
-  const auto mm = [](double value) { return Millimetres<i32>::from_si(value / 1000); };
   Position3d deviation = known_deviation_;
-  deviation.x = mm(deviation_.x);
-  deviation.y = mm(deviation_.y);
+  deviation.x = whole_millimetres(deviation_.x);
+  deviation.y = whole_millimetres(deviation_.y);
   deviation.rho = static_cast<f32>(deviation_.rho);
   return {.recordingTime = odometry.recordingTime, .pos = pose.position(), .var = deviation};
 }

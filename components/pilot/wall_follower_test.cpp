@@ -60,7 +60,7 @@ class Trip {
  private:
   void step() {
     Scan2dData scan;
-    eyes_.see(at_, 100ms, scan);
+    eyes_.measure(at_, 100ms, scan);
     const Drive drive = follower_.follow(scan, 100ms, at_.pos.rho);
     wheels_.move({.vx = drive.speed, .omega = drive.omega});
     const ChassisData moved = wheels_.step(0, 100ms);

@@ -157,9 +157,9 @@ void on_crash(int signal, siginfo_t* info, void* context) {
 
 }  // namespace
 
-void install_crash_report(const std::string& program) {
+void install_crash_report(const std::string& reporter_program) {
   if (!kReports || reporter != nullptr) return;
-  static std::string path = program;
+  static std::string path = reporter_program;
   reporter = path.data();
   std::array<void*, 1> frame{};
   ::backtrace(frame.data(), 1);  // loads what it needs

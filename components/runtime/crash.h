@@ -20,7 +20,7 @@ namespace rack {
 
 // Of the whole program, once, at its beginning. Sanitizers have their own reports: then nothing.
 void install_crash_report(
-    const std::string& reporter = tims::os::find_program("tims-crash-report"));
+    const std::string& reporter_program = tims::os::find_program("tims-crash-report"));
 
 // A stack for the handler, as the crashed one may be full. One a thread, in the thread.
 class CrashStack {

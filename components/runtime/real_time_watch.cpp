@@ -127,12 +127,12 @@ bool PerfEvents::map_ring() {
                         faults_.get(), 0);
   if (memory == MAP_FAILED) return false;
   memory_ = memory;
-  touch_ring();
+  prefault_ring();
   return true;
 }
 
 // So that reading it is no page fault of the thread that is watched.
-void PerfEvents::touch_ring() {
+void PerfEvents::prefault_ring() {
   const volatile std::byte* ring = static_cast<const std::byte*>(memory_);
   for (std::size_t at = 0; at < kRing; at += page()) (void)ring[page() + at];
   at_ = written(memory_);

@@ -44,7 +44,7 @@ class PerfEvents {
  private:
   bool open_events(bool with_kernel);
   bool map_ring();
-  void touch_ring();
+  void prefault_ring();
   void close();
 
   tims::os::File faults_;    // writes into the ring

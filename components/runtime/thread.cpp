@@ -22,7 +22,7 @@ tims::Error refused(const std::string& what, int code) {
   return {tims::Errc::kSystem, std::move(text)};
 }
 
-void touch_stack() {
+void prefault_stack() {
   std::array<volatile char, kTouched> stack;
   for (std::size_t i = 0; i < stack.size(); i += 1024) stack[i] = 0;
 }
@@ -58,7 +58,7 @@ tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<v
 
 void* Thread::run(void* self) {
   const CrashStack crash_stack;
-  touch_stack();
+  prefault_stack();
   static_cast<Thread*>(self)->body_();
   return nullptr;
 }

@@ -10,8 +10,6 @@
 namespace rack::scan2d {
 namespace {
 
-i32 mm(double value) { return Millimetres<i32>::from_si(value / 1000); }
-
 i32 median(i32 a, i32 b, i32 c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
 
 bool is_reflector(const LadarPoint& point) { return (point.type & ladar_point::kReflector) != 0; }
@@ -119,8 +117,8 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
     }
     const double direction = angle + mounting.rho;
     scan.points.push_back(
-        {.x = mm(mounting.x + distance * std::cos(direction)),
-         .y = mm(mounting.y + distance * std::sin(direction)),
+        {.x = whole_millimetres(mounting.x + distance * std::cos(direction)),
+         .y = whole_millimetres(mounting.y + distance * std::sin(direction)),
          .z = distance,
          .type = type,
          .intensity = static_cast<i16>(std::clamp(point.intensity, -32768, 32767))});

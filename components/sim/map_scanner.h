@@ -87,7 +87,7 @@ class MapScanner : public DataModule<Scan> {
   Result<void> module_loop() override {
     OdometryData position;
     if (auto come = odometry_->next(position, 2 * this->period()); !come) return come;
-    model_->see(position, this->period(), this->get_local_buffer());
+    model_->measure(position, this->period(), this->get_local_buffer());
     return this->put_local_buffer();
   }
 

@@ -14,8 +14,6 @@ float limited(float wish, float smallest, float largest) {
   return std::copysign(std::min(std::max(std::abs(wish), smallest), largest), wish);
 }
 
-i32 mm(double value) { return Millimetres<i32>::from_si(value / 1000); }
-
 template <typename Scan>
 void begin(const OdometryData& from, std::chrono::milliseconds duration,
            const ScanSettings& settings, Scan& scan) {
@@ -77,13 +75,14 @@ ScanModel::ScanModel(FloorMap map, const ScanSettings& settings)
       settings_(settings),
       ranges_(static_cast<std::size_t>(settings.count())) {}
 
-void ScanModel::see(const OdometryData& from, std::chrono::milliseconds duration, LadarData& scan) {
+void ScanModel::measure(const OdometryData& from, std::chrono::milliseconds duration,
+                        LadarData& scan) {
   begin(from, duration, settings_, scan);
   scan.startAngle = static_cast<f32>(radians(settings_.first));
   scan.endAngle = static_cast<f32>(radians(settings_.last));
   cast(from);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    const i32 distance = mm(ranges_[i]);
+    const i32 distance = whole_millimetres(ranges_[i]);
     scan.points.push_back(
         {.angle = static_cast<f32>(angle(i)),
          .distance = distance,
@@ -91,16 +90,16 @@ void ScanModel::see(const OdometryData& from, std::chrono::milliseconds duration
   }
 }
 
-void ScanModel::see(const OdometryData& from, std::chrono::milliseconds duration,
-                    Scan2dData& scan) {
+void ScanModel::measure(const OdometryData& from, std::chrono::milliseconds duration,
+                        Scan2dData& scan) {
   begin(from, duration, settings_, scan);
   cast(from);
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     const double range = ranges_[i];
-    const bool too_far = mm(range) >= settings_.max_range;
-    scan.points.push_back({.x = mm(range * std::cos(angle(i))),
-                           .y = mm(range * std::sin(angle(i))),
-                           .z = mm(range),
+    const bool too_far = whole_millimetres(range) >= settings_.max_range;
+    scan.points.push_back({.x = whole_millimetres(range * std::cos(angle(i))),
+                           .y = whole_millimetres(range * std::sin(angle(i))),
+                           .z = whole_millimetres(range),
                            .type = too_far ? scan_point::kMaxRange | scan_point::kInvalid : 0});
   }
 }

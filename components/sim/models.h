@@ -64,8 +64,8 @@ class ScanModel {
   // settings: step of 1 and more, last not before first.
   ScanModel(FloorMap map, const ScanSettings& settings);
 
-  void see(const OdometryData& from, std::chrono::milliseconds duration, LadarData& scan);
-  void see(const OdometryData& from, std::chrono::milliseconds duration, Scan2dData& scan);
+  void measure(const OdometryData& from, std::chrono::milliseconds duration, LadarData& scan);
+  void measure(const OdometryData& from, std::chrono::milliseconds duration, Scan2dData& scan);
 
  private:
   void cast(const OdometryData& from);

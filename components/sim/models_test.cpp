@@ -92,7 +92,7 @@ FloorMap wall() {
 TEST(ScanModel, AsALadar) {
   ScanModel model(wall(), {});
   LadarData scan;
-  model.see({.recordingTime = 7}, 100ms, scan);
+  model.measure({.recordingTime = 7}, 100ms, scan);
   EXPECT_EQ(scan.recordingTime, TimeStamp(7));
   EXPECT_EQ(scan.duration, 100U);
   EXPECT_EQ(scan.maxRange, 10000);
@@ -104,7 +104,7 @@ TEST(ScanModel, AsALadar) {
   EXPECT_EQ(scan.points[180].type, 0);
   EXPECT_EQ(scan.points[0].distance, 10000);
   EXPECT_EQ(scan.points[0].type, ladar_point::kInvalid);
-  model.see({.pos = {.x = 1000}}, 100ms, scan);
+  model.measure({.pos = {.x = 1000}}, 100ms, scan);
   ASSERT_EQ(scan.points.size(), 361U) << "a scan is not added to the last one";
   EXPECT_EQ(scan.points[180].distance, 1000);
 }
@@ -112,7 +112,7 @@ TEST(ScanModel, AsALadar) {
 TEST(ScanModel, WithinItsAngles) {
   ScanModel model(wall(), {.first = -90, .last = 91, .step = 2});
   LadarData scan;
-  model.see({}, 100ms, scan);
+  model.measure({}, 100ms, scan);
   ASSERT_EQ(scan.points.size(), 91U);
   EXPECT_FLOAT_EQ(scan.points[90].angle, static_cast<float>(kPi / 2));
 }
@@ -121,7 +121,7 @@ TEST(ScanModel, AsPointsOfTheRobot) {
   ScanModel model(wall(), {.max_range = 2500});
   Scan2dData scan;
   // The robot looks east: the wall is on its left.
-  model.see({.pos = {.rho = static_cast<f32>(kPi / 2)}}, 100ms, scan);
+  model.measure({.pos = {.rho = static_cast<f32>(kPi / 2)}}, 100ms, scan);
   ASSERT_EQ(scan.points.size(), 361U);
   EXPECT_EQ(scan.points[90].x, 0);
   EXPECT_EQ(scan.points[90].y, -2000);

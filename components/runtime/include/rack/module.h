@@ -4,10 +4,9 @@
 //    public:
 //     Sweeper() : Module(kInfo) {}
 //    private:
-//     Result<void> module_on() override;     // what it needs while it is on
-//     Result<void> module_loop() override;   // again and again while it is on
-//     void module_off() override;            // also after a module_on() or module_loop() that
-//     failed
+//     Result<void> module_on() override;    // what it needs while it is on
+//     Result<void> module_loop() override;  // again and again while it is on
+//     void module_off() override;           // also after one of the two has failed
 //   };
 //   int main(int argc, char** argv) {
 //     Sweeper sweeper;
