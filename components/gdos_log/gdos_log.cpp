@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "components/gdos_log/text_files.h"
-#include "components/gdos_log/text_flood.h"
 #include "os/clock.h"
 #include "proxies/gdos_texts.h"
 #include "rack/data_module.h"
@@ -59,13 +58,13 @@ class GdosLog : public DataModule<GdosData> {
   Result<void> module_on() override {
     const bool asked = integer("journal") == 1;
     const bool by_systemd = integer("journal") < 0 && runs_under_journal();
-    keeper_.emplace(log(), std::chrono::milliseconds(integer("syncTime")), asked || by_systemd);
+    writer_.emplace(log(), std::chrono::milliseconds(integer("syncTime")), asked || by_systemd);
     const TextFileLimits limits{
         .bytes = static_cast<std::uint64_t>(integer("fileSize")) << 10,
         .files = static_cast<std::uint32_t>(integer("files")),
         .age = std::chrono::days(integer("age")),
     };
-    if (auto good = keeper_->open(folder(), limits); !good) return good;
+    if (auto good = writer_->open(folder(), limits); !good) return good;
     owner_.clear();
     next_try_ = next_sign_ = {};
     set_period(kPeriod);
@@ -80,7 +79,7 @@ class GdosLog : public DataModule<GdosData> {
 
   void module_off() override {
     sink_.reset();
-    keeper_.reset();
+    writer_.reset();
   }
 
   Result<void> module_loop() override {
@@ -91,10 +90,10 @@ class GdosLog : public DataModule<GdosData> {
       take_sink();
     }
     const tims::Time now = tims::os::now();
-    for (const auto& [sender, count] : flood_.take_suppressed(now))
+    for (const auto& [sender, count] : limits_.take_suppressed(now))
       pass_on(sender, gdos::Level::kWarning,
               std::to_string(count) + " texts suppressed: too many at once");
-    keeper_->on_time(now);
+    writer_->on_time(now);
     if (now < next_sign_) return {};
     next_sign_ = now + kPeriod;
     return publish_data({.address = address(), .level = {}});
@@ -137,7 +136,7 @@ class GdosLog : public DataModule<GdosData> {
     const tims::Header& header = message.header();
     const auto level = gdos::level_of(header.type);
     if (!level) return answer(header);
-    if (!flood_.take(tims::os::now(), header.src, *level)) return;
+    if (!limits_.take(tims::os::now(), header.src, *level)) return;
     const auto words = gdos::decode(message.body(), header.body_order(), address_widths());
     pass_on(header.src, *level, words ? *words : words.error().detail() + " (malformed)");
   }
@@ -172,7 +171,7 @@ class GdosLog : public DataModule<GdosData> {
                               .component = sender.to_string(address_widths()),
                               .level = level,
                               .text = gdos::to_utf8(words)};
-    keeper_->keep(record);
+    writer_->write(record);
     (void)publish_data(record);
   }
 
@@ -186,9 +185,9 @@ class GdosLog : public DataModule<GdosData> {
   }
 
   // The data task's.
-  std::optional<TextKeeper> keeper_;
+  std::optional<TextWriter> writer_;
   std::optional<tims::Mailbox> sink_;
-  TextFlood flood_;
+  SenderLimits limits_;
   std::string owner_;  // of the sink, as last said
   std::uint64_t lost_ = 0;
   tims::Time next_try_{};

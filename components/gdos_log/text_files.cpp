@@ -22,11 +22,46 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr tims::Address kEverybodyElse{0};
+
 tims::Error failed(const fs::path& path, const std::error_code& error) {
   return {tims::Errc::kSystem, path.string() + ": " + error.message()};
 }
 
 }  // namespace
+
+bool SenderLimits::take(tims::Time now, tims::Address sender, gdos::Level level) {
+  Sender& from = find(now, sender);
+  tims::base::LineLimiter& limiter = level >= gdos::Level::kWarning ? from.urgent : from.other;
+  if (limiter.take(now)) return true;
+  if (!any_suppressed_) next_word_ = now + kTellEach;
+  any_suppressed_ = true;
+  return false;
+}
+
+SenderLimits::Sender& SenderLimits::find(tims::Time now, tims::Address sender) {
+  const auto known = senders_.find(sender);
+  if (known != senders_.end()) return known->second;
+  if (senders_.size() >= kSendersMax) {
+    std::erase_if(senders_, [now](const auto& entry) {
+      return entry.second.urgent.is_idle(now) && entry.second.other.is_idle(now);
+    });
+  }
+  return senders_[senders_.size() < kSendersMax ? sender : kEverybodyElse];
+}
+
+std::vector<SenderLimits::Suppressed> SenderLimits::take_suppressed(tims::Time now) {
+  std::vector<Suppressed> all;
+  if (!any_suppressed_ || now < next_word_) return all;
+  any_suppressed_ = false;
+  for (auto& [address, sender] : senders_) {
+    const std::uint32_t count = sender.urgent.take_held_back() + sender.other.take_held_back();
+    if (count > 0) all.push_back({address, count});
+  }
+  return all;
+}
+
+// --- files
 
 fs::path TextFiles::current() const { return folder_ / gdos::kCurrentFile; }
 
@@ -118,6 +153,8 @@ bool TextFiles::was_removed() const {
   return !fs::exists(current(), ignored);
 }
 
+// --- the journal
+
 int journal_priority(gdos::Level level) {
   switch (level) {
     case gdos::Level::kError:
@@ -156,7 +193,9 @@ bool runs_under_journal() {
   return std::getenv("JOURNAL_STREAM") != nullptr;
 }
 
-tims::Result<void> TextKeeper::open(const std::filesystem::path& folder,
+// --- both
+
+tims::Result<void> TextWriter::open(const std::filesystem::path& folder,
                                     const TextFileLimits& limits) {
   const auto opened = files_.open(folder, limits);
   // A full disk may have room later; no such folder will not.
@@ -166,7 +205,7 @@ tims::Result<void> TextKeeper::open(const std::filesystem::path& folder,
   return {};
 }
 
-void TextKeeper::keep(const gdos::Record& record) {
+void TextWriter::write(const gdos::Record& record) {
   report(files_.append(gdos::to_line(record)));
   if (!journal_) return;
   const auto sent = to_journal(record);
@@ -175,7 +214,7 @@ void TextKeeper::keep(const gdos::Record& record) {
 }
 
 // What it says of itself comes back to it as a text: so never more than once.
-void TextKeeper::report(const tims::Result<void>& written) {
+void TextWriter::report(const tims::Result<void>& written) {
   if (!written) {
     if (not_kept_++ == 0) log_.error("Texts are not kept: %s", written.error().message());
     return;
@@ -184,7 +223,7 @@ void TextKeeper::report(const tims::Result<void>& written) {
     log_.warning("Texts are kept again; %u were not", lost);
 }
 
-void TextKeeper::on_time(tims::Time now) {
+void TextWriter::on_time(tims::Time now) {
   if (now < next_sync_) return;
   next_sync_ = now + sync_each_;
   if (auto good = files_.sync(); !good) report(good);

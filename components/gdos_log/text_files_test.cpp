@@ -129,6 +129,53 @@ TEST_F(TextFilesTest, AFullDiskKeepsWholeLines) {
   EXPECT_EQ(all_of(folder_), "1\n2\n|");
 }
 
+using namespace std::chrono_literals;
+
+constexpr tims::Address kChassis(0x00110000);
+constexpr tims::Address kLadar(0x00140000);
+constexpr tims::Time kStart(1000s);
+
+std::uint32_t passed(SenderLimits& limits, tims::Time now, tims::Address sender, gdos::Level level,
+                     int texts = 1000) {
+  std::uint32_t count = 0;
+  for (int i = 0; i < texts; ++i) count += limits.take(now, sender, level) ? 1 : 0;
+  return count;
+}
+
+TEST(SenderLimits, DetailsTakeNoRoomOfErrorsNorOfOthers) {
+  SenderLimits limits;
+  EXPECT_EQ(passed(limits, kStart, kChassis, gdos::Level::kDetail), SenderLimits::kOtherBurst);
+  EXPECT_FALSE(limits.take(kStart, kChassis, gdos::Level::kInfo));
+  EXPECT_EQ(passed(limits, kStart, kChassis, gdos::Level::kError), SenderLimits::kUrgentBurst);
+  EXPECT_TRUE(limits.take(kStart, kLadar, gdos::Level::kDetail));
+  EXPECT_GT(SenderLimits::kUrgentBurst, SenderLimits::kOtherBurst);
+}
+
+TEST(SenderLimits, SaysHowManyOnceASecond) {
+  SenderLimits limits;
+  (void)passed(limits, kStart, kChassis, gdos::Level::kDetail, 150);
+  EXPECT_TRUE(limits.take_suppressed(kStart + 900ms).empty());
+  const auto told = limits.take_suppressed(kStart + 1s);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].sender, kChassis);
+  EXPECT_EQ(told[0].count, 50U);
+  EXPECT_TRUE(limits.take_suppressed(kStart + 1h).empty());
+}
+
+TEST(SenderLimits, IsBounded) {
+  SenderLimits limits;
+  // Everybody has said something, and nobody is forgotten yet.
+  for (std::uint32_t i = 1; i <= SenderLimits::kSendersMax; ++i)
+    EXPECT_TRUE(limits.take(kStart, tims::Address(i), gdos::Level::kPrint));
+  std::uint32_t of_newcomers = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i)
+    of_newcomers += limits.take(kStart, tims::Address(i + 5000), gdos::Level::kDetail) ? 1 : 0;
+  EXPECT_EQ(of_newcomers, SenderLimits::kOtherBurst) << "they share one limit";
+  EXPECT_EQ(passed(limits, kStart + 1h, tims::Address(9999), gdos::Level::kDetail),
+            SenderLimits::kOtherBurst)
+      << "those who are silent make room";
+}
+
 }  // namespace
 
 }  // namespace rack::gdos_log
