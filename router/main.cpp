@@ -61,15 +61,12 @@ Result<config::Loaded> load_configuration(const io::Arguments& arguments) {
   return config::load(sources);
 }
 
-core::Role role(const config::Config& c) { return static_cast<core::Role>(c.router.role); }
-static_assert(static_cast<int>(config::Role::kTop) == static_cast<int>(core::Role::kTop));
-
 core::RouterSettings router_settings(const config::Config& c, std::uint64_t epoch) {
   return {.address =
               Address::of({.system = c.router.system, .instance = c.router.id}, c.address.widths),
           .widths = c.address.widths,
-          .classes = {c.message.classes},
-          .role = role(c),
+          .classes = c.message.classes,
+          .role = c.router.role,
           .epoch = static_cast<std::uint32_t>(epoch),
           .compat_delete = c.tcp.compat_delete,
           .lifesign_interval = c.lifesign.interval,
@@ -79,13 +76,13 @@ core::RouterSettings router_settings(const config::Config& c, std::uint64_t epoc
 
 link::Identity identity(const config::Config& c, std::uint64_t epoch) {
   return {.epoch = epoch,
-          .role = role(c),
+          .role = c.router.role,
           .system = c.router.system,
           .id = c.router.id,
           .name = std::string_view(c.router.name),
           .widths = c.address.widths,
           .message_max = c.message.bytes_max,
-          .classes = {c.message.classes}};
+          .classes = c.message.classes};
 }
 
 std::vector<core::StaticRoute> static_routes(const config::Config& c) {

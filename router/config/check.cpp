@@ -111,29 +111,29 @@ class Checker {
   // Who connects, and who accepts.
   void check_direction(std::size_t i, const Link& link) {
     const bool has_to = has(i, "to");
-    if (link.kind == Link::Kind::kSub && has_to)
+    if (link.kind == LinkKind::kSub && has_to)
       return fail(key(i, "to"),
                   "link.to does not fit kind = \"sub\": the routers below connect, "
                   "and this side accepts. Remove it, or write kind = \"super\"");
     check_reach(i, link);
-    if (link.kind == Link::Kind::kSuper && !has_to && is_complete(i))
+    if (link.kind == LinkKind::kSuper && !has_to && is_complete(i))
       fail(item(i),
            "a super link wants the super router's host and port: write "
            "to = \"10.9.1.1:2010\"");
-    if (has(i, "system") && (has_to || link.kind == Link::Kind::kSuper))
+    if (has(i, "system") && (has_to || link.kind == LinkKind::kSuper))
       fail(key(i, "system"),
            "link.system says whom this side accepts, but on this link it "
            "connects: remove it");
   }
 
-  void check_role(std::size_t i, Link::Kind kind) {
+  void check_role(std::size_t i, LinkKind kind) {
     if (written_.refused.contains("router.role")) return;
     const Role role = config_.router.role;
-    if (role == Role::kTop && kind == Link::Kind::kSuper)
+    if (role == Role::kTop && kind == LinkKind::kSuper)
       fail(key(i, "kind"),
            "a router with role = \"top\" has no super router: remove the link, or "
            "write role = \"system\" under [router]");
-    if (role == Role::kSubsystem && kind != Link::Kind::kSuper)
+    if (role == Role::kSubsystem && kind != LinkKind::kSuper)
       fail(key(i, "kind"),
            fmt::format("a router with role = \"subsystem\" has super links only, not {}: remove "
                        "the link, or write role = \"system\" under [router]",
@@ -142,26 +142,26 @@ class Checker {
 
   void check_paths(std::size_t i, const Link& link) {
     const bool by_name = !config_.fleet.name.empty() || written_.refused.contains("fleet.name");
-    if (link.is_automatic() && link.kind != Link::Kind::kSuper)
+    if (link.is_automatic() && link.kind != LinkKind::kSuper)
       fail(key(i, "to"),
            "link.to \"auto\" finds super routers only: write the other router's host "
            "and port, or kind = \"super\"");
     if (link.is_automatic() && !by_name)
       fail(key(i, "to"),
            R"(link.to "auto" wants to know the fleet: write name = "..." under [fleet])");
-    if (link.uses(LinkPath::kDds) && !by_name)
+    if (link.uses(PathKind::kDds) && !by_name)
       fail(key(i, "paths"),
            R"(link.paths with "dds" wants to know the fleet: write name = "..." under [fleet])");
-    if (link.uses(LinkPath::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
+    if (link.uses(PathKind::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
     check_is_found(i, link);
   }
 
   // An address is one of UDP. Without UDP the only super link means whoever is above, all others
   // mean nobody.
   void check_is_found(std::size_t i, const Link& link) {
-    if (link.accepts() || link.is_automatic() || link.uses(LinkPath::kUdp)) return;
-    const bool only_super = link.kind == Link::Kind::kSuper &&
-                            std::ranges::count(config_.links, Link::Kind::kSuper, &Link::kind) == 1;
+    if (link.accepts() || link.is_automatic() || link.uses(PathKind::kUdp)) return;
+    const bool only_super = link.kind == LinkKind::kSuper &&
+                            std::ranges::count(config_.links, LinkKind::kSuper, &Link::kind) == 1;
     if (only_super) return;
     fail(key(i, "paths"),
          fmt::format(
@@ -202,7 +202,7 @@ class Checker {
 
   void check_links() {
     const bool some_udp = std::ranges::any_of(
-        config_.links, [](const Link& link) { return link.uses(LinkPath::kUdp); });
+        config_.links, [](const Link& link) { return link.uses(PathKind::kUdp); });
     if (some_udp && !config_.udp.listen)
       fail("udp.listen",
            fmt::format(
@@ -229,7 +229,7 @@ class Checker {
     const Link& b = config_.links[i];
     if (!a.accepts() || !b.accepts()) return a.host == b.host && a.port == b.port;
     const bool both_read = is_sound(before) && is_sound(i);
-    const bool none_connects = a.kind != Link::Kind::kSuper;  // that was told
+    const bool none_connects = a.kind != LinkKind::kSuper;  // that was told
     return both_read && none_connects && a.kind == b.kind && a.system == b.system;
   }
 

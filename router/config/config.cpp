@@ -56,18 +56,6 @@ std::optional<std::uint16_t> parse_port_behind(std::string_view text) {
   return port == 0 ? std::nullopt : port;
 }
 
-std::string_view word(Link::Kind kind) {
-  switch (kind) {
-    case Link::Kind::kSuper:
-      return "super";
-    case Link::Kind::kPeer:
-      return "peer";
-    case Link::Kind::kSub:
-      return "sub";
-  }
-  return {};
-}
-
 }  // namespace
 
 std::optional<Endpoint> Endpoint::parse(std::string_view text) {
@@ -137,12 +125,12 @@ std::vector<std::string> list_of(std::string_view text) {
   return items;
 }
 
-bool Link::uses(LinkPath path) const { return std::ranges::find(paths, path) != paths.end(); }
+bool Link::uses(PathKind path) const { return std::ranges::find(paths, path) != paths.end(); }
 
 std::string Link::to_string() const {
   if (!accepts()) return Destination{host, port}.to_string();
-  if (!system) return fmt::format("{} of *", word(kind));
-  return fmt::format("{} of system {}", word(kind), *system);
+  if (!system) return fmt::format("{} of *", core::label(core::kLinkKinds, kind).name);
+  return fmt::format("{} of system {}", core::label(core::kLinkKinds, kind).name, *system);
 }
 
 }  // namespace tims::config

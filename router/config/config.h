@@ -2,7 +2,6 @@
 // in one table (options.cpp); a Config that came out of load() keeps them.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "router/core/types.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
@@ -26,8 +26,10 @@ struct Endpoint {
   bool operator==(const Endpoint&) const = default;
 };
 
-// The lowest priority of each class of messages but the lowest, see core::PriorityClasses.
-using PriorityClasses = std::array<std::uint8_t, 7>;
+using core::LinkKind;
+using core::PathKind;
+using core::PriorityClasses;
+using core::Role;
 
 // Whether this router was built with DDS.
 inline constexpr bool kHasDds = TIMS_WITH_DDS != 0;
@@ -46,19 +48,16 @@ struct Destination {
 };
 
 enum class LogLevel : std::uint8_t { kError, kWarning, kInfo, kDebug };
-enum class Role : std::uint8_t { kSubsystem, kSystem, kTop };  // place in the tree of routers
 
-enum class LinkPath : std::uint8_t { kUdp, kDds };  // ways to move a link's datagrams
-using LinkPaths = std::vector<LinkPath>;            // in order of preference, each once
+using LinkPaths = std::vector<PathKind>;  // in order of preference, each once
 
 // A relation to another router, or to all those that may connect: [[link]].
 struct Link {
-  enum class Kind : std::uint8_t { kSuper, kPeer, kSub };
-  Kind kind = Kind::kSuper;
+  LinkKind kind = LinkKind::kSuper;
   std::string host;                                    // empty: this side accepts
   std::uint16_t port = 0;                              // 0: this side accepts
   std::optional<std::uint8_t> system;                  // whom this side accepts; empty: any
-  LinkPaths paths{LinkPath::kUdp};                     // at least one
+  LinkPaths paths{PathKind::kUdp};                     // at least one
   std::string name;                                    // for people; may be empty
   std::uint32_t mailboxes = 65536;                     // that the other side may announce
   Duration interval = std::chrono::milliseconds(300);  // keep-alive
@@ -68,7 +67,7 @@ struct Link {
 
   [[nodiscard]] bool accepts() const { return host.empty(); }
   [[nodiscard]] bool is_automatic() const { return !accepts() && port == 0; }  // to = "auto"
-  [[nodiscard]] bool uses(LinkPath path) const;
+  [[nodiscard]] bool uses(PathKind path) const;
   [[nodiscard]] std::string to_string() const;  // "10.9.1.1:2010", "sub of system 1", "peer of *"
   bool operator==(const Link&) const = default;
 };
@@ -145,7 +144,7 @@ struct Config {
 
   struct Message {
     std::uint32_t bytes_max = 16U << 20;  // header included
-    PriorityClasses classes{0, 1, 15, 25, 35, 45, 100};
+    PriorityClasses classes;
     bool operator==(const Message&) const = default;
   } message;
 

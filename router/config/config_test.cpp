@@ -100,8 +100,7 @@ TEST(Destination, KnowsLoopbackWithoutLookingNamesUp) {
 }
 
 TEST(Link, IsNamedByWhereItGoesOrWhomItAccepts) {
-  const auto name = [](Link::Kind kind, const std::string& host,
-                       std::optional<std::uint8_t> system) {
+  const auto name = [](LinkKind kind, const std::string& host, std::optional<std::uint8_t> system) {
     Link link;
     link.kind = kind;
     link.host = host;
@@ -109,9 +108,9 @@ TEST(Link, IsNamedByWhereItGoesOrWhomItAccepts) {
     link.system = system;
     return link.to_string();
   };
-  EXPECT_EQ(name(Link::Kind::kSuper, "10.9.1.1", {}), "10.9.1.1:2010");
-  EXPECT_EQ(name(Link::Kind::kSub, "", 1), "sub of system 1");
-  EXPECT_EQ(name(Link::Kind::kPeer, "", {}), "peer of *");
+  EXPECT_EQ(name(LinkKind::kSuper, "10.9.1.1", {}), "10.9.1.1:2010");
+  EXPECT_EQ(name(LinkKind::kSub, "", 1), "sub of system 1");
+  EXPECT_EQ(name(LinkKind::kPeer, "", {}), "peer of *");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ class Loader {
     if (loaded_.config.fleet.name.empty() || !kHasDds) return;
     for (std::size_t i = 0; i < loaded_.config.links.size(); ++i)
       if (!is_written(fmt::format("link[{}].paths", i)))
-        loaded_.config.links[i].paths = {LinkPath::kUdp, LinkPath::kDds};
+        loaded_.config.links[i].paths = {PathKind::kUdp, PathKind::kDds};
   }
 
   void add(const File& file) {

@@ -298,15 +298,15 @@ TEST(Load, WhatUdpListensOnFollowsFromInsecure) {
 }
 
 TEST(Load, InAFleetLinksHaveBothPaths) {
-  const LinkPaths udp{LinkPath::kUdp};
+  const LinkPaths udp{PathKind::kUdp};
   const std::string link = "[[link]]\nkind = \"sub\"\n";
   EXPECT_EQ(good(link).links[0].paths, udp);
   if (!kHasDds) GTEST_SKIP() << "built without DDS";
   const std::string fleet = "[fleet]\nname = \"harbour\"\n";
-  EXPECT_EQ(good(fleet + link).links[0].paths, (LinkPaths{LinkPath::kUdp, LinkPath::kDds}));
+  EXPECT_EQ(good(fleet + link).links[0].paths, (LinkPaths{PathKind::kUdp, PathKind::kDds}));
   EXPECT_EQ(good(fleet + link + "paths = [\"udp\"]\n").links[0].paths, udp);
   EXPECT_EQ(good(fleet + link + "paths = [\"dds\", \"udp\"]\n").links[0].paths,
-            (LinkPaths{LinkPath::kDds, LinkPath::kUdp}));
+            (LinkPaths{PathKind::kDds, PathKind::kUdp}));
 }
 
 TEST(Load, ReadsTheTree) {
@@ -343,12 +343,12 @@ via = "robot2"
                              {"security.insecure=true"});
   ASSERT_EQ(config.links.size(), 2U);
   Link first;
-  first.kind = Link::Kind::kSuper;
+  first.kind = LinkKind::kSuper;
   first.host = "robot1";
   first.port = 2010;
   EXPECT_EQ(config.links[0], first);
   Link second;
-  second.kind = Link::Kind::kSub;
+  second.kind = LinkKind::kSub;
   second.system = 7;
   second.name = "arms";
   second.interval = 50ms;

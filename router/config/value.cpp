@@ -22,9 +22,9 @@ using base::Unit;
 
 // In the order of their enumerations.
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
-constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
-constexpr std::array<std::string_view, 3> kLinkKinds{"super", "peer", "sub"};
-constexpr std::array<std::string_view, 2> kPaths{"udp", "dds"};
+constexpr auto kRoles = core::names(core::kRoles);
+constexpr auto kLinkKinds = core::names(core::kLinkKinds);
+constexpr auto kPaths = core::names(core::kPathKinds);
 
 std::span<const std::string_view> words_of(Kind kind) {
   if (kind == Kind::kLogLevel) return kLogLevels;
@@ -111,11 +111,11 @@ std::optional<std::array<std::uint8_t, count>> parse_numbers(std::string_view re
 }
 
 Result<Value> parse_classes(std::string_view text) {
-  const auto classes = parse_numbers<std::tuple_size_v<PriorityClasses>>(text);
-  if (!classes) return unreadable(Kind::kClasses, text);
-  if (std::ranges::adjacent_find(*classes, std::ranges::greater_equal()) != classes->end())
-    return bad(fmt::format("{} does not ascend", in_quotes(text)));
-  return Value(*classes);
+  const auto from = parse_numbers<core::kClasses - 1>(text);
+  if (!from) return unreadable(Kind::kClasses, text);
+  const PriorityClasses classes{*from};
+  if (!classes.valid()) return bad(fmt::format("{} does not ascend", in_quotes(text)));
+  return Value(classes);
 }
 
 Result<Value> parse_widths(std::string_view text) {
@@ -136,7 +136,7 @@ Result<Value> parse_paths(std::string_view text) {
     if (found == kPaths.end())
       return bad(fmt::format(R"(has the unknown path {}; known are "udp" and "dds")",
                              in_quotes(text.substr(0, end))));
-    const auto path = static_cast<LinkPath>(found - kPaths.begin());
+    const auto path = static_cast<PathKind>(found - kPaths.begin());
     if (std::ranges::find(paths, path) != paths.end())
       return bad(fmt::format("has {} twice", in_quotes(*found)));
     paths.push_back(path);
@@ -168,7 +168,7 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
     case Kind::kRole:
       return parse_word<Role>(kind, text);
     case Kind::kLinkKind:
-      return parse_word<Link::Kind>(kind, text);
+      return parse_word<LinkKind>(kind, text);
     case Kind::kDestination:
       return parsed(kind, text, Destination::parse(text));
     case Kind::kSystem:
@@ -238,7 +238,7 @@ struct ToToml {
   std::string operator()(const Destination& to) const { return in_quotes(to.to_string()); }
   std::string operator()(LogLevel level) const { return word(Kind::kLogLevel, level); }
   std::string operator()(Role role) const { return word(Kind::kRole, role); }
-  std::string operator()(Link::Kind kind) const { return word(Kind::kLinkKind, kind); }
+  std::string operator()(LinkKind kind) const { return word(Kind::kLinkKind, kind); }
   std::string operator()(std::optional<std::uint8_t> system) const {
     return system ? std::to_string(*system) : in_quotes("*");
   }
@@ -246,11 +246,11 @@ struct ToToml {
     return fmt::format("\"{}/{}/{}/{}\"", w.system, w.class_id, w.instance, w.local);
   }
   std::string operator()(const PriorityClasses& classes) const {
-    return fmt::format("\"{}\"", fmt::join(classes, "/"));
+    return in_quotes(classes.to_string());
   }
   std::string operator()(const LinkPaths& paths) const {
     std::string list;
-    for (const LinkPath path : paths)
+    for (const PathKind path : paths)
       list.append(list.empty() ? "" : ", ")
           .append(in_quotes(kPaths[static_cast<std::size_t>(path)]));
     return "[" + list + "]";

@@ -45,7 +45,7 @@ struct Rate {
 
 using Value =
     std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
-                 LogLevel, Role, Link::Kind, Destination, std::optional<std::uint8_t>, Rate,
+                 LogLevel, Role, LinkKind, Destination, std::optional<std::uint8_t>, Rate,
                  AddressWidths, LinkPaths, PriorityClasses>;  // in the order of Kind
 
 // Both ends are allowed. Number; nanoseconds of a duration; bytes of a size or rate; length of a

@@ -104,9 +104,7 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
   if (info.lifesign) lifesigns_.watch(now, client);
   const bool link = info.port == PortKind::kLink;
   if (link) links_.push_back(client.id);
-  happened({.at = now,
-            .kind = link ? EventKind::kLinkUp : EventKind::kClientCame,
-            .client = client.peer()});
+  happened(now, link ? EventKind::kLinkUp : EventKind::kClientCame, Address(), client.peer());
   return client.id;
 }
 
@@ -169,11 +167,7 @@ Registration Router::register_mailbox(Time now, ClientId id, Address address,
   } else if (result.status == Status::kOk) {
     registrations_.add(now, *client, address, handle);
   }
-  happened({.at = now,
-            .kind = kind_of(result.status),
-            .address = address,
-            .client = client->peer(),
-            .owner = peer(result.owner)});
+  happened(now, kind_of(result.status), address, client->peer(), peer(result.owner));
   return result;
 }
 
@@ -182,20 +176,13 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
   const Table::Entry* entry = find(address);
   if (client == nullptr || entry == nullptr) return Removal::kUnknown;
   if (address == kTextSink && stop_sharing(by)) {
-    happened({.at = now,
-              .kind = EventKind::kWithdrawn,
-              .address = address,
-              .client = client->peer(),
-              .owner = client->peer()});
+    happened(now, EventKind::kWithdrawn, address, client->peer(), client->peer());
     return Removal::kOk;
   }
   Client& owner = *clients_.find(entry->owner);
   const bool allowed = may_delete(*client, owner);
-  happened({.at = now,
-            .kind = allowed ? EventKind::kWithdrawn : EventKind::kDeleteRefused,
-            .address = address,
-            .client = client->peer(),
-            .owner = owner.peer()});
+  happened(now, allowed ? EventKind::kWithdrawn : EventKind::kDeleteRefused, address,
+           client->peer(), owner.peer());
   if (!allowed) return Removal::kNotOwner;
   registrations_.remove(owner, address);
   learn_again(now, address);
@@ -425,11 +412,7 @@ void Router::withdraw_all(Time now, Client& client) {
 
 // Whoever has waited for the address gets it.
 void Router::withdrawn(Time now, Address address, const Peer& owner) {
-  happened({.at = now,
-            .kind = EventKind::kWithdrawn,
-            .address = address,
-            .client = owner,
-            .owner = owner});
+  happened(now, EventKind::kWithdrawn, address, owner, owner);
   learn_again(now, address);
 }
 
@@ -453,6 +436,11 @@ void Router::record_end(Time now, const Client& client, CloseReason reason) {
       break;
   }
   happened(event);
+}
+
+void Router::happened(Time now, EventKind kind, Address address, const Peer& client,
+                      const Peer& owner) {
+  happened({.at = now, .kind = kind, .address = address, .client = client, .owner = owner});
 }
 
 void Router::happened(const Event& event) {
@@ -532,11 +520,8 @@ bool Router::may_come_from(const Client& link, Address address) const {
 Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const Message& message) {
   if (now >= next_loop_event_) {
     next_loop_event_ = now + kLoopEventEvery;
-    happened({.at = now,
-              .kind = EventKind::kLoop,
-              .address = message.header.dest,
-              .client = from == nullptr ? Peer{} : from->peer(),
-              .owner = to.peer()});
+    happened(now, EventKind::kLoop, message.header.dest, from == nullptr ? Peer{} : from->peer(),
+             to.peer());
   }
   return Outcome::kHopLimit;
 }
@@ -544,7 +529,7 @@ Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const 
 void Router::set_uplink(Time now, ClientId link) {
   if (uplink_ == link) return;
   uplink_ = link;
-  happened({.at = now, .kind = EventKind::kUplinkChanged, .client = peer(link)});
+  happened(now, EventKind::kUplinkChanged, Address(), peer(link));
 }
 
 // --- What other routers announce
@@ -565,21 +550,15 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   if (origin.router == here.router || origin.hops >= kHopsMax) {
     // Our own mailboxes come back to us, or somebody else's go round; or somebody has our address.
     const bool loop = origin.router != here.router || origin.epoch == here.epoch;
-    happened({.at = now,
-              .kind = loop ? EventKind::kLoop : EventKind::kDuplicateRouter,
-              .address = address,
-              .client = from->peer(),
-              .owner = peer_router(*from, origin)});
+    happened(now, loop ? EventKind::kLoop : EventKind::kDuplicateRouter, address, from->peer(),
+             peer_router(*from, origin));
     return false;
   }
   const Table::Entry* entry = find(address);
   if (entry == nullptr && address != settings_.address) {
     registrations_.add(now, *from, address, origin);
     if (address == origin.router) missing_.found(address);
-    happened({.at = now,
-              .kind = EventKind::kRegistered,
-              .address = address,
-              .client = peer_router(*from, origin)});
+    happened(now, EventKind::kRegistered, address, peer_router(*from, origin));
     return true;
   }
   if (entry != nullptr && entry->owner == link) {
@@ -610,18 +589,12 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
     }
     // The same router after a restart: the old announcement is on its way out.
     if (current.router == origin.router) return;
-    happened({.at = now,
-              .kind = EventKind::kDuplicateAddress,
-              .address = address,
-              .client = peer_router(link, origin),
-              .owner = peer_router(*owner, current)});
+    happened(now, EventKind::kDuplicateAddress, address, peer_router(link, origin),
+             peer_router(*owner, current));
     return;
   }
-  happened({.at = now,
-            .kind = EventKind::kDuplicateAddress,
-            .address = address,
-            .client = peer_router(link, origin),
-            .owner = owner == nullptr ? Peer{} : owner->peer()});
+  happened(now, EventKind::kDuplicateAddress, address, peer_router(link, origin),
+           owner == nullptr ? Peer{} : owner->peer());
 }
 
 // The address has become free: who has waited for it?

@@ -30,10 +30,8 @@ struct Receiver {
 
 // A port: where clients of one kind attach. It feeds the router (Router::connect, on_message, ...)
 // and carries out what that decides. But for flush(), none of these may call the router.
-class Port {
+class Port : public Interface {
  public:
-  virtual ~Port() = default;
-
   // The bytes stay valid until the ports are flushed at the end of the turn. What is answered is
   // counted: kDelivered, kMailboxFull, kMailboxReplaced, kTooBig, kQueueFull, kClientGone or
   // kOwnerGone.
@@ -60,18 +58,11 @@ class Port {
   // Before the router ends: no new clients; and is there nothing left to be written?
   virtual void stop_accepting() {}
   [[nodiscard]] virtual bool drained() const { return true; }
-
- protected:
-  Port() = default;
-  Port(const Port&) = default;
-  Port& operator=(const Port&) = default;
 };
 
 // The program around the router. Nothing here may call back into the router.
-class RouterHooks {
+class RouterHooks : public Interface {
  public:
-  virtual ~RouterHooks() = default;
-
   // A question to the router. Answered with Router::answer(), now or later.
   virtual void admin(Time now, ClientId from, const Message& request) = 0;
 
@@ -84,11 +75,6 @@ class RouterHooks {
 
   // Something happened that is kept in the event log.
   virtual void event(const Event& event) = 0;
-
- protected:
-  RouterHooks() = default;
-  RouterHooks(const RouterHooks&) = default;
-  RouterHooks& operator=(const RouterHooks&) = default;
 };
 
 struct RouterSettings {
@@ -284,6 +270,8 @@ class Router {
   bool stop_sharing(ClientId client);
   void next_text_reader(Time now);
   void record_end(Time now, const Client& client, CloseReason reason);
+  void happened(Time now, EventKind kind, Address address, const Peer& client,
+                const Peer& owner = {});
   void happened(const Event& event);
   void count(EventKind kind) { event_counts_.add(kind); }
   [[nodiscard]] Peer peer(ClientId id) const;

@@ -14,6 +14,7 @@ std::int64_t second_of(Time t) {
 std::string_view name(Role role) { return label(kRoles, role).name; }
 std::string_view name(LinkKind kind) { return label(kLinkKinds, kind).name; }
 
+std::string_view name(PathKind kind) { return label(kPathKinds, kind).name; }
 std::string_view name(PortKind port) { return label(kPortKinds, port).name; }
 
 std::string_view name(Outcome outcome) { return label(kOutcomes, outcome).name; }

@@ -66,6 +66,14 @@ constexpr const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, 
   return labels[static_cast<std::size_t>(value)];
 }
 
+// The words of a list.
+template <typename Enum, std::size_t size>
+constexpr std::array<std::string_view, size> names(const std::array<Label<Enum>, size>& labels) {
+  std::array<std::string_view, size> all{};
+  for (std::size_t i = 0; i < size; ++i) all[i] = labels[i].name;
+  return all;
+}
+
 // All values of an enum that has `count` of them.
 template <typename Enum, std::size_t count>
 constexpr std::array<Enum, count> values() {
@@ -73,6 +81,17 @@ constexpr std::array<Enum, count> values() {
   for (std::size_t i = 0; i < count; ++i) all[i] = static_cast<Enum>(i);
   return all;
 }
+
+// What others carry out. Not copied by way of this.
+class Interface {
+ public:
+  virtual ~Interface() = default;
+
+ protected:
+  Interface() = default;
+  Interface(const Interface&) = default;
+  Interface& operator=(const Interface&) = default;
+};
 
 // --- who is meant
 
@@ -125,6 +144,16 @@ constexpr std::array kLinkKinds{
 };
 static_assert(complete(kLinkKinds, LinkKind::kSub));
 std::string_view name(LinkKind kind);
+
+// Ways to move the datagrams of a link.
+enum class PathKind : std::uint8_t { kUdp, kDds };
+inline constexpr std::size_t kPathKindCount = 2;
+constexpr std::array kPathKinds{
+    Label<PathKind>{PathKind::kUdp, "udp", "from address to address"},
+    Label<PathKind>{PathKind::kDds, "dds", "by way of DDS"},
+};
+static_assert(complete(kPathKinds, PathKind::kDds) && kPathKinds.size() == kPathKindCount);
+std::string_view name(PathKind kind);
 
 // The router that a mailbox lives at, as a link tells it.
 struct Origin {

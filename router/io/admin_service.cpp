@@ -56,41 +56,6 @@ class Page {
   std::size_t count_ = 0;
 };
 
-class Answerer {
- public:
-  Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
-      : question_(question), source_(source), clocks_(clocks), router_(source.router()) {}
-
-  std::string answer() {
-    const json::object fields = answer_fields();
-    return page_ ? page_->put_into(fields) : json::serialize(fields);
-  }
-
- private:
-  json::object answer_fields();
-  json::object frame(std::string_view schema) const;
-  json::object status() const;
-  json::object clients();
-  json::object mailboxes(std::string_view schema, bool with_fill);
-  [[nodiscard]] json::array static_routes() const;
-  json::object route() const;
-  json::object stats();
-  json::object events();
-  json::object config();
-  json::object ping() const;
-  json::object routers();
-  void add_missing(json::object& out, Page& page) const;
-  json::object links();
-  json::object fleet();
-  [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
-
-  const Question& question_;
-  const AdminSource& source_;
-  const Clocks& clocks_;
-  const core::Router& router_;
-  std::optional<Page> page_{};  // of answers that have items
-};
-
 // What every answer begins with.
 json::object answer_frame(const AdminSource& source, const Clocks& clocks,
                           std::string_view schema) {
@@ -193,181 +158,9 @@ std::string act(const Question& question, AdminSource& source, const Clocks& clo
   return json::serialize(out);
 }
 
-// --- answers
-
-json::object Answerer::answer_fields() {
-  switch (question_.ask) {
-    case Ask::kStatus:
-      return status();
-    case Ask::kClients:
-      return clients();
-    case Ask::kRoutes:
-      return mailboxes("tims/route/1", false);
-    case Ask::kRoute:
-      return route();
-    case Ask::kMailboxes:
-      return mailboxes("tims/mailbox/1", true);
-    case Ask::kStats:
-      return stats();
-    case Ask::kEvents:
-      return events();
-    case Ask::kConfig:
-      return config();
-    case Ask::kPing:
-      return ping();
-    case Ask::kRouters:
-      return routers();
-    case Ask::kLinks:
-      return links();
-    case Ask::kFleet:
-      return fleet();
-    default:
-      return {};  // what is to be done: act()
-  }
-}
-
-json::object Answerer::frame(std::string_view schema) const {
-  return answer_frame(source_, clocks_, schema);
-}
-
 void merge(json::object& into, const json::object& fields) {
   for (const auto& [key, value] : fields) into[key] = value;
 }
-
-json::object Answerer::status() const {
-  json::object out = frame("tims/status/1");
-  const auto report = core::report_status(router_, clocks_.now);
-  const ProcessReport process = source_.process(clocks_.now);
-  const StatusView view{report, process};
-  append_json(out, &view);
-  json::array recent;
-  const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
-  for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
-    recent.push_back(to_json(EventView{event, clocks_, widths()}));
-  out["events"] = std::move(recent);
-  return out;
-}
-
-json::object Answerer::clients() {
-  json::object out = frame("tims/client/1");
-  std::uint32_t after = 0;
-  std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
-  Page& page = page_.emplace();
-  const auto found =
-      core::report_clients(router_, clocks_.now, core::ClientId{after}, question_.limit);
-  bool more = found.more;
-  for (const core::ClientReport& report : found.items) {
-    json::object item = to_json(report);
-    item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
-    if (!page.add(item)) {
-      more = true;
-      break;
-    }
-    after = report.client.id.value;
-  }
-  if (more) out["next"] = std::to_string(after);
-  return out;
-}
-
-json::object Answerer::mailboxes(std::string_view schema, bool with_fill) {
-  json::object out = frame(schema);
-  std::optional<Address> after = Address::parse(question_.after);
-  const auto found =
-      core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
-  if (!with_fill) out["static"] = static_routes();
-  Page& page = page_.emplace(with_fill ? 0 : json::serialize(out).size());
-  std::optional<Address> next = found.more ? found.last : std::nullopt;
-  for (const core::MailboxReport& report : found.items) {
-    json::object item = to_json(MailboxView{report, widths()});
-    if (with_fill && report.owner.port == core::PortKind::kLocal)
-      if (const auto fill = source_.fill(report.handle)) append_json(item, &*fill);
-    if (!page.add(item)) {
-      next = after;
-      break;
-    }
-    after = report.address;
-  }
-  if (next) out["next"] = next->to_hex();
-  return out;
-}
-
-// All that are added by hand; of a longer list in the configuration its beginning.
-json::array Answerer::static_routes() const {
-  json::array routes;
-  for (const core::StaticRoute& route : router_.static_routes()) {
-    if (routes.size() == kStaticRoutesMax) break;
-    routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
-  }
-  return routes;
-}
-
-json::object Answerer::route() const {
-  json::object out = frame("tims/route_get/1");
-  merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
-                                        question_.from),
-                     *question_.to, widths()));
-  if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
-  return out;
-}
-
-json::object Answerer::stats() {
-  json::object out = frame("tims/stats/1");
-  Page& page = page_.emplace();
-  for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
-  const auto& classes = router_.settings().classes.from;
-  out["classes"] = json::array(classes.begin(), classes.end());
-  json::object events;
-  for (const auto& report : core::report_event_counts(router_))
-    events[core::name(report.kind)] = report.count;
-  out["events"] = std::move(events);
-  out["mailboxes"] = to_json(source_.mailbox_counts());
-  return out;
-}
-
-json::object Answerer::events() {
-  json::object out = frame("tims/event/1");
-  Page& page = page_.emplace();
-  core::EventPage found{.items = {}, .last = router_.events().last()};
-  if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
-  std::uint64_t last = found.items.empty() ? found.last : 0;
-  for (const core::Event& event : found.items) {
-    if (!page.add(to_json(EventView{event, clocks_, widths()}))) break;
-    last = event.sequence;
-  }
-  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
-  out["last"] = last;
-  out["lost"] = found.lost;
-  return out;
-}
-
-json::object Answerer::config() {
-  json::object out = frame("tims/config/1");
-  Page& page = page_.emplace();
-  for (const config::Entry& entry : config::entries(source_.config())) {
-    const auto origin = source_.origins().find(entry.key);
-    const bool is_default = origin == source_.origins().end();
-    const bool room =
-        page.add({{"key", entry.key},
-                  {"value", valid_utf8(config::to_toml(entry.get(source_.config())))},
-                  {"origin", is_default ? "default" : valid_utf8(origin->second.to_string())},
-                  {"reloadable", entry.option->reload == config::Reload::kYes}});
-    if (!room) {
-      out["partial"] = true;
-      break;
-    }
-  }
-  return out;
-}
-
-json::object Answerer::ping() const {
-  json::object out = frame("tims/ping/1");
-  out["address"] = to_json(AddressView{router_.settings().address, widths()});
-  out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
-  if (!question_.pad.empty()) out["pad"] = question_.pad;
-  return out;
-}
-
-// --- links
 
 // What a page goes on with is the number of the first item that had no room: a link's is its slot,
 // and those of missing routers are greater.
@@ -395,54 +188,244 @@ void fill_page(json::object& out, const link::Links* links, const Question& ques
   });
 }
 
-json::object Answerer::routers() {
-  json::object out = frame("tims/router_list/1");
-  const link::Links* links = source_.links();
-  Page& page = page_.emplace();
-  if (links != nullptr && question_.after.empty())
-    page.add(to_json(SelfView{links->self(), source_.process(clocks_.now)}));
-  fill_page(out, links, question_, page,
-            [&](const link::Link& link) { return to_json(RouterView(link, clocks_.now)); });
-  if (!out.contains("next")) add_missing(out, *page_);
-  return out;
-}
+// --- answers
 
-// Those that have a link are told with it, whatever its state.
-void Answerer::add_missing(json::object& out, Page& page) const {
-  std::set<Address> linked;
-  if (const link::Links* links = source_.links())
-    links->for_each([&](const link::Link& link) { linked.insert(link.peer().address()); });
-  const std::uint64_t first = first_number(question_);
-  router_.missing().for_each(clocks_.now, [&](const core::MissingRouter& missing) {
-    const std::uint64_t number = kMissingFirst + missing.number;
-    if (out.contains("next") || number < first || linked.contains(missing.router)) return;
-    if (page.size() == question_.limit ||
-        !page.add(to_json(MissingView{missing, widths(), clocks_.now})))
-      out["next"] = std::to_string(number);
-  });
-}
+class Answerer {
+ public:
+  Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
+      : question_(question), source_(source), clocks_(clocks), router_(source.router()) {}
 
-json::object Answerer::links() {
-  json::object out = frame("tims/link/1");
-  const link::Links* links = source_.links();
-  Page& page = page_.emplace();
-  fill_page(out, links, question_, page, [&](const link::Link& link) {
-    return to_json(LinkView(*links, link, router_, clocks_.now));
-  });
-  return out;
-}
+  std::string answer() {
+    const json::object fields = answer_fields();
+    return page_ ? page_->put_into(fields) : json::serialize(fields);
+  }
 
-json::object Answerer::fleet() {
-  json::object out = frame("tims/fleet/1");
-  out["fleet"] = valid_utf8(source_.config().fleet.name);
-  const auto dds = source_.dds();
-  out["dds"] = json_of(dds);
-  Page& page = page_.emplace();
-  if (const link::Links* links = source_.links())
-    for (const auto& [from, announcement] : links->fleet().routers())
-      if (!page.add(to_json(AnnouncementView{*links, announcement}))) out["partial"] = true;
-  return out;
-}
+ private:
+  json::object answer_fields() {
+    switch (question_.ask) {
+      case Ask::kStatus:
+        return status();
+      case Ask::kClients:
+        return clients();
+      case Ask::kRoutes:
+        return mailboxes("tims/route/1", false);
+      case Ask::kRoute:
+        return route();
+      case Ask::kMailboxes:
+        return mailboxes("tims/mailbox/1", true);
+      case Ask::kStats:
+        return stats();
+      case Ask::kEvents:
+        return events();
+      case Ask::kConfig:
+        return config();
+      case Ask::kPing:
+        return ping();
+      case Ask::kRouters:
+        return routers();
+      case Ask::kLinks:
+        return links();
+      case Ask::kFleet:
+        return fleet();
+      default:
+        return {};  // what is to be done: act()
+    }
+  }
+
+  json::object frame(std::string_view schema) const {
+    return answer_frame(source_, clocks_, schema);
+  }
+
+  json::object status() const {
+    json::object out = frame("tims/status/1");
+    const auto report = core::report_status(router_, clocks_.now);
+    const ProcessReport process = source_.process(clocks_.now);
+    const StatusView view{report, process};
+    append_json(out, &view);
+    json::array recent;
+    const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
+    for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
+      recent.push_back(to_json(EventView{event, clocks_, widths()}));
+    out["events"] = std::move(recent);
+    return out;
+  }
+
+  json::object clients() {
+    json::object out = frame("tims/client/1");
+    std::uint32_t after = 0;
+    std::from_chars(question_.after.data(), question_.after.data() + question_.after.size(), after);
+    Page& page = page_.emplace();
+    const auto found =
+        core::report_clients(router_, clocks_.now, core::ClientId{after}, question_.limit);
+    bool more = found.more;
+    for (const core::ClientReport& report : found.items) {
+      json::object item = to_json(report);
+      item["queue_bytes"] = source_.queued_bytes(report.client.port, report.token);
+      if (!page.add(item)) {
+        more = true;
+        break;
+      }
+      after = report.client.id.value;
+    }
+    if (more) out["next"] = std::to_string(after);
+    return out;
+  }
+
+  json::object mailboxes(std::string_view schema, bool with_fill) {
+    json::object out = frame(schema);
+    std::optional<Address> after = Address::parse(question_.after);
+    const auto found =
+        core::report_mailboxes(router_, clocks_.now, question_.match, after, question_.limit);
+    if (!with_fill) out["static"] = static_routes();
+    Page& page = page_.emplace(with_fill ? 0 : json::serialize(out).size());
+    std::optional<Address> next = found.more ? found.last : std::nullopt;
+    for (const core::MailboxReport& report : found.items) {
+      json::object item = to_json(MailboxView{report, widths()});
+      if (with_fill && report.owner.port == core::PortKind::kLocal)
+        if (const auto fill = source_.fill(report.handle)) append_json(item, &*fill);
+      if (!page.add(item)) {
+        next = after;
+        break;
+      }
+      after = report.address;
+    }
+    if (next) out["next"] = next->to_hex();
+    return out;
+  }
+
+  // All that are added by hand; of a longer list in the configuration its beginning.
+  [[nodiscard]] json::array static_routes() const {
+    json::array routes;
+    for (const core::StaticRoute& route : router_.static_routes()) {
+      if (routes.size() == kStaticRoutesMax) break;
+      routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
+    }
+    return routes;
+  }
+
+  json::object route() const {
+    json::object out = frame("tims/route_get/1");
+    merge(out, to_json(core::report_route(router_, clocks_.now, *question_.to, question_.type,
+                                          question_.from),
+                       *question_.to, widths()));
+    if (question_.from) out["from_registered"] = router_.find(*question_.from) != nullptr;
+    return out;
+  }
+
+  json::object stats() {
+    json::object out = frame("tims/stats/1");
+    Page& page = page_.emplace();
+    for (const core::CountReport& report : core::report_counts(router_)) page.add(to_json(report));
+    const auto& classes = router_.settings().classes.from;
+    out["classes"] = json::array(classes.begin(), classes.end());
+    json::object events;
+    for (const auto& report : core::report_event_counts(router_))
+      events[core::name(report.kind)] = report.count;
+    out["events"] = std::move(events);
+    out["mailboxes"] = to_json(source_.mailbox_counts());
+    return out;
+  }
+
+  json::object events() {
+    json::object out = frame("tims/event/1");
+    Page& page = page_.emplace();
+    core::EventPage found{.items = {}, .last = router_.events().last()};
+    if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
+    std::uint64_t last = found.items.empty() ? found.last : 0;
+    for (const core::Event& event : found.items) {
+      if (!page.add(to_json(EventView{event, clocks_, widths()}))) break;
+      last = event.sequence;
+    }
+    out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
+    out["last"] = last;
+    out["lost"] = found.lost;
+    return out;
+  }
+
+  json::object config() {
+    json::object out = frame("tims/config/1");
+    Page& page = page_.emplace();
+    for (const config::Entry& entry : config::entries(source_.config())) {
+      const auto origin = source_.origins().find(entry.key);
+      const bool is_default = origin == source_.origins().end();
+      const bool room =
+          page.add({{"key", entry.key},
+                    {"value", valid_utf8(config::to_toml(entry.get(source_.config())))},
+                    {"origin", is_default ? "default" : valid_utf8(origin->second.to_string())},
+                    {"reloadable", entry.option->reload == config::Reload::kYes}});
+      if (!room) {
+        out["partial"] = true;
+        break;
+      }
+    }
+    return out;
+  }
+
+  json::object ping() const {
+    json::object out = frame("tims/ping/1");
+    out["address"] = to_json(AddressView{router_.settings().address, widths()});
+    out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
+    if (!question_.pad.empty()) out["pad"] = question_.pad;
+    return out;
+  }
+
+  json::object routers() {
+    json::object out = frame("tims/router_list/1");
+    const link::Links* links = source_.links();
+    Page& page = page_.emplace();
+    if (links != nullptr && question_.after.empty())
+      page.add(to_json(SelfView{links->self(), source_.process(clocks_.now)}));
+    fill_page(out, links, question_, page,
+              [&](const link::Link& link) { return to_json(RouterView(link, clocks_.now)); });
+    if (!out.contains("next")) add_missing(out, *page_);
+    return out;
+  }
+
+  // Those that have a link are told with it, whatever its state.
+  void add_missing(json::object& out, Page& page) const {
+    std::set<Address> linked;
+    if (const link::Links* links = source_.links())
+      links->for_each([&](const link::Link& link) { linked.insert(link.peer().address()); });
+    const std::uint64_t first = first_number(question_);
+    router_.missing().for_each(clocks_.now, [&](const core::MissingRouter& missing) {
+      const std::uint64_t number = kMissingFirst + missing.number;
+      if (out.contains("next") || number < first || linked.contains(missing.router)) return;
+      if (page.size() == question_.limit ||
+          !page.add(to_json(MissingView{missing, widths(), clocks_.now})))
+        out["next"] = std::to_string(number);
+    });
+  }
+
+  json::object links() {
+    json::object out = frame("tims/link/1");
+    const link::Links* links = source_.links();
+    Page& page = page_.emplace();
+    fill_page(out, links, question_, page, [&](const link::Link& link) {
+      return to_json(LinkView(*links, link, router_, clocks_.now));
+    });
+    return out;
+  }
+
+  json::object fleet() {
+    json::object out = frame("tims/fleet/1");
+    out["fleet"] = valid_utf8(source_.config().fleet.name);
+    const auto dds = source_.dds();
+    out["dds"] = json_of(dds);
+    Page& page = page_.emplace();
+    if (const link::Links* links = source_.links())
+      for (const auto& [from, announcement] : links->fleet().routers())
+        if (!page.add(to_json(AnnouncementView{*links, announcement}))) out["partial"] = true;
+    return out;
+  }
+
+  [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
+
+  const Question& question_;
+  const AdminSource& source_;
+  const Clocks& clocks_;
+  const core::Router& router_;
+  std::optional<Page> page_{};  // of answers that have items
+};
 
 // --- who asks
 

@@ -40,19 +40,12 @@ constexpr std::size_t kPartsBytesMin = 256 << 20;
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
 
-std::vector<link::PathKind> path_kinds(const config::LinkPaths& paths) {
-  std::vector<link::PathKind> kinds;
-  for (const config::LinkPath path : paths) kinds.push_back(static_cast<link::PathKind>(path));
-  return kinds;
-}
-static_assert(static_cast<int>(config::LinkPath::kDds) == static_cast<int>(link::PathKind::kDds));
-
 link::LinkSettings link_settings(const config::Link& from, const config::Config& config) {
-  return {.kind = static_cast<core::LinkKind>(from.kind),
+  return {.kind = from.kind,
           .connects = !from.accepts(),
           .to = from.accepts() ? std::string() : from.to_string(),
           .system = from.system,
-          .paths = path_kinds(from.paths),
+          .paths = from.paths,
           .mailboxes_max = from.mailboxes,
           .keep_alive = from.interval,
           .session = {.message_max = config.message.bytes_max,
@@ -62,7 +55,6 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
                       .rate = from.rate,
                       .reserve = from.reserve}};
 }
-static_assert(static_cast<int>(config::Link::Kind::kSub) == static_cast<int>(core::LinkKind::kSub));
 
 // Of memory. What the largest message needs is kept, and others go on beside it.
 std::size_t parts_bytes(std::uint32_t message_max) {

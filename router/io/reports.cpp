@@ -1,6 +1,7 @@
 #include "router/io/reports.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -30,37 +31,15 @@ std::string refused_text(const core::Event& event, const AddressWidths& widths) 
   return text + "it is the router's own";
 }
 
-std::string_view by_text(By by) {
-  switch (by) {
-    case By::kTable:
-      return "table";
-    case By::kStatic:
-      return "static";
-    case By::kSystem:
-      return "system";
-    case By::kUp:
-      return "up";
-    case By::kNone:
-      break;
-  }
-  return "none";
-}
-
-std::string why_text(By by) {
-  switch (by) {
-    case By::kTable:
-      return "it has announced the address";
-    case By::kStatic:
-      return "a static route says so";
-    case By::kSystem:
-      return "it is the router of that system";
-    case By::kUp:
-      return "what is not known here goes up";
-    case By::kNone:
-      break;
-  }
-  return {};
-}
+// How the next hop was found: in JSON, and why it is the one.
+constexpr std::array kBys{
+    core::Label<By>{By::kTable, "table", "it has announced the address"},
+    core::Label<By>{By::kStatic, "static", "a static route says so"},
+    core::Label<By>{By::kSystem, "system", "it is the router of that system"},
+    core::Label<By>{By::kUp, "up", "what is not known here goes up"},
+    core::Label<By>{By::kNone, "none", ""},
+};
+static_assert(core::complete(kBys, By::kNone));
 
 // "Tims(1/1) robot1"
 std::string router_text(const core::Peer& peer) {
@@ -296,9 +275,10 @@ json::object to_json(const core::RouteReport& report, Address to, const AddressW
     case Verdict::kForward:
       out["verdict"] = "forward";
       out["via"] = via_text(report.link);
-      out["by"] = by_text(report.by);
+      out["by"] = core::label(kBys, report.by).name;
       out["next_router"] = to_json(AddressView{report.next, widths});
-      out["reason"] = "goes to " + valid_utf8(report.link.name.view()) + ": " + why_text(report.by);
+      out["reason"] = "goes to " + valid_utf8(report.link.name.view()) + ": " +
+                      std::string(core::label(kBys, report.by).sentence);
       if (report.mailbox) {
         out["lives_at"] = to_json(AddressView{report.mailbox->origin->router, widths});
         out["hops"] = report.mailbox->origin->hops;

@@ -78,10 +78,8 @@ struct MailboxFill {
   bool asleep = false;
 };
 
-class AdminSource {
+class AdminSource : public core::Interface {
  public:
-  virtual ~AdminSource() = default;
-
   [[nodiscard]] virtual const core::Router& router() const = 0;
   [[nodiscard]] virtual ProcessReport process(Time now) const = 0;
   [[nodiscard]] virtual const config::Config& config() const = 0;
@@ -100,11 +98,6 @@ class AdminSource {
   [[nodiscard]] virtual shm::Counters mailbox_counts() const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,
                                                    std::uint32_t token) const = 0;
-
- protected:
-  AdminSource() = default;
-  AdminSource(const AdminSource&) = default;
-  AdminSource& operator=(const AdminSource&) = default;
 };
 
 using base::WallTime;

@@ -23,10 +23,7 @@ Duration get_ms(ByteReader& in) {
 }
 
 void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second) {
-  out.put(static_cast<std::uint8_t>(kind));
-  out.put(first);
-  out.put(second);
-  out.put(std::uint8_t{0});
+  out.put(kind, first, second, std::uint8_t{0});
   out.put_text(kMagic);
 }
 
@@ -36,8 +33,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   if (!in.ok() || hello.token == 0 || low > high) return std::nullopt;
   // What stands behind the token may be different in another version.
   if (low > kVersionMax || high < kVersionMin) return hello;
-  hello.resume = in.get<std::uint64_t>();
-  hello.cookie = in.get<std::uint64_t>();
+  in.get(hello.resume, hello.cookie);
   hello.keep_alive = get_ms(in);
   const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
   if (!kind_known || !get(in, hello.who)) return std::nullopt;
@@ -46,8 +42,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
 
 std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std::uint8_t flags) {
   Welcome welcome{.version = version, .resumed = (flags & 1) != 0};
-  welcome.echo = in.get<std::uint64_t>();
-  welcome.token = in.get<std::uint64_t>();
+  in.get(welcome.echo, welcome.token);
   welcome.keep_alive = get_ms(in);
   if (!get(in, welcome.who) || welcome.token == 0) return std::nullopt;
   return welcome;
@@ -77,8 +72,7 @@ bool is_for_others(const NetAddress& address) {
 
 void put(ByteWriter& out, const NetAddress& address) {
   const auto ip = std::as_bytes(std::span(address.ip));
-  out.put(address.is_v4() ? std::uint8_t{4} : std::uint8_t{6});
-  out.put(address.port);
+  out.put(address.is_v4() ? std::uint8_t{4} : std::uint8_t{6}, address.port);
   out.put_bytes(address.is_v4() ? ip.last(4) : ip);
 }
 
@@ -98,16 +92,10 @@ bool get(ByteReader& in, NetAddress& address) {
 }  // namespace
 
 void put(ByteWriter& out, const Identity& who) {
-  out.put(who.epoch);
-  out.put(static_cast<std::uint8_t>(who.role));
-  out.put(who.system);
-  out.put(who.id);
-  out.put(static_cast<std::uint8_t>(who.name.view().size()));
-  out.put(who.widths.system);
-  out.put(who.widths.class_id);
-  out.put(who.widths.instance);
-  out.put(who.widths.local);
-  out.put(who.message_max);
+  const AddressWidths& w = who.widths;
+  out.put(who.epoch, who.role, who.system, who.id,
+          static_cast<std::uint8_t>(who.name.view().size()));
+  out.put(w.system, w.class_id, w.instance, w.local, who.message_max);
   for (const std::uint8_t first : who.classes.from) out.put(first);
   out.put_text(who.name.view());
 }
@@ -115,13 +103,10 @@ void put(ByteWriter& out, const Identity& who) {
 bool get(ByteReader& in, Identity& who) {
   who.epoch = in.get<std::uint64_t>();
   const bool role_known = get_enum(in, Role::kTop, who.role);
-  who.system = in.get<std::uint8_t>();
-  who.id = in.get<std::uint8_t>();
-  const auto name_size = in.get<std::uint8_t>();
-  who.widths = {in.get<std::uint8_t>(), in.get<std::uint8_t>(), in.get<std::uint8_t>(),
-                in.get<std::uint8_t>()};
-  who.message_max = in.get<std::uint32_t>();
-  for (std::uint8_t& first : who.classes.from) first = in.get<std::uint8_t>();
+  AddressWidths& w = who.widths;
+  std::uint8_t name_size = 0;
+  in.get(who.system, who.id, name_size, w.system, w.class_id, w.instance, w.local, who.message_max);
+  for (std::uint8_t& first : who.classes.from) in.get(first);
   who.name = in.text(name_size);
   return in.ok() && role_known && who.widths.valid() && who.classes.valid() && who.epoch != 0;
 }
@@ -164,11 +149,9 @@ std::optional<Datagram> decode(std::span<std::byte> bytes) {
 std::size_t encode(const Hello& hello, std::span<std::byte> to) {
   ByteWriter out(to);
   begin(out, DatagramKind::kHello, hello.version_min, hello.version_max);
-  out.put(hello.token);
-  out.put(hello.resume);
-  out.put(hello.cookie);
+  out.put(hello.token, hello.resume, hello.cookie);
   put_ms(out, hello.keep_alive);
-  out.put(static_cast<std::uint8_t>(hello.kind));
+  out.put(hello.kind);
   put(out, hello.who);
   std::ranges::fill(out.reserve(kHelloSize - out.size()), std::byte{0});
   return out.size();
@@ -177,16 +160,14 @@ std::size_t encode(const Hello& hello, std::span<std::byte> to) {
 std::size_t encode(const Retry& retry, std::span<std::byte> to) {
   ByteWriter out(to);
   begin(out, DatagramKind::kRetry, kVersionMin, kVersionMax);
-  out.put(retry.echo);
-  out.put(retry.cookie);
+  out.put(retry.echo, retry.cookie);
   return out.size();
 }
 
 std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
   ByteWriter out(to);
   begin(out, DatagramKind::kWelcome, welcome.version, welcome.resumed ? 1 : 0);
-  out.put(welcome.echo);
-  out.put(welcome.token);
+  out.put(welcome.echo, welcome.token);
   put_ms(out, welcome.keep_alive);
   put(out, welcome.who);
   return out.size();
@@ -195,10 +176,8 @@ std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
 std::size_t encode(const Refuse& refuse, std::span<std::byte> to) {
   ByteWriter out(to);
   begin(out, DatagramKind::kRefuse, refuse.version_min, refuse.version_max);
-  out.put(refuse.echo);
-  out.put(static_cast<std::uint8_t>(refuse.code));
   const std::string_view text = refuse.text.view();
-  out.put(static_cast<std::uint8_t>(text.size()));
+  out.put(refuse.echo, refuse.code, static_cast<std::uint8_t>(text.size()));
   out.put_text(text);
   return out.size();
 }
@@ -218,10 +197,9 @@ std::vector<std::byte> encode(const Announcement& announcement) {
   std::array<std::byte, kAnnouncementBytesMax> bytes{};
   ByteWriter out(bytes);
   out.put_text(kMagic);
-  out.put(kVersion);
-  out.put(static_cast<std::uint8_t>(addresses.size()));
   const std::string_view fleet = announcement.fleet.view();
-  out.put(static_cast<std::uint8_t>(fleet.size()));
+  out.put(kVersion, static_cast<std::uint8_t>(addresses.size()),
+          static_cast<std::uint8_t>(fleet.size()));
   out.put_text(fleet);
   put(out, announcement.who);
   for (const NetAddress& address : addresses) put(out, address);

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -36,21 +37,21 @@ class ByteReader {
 
   template <std::integral T>
   T get() {
-    if (rest_.size() < sizeof(T)) {
-      fail();
-      return {};
-    }
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      value |= std::to_integer<std::uint64_t>(rest_[i]) << (8 * i);
-    }
-    rest_ = rest_.subspan(sizeof(T));
+    const auto bytes = take(sizeof(T));
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+      value |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
     return static_cast<T>(value);
+  }
+  template <std::integral... T>
+  void get(T&... values) {
+    ((values = get<T>()), ...);
   }
 
   std::span<const std::byte> take(std::size_t size) {
     if (rest_.size() < size) {
-      fail();
+      ok_ = false;
+      rest_ = {};
       return {};
     }
     const auto taken = rest_.first(size);
@@ -65,11 +66,6 @@ class ByteReader {
   }
 
  private:
-  void fail() {
-    ok_ = false;
-    rest_ = {};
-  }
-
   std::span<const std::byte> rest_;
   bool ok_ = true;
 };
@@ -83,12 +79,9 @@ class ByteWriter {
   [[nodiscard]] std::size_t room() const { return to_.size() - used_; }
   [[nodiscard]] std::span<std::byte> written() const { return to_.first(used_); }
 
-  template <std::integral T>
-  void put(T value) {
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      to_[used_ + i] = static_cast<std::byte>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFF);
-    }
-    used_ += sizeof(T);
+  template <typename... T>  // integers, and enumerations
+  void put(T... values) {
+    (put_one(values), ...);
   }
   void put_bytes(std::span<const std::byte> bytes) {
     if (!bytes.empty()) std::memcpy(to_.data() + used_, bytes.data(), bytes.size());
@@ -102,6 +95,14 @@ class ByteWriter {
   }
 
  private:
+  template <typename T>
+  void put_one(T value) {
+    static_assert(std::integral<T> || std::is_enum_v<T>);
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+      to_[used_ + i] = static_cast<std::byte>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFF);
+    used_ += sizeof(T);
+  }
+
   std::span<std::byte> to_;
   std::size_t used_ = 0;
 };

@@ -13,32 +13,23 @@ KeepAlive get_keep_alive(ByteReader& in) {
   const auto state = in.get<std::uint8_t>();
   frame.unheard = (state & 1) != 0;
   frame.questions = state >> 1;
-  frame.loss_permille = in.get<std::uint16_t>();
-  frame.held_us = in.get<std::uint32_t>();
-  frame.sent_ns = in.get<std::uint64_t>();
-  frame.echo_ns = in.get<std::uint64_t>();
-  frame.wall_ns = in.get<std::int64_t>();
-  frame.table_number = in.get<std::uint32_t>();
-  frame.table_hash = in.get<std::uint32_t>();
+  in.get(frame.loss_permille, frame.held_us, frame.sent_ns, frame.echo_ns, frame.wall_ns,
+         frame.table_number, frame.table_hash);
   return frame;
 }
 
 std::optional<Frame> get_ack(ByteReader& in) {
   Ack ack;
-  ack.count = in.get<std::uint8_t>();
-  ack.delay = in.get<std::uint16_t>();
+  in.get(ack.count, ack.delay);
   if (ack.count == 0 || ack.count > Ack::kRangesMax) return std::nullopt;
-  for (std::size_t i = 0; i < ack.count; ++i) {
-    ack.ranges[i] = {in.get<std::uint32_t>(), in.get<std::uint32_t>()};
-  }
+  for (PacketRange& range : std::span(ack.ranges).first(ack.count)) in.get(range.first, range.last);
   return ack;
 }
 
 std::optional<Frame> get_stream(ByteReader& in, std::span<std::byte> all) {
   StreamFrame frame;
-  frame.lane = in.get<std::uint8_t>();
-  const auto size = in.get<std::uint16_t>();
-  frame.offset = in.get<std::uint64_t>();
+  std::uint16_t size = 0;
+  in.get(frame.lane, size, frame.offset);
   const std::size_t begin = all.size() - in.rest().size();
   in.take(size);
   if (!in.ok() || size == 0 || frame.lane >= kLanes || frame.offset > kOffsetMax)
@@ -49,20 +40,16 @@ std::optional<Frame> get_stream(ByteReader& in, std::span<std::byte> all) {
 
 std::optional<Frame> get_skip(ByteReader& in) {
   SkipFrame frame;
-  frame.lane = in.get<std::uint8_t>();
-  in.get<std::uint16_t>();
-  frame.to = in.get<std::uint64_t>();
+  std::uint16_t unused = 0;
+  in.get(frame.lane, unused, frame.to);
   if (frame.lane >= kControlLane || frame.to > kOffsetMax) return std::nullopt;
   return frame;
 }
 
 std::optional<Frame> get_sample(ByteReader& in, std::span<std::byte> all) {
   SampleFrame frame;
-  frame.hops = in.get<std::uint8_t>();
-  const auto size = in.get<std::uint16_t>();
-  frame.number = in.get<std::uint32_t>();
-  frame.total = in.get<std::uint32_t>();
-  frame.offset = in.get<std::uint32_t>();
+  std::uint16_t size = 0;
+  in.get(frame.hops, size, frame.number, frame.total, frame.offset);
   const std::size_t begin = all.size() - in.rest().size();
   in.take(size);
   const bool inside = std::uint64_t{frame.offset} + size <= frame.total;
@@ -106,17 +93,14 @@ std::optional<Data> decode_data(std::span<std::byte> datagram) {
     return std::nullopt;
   ByteReader in(datagram.subspan(4));
   Data data;
-  data.header.packet = in.get<std::uint32_t>();
-  data.header.token = in.get<std::uint64_t>();
+  in.get(data.header.packet, data.header.token);
   data.frames = datagram.subspan(kDataHeaderSize);
   return data;
 }
 
 void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to) {
   ByteWriter out(to);
-  out.put(static_cast<std::uint32_t>(DatagramKind::kData));
-  out.put(header.packet);
-  out.put(header.token);
+  out.put(static_cast<std::uint32_t>(DatagramKind::kData), header.packet, header.token);
 }
 
 std::optional<Frame> FrameReader::next() {
@@ -135,63 +119,36 @@ std::optional<Frame> FrameReader::bad() {
 }
 
 void put(ByteWriter& out, const KeepAlive& frame) {
-  out.put(static_cast<std::uint8_t>(FrameType::kKeepAlive));
-  out.put(static_cast<std::uint8_t>(frame.questions << 1 | (frame.unheard ? 1 : 0)));
-  out.put(frame.loss_permille);
-  out.put(frame.held_us);
-  out.put(frame.sent_ns);
-  out.put(frame.echo_ns);
-  out.put(frame.wall_ns);
-  out.put(frame.table_number);
-  out.put(frame.table_hash);
+  const auto state = static_cast<std::uint8_t>(frame.questions << 1 | (frame.unheard ? 1 : 0));
+  out.put(FrameType::kKeepAlive, state, frame.loss_permille, frame.held_us, frame.sent_ns,
+          frame.echo_ns, frame.wall_ns, frame.table_number, frame.table_hash);
 }
 
 void put(ByteWriter& out, const Ack& frame) {
-  out.put(static_cast<std::uint8_t>(FrameType::kAck));
-  out.put(frame.count);
-  out.put(frame.delay);
-  for (std::size_t i = 0; i < frame.count; ++i) {
-    out.put(frame.ranges[i].first);
-    out.put(frame.ranges[i].last);
-  }
+  out.put(FrameType::kAck, frame.count, frame.delay);
+  for (std::size_t i = 0; i < frame.count; ++i)
+    out.put(frame.ranges[i].first, frame.ranges[i].last);
 }
 
 void put(ByteWriter& out, const SkipFrame& frame) {
-  out.put(static_cast<std::uint8_t>(FrameType::kSkip));
-  out.put(frame.lane);
-  out.put(std::uint16_t{0});
-  out.put(frame.to);
+  out.put(FrameType::kSkip, frame.lane, std::uint16_t{0}, frame.to);
 }
 
 void put(ByteWriter& out, const NotReadyFrame& frame) {
-  out.put(static_cast<std::uint8_t>(FrameType::kNotReady));
-  out.put(frame.lanes);
+  out.put(FrameType::kNotReady, frame.lanes);
 }
 
-void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) {
-  out.put(static_cast<std::uint8_t>(type));
-  out.put(nonce);
-}
+void put_challenge(ByteWriter& out, FrameType type, std::uint64_t nonce) { out.put(type, nonce); }
 
-void put_close(ByteWriter& out, std::uint8_t reason) {
-  out.put(static_cast<std::uint8_t>(FrameType::kClose));
-  out.put(reason);
-}
+void put_close(ByteWriter& out, std::uint8_t reason) { out.put(FrameType::kClose, reason); }
 
 void put_header(ByteWriter& out, std::uint8_t lane, std::uint64_t offset, std::size_t size) {
-  out.put(static_cast<std::uint8_t>(FrameType::kStream));
-  out.put(lane);
-  out.put(static_cast<std::uint16_t>(size));
-  out.put(offset);
+  out.put(FrameType::kStream, lane, static_cast<std::uint16_t>(size), offset);
 }
 
 void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size) {
-  out.put(static_cast<std::uint8_t>(FrameType::kSample));
-  out.put(frame.hops);
-  out.put(static_cast<std::uint16_t>(size));
-  out.put(frame.number);
-  out.put(frame.total);
-  out.put(frame.offset);
+  out.put(FrameType::kSample, frame.hops, static_cast<std::uint16_t>(size), frame.number,
+          frame.total, frame.offset);
 }
 
 ControlMessage::ControlMessage(std::int8_t type) : header_{.type = type}, bytes_(kHeaderSize) {}
@@ -233,8 +190,7 @@ std::span<const std::byte> ControlMessage::finish() {
 
 bool read_state(std::span<const std::byte> body, TableState& state) {
   ByteReader in(body);
-  state.number = in.get<std::uint32_t>();
-  state.hash = in.get<std::uint32_t>();
+  in.get(state.number, state.hash);
   return in.ok();
 }
 

@@ -184,9 +184,8 @@ struct RecordPrefix {
 };
 
 // Takes what a link has brought.
-class ArrivalObserver {
+class ArrivalObserver : public core::Interface {
  public:
-  virtual ~ArrivalObserver() = default;
   // The bytes, which may be changed, stay where they are until the turn is flushed.
   virtual void on_message(Time now, const RecordPrefix& prefix, core::Message& message) = 0;
   virtual void on_control(Time now, const core::Message& message) = 0;
@@ -194,23 +193,12 @@ class ArrivalObserver {
   virtual void on_frame(Time now, const ChallengeFrame& frame) = 0;
   virtual void on_frame(Time now, const ResponseFrame& frame) = 0;
   virtual void on_frame(Time now, const CloseFrame& frame) = 0;
-
- protected:
-  ArrivalObserver() = default;
-  ArrivalObserver(const ArrivalObserver&) = default;
-  ArrivalObserver& operator=(const ArrivalObserver&) = default;
 };
 
 // Hears of messages that were taken and will not arrive.
-class LossObserver {
+class LossObserver : public core::Interface {
  public:
-  virtual ~LossObserver() = default;
   virtual void on_lost(Time now, const Header& header, core::Outcome why) = 0;
-
- protected:
-  LossObserver() = default;
-  LossObserver(const LossObserver&) = default;
-  LossObserver& operator=(const LossObserver&) = default;
 };
 
 // --- the control lane
@@ -287,10 +275,9 @@ bool read_announcements(std::span<const std::byte> body, Visit visit) {
   while (!in.empty()) {
     core::Origin origin;
     origin.router = Address(in.get<std::uint32_t>());
-    origin.epoch = in.get<std::uint32_t>();
-    origin.hops = in.get<std::uint8_t>();
-    in.get<std::uint8_t>();
-    const auto count = in.get<std::uint16_t>();
+    std::uint8_t unused = 0;
+    std::uint16_t count = 0;
+    in.get(origin.epoch, origin.hops, unused, count);
     if (!in.ok() || count == 0) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const Address address(in.get<std::uint32_t>());

@@ -43,9 +43,8 @@ struct LinkSettings {
 };
 
 // What a link needs of those around it.
-class LinkContext {
+class LinkContext : public core::Interface {
  public:
-  virtual ~LinkContext() = default;
   virtual std::uint64_t random() = 0;
   [[nodiscard]] virtual const Identity& self() const = 0;
   // The sender's real-time clock less its monotonic one.
@@ -56,11 +55,6 @@ class LinkContext {
   virtual void lost(core::ClientId client, const Header& header, core::Outcome why) = 0;
   // A link went up or down: is another super router to be used?
   virtual void changed() = 0;
-
- protected:
-  LinkContext() = default;
-  LinkContext(const LinkContext&) = default;
-  LinkContext& operator=(const LinkContext&) = default;
 };
 
 class Link final : private ArrivalObserver, private LossObserver {

@@ -501,7 +501,7 @@ std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byt
 // Nothing but the wish for an acknowledgement.
 void LinkSession::put_ping(Packet& packet) {
   if (packet.out.room() == 0) return;
-  packet.out.put(static_cast<std::uint8_t>(FrameType::kProbe));
+  packet.out.put(FrameType::kProbe);
   packet.record.elicits_ack = true;
 }
 
@@ -606,7 +606,7 @@ std::size_t LinkSession::build_probe(Time now, std::uint64_t token, std::span<st
   if (size == 0 || size > to.size()) return 0;
   Packet packet{.out = ByteWriter(to.first(size))};
   packet.out.reserve(kDataHeaderSize);
-  packet.out.put(static_cast<std::uint8_t>(FrameType::kProbe));
+  packet.out.put(FrameType::kProbe);
   std::ranges::fill(packet.out.reserve(packet.out.room()), std::byte{0});
   packet.record.probe = static_cast<std::uint16_t>(size);
   packet.record.elicits_ack = true;

@@ -32,18 +32,12 @@ struct LinksSetup {
 };
 
 // What is left to do when the turn has been flushed.
-class LinksShell {
+class LinksShell : public core::Interface {
  public:
-  virtual ~LinksShell() = default;
   // A sender takes nothing now: flush again when it does.
   virtual void wait_for_sender() = 0;
   // There is more to send: flush again when others have had their turn.
   virtual void continue_later() = 0;
-
- protected:
-  LinksShell() = default;
-  LinksShell(const LinksShell&) = default;
-  LinksShell& operator=(const LinksShell&) = default;
 };
 
 class Links final : public core::Port, private LinkContext {
@@ -186,8 +180,8 @@ class Links final : public core::Port, private LinkContext {
   static std::size_t index(PathKind kind) { return static_cast<std::size_t>(kind); }
 
   LinksShell* shell_;
-  std::array<DatagramSender*, kPathKinds> senders_{};
-  std::array<std::string, kPathKinds> trouble_;
+  std::array<DatagramSender*, core::kPathKindCount> senders_{};
+  std::array<std::string, core::kPathKindCount> trouble_;
   Admission admission_;
   Fleet fleet_;
   StandbyTurns standby_turns_;

@@ -155,7 +155,6 @@ void SentPackets::find_lost(Time now, const RttEstimator& rtt, PacketObserver& o
         continue;
       }
       resolve(packet);
-      result.bytes_lost += packet.size;
       ++result.packets_lost;
       observer.on_packet_lost(packet);
     }

@@ -65,16 +65,10 @@ struct SentPacket {
 };
 
 // Hears what became of the packets.
-class PacketObserver {
+class PacketObserver : public core::Interface {
  public:
-  virtual ~PacketObserver() = default;
   virtual void on_packet_acked(const SentPacket& packet) = 0;
   virtual void on_packet_lost(const SentPacket& packet) = 0;
-
- protected:
-  PacketObserver() = default;
-  PacketObserver(const PacketObserver&) = default;
-  PacketObserver& operator=(const PacketObserver&) = default;
 };
 
 class SentPackets {
@@ -91,7 +85,6 @@ class SentPackets {
     bool valid = false;  // false: it acknowledges what was never sent
     bool any_new = false;
     std::uint64_t bytes_acked = 0;
-    std::uint64_t bytes_lost = 0;
     std::uint32_t packets_acked = 0;
     std::uint32_t packets_lost = 0;
     Time newest_sent{};  // of the newest packet it is about, when that is acknowledged now

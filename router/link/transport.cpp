@@ -51,8 +51,6 @@ constexpr std::size_t kPaddingMax = 3;
 
 }  // namespace
 
-std::string_view name(PathKind kind) { return kind == PathKind::kUdp ? "udp" : "dds"; }
-
 bool NetAddress::is_v4() const {
   return std::equal(kV4Prefix.begin(), kV4Prefix.end(), ip.begin());
 }

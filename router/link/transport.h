@@ -10,12 +10,11 @@
 #include <string>
 #include <string_view>
 
+#include "router/core/types.h"
+
 namespace tims::link {
 
-// Ways to move a datagram.
-enum class PathKind : std::uint8_t { kUdp, kDds };
-inline constexpr std::size_t kPathKinds = 2;
-std::string_view name(PathKind kind);  // "udp", "dds"
+using core::PathKind;
 
 // The first bytes of a DDS participant's GUID, which no other participant has.
 using DdsParticipant = std::array<std::uint8_t, 12>;
@@ -69,16 +68,10 @@ struct Burst {
 };
 
 // What carries bursts over one kind of path: a socket, DDS, or a simulated network.
-class DatagramSender {
+class DatagramSender : public core::Interface {
  public:
-  virtual ~DatagramSender() = default;
   // False: it takes nothing now, and the same burst is offered again later.
   virtual bool offer(const Burst& burst) = 0;
-
- protected:
-  DatagramSender() = default;
-  DatagramSender(const DatagramSender&) = default;
-  DatagramSender& operator=(const DatagramSender&) = default;
 };
 
 inline constexpr std::size_t kBatchSizeBytes = 2;   // before each datagram

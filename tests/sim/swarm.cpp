@@ -191,7 +191,7 @@ void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Durat
   if (healed_) return;
   const std::string from = node(a).setup().name;
   const std::string to = node(b).setup().name;
-  const std::string over = " over " + std::string(link::name(kind));
+  const std::string over = " over " + std::string(name(kind));
   tell(from + (one_way ? " -> " : " <-> ") + to + over + " cut");
   one_way ? world_.cut_one_way(from, to, true, kind) : world_.cut(from, to, true, kind);
   world_.at(now() + length, [this, from, to, over, kind] {

@@ -44,14 +44,52 @@ NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
 class DdsWorker {
  public:
   DdsWorker(const DdsSettings& settings, const eprosima::fastdds::dds::DomainParticipantQos& qos,
-            std::shared_ptr<DdsEvents> events, std::shared_ptr<DdsCommands> commands);
+            std::shared_ptr<DdsEvents> events, std::shared_ptr<DdsCommands> commands)
+      : settings_(settings),
+        qos_(qos),
+        events_(std::move(events)),
+        commands_(std::move(commands)) {}
 
-  void run();  // until the end is ordered
+  void run() {
+    send_library_log_to(events_);
+    for (DdsCommands::Wanted wanted = commands_->wait(); !wanted.end; wanted = commands_->wait()) {
+      // Exceptions are the library's. What it has begun stays until another generation is wanted.
+      try {
+        carry_out(wanted);
+      } catch (const std::exception& e) {
+        events_->post_failure({generation_, e.what()});
+      }
+    }
+    writers_.clear();
+    participant_.reset();
+  }
+  // until the end is ordered
 
  private:
-  void carry_out(const DdsCommands::Wanted& wanted);
-  void make_participant(const DdsCommands::Wanted& wanted);
-  void keep_writers(const DdsCommands::Wanted& wanted);
+  void carry_out(const DdsCommands::Wanted& wanted) {
+    if (wanted.generation != generation_) make_participant(wanted);
+    keep_writers(wanted);
+  }
+
+  void make_participant(const DdsCommands::Wanted& wanted) {
+    writers_.clear();
+    participant_.reset();
+    generation_ = wanted.generation;
+    participant_ = std::make_unique<DdsParticipant>(settings_, qos_, wanted, events_);
+    events_->post_up({generation_, participant_->address(), participant_->reader()});
+  }
+
+  void keep_writers(const DdsCommands::Wanted& wanted) {
+    std::erase_if(writers_, [&](const auto& writer) {
+      return std::ranges::find(wanted.peers, writer.first) == wanted.peers.end();
+    });
+    if (!participant_) return;
+    for (const auto& peer : wanted.peers) {
+      if (writers_.contains(peer)) continue;
+      const auto made = writers_.emplace(peer, participant_->make_writer(peer)).first;
+      events_->post_writer({generation_, peer, made->second.get()});
+    }
+  }
 
   const DdsSettings settings_;
   const eprosima::fastdds::dds::DomainParticipantQos qos_;
@@ -62,50 +100,6 @@ class DdsWorker {
   // Go before the participant does.
   std::map<std::shared_ptr<DdsPeer>, std::unique_ptr<DdsWriter>> writers_;
 };
-
-DdsWorker::DdsWorker(const DdsSettings& settings,
-                     const eprosima::fastdds::dds::DomainParticipantQos& qos,
-                     std::shared_ptr<DdsEvents> events, std::shared_ptr<DdsCommands> commands)
-    : settings_(settings), qos_(qos), events_(std::move(events)), commands_(std::move(commands)) {}
-
-void DdsWorker::run() {
-  send_library_log_to(events_);
-  for (DdsCommands::Wanted wanted = commands_->wait(); !wanted.end; wanted = commands_->wait()) {
-    // Exceptions are the library's. What it has begun stays until another generation is wanted.
-    try {
-      carry_out(wanted);
-    } catch (const std::exception& e) {
-      events_->post_failure({generation_, e.what()});
-    }
-  }
-  writers_.clear();
-  participant_.reset();
-}
-
-void DdsWorker::carry_out(const DdsCommands::Wanted& wanted) {
-  if (wanted.generation != generation_) make_participant(wanted);
-  keep_writers(wanted);
-}
-
-void DdsWorker::make_participant(const DdsCommands::Wanted& wanted) {
-  writers_.clear();
-  participant_.reset();
-  generation_ = wanted.generation;
-  participant_ = std::make_unique<DdsParticipant>(settings_, qos_, wanted, events_);
-  events_->post_up({generation_, participant_->address(), participant_->reader()});
-}
-
-void DdsWorker::keep_writers(const DdsCommands::Wanted& wanted) {
-  std::erase_if(writers_, [&](const auto& writer) {
-    return std::ranges::find(wanted.peers, writer.first) == wanted.peers.end();
-  });
-  if (!participant_) return;
-  for (const auto& peer : wanted.peers) {
-    if (writers_.contains(peer)) continue;
-    const auto made = writers_.emplace(peer, participant_->make_writer(peer)).first;
-    events_->post_writer({generation_, peer, made->second.get()});
-  }
-}
 
 }  // namespace
 

@@ -166,19 +166,12 @@ std::array<std::byte, 68> encode(const RtpsHeartbeat& heartbeat) {
   out.put_text("RTPS");
   out.put_bytes(kVersionAndVendor);
   out.put_bytes(std::as_bytes(std::span(heartbeat.from)));
-  out.put(kInfoDestination);
-  out.put(kLittleEndian);
-  out.put(static_cast<std::uint16_t>(heartbeat.to.size()));
+  out.put(kInfoDestination, kLittleEndian, static_cast<std::uint16_t>(heartbeat.to.size()));
   out.put_bytes(std::as_bytes(std::span(heartbeat.to)));
-  out.put(kHeartbeat);
-  out.put(kLittleEndian);
-  out.put(kHeartbeatBytes);
-  out.put(std::uint32_t{0});  // any reader there
+  out.put(kHeartbeat, kLittleEndian, kHeartbeatBytes, std::uint32_t{0});  // any reader there
   out.put_bytes(std::as_bytes(std::span(heartbeat.writer)));
-  for (const std::uint64_t number : {heartbeat.first, heartbeat.last}) {
-    out.put(static_cast<std::uint32_t>(number >> 32));
-    out.put(static_cast<std::uint32_t>(number));
-  }
+  for (const std::uint64_t number : {heartbeat.first, heartbeat.last})
+    out.put(static_cast<std::uint32_t>(number >> 32), static_cast<std::uint32_t>(number));
   out.put(heartbeat.count);
   return bytes;
 }

@@ -26,13 +26,21 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   Connection(HttpServer& server, os::File socket, std::string peer)
       : server_(server), socket_(std::move(socket)), peer_(std::move(peer)) {}
 
-  void start(Time now);
+  void start(Time now) {
+    deadline_ = now + server_.timeouts_.request;
+    watch_.emplace(server_.loop_, socket_.get(), [this](Ready) { take_turn(); });
+  }
 
   // When the other side has used up its time: then forget it.
   [[nodiscard]] Time deadline() const { return deadline_; }
   [[nodiscard]] bool is_writing() const { return state_ == State::kWriting; }
 
-  os::File take_socket();
+  os::File take_socket() {
+    watch_.reset();
+    state_ = State::kDone;
+    return std::move(socket_);
+  }
+
   [[nodiscard]] const HttpRequest& request() const { return reader_.request(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
 
@@ -45,17 +53,136 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     kDone,
   };
 
-  void schedule();
-  void take_turn_later();
-  void take_turn();
-  void read(Time now);
-  void serve(Time now);
-  void serve_request(Time now);
-  void answer(Time now, const HttpResponse& response, HttpFraming framing);
-  void write(Time now);
-  void after_answer(Time now);
-  void read_goodbye();
-  void finish();
+  // --- Turns
+  void schedule() {
+    switch (state_) {
+      case State::kReading:
+      case State::kGoodbye:
+        return watch_->set(Interest::kReading);
+      case State::kWriting:
+        return watch_->set(Interest::kWriting);
+      case State::kServing:
+        // One request a turn: others wait, too.
+        watch_->set(Interest::kNothing);
+        return take_turn_later();
+      case State::kDone:
+        return watch_.reset();
+    }
+  }
+
+  // The owner may forget the connection at any time: then it is too late.
+  void take_turn_later() {
+    server_.loop_.post([weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->take_turn();
+    });
+  }
+
+  void take_turn() {
+    const auto self = shared_from_this();  // until the end of this turn
+    const Time now = os::now();
+    switch (state_) {
+      case State::kReading:
+        read(now);
+        break;
+      case State::kServing:
+        serve(now);
+        break;
+      case State::kWriting:
+        write(now);
+        break;
+      case State::kGoodbye:
+        read_goodbye();
+        break;
+      case State::kDone:
+        break;
+    }
+    schedule();
+    server_.end_turn(now, *this);
+  }
+
+  // --- Reading
+  void read(Time now) {
+    const auto room = reader_.room();
+    const ssize_t n = ::recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
+    if (n < 0 && is_later(errno)) return;
+    if (n <= 0) return finish();
+    // From its first byte on: whoever sends byte by byte does not win time.
+    if (!reader_.is_inside()) deadline_ = now + server_.timeouts_.request;
+    reader_.advance(static_cast<std::size_t>(n));
+    serve(now);
+  }
+
+  void serve(Time now) {
+    switch (reader_.next()) {
+      case HttpReader::Status::kNeedMore:
+        state_ = State::kReading;
+        break;
+      case HttpReader::Status::kRequest:
+        serve_request(now);
+        break;
+      case HttpReader::Status::kRefused:
+        answer(now, reader_.refusal(), {.keep_alive = false});
+        break;
+    }
+  }
+
+  void serve_request(Time now) {
+    const HttpRequest& request = reader_.request();
+    const HttpFraming framing{.with_body = request.method != "HEAD",
+                              .keep_alive = request.keep_alive && !server_.stopping_};
+    if (!is_for_websocket(request))
+      return answer(now, answer_http(request, server_.pages_), framing);
+    if (const auto refusal = websocket_refusal(request, server_.pages_.origins()))
+      return answer(now, *refusal, framing);
+    if (reader_.pending() > 0)
+      return answer(now, http_error(400, "a WebSocket begins with the answer: wait for it"),
+                    {.keep_alive = false});
+    server_.upgrade(*this);
+  }
+
+  // --- Writing
+  void answer(Time now, const HttpResponse& response, HttpFraming framing) {
+    output_ = to_bytes(response, framing);
+    written_ = 0;
+    last_answer_ = !framing.keep_alive;
+    state_ = State::kWriting;
+    deadline_ = now + server_.timeouts_.answer;
+    write(now);
+  }
+
+  void write(Time now) {
+    const ssize_t n = ::send(socket_.get(), output_.data() + written_, output_.size() - written_,
+                             MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (n < 0 && is_later(errno)) return;
+    if (n < 0) return finish();
+    written_ += static_cast<std::size_t>(n);
+    if (written_ == output_.size()) after_answer(now);
+  }
+
+  void after_answer(Time now) {
+    output_ = std::string();
+    if (last_answer_) {
+      // Closing while something unread has come would reset the connection, and with it the answer.
+      ::shutdown(socket_.get(), SHUT_WR);
+      state_ = State::kGoodbye;
+      deadline_ = now + server_.timeouts_.goodbye;
+      return;
+    }
+    state_ = reader_.pending() > 0 ? State::kServing : State::kReading;
+    deadline_ = now + (reader_.is_inside() ? server_.timeouts_.request : server_.timeouts_.idle);
+  }
+
+  // --- The end
+  void read_goodbye() {
+    std::array<char, 4096> ignored;
+    const ssize_t n = ::recv(socket_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
+    if (n == 0 || (n < 0 && !is_later(errno))) finish();
+  }
+
+  void finish() {
+    state_ = State::kDone;
+    server_.forget(*this);
+  }
 
   HttpServer& server_;
   os::File socket_;
@@ -68,151 +195,6 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   bool last_answer_ = false;  // the connection closes behind what is in output_
   Time deadline_ = kNever;
 };
-
-void HttpServer::Connection::start(Time now) {
-  deadline_ = now + server_.timeouts_.request;
-  watch_.emplace(server_.loop_, socket_.get(), [this](Ready) { take_turn(); });
-}
-
-os::File HttpServer::Connection::take_socket() {
-  watch_.reset();
-  state_ = State::kDone;
-  return std::move(socket_);
-}
-
-// --- Turns
-
-void HttpServer::Connection::schedule() {
-  switch (state_) {
-    case State::kReading:
-    case State::kGoodbye:
-      return watch_->set(Interest::kReading);
-    case State::kWriting:
-      return watch_->set(Interest::kWriting);
-    case State::kServing:
-      // One request a turn: others wait, too.
-      watch_->set(Interest::kNothing);
-      return take_turn_later();
-    case State::kDone:
-      return watch_.reset();
-  }
-}
-
-// The owner may forget the connection at any time: then it is too late.
-void HttpServer::Connection::take_turn_later() {
-  server_.loop_.post([weak = weak_from_this()] {
-    if (const auto self = weak.lock()) self->take_turn();
-  });
-}
-
-void HttpServer::Connection::take_turn() {
-  const auto self = shared_from_this();  // until the end of this turn
-  const Time now = os::now();
-  switch (state_) {
-    case State::kReading:
-      read(now);
-      break;
-    case State::kServing:
-      serve(now);
-      break;
-    case State::kWriting:
-      write(now);
-      break;
-    case State::kGoodbye:
-      read_goodbye();
-      break;
-    case State::kDone:
-      break;
-  }
-  schedule();
-  server_.end_turn(now, *this);
-}
-
-// --- Reading
-
-void HttpServer::Connection::read(Time now) {
-  const auto room = reader_.room();
-  const ssize_t n = ::recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
-  if (n < 0 && is_later(errno)) return;
-  if (n <= 0) return finish();
-  // From its first byte on: whoever sends byte by byte does not win time.
-  if (!reader_.is_inside()) deadline_ = now + server_.timeouts_.request;
-  reader_.advance(static_cast<std::size_t>(n));
-  serve(now);
-}
-
-void HttpServer::Connection::serve(Time now) {
-  switch (reader_.next()) {
-    case HttpReader::Status::kNeedMore:
-      state_ = State::kReading;
-      break;
-    case HttpReader::Status::kRequest:
-      serve_request(now);
-      break;
-    case HttpReader::Status::kRefused:
-      answer(now, reader_.refusal(), {.keep_alive = false});
-      break;
-  }
-}
-
-void HttpServer::Connection::serve_request(Time now) {
-  const HttpRequest& request = reader_.request();
-  const HttpFraming framing{.with_body = request.method != "HEAD",
-                            .keep_alive = request.keep_alive && !server_.stopping_};
-  if (!is_for_websocket(request)) return answer(now, answer_http(request, server_.pages_), framing);
-  if (const auto refusal = websocket_refusal(request, server_.pages_.origins()))
-    return answer(now, *refusal, framing);
-  if (reader_.pending() > 0)
-    return answer(now, http_error(400, "a WebSocket begins with the answer: wait for it"),
-                  {.keep_alive = false});
-  server_.upgrade(*this);
-}
-
-// --- Writing
-
-void HttpServer::Connection::answer(Time now, const HttpResponse& response, HttpFraming framing) {
-  output_ = to_bytes(response, framing);
-  written_ = 0;
-  last_answer_ = !framing.keep_alive;
-  state_ = State::kWriting;
-  deadline_ = now + server_.timeouts_.answer;
-  write(now);
-}
-
-void HttpServer::Connection::write(Time now) {
-  const ssize_t n = ::send(socket_.get(), output_.data() + written_, output_.size() - written_,
-                           MSG_DONTWAIT | MSG_NOSIGNAL);
-  if (n < 0 && is_later(errno)) return;
-  if (n < 0) return finish();
-  written_ += static_cast<std::size_t>(n);
-  if (written_ == output_.size()) after_answer(now);
-}
-
-void HttpServer::Connection::after_answer(Time now) {
-  output_ = std::string();
-  if (last_answer_) {
-    // Closing while something unread has come would reset the connection, and with it the answer.
-    ::shutdown(socket_.get(), SHUT_WR);
-    state_ = State::kGoodbye;
-    deadline_ = now + server_.timeouts_.goodbye;
-    return;
-  }
-  state_ = reader_.pending() > 0 ? State::kServing : State::kReading;
-  deadline_ = now + (reader_.is_inside() ? server_.timeouts_.request : server_.timeouts_.idle);
-}
-
-// --- The end
-
-void HttpServer::Connection::read_goodbye() {
-  std::array<char, 4096> ignored;
-  const ssize_t n = ::recv(socket_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
-  if (n == 0 || (n < 0 && !is_later(errno))) finish();
-}
-
-void HttpServer::Connection::finish() {
-  state_ = State::kDone;
-  server_.forget(*this);
-}
 
 // --- the server
 

@@ -49,7 +49,6 @@ Error cannot_open(const config::Endpoint& where) {
   return {code, os::system_error("UDP " + where.to_string()).detail()};
 }
 
-constexpr std::size_t kBurstsPerCall = 16;
 constexpr std::size_t kPlainMax = 64;
 
 std::size_t datagrams_in(const Burst& burst) { return std::max<std::size_t>(burst.count(), 1); }
@@ -316,38 +315,6 @@ Sent UdpSocket::send_plain(const Burst& burst) {
   if (n <= 0) return meaning_of(errno);
   counters_.cut_short += count - static_cast<std::size_t>(n);
   return Sent::kAll;
-}
-
-SentMany UdpSocket::send_many(std::span<const Burst> bursts) {
-  SentMany result;
-  while (result.bursts < bursts.size()) {
-    const auto rest = bursts.subspan(result.bursts);
-    const auto batch = rest.first(std::min(rest.size(), kBurstsPerCall));
-    const std::size_t n = send_batch(batch);
-    result.bursts += n;
-    if (n == batch.size()) continue;
-    // The next one does not go like this: alone, it says why, or goes another way.
-    result.why = send(batch[n]);
-    if (result.why != Sent::kAll) return result;
-    ++result.bursts;
-  }
-  return result;
-}
-
-// How many of them went in one call; at most kBurstsPerCall are given.
-std::size_t UdpSocket::send_batch(std::span<const Burst> bursts) {
-  std::array<Call, kBurstsPerCall> calls;
-  std::array<mmsghdr, kBurstsPerCall> messages;
-  unsigned count = 0;
-  for (const Burst& burst : bursts) {
-    const bool cut = datagrams_in(burst) > 1;
-    if (cut && is_plain(burst.to)) break;
-    if (!calls[count].prepare(burst, family_, cut, messages[count].msg_hdr)) break;
-    ++count;
-  }
-  if (count < 2) return 0;
-  const int n = ::sendmmsg(fd(), messages.data(), count, MSG_DONTWAIT | MSG_NOSIGNAL);
-  return n > 0 ? static_cast<std::size_t>(n) : 0;
 }
 
 bool UdpSocket::is_plain(const link::NetAddress& to) const {

@@ -94,11 +94,6 @@ enum class Sent : std::uint8_t {
   kFailed,       // the system calls this burst wrong: never again
 };
 
-struct SentMany {
-  std::size_t bursts = 0;  // that went
-  Sent why = Sent::kAll;   // what became of the next one
-};
-
 class UdpSocket final : public link::DatagramSender {
  public:
   struct Counters {
@@ -122,8 +117,6 @@ class UdpSocket final : public link::DatagramSender {
 
   Sent send(const link::Burst& burst);
   bool offer(const link::Burst& burst) override { return send(burst) != Sent::kWouldBlock; }
-  // In order, until one does not go: `bursts[result.bursts]`.
-  SentMany send_many(std::span<const link::Burst> bursts);
 
   // Puts what has come into `into`; false when nothing waits.
   bool receive(Datagrams& into);
@@ -142,7 +135,6 @@ class UdpSocket final : public link::DatagramSender {
 
   Sent send_segmented(const link::Burst& burst);
   Sent send_plain(const link::Burst& burst);
-  std::size_t send_batch(std::span<const link::Burst> bursts);
   [[nodiscard]] bool is_plain(const link::NetAddress& to) const;
   void remember_plain(const link::NetAddress& to);
 

@@ -124,8 +124,6 @@ TEST(UdpSocket, BurstThatTheKernelRefusesToCut) {
     ASSERT_EQ(a.send(burst), Sent::kAll);
     expect_burst(receive(b, 3), bytes, 1000, a.local());
   }
-  EXPECT_EQ(a.send_many(std::vector<Burst>(3, burst)).bursts, 3);
-  receive(b, 9);
 }
 
 TEST(UdpSocket, DualStackHearsAndAnswersBoth) {
@@ -183,40 +181,6 @@ TEST(UdpSocket, CountsWhatTheKernelDropped) {
   ASSERT_EQ(a.send({b.local(), bytes, 1000}), Sent::kAll);  // carries the number
   receive(b, 1, datagrams);
   EXPECT_EQ(arrived + b.counters().dropped_by_kernel, 100);
-}
-
-// --- Many bursts
-
-TEST(UdpSocket, ManyBurstsInOneCall) {
-  for (const bool segmentation : {true, false}) {
-    UdpSocket a = open("::", {.segmentation = segmentation});
-    UdpSocket b = open("127.0.0.1");
-    UdpSocket c = open("::1");
-    const auto bytes = pattern(4 * 500 + 20, 500);
-    std::vector<Burst> bursts;
-    for (int i = 0; i < 20; ++i) {
-      bursts.push_back({b.local(), bytes, 500, 10});
-      bursts.push_back({c.local(), bytes, 500, 0});
-      bursts.push_back({c.local(), std::span(bytes).first(500), 500, 0});
-    }
-    const SentMany sent = a.send_many(bursts);
-    EXPECT_EQ(sent.why, Sent::kAll);
-    EXPECT_EQ(sent.bursts, 60);
-    receive(b, 100);
-    receive(c, 120);
-  }
-}
-
-TEST(UdpSocket, ManyBurstsStopAtTheOneThatDoesNotGo) {
-  UdpSocket a = open("127.0.0.1");
-  UdpSocket b = open("127.0.0.1");
-  const auto bytes = pattern(1000, 500);
-  const Burst good{b.local(), bytes, 500};
-  const std::vector<Burst> bursts{good, good, {v6_loopback(2010), bytes, 500}, good};
-  const SentMany sent = a.send_many(bursts);
-  EXPECT_EQ(sent.bursts, 2);
-  EXPECT_EQ(sent.why, Sent::kUnreachable);
-  receive(b, 4);
 }
 
 // --- What the socket says
@@ -315,7 +279,6 @@ TEST_F(UdpNarrow, TooBigIsSaidAndNeverFragmented) {
     UdpSocket b = open(host[0] == ':' && host[1] != '\0' ? "::1" : "127.0.0.1");
     EXPECT_EQ(a.send({b.local(), std::span(bytes).first(1480), 1480}), Sent::kTooBig) << host;
     EXPECT_EQ(a.send({b.local(), bytes, 1480}), Sent::kTooBig) << host;
-    EXPECT_EQ(a.send_many(std::vector<Burst>(3, {b.local(), bytes, 1480})).why, Sent::kTooBig);
     EXPECT_EQ(a.send({b.local(), bytes, 1452}), Sent::kAll) << host;
     receive(b, 5);
   }
