@@ -76,8 +76,7 @@ class Walk {
       return;
     }
     std::string self = raw;
-    for (const json::value& value : items_of(answer)) {
-      const json::object& item = value.as_object();
+    for (const json::object& item : objects(items_of(answer))) {
       if (text_at(item, "kind") == "self")
         self = add_self(item);
       else if (!text_at(item, "address.raw").empty())
@@ -190,8 +189,8 @@ json::object AdminClient::ask(const json::object& question, tims::Duration patie
   while (const json::value* after = at_path(answer, "next")) {
     next["after"] = *after;
     json::object page = ask_once(next, patience);
-    json::array& items = items_of(answer);
-    for (json::value& item : items_of(page)) items.push_back(std::move(item));
+    json::array& items = item_array(answer);
+    for (json::value& item : item_array(page)) items.push_back(std::move(item));
     answer.erase("next");
     if (const json::value* more = at_path(page, "next")) answer["next"] = *more;
   }
@@ -246,13 +245,12 @@ json::object ask_everywhere(AdminClient& admin, const json::object& question) {
   json::array rows;
   bool partial = fleet["partial"].as_bool();
   json::value schema;
-  for (const json::value& value : items_of(fleet)) {
-    const json::object& router = value.as_object();
+  for (const json::object& router : objects(items_of(fleet))) {
     if (text_at(router, "state") != "up") continue;
     try {
       json::object answer = admin.at(router_address(router)).ask(question);
       schema = answer["schema"];
-      for (json::value& item : items_of(answer)) {
+      for (json::value& item : item_array(answer)) {
         item.as_object()["at"] = router.at("name");
         rows.push_back(std::move(item));
       }
@@ -271,8 +269,7 @@ tims::Address find_router(const AdminClient& first, std::string_view name) {
     return *address;
   json::object fleet = walk_fleet(first);
   std::string known;
-  for (const json::value& value : items_of(fleet)) {
-    const json::object& item = value.as_object();
+  for (const json::object& item : objects(items_of(fleet))) {
     const std::string its_name = text_at(item, "name");
     if (its_name == name) return *router_address(item);
     known.append(known.empty() ? "" : ", ").append(its_name);

@@ -16,16 +16,7 @@ namespace timsctl {
 namespace {
 
 Exit exit_of(const json::object& answer) {
-  const json::value* partial = answer.if_contains("partial");
-  return partial != nullptr && partial->is_bool() && partial->get_bool() ? Exit::kTimeout
-                                                                         : Exit::kDone;
-}
-
-void print(Context& context, const json::object& answer, const Draw& draw) {
-  if (context.out.json())
-    context.out.write(answer);
-  else
-    context.out.write(draw(answer, context.out.look()));
+  return text_at(answer, "partial") == "true" ? Exit::kTimeout : Exit::kDone;
 }
 
 // The mailbox that asks is not what anybody looks for.
@@ -73,9 +64,9 @@ class Watcher {
 
   std::string heading() const {
     if (!context_.out.terminal()) return {};
-    return fmt::format(
-        "{}  every {}, Ctrl-C ends\n\n", time_of_day(tims::os::wall_now(), context_.options.utc),
-        base::human_duration(std::chrono::duration<double>(*context_.options.watch).count()));
+    return fmt::format("{}  every {}, Ctrl-C ends\n\n",
+                       time_of_day(tims::os::wall_now(), context_.options.utc),
+                       base::human_duration(base::seconds(*context_.options.watch)));
   }
 
   Context& context_;
@@ -109,14 +100,35 @@ Exit show(Context& context, const AskRouter& ask, const Draw& draw) {
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
   const json::object answer = ask(admin);
-  print(context, answer, draw);
+  context.out.write(answer, [&] { return draw(answer, context.out.look()); });
   return exit_of(answer);
 }
 
-Exit show_items(Context& context, const json::object& question, std::span<const Column> columns) {
-  return show_items(context, question, columns, [&](const json::object& answer, const Look& look) {
+Draw table_of(std::span<const Column> columns) {
+  return [columns](const json::object& answer, const Look& look) {
     return render_items(items_of(answer), columns, look);
-  });
+  };
+}
+
+Draw page_of(std::span<const Column> lines) {
+  return [lines](const json::object& answer, const Look& look) {
+    return render_page(answer, lines, look);
+  };
+}
+
+Exit show_list(Context& context, std::string_view schema, json::array items,
+               std::span<const Column> columns) {
+  const json::object answer{{"schema", schema}, {"items", std::move(items)}};
+  context.out.write(answer,
+                    [&] { return render_items(items_of(answer), columns, context.out.look()); });
+  return Exit::kDone;
+}
+
+Exit tell_router(Context& context, const json::object& question) {
+  const auto connection = context.connect();
+  const json::object answer = context.admin(*connection).ask(question);
+  if (context.out.json()) context.out.write(answer);
+  return Exit::kDone;
 }
 
 Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
@@ -124,11 +136,11 @@ Exit show_items(Context& context, const json::object& question, std::span<const 
   const std::string& by = context.options.sort;
   const auto ask = [&](AdminClient& admin) {
     json::object answer = admin.ask(question);
-    leave_out_own(items_of(answer), admin.own_address());
-    if (!by.empty()) sort_items(items_of(answer), columns, by);
+    leave_out_own(item_array(answer), admin.own_address());
+    if (!by.empty()) sort_items(item_array(answer), columns, by);
     return answer;
   };
-  return show(context, ask, draw);
+  return show(context, ask, draw ? draw : table_of(columns));
 }
 
 json::object with_match(json::object question, const Options& options) {

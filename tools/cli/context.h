@@ -66,11 +66,18 @@ using AskRouter = std::function<json::object(AdminClient&)>;
 using Draw = std::function<std::string(const json::object&, const Look&)>;
 
 Exit show(Context& context, const AskRouter& ask, const Draw& draw);
+// The answer's items as a table, or the answer as a page.
+Draw table_of(std::span<const Column> columns);
+Draw page_of(std::span<const Column> lines);
 
 // A list: the answer's items as a table, ordered as --sort says.
-Exit show_items(Context& context, const json::object& question, std::span<const Column> columns);
 Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
-                const Draw& draw);
+                const Draw& draw = {});
+// A list that no router is asked for.
+Exit show_list(Context& context, std::string_view schema, json::array items,
+               std::span<const Column> columns);
+// Of the router something is wanted; its answer is only shown as JSON.
+Exit tell_router(Context& context, const json::object& question);
 
 // The question with "match" for the first argument, if there is one.
 json::object with_match(json::object question, const Options& options);

@@ -191,6 +191,11 @@ Failure usage_error(std::string message, std::string hint) {
   return {Exit::kUsage, "usage", std::move(message), std::move(hint)};
 }
 
+Failure no_such_mailbox(const std::string& address, std::string hint) {
+  return {Exit::kNoSuch, "no_such_mailbox", address + ": nobody has registered this address",
+          std::move(hint)};
+}
+
 std::string nearest_hint(std::string_view name, std::span<const std::string_view> known,
                          std::string otherwise) {
   if (const auto near = base::nearest(name, known)) return fmt::format("did you mean {}?", *near);

@@ -49,6 +49,10 @@ struct Interrupted : std::exception {
 
 Failure usage_error(std::string message, std::string hint = {});
 
+// Nobody has registered it.
+Failure no_such_mailbox(const std::string& address,
+                        std::string hint = "`timsctl mbx list` shows all");
+
 // For a name that nobody has: the one that was probably meant, `otherwise`, or all there are.
 std::string nearest_hint(std::string_view name, std::span<const std::string_view> known,
                          std::string otherwise = {});

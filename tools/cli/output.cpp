@@ -48,14 +48,14 @@ std::string text_at(const json::object& object, std::string_view path) {
   return to_text(*value);
 }
 
-std::span<const json::value> items_of(const json::object& answer) {
-  const json::value* items = answer.if_contains("items");
+std::span<const json::value> items_of(const json::object& answer, std::string_view list) {
+  const json::value* items = answer.if_contains(list);
   const json::array* array = items == nullptr ? nullptr : items->if_array();
   if (array == nullptr) return {};
   return {array->data(), array->size()};
 }
 
-json::array& items_of(json::object& answer) {
+json::array& item_array(json::object& answer) {
   json::value& items = answer["items"];
   return items.is_array() ? items.get_array() : items.emplace_array();
 }
@@ -151,6 +151,10 @@ void Output::write(std::string_view text) {
 }
 
 void Output::write(const json::object& object) { write(to_text(object) + "\n"); }
+
+void Output::write(const json::object& answer, const std::function<std::string()>& text) {
+  json() ? write(answer) : write(text());
+}
 
 void Output::redraw(std::string_view text) {
   if (!terminal_) return write(text);

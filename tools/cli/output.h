@@ -2,7 +2,9 @@
 // pages, CSV, names: pure); and where a command writes: results to stdout, remarks to stderr.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,9 +28,16 @@ std::optional<double> number_at(const json::object& object, std::string_view pat
 double number_or_zero(const json::object& object, std::string_view path);
 // Texts as they are, other values as JSON; empty when not there.
 std::string text_at(const json::object& object, std::string_view path);
-// What is under "items", nothing when it is missing.
-std::span<const json::value> items_of(const json::object& answer);
-json::array& items_of(json::object& answer);
+// What is in the list, nothing when it is missing; most are called "items".
+std::span<const json::value> items_of(const json::object& answer, std::string_view list = "items");
+std::span<const json::value> items_of(json::object&& gone,
+                                      std::string_view list = "items") = delete;
+json::array& item_array(json::object& answer);  // made when it is missing
+inline auto objects(std::span<const json::value> items) {
+  return std::views::transform(
+      items, [](const json::value& item) -> const json::object& { return item.as_object(); });
+}
+void objects(json::array&& gone) = delete;
 
 std::string to_text(const json::value& value);  // compact, one line
 
@@ -40,6 +49,11 @@ struct Look {
   bool colour = false;
   bool utc = false;
   std::string sort{};  // a column's title or path, without regard to case
+
+  // Text to be read, and not rows that are all alike.
+  [[nodiscard]] bool for_people() const {
+    return format == Format::kTable || format == Format::kWide;
+  }
 };
 
 enum class As : std::uint8_t { kText, kCount, kBytes, kDuration, kRate, kPercent };
@@ -85,6 +99,8 @@ class Output {
   // To stdout, at once. Throws Interrupted when nobody reads it any more.
   void write(std::string_view text);
   void write(const json::object& object);  // one line
+  // The answer as JSON, if that is wanted; else the text.
+  void write(const json::object& answer, const std::function<std::string()>& text);
   // Over what was written before, when that can be done: a display that is drawn again and again.
   void redraw(std::string_view text);
 

@@ -28,7 +28,7 @@ json::array items() {
 
 std::string rendered(Format format, bool colour = false) {
   const json::array all = items();
-  return render_items({all.data(), all.size()}, kColumns, {.format = format, .colour = colour});
+  return render_items(all, kColumns, {.format = format, .colour = colour});
 }
 
 TEST(Render, ColumnsAreAligned) {

@@ -13,6 +13,7 @@
 #include "os/clock.h"
 #include "os/file.h"
 #include "os/socket.h"
+#include "os/wakeup.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl {
@@ -28,6 +29,11 @@ json::object as_json(const Failure& failure) {
                                  {"message", failure.message},
                                  {"hint", failure.hint},
                                  {"exit", static_cast<int>(failure.exit)}}}};
+}
+
+void send_answer(const tims::os::File& socket, const json::object& answer) {
+  const std::string text = to_text(answer);
+  (void)tims::os::send_record(socket.get(), std::as_bytes(std::span(text)), {}, false);
 }
 
 void throw_error_of(const json::object& answer) {
@@ -107,16 +113,17 @@ json::object ask_control(const std::string& path, const json::object& question,
   return object;
 }
 
-void Asker::answer(const json::object& answer) {
-  if (!socket_) return;
-  const std::string text = to_text(answer);
-  (void)tims::os::send_record(socket_.get(), std::as_bytes(std::span(text)), {}, false);
-  socket_.reset();
+void ControlServer::wait(std::vector<int> others, const Signals& signals,
+                         tims::Time deadline) const {
+  others.push_back(listener_.get());
+  const auto any = tims::os::any_of(others);
+  (void)signals.wait(any ? any->get() : -1, deadline);  // the system refuses: at the deadline
 }
 
-void take_question(const tims::os::File& listener, const Signals& signals,
-                   const std::function<void(const json::object& question, Asker& asker)>& handle) {
-  auto socket = tims::os::accept_unix(listener);
+void ControlServer::take_question(
+    const Signals& signals,
+    const std::function<json::object(const json::object& question)>& answer) {
+  auto socket = tims::os::accept_unix(listener_);
   if (!socket) return;
   if (signals.wait(socket->get(), tims::os::deadline_after(kQuestionComes)) ==
       Signals::Woken::kTimeout)
@@ -124,12 +131,21 @@ void take_question(const tims::os::File& listener, const Signals& signals,
   std::array<std::byte, kQuestionMax> buffer{};
   const auto received = tims::os::receive_record(socket->get(), buffer, false);
   if (!received || received->size == 0) return;  // it only wanted to know whether we are here
-  Asker asker(std::move(*socket));
   try {
-    handle(parse_object({reinterpret_cast<const char*>(buffer.data()), received->size}), asker);
+    const json::object question =
+        parse_object({reinterpret_cast<const char*>(buffer.data()), received->size});
+    if (text_at(question, "do") == "down")
+      ending_ = std::move(*socket);
+    else
+      send_answer(*socket, answer(question));
   } catch (const Failure& failure) {
-    asker.answer(as_json(failure));
+    send_answer(*socket, as_json(failure));
   }
+}
+
+void ControlServer::end(const json::object& answer) {
+  listener_.reset();
+  if (ending_) send_answer(ending_, answer);
 }
 
 json::object parse_object(std::string_view text) {

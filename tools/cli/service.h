@@ -40,21 +40,24 @@ bool somebody_listens(const std::string& path);
 json::object ask_control(const std::string& path, const json::object& question,
                          const Signals& signals, tims::Duration timeout, const Failure& nobody);
 
-// Who asks. An answer is a promise kept once: to a question that ends everything, when it has.
-class Asker {
+// Answers them. {"do": "down"} is for itself: who asks that is told when all has ended.
+class ControlServer {
  public:
-  Asker() = default;
-  explicit Asker(tims::os::File socket) : socket_(std::move(socket)) {}
-  void answer(const json::object& answer);
+  explicit ControlServer(tims::os::File listener) : listener_(std::move(listener)) {}
+
+  // Until somebody asks, one of the others can be read, or the deadline. Throws Interrupted.
+  void wait(std::vector<int> others, const Signals& signals, tims::Time deadline) const;
+  // Takes the question that waits, if one does. What `answer` throws as Failure is answered.
+  void take_question(const Signals& signals,
+                     const std::function<json::object(const json::object& question)>& answer);
+  [[nodiscard]] bool asked_to_end() const { return static_cast<bool>(ending_); }
+  // All has ended: nobody listens any more.
+  void end(const json::object& answer);
 
  private:
-  tims::os::File socket_;
+  tims::os::File listener_;
+  tims::os::File ending_;  // who asked for the end
 };
-
-// Takes the question that waits at a listener, if one does. What `handle` throws as Failure is
-// answered; it may keep the asker and answer later.
-void take_question(const tims::os::File& listener, const Signals& signals,
-                   const std::function<void(const json::object& question, Asker& asker)>& handle);
 
 // Empty when the text is no JSON object.
 json::object parse_object(std::string_view text);

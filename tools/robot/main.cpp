@@ -100,8 +100,7 @@ void show_saved(Context& context, const std::string& name, const json::object& a
   const json::array& changes = answer.at("changes").as_array();
   const std::string file = text_at(answer, "file");
   if (context.out.json()) return context.out.write(answer);
-  for (const json::value& value : changes) {
-    const json::object& change = value.as_object();
+  for (const json::object& change : objects(changes)) {
     const std::string before = text_at(change, "before");
     context.out.write(fmt::format("{} = {}{}\n", text_at(change, "name"), text_at(change, "after"),
                                   before.empty() ? "" : fmt::format(" (was {})", before)));
@@ -183,18 +182,13 @@ Exit robot_show(Context& context) {
   for (const std::string& key : robot::running()) {
     json::object answer =
         robot::ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
-    for (json::value& item : items_of(answer)) {
+    for (json::value& item : item_array(answer)) {
       item.as_object()["robot"] = robot::name_of(key);
       item.as_object()["router"] = text_at(answer, "router");
       items.push_back(std::move(item));
     }
   }
-  if (context.out.json()) {
-    context.out.write(json::object{{"schema", "tims/robots/1"}, {"items", std::move(items)}});
-  } else {
-    context.out.write(render_items(items, kColumns, context.out.look()));
-  }
-  return Exit::kDone;
+  return show_list(context, "tims/robots/1", std::move(items), kColumns);
 }
 
 std::vector<std::string> candidates(std::string_view verb, std::size_t argument) {

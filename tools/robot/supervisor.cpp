@@ -101,6 +101,15 @@ std::vector<int> descriptors_of(const std::list<Program>& programs) {
   return all;
 }
 
+tims::os::File listen(const Place& place, const std::string& path) {
+  auto control = tims::os::listen_unix(path, 0600);
+  if (!control && control.error().code() == tims::Errc::kAddressInUse)
+    throw Failure(Exit::kDenied, "robot_runs",
+                  fmt::format("robot {} runs already at {}", place.name, place.router),
+                  fmt::format("`timsctl down {}` ends it", place.name));
+  return value_or_fail(std::move(control), path);
+}
+
 // Nobody holds its other end any more.
 bool has_closed(int input) {
   std::array<char, 256> ignored{};
@@ -115,13 +124,8 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
       name_(place.name),
       router_(place.router),
       key_(key_of(place.name, place.router)),
-      source_(place.source) {
-  auto control = tims::os::listen_unix(control_socket(key_), 0600);
-  if (!control && control.error().code() == tims::Errc::kAddressInUse)
-    throw Failure(Exit::kDenied, "robot_runs",
-                  fmt::format("robot {} runs already at {}", name_, router_),
-                  fmt::format("`timsctl down {}` ends it", name_));
-  control_ = value_or_fail(std::move(control), control_socket(key_));
+      source_(place.source),
+      control_(listen(place, control_socket(key_))) {
   status_.emplace(status_socket(key_));
   for (std::size_t i = 0; i < robot.components.size(); ++i)
     if (robot.components[i].host == place.host) add(robot.components[i], i, place);
@@ -136,7 +140,7 @@ Supervisor::~Supervisor() {
     // Nobody reads what we say any more: no reason to leave programs behind.
     for (const Program& program : programs_) program.signal(SIGKILL);
   }
-  asker_.answer({{"schema", "tims/robot_done/1"}, {"done", true}});
+  control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
 
 void Supervisor::add(const Component& component, std::size_t number, const Place& place) {
@@ -167,8 +171,8 @@ void Supervisor::start() {
   events_.begin();
   for (Program& program : programs_) program.start(tims::os::now());
   const tims::Time deadline = events_.began() + kStartPatience;
-  while (is_starting() && !asked_to_end_ && tims::os::now() < deadline) {
-    wait(std::min(deadline, next_start()), -1);
+  while (is_starting() && !control_.asked_to_end() && tims::os::now() < deadline) {
+    wait(std::min(deadline, next_start()));
     look_after_programs();
   }
   const auto down = std::ranges::count(programs_, State::kDown, &Program::state);
@@ -182,7 +186,7 @@ void Supervisor::start() {
 }
 
 void Supervisor::serve(tims::Time until, int input) {
-  while (!asked_to_end_ && tims::os::now() < until) {
+  while (!control_.asked_to_end() && tims::os::now() < until) {
     wait(std::min(until, next_start()), input);
     look_after_programs();
     if (has_closed(input)) return;
@@ -203,14 +207,14 @@ tims::Time Supervisor::next_start() const {
 
 void Supervisor::wait(tims::Time deadline, int input) {
   std::vector<int> descriptors = descriptors_of(programs_);
-  descriptors.insert(descriptors.end(), {control_.get(), status_->descriptor(), input});
-  // When the system refuses: at the deadline.
-  const auto any = tims::os::any_of(descriptors);
-  (void)context_.signals.wait(any ? any->get() : -1, deadline);
+  descriptors.insert(descriptors.end(), {status_->descriptor(), input});
+  control_.wait(std::move(descriptors), context_.signals, deadline);
 }
 
 void Supervisor::look_after_programs() {
-  answer_questions();
+  control_.take_question(context_.signals, [&](const json::object& question) {
+    return text_at(question, "do") == "save" ? save(question) : report();
+  });
   hear();
   for (Program& program : programs_) look_after(program);
 }
@@ -254,16 +258,6 @@ void Supervisor::hear() {
     if (!program->status().empty() && context_.out.json())
       events_.say("state", program->name(), program->status());
   }
-}
-
-void Supervisor::answer_questions() {
-  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
-    const std::string what = text_at(question, "do");
-    if (what == "save") return asker.answer(save(question));
-    if (what != "down") return asker.answer(report());
-    asked_to_end_ = true;
-    asker_ = std::move(asker);
-  });
 }
 
 json::object Supervisor::report() const {

@@ -68,13 +68,12 @@ class Supervisor {
   void add(const Component& component, std::size_t number, const Place& place);
   void add(const Host& host, const Robot& robot, const Place& place);
 
-  void wait(tims::Time deadline, int input);
+  void wait(tims::Time deadline, int input = -1);
   void look_after_programs();
   void look_after(Program& program);
   void start_again(Program& program, tims::Time now);
   void take_end(Program& program, const Program::End& end);
   void hear();
-  void answer_questions();
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
   [[nodiscard]] tims::Time next_start() const;
@@ -87,12 +86,10 @@ class Supervisor {
   std::string router_;
   std::string key_;  // of its folder
   RobotText source_;
-  tims::os::File control_;
+  ControlServer control_;
   std::optional<StatusSocket> status_;
   std::list<Program> programs_;
   std::map<const Program*, std::size_t> components_;  // which of the file's it is
-  Asker asker_;                                       // of `down`: told when all have ended
-  bool asked_to_end_ = false;
   bool ending_ = false;
   std::size_t failures_ = 0;
 };

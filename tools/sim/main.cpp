@@ -54,8 +54,9 @@ Exit ask(Context& context, const json::object& question) {
   const std::string fleet = sim::chosen_fleet(context.options.fleet);
   const auto timeout = std::max(context.options.timeout, kFleetAnswers);
   const json::object answer = sim::ask_fleet(fleet, question, context.signals, timeout);
-  if (context.out.json()) context.out.write(answer);
-  if (!context.out.json() && at_path(answer, "line") != nullptr)
+  if (context.out.json())
+    context.out.write(answer);
+  else if (at_path(answer, "line") != nullptr)
     context.out.note(fmt::format("{}: {}", text_at(answer, "line"), text_at(answer, "state")));
   return Exit::kDone;
 }
@@ -77,19 +78,16 @@ constexpr Column kLines[] = {
 // addresses.
 json::array hosts_of(const json::object& fleet) {
   json::array hosts;
-  const json::value* list = at_path(fleet, "hosts");
-  if (list == nullptr || !list->is_array()) return hosts;
-  for (const json::value& value : list->get_array()) {
-    json::object host = value.as_object();
+  for (json::object host : objects(items_of(fleet, "hosts"))) {
     std::size_t ended = 0;
-    const json::array& programs = host.at("programs").as_array();
-    for (const json::value& program : programs)
-      ended += text_at(program.as_object(), "state") == "running" ? 0U : 1U;
+    const auto programs = items_of(host, "programs");
+    for (const json::object& program : objects(programs))
+      ended += text_at(program, "state") == "running" ? 0U : 1U;
     host["state"] = ended == 0                 ? "running"
                     : ended == programs.size() ? "ended"
                                                : fmt::format("{} ended", ended);
     std::string addresses;
-    for (const json::value& address : host.at("addresses").as_array())
+    for (const json::value& address : items_of(host, "addresses"))
       addresses.append(addresses.empty() ? "" : " ").append(address.as_string());
     host["address_list"] = addresses;
     hosts.push_back(std::move(host));
@@ -99,10 +97,9 @@ json::array hosts_of(const json::object& fleet) {
 
 json::array programs_of(const json::array& hosts) {
   json::array programs;
-  for (const json::value& host : hosts)
-    for (const json::value& value : host.as_object().at("programs").as_array()) {
-      json::object program = value.as_object();
-      program["host"] = text_at(host.as_object(), "name");
+  for (const json::object& host : objects(hosts))
+    for (json::object program : objects(items_of(host, "programs"))) {
+      program["host"] = text_at(host, "name");
       programs.push_back(std::move(program));
     }
   return programs;
@@ -114,11 +111,11 @@ std::string draw_fleet(const json::object& fleet, const Look& look) {
     return text + fmt::format(" (`timsctl sim down {}` cleans up)\n", text_at(fleet, "name"));
   const json::array hosts = hosts_of(fleet);
   text += fmt::format(", pid {}, {}\n\n", text_at(fleet, "pid"), text_at(fleet, "folder"));
-  text += render_items({hosts.data(), hosts.size()}, kHosts, look) + "\n";
-  if (const json::value* lines = at_path(fleet, "lines"); lines != nullptr && lines->is_array())
-    text += render_items({lines->get_array().data(), lines->get_array().size()}, kLines, look);
+  text += render_items(hosts, kHosts, look) + "\n";
+  if (const auto lines = items_of(fleet, "lines"); !lines.empty())
+    text += render_items(lines, kLines, look);
   const json::array programs = programs_of(hosts);
-  return text + "\n" + render_items({programs.data(), programs.size()}, kPrograms, look);
+  return text + "\n" + render_items(programs, kPrograms, look);
 }
 
 json::object fleet_state(const std::string& name) {
@@ -130,10 +127,8 @@ json::object fleet_state(const std::string& name) {
 
 std::vector<std::string> names_in(const json::object& fleet, std::string_view list) {
   std::vector<std::string> names;
-  const json::value* items = at_path(fleet, list);
-  if (items == nullptr || !items->is_array()) return names;
-  for (const json::value& item : items->get_array())
-    names.push_back(text_at(item.as_object(), "name"));
+  for (const json::object& item : objects(items_of(fleet, list)))
+    names.push_back(text_at(item, "name"));
   return names;
 }
 
@@ -262,8 +257,8 @@ Exit sim_exec(Context& context) {
   const json::object fleet = sim::read_state(sim::chosen_fleet(context.options.fleet));
   const auto& arguments = context.options.arguments;
   std::vector<std::string> names;
-  for (const json::value& value : hosts_of(fleet)) {
-    const json::object& host = value.as_object();
+  const json::array hosts = hosts_of(fleet);
+  for (const json::object& host : objects(hosts)) {
     names.push_back(text_at(host, "name"));
     if (names.back() != arguments.front()) continue;
     become({.command = {arguments.begin() + 1, arguments.end()},

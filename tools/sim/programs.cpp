@@ -215,8 +215,8 @@ bool Routers::inject_faults(const std::string& host, const std::string& peer,
 bool Routers::is_linked(const std::string& host, const std::string& peer) const {
   const auto answer = ask(host, {{"ask", "links"}, {"link", peer}});
   if (!answer) return false;
-  for (const json::value& link : items_of(*answer))
-    if (text_at(link.as_object(), "state") == "up") return true;
+  for (const json::object& link : objects(items_of(*answer)))
+    if (text_at(link, "state") == "up") return true;
   return false;
 }
 

@@ -104,10 +104,8 @@ std::string chosen_fleet(std::string_view name) {
 
 Failure no_such(std::string_view what, std::string_view name,
                 std::span<const std::string_view> known) {
-  const auto near = base::nearest(name, known);
   return {Exit::kNoSuch, fmt::format("no_such_{}", what), fmt::format("no {} \"{}\"", what, name),
-          near ? fmt::format("did you mean {}?", *near)
-               : fmt::format("there are {}", fmt::join(known, ", "))};
+          nearest_hint(name, known)};
 }
 
 void need_root() {
@@ -136,21 +134,30 @@ tims::os::Command undoing(const Step& step) {
 
 }  // namespace
 
-Supervisor::Supervisor(Context& context, const Plan& plan)
-    : context_(context),
-      events_(context, "tims/sim_event/1", 14),
-      plan_(plan),
-      network_(plan),
-      programs_(plan),
-      routers_(context, plan) {
+namespace {
+
+// As the only one of that name.
+tims::os::File listen(const Context& context, const Plan& plan) {
   if (is_running(plan.name))
     throw Failure(Exit::kDenied, "fleet_runs", fmt::format("fleet {} runs already", plan.name),
                   fmt::format("`timsctl sim down {}` ends it; --fleet NAME gives this one another "
                               "name",
                               plan.name));
   if (clean_up(plan.name))
-    context_.out.note(fmt::format("fleet {}: cleaned up what a crash had left", plan.name));
-  control_ = value_or_fail(tims::os::listen_unix(control_socket(plan.name), 0600), plan.folder);
+    context.out.note(fmt::format("fleet {}: cleaned up what a crash had left", plan.name));
+  return value_or_fail(tims::os::listen_unix(control_socket(plan.name), 0600), plan.folder);
+}
+
+}  // namespace
+
+Supervisor::Supervisor(Context& context, const Plan& plan)
+    : context_(context),
+      events_(context, "tims/sim_event/1", 14),
+      plan_(plan),
+      network_(plan),
+      programs_(plan),
+      routers_(context, plan),
+      control_(listen(context, plan)) {
   since_ = base::rfc3339(tims::os::wall_now());
   for (const Line& line : plan.lines) states_[line.name] = line.own;
 }
@@ -262,8 +269,7 @@ void Supervisor::start_clock() {
 void Supervisor::tear_down() {
   programs_.end_all();
   clean_up(plan_.name);
-  control_.reset();
-  asker_.answer({{"schema", "tims/sim_done/1"}, {"done", true}});
+  control_.end({{"schema", "tims/sim_done/1"}, {"done", true}});
 }
 
 // --- what happens to lines and hosts
@@ -335,10 +341,11 @@ tims::Time Supervisor::next_deadline(tims::Time until) const {
 }
 
 void Supervisor::serve(tims::Time until) {
-  while (!asked_to_end_ && tims::os::now() < until) {
-    wait(next_deadline(until));
+  while (!control_.asked_to_end() && tims::os::now() < until) {
+    control_.wait(programs_.descriptors(), context_.signals, next_deadline(until));
     look_after_programs();
-    answer_question();
+    control_.take_question(context_.signals,
+                           [&](const json::object& question) { return answer(question); });
     while (!schedule_.empty() && schedule_.begin()->first <= tims::os::now()) {
       const auto [at, action] = *schedule_.begin();
       schedule_.erase(schedule_.begin());
@@ -347,15 +354,6 @@ void Supervisor::serve(tims::Time until) {
     }
     if (!debts_.empty() && next_payment_ <= tims::os::now()) pay_debts();
   }
-}
-
-// Until somebody asks, a program ends, or the time has come.
-void Supervisor::wait(tims::Time deadline) {
-  std::vector<int> descriptors = programs_.descriptors();
-  descriptors.push_back(control_.get());
-  // When the system refuses: at the deadline.
-  const auto any = tims::os::any_of(descriptors);
-  (void)context_.signals.wait(any ? any->get() : -1, deadline);
 }
 
 void Supervisor::look_after_programs() {
@@ -368,20 +366,12 @@ void Supervisor::look_after_programs() {
   }
 }
 
-void Supervisor::answer_question() {
-  take_question(control_, context_.signals, [&](const json::object& question, Asker& asker) {
-    const json::object reply = answer(question);
-    if (!asked_to_end_) return asker.answer(reply);
-    asker_ = std::move(asker);
-  });
-}
-
 json::object Supervisor::answer(const json::object& question) {
   const std::string what = text_at(question, "do");
   if (what == "fault") {
     tims::os::Command words;
-    if (const json::value* list = at_path(question, "words"); list != nullptr && list->is_array())
-      for (const json::value& word : list->get_array()) words.emplace_back(word.as_string());
+    for (const json::value& word : items_of(question, "words"))
+      words.emplace_back(word.as_string());
     const Line& line = need_line(text_at(question, "line"));
     fault(line, words);
     return {{"schema", "tims/sim_done/1"},
@@ -390,14 +380,12 @@ json::object Supervisor::answer(const json::object& question) {
   }
   if (what == "kill") kill(need_host(text_at(question, "host")), text_at(question, "part"));
   if (what == "start") start(need_host(text_at(question, "host")));
-  if (what == "down") asked_to_end_ = true;
   return {{"schema", "tims/sim_done/1"}, {"done", true}};
 }
 
 const PlannedHost& Supervisor::need_host(std::string_view name) const {
   if (const PlannedHost* host = plan_.find_host(name)) return *host;
   std::vector<std::string_view> known;
-  known.reserve(plan_.hosts.size());
   for (const PlannedHost& host : plan_.hosts) known.push_back(host.name);
   throw no_such("host", name, known);
 }
@@ -405,7 +393,6 @@ const PlannedHost& Supervisor::need_host(std::string_view name) const {
 const Line& Supervisor::need_line(std::string_view name) const {
   if (const Line* line = plan_.find_line(name)) return *line;
   std::vector<std::string_view> known;
-  known.reserve(plan_.lines.size());
   for (const Line& line : plan_.lines) known.push_back(line.name);
   throw no_such("line", name, known);
 }

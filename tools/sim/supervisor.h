@@ -89,9 +89,7 @@ class Supervisor {
   void pay_debts();
 
   [[nodiscard]] tims::Time next_deadline(tims::Time until) const;
-  void wait(tims::Time deadline);
   void look_after_programs();
-  void answer_question();
   json::object answer(const json::object& question);
   const PlannedHost& need_host(std::string_view name) const;
   const Line& need_line(std::string_view name) const;
@@ -102,15 +100,13 @@ class Supervisor {
   Network network_;
   Programs programs_;
   Routers routers_;
-  tims::os::File control_;
-  Asker asker_;  // of `sim down`: told when everything is down
+  ControlServer control_;
   std::map<std::string, LineState, std::less<>> states_;
   std::multimap<tims::Time, Action> schedule_;
   // "robot1-main", "base": the router and its link, and what is owed.
   std::map<std::pair<std::string, std::string>, Quality> debts_;
   tims::Time next_payment_{};
   std::string since_;
-  bool asked_to_end_ = false;
   std::size_t failures_ = 0;
 };
 

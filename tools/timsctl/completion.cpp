@@ -61,11 +61,9 @@ complete -c timsctl -f -a '(__timsctl_complete)'
 using Candidates = std::vector<std::string>;
 
 void add_options(const Verb& verb, Candidates& out) {
-  for (const OptionRow& row : option_table()) {
-    const std::string padded = fmt::format(" {} {} ", verb.options, kGeneralOptions);
-    if (padded.find(fmt::format(" {} ", row.name)) != std::string::npos)
+  for (const OptionRow& row : option_table())
+    if (is_in(row.name, verb.options) || is_in(row.name, kGeneralOptions))
       out.push_back(fmt::format("--{}", row.name));
-  }
 }
 
 Candidates split(std::string_view text, char at) {
@@ -86,8 +84,8 @@ Candidates living_addresses(const Context& context, std::optional<std::uint32_t>
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
   const json::object answer = admin.ask({{"ask", "routes"}});
-  for (const json::value& item : items_of(answer)) {
-    const auto address = parse_address(text_at(item.as_object(), "address.raw"));
+  for (const json::object& item : objects(items_of(answer))) {
+    const auto address = parse_address(text_at(item, "address.raw"));
     if (!address) continue;
     const std::uint32_t its_class = address->fields(admin.widths()).class_id;
     if (class_id ? its_class == *class_id : its_class != tims::class_id::kTool)
@@ -96,29 +94,26 @@ Candidates living_addresses(const Context& context, std::optional<std::uint32_t>
   return out;
 }
 
-Candidates names_of(std::span<const json::value> items) {
+Candidates names_of(const json::object& answer) {
   Candidates out;
-  for (const json::value& item : items) out.push_back(text_at(item.as_object(), "name"));
+  for (const json::object& item : objects(items_of(answer))) out.push_back(text_at(item, "name"));
   return out;
 }
 
 Candidates peers(const Context& context) {
   const auto connection = context.connect();
-  const json::object links = context.admin(*connection).ask({{"ask", "links"}});
-  return names_of(items_of(links));
+  return names_of(context.admin(*connection).ask({{"ask", "links"}}));
 }
 
 Candidates routers(const Context& context) {
   const auto connection = context.connect();
-  const json::object fleet = walk_fleet(context.admin(*connection));
-  return names_of(items_of(fleet));
+  return names_of(walk_fleet(context.admin(*connection)));
 }
 
 Candidates parameters(Context& context, const std::string& component) {
-  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
-  ComponentCall call(context, *connection);
+  ComponentClient client(context);
   Candidates out;
-  const auto list = get_parameters(call, need_address(component, connection->widths()));
+  const auto list = client.parameters(client.address(component));
   for (const rack::Parameter& parameter : list.parameters) out.emplace_back(parameter.name.view());
   return out;
 }
@@ -286,11 +281,8 @@ Exit completion(Context& context) {
   if (script.empty())
     throw usage_error(fmt::format("completion: no script for \"{}\"", shell),
                       "there are bash, zsh and fish");
-  if (context.out.json())
-    context.out.write(
-        json::object{{"schema", "tims/completion/1"}, {"shell", shell}, {"script", script}});
-  else
-    context.out.write(script);
+  context.out.write({{"schema", "tims/completion/1"}, {"shell", shell}, {"script", script}},
+                    [&] { return std::string(script); });
   return Exit::kDone;
 }
 

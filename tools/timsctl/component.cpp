@@ -51,83 +51,85 @@ bool is_behind_a_link(const json::object& item) { return text_at(item, "owner.po
 json::object everywhere(AdminClient& admin, const json::object& question) {
   json::object answer = ask_everywhere(admin, question);
   json::array here;
-  for (json::value& item : items_of(answer))
+  for (json::value& item : item_array(answer))
     if (!is_behind_a_link(item.as_object())) here.push_back(std::move(item));
   answer["items"] = std::move(here);
   return answer;
 }
 
 // The routers' items of components, each with its state.
-void add_states(json::object& answer, ComponentCall& call, const tims::AddressWidths& widths) {
+void add_states(json::object& answer, ComponentClient& client, const tims::AddressWidths& widths) {
   json::array components;
   std::vector<tims::Address> addresses;
-  for (const json::value& item : items_of(std::as_const(answer))) {
-    const auto address = parse_address(text_at(item.as_object(), "address.raw"), widths);
+  for (json::object component : objects(items_of(answer))) {
+    const auto address = parse_address(text_at(component, "address.raw"), widths);
     if (!address || !is_component(*address, widths)) continue;
     addresses.push_back(*address);
-    json::object component = item.as_object();
     // Behind a link the owner that this router knows is the other router.
     const bool behind = is_behind_a_link(component);
     component["program"] = behind ? json::value() : json::value(text_at(component, "owner.name"));
     components.push_back(std::move(component));
   }
-  const auto states = call.states(addresses);
+  const auto states = client.states(addresses);
   for (std::size_t i = 0; i < states.size(); ++i)
     components[i].as_object()["state"] = states[i] ? state_text(*states[i]) : "silent";
   answer["items"] = std::move(components);
 }
 
 // A component answers OFF before it is off.
-void wait_until_off(Context& context, ComponentCall& call, tims::Address component) {
+void wait_until_off(Context& context, ComponentClient& client, tims::Address component) {
   const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
-  while (call.ask(component, tims::type::kGetStatus).header.type != tims::type::kDisabled) {
+  while (client.ask(component, tims::type::kGetStatus).header.type != tims::type::kDisabled) {
     if (tims::os::now() > deadline)
-      throw Failure(Exit::kTimeout, "timeout", call.name_of(component) + " is not off yet",
+      throw Failure(Exit::kTimeout, "timeout", client.name_of(component) + " is not off yet",
                     "a longer --timeout, or --no-wait");
     context.signals.sleep_until(tims::os::deadline_after(std::chrono::milliseconds(20)));
   }
 }
 
 // Nothing, or what it says why not: empty when it is one of the original, which has no words.
-std::optional<std::string> turn(Context& context, ComponentCall& call, tims::Address component,
+std::optional<std::string> turn(Context& context, ComponentClient& client, tims::Address component,
                                 bool on) {
   const auto patience =
       on ? std::max(kOnPatience, context.options.timeout) : context.options.timeout;
-  const Message answer = on ? call.ask(component, tims::type::kOn, rack::OnRequest{}, patience)
-                            : call.ask(component, tims::type::kOff, {}, patience);
+  const Message answer = on ? client.ask(component, tims::type::kOn, rack::OnRequest{}, patience)
+                            : client.ask(component, tims::type::kOff, {}, patience);
   if (answer.header.type != tims::type::kOk) return std::string(rack::reason_of(answer.body));
-  if (!on && !context.options.no_wait) wait_until_off(context, call, component);
+  if (!on && !context.options.no_wait) wait_until_off(context, client, component);
   return std::nullopt;
 }
 
 Exit turn_all(Context& context, bool on) {
-  const auto connection = context.connect();
-  ComponentCall call(context, *connection);
+  ComponentClient client(context);
   Exit exit = Exit::kDone;
-  for (const tims::Address component :
-       need_addresses(context.options.arguments, connection->widths())) {
+  for (const tims::Address component : need_addresses(context.options.arguments, client.widths())) {
     std::optional<std::string> refused;
     const bool done =
-        waited(context, [&] { return !(refused = turn(context, call, component, on)); });
+        waited(context, [&] { return !(refused = turn(context, client, component, on)); });
     if (!done) exit = Exit::kNo;
-    if (context.out.json()) {
-      json::object answer{{"schema", "tims/component_switched/1"},
-                          {"address", address_json(component, connection->widths())},
-                          {"done", done}};
-      if (!done && !refused->empty()) answer["reason"] = *refused;
-      context.out.write(answer);
-    } else {
-      context.out.write(fmt::format("{} {}\n", call.name_of(component), done ? "ok" : "error"));
-    }
+    json::object answer{{"schema", "tims/component_switched/1"},
+                        {"address", address_json(component, client.widths())},
+                        {"done", done}};
+    if (!done && !refused->empty()) answer["reason"] = *refused;
+    context.out.write(answer, [&] {
+      return fmt::format("{} {}\n", client.name_of(component), done ? "ok" : "error");
+    });
     if (!done)
       context.out.note(
-          call.name_of(component) +
+          client.name_of(component) +
           (refused->empty() ? " says no; `timsctl log follow` shows its words" : ": " + *refused));
   }
   return exit;
 }
 
 // --- parameters
+
+constexpr Column kParameters[] = {
+    {"PARAMETER", "name"},
+    {"VALUE", "value"},
+    {"TAKES EFFECT", "takes_effect"},
+    {"TYPE", "type", As::kText, true},
+};
 
 const rack::Parameter& find(const rack::ParameterList& list, std::string_view name,
                             const std::string& component) {
@@ -162,45 +164,39 @@ void assign(rack::Parameter& parameter, std::string_view text) {
 
 Exit param_get(Context& context) {
   const auto& arguments = context.options.arguments;
-  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
-  ComponentCall call(context, *connection);
-  const tims::Address component = need_address(arguments[1], connection->widths());
-  const rack::ParameterList list = get_parameters(call, component);
-  const auto effects = get_effects(call, component);
+  ComponentClient client(context);
+  const tims::Address component = client.address(arguments[1]);
+  const rack::ParameterList list = client.parameters(component);
+  const auto effects = client.effects(component);
   json::array items;
-  if (arguments.size() > 2) {
-    items.push_back(parameter_json(find(list, arguments[2], call.name_of(component)), effects));
-  } else {
+  if (arguments.size() > 2)
+    items.push_back(parameter_json(find(list, arguments[2], client.name_of(component)), effects));
+  else
     for (const rack::Parameter& parameter : list.parameters)
       items.push_back(parameter_json(parameter, effects));
-  }
-  if (context.out.json()) {
-    context.out.write(json::object{{"schema", "tims/parameters/1"},
-                                   {"address", address_json(component, connection->widths())},
-                                   {"items", items}});
-  } else {
-    context.out.write(parameter_table(items, context.out.look()));
-  }
+  context.out.write({{"schema", "tims/parameters/1"},
+                     {"address", address_json(component, client.widths())},
+                     {"items", items}},
+                    [&] { return render_items(items, kParameters, context.out.look()); });
   return Exit::kDone;
 }
 
 Exit param_set(Context& context) {
   const auto& arguments = context.options.arguments;
   if (arguments.size() != 4) throw usage_error("component param set ADDR NAME VALUE");
-  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
-  ComponentCall call(context, *connection);
-  const tims::Address component = need_address(arguments[1], connection->widths());
-  const std::string name = call.name_of(component);
+  ComponentClient client(context);
+  const tims::Address component = client.address(arguments[1]);
+  const std::string name = client.name_of(component);
   rack::ParameterList wish;
-  wish.parameters.push_back(find(get_parameters(call, component), arguments[2], name));
+  wish.parameters.push_back(find(client.parameters(component), arguments[2], name));
   assign(wish.parameters[0], arguments[3]);
-  const auto effects = get_effects(call, component);
-  need_ok(call.ask(component, tims::type::kSetParam, wish),
+  const auto effects = client.effects(component);
+  need_ok(client.ask(component, tims::type::kSetParam, wish),
           fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
           "its --help says what it may be");
   if (context.out.json())
     context.out.write(json::object{{"schema", "tims/parameter_set/1"},
-                                   {"address", address_json(component, connection->widths())},
+                                   {"address", address_json(component, client.widths())},
                                    {"parameter", parameter_json(wish.parameters[0], effects)}});
   const auto effect = effect_of(effects, arguments[2]);
   context.out.note(fmt::format("{}: {} = {}, {}", name, arguments[2], arguments[3],
@@ -238,37 +234,32 @@ void show_data(Context& context, tims::Address component, const Message& newest,
 }  // namespace
 
 Exit component_list(Context& context) {
-  const auto connection = context.connect();
-  ComponentCall call(context, *connection);
+  ComponentClient client(context);
   const auto ask = [&](AdminClient& admin) {
     json::object answer;
     waited(context, [&] {
       const json::object question = with_match({{"ask", "mailboxes"}}, context.options);
       answer = context.options.all_routers ? everywhere(admin, question) : admin.ask(question);
       // What somebody asks for by address may be of another robot.
-      if (!context.options.arguments.empty() && items_of(std::as_const(answer)).empty())
+      if (!context.options.arguments.empty() && items_of(answer).empty())
         answer = everywhere(admin, question);
-      add_states(answer, call, admin.widths());
-      return !items_of(std::as_const(answer)).empty();
+      add_states(answer, client, admin.widths());
+      return !items_of(answer).empty();
     });
     const std::string& by = context.options.sort;
-    if (!by.empty()) sort_items(items_of(answer), kList, by);
+    if (!by.empty()) sort_items(item_array(answer), kList, by);
     return answer;
   };
-  const auto draw = [&](const json::object& answer, const Look& look) {
-    return render_items(items_of(answer), kList, look);
-  };
-  return show(context, ask, draw);
+  return show(context, ask, table_of(kList));
 }
 
 // Exit status 1: one of them is not on.
 Exit component_status(Context& context) {
-  const auto connection = context.connect();
-  ComponentCall call(context, *connection);
-  const auto components = need_addresses(context.options.arguments, connection->widths());
+  ComponentClient client(context);
+  const auto components = need_addresses(context.options.arguments, client.widths());
   std::vector<std::optional<std::int8_t>> states;
   waited(context, [&] {
-    states = call.states(components);
+    states = client.states(components);
     return std::ranges::all_of(states,
                                [](const auto& state) { return state == tims::type::kEnabled; });
   });
@@ -278,18 +269,17 @@ Exit component_status(Context& context) {
     const std::string state = states[i] ? state_text(*states[i]) : "silent";
     if (state != "on") exit = Exit::kNo;
     items.push_back(json::object{{"schema", "tims/component_status/1"},
-                                 {"address", address_json(components[i], connection->widths())},
+                                 {"address", address_json(components[i], client.widths())},
                                  {"state", state}});
   }
-  if (context.out.json()) {
-    for (const json::value& item : items) context.out.write(item.as_object());
-  } else if (context.out.look().format == Format::kTable) {
-    for (const json::value& item : items)
-      context.out.write(fmt::format("{} {}\n", text_at(item.as_object(), "address.name"),
-                                    text_at(item.as_object(), "state")));
-  } else {
+  const Format format = context.out.look().format;
+  if (format != Format::kJson && format != Format::kTable)
     context.out.write(render_items(items, kStates, context.out.look()));
-  }
+  else
+    for (const json::object& item : objects(items))
+      context.out.write(item, [&] {
+        return fmt::format("{} {}\n", text_at(item, "address.name"), text_at(item, "state"));
+      });
   return exit;
 }
 
@@ -307,17 +297,14 @@ Exit component_param(Context& context) {
 }
 
 Exit component_data(Context& context) {
-  const auto connection =
-      context.connect({.address = {}, .body_max = context.options.body_max_bytes});
-  ComponentCall call(context, *connection);
-  const tims::Address component =
-      need_address(context.options.arguments.front(), connection->widths());
+  ComponentClient client(context, {.address = {}, .body_max = context.options.body_max_bytes});
+  const tims::Address component = client.address(context.options.arguments.front());
   std::optional<Message> newest;
-  waited(context, [&] { return (newest = call.newest_data(component)).has_value(); });
+  waited(context, [&] { return (newest = client.newest_data(component)).has_value(); });
   if (!newest)
-    throw Failure(Exit::kNo, "no_data", call.name_of(component) + " has no data",
+    throw Failure(Exit::kNo, "no_data", client.name_of(component) + " has no data",
                   "is it on? `timsctl component status ADDR`");
-  const FieldStyle style{.widths = connection->widths(),
+  const FieldStyle style{.widths = client.widths(),
                          .utc = context.options.utc,
                          .si = context.options.si,
                          .fields = true,
@@ -325,7 +312,7 @@ Exit component_data(Context& context) {
   const rack::MessageInfo* info = rack::find_message(newest->header, style.widths);
   if (info == nullptr || info->body == nullptr)
     throw Failure(Exit::kNo, "unknown_class",
-                  call.name_of(component) + ": data of an unknown class",
+                  client.name_of(component) + ": data of an unknown class",
                   "`timsctl msg echo ADDR -n 1` shows the bytes");
   show_data(context, component, *newest, *info->body, style);
   return Exit::kDone;
@@ -410,25 +397,25 @@ json::object data_json(const rack::ListenersData& data, const tims::AddressWidth
           {"listeners", std::move(listeners)}};
 }
 
-json::object ask_all(ComponentCall& call, tims::Address component,
+json::object ask_all(ComponentClient& client, tims::Address component,
                      const tims::AddressWidths& widths) {
   namespace type = tims::type;
   json::object answer{{"schema", "tims/component/1"},
                       {"address", address_json(component, widths)},
-                      {"state", state_text(call.ask(component, type::kGetStatus).header.type)}};
+                      {"state", state_text(client.ask(component, type::kGetStatus).header.type)}};
   const auto runtime =
-      call.ask_ours<rack::RuntimeData>(component, type::kGetRuntime, type::kRuntime);
+      client.ask_ours<rack::RuntimeData>(component, type::kGetRuntime, type::kRuntime);
   answer["member"] = runtime.has_value();
   if (runtime) {
     answer["since_s"] = seconds_since(runtime->since);
     answer["real_time"] = real_time_json(*runtime);
     const auto data =
-        call.ask_ours<rack::ListenersData>(component, type::kGetListeners, type::kListeners);
+        client.ask_ours<rack::ListenersData>(component, type::kGetListeners, type::kListeners);
     if (data) answer["data"] = data_json(*data, widths);
   }
-  const auto effects = runtime ? get_effects(call, component) : std::nullopt;
+  const auto effects = runtime ? client.effects(component) : std::nullopt;
   json::array parameters;
-  for (const rack::Parameter& parameter : get_parameters(call, component).parameters)
+  for (const rack::Parameter& parameter : client.parameters(component).parameters)
     parameters.push_back(parameter_json(parameter, effects));
   answer["parameters"] = std::move(parameters);
   return answer;
@@ -454,22 +441,16 @@ std::string text_of(const json::object& answer, const Look& look) {
     text += "\nData\n" + render_page(data, kData, look);
     text += section(data.at("listeners"), kListeners, look);
   }
-  return text + "\n" + parameter_table(answer.at("parameters").as_array(), look);
+  return text + "\n" + render_items(answer.at("parameters").as_array(), kParameters, look);
 }
 
 }  // namespace
 
 Exit component_show(Context& context) {
-  const auto connection = context.connect({.address = {}, .body_max = 64U << 10});
-  ComponentCall call(context, *connection);
-  const tims::Address component =
-      need_address(context.options.arguments.front(), connection->widths());
-  const json::object answer = ask_all(call, component, connection->widths());
-  if (context.out.json()) {
-    context.out.write(answer);
-  } else {
-    context.out.write(text_of(answer, context.out.look()));
-  }
+  ComponentClient client(context);
+  const tims::Address component = client.address(context.options.arguments.front());
+  const json::object answer = ask_all(client, component, client.widths());
+  context.out.write(answer, [&] { return text_of(answer, context.out.look()); });
   return Exit::kDone;
 }
 
@@ -485,23 +466,24 @@ void need_class_of(tims::Address address, std::uint32_t wanted, std::string_view
                     fmt::format("such as {}", example));
 }
 
-void set_pilot(ComponentCall& call, tims::Address chassis, tims::Address pilot) {
-  if (call.ask(chassis, tims::type::kGetStatus).header.type != tims::type::kEnabled)
-    throw Failure(Exit::kNo, "component_off",
-                  call.name_of(chassis) + " is not on, and forgets its pilot when it is turned on",
-                  "`timsctl component on ADDR` first");
+void set_pilot(ComponentClient& client, tims::Address chassis, tims::Address pilot) {
+  if (client.ask(chassis, tims::type::kGetStatus).header.type != tims::type::kEnabled)
+    throw Failure(
+        Exit::kNo, "component_off",
+        client.name_of(chassis) + " is not on, and forgets its pilot when it is turned on",
+        "`timsctl component on ADDR` first");
   const auto type = static_cast<std::int8_t>(rack::ChassisType::kSetActivePilot);
-  need_ok(call.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}),
-          call.name_of(chassis) + " does not take it", "is it a chassis?");
+  need_ok(client.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}),
+          client.name_of(chassis) + " does not take it", "is it a chassis?");
 }
 
-std::optional<tims::Address> get_pilot(ComponentCall& call, tims::Address chassis) {
-  const auto newest = call.newest_data(chassis);
+std::optional<tims::Address> get_pilot(ComponentClient& client, tims::Address chassis) {
+  const auto newest = client.newest_data(chassis);
   if (!newest)
-    throw Failure(Exit::kNo, "no_data", call.name_of(chassis) + " has no data",
+    throw Failure(Exit::kNo, "no_data", client.name_of(chassis) + " has no data",
                   "it tells its pilot while it is on: `timsctl component on ADDR`");
   const auto data =
-      value_or_fail(rack::decode<rack::ChassisData>(newest->view()), call.name_of(chassis));
+      value_or_fail(rack::decode<rack::ChassisData>(newest->view()), client.name_of(chassis));
   const tims::Address pilot = data.activePilot;
   return pilot == rack::kNoPilot ? std::nullopt : std::optional(pilot);
 }
@@ -510,29 +492,25 @@ std::optional<tims::Address> get_pilot(ComponentCall& call, tims::Address chassi
 
 Exit component_pilot(Context& context) {
   const auto& arguments = context.options.arguments;
-  const auto connection = context.connect();
-  const auto widths = connection->widths();
-  ComponentCall call(context, *connection);
-  const tims::Address chassis = need_address(arguments[0], widths);
+  ComponentClient client(context);
+  const tims::AddressWidths widths = client.widths();
+  const tims::Address chassis = client.address(arguments[0]);
   need_class_of(chassis, tims::class_id::kChassis, "chassis", "Chassis/0/0", widths);
   std::optional<tims::Address> pilot;
   if (arguments.size() > 1) {
     if (arguments[1] != "none") {
-      pilot = need_address(arguments[1], widths);
+      pilot = client.address(arguments[1]);
       need_class_of(*pilot, tims::class_id::kPilot, "pilot", "Pilot/0/1, or none", widths);
     }
-    waited(context, [&] { return set_pilot(call, chassis, pilot.value_or(rack::kNoPilot)), true; });
+    waited(context,
+           [&] { return set_pilot(client, chassis, pilot.value_or(rack::kNoPilot)), true; });
   } else {
-    waited(context, [&] { return pilot = get_pilot(call, chassis), true; });
+    waited(context, [&] { return pilot = get_pilot(client, chassis), true; });
   }
-  if (context.out.json()) {
-    context.out.write(
-        json::object{{"schema", "tims/active_pilot/1"},
+  context.out.write({{"schema", "tims/active_pilot/1"},
                      {"chassis", address_json(chassis, widths)},
-                     {"pilot", pilot ? json::value(address_json(*pilot, widths)) : nullptr}});
-  } else {
-    context.out.write((pilot ? call.name_of(*pilot) : std::string("none")) + "\n");
-  }
+                     {"pilot", pilot ? json::value(address_json(*pilot, widths)) : nullptr}},
+                    [&] { return (pilot ? client.name_of(*pilot) : "none") + "\n"; });
   return Exit::kDone;
 }
 

@@ -14,42 +14,41 @@
 
 namespace timsctl {
 
-Message ComponentCall::ask(tims::Address component, std::int8_t type,
-                           std::span<const std::byte> body, std::optional<tims::Duration> timeout) {
-  const std::uint8_t seq_nr = connection_.next_seq_nr();
-  const std::uint64_t losses = connection_.losses();
-  value_or_fail(
-      connection_.send({.dest = component, .type = type, .seq_nr = seq_nr, .tell_why = true}, body),
-      name_of(component));
+Message ComponentClient::ask(tims::Address component, std::int8_t type,
+                             std::span<const std::byte> body,
+                             std::optional<tims::Duration> timeout) {
+  const std::uint8_t seq_nr = connection_->next_seq_nr();
+  const std::uint64_t losses = connection_->losses();
+  value_or_fail(connection_->send(
+                    {.dest = component, .type = type, .seq_nr = seq_nr, .tell_why = true}, body),
+                name_of(component));
   const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
-  while (auto message = receive(connection_, context_.signals, deadline, losses)) {
+  while (auto message = receive(*connection_, context_.signals, deadline, losses)) {
     if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
     if (message->header.type == tims::type::kNotAvailable)
-      throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                    name_of(component) + ": nobody has registered this address",
-                    "`timsctl component list` shows all");
+      throw no_such_mailbox(name_of(component), "`timsctl component list` shows all");
     return std::move(*message);
   }
   throw Failure(Exit::kTimeout, "timeout", name_of(component) + " did not answer",
                 "a longer --timeout? `timsctl explain` shows whether it can be reached");
 }
 
-std::optional<Message> ComponentCall::newest_data(tims::Address component) {
+std::optional<Message> ComponentClient::newest_data(tims::Address component) {
   Message answer = ask(component, tims::type::kGetData, rack::GetDataRequest{});
   if (answer.header.type != tims::type::kData) return std::nullopt;
   return answer;
 }
 
-std::vector<std::optional<std::int8_t>> ComponentCall::states(
+std::vector<std::optional<std::int8_t>> ComponentClient::states(
     std::span<const tims::Address> components) {
   std::vector<std::optional<std::int8_t>> states(components.size());
   for (const tims::Address component : components)
-    value_or_fail(connection_.send({.dest = component, .type = tims::type::kGetStatus}, {}),
+    value_or_fail(connection_->send({.dest = component, .type = tims::type::kGetStatus}, {}),
                   name_of(component));
   const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
   std::size_t missing = components.size();
   while (missing > 0) {
-    const auto message = receive(connection_, context_.signals, deadline);
+    const auto message = receive(*connection_, context_.signals, deadline);
     if (!message) break;
     const auto asked = std::ranges::find(components, message->header.src);
     if (asked == components.end()) continue;
@@ -99,17 +98,6 @@ std::string state_text(std::int8_t state) {
   }
 }
 
-namespace {
-
-constexpr Column kParameters[] = {
-    {"PARAMETER", "name"},
-    {"VALUE", "value"},
-    {"TAKES EFFECT", "takes_effect"},
-    {"TYPE", "type", As::kText, true},
-};
-
-}  // namespace
-
 json::object parameter_json(const rack::Parameter& parameter,
                             const std::optional<rack::ParameterEffects>& effects) {
   json::object item{{"name", parameter.name.view()}};
@@ -131,16 +119,10 @@ json::object parameter_json(const rack::Parameter& parameter,
   return item;
 }
 
-rack::ParameterList get_parameters(ComponentCall& call, tims::Address component) {
+rack::ParameterList ComponentClient::parameters(tims::Address component) {
   Message answer;
-  waited(call.context(), [&] { return answer = call.ask(component, tims::type::kGetParam), true; });
-  return value_or_fail(rack::decode<rack::ParameterList>({answer.header, answer.body}),
-                       call.name_of(component));
-}
-
-std::optional<rack::ParameterEffects> get_effects(ComponentCall& call, tims::Address component) {
-  return call.ask_ours<rack::ParameterEffects>(component, tims::type::kGetParamEffects,
-                                               tims::type::kParamEffects);
+  waited(context_, [&] { return answer = ask(component, tims::type::kGetParam), true; });
+  return value_or_fail(rack::decode<rack::ParameterList>(answer.view()), name_of(component));
 }
 
 std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEffects>& effects,
@@ -150,10 +132,6 @@ std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEf
       effects->effects, [&](const rack::ParameterEffect& e) { return e.name.view() == name; });
   if (found == effects->effects.end()) return std::nullopt;
   return static_cast<rack::TakesEffect>(found->takesEffect);
-}
-
-std::string parameter_table(const json::array& items, const Look& look) {
-  return render_items(items, kParameters, look);
 }
 
 // --- data as they come

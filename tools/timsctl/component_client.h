@@ -10,6 +10,7 @@
 
 #include "rack/codec/codec.h"
 #include "rack/proxies/generic.h"
+#include "tools/cli/arguments.h"
 #include "tools/cli/connection.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
@@ -17,10 +18,16 @@
 
 namespace timsctl {
 
-class ComponentCall {
+// One question at a time, on a connection of its own.
+class ComponentClient {
  public:
-  ComponentCall(Context& context, Connection& connection)
-      : context_(context), connection_(connection) {}
+  explicit ComponentClient(Context& context, const MailboxWish& wish = {})
+      : context_(context), connection_(context.connect(wish)) {}
+
+  [[nodiscard]] tims::AddressWidths widths() const { return connection_->widths(); }
+  [[nodiscard]] tims::Address address(std::string_view text) const {
+    return need_address(text, widths());
+  }
 
   // Throws Failure: nobody has the address, no answer in time. ERROR is an answer.
   Message ask(tims::Address component, std::int8_t type, std::span<const std::byte> body = {},
@@ -51,17 +58,23 @@ class ComponentCall {
   // Nothing when it has none, as when it is off.
   std::optional<Message> newest_data(tims::Address component);
 
+  rack::ParameterList parameters(tims::Address component);
+  // When new values take effect, as the component says; an original one does not.
+  std::optional<rack::ParameterEffects> effects(tims::Address component) {
+    return ask_ours<rack::ParameterEffects>(component, tims::type::kGetParamEffects,
+                                            tims::type::kParamEffects);
+  }
+
   // The states of many at once, in their order; who does not answer in time has none.
   std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components);
 
-  [[nodiscard]] const Context& context() const { return context_; }
   [[nodiscard]] std::string name_of(tims::Address address) const {
-    return address.to_string(connection_.widths());
+    return address.to_string(widths());
   }
 
  private:
   Context& context_;
-  Connection& connection_;
+  std::unique_ptr<Connection> connection_;
 };
 
 // Throws Failure unless it is OK: `what`, with the reason in the component's own words. An original
@@ -75,19 +88,11 @@ bool waited(const Context& context, const std::function<bool()>& attempt);
 // "on", "off", "error"; "answer -7" for what is none of these.
 std::string state_text(std::int8_t state);
 
-// Parameters of a component: asked for, and shown.
-
-rack::ParameterList get_parameters(ComponentCall& call, tims::Address component);
-
-// When new values take effect, as the component says; an original one does not.
-std::optional<rack::ParameterEffects> get_effects(ComponentCall& call, tims::Address component);
 std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEffects>& effects,
                                            std::string_view name);
 
 json::object parameter_json(const rack::Parameter& parameter,
                             const std::optional<rack::ParameterEffects>& effects);
-// Of those objects.
-std::string parameter_table(const json::array& items, const Look& look);
 
 // --- data as they come: GET_CONT_DATA names a mailbox, DATA comes there until STOP_CONT_DATA.
 // Asked for again when the component was off, restarted or not there yet.
@@ -138,8 +143,6 @@ class Subscriptions {
   Subscriptions& operator=(const Subscriptions&) = delete;
 
   [[nodiscard]] const std::vector<Subscription>& all() const { return list_; }
-
-  [[nodiscard]] std::uint64_t missed() const { return connection_.missed(); }
 
   struct Data {
     std::size_t index;  // of the component

@@ -134,8 +134,7 @@ class Doctor {
 
   void full_mailboxes() {
     bool any = false;
-    for (const json::value& value : observed_.mailboxes) {
-      const json::object& mailbox = value.as_object();
+    for (const json::object& mailbox : objects(observed_.mailboxes)) {
       const double slots = number_or_zero(mailbox, "slots");
       if (slots == 0 || number_or_zero(mailbox, "waiting") < slots) continue;
       any = true;
@@ -150,8 +149,7 @@ class Doctor {
   void drops() {
     const bool now = number_or_zero(observed_.status, "drops_last_minute") > 0;
     json::object sums;
-    for (const json::value& value : items_of(observed_.stats)) {
-      const json::object& item = value.as_object();
+    for (const json::object& item : objects(items_of(observed_.stats))) {
       if (text_at(item, "dropped") != "true") continue;
       const std::string outcome = text_at(item, "outcome");
       sums[outcome] = number_or_zero(sums, outcome) + number_or_zero(item, "messages");
@@ -217,8 +215,7 @@ class LinkDoctor {
 
   std::vector<Finding> examine() {
     socket();
-    for (const json::value& value : observed_.links) {
-      const json::object& link = value.as_object();
+    for (const json::object& link : objects(observed_.links)) {
       if (text_at(link, "state") == "up")
         working(link);
       else
@@ -357,14 +354,12 @@ Finding make_finding(std::string id, Level level, std::string text, std::string 
 
 std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes) {
   std::vector<std::pair<double, std::string>> all;
-  for (const json::value& value : clients) {
-    const json::object& client = value.as_object();
+  for (const json::object& client : objects(clients)) {
     const std::string name = text_at(client, "name");
     all.emplace_back(number_or_zero(client, "drops"),
                      "to " + (name.empty() ? text_at(client, "peer") : name));
   }
-  for (const json::value& value : mailboxes) {
-    const json::object& mailbox = value.as_object();
+  for (const json::object& mailbox : objects(mailboxes)) {
     double lost = 0;
     for (const char* reason : {"replaced", "refused", "too_big"})
       lost += number_or_zero(mailbox, reason);
@@ -474,17 +469,16 @@ void ask_router(Context& context, Observations& observed) {
     observed.clock_difference_s =
         std::chrono::duration<double>(*there - tims::os::wall_now()).count();
   json::object mailboxes = admin.ask({{"ask", "mailboxes"}});
-  observed.mailboxes = std::move(items_of(mailboxes));
+  observed.mailboxes = std::move(item_array(mailboxes));
   json::object clients = admin.ask({{"ask", "clients"}});
-  observed.clients = std::move(items_of(clients));
+  observed.clients = std::move(item_array(clients));
   observed.stats = admin.ask({{"ask", "stats"}});
   json::object links = admin.ask({{"ask", "links"}});
-  observed.links = std::move(items_of(links));
+  observed.links = std::move(item_array(links));
 }
 
 void find_dead_owners(Observations& observed) {
-  for (const json::value& value : observed.mailboxes) {
-    const json::object& mailbox = value.as_object();
+  for (const json::object& mailbox : objects(observed.mailboxes)) {
     const auto pid = static_cast<std::uint32_t>(number_or_zero(mailbox, "owner.pid"));
     if (pid == 0 || is_running(pid)) continue;
     observed.dead_owners.push_back(
@@ -595,10 +589,8 @@ Exit doctor(Context& context) {
   const Observations observed = gather(context);
   const std::vector<Finding> findings = judge(observed);
   if (context.options.style == "nagios") return nagios(context, observed, findings);
-  if (context.out.json())
-    context.out.write(to_json(observed, findings));
-  else
-    context.out.write(draw(findings, context.out.look(), context.options.quiet));
+  context.out.write(to_json(observed, findings),
+                    [&] { return draw(findings, context.out.look(), context.options.quiet); });
   if (observed.unreachable) return observed.unreachable->exit;
   return count(findings).failures > 0 ? Exit::kNo : Exit::kDone;
 }
@@ -613,16 +605,11 @@ Exit errors(Context& context) {
   if (items.empty())
     throw Failure(Exit::kNoSuch, "no_such_code", fmt::format("no code \"{}\"", arguments.front()),
                   "`timsctl errors` lists all");
-  const Look& look = context.out.look();
-  if (look.format == Format::kJson) {
-    context.out.write(json::object{{"schema", "tims/code/1"}, {"items", std::move(items)}});
-  } else if (arguments.empty() || look.format != Format::kTable) {
-    context.out.write(render_items({items.data(), items.size()}, kColumns, look));
-  } else {
-    const CatalogueEntry& entry = *find_in_catalogue(arguments.front());
-    context.out.write(fmt::format("{} ({}): {}\n", entry.code, entry.kind, entry.meaning));
-    if (!entry.hint.empty()) context.out.write(fmt::format("  -> {}\n", entry.hint));
-  }
+  if (arguments.empty() || context.out.look().format != Format::kTable)
+    return show_list(context, "tims/code/1", std::move(items), kColumns);
+  const CatalogueEntry& entry = *find_in_catalogue(arguments.front());
+  context.out.write(fmt::format("{} ({}): {}\n", entry.code, entry.kind, entry.meaning));
+  if (!entry.hint.empty()) context.out.write(fmt::format("  -> {}\n", entry.hint));
   return Exit::kDone;
 }
 

@@ -44,6 +44,8 @@ Tone tone_of(Level level) {
   return Tone::kPlain;
 }
 
+RecordTime now() { return std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()); }
+
 std::tm fields_of(RecordTime time, bool utc) {
   const std::time_t whole =
       std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
@@ -171,7 +173,7 @@ std::optional<Record> Follower::text_of(const Message& message,
   const auto level = rack::gdos::level_of(message.header.type);
   if (!level) return std::nullopt;
   const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
-  return Record{.time = std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()),
+  return Record{.time = now(),
                 .address = message.header.src,
                 .component = message.header.src.to_string(widths),
                 .level = *level,
@@ -179,8 +181,7 @@ std::optional<Record> Follower::text_of(const Message& message,
 }
 
 Exit Follower::own_sink(Connection& connection) {
-  filter_ = text_filter(context_.options, connection.widths(),
-                        std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
+  filter_ = text_filter(context_.options, connection.widths(), now());
   while (left_ > 0) {
     const auto message = receive(connection, context_.signals, end_);
     if (!message) break;
@@ -201,7 +202,7 @@ std::optional<Record> Follower::record_of(const Message& message,
   if (!rack::decode(message.view(), data)) return std::nullopt;
   const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
   if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
-  const auto now = std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now());
+  const RecordTime now = timsctl::now();
   const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
   return Record{.time = now - age,
                 .address = data.sender,
@@ -215,15 +216,13 @@ void Follower::note_state(const Subscription& log, const std::string& name) {
   const bool first = state_ == Subscription::State::kAsking;
   state_ = log.state();
   if (state_ == Subscription::State::kNoMailbox && first)
-    throw Failure(Exit::kNoSuch, "no_such_mailbox", name + ": nobody has registered this address",
-                  "`timsctl component list GDOS` shows all logs");
+    throw no_such_mailbox(name, "`timsctl component list GDOS` shows all logs");
   if (state_ == Subscription::State::kOff || state_ == Subscription::State::kNoMailbox)
     context_.out.note(name + " has no texts now, waiting");
 }
 
 Exit Follower::subscribe(Connection& connection, tims::Address log) {
-  filter_ = text_filter(context_.options, connection.widths(),
-                        std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
+  filter_ = text_filter(context_.options, connection.widths(), now());
   const std::string name = log.to_string(connection.widths());
   Subscriptions subscriptions(connection, {log}, 0);
   const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
@@ -310,8 +309,7 @@ void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& read
 
 Exit log_show(Context& context) {
   const Options& options = context.options;
-  const TextFilter filter =
-      text_filter(options, {}, std::chrono::floor<std::chrono::milliseconds>(tims::os::wall_now()));
+  const TextFilter filter = text_filter(options, {}, now());
   const std::filesystem::path folder = options.directory.empty()
                                            ? rack::gdos::folder_to_read()
                                            : std::filesystem::path(options.directory);

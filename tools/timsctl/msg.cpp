@@ -104,8 +104,7 @@ void Echo::note_changes(const Subscriptions& subscriptions) {
     states_[i] = state;
     const std::string who = name_of(all[i].component());
     if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
-      throw Failure(Exit::kNoSuch, "no_such_mailbox", who + ": nobody has registered this address",
-                    "`timsctl mbx list` shows all");
+      throw no_such_mailbox(who);
     if (state == Subscription::State::kOff && first && all.size() == 1)
       throw Failure(Exit::kNo, "component_off",
                     who + " gives no data: it answers ERROR, as a component does that is off",
@@ -316,10 +315,7 @@ void Publisher::check_route(std::int8_t type) {
     if (failure.exit != Exit::kTimeout) throw;
     return context_.out.detail(failure.message);  // an original router: nobody to ask
   }
-  if (text_at(route, "verdict") != "no_route") return;
-  throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                target_name_ + ": nobody has registered this address",
-                "`timsctl mbx list` shows all");
+  if (text_at(route, "verdict") == "no_route") throw no_such_mailbox(target_name_);
 }
 
 void Publisher::send(const Draft& draft) {
@@ -476,12 +472,7 @@ Exit msg_types(Context& context) {
   for (const auto table : rack::message_tables())
     for (const rack::MessageInfo& message : table)
       if (!class_id || message.class_id == *class_id) items.push_back(message_item(message));
-  if (context.out.json())
-    context.out.write(
-        json::object{{"schema", "tims/message_types/1"}, {"items", std::move(items)}});
-  else
-    context.out.write(render_items({items.data(), items.size()}, kTypes, context.out.look()));
-  return Exit::kDone;
+  return show_list(context, "tims/message_types/1", std::move(items), kTypes);
 }
 
 Exit msg_show(Context& context) {
@@ -489,23 +480,18 @@ Exit msg_show(Context& context) {
   const std::uint32_t class_id = need_class(arguments[0]);
   const rack::MessageInfo& message = need_message(class_id, arguments[1]);
   json::object answer = message_item(message);
-  const json::array fields = fields_of(message);
-  if (context.out.json()) {
-    answer["schema"] = "tims/message_type/1";
-    answer["fields"] = fields;
-    context.out.write(answer);
-    return Exit::kDone;
-  }
-  const Look& look = context.out.look();
-  if (look.format == Format::kTable || look.format == Format::kWide) {
-    const bool framework = message.class_id == rack::kEveryClass;
-    context.out.write(fmt::format(
-        "{}{} (type {}){}\n", base::lower(message.name), framework ? ", of every class" : "",
-        message.type,
-        message.body == nullptr ? ": no body" : fmt::format(": {}", message.body->name)));
-  }
-  if (!fields.empty())
-    context.out.write(render_items({fields.data(), fields.size()}, kFields, look));
+  answer["schema"] = "tims/message_type/1";
+  answer["fields"] = fields_of(message);
+  context.out.write(answer, [&] {
+    const Look& look = context.out.look();
+    std::string text;
+    if (look.for_people())
+      text = fmt::format("{}{} (type {}): {}\n", base::lower(message.name),
+                         message.class_id == rack::kEveryClass ? ", of every class" : "",
+                         message.type, message.body == nullptr ? "no body" : message.body->name);
+    const json::array& fields = answer["fields"].as_array();
+    return fields.empty() ? text : text + render_items(fields, kFields, look);
+  });
   return Exit::kDone;
 }
 

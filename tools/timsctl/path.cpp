@@ -42,8 +42,7 @@ bool has_it(const Step& step) {
 // The router that has the mailbox itself: all routers of the fleet are asked. Nothing: none has it.
 std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) {
   const json::object fleet = walk_fleet(first);
-  for (const json::value& value : items_of(fleet)) {
-    const json::object& item = value.as_object();
+  for (const json::object& item : objects(items_of(fleet))) {
     const auto router = router_address(item);
     if (!router || text_at(item, "state") != "up") continue;
     Step step{.router = router, .name = text_at(item, "name"), .answer = {}};
@@ -167,8 +166,7 @@ class Explainer {
   [[nodiscard]] Conclusion at_mailbox(const Step& last) {
     const json::object answer =
         admin_.at(last.router).ask({{"ask", "mailboxes"}, {"match", dst_.to_hex()}});
-    for (const json::value& value : items_of(answer)) {
-      const json::object& box = value.as_object();
+    for (const json::object& box : objects(items_of(answer))) {
       const double slots = number_or_zero(box, "slots");
       if (slots > 0 && number_or_zero(box, "waiting") >= slots)
         return {false,
@@ -184,8 +182,7 @@ class Explainer {
   [[nodiscard]] std::string routers_away() {
     const json::object fleet = walk_fleet(admin_);
     std::string names;
-    for (const json::value& value : items_of(fleet)) {
-      const json::object& router = value.as_object();
+    for (const json::object& router : objects(items_of(fleet))) {
       if (text_at(router, "state") == "up") continue;
       names += fmt::format("{}{} ({} since {})", names.empty() ? "" : ", ", text_at(router, "name"),
                            text_at(router, "state"),
@@ -199,8 +196,7 @@ class Explainer {
     const double system = dst_.fields(admin_.widths()).system;
     for (const Step& step : path.steps) {
       const json::object links = admin_.at(step.router).ask({{"ask", "links"}});
-      for (const json::value& value : items_of(links)) {
-        const json::object& link = value.as_object();
+      for (const json::object& link : objects(items_of(links))) {
         const bool theirs = number_at(link, "system") == system && text_at(link, "kind") != "super";
         const bool above = text_at(link, "kind") == "super" && &step == &path.steps.back();
         if (text_at(link, "state") == "up" || (!theirs && !above)) continue;
@@ -306,7 +302,7 @@ Exit trace(Context& context) {
     if (auto record = record_of(*message)) {
       hops.push_back(std::move(*record));
     } else if (message->header.src == target) {
-      seconds = std::chrono::duration<double>(tims::os::now() - sent).count();
+      seconds = base::seconds(tims::os::now() - sent);
       answer = std::move(*message);
       deadline = std::min(deadline, tims::os::deadline_after(std::chrono::milliseconds(100)));
     }
@@ -363,7 +359,7 @@ class Pinger {
  private:
   void one_trip();
   void tell(const Trip& trip);
-  void summary() const;
+  [[nodiscard]] std::string summary() const;
   [[nodiscard]] json::object summary_json() const;
 
   Context& context_;
@@ -389,10 +385,7 @@ Exit Pinger::run() {
   } catch (const Interrupted&) {
     interrupted = true;
   }
-  if (context_.out.json())
-    context_.out.write(summary_json());
-  else
-    summary();
+  context_.out.write(summary_json(), [&] { return summary(); });
   if (interrupted) throw Interrupted();
   if (exit_ != Exit::kDone) return exit_;
   return seconds_.size() == trips_.size() ? Exit::kDone : Exit::kTimeout;
@@ -406,7 +399,7 @@ void Pinger::one_trip() {
   if (answer) trip.answer = answer->text;
   if (answer && !answer->reached) exit_ = Exit::kNoSuch;
   if (answer && answer->reached) {
-    trip.seconds = std::chrono::duration<double>(tims::os::now() - asked).count();
+    trip.seconds = base::seconds(tims::os::now() - asked);
     seconds_.push_back(*trip.seconds);
   }
   trips_.push_back(trip);
@@ -438,7 +431,7 @@ std::optional<Numbers> numbers_of(const std::vector<double>& values) {
   return n;
 }
 
-void Pinger::summary() const {
+std::string Pinger::summary() const {
   const std::size_t lost = trips_.size() - seconds_.size();
   const double loss =
       trips_.empty() ? 0 : 100.0 * static_cast<double>(lost) / static_cast<double>(trips_.size());
@@ -450,7 +443,7 @@ void Pinger::summary() const {
                         base::human_duration(n->max), base::human_duration(n->jitter));
   if (exit_ == Exit::kNoSuch)
     text += fmt::format("{}: nobody has registered this address\n", target_);
-  context_.out.write(text);
+  return text;
 }
 
 json::object Pinger::summary_json() const {

@@ -97,12 +97,11 @@ RateReport RateMeter::report(tims::Time now) {
 json::array TopRates::update(tims::Time now, std::span<const json::value> clients,
                              std::span<const json::value> mailboxes) {
   std::map<std::int64_t, double> taken;
-  for (const json::value& value : mailboxes) {
-    const json::object& mailbox = value.as_object();
+  for (const json::object& mailbox : objects(mailboxes)) {
     taken[static_cast<std::int64_t>(number_or_zero(mailbox, "owner.client"))] +=
         number_or_zero(mailbox, "received");
   }
-  const double elapsed = std::chrono::duration<double>(now - last_).count();
+  const double elapsed = tims::base::seconds(now - last_);
   std::map<std::int64_t, Sample> samples;
   json::array items;
   for (const json::value& value : clients) {
@@ -198,6 +197,7 @@ class RateWatch {
   RateWatch(Context& context, Connection& connection, const std::vector<tims::Address>& components,
             std::span<const Column> columns)
       : context_(context),
+        connection_(connection),
         widths_(connection.widths()),
         columns_(columns),
         subscriptions_(connection, components, period_ms(context.options)),
@@ -216,12 +216,13 @@ class RateWatch {
   [[nodiscard]] Exit verdict() const;
 
   Context& context_;
+  Connection& connection_;
   tims::AddressWidths widths_;
   std::span<const Column> columns_;
   Subscriptions subscriptions_;
   std::vector<RateMeter> meters_;
   std::vector<std::uint64_t> totals_;
-  std::uint64_t missed_ = 0;
+  Missed missed_{"messages"};
 };
 
 void RateWatch::listen_until(tims::Time deadline) {
@@ -235,9 +236,7 @@ void RateWatch::check_reachable() const {
   const auto& all = subscriptions_.all();
   for (const Subscription& s : all)
     if (s.state() != Subscription::State::kNoMailbox) return;
-  throw Failure(Exit::kNoSuch, "no_such_mailbox",
-                all.front().component().to_string(widths_) + ": nobody has registered this address",
-                "`timsctl mbx list` shows all");
+  throw no_such_mailbox(all.front().component().to_string(widths_));
 }
 
 void RateWatch::report() {
@@ -249,32 +248,19 @@ void RateWatch::report() {
     totals_.push_back(numbers.messages_total);
     items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
   }
-  const Look& look = context_.out.look();
-  if (look.format == Format::kJson)
+  if (context_.out.json())
     return context_.out.write(json::object{{"schema", "tims/rate/1"},
                                            {"time", base::rfc3339(tims::os::wall_now())},
                                            {"items", std::move(items)}});
-  const std::span<const json::value> rows(items.data(), items.size());
-  if (const std::uint64_t missed = subscriptions_.missed(); missed > missed_) {
-    context_.out.note(
-        fmt::format("{} messages came faster than timsctl takes them, or were larger "
-                    "than --body-max",
-                    missed - missed_));
-    missed_ = missed;
-  }
-  const bool once = context_.options.count == 1;
-  if (context_.out.terminal() && !once)
-    return context_.out.redraw(render_items(rows, columns_, look));
-  context_.out.write(render_items(rows, columns_, look));
+  missed_.note(connection_, context_.out);
+  const std::string table = render_items(items, columns_, context_.out.look());
+  context_.options.count == 1 ? context_.out.write(table) : context_.out.redraw(table);
 }
 
 Exit RateWatch::verdict() const {
-  bool missing = false;
   for (const Subscription& s : subscriptions_.all())
-    missing = missing || s.state() == Subscription::State::kNoMailbox;
-  if (missing) return Exit::kNoSuch;
-  const bool silent = std::ranges::find(totals_, 0U) != totals_.end();
-  return silent ? Exit::kTimeout : Exit::kDone;
+    if (s.state() == Subscription::State::kNoMailbox) return Exit::kNoSuch;
+  return std::ranges::count(totals_, 0U) > 0 ? Exit::kTimeout : Exit::kDone;
 }
 
 Exit RateWatch::run() {
@@ -440,7 +426,7 @@ void Top::sample() {
   json::object mailboxes;
   if (number_or_zero(status_, "mailboxes") <= kMailboxesMax)
     mailboxes = admin.ask({{"ask", "mailboxes"}});
-  items_ = rates_.update(tims::os::now(), items_of(clients), items_of(std::as_const(mailboxes)));
+  items_ = rates_.update(tims::os::now(), items_of(clients), items_of(mailboxes));
 }
 
 void Top::draw() {
@@ -450,7 +436,7 @@ void Top::draw() {
                                            {"time", base::rfc3339(tims::os::wall_now())},
                                            {"items", items_}});
   sort_items(items_, kTop, sort_);
-  const std::string table = render_items({items_.data(), items_.size()}, kTop, context_.out.look());
+  const std::string table = render_items(items_, kTop, context_.out.look());
   keys_ ? context_.out.redraw(heading() + table) : context_.out.write(table);
 }
 

@@ -58,14 +58,9 @@ std::string draw_verdict(const json::object& route, const Look& look) {
 
 Exit change_route(Context& context, std::string_view ask) {
   const std::vector<std::string>& arguments = context.options.arguments;
-  (void)need_pattern(arguments[0], kAnyWidths);
-  json::object question{{"ask", ask}, {"match", pattern_text(arguments[0])}};
+  json::object question = with_match({{"ask", ask}}, context.options);
   if (arguments.size() > 1) question["via"] = arguments[1];
-  const auto connection = context.connect();
-  AdminClient admin = context.admin(*connection);
-  const json::object answer = admin.ask(question);
-  if (context.out.json()) context.out.write(answer);
-  return Exit::kDone;
+  return tell_router(context, question);
 }
 
 }  // namespace
@@ -78,9 +73,7 @@ Exit route_show(Context& context) {
     const json::object question = with_match({{"ask", "routes"}}, context.options);
     return show(
         context, [&](AdminClient& admin) { return ask_everywhere(admin, question); },
-        [](const json::object& answer, const Look& look) {
-          return render_items(items_of(answer), kRoutesEverywhere, look);
-        });
+        table_of(kRoutesEverywhere));
   }
   return show_items(context, with_match({{"ask", "routes"}}, context.options), kRoutes);
 }
@@ -90,24 +83,19 @@ Exit route_get(Context& context) {
   (void)need_address(options.arguments.front(), kAnyWidths);
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
-  const auto hex = [&](std::string_view text) {
-    return need_address(text, admin.widths()).to_hex();
-  };
   const tims::Address to = need_address(options.arguments.front(), admin.widths());
   json::object question{{"ask", "route"}, {"to", to.to_hex()}};
-  if (!options.from.empty()) question["from"] = hex(options.from);
+  if (!options.from.empty()) question["from"] = need_address(options.from, admin.widths()).to_hex();
   question["type"] = options.type.empty()
                          ? tims::type::kGetStatus
                          : need_type(options.type, to.fields(admin.widths()).class_id);
   const json::object answer = admin.ask(question);
-  const Look& look = context.out.look();
-  if (look.format == Format::kJson)
-    context.out.write(answer);
-  else if (look.format == Format::kTable || look.format == Format::kWide)
-    context.out.write(draw_verdict(answer, look));
-  else
-    context.out.write(text_at(answer, "verdict") + "\n");
-  return text_at(answer, "verdict") == "no_route" ? Exit::kNo : Exit::kDone;
+  const std::string verdict = text_at(answer, "verdict");
+  context.out.write(answer, [&] {
+    const Look& look = context.out.look();
+    return look.for_people() ? draw_verdict(answer, look) : verdict + "\n";
+  });
+  return verdict == "no_route" ? Exit::kNo : Exit::kDone;
 }
 
 // --- route watch: registrations as they come and go. The question waits at the router until
@@ -181,7 +169,7 @@ class RouteWatch {
     if (text_at(answer, "epoch") != epoch_) context_.out.note("the router was started anew");
     if (const double lost = number_or_zero(answer, "lost"); lost > 0)
       context_.out.note(fmt::format("{:.0f} events came faster than they could be told", lost));
-    for (const json::value& item : items_of(answer)) tell(item.as_object(), answer);
+    for (const json::object& item : objects(items_of(answer))) tell(item, answer);
     remember(answer);
   }
 

@@ -49,12 +49,10 @@ std::string drops_line(const json::object& status, const Look& look) {
 
 std::string event_lines(const json::object& status, const Look& look) {
   std::string text;
-  const json::value* events = at_path(status, "events");
-  if (events == nullptr || !events->is_array()) return text;
-  for (const json::value& event : events->get_array()) {
-    const std::string time = text_at(event.as_object(), "time");
+  for (const json::object& event : objects(items_of(status, "events"))) {
+    const std::string time = text_at(event, "time");
     text += fmt::format("  {}  {}\n", paint(local_time(time, look.utc), Tone::kDim, look.colour),
-                        base::printable(text_at(event.as_object(), "text")));
+                        base::printable(text_at(event, "text")));
   }
   return text;
 }
@@ -97,8 +95,7 @@ constexpr std::ptrdiff_t kEventsShown = 5;
 // Clients that are command-line tools, among those the events tell of.
 std::set<std::string> tools_in(const json::array& events, const tims::AddressWidths& widths) {
   std::set<std::string> tools;
-  for (const json::value& value : events) {
-    const json::object& event = value.as_object();
+  for (const json::object& event : objects(events)) {
     const auto address = tims::Address::parse(text_at(event, "address.raw"));
     if (address && address->fields(widths).class_id == tims::class_id::kTool)
       tools.insert(text_at(event, "client.client"));
@@ -110,7 +107,7 @@ std::set<std::string> tools_in(const json::array& events, const tims::AddressWid
 json::array foreign_events(AdminClient& admin, double last) {
   const auto since = static_cast<std::int64_t>(std::max(0.0, last - kEventsAsked));
   json::object answer = admin.ask({{"ask", "events"}, {"since", since}});
-  json::array& events = items_of(answer);
+  json::array& events = item_array(answer);
   const auto tools = tools_in(events, admin.widths());
   json::array out;
   for (json::value& event : events)
@@ -149,8 +146,7 @@ constexpr Column kStatus[] = {
 
 Exit status(Context& context) {
   return show(context, ask_status, [](const json::object& answer, const Look& look) {
-    if (look.format == Format::kTable || look.format == Format::kWide)
-      return draw_status(answer, look);
+    if (look.for_people()) return draw_status(answer, look);
     const json::value item(answer);
     return render_items({&item, 1}, kStatus, look);
   });
@@ -241,7 +237,7 @@ class Tree {
 
 json::object fleet(AdminClient& admin) {
   json::object answer = walk_fleet(admin);
-  answer["items"] = Tree(items_of(answer)).run();
+  answer["items"] = Tree(item_array(answer)).run();
   return answer;
 }
 
@@ -305,10 +301,9 @@ constexpr Column kPaths[] = {
 
 // The ways of a link that has a choice, one an item. Why another is used says the one in use.
 void add_paths(const json::object& link, json::array& all) {
-  const json::value* paths = link.if_contains("paths");
-  if (paths == nullptr || !paths->is_array() || paths->get_array().size() < 2) return;
-  for (const json::value& value : paths->get_array()) {
-    json::object path = value.as_object();
+  const auto paths = items_of(link, "paths");
+  if (paths.size() < 2) return;
+  for (json::object path : objects(paths)) {
     const bool used = path.at("used").as_bool();
     path["via"] = link.at("via");
     path["state"] = path.at("works").as_bool() ? "works" : "silent";
@@ -322,19 +317,14 @@ void add_paths(const json::object& link, json::array& all) {
 std::string draw_links(const json::object& answer, const Look& look) {
   std::string text = render_items(items_of(answer), kLinks, look);
   json::array paths;
-  for (const json::value& link : items_of(answer)) add_paths(link.as_object(), paths);
-  const bool people = look.format == Format::kTable || look.format == Format::kWide;
-  if (!paths.empty() && people) text += "\n" + render_items(paths, kPaths, look);
+  for (const json::object& link : objects(items_of(answer))) add_paths(link, paths);
+  if (!paths.empty() && look.for_people()) text += "\n" + render_items(paths, kPaths, look);
   return text;
 }
 
 Exit act(Context& context, std::string_view what) {
-  const auto connection = context.connect();
-  AdminClient admin = context.admin(*connection);
-  const json::object answer =
-      admin.ask({{"ask", "link"}, {"link", context.options.arguments.front()}, {"do", what}});
-  if (context.out.json()) context.out.write(answer);
-  return Exit::kDone;
+  return tell_router(context,
+                     {{"ask", "link"}, {"link", context.options.arguments.front()}, {"do", what}});
 }
 
 constexpr tims::Duration kServerEnds = std::chrono::seconds(5);  // once it was told to
@@ -375,8 +365,7 @@ json::array with_texts(std::span<const json::value> items) {
 
 std::string draw_fleet(const json::object& answer, const Look& look) {
   std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
-  const bool people = look.format == Format::kTable || look.format == Format::kWide;
-  if (!people) return routers;
+  if (!look.for_people()) return routers;
   if (text_at(answer, "fleet").empty())
     return "this router is in no fleet: write name = \"...\" under [fleet] of its configuration\n";
   return render_page(answer, kDds, look) + "\n" + routers;
@@ -385,27 +374,13 @@ std::string draw_fleet(const json::object& answer, const Look& look) {
 }  // namespace
 
 Exit router_show(Context& context) {
-  return show(
-      context,
-      [](AdminClient& admin) {
-        return admin.ask({{"ask", "status"}});
-      },
-      [](const json::object& answer, const Look& look) {
-        return render_page(answer, kIdentity, look);
-      });
+  const auto ask = [](AdminClient& admin) { return admin.ask({{"ask", "status"}}); };
+  return show(context, ask, page_of(kIdentity));
 }
 
-Exit router_list(Context& context) {
-  return show(context, fleet, [](const json::object& answer, const Look& look) {
-    return render_items(items_of(answer), kFleet, look);
-  });
-}
+Exit router_list(Context& context) { return show(context, fleet, table_of(kFleet)); }
 
-Exit clock(Context& context) {
-  return show(context, fleet, [](const json::object& answer, const Look& look) {
-    return render_items(items_of(answer), kClocks, look);
-  });
-}
+Exit clock(Context& context) { return show(context, fleet, table_of(kClocks)); }
 
 Exit router_clients(Context& context) {
   return show_items(context, {{"ask", "clients"}}, kClients);
@@ -503,11 +478,7 @@ Exit mbx_show(Context& context) {
   const auto ask = [&](AdminClient& admin) {
     const tims::Address address = need_address(text, admin.widths());
     json::object answer = admin.ask({{"ask", "mailboxes"}, {"match", address.to_hex()}});
-    if (items_of(std::as_const(answer)).empty())
-      throw Failure(
-          Exit::kNoSuch, "no_such_mailbox",
-          fmt::format("{}: nobody has registered this address", address.to_string(admin.widths())),
-          "`timsctl mbx list` shows all");
+    if (items_of(answer).empty()) throw no_such_mailbox(address.to_string(admin.widths()));
     return answer;
   };
   const auto draw = [&](const json::object& answer, const Look& look) {
@@ -570,8 +541,7 @@ std::string priorities_of(const json::value& message_class, const json::array& c
 json::array grouped(std::span<const json::value> items, std::string_view key,
                     const json::array& classes) {
   json::array groups;
-  for (const json::value& value : items) {
-    const json::object& item = value.as_object();
+  for (const json::object& item : objects(items)) {
     auto group = std::ranges::find_if(groups, [&](const json::value& g) {
       return text_at(g.as_object(), key) == text_at(item, key);
     });
@@ -614,15 +584,15 @@ Exit stats(Context& context) {
     json::object answer = admin.ask({{"ask", "stats"}});
     if (!by.empty())
       answer["items"] =
-          grouped(items_of(std::as_const(answer)), by == "reason" ? "outcome" : by,
+          grouped(items_of(answer), by == "reason" ? "outcome" : by,
                   answer.contains("classes") ? answer.at("classes").as_array() : json::array());
-    if (!context.options.sort.empty()) sort_items(items_of(answer), columns, context.options.sort);
+    if (!context.options.sort.empty())
+      sort_items(item_array(answer), columns, context.options.sort);
     return answer;
   };
   const auto draw = [&](const json::object& answer, const Look& look) {
     const std::string table = render_items(items_of(answer), columns, look);
-    const bool for_people = look.format == Format::kTable || look.format == Format::kWide;
-    return for_people ? table + mailboxes_line(answer) : table;
+    return look.for_people() ? table + mailboxes_line(answer) : table;
   };
   return show(context, ask, draw);
 }
