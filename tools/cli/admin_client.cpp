@@ -40,9 +40,9 @@ void throw_error(const json::object& answer) {
 
 constexpr std::uint32_t kRouterClass = tims::class_id::kTims;
 
-class Walk {
+class FleetWalk {
  public:
-  explicit Walk(const AdminClient& first) : first_(first) {}
+  explicit FleetWalk(const AdminClient& first) : first_(first) {}
 
   json::object run() {
     visit(first_, {});
@@ -238,7 +238,7 @@ std::optional<tims::Address> router_address(const json::object& item) {
   return tims::Address::parse(text_at(item, "address.raw"));
 }
 
-json::object walk_fleet(const AdminClient& first) { return Walk(first).run(); }
+json::object walk_fleet(const AdminClient& first) { return FleetWalk(first).run(); }
 
 json::object ask_everywhere(AdminClient& admin, const json::object& question) {
   json::object fleet = walk_fleet(admin);

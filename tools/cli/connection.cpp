@@ -33,19 +33,19 @@ Signals::Signals() {
   file_ = tims::os::File(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
 }
 
-Signals::Woken Signals::wait(int fd, tims::Time deadline) const {
+Signals::WaitResult Signals::wait(int fd, tims::Time deadline) const {
   std::array<pollfd, 2> waits{{{file_.get(), POLLIN, 0}, {fd, POLLIN, 0}}};
   const auto rest = std::max(deadline - tims::os::now(), tims::Duration::zero());
   const timespec limit = tims::os::to_timespec(tims::Time(rest));
   const int ready =
       ::ppoll(waits.data(), waits.size(), deadline == tims::kNever ? nullptr : &limit, nullptr);
   if (waits[0].revents != 0) throw Interrupted();
-  return ready > 0 ? Woken::kReadable : Woken::kTimeout;
+  return ready > 0 ? WaitResult::kReadable : WaitResult::kTimeout;
 }
 
-tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
+tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,
                               const tims::AddressWidths& widths) {
-  if (!wish.address.empty()) return need_address(wish.address, widths);
+  if (!request.address.empty()) return need_address(request.address, widths);
   std::random_device random;
   return tims::Address::of({.system = system,
                             .class_id = tims::class_id::kTool,
@@ -54,9 +54,9 @@ tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
                            widths);
 }
 
-bool may_draw_again(const MailboxWish& wish, int taken) {
+bool may_draw_again(const MailboxRequest& request, int taken) {
   constexpr int kTries = 16;
-  return wish.address.empty() && taken < kTries;
+  return request.address.empty() && taken < kTries;
 }
 
 std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline,
@@ -68,7 +68,7 @@ std::optional<Message> receive(Connection& connection, const Signals& signals, t
       throw failure_of(message.error(), connection.where());
     if (losses && connection.losses() != *losses)
       throw failure_of({tims::Errc::kNoRouter, "the router went away"}, connection.where());
-    if (signals.wait(connection.descriptor(), deadline) == Signals::Woken::kTimeout &&
+    if (signals.wait(connection.descriptor(), deadline) == Signals::WaitResult::kTimeout &&
         tims::os::now() >= deadline)
       return std::nullopt;
   }
@@ -85,7 +85,7 @@ Host parse_host(std::string_view text) {
 namespace {
 
 // Counted by the session's own thread, which may outlive the connection by a moment.
-class Losses {
+class LossCounter {
  public:
   [[nodiscard]] std::uint64_t count() const { return count_; }
   // Readable from a loss until seen().
@@ -104,7 +104,7 @@ class Losses {
 class LocalConnection final : public Connection {
  public:
   LocalConnection(tims::Session session, tims::Mailbox mailbox, std::string path,
-                  std::shared_ptr<Losses> losses)
+                  std::shared_ptr<LossCounter> losses)
       : session_(std::move(session)),
         mailbox_(std::move(mailbox)),
         path_(std::move(path)),
@@ -146,7 +146,7 @@ class LocalConnection final : public Connection {
   tims::Session session_;
   tims::Mailbox mailbox_;
   std::string path_;
-  std::shared_ptr<Losses> losses_;
+  std::shared_ptr<LossCounter> losses_;
   tims::os::File descriptor_;
 };
 
@@ -172,17 +172,17 @@ void check_socket(const std::string& path) {
                 "start one with `tims-router`, or name another with -H or $TIMS_ROUTER");
 }
 
-tims::Mailbox open(tims::Session& session, const MailboxWish& wish, const std::string& path) {
+tims::Mailbox open(tims::Session& session, const MailboxRequest& request, const std::string& path) {
   tims::MailboxOptions options{
-      .address = {}, .slots = wish.slots, .body_max = wish.body_max, .event_fd = true};
+      .address = {}, .slots = request.slots, .body_max = request.body_max, .event_fd = true};
   const tims::AddressWidths widths = session.address_widths();
   const std::uint32_t system = session.router().fields(widths).system;
   for (int taken = 1;; ++taken) {
-    options.address = mailbox_address(wish, system, widths);
+    options.address = mailbox_address(request, system, widths);
     auto mailbox = session.open(options);
     if (mailbox) return std::move(*mailbox);
     const bool in_use = mailbox.error().code() == tims::Errc::kAddressInUse;
-    if (!in_use || !may_draw_again(wish, taken)) throw failure_of(mailbox.error(), path);
+    if (!in_use || !may_draw_again(request, taken)) throw failure_of(mailbox.error(), path);
   }
 }
 
@@ -206,7 +206,7 @@ class TcpConnection final : public Connection {
   TcpConnection(TcpClient client, std::string where, tims::Duration timeout)
       : client_(std::move(client)), where_(std::move(where)), timeout_(timeout) {}
 
-  void begin(const MailboxWish& wish);
+  void begin(const MailboxRequest& request);
 
   [[nodiscard]] tims::Address address() const override { return address_; }
   [[nodiscard]] tims::AddressWidths widths() const override { return client_.protocol().widths(); }
@@ -269,45 +269,45 @@ Failure TcpConnection::failure(const tims::Error& error) const {
   return failure_of(error, where_);
 }
 
-void TcpConnection::begin(const MailboxWish& wish) {
+void TcpConnection::begin(const MailboxRequest& request) {
   const tims::Time deadline = tims::os::deadline_after(timeout_);
   // A tool that is stopped behind a pager is not dead.
   client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
   if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
   for (int taken = 1;; ++taken) {
-    address_ = mailbox_address(wish, 0, widths());
+    address_ = mailbox_address(request, 0, widths());
     const auto done = client_.register_mailbox(address_, deadline);
     if (done) return;
-    if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(wish, taken))
+    if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(request, taken))
       throw failure(done.error());
   }
 }
 
 }  // namespace
 
-std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWish& wish,
+std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxRequest& request,
                                           tims::Duration timeout, Log log) {
   check_socket(host.path);
   tims::SessionOptions options;
   options.name = "timsctl";
   options.router = host.path;
   options.timeout = timeout;
-  auto losses = std::make_shared<Losses>();
+  auto losses = std::make_shared<LossCounter>();
   options.on_event = [log = std::move(log), losses](const tims::SessionEvent& event) {
     log(event.text);
     if (event.kind == tims::SessionEvent::Kind::kLost) losses->happened();
   };
   auto session = tims::Session::connect(std::move(options));
   if (!session) throw failure_of(session.error(), host.path);
-  auto mailbox = open(*session, wish, host.path);
+  auto mailbox = open(*session, request, host.path);
   return std::make_unique<LocalConnection>(std::move(*session), std::move(mailbox), host.path,
                                            std::move(losses));
 }
 
-std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
+std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxRequest& request,
                                         tims::Duration timeout) {
   const std::uint32_t received_max =
-      std::max(wish.body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize);
+      std::max(request.body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize);
   auto client = TcpClient::connect(host, tims::os::deadline_after(timeout), received_max);
   if (!client) {
     const std::string& why = client.error().detail();
@@ -315,7 +315,7 @@ std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& 
                   hint_for(why, host));
   }
   auto connection = std::make_unique<TcpConnection>(std::move(*client), to_string(host), timeout);
-  connection->begin(wish);
+  connection->begin(request);
   return connection;
 }
 

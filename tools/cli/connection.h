@@ -26,9 +26,9 @@ class Signals {
  public:
   Signals();  // before any thread is started: threads inherit what is blocked
 
-  enum class Woken { kReadable, kTimeout };
+  enum class WaitResult { kReadable, kTimeout };
   // Until `fd` can be read (-1: none), the deadline, or a signal: then throws Interrupted.
-  Woken wait(int fd, tims::Time deadline) const;
+  WaitResult wait(int fd, tims::Time deadline) const;
   void sleep_until(tims::Time deadline) const { (void)wait(-1, deadline); }
 
  private:
@@ -74,7 +74,7 @@ class Connection {
   std::uint8_t seq_nr_ = 0;
 };
 
-struct MailboxWish {
+struct MailboxRequest {
   std::string address;  // as people write it; default: a free one of class Tool
   std::uint32_t slots = 64;
   std::uint32_t body_max = 256U << 10;
@@ -83,16 +83,16 @@ struct MailboxWish {
 using Log = std::function<void(const std::string&)>;
 
 // Throw Failure: no router there, not allowed, another version.
-std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxWish& wish,
+std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxRequest& request,
                                           tims::Duration timeout, Log log);
-std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxWish& wish,
+std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxRequest& request,
                                         tims::Duration timeout);
 
 // The one wished for, else one drawn at random in this system: most are free.
-tims::Address mailbox_address(const MailboxWish& wish, std::uint32_t system,
+tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,
                               const tims::AddressWidths& widths);
 // Whether to try another one, after so many were taken.
-bool may_draw_again(const MailboxWish& wish, int taken);
+bool may_draw_again(const MailboxRequest& request, int taken);
 
 // The next message; nothing at the deadline. Throws Interrupted on Ctrl-C, Failure when the
 // connection is lost. With `losses`, that of the connection when a question was sent, also when it

@@ -81,12 +81,12 @@ tims::Time Context::run_end() const {
   return options.run_for ? tims::os::deadline_after(*options.run_for) : tims::kNever;
 }
 
-std::unique_ptr<Connection> Context::connect(const MailboxWish& wish) const {
+std::unique_ptr<Connection> Context::connect(const MailboxRequest& request) const {
   if (const auto* tcp = std::get_if<TcpHost>(&host))
-    return connect_tcp(*tcp, wish, options.timeout);
+    return connect_tcp(*tcp, request, options.timeout);
   // Called from the session's own thread; it writes one line to stderr.
   const Log log = [this](const std::string& text) { out.detail(text); };
-  return connect_local(std::get<UnixHost>(host), wish, options.timeout, log);
+  return connect_local(std::get<UnixHost>(host), request, options.timeout, log);
 }
 
 AdminClient Context::admin(Connection& connection) const {

@@ -35,16 +35,16 @@ class Context {
   [[nodiscard]] tims::Time run_end() const;
 
   // A mailbox at the router. Throws Failure.
-  [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxWish& wish = {}) const;
+  [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxRequest& request = {}) const;
   // Asks the router of the connection, or that of --router.
   [[nodiscard]] AdminClient admin(Connection& connection) const;
 };
 
 // Says so when messages came faster than a command could show them.
-class Missed {
+class LostMessages {
  public:
   // `what`: "messages".
-  explicit Missed(std::string_view what) : what_(what) {}
+  explicit LostMessages(std::string_view what) : what_(what) {}
 
   void note(const Connection& connection, const Output& out) {
     const std::uint64_t all = connection.missed();

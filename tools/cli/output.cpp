@@ -74,7 +74,7 @@ bool write_all(int file, std::string_view text) {
   return true;
 }
 
-bool right_aligned(const Column& column) { return column.as != As::kText; }
+bool right_aligned(const Column& column) { return column.as != Cell::kText; }
 
 std::vector<Column> chosen(std::span<const Column> columns, Format format) {
   if (format == Format::kName) return {columns.front()};
@@ -208,20 +208,20 @@ std::string paint(std::string_view text, Tone tone, bool colour) {
 }
 
 std::string cell_text(const json::object& item, const Column& column) {
-  if (column.as == As::kText) {
+  if (column.as == Cell::kText) {
     std::string text = base::printable(text_at(item, column.path));
     return text.empty() ? "-" : text;
   }
   const auto value = number_at(item, column.path);
   if (!value) return "-";
   switch (column.as) {
-    case As::kBytes:
+    case Cell::kBytes:
       return base::human_bytes(*value);
-    case As::kDuration:
+    case Cell::kDuration:
       return base::human_duration(*value);
-    case As::kRate:
+    case Cell::kRate:
       return base::human_rate(*value);
-    case As::kPercent:
+    case Cell::kPercent:
       return fmt::format("{:.1f}%", *value * 100);
     default:
       return base::human_count(*value);

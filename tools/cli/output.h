@@ -56,13 +56,13 @@ struct Look {
   }
 };
 
-enum class As : std::uint8_t { kText, kCount, kBytes, kDuration, kRate, kPercent };
+enum class Cell : std::uint8_t { kText, kCount, kBytes, kDuration, kRate, kPercent };
 
 // One column of a table, or one line of a page.
 struct Column {
   std::string_view title;  // "AGE"
   std::string_view path;   // "age_s"
-  As as = As::kText;
+  Cell as = Cell::kText;
   bool wide = false;   // only with -o wide (and in CSV)
   bool alarm = false;  // red when it is not 0
 };

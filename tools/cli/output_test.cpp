@@ -12,9 +12,9 @@ namespace {
 
 constexpr Column kColumns[] = {
     {"NAME", "name"},
-    {"SIZE", "size_bytes", As::kBytes},
-    {"AGE", "age_s", As::kDuration, true},
-    {"DROPS", "drops", As::kCount, false, true},
+    {"SIZE", "size_bytes", Cell::kBytes},
+    {"AGE", "age_s", Cell::kDuration, true},
+    {"DROPS", "drops", Cell::kCount, false, true},
 };
 
 json::array items() {

@@ -105,7 +105,8 @@ json::object ask_control(const std::string& path, const json::object& question,
   const std::string text = to_text(question);
   value_or_fail(tims::os::send_record(socket->get(), std::as_bytes(std::span(text))), path);
   std::vector<std::byte> answer(kAnswerMax);
-  if (signals.wait(socket->get(), tims::os::deadline_after(timeout)) == Signals::Woken::kTimeout)
+  if (signals.wait(socket->get(), tims::os::deadline_after(timeout)) ==
+      Signals::WaitResult::kTimeout)
     throw Failure(Exit::kTimeout, "timeout", path + ": no answer", "a longer --timeout");
   const auto received = value_or_fail(tims::os::receive_record(socket->get(), answer, false), path);
   json::object object = parse_object({reinterpret_cast<const char*>(answer.data()), received.size});
@@ -126,7 +127,7 @@ void ControlServer::take_question(
   auto socket = tims::os::accept_unix(listener_);
   if (!socket) return;
   if (signals.wait(socket->get(), tims::os::deadline_after(kQuestionComes)) ==
-      Signals::Woken::kTimeout)
+      Signals::WaitResult::kTimeout)
     return;
   std::array<std::byte, kQuestionMax> buffer{};
   const auto received = tims::os::receive_record(socket->get(), buffer, false);

@@ -36,9 +36,9 @@ std::string read_text(std::istream& file, const std::string& name) {
   return text;
 }
 
-struct Given {
+struct UpRequest {
   robot::Robot robot;
-  robot::Place place;
+  robot::Deployment deployment;
   bool held = false;  // by whoever wrote the text to stdin, as long as that stays open
 };
 
@@ -61,38 +61,39 @@ void need_host(const robot::Robot& robot, const std::string& name) {
                                     : fmt::format("there are {}", fmt::join(known, ", ")));
 }
 
-Given read_robot_file(const Context& context) {
+UpRequest read_robot_file(const Context& context) {
   const std::string& path = context.options.arguments.front();
   const bool from_stdin = path == "-";
   std::ifstream file(from_stdin ? "/dev/stdin" : path);
-  Given given;
-  given.place.source = {
+  UpRequest request;
+  request.deployment.source = {
       .file = {}, .text = read_text(file, path), .system = context.options.system};
-  given.place.host = context.options.on;
-  given.place.router = absolute(context.host);
-  given.held = from_stdin && !file.eof();
+  request.deployment.host = context.options.on;
+  request.deployment.router = absolute(context.host);
+  request.held = from_stdin && !file.eof();
   if (!from_stdin) {
-    given.place.folder = fs::path(path).parent_path();
-    given.place.source.file = fs::absolute(path);
+    request.deployment.folder = fs::path(path).parent_path();
+    request.deployment.source.file = fs::absolute(path);
   }
   const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
-  auto read = robot::read_robot({from_stdin ? "stdin" : path, given.place.source.text}, name,
+  auto read = robot::read_robot({from_stdin ? "stdin" : path, request.deployment.source.text}, name,
                                 context.options.system);
   fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
-  given.robot = std::move(read.robot);
-  need_host(given.robot, given.place.host);
-  given.place.name = given.robot.name;
-  if (given.robot.system != 0) given.place.name += fmt::format("-{}", given.robot.system);
-  if (!given.place.host.empty()) given.place.name += "-" + given.place.host;
-  return given;
+  request.robot = std::move(read.robot);
+  need_host(request.robot, request.deployment.host);
+  request.deployment.name = request.robot.name;
+  if (request.robot.system != 0)
+    request.deployment.name += fmt::format("-{}", request.robot.system);
+  if (!request.deployment.host.empty()) request.deployment.name += "-" + request.deployment.host;
+  return request;
 }
 
-Exit run_robot(Context& context, const Given& given, const std::function<void()>& ready) {
-  robot::Supervisor supervisor(context, given.robot, given.place);
+Exit run_robot(Context& context, const UpRequest& request, const std::function<void()>& ready) {
+  robot::Supervisor supervisor(context, request.robot, request.deployment);
   supervisor.start();
   tims::os::ServiceManager::of_environment().tell("READY=1");
   ready();
-  supervisor.serve(context.run_end(), given.held ? STDIN_FILENO : -1);
+  supervisor.serve(context.run_end(), request.held ? STDIN_FILENO : -1);
   return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;
 }
 
@@ -114,13 +115,13 @@ void show_saved(Context& context, const std::string& name, const json::object& a
 }
 
 Exit up(Context& context) {
-  const Given given = read_robot_file(context);
-  const std::string& name = given.place.name;
+  const UpRequest request = read_robot_file(context);
+  const std::string& name = request.deployment.name;
   if (context.options.detach)
     return run_detached(
-        robot::log_file(robot::key_of(name, given.place.router)),
-        [&](const std::function<void()>& ready) { return run_robot(context, given, ready); });
-  return run_robot(context, given, [&] {
+        robot::log_file(robot::key_of(name, request.deployment.router)),
+        [&](const std::function<void()>& ready) { return run_robot(context, request, ready); });
+  return run_robot(context, request, [&] {
     context.out.note(fmt::format("robot {} is up: `timsctl component list`; {}", name,
                                  context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
   });

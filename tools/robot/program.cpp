@@ -38,11 +38,11 @@ std::optional<std::string_view> value_of(std::string_view text, std::string_view
 
 }  // namespace
 
-Program::Program(std::string name, Launch launch, Manner manner)
+Program::Program(std::string name, Launch launch, Config config)
     : name_(std::move(name)),
       launch_(std::move(launch)),
-      manner_(std::move(manner)),
-      policy_(manner_.restart) {}
+      config_(std::move(config)),
+      policy_(config_.restart) {}
 
 std::optional<pid_t> Program::pid() const {
   return child_ ? std::optional(child_->pid()) : std::nullopt;
@@ -50,39 +50,40 @@ std::optional<pid_t> Program::pid() const {
 
 void Program::start(tims::Time now) {
   Launch launch = launch_;
-  for (const auto& options : {parameters_, kept_})
+  for (const auto& options : {parameters_, state_to_keep_})
     for (const auto& [name, value] : options) launch.command.push_back("--" + name + "=" + value);
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
   tims::os::Pipe in;
-  if (!manner_.input.empty()) {
+  if (!config_.input.empty()) {
     in = value_or_fail(tims::os::make_pipe(), "pipe");
     // Less than a pipe holds: this never waits.
     [[maybe_unused]] const ssize_t n =
-        ::write(in.write.get(), manner_.input.data(), manner_.input.size());
+        ::write(in.write.get(), config_.input.data(), config_.input.size());
     launch.in = in.read.get();
   }
   child_ = timsctl::start(launch);
   input_ = std::move(in.write);
   output_ = std::move(out.read);
   ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
-  state_ = manner_.tells ? State::kStarting : State::kReady;
+  state_ = config_.notifies ? State::kStarting : State::kReady;
   status_.clear();
   started_ = now;
   start_at_ = tims::kNever;
 }
 
-void Program::hear(std::string_view said) {
-  if (says_ready(said)) state_ = State::kReady;
-  if (auto address = address_in(said)) address_ = std::move(*address);
-  if (auto status = status_in(said)) status_ = std::move(*status);
-  if (auto told = told_in(said, kParameterTold)) parameters_[told->name] = std::move(told->value);
-  if (auto told = told_in(said, kStateTold)) {
-    if (told->value.empty()) {
-      kept_.erase(told->name);
+void Program::on_notification(std::string_view text) {
+  if (says_ready(text)) state_ = State::kReady;
+  if (auto address = address_in(text)) address_ = std::move(*address);
+  if (auto status = status_in(text)) status_ = std::move(*status);
+  if (auto setting = setting_in(text, kParameterKey))
+    parameters_[setting->name] = std::move(setting->value);
+  if (auto setting = setting_in(text, kStateKey)) {
+    if (setting->value.empty()) {
+      state_to_keep_.erase(setting->name);
     } else {
-      kept_[told->name] = std::move(told->value);
+      state_to_keep_[setting->name] = std::move(setting->value);
     }
   }
 }
@@ -135,7 +136,7 @@ std::vector<std::string> Program::take_lines() {
 std::optional<tims::Duration> RestartPolicy::ended(int status, tims::Duration ran) {
   if (when_ == Restart::kNever || status == kUsage) return std::nullopt;
   if (when_ == Restart::kOnFailure && status == 0) return std::nullopt;
-  if (ran >= kProven) pause_ = kFirstPause;
+  if (ran >= kStableAfter) pause_ = kFirstPause;
   const tims::Duration pause = pause_;
   pause_ = std::min(2 * pause_, kLongestPause);
   return pause;
@@ -168,7 +169,7 @@ StatusSocket::StatusSocket(std::string path)
 
 StatusSocket::~StatusSocket() { ::unlink(path_.c_str()); }
 
-std::optional<StatusSocket::Said> StatusSocket::take() {
+std::optional<StatusSocket::Notification> StatusSocket::take() {
   std::array<char, kTextMax> text{};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
   iovec whole{text.data(), text.size()};
@@ -179,15 +180,15 @@ std::optional<StatusSocket::Said> StatusSocket::take() {
   message.msg_controllen = control.size();
   const ssize_t size = ::recvmsg(socket_.get(), &message, 0);
   if (size < 0) return std::nullopt;
-  Said said{.text = {text.data(), static_cast<std::size_t>(size)}};
+  Notification notification{.text = {text.data(), static_cast<std::size_t>(size)}};
   const cmsghdr* sender = CMSG_FIRSTHDR(&message);
   if (sender != nullptr && sender->cmsg_level == SOL_SOCKET &&
       sender->cmsg_type == SCM_CREDENTIALS) {
     ucred who{};
     std::memcpy(&who, CMSG_DATA(sender), sizeof who);
-    said.pid = who.pid;
+    notification.pid = who.pid;
   }
-  return said;
+  return notification;
 }
 
 std::optional<std::string> status_in(std::string_view text) {
@@ -202,11 +203,11 @@ std::optional<std::string> address_in(std::string_view text) {
   return std::string(*value);
 }
 
-std::optional<Told> told_in(std::string_view text, std::string_view what) {
-  const auto told = value_of(text, what);
-  const std::size_t equals = told ? told->find('=') : std::string_view::npos;
+std::optional<Setting> setting_in(std::string_view text, std::string_view what) {
+  const auto setting = value_of(text, what);
+  const std::size_t equals = setting ? setting->find('=') : std::string_view::npos;
   if (equals == std::string_view::npos) return std::nullopt;
-  return Told{std::string(told->substr(0, equals)), std::string(told->substr(equals + 1))};
+  return Setting{std::string(setting->substr(0, equals)), std::string(setting->substr(equals + 1))};
 }
 
 bool says_ready(std::string_view text) { return value_of(text, "READY=") == "1"; }

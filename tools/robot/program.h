@@ -22,7 +22,7 @@ namespace timsctl::robot {
 inline constexpr tims::Duration kFirstPause = std::chrono::milliseconds(200);
 inline constexpr tims::Duration kLongestPause = std::chrono::seconds(10);
 // Who has run for so long begins with the first pause.
-inline constexpr tims::Duration kProven = std::chrono::seconds(10);
+inline constexpr tims::Duration kStableAfter = std::chrono::seconds(10);
 inline constexpr int kUsage = 2;  // exit status: nothing but another command line mends that
 
 class RestartPolicy {
@@ -64,12 +64,12 @@ class StatusSocket {
   StatusSocket& operator=(const StatusSocket&) = delete;
 
   [[nodiscard]] int descriptor() const { return socket_.get(); }
-  struct Said {
+  struct Notification {
     pid_t pid = 0;  // the system's word, not the sender's
     std::string text;
   };
   // What waits to be read, one by one.
-  std::optional<Said> take();
+  std::optional<Notification> take();
 
  private:
   std::string path_;
@@ -82,13 +82,13 @@ bool says_ready(std::string_view text);
 std::optional<std::string> address_in(std::string_view text);  // of a component: "0x01110000"
 // Of a component: a parameter that was set while it ran ("X_TIMS_PARAMETER=vxMax=900"), and what it
 // goes on with after a crash ("X_TIMS_STATE=initPosX=120"; without a value: no more).
-struct Told {
+struct Setting {
   std::string name;
   std::string value;
 };
-inline constexpr std::string_view kParameterTold = "X_TIMS_PARAMETER=";
-inline constexpr std::string_view kStateTold = "X_TIMS_STATE=";
-std::optional<Told> told_in(std::string_view text, std::string_view what);
+inline constexpr std::string_view kParameterKey = "X_TIMS_PARAMETER=";
+inline constexpr std::string_view kStateKey = "X_TIMS_STATE=";
+std::optional<Setting> setting_in(std::string_view text, std::string_view what);
 
 // --- A program
 
@@ -97,12 +97,12 @@ enum class State : std::uint8_t { kDown, kStarting, kReady };
 
 class Program {
  public:
-  struct Manner {
+  struct Config {
     Restart restart = Restart::kOnFailure;
-    bool tells = true;    // when it is ready; who does not is so at once
-    std::string input{};  // what it reads first; its stdin ends when this object does
+    bool notifies = true;  // when it is ready; who does not is so at once
+    std::string input{};   // what it reads first; its stdin ends when this object does
   };
-  Program(std::string name, Launch launch, Manner manner);
+  Program(std::string name, Launch launch, Config config);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] State state() const { return state_; }
@@ -115,7 +115,7 @@ class Program {
   // Throws Failure when it cannot be executed. A component that was on when it ended is told to be
   // on again, and has the parameters that were set while it ran.
   void start(tims::Time now);
-  void hear(std::string_view said);  // at the status socket
+  void on_notification(std::string_view text);  // at the status socket
   void signal(int number) const;
 
   // Its output and its end can be read there.
@@ -138,7 +138,7 @@ class Program {
 
   std::string name_;
   Launch launch_;
-  Manner manner_;
+  Config config_;
   RestartPolicy policy_;
 
   std::optional<Process> child_;
@@ -149,7 +149,7 @@ class Program {
   std::string status_;
   std::string address_;
   Parameters parameters_;
-  Parameters kept_;  // what it goes on with after a crash
+  Parameters state_to_keep_;  // what it goes on with after a crash
   tims::Time started_{};
   tims::Time start_at_ = tims::kNever;
 };

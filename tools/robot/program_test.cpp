@@ -48,13 +48,13 @@ TEST(RestartPolicy, LessAndLessOftenUntilItHasRunForAWhile) {
   RestartPolicy policy(Restart::kOnFailure);
   tims::Duration pause{};
   for (int i = 0; i < 20; ++i) {
-    const auto next = policy.ended(1, kProven - 1ns);
+    const auto next = policy.ended(1, kStableAfter - 1ns);
     ASSERT_TRUE(next);
     EXPECT_GE(*next, pause);
     pause = *next;
   }
   EXPECT_EQ(pause, kLongestPause);
-  EXPECT_EQ(policy.ended(1, kProven), kFirstPause);
+  EXPECT_EQ(policy.ended(1, kStableAfter), kFirstPause);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ using tims::os::File;
 const std::vector<std::string> kPlaceholders = {"system"};
 
 // A component as it is written, before the robot's system is known.
-struct Written {
+struct ComponentTable {
   base::Place at;
   std::string name;
   std::string program;
@@ -39,7 +39,7 @@ struct Written {
   Component component;
 };
 
-std::string default_name(const Written& written) {
+std::string default_name(const ComponentTable& written) {
   const std::string& program = written.program.empty() ? written.command.front() : written.program;
   const std::string last = program.substr(program.rfind('/') + 1);
   return written.instance == 0 ? last : fmt::format("{}-{}", last, written.instance);
@@ -114,7 +114,7 @@ class RobotReader {
   }
 
   void component(const base::TomlNode& node) {
-    Written written;
+    ComponentTable written;
     written.at = node.at_key;
     written.component.restart = restart_;
     reader_.table(
@@ -135,7 +135,7 @@ class RobotReader {
     finish(written);
   }
 
-  void parameters(const base::TomlNode& node, Written& written) {
+  void parameters(const base::TomlNode& node, ComponentTable& written) {
     if (node.form != base::TomlNode::Form::kTable)
       return reader_.refuse(node, "parameters want a table such as { cmdTaskPrio = 30 }");
     for (const base::TomlNode& child : node.children) {
@@ -170,7 +170,7 @@ class RobotReader {
       reader_.unknown(node.at_value, "placeholder", *bad, kPlaceholders);
   }
 
-  void finish(const Written& written) {
+  void finish(const ComponentTable& written) {
     Component component = written.component;
     component.name = written.name.empty() ? default_name(written) : written.name;
     for (const Component& other : robot_.components)
@@ -182,8 +182,8 @@ class RobotReader {
     const base::Placeholders values{{"system", std::to_string(robot_.system)}};
     for (const std::string& word : written.command)
       component.command.push_back(base::filled_in(word, values));
-    component.tells = !written.program.empty();
-    if (component.tells)
+    component.notifies = !written.program.empty();
+    if (component.notifies)
       component.command = {written.program, fmt::format("--system={}", robot_.system),
                            fmt::format("--instance={}", written.instance)};
     for (const auto& [key, value] : written.parameters)

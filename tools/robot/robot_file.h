@@ -23,7 +23,7 @@ struct Component {
   tims::os::Command command;  // placeholders are filled in
   std::string host;           // empty: where timsctl runs
   Restart restart = Restart::kOnFailure;
-  bool tells = true;  // when it is ready, as our components do; other commands do not
+  bool notifies = true;  // when it is ready, as our components do; other commands do not
 
   bool operator==(const Component&) const = default;
 };

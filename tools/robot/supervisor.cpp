@@ -101,12 +101,12 @@ std::vector<int> descriptors_of(const std::list<Program>& programs) {
   return all;
 }
 
-tims::os::File listen(const Place& place, const std::string& path) {
+tims::os::File listen(const Deployment& deployment, const std::string& path) {
   auto control = tims::os::listen_unix(path, 0600);
   if (!control && control.error().code() == tims::Errc::kAddressInUse)
     throw Failure(Exit::kDenied, "robot_runs",
-                  fmt::format("robot {} runs already at {}", place.name, place.router),
-                  fmt::format("`timsctl down {}` ends it", place.name));
+                  fmt::format("robot {} runs already at {}", deployment.name, deployment.router),
+                  fmt::format("`timsctl down {}` ends it", deployment.name));
   return value_or_fail(std::move(control), path);
 }
 
@@ -118,19 +118,19 @@ bool has_closed(int input) {
 
 }  // namespace
 
-Supervisor::Supervisor(Context& context, const Robot& robot, const Place& place)
+Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& deployment)
     : context_(context),
       events_(context, "tims/robot_event/1", 20),
-      name_(place.name),
-      router_(place.router),
-      key_(key_of(place.name, place.router)),
-      source_(place.source),
-      control_(listen(place, control_socket(key_))) {
+      name_(deployment.name),
+      router_(deployment.router),
+      key_(key_of(deployment.name, deployment.router)),
+      source_(deployment.source),
+      control_(listen(deployment, control_socket(key_))) {
   status_.emplace(status_socket(key_));
   for (std::size_t i = 0; i < robot.components.size(); ++i)
-    if (robot.components[i].host == place.host) add(robot.components[i], i, place);
-  if (place.host.empty())
-    for (const Host& host : robot.hosts) add(host, robot, place);
+    if (robot.components[i].host == deployment.host) add(robot.components[i], i, deployment);
+  if (deployment.host.empty())
+    for (const Host& host : robot.hosts) add(host, robot, deployment);
 }
 
 Supervisor::~Supervisor() {
@@ -143,28 +143,29 @@ Supervisor::~Supervisor() {
   control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
 
-void Supervisor::add(const Component& component, std::size_t number, const Place& place) {
-  programs_.emplace_back(component.name,
-                         Launch{.command = component.command,
-                                .environment = {"TIMS_ROUTER=" + place.router, "TIMS_HOST=",
-                                                "NOTIFY_SOCKET=" + status_socket(key_)},
-                                .folder = place.folder},
-                         Program::Manner{.restart = component.restart, .tells = component.tells});
+void Supervisor::add(const Component& component, std::size_t number, const Deployment& deployment) {
+  programs_.emplace_back(
+      component.name,
+      Launch{.command = component.command,
+             .environment = {"TIMS_ROUTER=" + deployment.router,
+                             "TIMS_HOST=", "NOTIFY_SOCKET=" + status_socket(key_)},
+             .folder = deployment.folder},
+      Program::Config{.restart = component.restart, .notifies = component.notifies});
   components_[&programs_.back()] = number;
 }
 
 // There timsctl looks after its programs, and ends when its stdin does: when we or the network go.
-void Supervisor::add(const Host& host, const Robot& robot, const Place& place) {
+void Supervisor::add(const Host& host, const Robot& robot, const Deployment& deployment) {
   tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
   if (!host.router.empty()) command.push_back("--host=" + host.router);
   for (std::string word : {std::string("up"), std::string("-"), "--on=" + host.name,
                            fmt::format("--system={}", robot.system), std::string("--no-color")})
     command.push_back(std::move(word));
-  std::string input = place.source.text;
+  std::string input = deployment.source.text;
   input += '\0';
   programs_.emplace_back(
       host.name, Launch{.command = std::move(command)},
-      Program::Manner{.restart = Restart::kAlways, .tells = false, .input = std::move(input)});
+      Program::Config{.restart = Restart::kAlways, .notifies = false, .input = std::move(input)});
 }
 
 void Supervisor::start() {
@@ -215,7 +216,7 @@ void Supervisor::look_after_programs() {
   control_.take_question(context_.signals, [&](const json::object& question) {
     return text_at(question, "do") == "save" ? save(question) : report();
   });
-  hear();
+  take_notifications();
   for (Program& program : programs_) look_after(program);
 }
 
@@ -249,11 +250,11 @@ void Supervisor::take_end(Program& program, const Program::End& end) {
   events_.say("ended", program.name(), how + ": stays down");
 }
 
-void Supervisor::hear() {
+void Supervisor::take_notifications() {
   while (const auto said = status_->take()) {
     const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
     if (program == programs_.end()) continue;
-    program->hear(said->text);
+    program->on_notification(said->text);
     // People see it in `timsctl robot`.
     if (!program->status().empty() && context_.out.json())
       events_.say("state", program->name(), program->status());
@@ -277,7 +278,7 @@ json::object Supervisor::report() const {
 // Of the component at an address, which is one of ours; all of its parameters, or the one called
 // so.
 json::object Supervisor::save(const json::object& question) {
-  hear();  // what it was told a moment ago
+  take_notifications();  // what it was told a moment ago
   const auto program =
       std::ranges::find(programs_, text_at(question, "address"), &Program::address);
   if (program == programs_.end() || !components_.contains(&*program))

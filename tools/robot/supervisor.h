@@ -40,7 +40,7 @@ std::string chosen(std::string_view name, std::string_view router);
 json::object ask(std::string_view robot, const json::object& question, const Signals& signals,
                  tims::Duration timeout);
 
-struct Place {
+struct Deployment {
   std::string name;    // what `timsctl down` calls it
   std::string host;    // of the robot, whose components run here; empty: those without a host
   std::string folder;  // programs run there: the file's
@@ -51,7 +51,7 @@ struct Place {
 class Supervisor {
  public:
   // Takes the name on this host: throws Failure when one of that name runs.
-  Supervisor(Context& context, const Robot& robot, const Place& place);
+  Supervisor(Context& context, const Robot& robot, const Deployment& deployment);
   // Ends all programs.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
@@ -65,15 +65,15 @@ class Supervisor {
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
-  void add(const Component& component, std::size_t number, const Place& place);
-  void add(const Host& host, const Robot& robot, const Place& place);
+  void add(const Component& component, std::size_t number, const Deployment& deployment);
+  void add(const Host& host, const Robot& robot, const Deployment& deployment);
 
   void wait(tims::Time deadline, int input = -1);
   void look_after_programs();
   void look_after(Program& program);
   void start_again(Program& program, tims::Time now);
   void take_end(Program& program, const Program::End& end);
-  void hear();
+  void take_notifications();
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
   [[nodiscard]] tims::Time next_start() const;

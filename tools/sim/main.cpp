@@ -63,14 +63,14 @@ Exit ask(Context& context, const json::object& question) {
 
 constexpr Column kHosts[] = {{"HOST", "name"},
                              {"ROLE", "role"},
-                             {"SYSTEM", "system", As::kText},
+                             {"SYSTEM", "system", Cell::kText},
                              {"STATE", "state"},
                              {"ADDRESSES", "address_list"},
                              {"ROUTER", "router"},
-                             {"NAMESPACE", "network", As::kText, true}};
+                             {"NAMESPACE", "network", Cell::kText, true}};
 constexpr Column kPrograms[] = {{"HOST", "host"},   {"PROGRAM", "name"},
                                 {"STATE", "state"}, {"PID", "pid"},
-                                {"END", "end"},     {"LOG", "log", As::kText, true}};
+                                {"END", "end"},     {"LOG", "log", Cell::kText, true}};
 constexpr Column kLines[] = {
     {"LINE", "name"}, {"UPPER", "upper"}, {"LOWER", "lower"}, {"STATE", "state"}};
 

@@ -87,8 +87,8 @@ void Programs::await_router(Program& program, const Signals& signals) {
   const tims::Time deadline = tims::os::deadline_after(kRouterPatience);
   while (!tims::os::connect_unix(program.host->socket())) {
     const tims::Time now = tims::os::now();
-    const bool ended =
-        signals.wait(program.child->descriptor(), now + kLookAgain) == Signals::Woken::kReadable;
+    const bool ended = signals.wait(program.child->descriptor(), now + kLookAgain) ==
+                       Signals::WaitResult::kReadable;
     if (!ended && now < deadline) continue;
     const std::string why =
         ended ? program.child->reap().to_string() : std::string("it does not open its socket");

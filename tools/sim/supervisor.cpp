@@ -118,7 +118,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr tims::Duration kPayAgain = 200ms;  // a link that is not there yet
+constexpr tims::Duration kInjectAgain = 200ms;  // a link that is not there yet
 constexpr tims::Duration kLinksPatience = 5s;
 constexpr tims::Duration kLookAgain = 20ms;
 
@@ -227,7 +227,7 @@ void Supervisor::bring_up() {
   events_.say("started", plan_.name,
               fmt::format("{} routers and {} components", plan_.hosts.size(), components));
   for (const Line& line : plan_.lines) {
-    owe(line, {}, line.own);
+    request_faults(line, {}, line.own);
     if (line.own != LineState()) events_.say("line", line.name, to_string(line.own));
   }
   await_links();
@@ -252,7 +252,7 @@ void Supervisor::await_links() {
   }
   events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
   for (const Line* line : open) events_.say("not_linked", line->name, "its link does not come up");
-  pay_debts();
+  inject_pending_faults();
 }
 
 void Supervisor::start_clock() {
@@ -279,9 +279,9 @@ void Supervisor::fault(const Line& line, const tims::os::Command& words) {
   const auto next = changed(state, line.own, words, plan_.profiles);
   if (!next) throw usage_error(fmt::format("{}: {}", line.name, next.error().detail()));
   network_.apply(line, state, *next);
-  owe(line, state, *next);
+  request_faults(line, state, *next);
   state = *next;
-  pay_debts();
+  inject_pending_faults();
   const std::string said = joined(words);
   const std::string is = to_string(state);
   events_.say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
@@ -298,7 +298,7 @@ void Supervisor::kill(const PlannedHost& host, std::string_view part) {
 
 void Supervisor::start(const PlannedHost& host) {
   programs_.start(host, context_.signals);
-  owe_all(host);
+  request_all_faults(host);
   events_.say("start", host.name, "started");
   write_state();
 }
@@ -309,26 +309,26 @@ void Supervisor::act(const Action& action) {
   action.words.front() == "kill" ? kill(host, "") : start(host);
 }
 
-void Supervisor::owe(const Line& line, const LineState& before, const LineState& state) {
+void Supervisor::request_faults(const Line& line, const LineState& before, const LineState& state) {
   if (network_.netem()) return;
   if (needs_router(before.up) || needs_router(state.up))
-    debts_[{line.lower.host, line.upper.host}] = state.up;
+    pending_faults_[{line.lower.host, line.upper.host}] = state.up;
   if (needs_router(before.down) || needs_router(state.down))
-    debts_[{line.upper.host, line.lower.host}] = state.down;
+    pending_faults_[{line.upper.host, line.lower.host}] = state.down;
 }
 
 // A router that is new knows nothing; neither does its neighbour of the new router.
-void Supervisor::owe_all(const PlannedHost& host) {
+void Supervisor::request_all_faults(const PlannedHost& host) {
   for (const Line& line : plan_.lines)
     if (line.upper.host == host.name || line.lower.host == host.name)
-      owe(line, {}, states_[line.name]);
+      request_faults(line, {}, states_[line.name]);
 }
 
-void Supervisor::pay_debts() {
-  std::erase_if(debts_, [&](const auto& debt) {
-    return routers_.inject_faults(debt.first.first, debt.first.second, debt.second);
+void Supervisor::inject_pending_faults() {
+  std::erase_if(pending_faults_, [&](const auto& fault) {
+    return routers_.inject_faults(fault.first.first, fault.first.second, fault.second);
   });
-  next_payment_ = tims::os::now() + kPayAgain;
+  next_injection_ = tims::os::now() + kInjectAgain;
 }
 
 // --- the loop
@@ -336,7 +336,7 @@ void Supervisor::pay_debts() {
 tims::Time Supervisor::next_deadline(tims::Time until) const {
   tims::Time next = until;
   if (!schedule_.empty()) next = std::min(next, schedule_.begin()->first);
-  if (!debts_.empty()) next = std::min(next, next_payment_);
+  if (!pending_faults_.empty()) next = std::min(next, next_injection_);
   return next;
 }
 
@@ -352,7 +352,7 @@ void Supervisor::serve(tims::Time until) {
       if (action.every) schedule_.emplace(at + *action.every, action);
       act(action);
     }
-    if (!debts_.empty() && next_payment_ <= tims::os::now()) pay_debts();
+    if (!pending_faults_.empty() && next_injection_ <= tims::os::now()) inject_pending_faults();
   }
 }
 

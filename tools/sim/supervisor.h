@@ -84,9 +84,9 @@ class Supervisor {
   void act(const Action& action);
 
   // The routers' part of lines' qualities: until they have accepted it.
-  void owe(const Line& line, const LineState& before, const LineState& state);
-  void owe_all(const PlannedHost& host);
-  void pay_debts();
+  void request_faults(const Line& line, const LineState& before, const LineState& state);
+  void request_all_faults(const PlannedHost& host);
+  void inject_pending_faults();
 
   [[nodiscard]] tims::Time next_deadline(tims::Time until) const;
   void look_after_programs();
@@ -103,9 +103,9 @@ class Supervisor {
   ControlServer control_;
   std::map<std::string, LineState, std::less<>> states_;
   std::multimap<tims::Time, Action> schedule_;
-  // "robot1-main", "base": the router and its link, and what is owed.
-  std::map<std::pair<std::string, std::string>, Quality> debts_;
-  tims::Time next_payment_{};
+  // "robot1-main", "base": the router and its link, and what is pending.
+  std::map<std::pair<std::string, std::string>, Quality> pending_faults_;
+  tims::Time next_injection_{};
   std::string since_;
   std::size_t failures_ = 0;
 };

@@ -209,14 +209,14 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
 }
 
 // The words before the last one, without options and their values.
-struct Before {
+struct Preceding {
   Candidates plain;
   const OptionRow* waits = nullptr;  // for its value: the last word
   std::string host;
 };
 
-Before read_before(std::span<const std::string> words) {
-  Before out;
+Preceding read_preceding(std::span<const std::string> words) {
+  Preceding out;
   for (const std::string& word : words) {
     if (out.waits != nullptr) {
       if (out.waits->name == "host") out.host = word;
@@ -235,7 +235,7 @@ Before read_before(std::span<const std::string> words) {
   return out;
 }
 
-Candidates candidates(const Before& before, const std::string& last, Context& context) {
+Candidates candidates(const Preceding& before, const std::string& last, Context& context) {
   Candidates out;
   const Candidates& plain = before.plain;
   Resolved found;
@@ -293,7 +293,7 @@ Exit complete(Context& context) {
   options.timeout = std::chrono::milliseconds(500);  // somebody waits with a finger on a key
   std::vector<std::string> all;
   try {
-    const Before before = read_before(std::span(words).first(words.size() - 1));
+    const Preceding before = read_preceding(std::span(words).first(words.size() - 1));
     Context there(context.verb, options, context.out, context.signals,
                   before.host.empty() ? context.host : parse_host(before.host));
     all = candidates(before, words.back(), there);

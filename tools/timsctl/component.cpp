@@ -27,17 +27,17 @@ constexpr tims::Duration kOnPatience = std::chrono::seconds(5);
 
 constexpr Column kList[] = {
     {"ADDRESS", "address.name"},
-    {"RAW", "address.raw", As::kText, true},
+    {"RAW", "address.raw", Cell::kText, true},
     {"STATE", "state"},
     {"PROGRAM", "program"},
     {"PID", "owner.pid"},
     {"VIA", "via"},
-    {"AT", "at", As::kText, true},
-    {"AGE", "age_s", As::kDuration},
+    {"AT", "at", Cell::kText, true},
+    {"AGE", "age_s", Cell::kDuration},
 };
 
 constexpr Column kStates[] = {
-    {"ADDRESS", "address.name"}, {"RAW", "address.raw", As::kText, true}, {"STATE", "state"}};
+    {"ADDRESS", "address.name"}, {"RAW", "address.raw", Cell::kText, true}, {"STATE", "state"}};
 
 bool is_component(tims::Address address, const tims::AddressWidths& widths) {
   const auto fields = address.fields(widths);
@@ -128,7 +128,7 @@ constexpr Column kParameters[] = {
     {"PARAMETER", "name"},
     {"VALUE", "value"},
     {"TAKES EFFECT", "takes_effect"},
-    {"TYPE", "type", As::kText, true},
+    {"TYPE", "type", Cell::kText, true},
 };
 
 const rack::Parameter& find(const rack::ParameterList& list, std::string_view name,
@@ -326,33 +326,33 @@ constexpr Column kState[] = {
     {"Address", "address.name"},
     {"Raw address", "address.raw"},
     {"State", "state"},
-    {"Since", "since_s", As::kDuration},
+    {"Since", "since_s", Cell::kDuration},
 };
 
 constexpr Column kRealTime[] = {
     {"Watched", "watch"},
-    {"Loops", "loops", As::kCount},
-    {"Blocked", "blocked", As::kCount},
-    {"Preempted", "preempted", As::kCount},
-    {"Page faults", "page_faults", As::kCount},
-    {"Lost", "lost", As::kCount},
+    {"Loops", "loops", Cell::kCount},
+    {"Blocked", "blocked", Cell::kCount},
+    {"Preempted", "preempted", Cell::kCount},
+    {"Page faults", "page_faults", Cell::kCount},
+    {"Lost", "lost", Cell::kCount},
 };
 
 constexpr Column kPlaces[] = {
     {"NOT IN REAL TIME", "kind"},
-    {"TIMES", "count", As::kCount},
+    {"TIMES", "count", Cell::kCount},
     {"WHERE, INNERMOST FIRST", "where"},
 };
 
 constexpr Column kData[] = {
-    {"Period", "period_s", As::kDuration},
-    {"Data sets", "data_sets", As::kCount},
+    {"Period", "period_s", Cell::kDuration},
+    {"Data sets", "data_sets", Cell::kCount},
 };
 
 constexpr Column kListeners[] = {
     {"LISTENER", "address.name"},
-    {"RAW", "address.raw", As::kText, true},
-    {"PERIOD", "period_s", As::kDuration},
+    {"RAW", "address.raw", Cell::kText, true},
+    {"PERIOD", "period_s", Cell::kDuration},
     {"PRIORITY", "priority"},
 };
 

@@ -21,7 +21,7 @@ namespace timsctl {
 // One question at a time, on a connection of its own.
 class ComponentClient {
  public:
-  explicit ComponentClient(Context& context, const MailboxWish& wish = {})
+  explicit ComponentClient(Context& context, const MailboxRequest& wish = {})
       : context_(context), connection_(context.connect(wish)) {}
 
   [[nodiscard]] tims::AddressWidths widths() const { return connection_->widths(); }

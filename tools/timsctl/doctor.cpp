@@ -575,8 +575,10 @@ Exit nagios(Context& context, const Observations& observed, const std::vector<Fi
   return static_cast<Exit>(level);
 }
 
-constexpr Column kColumns[] = {
-    {"CODE", "code"}, {"KIND", "kind"}, {"MEANING", "meaning"}, {"HINT", "hint", As::kText, true}};
+constexpr Column kColumns[] = {{"CODE", "code"},
+                               {"KIND", "kind"},
+                               {"MEANING", "meaning"},
+                               {"HINT", "hint", Cell::kText, true}};
 
 json::object to_json(const CatalogueEntry& entry) {
   return {

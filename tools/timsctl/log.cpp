@@ -156,7 +156,7 @@ class Follower {
   std::uint64_t left_;
   tims::Time end_;
   TextFilter filter_;
-  Missed missed_{"texts"};
+  LostMessages missed_{"texts"};
   Subscription::State state_ = Subscription::State::kAsking;
 };
 
@@ -258,7 +258,7 @@ std::optional<tims::Address> ask_for_log(Context& context, Connection& connectio
 }  // namespace
 
 Exit log_follow(Context& context) {
-  const MailboxWish listener{.address = {}, .slots = 1024, .body_max = 2048};
+  const MailboxRequest listener{.address = {}, .slots = 1024, .body_max = 2048};
   Follower follower(context);
   if (!context.options.arguments.empty()) {
     const std::string& log = context.options.arguments.front();

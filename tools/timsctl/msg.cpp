@@ -62,7 +62,7 @@ class Echo {
   std::uint64_t told_ = 0;
   tims::Time end_;
   std::vector<Subscription::State> states_;
-  Missed missed_{"messages"};
+  LostMessages missed_{"messages"};
   FieldFilter filter_;
   FieldStyle style_;
   CsvLines csv_;
@@ -423,9 +423,9 @@ namespace {
 constexpr Column kTypes[] = {
     {"NAME", "name"},
     {"CLASS", "class"},
-    {"TYPE", "type", As::kCount},
+    {"TYPE", "type", Cell::kCount},
     {"BODY", "body"},
-    {"MAX", "body_max_bytes", As::kBytes},
+    {"MAX", "body_max_bytes", Cell::kBytes},
 };
 
 constexpr Column kFields[] = {

@@ -246,7 +246,7 @@ constexpr Column kHops[] = {
     {"ROUTER", "router"},
     {"FROM", "from.name"},
     {"TO", "to.name"},
-    {"WAITED", "waited_s", As::kDuration},
+    {"WAITED", "waited_s", Cell::kDuration},
     {"TIME", "time"},
 };
 
@@ -343,7 +343,7 @@ struct Answer {
 // One question; nothing when no answer came before the deadline.
 using Ask = std::function<std::optional<Answer>(std::uint8_t number, tims::Time deadline)>;
 
-struct Trip {
+struct RoundTrip {
   std::uint64_t number = 0;
   std::optional<double> seconds;  // nothing: lost
   std::string answer;
@@ -358,14 +358,14 @@ class Pinger {
 
  private:
   void one_trip();
-  void tell(const Trip& trip);
+  void tell(const RoundTrip& trip);
   [[nodiscard]] std::string summary() const;
   [[nodiscard]] json::object summary_json() const;
 
   Context& context_;
   std::string target_;
   Ask ask_;
-  std::vector<Trip> trips_;
+  std::vector<RoundTrip> trips_;
   std::vector<double> seconds_;  // of the answered ones
   Exit exit_ = Exit::kDone;
 };
@@ -392,7 +392,7 @@ Exit Pinger::run() {
 }
 
 void Pinger::one_trip() {
-  Trip trip{.number = trips_.size() + 1, .seconds = {}, .answer = "no answer"};
+  RoundTrip trip{.number = trips_.size() + 1, .seconds = {}, .answer = "no answer"};
   const tims::Time asked = tims::os::now();
   const auto answer = ask_(static_cast<std::uint8_t>(trip.number),
                            tims::os::deadline_after(context_.options.timeout));
@@ -406,7 +406,7 @@ void Pinger::one_trip() {
   tell(trip);
 }
 
-void Pinger::tell(const Trip& trip) {
+void Pinger::tell(const RoundTrip& trip) {
   if (context_.out.json() || context_.options.quiet) return;
   const std::string time = trip.seconds ? base::human_duration(*trip.seconds) : "-";
   const Tone tone = trip.seconds ? Tone::kPlain : Tone::kBad;
@@ -414,17 +414,17 @@ void Pinger::tell(const Trip& trip) {
                                  paint(trip.answer, tone, context_.out.look().colour)));
 }
 
-struct Numbers {
+struct Statistics {
   double min = 0;
   double mean = 0;
   double max = 0;
   double jitter = 0;  // mean change from one to the next
 };
 
-std::optional<Numbers> numbers_of(const std::vector<double>& values) {
+std::optional<Statistics> statistics_of(const std::vector<double>& values) {
   if (values.empty()) return std::nullopt;
   const auto [min, max] = std::ranges::minmax(values);
-  Numbers n{.min = min, .max = max};
+  Statistics n{.min = min, .max = max};
   for (const double v : values) n.mean += v / static_cast<double>(values.size());
   for (std::size_t i = 1; i < values.size(); ++i)
     n.jitter += std::abs(values[i] - values[i - 1]) / static_cast<double>(values.size() - 1);
@@ -437,7 +437,7 @@ std::string Pinger::summary() const {
       trips_.empty() ? 0 : 100.0 * static_cast<double>(lost) / static_cast<double>(trips_.size());
   std::string text = fmt::format("{}: {} sent, {} answered, {:.0f}% lost\n", target_, trips_.size(),
                                  seconds_.size(), loss);
-  if (const auto n = numbers_of(seconds_))
+  if (const auto n = statistics_of(seconds_))
     text += fmt::format("round trip min/avg/max/jitter {} / {} / {} / {}\n",
                         base::human_duration(n->min), base::human_duration(n->mean),
                         base::human_duration(n->max), base::human_duration(n->jitter));
@@ -448,7 +448,7 @@ std::string Pinger::summary() const {
 
 json::object Pinger::summary_json() const {
   json::array items;
-  for (const Trip& trip : trips_)
+  for (const RoundTrip& trip : trips_)
     items.push_back(
         json::object{{"number", trip.number},
                      {"rtt_s", trip.seconds ? json::value(*trip.seconds) : json::value()},
@@ -460,14 +460,14 @@ json::object Pinger::summary_json() const {
                    {"answered", seconds_.size()},
                    {"reached", !seconds_.empty()},
                    {"partial", seconds_.size() != trips_.size()}};
-  const auto n = numbers_of(seconds_);
-  const auto put = [&](const char* name, double Numbers::*field) {
+  const auto n = statistics_of(seconds_);
+  const auto put = [&](const char* name, double Statistics::*field) {
     out[name] = n ? json::value((*n).*field) : json::value();
   };
-  put("rtt_min_s", &Numbers::min);
-  put("rtt_avg_s", &Numbers::mean);
-  put("rtt_max_s", &Numbers::max);
-  put("jitter_s", &Numbers::jitter);
+  put("rtt_min_s", &Statistics::min);
+  put("rtt_avg_s", &Statistics::mean);
+  put("rtt_max_s", &Statistics::max);
+  put("jitter_s", &Statistics::jitter);
   out["items"] = std::move(items);
   return out;
 }

@@ -140,26 +140,26 @@ using namespace std::chrono_literals;
 
 constexpr Column kHz[] = {
     {"ADDRESS", "address.name"},
-    {"HZ", "rate_hz", As::kRate},
-    {"MIN", "interval_min_s", As::kDuration},
-    {"MAX", "interval_max_s", As::kDuration},
-    {"STD", "interval_std_s", As::kDuration},
-    {"JITTER", "jitter_s", As::kDuration},
-    {"MESSAGES", "messages_total", As::kCount},
-    {"LOST", "lost", As::kCount, false, true},
-    {"BYTES/S", "bytes_per_s", As::kBytes, true},
-    {"SILENT", "silent_s", As::kDuration, true},
+    {"HZ", "rate_hz", Cell::kRate},
+    {"MIN", "interval_min_s", Cell::kDuration},
+    {"MAX", "interval_max_s", Cell::kDuration},
+    {"STD", "interval_std_s", Cell::kDuration},
+    {"JITTER", "jitter_s", Cell::kDuration},
+    {"MESSAGES", "messages_total", Cell::kCount},
+    {"LOST", "lost", Cell::kCount, false, true},
+    {"BYTES/S", "bytes_per_s", Cell::kBytes, true},
+    {"SILENT", "silent_s", Cell::kDuration, true},
     {"STATE", "state"},
 };
 constexpr Column kBw[] = {
     {"ADDRESS", "address.name"},
-    {"BYTES/S", "bytes_per_s", As::kBytes},
-    {"MIN", "body_min_bytes", As::kBytes},
-    {"MEAN", "body_mean_bytes", As::kBytes},
-    {"MAX", "body_max_bytes", As::kBytes},
-    {"HZ", "rate_hz", As::kRate},
-    {"MESSAGES", "messages_total", As::kCount},
-    {"LOST", "lost", As::kCount, false, true},
+    {"BYTES/S", "bytes_per_s", Cell::kBytes},
+    {"MIN", "body_min_bytes", Cell::kBytes},
+    {"MEAN", "body_mean_bytes", Cell::kBytes},
+    {"MAX", "body_max_bytes", Cell::kBytes},
+    {"HZ", "rate_hz", Cell::kRate},
+    {"MESSAGES", "messages_total", Cell::kCount},
+    {"LOST", "lost", Cell::kCount, false, true},
     {"STATE", "state"},
 };
 
@@ -222,7 +222,7 @@ class RateWatch {
   Subscriptions subscriptions_;
   std::vector<RateMeter> meters_;
   std::vector<std::uint64_t> totals_;
-  Missed missed_{"messages"};
+  LostMessages missed_{"messages"};
 };
 
 void RateWatch::listen_until(tims::Time deadline) {
@@ -300,18 +300,18 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Column kTop[] = {
-    {"CLIENT", "id", As::kCount},
+    {"CLIENT", "id", Cell::kCount},
     {"NAME", "name"},
     {"PORT", "port"},
-    {"PID", "pid", As::kText},
-    {"MAILBOXES", "mailboxes", As::kCount},
-    {"TAKEN/S", "taken_per_s", As::kRate},
-    {"IN/S", "in_per_s", As::kRate},
-    {"OUT/S", "out_per_s", As::kRate},
-    {"IN_BYTES/S", "in_bytes_per_s", As::kBytes},
-    {"OUT_BYTES/S", "out_bytes_per_s", As::kBytes},
-    {"DROPS", "drops", As::kCount, false, true},
-    {"QUEUE", "queue_bytes", As::kBytes},
+    {"PID", "pid", Cell::kText},
+    {"MAILBOXES", "mailboxes", Cell::kCount},
+    {"TAKEN/S", "taken_per_s", Cell::kRate},
+    {"IN/S", "in_per_s", Cell::kRate},
+    {"OUT/S", "out_per_s", Cell::kRate},
+    {"IN_BYTES/S", "in_bytes_per_s", Cell::kBytes},
+    {"OUT_BYTES/S", "out_bytes_per_s", Cell::kBytes},
+    {"DROPS", "drops", Cell::kCount, false, true},
+    {"QUEUE", "queue_bytes", Cell::kBytes},
 };
 // Single keys from a terminal, without Enter and without echo, until this goes.
 enum class Key { kNone, kQuit, kLeft, kRight };
@@ -452,7 +452,7 @@ std::string Top::heading() const {
 
 void Top::wait_until(tims::Time deadline) {
   const int fd = keys_ ? keys_->descriptor() : -1;
-  while (context_.signals.wait(fd, deadline) == Signals::Woken::kReadable) {
+  while (context_.signals.wait(fd, deadline) == Signals::WaitResult::kReadable) {
     const Key key = keys_->read();
     if (key == Key::kQuit) quit_ = true;
     if (quit_) return;

@@ -22,9 +22,9 @@ constexpr Column kRoutes[] = {
     {"PID", "owner.pid"},
     {"PEER", "owner.peer"},
     {"ROUTER", "router.name"},
-    {"HOPS", "hops", As::kText, true},
-    {"CLIENT", "owner.client", As::kText, true},
-    {"AGE", "age_s", As::kDuration},
+    {"HOPS", "hops", Cell::kText, true},
+    {"CLIENT", "owner.client", Cell::kText, true},
+    {"AGE", "age_s", Cell::kDuration},
 };
 
 constexpr Column kRoutesEverywhere[] = {
@@ -34,7 +34,7 @@ constexpr Column kRoutesEverywhere[] = {
     {"VIA", "via"},
     {"OWNER", "owner.name"},
     {"HOPS", "hops"},
-    {"AGE", "age_s", As::kDuration},
+    {"AGE", "age_s", Cell::kDuration},
 };
 
 std::string draw_verdict(const json::object& route, const Look& look) {
