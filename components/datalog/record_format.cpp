@@ -1,10 +1,10 @@
 #include "components/datalog/record_format.h"
 
 #include <array>
-#include <charconv>
 #include <deque>
 #include <vector>
 
+#include "base/text.h"
 #include "rack/codec/message_text.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/catalogue.h"
@@ -253,8 +253,7 @@ std::vector<RecordedClass> with_added() {
   for (const ClassInfo& own : added_classes()) {
     const MessageInfo* data = find_message(own.class_id, tims::type::kData);
     if (data == nullptr || data->body == nullptr) continue;
-    std::string& name = texts.emplace_back(own.name);
-    for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c | 0x20) : c;
+    const std::string& name = texts.emplace_back(tims::base::lower(own.name));
     all.push_back({own.class_id, own.name, name, 1, data->body->size_max,
                    texts.emplace_back(column_words(*data->body)), nullptr, data->body});
   }
@@ -282,12 +281,9 @@ tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t numbe
     return bad(number, "expected an address, a blank and a file name");
   std::string_view digits = line.substr(0, blank);
   if (digits.starts_with("0x")) digits.remove_prefix(2);
-  u32 address = 0;
-  const auto [end, error] =
-      std::from_chars(digits.data(), digits.data() + digits.size(), address, 16);
-  if (error != std::errc() || end != digits.data() + digits.size())
-    return bad(number, "the address is no hexadecimal number");
-  DatalogLogInfo info{.moduleMbx = tims::Address(address)};
+  const auto address = tims::base::parse_number<u32>(digits, 16);
+  if (!address) return bad(number, "the address is no hexadecimal number");
+  DatalogLogInfo info{.moduleMbx = tims::Address(*address)};
   const RecordedClass* recorded = recorded_class(info.moduleMbx.fields(widths).class_id);
   if (recorded == nullptr) return bad(number, "data of this class are not recorded");
   info.maxDataLen = static_cast<i32>(recorded->body_max);

@@ -1,12 +1,12 @@
 #include "components/geometry/floor_map.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "components/geometry/pose.h"
 
 namespace rack {
@@ -24,10 +24,7 @@ std::string_view trimmed(std::string_view text) {
 template <typename T>
 std::optional<T> number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return tims::base::parse_number<T>(text);
 }
 
 struct Group {

@@ -1,6 +1,7 @@
 #include "components/pilot/drive.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -21,58 +22,38 @@ bool counts(const ScanPoint& point) {
 // What the vehicle needs for itself, seen in the direction it goes.
 struct Box {
   double ahead;
+  double right;
   double behind;
   double left;
-  double right;
 };
 
-Box box_of(Direction direction, const ChassisParamData& chassis) {
-  const double margin = chassis.safetyMargin;
-  const double way = margin + chassis.safetyMarginMove.raw();
-  const double front = chassis.boundaryFront;
-  const double back = chassis.boundaryBack;
-  const double left = chassis.boundaryLeft;
-  const double right = chassis.boundaryRight;
-  switch (direction) {
-    case Direction::kForward:
-      break;
-    case Direction::kBackward:
-      return {back + way, front, right + margin, left + margin};
-    case Direction::kLeft:
-      return {left + way, right, back + margin, front + margin};
-    case Direction::kRight:
-      return {right + way, left, front + margin, back + margin};
-  }
-  return {front + way, back, left + margin, right + margin};
+// Of four sides, clockwise from the front: the one that lies so many quarter turns to the right of
+// the direction.
+template <typename Sides>
+double side(const Sides& sides, Direction direction, std::size_t quarters) {
+  return sides[(static_cast<std::size_t>(direction) + quarters) % 4];
 }
 
-struct Seen {
-  double ahead;
-  double right;
-};
-
-Seen seen(const ScanPoint& point, Direction direction) {
-  const double x = point.x;
-  const double y = point.y;
-  switch (direction) {
-    case Direction::kForward:
-      break;
-    case Direction::kBackward:
-      return {-x, -y};
-    case Direction::kLeft:
-      return {-y, x};
-    case Direction::kRight:
-      return {y, -x};
-  }
-  return {x, y};
+Box box_of(Direction direction, const ChassisParamData& chassis) {
+  const std::array<double, 4> hull = {
+      static_cast<double>(chassis.boundaryFront), static_cast<double>(chassis.boundaryRight),
+      static_cast<double>(chassis.boundaryBack), static_cast<double>(chassis.boundaryLeft)};
+  const double margin = chassis.safetyMargin;
+  const double way = margin + chassis.safetyMarginMove.raw();
+  return {side(hull, direction, 0) + way, side(hull, direction, 1) + margin,
+          side(hull, direction, 2), side(hull, direction, 3) + margin};
 }
 
 double speed_for(const ScanPoint& point, Direction direction, const Box& box,
                  double break_constant) {
-  const Seen at = seen(point, direction);
-  if (at.ahead < -box.behind) return std::numeric_limits<double>::infinity();  // it goes away
-  const double ahead = std::max(0.0, at.ahead - box.ahead);
-  const double besides = std::max({0.0, at.right - box.right, -at.right - box.left});
+  const double x = point.x;
+  const double y = point.y;
+  const std::array<double, 4> ways = {x, y, -x, -y};
+  const double to_front = side(ways, direction, 0);
+  const double to_right = side(ways, direction, 1);
+  if (to_front < -box.behind) return std::numeric_limits<double>::infinity();  // it goes away
+  const double ahead = std::max(0.0, to_front - box.ahead);
+  const double besides = std::max({0.0, to_right - box.right, -to_right - box.left});
   const bool moves = (point.type & scan_point::kClassMask) == kDynamicObstacle;
   return std::max(ahead, kBesides * besides) / (break_constant * (moves ? kMoving : 1));
 }

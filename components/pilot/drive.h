@@ -18,7 +18,7 @@ namespace rack::pilot {
 // this constant is the speed that this point allows; the least of all points is the answer. What
 // moves by itself may come closer meanwhile, and allows a third. Landmarks are passed through.
 
-enum class Direction : std::uint8_t { kForward, kBackward, kLeft, kRight };
+enum class Direction : std::uint8_t { kForward, kRight, kBackward, kLeft };  // clockwise
 
 // The largest speed, mm/s and not negative, with which it still stops in time. Landmarks, points
 // that are no measurement and those behind the hull do not count; what moves keeps it three times

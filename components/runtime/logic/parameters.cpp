@@ -7,6 +7,8 @@
 #include <cmath>
 #include <concepts>
 
+#include "base/text.h"
+
 namespace rack {
 namespace {
 
@@ -28,14 +30,6 @@ constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance",
               -1}),
 };
-
-template <typename Number>
-std::optional<Number> number(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
 template <std::floating_point Number>
@@ -203,11 +197,11 @@ tims::Result<void> Parameters::set(std::string_view name, std::string_view value
     return tims::Error(tims::Errc::kInvalidArgument, "no parameter " + std::string(name));
   ParameterValue next = std::string(value);
   if (std::holds_alternative<std::int32_t>(entry->value)) {
-    const auto whole = number<std::int32_t>(value);
+    const auto whole = tims::base::parse_number<std::int32_t>(value);
     if (!whole) return refused(*entry, value);
     next = *whole;
   } else if (std::holds_alternative<float>(entry->value)) {
-    const auto real = number<float>(value);
+    const auto real = tims::base::parse_number<float>(value);
     if (!real) return refused(*entry, value);
     next = *real;
   }
