@@ -64,6 +64,15 @@ inline constexpr std::size_t kRedZone = 0;
 
 using Registers = std::array<std::uint64_t, kRegisterNames.size()>;  // by DWARF's numbers
 
+inline Registers registers_of([[maybe_unused]] const ucontext_t& context) {
+  Registers registers{};
+#if defined(__x86_64__)
+  for (const RegisterName& name : kRegisterNames)
+    registers[name.dwarf] = static_cast<std::uint64_t>(context.uc_mcontext.gregs[name.signal]);
+#endif
+  return registers;
+}
+
 // --- Who called whom
 
 struct ThreadState {

@@ -91,13 +91,6 @@ void copy_maps(int to) {
     if (::write(to, text.data(), static_cast<std::size_t>(size)) != size) break;
 }
 
-Registers registers_of(const ucontext_t& context) {
-  Registers registers{};
-  for (const RegisterName& name : kRegisterNames)
-    registers[name.dwarf] = static_cast<std::uint64_t>(context.uc_mcontext.gregs[name.signal]);
-  return registers;
-}
-
 // In memory, which has room at once however slowly it is read. -1: it cannot be.
 int write_record(CrashRecord& record) {
   const int file = ::memfd_create("crash", MFD_CLOEXEC);
