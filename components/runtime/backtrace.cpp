@@ -17,8 +17,9 @@ namespace {
 
 constexpr pid_t kThread = 1;  // what libdw calls the only thread that it gets to see
 
+// Files of this host only: nobody waits for a server of debug information.
 constexpr Dwfl_Callbacks kFiles = {.find_elf = dwfl_linux_proc_find_elf,
-                                   .find_debuginfo = dwfl_standard_find_debuginfo,
+                                   .find_debuginfo = dwfl_build_id_find_debuginfo,
                                    .section_address = nullptr,
                                    .debuginfo_path = nullptr};
 

@@ -2,7 +2,7 @@
 // and of one that has crashed (crash_report.cpp). Both come as registers and the top of the stack.
 // libdw (elfutils) steps from a function to its caller by the tables that the compiler leaves in
 // every program, so also through functions without frame pointers, and knows names, files and
-// lines. It allocates: nothing here is for a signal handler.
+// lines. It allocates, so an Unwinder is nothing for a signal handler.
 #pragma once
 
 #include <array>
