@@ -257,26 +257,16 @@ std::string one_line(std::string text) {
   return text;
 }
 
-constexpr Level kLevels[] = {Level::kPrint, Level::kError, Level::kWarning, Level::kInfo,
-                             Level::kDetail};
+// By the number that the parameter gdosLevel has for them.
+constexpr std::array<std::string_view, 5> kLevels = {"print", "error", "warning", "info", "detail"};
 constexpr Layout kLayouts[] = {{8, false}, {4, false}, {8, true}, {4, true}};
 
 }  // namespace
 
 std::string_view name(Level level) {
-  switch (level) {
-    case Level::kPrint:
-      return "print";
-    case Level::kError:
-      return "error";
-    case Level::kWarning:
-      return "warning";
-    case Level::kInfo:
-      return "info";
-    case Level::kDetail:
-      return "detail";
-  }
-  return "unknown";
+  const auto i =
+      static_cast<std::size_t>(static_cast<int>(Level::kPrint) - static_cast<int>(level));
+  return i < kLevels.size() ? kLevels[i] : "unknown";
 }
 
 std::optional<Level> level_of(std::int8_t message_type) {
@@ -285,10 +275,9 @@ std::optional<Level> level_of(std::int8_t message_type) {
 }
 
 std::optional<Level> level_of(std::string_view text) {
-  for (const Level level : kLevels) {
-    if (name(level) == text) return level;
-  }
-  return std::nullopt;
+  const auto found = std::ranges::find(kLevels, text);
+  if (found == kLevels.end()) return std::nullopt;
+  return level_of_parameter(static_cast<int>(found - kLevels.begin()));
 }
 
 std::size_t encode(Body& body, std::string_view format, std::span<const Argument> arguments) {

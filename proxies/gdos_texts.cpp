@@ -12,29 +12,6 @@
 
 namespace rack::gdos {
 
-namespace {
-
-// --- writing
-
-// Whatever a text holds, its line has no control character: terminals obey some beyond those that
-// JSON escapes.
-void append_string(std::string_view text, std::string& out) {
-  out += '"';
-  while (!text.empty()) {
-    const tims::base::Character c = tims::base::first_character(text);
-    if (c.code == '"' || c.code == '\\') out += '\\';
-    if (tims::base::is_control(c.code)) {
-      out += fmt::format("\\u{:04x}", c.code);
-    } else {
-      tims::base::append_utf8(c.code, out);
-    }
-    text.remove_prefix(c.bytes);
-  }
-  out += '"';
-}
-
-}  // namespace
-
 std::string to_text(RecordTime time) { return tims::base::rfc3339(time, 3); }
 
 std::optional<RecordTime> record_time(std::string_view text) {
@@ -63,9 +40,7 @@ std::string to_line(const Record& record) {
   std::string line = "{";
   const auto field = [&line](std::string_view key, std::string_view value) {
     if (line.size() > 1) line += ',';
-    append_string(key, line);
-    line += ':';
-    append_string(value, line);
+    line.append(tims::base::in_quotes(key)).append(":").append(tims::base::in_quotes(value));
   };
   field("time", to_text(record.time));
   field("address", record.address.to_hex());

@@ -1,5 +1,7 @@
 #include "rack/proxies/generic.h"
 
+#include <array>
+
 namespace rack {
 
 std::string_view reason_of(std::span<const std::byte> body) {
@@ -20,29 +22,17 @@ std::string_view name(Status status) {
 }
 
 std::string_view name(TakesEffect when) {
-  switch (when) {
-    case TakesEffect::kNow:
-      return "now";
-    case TakesEffect::kAtOn:
-      return "at the next ON";
-    case TakesEffect::kAtStart:
-      return "when its program starts again";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 3> kWords = {"now", "at the next ON",
+                                                      "when its program starts again"};
+  const auto i = static_cast<std::size_t>(when);
+  return i < kWords.size() ? kWords[i] : "unknown";
 }
 
 std::string_view name(WatchDepth depth) {
-  switch (depth) {
-    case WatchDepth::kOff:
-      return "off";
-    case WatchDepth::kCounts:
-      return "counts";
-    case WatchDepth::kFaultPlaces:
-      return "places of page faults";
-    case WatchDepth::kAllPlaces:
-      return "places";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kWords = {"off", "counts", "places of page faults",
+                                                      "places"};
+  const auto i = static_cast<std::size_t>(depth);
+  return i < kWords.size() ? kWords[i] : "unknown";
 }
 
 }  // namespace rack

@@ -325,11 +325,8 @@ std::string load(const fs::path& path) {
   if (!stream) return "cannot be read";
   auto file = MessageFile::parse(std::string(std::istreambuf_iterator<char>(stream), {}));
   if (!file) return file.error().detail();
-  const ClassInfo& found = (*file)->class_info();
-  for (const ClassInfo& other : added_classes())
-    if (other.class_id == found.class_id && other.name == found.name)
-      return {};  // the first one is it
-  if (const auto added = add_class(found); !added) return added.error().detail();
+  // When another one has described this class before, that is it.
+  if (const auto added = add_class((*file)->class_info()); !added) return added.error().detail();
   loaded().push_back(*std::move(file));
   return {};
 }

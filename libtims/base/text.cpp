@@ -112,17 +112,18 @@ std::string lower(std::string_view text) {
 }
 
 std::string in_quotes(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string out(1, '"');
-  for (const char c : text) {
-    const auto value = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (value < 0x20 || value == 0x7F) {
-      out.append("\\u00") += "0123456789ABCDEF"[value >> 4];
-      out += "0123456789ABCDEF"[value & 0xF];
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    const std::size_t bytes = std::max<std::size_t>(c.bytes, 1);
+    if (c.code == '"' || c.code == '\\') out += '\\';
+    if (c.bytes > 0 && is_control(c.code)) {
+      out.append("\\u00").append({kDigits[c.code >> 4], kDigits[c.code & 0xF]});
     } else {
-      out += c;
+      out += text.substr(0, bytes);
     }
+    text.remove_prefix(bytes);
   }
   out += '"';
   return out;

@@ -45,7 +45,8 @@ std::string lower(std::string_view text);
 
 // --- quotes, digits, words
 
-// As a string of TOML or JSON: "a \"b\"\u000A".
+// As a string of TOML or JSON: "a \"b\"\u000A". No control character is left, whatever a terminal
+// obeys.
 std::string in_quotes(std::string_view text);
 
 // All of the text is this number; a whole one may be given its radix.

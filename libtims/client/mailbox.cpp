@@ -99,9 +99,7 @@ void MailboxCore::sleep(Time deadline) {
     if (event_fd_ < 0) {
       os::futex_wait(*receiver_.view().header().sleep.raw(), armed, deadline);
     } else {
-      pollfd wait{event_fd_, POLLIN, 0};
-      const timespec rest = os::to_timespec(Time(deadline - os::now()));
-      ::ppoll(&wait, 1, deadline == kNever ? nullptr : &rest, nullptr);
+      (void)os::is_ready(event_fd_, POLLIN, deadline);
       os::drain_wakes(event_fd_);
     }
   }

@@ -36,14 +36,9 @@ void set_timeout(int socket, Duration timeout) {
 }
 
 bool readable_before_stop(int socket, int stop) {
-  const Time end = os::deadline_after(RouterLink::kAnswerTimeout);
   std::array<pollfd, 2> waits{{{socket, POLLIN, 0}, {stop, POLLIN, 0}}};
-  int ready = -1;
-  do {
-    const timespec rest = os::to_timespec(Time(std::max(end - os::now(), Duration::zero())));
-    ready = ::ppoll(waits.data(), waits.size(), &rest, nullptr);
-  } while (ready < 0 && errno == EINTR);
-  return ready > 0 && waits[1].revents == 0;
+  return os::poll_until(waits, os::deadline_after(RouterLink::kAnswerTimeout)) &&
+         waits[1].revents == 0;
 }
 
 }  // namespace
@@ -84,12 +79,9 @@ void RouterLink::start() {
 
 Result<void> RouterLink::wait_connected(Time deadline) {
   std::unique_lock lock(mutex_);
-  const auto settled = [this] { return connected_ || refused_; };
-  if (deadline == kNever) {
-    changed_.wait(lock, settled);
-  } else if (!changed_.wait_for(lock, deadline - os::now(), settled)) {
+  const Duration patience = deadline == kNever ? kForever : deadline - os::now();
+  if (!wait(lock, patience, [this] { return connected_ || refused_; }))
     return Error(Errc::kTimeout, "no router at " + where_);
-  }
   if (refused_) return *refused_;
   return {};
 }
@@ -106,12 +98,7 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
     return Error(Errc::kNoRouter, sent.error().message());
   pending_[request] = &pending;
   const auto settled = [&] { return pending.failed || pending.answers.size() >= pending.expected; };
-  bool done = true;
-  if (patience == kForever) {
-    changed_.wait(lock, settled);
-  } else {
-    done = changed_.wait_for(lock, patience, settled);
-  }
+  const bool done = wait(lock, patience, settled);
   pending_.erase(request);
   if (!done || pending.failed)
     return Error(Errc::kNoRouter, "the router at " + where_ + " did not answer");
@@ -225,7 +212,7 @@ Result<void> RouterLink::hello(int socket) {
 void RouterLink::serve() {
   std::array<pollfd, 2> waits{{{socket_.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}}};
   for (;;) {
-    if (::poll(waits.data(), waits.size(), -1) < 0) continue;
+    (void)os::poll_until(waits, kNever);
     if (waits[1].revents != 0) return;
     if (waits[0].revents != 0 && !receive()) return;
   }
@@ -261,13 +248,11 @@ void RouterLink::dispatch(wire::Packet packet, std::vector<os::File> files) {
 }
 
 void RouterLink::disconnect() {
-  {
-    const std::lock_guard lock(mutex_);
-    connected_ = false;
-    socket_.reset();
-    for (auto& [request, pending] : pending_) pending->failed = true;
-    changed_.notify_all();
-  }
+  const std::lock_guard lock(mutex_);
+  connected_ = false;
+  socket_.reset();
+  for (auto& [request, pending] : pending_) pending->failed = true;
+  changed_.notify_all();
 }
 
 bool RouterLink::stopping_within(Duration wait) { return os::is_readable(stop_.get(), wait); }

@@ -91,6 +91,13 @@ class RouterLink {
     bool failed = false;
   };
 
+  // Until `settled`; false: not within that time.
+  template <typename Settled>
+  bool wait(std::unique_lock<std::mutex>& lock, Duration patience, Settled settled) {
+    if (patience != kForever) return changed_.wait_for(lock, patience, settled);
+    changed_.wait(lock, settled);
+    return true;
+  }
   void run();
   Result<void> connect();
   Result<os::File> dial();

@@ -15,7 +15,7 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
-#include "os/clock.h"
+#include "os/wakeup.h"
 
 namespace tims::os {
 
@@ -88,11 +88,7 @@ Result<AddressList> look_up(const std::string& host, std::uint16_t port) {
 // 0, or the errno that says why not.
 int wait_connected(int socket, Time deadline, int cancel) {
   std::array<pollfd, 2> waits{{{socket, POLLOUT, 0}, {cancel, POLLIN, 0}}};
-  int ready = -1;
-  do {
-    const timespec rest = to_timespec(Time(std::max(deadline - now(), Duration::zero())));
-    ready = ::ppoll(waits.data(), waits.size(), &rest, nullptr);
-  } while (ready < 0 && errno == EINTR);
+  (void)poll_until(waits, deadline);
   if (waits[1].revents != 0) return ECANCELED;
   if (waits[0].revents == 0) return ETIMEDOUT;
   int error = 0;

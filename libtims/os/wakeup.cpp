@@ -4,7 +4,6 @@
 #include <array>
 
 #include <linux/futex.h>
-#include <poll.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -70,13 +69,18 @@ void drain_wakes(int woken) {
   }
 }
 
-bool is_ready(int fd, short events, Time deadline) {
-  pollfd ready{fd, events, 0};
+bool poll_until(std::span<pollfd> waits, Time deadline) {
   for (;;) {
     const timespec rest = to_timespec(Time(std::max(deadline - now(), Duration::zero())));
-    const int n = ::ppoll(&ready, 1, &rest, nullptr);
+    const int n =
+        ::ppoll(waits.data(), waits.size(), deadline == kNever ? nullptr : &rest, nullptr);
     if (n >= 0 || errno != EINTR) return n > 0;
   }
+}
+
+bool is_ready(int fd, short events, Time deadline) {
+  pollfd wait{fd, events, 0};
+  return poll_until({&wait, 1}, deadline);
 }
 
 bool is_readable(int fd, Duration within) { return is_ready(fd, POLLIN, deadline_after(within)); }

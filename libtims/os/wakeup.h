@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <span>
 
+#include <poll.h>
+
 #include "os/clock.h"
 #include "os/file.h"
 #include "tims/time.h"
@@ -51,6 +53,8 @@ void drain_wakes(int woken);
 
 // --- Any descriptor
 
+// poll(2) until one of them reports what is asked of it; false at the deadline.
+bool poll_until(std::span<pollfd> waits, Time deadline);
 // Whether poll() reports one of `events` before the deadline; -1 never is ready.
 bool is_ready(int fd, short events, Time deadline);
 // Can be read within that time.

@@ -33,7 +33,8 @@ inline constexpr auto kFields<AddressWidths> =
     std::tuple(&AddressWidths::system, &AddressWidths::class_id, &AddressWidths::instance,
                &AddressWidths::local);
 template <>
-inline constexpr auto kFields<Place> = std::tuple(&Place::segment, &Place::offset);
+inline constexpr auto kFields<MailboxPlace> =
+    std::tuple(&MailboxPlace::segment, &MailboxPlace::offset);
 template <>
 inline constexpr auto kFields<Hello> = std::tuple(&Hello::version_min, &Hello::version_max,
                                                   &Hello::writer, Text{&Hello::name, kNameMax});

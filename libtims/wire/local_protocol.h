@@ -48,10 +48,10 @@ inline constexpr std::size_t kNameMax = 31;
 inline constexpr std::size_t kTextMax = 512;
 
 // Where a mailbox lies: in which client's shared memory, at which byte.
-struct Place {
+struct MailboxPlace {
   std::uint64_t segment = 0;
   std::uint64_t offset = 0;
-  bool operator==(const Place&) const = default;
+  bool operator==(const MailboxPlace&) const = default;
 };
 
 struct Hello {
@@ -76,7 +76,7 @@ struct OfferSegment {
 };
 struct OpenEntry {
   Address address = {};
-  Place place = {};
+  MailboxPlace place = {};
   bool has_waker = false;  // then the wakers (os/wakeup.h) come beside the record, in order
 };
 struct Open {
@@ -101,13 +101,13 @@ struct Lookup {
 };
 struct Found {
   Address address = {};
-  bool local = false;  // false: send through the uplink
-  Place place = {};    // segment ids here are the router's, unique on this host
+  bool local = false;       // false: send through the uplink
+  MailboxPlace place = {};  // segment ids here are the router's, unique on this host
   bool has_waker = false;
 };
 struct UplinkRequest {};
 struct Uplink {
-  Place place = {};
+  MailboxPlace place = {};
 };
 // A message came through the uplink although its receiver is on this host by now.
 struct Moved {

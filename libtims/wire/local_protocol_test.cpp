@@ -17,7 +17,7 @@ Bytes bytes_of(const Packet& packet) {
 
 // One of each, with a different value in every field.
 std::vector<Packet> one_of_each() {
-  const Place place{0x1122334455667788, 0x8877665544332211};
+  const MailboxPlace place{0x1122334455667788, 0x8877665544332211};
   return {
       {1, Hello{2, 3, 0x00ABCDEF, "laser"}},
       {2, Welcome{4, 5, Address(6), 0x99AABBCCDDEEFF00, 1 << 24, {5, 6, 9, 12}}},
@@ -85,10 +85,10 @@ TEST(LocalProtocol, OpeningAndClosing) {
   const auto open = round_trip(Open{{{Address(1), {2, 3}, true}, {Address(4), {5, 6}, false}}});
   ASSERT_EQ(open.entries.size(), 2U);
   EXPECT_EQ(open.entries[0].address, Address(1));
-  EXPECT_EQ(open.entries[0].place, (Place{2, 3}));
+  EXPECT_EQ(open.entries[0].place, (MailboxPlace{2, 3}));
   EXPECT_TRUE(open.entries[0].has_waker);
   EXPECT_EQ(open.entries[1].address, Address(4));
-  EXPECT_EQ(open.entries[1].place, (Place{5, 6}));
+  EXPECT_EQ(open.entries[1].place, (MailboxPlace{5, 6}));
   EXPECT_FALSE(open.entries[1].has_waker);
   const auto opened = round_trip(Opened{{{Address(7), OpenStatus::kTooMany}}, "pid 9 (laser)"});
   ASSERT_EQ(opened.entries.size(), 1U);
@@ -104,9 +104,9 @@ TEST(LocalProtocol, LookingUp) {
   const auto found = round_trip(Found{Address(4), true, {5, 6}, false});
   EXPECT_EQ(found.address, Address(4));
   EXPECT_TRUE(found.local);
-  EXPECT_EQ(found.place, (Place{5, 6}));
+  EXPECT_EQ(found.place, (MailboxPlace{5, 6}));
   EXPECT_FALSE(found.has_waker);
-  EXPECT_EQ(round_trip(Uplink{{7, 8}}).place, (Place{7, 8}));
+  EXPECT_EQ(round_trip(Uplink{{7, 8}}).place, (MailboxPlace{7, 8}));
   EXPECT_EQ(round_trip(Moved{Address(9)}).address, Address(9));
 }
 

@@ -10,7 +10,9 @@ namespace {
 constexpr std::string_view kAdvice =
     "; its sender is broken, or has another version of this message";
 
-std::string name(Place place) { return std::string(place.type).append(".").append(place.field); }
+std::string name(FieldName field_name) {
+  return std::string(field_name.type).append(".").append(field_name.field);
+}
 
 tims::Error malformed(std::string text) {
   return {tims::Errc::kMalformed, std::move(text.append(kAdvice))};
@@ -29,24 +31,24 @@ tims::Error surplus(std::string_view type, std::size_t expected, std::size_t the
                    bytes(there));
 }
 
-tims::Error bad_count(Place place, std::int64_t count, std::size_t max) {
-  return malformed(name(place) + " is " + std::to_string(count) + ", allowed are 0 to " +
+tims::Error bad_count(FieldName field_name, std::int64_t count, std::size_t max) {
+  return malformed(name(field_name) + " is " + std::to_string(count) + ", allowed are 0 to " +
                    std::to_string(max));
 }
 
-tims::Error elements_missing(Place place, std::size_t needed, std::size_t there) {
-  return malformed(name(place) + " promises " + bytes(needed) + ", only " + bytes(there) +
+tims::Error elements_missing(FieldName field_name, std::size_t needed, std::size_t there) {
+  return malformed(name(field_name) + " promises " + bytes(needed) + ", only " + bytes(there) +
                    " follow");
 }
 
-tims::Error too_many(Place place, std::size_t count, std::size_t max) {
-  return {tims::Errc::kInvalidArgument, name(place) + " has " + std::to_string(count) +
+tims::Error too_many(FieldName field_name, std::size_t count, std::size_t max) {
+  return {tims::Errc::kInvalidArgument, name(field_name) + " has " + std::to_string(count) +
                                             " elements, allowed are " + std::to_string(max) +
                                             ": send fewer"};
 }
 
-tims::Error wrong_tail(Place place, std::size_t count, std::int64_t stated) {
-  return {tims::Errc::kInvalidArgument, name(place) + " has " + std::to_string(count) +
+tims::Error wrong_tail(FieldName field_name, std::size_t count, std::int64_t stated) {
+  return {tims::Errc::kInvalidArgument, name(field_name) + " has " + std::to_string(count) +
                                             " elements, the other fields say " +
                                             std::to_string(stated) + ": make them agree"};
 }

@@ -103,12 +103,12 @@ class Reader {
 
   Result<MessageValue> read_elements(const SchemaField& field, std::int64_t count,
                                      std::string_view name) {
-    const codec::Place place{schema_.name, name};
+    const codec::FieldName field_name{schema_.name, name};
     if (count < 0 || count > static_cast<std::int64_t>(field.times))
-      return codec::bad_count(place, count, field.times);
+      return codec::bad_count(field_name, count, field.times);
     const auto wanted = static_cast<std::size_t>(count);
     if (wanted * field.size > left())
-      return codec::elements_missing(place, wanted * field.size, left());
+      return codec::elements_missing(field_name, wanted * field.size, left());
     return read_many(field, wanted, from_, order_);
   }
 
@@ -131,13 +131,13 @@ class Writer {
     std::size_t tails = 0;
     for (std::size_t i = 0; i < schema.fields.size(); ++i) {
       const SchemaField& field = schema.fields[i];
-      const codec::Place place{schema.name, field.name};
+      const codec::FieldName field_name{schema.name, field.name};
       if (field.is_variable() && elements(field, values[i]) > field.times)
-        return codec::too_many(place, elements(field, values[i]), field.times);
+        return codec::too_many(field_name, elements(field, values[i]), field.times);
       if (field.repeat == Repeat::kTail) {
         const std::int64_t stated = schema.tail_size(out_, order_, tails++);
         if (std::cmp_not_equal(elements(field, values[i]), stated))
-          return codec::wrong_tail(place, elements(field, values[i]), stated);
+          return codec::wrong_tail(field_name, elements(field, values[i]), stated);
       }
       if (field.type == FieldType::kCount) {
         put(static_cast<i32>(counted(schema, values, i)));
@@ -223,42 +223,10 @@ MessageValue made_value(const SchemaField& field) {
 }
 
 std::string_view name(FieldType type) {
-  switch (type) {
-    case FieldType::kI8:
-      return "i8";
-    case FieldType::kU8:
-      return "u8";
-    case FieldType::kI16:
-      return "i16";
-    case FieldType::kU16:
-      return "u16";
-    case FieldType::kI32:
-      return "i32";
-    case FieldType::kU32:
-      return "u32";
-    case FieldType::kI64:
-      return "i64";
-    case FieldType::kU64:
-      return "u64";
-    case FieldType::kF32:
-      return "f32";
-    case FieldType::kF64:
-      return "f64";
-    case FieldType::kByte:
-      return "byte";
-    case FieldType::kTime:
-      return "time";
-    case FieldType::kAddress:
-      return "address";
-    case FieldType::kCount:
-      return "count";
-    case FieldType::kChar:
-    case FieldType::kText:
-      return "text";
-    case FieldType::kStruct:
-      break;
-  }
-  return "struct";
+  constexpr std::array<std::string_view, 17> kNames = {
+      "i8",  "u8",   "i16",  "u16",  "i32",     "u32",  "i64",   "u64",   "f32",
+      "f64", "byte", "text", "time", "address", "text", "count", "struct"};
+  return kNames.at(static_cast<std::size_t>(type));
 }
 
 std::size_t size_of(FieldType type) {

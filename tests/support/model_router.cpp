@@ -98,9 +98,7 @@ void ModelRouter::Loop::run() {
       const int events = POLLIN | (c.socket.has_unsent() ? POLLOUT : 0);
       ready.push_back({c.is_closed ? -1 : c.socket.fd(), static_cast<short>(events), 0});
     }
-    const timespec timeout =
-        os::to_timespec(Time(std::max(next_beat - os::now(), Duration::zero())));
-    ::ppoll(ready.data(), ready.size(), &timeout, nullptr);
+    (void)os::poll_until(ready, next_beat);
     if (ready[0].revents != 0) return;
     std::size_t i = 2;
     for (Client& c : clients_) {

@@ -6,6 +6,7 @@
 #include <poll.h>
 
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "tests/support/message.h"
 #include "tests/support/tcp_socket.h"
 #include "wire/header.h"
@@ -135,8 +136,7 @@ void ReplayNetwork::run_once(Time deadline) {
     const int events = POLLIN | (c->socket.has_unsent() ? POLLOUT : 0);
     ready.push_back({c->socket.fd(), static_cast<short>(events), 0});
   }
-  const timespec timeout = os::to_timespec(Time(std::max(deadline - os::now(), Duration::zero())));
-  if (::ppoll(ready.data(), ready.size(), &timeout, nullptr) <= 0) return;
+  if (!os::poll_until(ready, deadline)) return;
   if (ready[0].revents != 0) stopped_ = true;
   for (std::size_t i = 0; i < connections.size(); ++i) {
     const short events = ready[i + 1].revents;

@@ -35,12 +35,9 @@ Signals::Signals() {
 
 Signals::WaitResult Signals::wait(int fd, tims::Time deadline) const {
   std::array<pollfd, 2> waits{{{file_.get(), POLLIN, 0}, {fd, POLLIN, 0}}};
-  const auto rest = std::max(deadline - tims::os::now(), tims::Duration::zero());
-  const timespec limit = tims::os::to_timespec(tims::Time(rest));
-  const int ready =
-      ::ppoll(waits.data(), waits.size(), deadline == tims::kNever ? nullptr : &limit, nullptr);
+  const bool ready = tims::os::poll_until(waits, deadline);
   if (waits[0].revents != 0) throw Interrupted();
-  return ready > 0 ? WaitResult::kReadable : WaitResult::kTimeout;
+  return ready ? WaitResult::kReadable : WaitResult::kTimeout;
 }
 
 tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,

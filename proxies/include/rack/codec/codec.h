@@ -152,16 +152,16 @@ using tims::Result;
 namespace codec {
 
 // Where something was wrong; texts are made of it only then.
-struct Place {
+struct FieldName {
   std::string_view type;
   std::string_view field;
 };
 tims::Error too_short(std::string_view type, std::size_t needed, std::size_t there);
 tims::Error surplus(std::string_view type, std::size_t expected, std::size_t there);
-tims::Error bad_count(Place place, std::int64_t count, std::size_t max);
-tims::Error elements_missing(Place place, std::size_t needed, std::size_t there);
-tims::Error too_many(Place place, std::size_t count, std::size_t max);
-tims::Error wrong_tail(Place place, std::size_t count, std::int64_t stated);
+tims::Error bad_count(FieldName field_name, std::int64_t count, std::size_t max);
+tims::Error elements_missing(FieldName field_name, std::size_t needed, std::size_t there);
+tims::Error too_many(FieldName field_name, std::size_t count, std::size_t max);
+tims::Error wrong_tail(FieldName field_name, std::size_t count, std::int64_t stated);
 tims::Error buffer_too_small(std::string_view type, std::size_t needed, std::size_t there);
 
 template <typename T>
@@ -228,13 +228,13 @@ class Decoder {
 
   template <std::size_t I, typename Field>
   Result<void> read_elements(Field& field, std::int64_t count, std::string_view name) {
-    const Place place{reflect::kTypeName<T>, name};
+    const FieldName field_name{reflect::kTypeName<T>, name};
     if (count < 0 || count > static_cast<std::int64_t>(Field::kMax)) {
-      return bad_count(place, count, Field::kMax);
+      return bad_count(field_name, count, Field::kMax);
     }
     const auto elements = static_cast<std::size_t>(count);
     const std::size_t needed = elements * wire_size<typename Field::Element>();
-    if (needed > left_.size()) return elements_missing(place, needed, left_.size());
+    if (needed > left_.size()) return elements_missing(field_name, needed, left_.size());
     field.resize(elements);
     take(bytes::read_all(left_.data(), order_, field));
     return {};
@@ -267,11 +267,12 @@ class Decoder {
 template <typename T, std::size_t I, typename Field>
 Result<void> check_field(const T& value, const Field& field) {
   if constexpr (kIsVariable<Field>) {
-    const Place place{reflect::kTypeName<T>, reflect::kFieldName<T, I>};
-    if (field.size() > Field::kMax) return too_many(place, field.size(), Field::kMax);
+    const FieldName field_name{reflect::kTypeName<T>, reflect::kFieldName<T, I>};
+    if (field.size() > Field::kMax) return too_many(field_name, field.size(), Field::kMax);
     if constexpr (kIsTail<Field>) {
       const std::int64_t stated = value.tail_sizes()[tails_before<T, I>()];
-      if (std::cmp_not_equal(field.size(), stated)) return wrong_tail(place, field.size(), stated);
+      if (std::cmp_not_equal(field.size(), stated))
+        return wrong_tail(field_name, field.size(), stated);
     }
   }
   return {};
