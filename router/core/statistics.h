@@ -113,6 +113,7 @@ enum class EventKind : std::uint8_t {
   kDuplicateAddress,
   kDuplicateRouter,
   kLoop,
+  // These come with messages, as often as those: they are counted and nothing else.
   kForgedSourceTolerated,
   kNotAvailable,
   kLifesign,
@@ -160,8 +161,6 @@ constexpr std::array kEventKinds{
 static_assert(complete(kEventKinds, EventKind::kLifesign) && kEventKinds.size() == kEventKindCount);
 std::string_view name(EventKind kind);
 std::string_view sentence(EventKind kind);
-// The others come with messages, as often as those: they are counted and nothing else.
-constexpr bool kept(EventKind k) { return k < EventKind::kForgedSourceTolerated; }
 
 enum class CloseReason : std::uint8_t {
   kNone,

@@ -200,19 +200,19 @@ std::span<std::byte> MessageMemory::surplus() {
 
 // --- what the lanes of one link share
 
-core::BlockPool::Index Assembly::take_block() {
+core::BlockPool::Index Reassembly::take_block() {
   if (blocks >= pool.available()) return core::BlockPool::kNone;
   ++blocks;
   return pool.allocate();
 }
 
-void Assembly::give_block(core::BlockPool::Index& block) {
+void Reassembly::give_block(core::BlockPool::Index& block) {
   if (block == core::BlockPool::kNone) return;
   pool.release(std::exchange(block, core::BlockPool::kNone));
   --blocks;
 }
 
-bool Assembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists) {
+bool Reassembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists) {
   MessageBuffer fresh;
   if (!buffer && places < memory.free_places()) fresh = MessageBuffer(memory);
   MessageBuffer& grown = buffer ? buffer : fresh;
@@ -232,18 +232,18 @@ bool Assembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool insi
   return true;
 }
 
-void Assembly::give(MessageBuffer& buffer) {
+void Reassembly::give(MessageBuffer& buffer) {
   if (!buffer) return;
   forget(buffer);
   buffer.reset();
 }
 
-void Assembly::forget(const MessageBuffer& buffer) {
+void Reassembly::forget(const MessageBuffer& buffer) {
   bytes -= buffer.size();
   if (--places == 0) memory.remove_user();
 }
 
-void Assembly::hand_on(MessageBuffer& buffer) {
+void Reassembly::hand_on(MessageBuffer& buffer) {
   forget(buffer);
   done.push_back(std::move(buffer));
 }

@@ -295,7 +295,7 @@ class MessageBuffer {
 // wants memory, one takes no more than it leaves to others (a dynamic threshold: Choudhury, Hahne
 // 1998) or an equal share, but for the one message that has what is kept (MessageMemory). Places
 // and blocks are always shared like that.
-struct Assembly {
+struct Reassembly {
   core::BlockPool& pool;             // for what comes too early
   MessageMemory& memory;             // for messages that come in parts
   std::vector<MessageBuffer>& done;  // messages that were handed on and are still looked at

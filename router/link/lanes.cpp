@@ -124,24 +124,24 @@ void LaneSender::on_lost(Range range) {
 
 // Tells of all messages that begin below `to` and releases them; where the first behind them
 // begins.
-std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
-                               LossObserver& losses) {
+std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to,
+                               core::Outcome why) {
   std::uint64_t offset = buffer.begin();
   while (offset < to) {
     const Header header = header_at(buffer, offset);
     offset += record_size(header.length);
-    losses.on_lost(now, header, why);
+    losses_.on_lost(now, header, why);
   }
   buffer.release_to(offset);
   return offset;
 }
 
-void LaneSender::expire(Time now, Duration lifetime, LossObserver& losses) {
+void LaneSender::expire(Time now, Duration lifetime) {
   const Time limit = now - lifetime;
   if (!stream_.empty() && stream_since_.oldest(stream_.begin()) <= limit) {
     const std::uint64_t old = stream_.begin();
-    const std::uint64_t to = lose(now, stream_, stream_since_.older_than(limit, stream_.end()),
-                                  core::Outcome::kExpired, losses);
+    const std::uint64_t to =
+        lose(now, stream_, stream_since_.older_than(limit, stream_.end()), core::Outcome::kExpired);
     if (to > old) {
       skip_to_ = to;
       skip_due_ = true;
@@ -152,15 +152,14 @@ void LaneSender::expire(Time now, Duration lifetime, LossObserver& losses) {
     }
   }
   if (!waiting_.empty() && waiting_since_.oldest(waiting_.begin()) <= limit) {
-    lose(now, waiting_, waiting_since_.older_than(limit, waiting_.end()), core::Outcome::kExpired,
-         losses);
+    lose(now, waiting_, waiting_since_.older_than(limit, waiting_.end()), core::Outcome::kExpired);
     waiting_since_.forget_below(waiting_.begin());
   }
 }
 
-void LaneSender::clear(Time now, core::Outcome why, LossObserver& losses) {
-  lose(now, stream_, stream_.end(), why, losses);
-  lose(now, waiting_, waiting_.end(), why, losses);
+void LaneSender::clear(Time now, core::Outcome why) {
+  lose(now, stream_, stream_.end(), why);
+  lose(now, waiting_, waiting_.end(), why);
   stream_.reset(0);
   waiting_.reset(0);
   stream_since_.clear();
@@ -174,31 +173,29 @@ void LaneSender::clear(Time now, core::Outcome why, LossObserver& losses) {
 // --- what comes
 
 LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
-                                             std::span<std::byte> bytes, bool control,
-                                             ArrivalObserver& arrivals) {
+                                             std::span<std::byte> bytes) {
   if (is_stuck()) {
-    const Verdict verdict = drain_early(now, control, arrivals);
+    const Verdict verdict = drain_early(now);
     if (verdict != Verdict::kTaken) return verdict;
   }
   if (offset + bytes.size() <= next_) return Verdict::kTaken;
-  const std::uint64_t window = control ? kControlWindow : kLaneWindow;
+  const std::uint64_t window = control_ ? kControlWindow : kLaneWindow;
   if (offset + bytes.size() > next_ + window) return Verdict::kRefused;
   if (offset > next_) return keep_early(offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
   bytes = bytes.subspan(next_ - offset);
-  const std::size_t taken = consume(now, bytes, true, control, arrivals);
+  const std::size_t taken = consume(now, bytes, true);
   next_ += taken;
   if (broken_) return Verdict::kBroken;
   if (taken < bytes.size()) return Verdict::kRefused;
-  return early_.empty() ? Verdict::kTaken : drain_early(now, control, arrivals);
+  return early_.empty() ? Verdict::kTaken : drain_early(now);
 }
 
-LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to, bool control,
-                                            ArrivalObserver& arrivals) {
+LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to) {
   if (to <= next_) return Verdict::kTaken;
   next_ = to;
   head_size_ = thrown_away_ = 0;
-  assembly_.give(body_);
-  return drain_early(now, control, arrivals);
+  reassembly_.give(body_);
+  return drain_early(now);
 }
 
 // --- what comes too early
@@ -213,7 +210,7 @@ bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> b
   bool room = true;
   for (std::uint64_t at = offset / kBlock * kBlock; at < all.end; at += kBlock) {
     core::BlockPool::Index& block = block_of(at);
-    if (block == core::BlockPool::kNone) block = assembly_.take_block();
+    if (block == core::BlockPool::kNone) block = reassembly_.take_block();
     if (block == core::BlockPool::kNone) room = false;
   }
   if (!room || !early_.add(all)) {
@@ -224,14 +221,14 @@ bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> b
   while (!bytes.empty()) {
     const std::size_t inside = offset % kBlock;
     const std::size_t size = std::min(kBlock - inside, bytes.size());
-    std::memcpy(assembly_.pool.at(block_of(offset)) + inside, bytes.data(), size);
+    std::memcpy(reassembly_.pool.at(block_of(offset)) + inside, bytes.data(), size);
     offset += size;
     bytes = bytes.subspan(size);
   }
   return true;
 }
 
-LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, ArrivalObserver& arrivals) {
+LaneReceiver::Verdict LaneReceiver::drain_early(Time now) {
   Verdict verdict = Verdict::kTaken;
   const std::uint64_t first = early_.empty() ? next_ : std::min(next_, early_.front().begin);
   while (!early_.empty() && early_.front().begin <= next_ && verdict == Verdict::kTaken) {
@@ -239,8 +236,8 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, ArrivalO
     while (next_ < end) {
       const std::size_t inside = next_ % kBlock;
       const std::size_t size = std::min<std::uint64_t>(kBlock - inside, end - next_);
-      std::byte* block = assembly_.pool.at(block_of(next_));
-      const std::size_t taken = consume(now, {block + inside, size}, false, control, arrivals);
+      std::byte* block = reassembly_.pool.at(block_of(next_));
+      const std::size_t taken = consume(now, {block + inside, size}, false);
       next_ += taken;
       if (broken_) return Verdict::kBroken;
       if (taken < size) {
@@ -258,7 +255,7 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, ArrivalO
   } else {
     const std::uint64_t keep = std::min(next_, early_.front().begin) / kBlock;
     for (std::uint64_t b = first / kBlock; b < keep && b < first / kBlock + kRing; ++b) {
-      assembly_.give_block(early_blocks_[b % kRing]);
+      reassembly_.give_block(early_blocks_[b % kRing]);
     }
   }
   return verdict;
@@ -266,25 +263,24 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now, bool control, ArrivalO
 
 void LaneReceiver::drop_early() {
   early_.clear();
-  for (core::BlockPool::Index& block : early_blocks_) assembly_.give_block(block);
+  for (core::BlockPool::Index& block : early_blocks_) reassembly_.give_block(block);
 }
 
 void LaneReceiver::clear() {
   drop_early();
   next_ = 0;
   head_size_ = thrown_away_ = 0;
-  assembly_.give(body_);
+  reassembly_.give(body_);
   broken_ = false;
 }
 
 // --- messages out of the stream
 
 bool LaneReceiver::is_bad(const Header& header) const {
-  return wire::check_length(header.length, assembly_.message_max) != wire::LengthVerdict::kOk;
+  return wire::check_length(header.length, reassembly_.message_max) != wire::LengthVerdict::kOk;
 }
 
-std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool stable, bool control,
-                                  ArrivalObserver& arrivals) {
+std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool stable) {
   const std::size_t all = bytes.size();
   while (!bytes.empty() && !broken_) {
     std::size_t taken = 0;
@@ -292,20 +288,19 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
       taken = std::min(thrown_away_, bytes.size());
       thrown_away_ -= taken;
     } else if (body_) {
-      taken = consume_body(now, bytes, control, arrivals);
+      taken = consume_body(now, bytes);
       if (taken == 0) break;
     } else if (head_size_ > 0 || bytes.size() < kRecordHead || !stable) {
       taken = consume_head(now, bytes);
       if (taken == 0) break;
-      if (body_ && body_size_ == header_.length) consume_body(now, {}, control, arrivals);
+      if (body_ && body_size_ == header_.length) consume_body(now, {});
     } else {
       const auto record = bytes.subspan(kRecordPrefix);
       const Header header = wire::decode_header(record.first<kHeaderSize>());
       if (is_bad(header)) {
         broken_ = true;
       } else if (record.size() >= header.length) {
-        hand_on(now, bytes.first(kRecordPrefix), {header, record.first(header.length)}, control,
-                arrivals);
+        hand_on(now, bytes.first(kRecordPrefix), {header, record.first(header.length)});
         taken = record_size(header.length);
       } else {
         taken = consume_head(now, bytes);
@@ -335,7 +330,7 @@ std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> byte
 }
 
 bool LaneReceiver::begin_message(Time now, const Header& header) {
-  if (!assembly_.grow(now, body_, kHeaderSize, true)) {
+  if (!reassembly_.grow(now, body_, kHeaderSize, true)) {
     refused_ = now;
     return false;
   }
@@ -348,10 +343,9 @@ bool LaneReceiver::begin_message(Time now, const Header& header) {
   return true;
 }
 
-std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> bytes, bool control,
-                                       ArrivalObserver& arrivals) {
+std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> bytes) {
   std::size_t size = std::min<std::size_t>(header_.length - body_size_, bytes.size());
-  if (body_size_ + size > body_.size() && !assembly_.grow(now, body_, body_size_ + size, true)) {
+  if (body_size_ + size > body_.size() && !reassembly_.grow(now, body_, body_size_ + size, true)) {
     refused_ = now;
     size = body_.size() - body_size_;
   }
@@ -363,29 +357,28 @@ std::size_t LaneReceiver::consume_body(Time now, std::span<const std::byte> byte
   }
   if (body_size_ == header_.length) {
     const std::span message = body_.bytes().first(header_.length);
-    assembly_.hand_on(body_);
-    hand_on(now, std::span(head_).first(kRecordPrefix), {header_, message}, control, arrivals);
+    reassembly_.hand_on(body_);
+    hand_on(now, std::span(head_).first(kRecordPrefix), {header_, message});
   }
   return size;
 }
 
 std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
   const Duration patience =
-      assembly_.memory.is_wanted(now, &assembly_) ? kPatienceIfWanted : kPatience;
+      reassembly_.memory.is_wanted(now, &reassembly_) ? kPatienceIfWanted : kPatience;
   if (!body_ || now < progress_ + patience) return std::nullopt;
   const bool waits = now < refused_ + kPatienceIfWanted;
-  if (waits && !assembly_.is_over_share(now, assembly_.bytes)) return std::nullopt;
+  if (waits && !reassembly_.is_over_share(now, reassembly_.bytes)) return std::nullopt;
   thrown_away_ = header_.length - body_size_;
-  assembly_.give(body_);
+  reassembly_.give(body_);
   return header_;
 }
 
-void LaneReceiver::hand_on(Time now, std::span<const std::byte> prefix, core::Message message,
-                           bool control, ArrivalObserver& arrivals) {
-  if (control) {
-    arrivals.on_control(now, message);
+void LaneReceiver::hand_on(Time now, std::span<const std::byte> prefix, core::Message message) {
+  if (control_) {
+    arrivals_.on_control(now, message);
   } else {
-    arrivals.on_message(now, RecordPrefix::decode(prefix), message);
+    arrivals_.on_message(now, RecordPrefix::decode(prefix), message);
   }
 }
 

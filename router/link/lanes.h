@@ -63,7 +63,8 @@ inline constexpr std::uint64_t kControlWindow = 256U << 10;
 // One lane on its way out.
 class LaneSender {
  public:
-  explicit LaneSender(core::BlockPool& pool) : waiting_(pool), stream_(pool) {}
+  LaneSender(core::BlockPool& pool, LossObserver& losses)
+      : losses_(losses), waiting_(pool), stream_(pool) {}
 
   void set_window(std::uint64_t window) { window_ = window; }
 
@@ -101,9 +102,9 @@ class LaneSender {
   void on_skip_acked(std::uint64_t to) { skip_acked_ = std::max(skip_acked_, to); }
 
   // Gives up what is older than `lifetime`.
-  void expire(Time now, Duration lifetime, LossObserver& losses);
+  void expire(Time now, Duration lifetime);
   // Gives up everything; the lane begins anew.
-  void clear(Time now, core::Outcome why, LossObserver& losses);
+  void clear(Time now, core::Outcome why);
 
  private:
   void commit(Time now, std::uint64_t committed_max);
@@ -113,9 +114,9 @@ class LaneSender {
   }
   [[nodiscard]] std::uint64_t window_end() const;
   static Header header_at(const StreamBuffer& buffer, std::uint64_t offset);
-  static std::uint64_t lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why,
-                            LossObserver& losses);
+  std::uint64_t lose(Time now, StreamBuffer& buffer, std::uint64_t to, core::Outcome why);
 
+  LossObserver& losses_;
   std::uint64_t window_ = kLaneWindow;
   StreamBuffer waiting_;
   AgeMarks waiting_since_;
@@ -132,7 +133,9 @@ class LaneSender {
 // One lane on its way in.
 class LaneReceiver {
  public:
-  explicit LaneReceiver(Assembly& assembly) : assembly_(assembly) {}
+  // `control`: the routers' own lane.
+  LaneReceiver(Reassembly& reassembly, ArrivalObserver& arrivals, bool control)
+      : reassembly_(reassembly), arrivals_(arrivals), control_(control) {}
   LaneReceiver(const LaneReceiver&) = delete;
   LaneReceiver& operator=(const LaneReceiver&) = delete;
   ~LaneReceiver() { drop_early(); }
@@ -142,18 +145,15 @@ class LaneReceiver {
     kRefused,  // no memory, or too far ahead: must not be acknowledged
     kBroken,   // no stream of messages: the other side is no router of ours
   };
-  Verdict on_bytes(Time now, std::uint64_t offset, std::span<std::byte> bytes, bool control,
-                   ArrivalObserver& arrivals);
-  Verdict on_skip(Time now, std::uint64_t to, bool control, ArrivalObserver& arrivals);
+  Verdict on_bytes(Time now, std::uint64_t offset, std::span<std::byte> bytes);
+  Verdict on_skip(Time now, std::uint64_t to);
 
   // There was no memory for what has just come.
   [[nodiscard]] bool has_refused(Time now) const { return refused_ == now; }
 
   // What is here and in order could not be handed on for lack of memory: on_bytes and retry do.
   [[nodiscard]] bool is_stuck() const { return !early_.empty() && early_.front().begin <= next_; }
-  Verdict retry(Time now, bool control, ArrivalObserver& arrivals) {
-    return is_stuck() ? drain_early(now, control, arrivals) : Verdict::kTaken;
-  }
+  Verdict retry(Time now) { return is_stuck() ? drain_early(now) : Verdict::kTaken; }
 
   // A message that makes no progress is given up after a while, sooner when other links want its
   // memory; what still comes of it is thrown away. Not one that waits for memory, unless its link
@@ -168,22 +168,21 @@ class LaneReceiver {
 
  private:
   bool keep_early(std::uint64_t offset, std::span<const std::byte> bytes);
-  Verdict drain_early(Time now, bool control, ArrivalObserver& arrivals);
+  Verdict drain_early(Time now);
   void drop_early();
   [[nodiscard]] core::BlockPool::Index& block_of(std::uint64_t offset);
 
   // Returns how many bytes it took; sets broken_. `stable`: the bytes stay until the flush.
-  std::size_t consume(Time now, std::span<std::byte> bytes, bool stable, bool control,
-                      ArrivalObserver& arrivals);
+  std::size_t consume(Time now, std::span<std::byte> bytes, bool stable);
   std::size_t consume_head(Time now, std::span<const std::byte> bytes);
-  std::size_t consume_body(Time now, std::span<const std::byte> bytes, bool control,
-                           ArrivalObserver& arrivals);
+  std::size_t consume_body(Time now, std::span<const std::byte> bytes);
   bool begin_message(Time now, const Header& header);
   [[nodiscard]] bool is_bad(const Header& header) const;
-  static void hand_on(Time now, std::span<const std::byte> prefix, core::Message message,
-                      bool control, ArrivalObserver& arrivals);
+  void hand_on(Time now, std::span<const std::byte> prefix, core::Message message);
 
-  Assembly& assembly_;
+  Reassembly& reassembly_;
+  ArrivalObserver& arrivals_;
+  const bool control_;
   std::uint64_t next_ = 0;  // first byte that has not come
   bool broken_ = false;
 

@@ -42,7 +42,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   LaneReceiver::Verdict deliver(Range range) {
     std::vector<std::byte> bytes(range.size());
     sender.read(range, bytes);
-    const auto verdict = receiver.on_bytes(now, range.begin, bytes, false, *this);
+    const auto verdict = receiver.on_bytes(now, range.begin, bytes);
     done.clear();
     return verdict;
   }
@@ -59,9 +59,9 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   core::BlockPool pool{aligned(blocks)};
   MessageMemory memory{{messages.get(), kSpace}, kMessageMax, 32U << 20};
   std::vector<MessageBuffer> done;
-  Assembly assembly{pool, memory, done};
-  LaneSender sender{pool};
-  LaneReceiver receiver{assembly};
+  Reassembly reassembly{pool, memory, done};
+  LaneSender sender{pool, *this};
+  LaneReceiver receiver{reassembly, *this, false};
   std::vector<std::uint8_t> arrived;
   std::vector<std::size_t> sizes;
   std::vector<std::uint8_t> lost;
@@ -118,7 +118,7 @@ TEST_F(LanesTest, TooOldIsSkipped) {
   deliver(first[0]);
   now += 1s;
   push(100);
-  sender.expire(now, 500ms, *this);
+  sender.expire(now, 500ms);
   EXPECT_EQ(lost, (std::vector<std::uint8_t>{0}));
   EXPECT_EQ(last_loss, core::Outcome::kExpired);
   ASSERT_TRUE(sender.skip().has_value());
@@ -126,7 +126,7 @@ TEST_F(LanesTest, TooOldIsSkipped) {
   const auto rest = take_all(1000);
   EXPECT_EQ(deliver(rest[0]), LaneReceiver::Verdict::kTaken);
   EXPECT_TRUE(arrived.empty());
-  receiver.on_skip(now, *sender.skip(), false, *this);
+  receiver.on_skip(now, *sender.skip());
   done.clear();
   EXPECT_EQ(arrived, (std::vector<std::uint8_t>{1}));
   sender.on_skip_sent();
@@ -185,16 +185,14 @@ TEST_F(LanesTest, NoBlockIsTakenForNothing) {
 
 TEST_F(LanesTest, TooFarAheadIsRefused) {
   std::vector<std::byte> bytes(100);
-  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 100, bytes, false, *this),
-            LaneReceiver::Verdict::kTaken);
-  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 99, bytes, false, *this),
-            LaneReceiver::Verdict::kRefused);
+  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 100, bytes), LaneReceiver::Verdict::kTaken);
+  EXPECT_EQ(receiver.on_bytes(now, kLaneWindow - 99, bytes), LaneReceiver::Verdict::kRefused);
 }
 
 TEST_F(LanesTest, NobodySendsWhatTheOtherHasNoRoomFor) {
   std::vector<std::byte> large(24U << 20);
   core::BlockPool much(aligned(large));
-  LaneSender own(much);
+  LaneSender own(much, *this);
   std::vector<std::byte> bytes(1U << 20);
   wire::encode_header({.length = 1U << 20}, std::span(bytes).first<kHeaderSize>());
   while (own.bytes() <= kLaneWindow) own.push(now, {}, bytes, kAll);
@@ -211,7 +209,7 @@ TEST_F(LanesTest, NobodySendsWhatTheOtherHasNoRoomFor) {
 TEST_F(LanesTest, AMessageMayBeLargerThanTheWindow) {
   std::vector<std::byte> large(24U << 20);
   core::BlockPool much(aligned(large));
-  LaneSender own(much);
+  LaneSender own(much, *this);
   const std::size_t size = kLaneWindow + 100'000;
   std::vector<std::byte> bytes(size, std::byte{9});
   wire::encode_header({.seq_nr = 9, .length = static_cast<std::uint32_t>(size)},
@@ -220,8 +218,7 @@ TEST_F(LanesTest, AMessageMayBeLargerThanTheWindow) {
   while (const auto range = own.take(now, 60'000, kAll)) {
     std::vector<std::byte> piece(range->size());
     own.read(*range, piece);
-    ASSERT_EQ(receiver.on_bytes(now, range->begin, piece, false, *this),
-              LaneReceiver::Verdict::kTaken);
+    ASSERT_EQ(receiver.on_bytes(now, range->begin, piece), LaneReceiver::Verdict::kTaken);
     own.on_acked(*range);
   }
   EXPECT_EQ(sizes, (std::vector<std::size_t>{size}));
@@ -230,7 +227,7 @@ TEST_F(LanesTest, AMessageMayBeLargerThanTheWindow) {
 
 TEST_F(LanesTest, WhatIsNoMessageBreaksTheLink) {
   std::vector<std::byte> bytes(100);
-  EXPECT_EQ(receiver.on_bytes(now, 0, bytes, false, *this), LaneReceiver::Verdict::kBroken);
+  EXPECT_EQ(receiver.on_bytes(now, 0, bytes), LaneReceiver::Verdict::kBroken);
 }
 
 // More gaps than are remembered: more is sent than necessary, and all arrives once.
@@ -253,8 +250,8 @@ TEST_F(LanesTest, ThousandsOfGaps) {
 // A link whose lanes are told by hand what comes.
 struct Peer : ArrivalObserver {
   Peer(core::BlockPool& pool, MessageMemory& memory, std::vector<MessageBuffer>& all_done)
-      : done(all_done), assembly{pool, memory, all_done, 4U << 20} {
-    for (auto& lane : lanes) lane = std::make_unique<LaneReceiver>(assembly);
+      : done(all_done), reassembly{pool, memory, all_done, 4U << 20} {
+    for (auto& lane : lanes) lane = std::make_unique<LaneReceiver>(reassembly, *this, false);
   }
   // The first bytes of a message of this length.
   LaneReceiver::Verdict begin(std::size_t lane, std::uint32_t length, std::size_t first) {
@@ -267,7 +264,7 @@ struct Peer : ArrivalObserver {
     // As it comes: in datagrams.
     while (!bytes.empty()) {
       const auto piece = bytes.first(std::min<std::size_t>(bytes.size(), 1200));
-      const auto verdict = lanes[lane]->on_bytes(now, lanes[lane]->next(), piece, false, *this);
+      const auto verdict = lanes[lane]->on_bytes(now, lanes[lane]->next(), piece);
       done.clear();
       if (verdict != LaneReceiver::Verdict::kTaken) return verdict;
       bytes = bytes.subspan(piece.size());
@@ -285,7 +282,7 @@ struct Peer : ArrivalObserver {
   void on_frame(Time, const CloseFrame&) override {}
 
   std::vector<MessageBuffer>& done;
-  Assembly assembly;
+  Reassembly reassembly;
   std::array<std::unique_ptr<LaneReceiver>, kLanes> lanes;
   int arrived = 0;
   Time now{100s};
@@ -375,10 +372,10 @@ TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpWhenOthersWantItsMemory) {
   const auto give_up = [&] { return first.lanes[3]->give_up_stalled(first.now); };
   first.now += LaneReceiver::kPatience - 1ms;
   EXPECT_FALSE(give_up());
-  memory.note_wanted(first.now, &first.assembly);
+  memory.note_wanted(first.now, &first.reassembly);
   EXPECT_FALSE(give_up()) << "its own lanes wait for each other";
-  memory.note_wanted(first.now, &second.assembly);
-  memory.note_wanted(first.now, &first.assembly);
+  memory.note_wanted(first.now, &second.reassembly);
+  memory.note_wanted(first.now, &first.reassembly);
   const auto header = give_up();
   ASSERT_TRUE(header.has_value());
   EXPECT_EQ(header->length, kLarge);
@@ -395,7 +392,7 @@ TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpInTheEnd) {
   ASSERT_EQ(first.begin(3, kLarge, 5000), Verdict::kTaken);
   first.now += LaneReceiver::kPatience;
   EXPECT_TRUE(first.lanes[3]->give_up_stalled(first.now).has_value());
-  EXPECT_FALSE(first.assembly.is_used());
+  EXPECT_FALSE(first.reassembly.is_used());
 }
 
 // Bytes far ahead of what is missing, in all lanes.
@@ -403,9 +400,9 @@ TEST_F(SharesTest, WhatComesTooEarlyIsNotKeptAtTheCostOfOthers) {
   std::vector<std::byte> piece(1000);
   for (std::size_t lane = 0; lane + 1 < kLanes; ++lane)
     for (std::uint64_t at = 4096; at < 4U << 20; at += 4096)
-      (void)first.lanes[lane]->on_bytes(now, at, piece, false, first);
+      (void)first.lanes[lane]->on_bytes(now, at, piece);
   EXPECT_LE(pool.used(), (pool.used() + pool.available()) / 2 + 1);
-  EXPECT_EQ(second.lanes[0]->on_bytes(now, 4096, piece, false, second), Verdict::kTaken);
+  EXPECT_EQ(second.lanes[0]->on_bytes(now, 4096, piece), Verdict::kTaken);
 }
 
 }  // namespace

@@ -13,13 +13,12 @@ using namespace std::chrono_literals;
 
 constexpr Duration kExpiryEvery = std::chrono::milliseconds(50);
 
-template <typename T, std::size_t... i, typename Argument>
-std::array<T, sizeof...(i)> array_of(std::index_sequence<i...>, Argument& argument) {
-  return {((void)i, T(argument))...};
-}
-template <typename T, std::size_t size, typename Argument>
-std::array<T, size> array_of(Argument& argument) {
-  return array_of<T>(std::make_index_sequence<size>(), argument);
+// make(0), make(1), ...
+template <std::size_t size, typename Make>
+auto array_of(Make make) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) {
+    return std::array<std::invoke_result_t<Make, std::size_t>, size>{make(i)...};
+  }(std::make_index_sequence<size>());
 }
 
 // Of a lane that the other side has no memory for.
@@ -44,18 +43,20 @@ LinkSession::LinkSession(core::BlockPool& pool, MessageMemory& memory,
     : settings_(settings),
       arrivals_(arrivals),
       losses_(losses),
-      lanes_(array_of<LaneSender, kLanes>(pool)),
-      samples_(array_of<SampleSender, core::kClasses>(pool)),
-      assembly_{pool, memory, done, settings.message_max},
-      receivers_(array_of<LaneReceiver, kLanes>(assembly_)),
-      sample_receiver_(assembly_) {
+      lanes_(array_of<kLanes>([&](std::size_t) { return LaneSender(pool, losses); })),
+      samples_(array_of<core::kClasses>([&](std::size_t) { return SampleSender(pool, losses); })),
+      reassembly_{pool, memory, done, settings.message_max},
+      receivers_(array_of<kLanes>([&](std::size_t lane) {
+        return LaneReceiver(reassembly_, arrivals, lane == kControlLane);
+      })),
+      sample_receiver_(reassembly_, arrivals) {
   lanes_[kControlLane].set_window(kControlWindow);
   configure(settings);
 }
 
 void LinkSession::configure(const LinkSessionSettings& settings) {
   settings_ = settings;
-  assembly_.message_max = settings.message_max;
+  reassembly_.message_max = settings.message_max;
 }
 
 std::uint64_t LinkSession::queued_bytes(std::size_t lane) const {
@@ -79,7 +80,7 @@ Time LinkSession::probe_deadline() const {
 
 Time LinkSession::next_timeout(Time now) {
   forget_idle_lanes();
-  Time next = occupied_.empty() && !assembly_.is_used() ? kNever : next_expiry_;
+  Time next = occupied_.empty() && !reassembly_.is_used() ? kNever : next_expiry_;
   if (!open_) return next;
   next = std::min({next, ack_at_, sent_.loss_time(), probe_deadline()});
   if (rtt_.known()) next = std::min(next, mtu_.next_probe(datagram_max()));
@@ -93,12 +94,12 @@ void LinkSession::on_timeout(Time now) {
   if (now >= next_expiry_) {
     next_expiry_ = now + kExpiryEvery;
     for (std::size_t lane = 0; lane < core::kClasses; ++lane) {
-      lanes_[lane].expire(now, settings_.lifetime, losses_);
-      samples_[lane].expire(now, settings_.lifetime, losses_);
+      lanes_[lane].expire(now, settings_.lifetime);
+      samples_[lane].expire(now, settings_.lifetime);
     }
     sample_receiver_.expire(now);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      (void)receivers_[lane].retry(now, lane == kControlLane, arrivals_);
+      (void)receivers_[lane].retry(now);
       if (const auto header = receivers_[lane].give_up_stalled(now))
         losses_.on_lost(now, *header, core::Outcome::kIncomplete);
     }
@@ -141,8 +142,8 @@ void LinkSession::forget_path(Time now) {
 
 void LinkSession::reset(Time now, core::Outcome why) {
   sent_ = SentPackets();
-  for (LaneSender& lane : lanes_) lane.clear(now, why, losses_);
-  for (SampleSender& samples : samples_) samples.clear(now, why, losses_);
+  for (LaneSender& lane : lanes_) lane.clear(now, why);
+  for (SampleSender& samples : samples_) samples.clear(now, why);
   for (LaneReceiver& receiver : receivers_) receiver.clear();
   sample_receiver_.clear();
   window_ = PacketWindow();
@@ -247,16 +248,14 @@ LinkSession::Verdict LinkSession::on_frames(Time now, const Data& data, bool& el
     };
     if (const auto* stream = std::get_if<StreamFrame>(&*frame)) {
       lane_verdict(stream->lane,
-                   receivers_[stream->lane].on_bytes(now, stream->offset, stream->bytes,
-                                                     stream->lane == kControlLane, arrivals_));
+                   receivers_[stream->lane].on_bytes(now, stream->offset, stream->bytes));
     } else if (const auto* sample = std::get_if<SampleFrame>(&*frame)) {
       eliciting = true;
-      broken = !sample_receiver_.on_frame(now, *sample, arrivals_);
+      broken = !sample_receiver_.on_frame(now, *sample);
     } else if (const auto* ack = std::get_if<Ack>(&*frame)) {
       broken = !on_ack(now, *ack);
     } else if (const auto* skip = std::get_if<SkipFrame>(&*frame)) {
-      lane_verdict(skip->lane, receivers_[skip->lane].on_skip(
-                                   now, skip->to, skip->lane == kControlLane, arrivals_));
+      lane_verdict(skip->lane, receivers_[skip->lane].on_skip(now, skip->to));
     } else if (const auto* keep_alive = std::get_if<KeepAlive>(&*frame)) {
       arrivals_.on_frame(now, *keep_alive);
     } else if (const auto* challenge = std::get_if<ChallengeFrame>(&*frame)) {
@@ -338,7 +337,7 @@ core::Outcome LinkSession::send(Time now, const RecordPrefix& prefix, const Head
   queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
   if (sample) {
-    samples_[lane].push(now, prefix.hops, header, message, losses_);
+    samples_[lane].push(now, prefix.hops, header, message);
   } else {
     lanes_[lane].push(now, prefix, message, committed_max());
   }
@@ -351,7 +350,7 @@ bool LinkSession::make_room(Time now, std::size_t lane, std::size_t message) {
   constexpr std::uint64_t kBlock = core::BlockPool::kBlockSize;
   // One link has no more of the memory than it leaves to others.
   const auto has_room = [&] {
-    const std::uint64_t free = assembly_.pool.available() * kBlock;
+    const std::uint64_t free = reassembly_.pool.available() * kBlock;
     return queued_at_most_ + message <= std::min(settings_.queue_bytes_max, free) &&
            lanes_[lane].has_room(message);
   };
@@ -362,7 +361,7 @@ bool LinkSession::make_room(Time now, std::size_t lane, std::size_t message) {
   std::uint64_t may_go = 0;
   for (std::size_t lower = 0; lower <= lane; ++lower)
     may_go += lanes_[lower].waiting_bytes() + samples_[lower].droppable_bytes();
-  const std::uint64_t free = (assembly_.pool.available() + may_go / kBlock) * kBlock;
+  const std::uint64_t free = (reassembly_.pool.available() + may_go / kBlock) * kBlock;
   if (queued_at_most_ - may_go + message > std::min(settings_.queue_bytes_max, free)) return false;
   while (!has_room() && drop_one(now, lane)) queued_at_most_ = queued_bytes();
   return has_room();

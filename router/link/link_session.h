@@ -178,7 +178,7 @@ class LinkSession final : private PacketObserver {
   Time newest_acked_sent_{};
   std::size_t last_lane_ = kControlLane;
 
-  Assembly assembly_;
+  Reassembly reassembly_;
   std::array<LaneReceiver, kLanes> receivers_;
   SampleReceiver sample_receiver_;
   PacketWindow window_;

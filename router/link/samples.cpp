@@ -20,12 +20,12 @@ bool is_older(std::uint32_t number, std::uint32_t than) {
 }  // namespace
 
 void SampleSender::push(Time now, std::uint8_t hops, const Header& header,
-                        std::span<const std::byte> message, LossObserver& losses) {
+                        std::span<const std::byte> message) {
   for (std::size_t i = sent_ > 0 ? 1 : 0; i < samples_.size(); ++i) {
     Sample& old = samples_[i];
     if (!old.replaceable || old.replaced || !same_stream(old.header, header)) continue;
     old.replaced = true;
-    losses.on_lost(now, old.header, core::Outcome::kQueueReplaced);
+    losses_.on_lost(now, old.header, core::Outcome::kQueueReplaced);
   }
   if (sent_ == 0) skip_replaced();
   samples_.push_back({.header = header, .at = bytes_.end(), .since = now, .hops = hops});
@@ -74,42 +74,41 @@ void SampleSender::congested() {
   for (Sample& sample : samples_) sample.replaceable = true;
 }
 
-void SampleSender::expire(Time now, Duration lifetime, LossObserver& losses) {
+void SampleSender::expire(Time now, Duration lifetime) {
   while (!samples_.empty() && samples_.front().since + lifetime <= now) {
     if (!samples_.front().replaced)
-      losses.on_lost(now, samples_.front().header, core::Outcome::kExpired);
+      losses_.on_lost(now, samples_.front().header, core::Outcome::kExpired);
     pop();
   }
 }
 
-void SampleSender::clear(Time now, core::Outcome why, LossObserver& losses) {
+void SampleSender::clear(Time now, core::Outcome why) {
   for (const Sample& sample : samples_)
-    if (!sample.replaced) losses.on_lost(now, sample.header, why);
+    if (!sample.replaced) losses_.on_lost(now, sample.header, why);
   samples_.clear();
   bytes_.reset(0);
   sent_ = 0;
 }
 
-bool SampleReceiver::on_frame(Time now, const SampleFrame& frame, ArrivalObserver& arrivals) {
-  if (frame.total < kHeaderSize || frame.total > assembly_.message_max || frame.number == 0)
+bool SampleReceiver::on_frame(Time now, const SampleFrame& frame) {
+  if (frame.total < kHeaderSize || frame.total > reassembly_.message_max || frame.number == 0)
     return false;
-  if (frame.bytes.size() == frame.total)
-    return hand_on(now, frame.hops, frame.number, frame.bytes, arrivals);
+  if (frame.bytes.size() == frame.total) return hand_on(now, frame.hops, frame.number, frame.bytes);
   Part* part = part_for(now, frame);
   if (part == nullptr) return true;  // no memory, and samples may be lost
   if (part->total != frame.total) return false;
   const std::size_t end = frame.offset + frame.bytes.size();
   // Memory reaches as far as what came, so it must not come from far ahead.
   if (end > kAheadMin + kAheadTimes * part->received) return true;
-  if (!assembly_.grow(now, part->bytes, end, false)) return true;
+  if (!reassembly_.grow(now, part->bytes, end, false)) return true;
   part->received += frame.bytes.size();
   std::memcpy(part->bytes.bytes().data() + frame.offset, frame.bytes.data(), frame.bytes.size());
   part->have.add({frame.offset, end});
   if (!part->have.contains({0, part->total})) return true;
   const std::span message = part->bytes.bytes().first(part->total);
-  assembly_.hand_on(part->bytes);
+  reassembly_.hand_on(part->bytes);
   give_up(*part);
-  return hand_on(now, frame.hops, frame.number, message, arrivals);
+  return hand_on(now, frame.hops, frame.number, message);
 }
 
 // The sample this is a part of; else a free place, or that of the oldest.
@@ -125,7 +124,7 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
     ++incomplete_;
   }
   give_up(*place);
-  (void)assembly_.grow(now, place->bytes, kHeaderSize, false);
+  (void)reassembly_.grow(now, place->bytes, kHeaderSize, false);
   place->number = frame.number;
   place->total = frame.total;
   place->since = now;
@@ -133,7 +132,7 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
 }
 
 bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
-                             std::span<std::byte> message, ArrivalObserver& arrivals) {
+                             std::span<std::byte> message) {
   const Header header = wire::decode_header(message.first<kHeaderSize>());
   if (header.length != message.size()) return false;
   const std::size_t hash = (header.src.raw() * 0x9E3779B1U ^ header.dest.raw() * 0x85EBCA6BU ^
@@ -148,7 +147,7 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
   }
   stream = {header.src, header.dest, header.type, number};
   core::Message whole{header, message};
-  arrivals.on_message(now, {.hops = hops}, whole);
+  arrivals_.on_message(now, {.hops = hops}, whole);
   return true;
 }
 
@@ -161,7 +160,7 @@ void SampleReceiver::expire(Time now) {
 }
 
 void SampleReceiver::give_up(Part& part) {
-  assembly_.give(part.bytes);
+  reassembly_.give(part.bytes);
   part.received = 0;
   part.have.clear();
 }

@@ -20,12 +20,11 @@ namespace tims::link {
 // Of one class, on their way out.
 class SampleSender {
  public:
-  explicit SampleSender(core::BlockPool& pool) : bytes_(pool) {}
+  SampleSender(core::BlockPool& pool, LossObserver& losses) : losses_(losses), bytes_(pool) {}
 
   [[nodiscard]] bool has_room(std::size_t message) const { return bytes_.has_room(message); }
   // `message`: whole, its header in the machine's own order. There is room.
-  void push(Time now, std::uint8_t hops, const Header& header, std::span<const std::byte> message,
-            LossObserver& losses);
+  void push(Time now, std::uint8_t hops, const Header& header, std::span<const std::byte> message);
 
   [[nodiscard]] std::uint64_t bytes() const { return bytes_.size(); }
   [[nodiscard]] bool empty() const { return samples_.empty(); }
@@ -50,8 +49,8 @@ class SampleSender {
 
   // What waits now was not sent although it was tried: from now on newer samples replace it.
   void congested();
-  void expire(Time now, Duration lifetime, LossObserver& losses);
-  void clear(Time now, core::Outcome why, LossObserver& losses);
+  void expire(Time now, Duration lifetime);
+  void clear(Time now, core::Outcome why);
 
  private:
   struct Sample {
@@ -65,6 +64,7 @@ class SampleSender {
   void pop();
   void skip_replaced();
 
+  LossObserver& losses_;
   StreamBuffer bytes_;
   std::deque<Sample> samples_;
   std::uint32_t number_ = 0;  // of the front, once its first piece was sent
@@ -74,10 +74,11 @@ class SampleSender {
 // Of all classes, on their way in.
 class SampleReceiver {
  public:
-  explicit SampleReceiver(Assembly& assembly) : assembly_(assembly) {}
+  SampleReceiver(Reassembly& reassembly, ArrivalObserver& arrivals)
+      : reassembly_(reassembly), arrivals_(arrivals) {}
 
   // False: it is no sample.
-  bool on_frame(Time now, const SampleFrame& frame, ArrivalObserver& arrivals);
+  bool on_frame(Time now, const SampleFrame& frame);
   // Of what has come in part, the rest is not waited for longer than this.
   static constexpr Duration kPatience = std::chrono::seconds(2);
   void expire(Time now);
@@ -110,10 +111,10 @@ class SampleReceiver {
 
   Part* part_for(Time now, const SampleFrame& frame);
   void give_up(Part& part);
-  bool hand_on(Time now, std::uint8_t hops, std::uint32_t number, std::span<std::byte> message,
-               ArrivalObserver& arrivals);
+  bool hand_on(Time now, std::uint8_t hops, std::uint32_t number, std::span<std::byte> message);
 
-  Assembly& assembly_;
+  Reassembly& reassembly_;
+  ArrivalObserver& arrivals_;
   std::array<Part, kPartsMax> parts_;
   std::array<Stream, kStreams> streams_;  // by a hash of what makes a stream
   std::uint64_t incomplete_ = 0;

@@ -30,7 +30,7 @@ struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
     Header header{.seq_nr = seq, .src = Address(src), .length = static_cast<std::uint32_t>(size)};
     std::vector<std::byte> bytes(size);
     wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
-    sender.push(now, 0, header, bytes, *this);
+    sender.push(now, 0, header, bytes);
   }
   // The pieces of all that waits, as they go out.
   struct Piece {
@@ -50,7 +50,7 @@ struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
   }
   bool deliver(Piece& piece) {
     piece.frame.bytes = piece.bytes;
-    const bool ok = receiver.on_frame(now, piece.frame, *this);
+    const bool ok = receiver.on_frame(now, piece.frame);
     done.clear();
     return ok;
   }
@@ -63,9 +63,9 @@ struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
   core::BlockPool pool{blocks->bytes};
   MessageMemory memory{messages, 1U << 20, 4U << 20};
   std::vector<MessageBuffer> done;
-  Assembly assembly{pool, memory, done};
-  SampleSender sender{pool};
-  SampleReceiver receiver{assembly};
+  Reassembly reassembly{pool, memory, done};
+  SampleSender sender{pool, *this};
+  SampleReceiver receiver{reassembly, *this};
   std::uint32_t number = 0;
   std::vector<std::uint8_t> arrived;
   std::vector<std::uint8_t> lost;
@@ -116,7 +116,7 @@ TEST_F(SamplesTest, AllPartsSayTheSameSize) {
 }
 
 TEST_F(SamplesTest, WhatIsTooLargeOrNoMessageBreaksTheLink) {
-  assembly.message_max = 5000;
+  reassembly.message_max = 5000;
   push(1, 5000);
   push(2, 5001);
   push(3, 100);
