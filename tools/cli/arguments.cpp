@@ -1,17 +1,14 @@
 #include "tools/cli/arguments.h"
 
-#include <array>
-#include <charconv>
-#include <cmath>
-#include <limits>
+#include <ranges>
+
+#include <fmt/format.h>
 
 #include "base/text.h"
 #include "tims/message.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl {
-
-using namespace std::chrono_literals;
 
 namespace {
 
@@ -29,31 +26,22 @@ std::string with_parentheses(std::string_view text) {
   const std::size_t first = text.find('/');
   if (first == std::string_view::npos || text.find('(') != std::string_view::npos)
     return std::string(text);
-  std::string out(text.substr(0, first));
   const std::string_view rest = text.substr(first + 1);
-  const std::size_t colon = rest.find(':');
-  out.append("(").append(rest.substr(0, colon)).append(")");
-  if (colon != std::string_view::npos) out.append(rest.substr(colon));
-  return out;
+  const std::size_t end = std::min(rest.find(':'), rest.size());
+  return fmt::format("{}({}){}", text.substr(0, first), rest.substr(0, end), rest.substr(end));
 }
 
-// "Ladr/3/0" was meant to be "Ladar/3/0"; nothing when the class is not what is wrong.
-std::optional<std::string> nearest_class(std::string_view text) {
+// "Ladr/3/0" was meant to be "Ladar/3/0", when the class is what is wrong.
+std::string hint_for(std::string_view text, std::string otherwise) {
   const std::string_view name = text.substr(0, text.find_first_of("(/"));
-  if (name.empty() || tims::class_id_of(name)) return std::nullopt;
+  if (name.empty() || tims::class_id_of(name)) return otherwise;
   std::vector<std::string> known;
-  std::vector<std::string_view> lowered;
   for (std::uint32_t id = 0; id <= 0xFF; ++id)
     if (!tims::class_name(id).empty()) known.emplace_back(base::lower(tims::class_name(id)));
-  lowered.assign(known.begin(), known.end());
-  const auto near = base::nearest(base::lower(name), lowered);
-  if (!near) return std::nullopt;
-  return std::string(tims::class_name(*tims::class_id_of(*near))).append(text.substr(name.size()));
-}
-
-std::string hint_for(std::string_view text, std::string otherwise) {
-  const auto near = nearest_class(text);
-  return near ? "did you mean " + *near + "?" : std::move(otherwise);
+  const auto near = base::nearest(base::lower(name), known);
+  if (!near) return otherwise;
+  return fmt::format("did you mean {}{}?", tims::class_name(*tims::class_id_of(*near)),
+                     text.substr(name.size()));
 }
 
 }  // namespace
@@ -99,27 +87,24 @@ std::string shell_name(tims::Address address, const tims::AddressWidths& widths)
   const auto fields = address.fields(widths);
   const std::string_view name = tims::class_name(fields.class_id);
   if (name.empty()) return address.to_hex();
-  std::string text(name);
-  text.append("/").append(std::to_string(fields.system));
-  text.append("/").append(std::to_string(fields.instance));
-  if (fields.local != 0) text.append(":").append(std::to_string(fields.local));
-  return text;
+  const std::string text = fmt::format("{}/{}/{}", name, fields.system, fields.instance);
+  return fields.local == 0 ? text : fmt::format("{}:{}", text, fields.local);
 }
 
 std::uint32_t need_class(std::string_view text) {
   const std::string_view name = text.substr(0, text.find_first_of("(/"));
   if (const auto id = tims::class_id_of(name)) return *id;
   throw usage_error(
-      "\"" + std::string(text) + "\" is no class",
+      fmt::format("\"{}\" is no class", text),
       hint_for(text, "such as Chassis; `timsctl msg types` shows those with messages"));
 }
 
 tims::Address need_address(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto address = parse_address(text, widths)) return *address;
   if (parse_pattern(text, widths))
-    throw usage_error("\"" + std::string(text) + "\" is a pattern; here one address is meant",
-                      "`timsctl component list '" + std::string(text) + "'` shows what it fits");
-  throw usage_error("\"" + std::string(text) + "\" is no address",
+    throw usage_error(fmt::format("\"{}\" is a pattern; here one address is meant", text),
+                      fmt::format("`timsctl component list '{}'` shows what it fits", text));
+  throw usage_error(fmt::format("\"{}\" is no address", text),
                     hint_for(text, "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002"));
 }
 
@@ -133,8 +118,15 @@ std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
 
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto pattern = parse_pattern(text, widths)) return *pattern;
-  throw usage_error("\"" + std::string(text) + "\" is no pattern of addresses",
+  throw usage_error(fmt::format("\"{}\" is no pattern of addresses", text),
                     hint_for(text, "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000"));
+}
+
+std::vector<std::string_view> parts_of(std::string_view text, char between) {
+  std::vector<std::string_view> parts;
+  for (const auto part : std::views::split(text, between))
+    parts.emplace_back(part.begin(), part.end());
+  return parts;
 }
 
 json::object address_json(tims::Address address, const tims::AddressWidths& widths) {

@@ -46,6 +46,9 @@ tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidt
 // A class by name ("Chassis"), or that of an address ("Chassis/0/0").
 std::uint32_t need_class(std::string_view text);
 
+// Between every two of these characters, empty ones too.
+std::vector<std::string_view> parts_of(std::string_view text, char between);
+
 // {"name": "Ladar(3/0)", "raw": "0x03140000"}
 json::object address_json(tims::Address address, const tims::AddressWidths& widths);
 

@@ -11,11 +11,10 @@
 
 #include <poll.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
 #include "client/tcp_client.h"
 #include "os/clock.h"
+#include "os/socket.h"
 #include "os/wakeup.h"
 #include "tims/session.h"
 #include "tools/cli/arguments.h"
@@ -149,15 +148,9 @@ class LocalConnection final : public Connection {
 
 // A session would wait for a router to appear; a person wants to know at once that there is none.
 void check_socket(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path)
-    throw usage_error(path + ": longer than a socket's path can be");
-  path.copy(address.sun_path, path.size());
-  const tims::os::File socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the system's own signature
-  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
-    return;
+  const auto socket = tims::os::connect_unix(path);
+  if (socket) return;
+  if (socket.error() == tims::Errc::kInvalidArgument) throw usage_error(socket.error().detail());
   const std::string reason = std::system_category().message(errno);
   if (errno == EACCES || errno == EPERM)
     throw Failure(
@@ -203,7 +196,19 @@ class TcpConnection final : public Connection {
   TcpConnection(TcpClient client, std::string where, tims::Duration timeout)
       : client_(std::move(client)), where_(std::move(where)), timeout_(timeout) {}
 
-  void begin(const MailboxRequest& request);
+  void begin(const MailboxRequest& request) {
+    const tims::Time deadline = tims::os::deadline_after(timeout_);
+    // A tool that is stopped behind a pager is not dead.
+    client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
+    if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
+    for (int taken = 1;; ++taken) {
+      address_ = mailbox_address(request, 0, widths());
+      const auto done = client_.register_mailbox(address_, deadline);
+      if (done) return;
+      if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(request, taken))
+        throw failure(done.error());
+    }
+  }
 
   [[nodiscard]] tims::Address address() const override { return address_; }
   [[nodiscard]] tims::AddressWidths widths() const override { return client_.protocol().widths(); }
@@ -217,68 +222,50 @@ class TcpConnection final : public Connection {
                           std::span<const std::byte> body) override {
     return write(envelope, address_, body);
   }
+
   tims::Result<void> send_to_router(tims::Envelope envelope,
                                     std::span<const std::byte> body) override {
     envelope.dest = {};
     return write(envelope, tims::Address(), body);
   }
-  tims::Result<Message> take() override;
+
+  tims::Result<Message> take() override {
+    auto message = client_.take();
+    if (message) return message;
+    if (message.error() == tims::Errc::kVersion) throw failure(message.error());
+    if (message.error() == tims::Errc::kTooBig)
+      return tims::Error(tims::Errc::kTooBig, message.error().detail() + "; see --body-max");
+    return message;
+  }
 
  private:
   tims::Result<void> write(const tims::Envelope& envelope, tims::Address src,
-                           std::span<const std::byte> body);
-  [[nodiscard]] Failure failure(const tims::Error& error) const;
+                           std::span<const std::byte> body) {
+    const std::uint8_t stream = envelope.stream ? tims::flag::kStream : 0;
+    const std::uint8_t trace = envelope.trace ? tims::flag::kTrace : 0;
+    const tims::Header header{
+        .flags = static_cast<std::uint8_t>(envelope.body_order | stream | trace),
+        .type = envelope.type,
+        .priority = envelope.priority.value_or(0),
+        .seq_nr = envelope.seq_nr,
+        .dest = envelope.dest,
+        .src = src};
+    return client_.send(header, body, tims::os::deadline_after(timeout_));
+  }
+
+  [[nodiscard]] Failure failure(const tims::Error& error) const {
+    if (error == tims::Errc::kVersion)
+      return {Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
+              "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
+              "http.listen"};
+    return failure_of(error, where_);
+  }
 
   TcpClient client_;
   std::string where_;
   tims::Duration timeout_;
   tims::Address address_{};
 };
-
-tims::Result<void> TcpConnection::write(const tims::Envelope& envelope, tims::Address src,
-                                        std::span<const std::byte> body) {
-  const std::uint8_t stream = envelope.stream ? tims::flag::kStream : 0;
-  const std::uint8_t trace = envelope.trace ? tims::flag::kTrace : 0;
-  const tims::Header header{
-      .flags = static_cast<std::uint8_t>(envelope.body_order | stream | trace),
-      .type = envelope.type,
-      .priority = envelope.priority.value_or(0),
-      .seq_nr = envelope.seq_nr,
-      .dest = envelope.dest,
-      .src = src};
-  return client_.send(header, body, tims::os::deadline_after(timeout_));
-}
-
-tims::Result<Message> TcpConnection::take() {
-  auto message = client_.take();
-  if (message) return message;
-  if (message.error() == tims::Errc::kVersion) throw failure(message.error());
-  if (message.error() == tims::Errc::kTooBig)
-    return tims::Error(tims::Errc::kTooBig, message.error().detail() + "; see --body-max");
-  return message;
-}
-
-Failure TcpConnection::failure(const tims::Error& error) const {
-  if (error == tims::Errc::kVersion)
-    return {Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
-            "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
-            "http.listen"};
-  return failure_of(error, where_);
-}
-
-void TcpConnection::begin(const MailboxRequest& request) {
-  const tims::Time deadline = tims::os::deadline_after(timeout_);
-  // A tool that is stopped behind a pager is not dead.
-  client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
-  if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
-  for (int taken = 1;; ++taken) {
-    address_ = mailbox_address(request, 0, widths());
-    const auto done = client_.register_mailbox(address_, deadline);
-    if (done) return;
-    if (!(done.error() == tims::Errc::kAddressInUse) || !may_draw_again(request, taken))
-      throw failure(done.error());
-  }
-}
 
 }  // namespace
 

@@ -54,11 +54,9 @@ void need_host(const robot::Robot& robot, const std::string& name) {
   std::vector<std::string_view> known;
   for (const robot::Host& host : robot.hosts) known.push_back(host.name);
   if (std::ranges::find(known, name) != known.end()) return;
-  const auto near = base::nearest(name, known);
-  throw usage_error(fmt::format("--on: the robot has no host \"{}\"", name),
-                    near            ? fmt::format("did you mean {}?", *near)
-                    : known.empty() ? "[host.NAME] in its file makes one"
-                                    : fmt::format("there are {}", fmt::join(known, ", ")));
+  throw usage_error(
+      fmt::format("--on: the robot has no host \"{}\"", name),
+      nearest_hint(name, known, known.empty() ? "[host.NAME] in its file makes one" : ""));
 }
 
 UpRequest read_robot_file(const Context& context) {
@@ -66,25 +64,24 @@ UpRequest read_robot_file(const Context& context) {
   const bool from_stdin = path == "-";
   std::ifstream file(from_stdin ? "/dev/stdin" : path);
   UpRequest request;
-  request.deployment.source = {
-      .file = {}, .text = read_text(file, path), .system = context.options.system};
-  request.deployment.host = context.options.on;
-  request.deployment.router = absolute(context.host);
+  robot::Deployment& deployment = request.deployment;
+  deployment.source = {.file = {}, .text = read_text(file, path), .system = context.options.system};
+  deployment.host = context.options.on;
+  deployment.router = absolute(context.host);
   request.held = from_stdin && !file.eof();
   if (!from_stdin) {
-    request.deployment.folder = fs::path(path).parent_path();
-    request.deployment.source.file = fs::absolute(path);
+    deployment.folder = fs::path(path).parent_path();
+    deployment.source.file = fs::absolute(path);
   }
   const std::string name = from_stdin ? "robot" : fs::path(path).stem().string();
-  auto read = robot::read_robot({from_stdin ? "stdin" : path, request.deployment.source.text}, name,
+  auto read = robot::read_robot({from_stdin ? "stdin" : path, deployment.source.text}, name,
                                 context.options.system);
   fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
   request.robot = std::move(read.robot);
-  need_host(request.robot, request.deployment.host);
-  request.deployment.name = request.robot.name;
-  if (request.robot.system != 0)
-    request.deployment.name += fmt::format("-{}", request.robot.system);
-  if (!request.deployment.host.empty()) request.deployment.name += "-" + request.deployment.host;
+  need_host(request.robot, deployment.host);
+  deployment.name = request.robot.name;
+  if (request.robot.system != 0) deployment.name += fmt::format("-{}", request.robot.system);
+  if (!deployment.host.empty()) deployment.name += "-" + deployment.host;
   return request;
 }
 

@@ -21,6 +21,8 @@ namespace timsctl::robot {
 
 namespace {
 
+using Node = base::TomlNode;
+
 using base::in_quotes;
 
 namespace fs = std::filesystem;
@@ -59,17 +61,14 @@ class RobotReader {
   }
 
  private:
-  void read(const base::TomlNode& root, const std::string& file) {
+  void read(const Node& root, const std::string& file) {
     reader_.table(
         root, "a robot",
-        {{"name", [&](const base::TomlNode& n) { name(n, robot_.name); }},
-         {"system", [&](const base::TomlNode& n) { reader_.number(n, 0, kIdMax, robot_.system); }},
-         {"restart", [&](const base::TomlNode& n) { restart(n, restart_); }},
-         {"host",
-          [&](const base::TomlNode& n) {
-            reader_.named_tables(n, [&](const base::TomlNode& h) { host(h); });
-          }},
-         {"component", [&](const base::TomlNode& n) { components_ = &n; }}});
+        {{"name", [&](const Node& n) { name(n, robot_.name); }},
+         {"system", [&](const Node& n) { reader_.number(n, 0, kIdMax, robot_.system); }},
+         {"restart", [&](const Node& n) { restart(n, restart_); }},
+         {"host", [&](const Node& n) { reader_.named_tables(n, [&](const Node& h) { host(h); }); }},
+         {"component", [&](const Node& n) { components_ = &n; }}});
     if (system_) robot_.system = *system_;
     if (components_ != nullptr) read_components(*components_);
     if (robot_.components.empty() && reader_.problems().empty())
@@ -77,19 +76,19 @@ class RobotReader {
                    "a robot needs a component: write [[component]]"});
   }
 
-  void read_components(const base::TomlNode& node) {
-    reader_.tables(node, [&](const base::TomlNode& n) { component(n); });
+  void read_components(const Node& node) {
+    reader_.tables(node, [&](const Node& n) { component(n); });
     if (robot_.components.size() > kComponentsMax)
       reader_.refuse(node, fmt::format("a robot has at most {} components", kComponentsMax));
   }
 
-  void name(const base::TomlNode& node, std::string& out) {
+  void name(const Node& node, std::string& out) {
     if (reader_.text(node, out) && !is_name(out))
       reader_.refuse(node, fmt::format("\"{}\" is no name: at most {} letters, digits, - and _",
                                        out, kNameMax));
   }
 
-  void restart(const base::TomlNode& node, Restart& out) {
+  void restart(const Node& node, Restart& out) {
     static const std::vector<std::string> kWords{"never", "on-failure", "always"};
     std::string text;
     if (!reader_.text(node, text)) return;
@@ -98,11 +97,11 @@ class RobotReader {
     out = static_cast<Restart>(word - kWords.begin());
   }
 
-  void host(const base::TomlNode& node) {
+  void host(const Node& node) {
     Host host{.name = node.key, .ssh = {}, .router = {}};
     reader_.table(node, fmt::format("[host.{}]", node.key),
-                  {{"ssh", [&](const base::TomlNode& n) { reader_.text(n, host.ssh); }},
-                   {"router", [&](const base::TomlNode& n) { reader_.text(n, host.router); }}});
+                  {{"ssh", [&](const Node& n) { reader_.text(n, host.ssh); }},
+                   {"router", [&](const Node& n) { reader_.text(n, host.router); }}});
     if (!is_name(host.name))
       reader_.add({node.at_key,
                    fmt::format("\"{}\" is no name of a host: at most {} letters, digits, - and _",
@@ -113,20 +112,19 @@ class RobotReader {
     robot_.hosts.push_back(std::move(host));
   }
 
-  void component(const base::TomlNode& node) {
+  void component(const Node& node) {
     ComponentTable written;
     written.at = node.at_key;
     written.component.restart = restart_;
     reader_.table(
         node, "[[component]]",
-        {{"program", [&](const base::TomlNode& n) { reader_.text(n, written.program); }},
-         {"name", [&](const base::TomlNode& n) { name(n, written.name); }},
-         {"instance",
-          [&](const base::TomlNode& n) { reader_.number(n, 0, kIdMax, written.instance); }},
-         {"parameters", [&](const base::TomlNode& n) { parameters(n, written); }},
-         {"command", [&](const base::TomlNode& n) { command(n, written.command); }},
-         {"host", [&](const base::TomlNode& n) { host_of(n, written.component.host); }},
-         {"restart", [&](const base::TomlNode& n) { restart(n, written.component.restart); }}});
+        {{"program", [&](const Node& n) { reader_.text(n, written.program); }},
+         {"name", [&](const Node& n) { name(n, written.name); }},
+         {"instance", [&](const Node& n) { reader_.number(n, 0, kIdMax, written.instance); }},
+         {"parameters", [&](const Node& n) { parameters(n, written); }},
+         {"command", [&](const Node& n) { command(n, written.command); }},
+         {"host", [&](const Node& n) { host_of(n, written.component.host); }},
+         {"restart", [&](const Node& n) { restart(n, written.component.restart); }}});
     const bool is_module = !written.program.empty();
     if (is_module != written.command.empty() ||
         (!is_module && (written.instance != 0 || !written.parameters.empty())))
@@ -135,10 +133,10 @@ class RobotReader {
     finish(written);
   }
 
-  void parameters(const base::TomlNode& node, ComponentTable& written) {
-    if (node.form != base::TomlNode::Form::kTable)
+  void parameters(const Node& node, ComponentTable& written) {
+    if (node.form != Node::Form::kTable)
       return reader_.refuse(node, "parameters want a table such as { cmdTaskPrio = 30 }");
-    for (const base::TomlNode& child : node.children) {
+    for (const Node& child : node.children) {
       if (child.key == "system" || child.key == "instance")
         reader_.add({child.at_key, fmt::format("{} stands outside of parameters", child.key)});
       std::string value;
@@ -148,7 +146,7 @@ class RobotReader {
     }
   }
 
-  void command(const base::TomlNode& node, tims::os::Command& out) {
+  void command(const Node& node, tims::os::Command& out) {
     std::string text;
     if (!reader_.text(node, text)) return;
     const auto words = base::split_words(text);
@@ -159,13 +157,13 @@ class RobotReader {
     out = *words;
   }
 
-  void host_of(const base::TomlNode& node, std::string& out) {
+  void host_of(const Node& node, std::string& out) {
     reader_.text(node, out);
     if (std::ranges::find(robot_.hosts, out, &Host::name) == robot_.hosts.end())
       reader_.refuse(node, fmt::format("no host {}: write [host.{}]", out, out));
   }
 
-  void check_placeholders(const base::TomlNode& node, std::string_view text) {
+  void check_placeholders(const Node& node, std::string_view text) {
     if (const auto bad = base::unknown_placeholder(text, kPlaceholders))
       reader_.unknown(node.at_value, "placeholder", *bad, kPlaceholders);
   }
@@ -195,7 +193,7 @@ class RobotReader {
   base::TomlReader reader_;
   Robot robot_;
   Restart restart_ = Restart::kOnFailure;
-  const base::TomlNode* components_ = nullptr;
+  const Node* components_ = nullptr;
 };
 
 constexpr std::string_view kDigits = "0123456789";
@@ -212,8 +210,8 @@ bool is_number(std::string_view text) {
          (point == std::string_view::npos || digits(text.substr(point + 1)));
 }
 
-const base::TomlNode* child_of(const base::TomlNode& node, std::string_view key) {
-  const auto found = std::ranges::find(node.children, key, &base::TomlNode::key);
+const Node* child_of(const Node& node, std::string_view key) {
+  const auto found = std::ranges::find(node.children, key, &Node::key);
   return found == node.children.end() ? nullptr : &*found;
 }
 
@@ -222,22 +220,22 @@ class Editor {
  public:
   explicit Editor(std::string_view text) : text_(text) {}
 
-  [[nodiscard]] std::string with(const base::TomlNode& component, const std::string& name,
+  [[nodiscard]] std::string with(const Node& component, const std::string& name,
                                  const std::string& value) const {
-    const base::TomlNode* parameters = child_of(component, "parameters");
+    const Node* parameters = child_of(component, "parameters");
     if (parameters != nullptr) {
-      const base::TomlNode* old = child_of(*parameters, name);
+      const Node* old = child_of(*parameters, name);
       return old != nullptr ? replaced(*old, value) : added(*parameters, name, value);
     }
     const std::string all = fmt::format("parameters = {{ {} }}", assignment(name, value));
     const auto last = std::ranges::find(component.children.rbegin(), component.children.rend(),
-                                        base::TomlNode::Form::kValue, &base::TomlNode::form);
+                                        Node::Form::kValue, &Node::form);
     const std::size_t end = end_of_value(place(last->at_value));
     return is_at('{', component) ? inserted(end, ", " + all) : new_line(end, *last, all);
   }
 
  private:
-  [[nodiscard]] std::string replaced(const base::TomlNode& old, const std::string& value) const {
+  [[nodiscard]] std::string replaced(const Node& old, const std::string& value) const {
     const std::size_t begin = place(old.at_value);
     const bool was_text = is_at('"', old) || is_at('\'', old);
     const std::string now = !was_text && is_number(value) ? value : base::in_quotes(value);
@@ -245,7 +243,7 @@ class Editor {
            std::string(text_.substr(end_of_value(begin)));
   }
 
-  [[nodiscard]] std::string added(const base::TomlNode& parameters, const std::string& name,
+  [[nodiscard]] std::string added(const Node& parameters, const std::string& name,
                                   const std::string& value) const {
     const std::string made = assignment(name, value);
     const std::size_t begin = place(parameters.at_value);
@@ -256,7 +254,7 @@ class Editor {
              std::string(text_.substr(close + 1));
     }
     if (parameters.children.empty()) return new_line(begin, parameters, made);
-    const base::TomlNode& last = parameters.children.back();
+    const Node& last = parameters.children.back();
     const std::size_t end = end_of_value(place(last.at_value));
     if (is_inline) return inserted(end, ", " + made);
     return new_line(end, last, is_at('[', parameters) ? made : "parameters." + made);
@@ -271,7 +269,7 @@ class Editor {
   }
 
   // Behind the line of `at`, as far to the right as `like`.
-  [[nodiscard]] std::string new_line(std::size_t at, const base::TomlNode& like,
+  [[nodiscard]] std::string new_line(std::size_t at, const Node& like,
                                      const std::string& what) const {
     const std::size_t line = line_of(like.at_key.line);
     const std::size_t first = std::min(text_.find_first_not_of(" \t", line), text_.size());
@@ -282,7 +280,7 @@ class Editor {
     return inserted(end + 1, indented + (carriage ? "\r\n" : "\n"));
   }
 
-  [[nodiscard]] bool is_at(char c, const base::TomlNode& node) const {
+  [[nodiscard]] bool is_at(char c, const Node& node) const {
     const std::size_t at = place(node.at_value);
     return at < text_.size() && text_[at] == c;
   }
@@ -402,7 +400,7 @@ tims::Result<EditedFile> with_parameters(const base::TextFile& file,
       changed.command.push_back(word);
     }
     const auto tree = base::parse_toml({file.name, edited.text});
-    const base::TomlNode& node = child_of(tree.root, "component")->children.at(component);
+    const Node& node = child_of(tree.root, "component")->children.at(component);
     edited.text = Editor(edited.text).with(node, name, value);
     const RobotFile now = read_robot({file.name, edited.text}, "robot", system);
     if (!now.problems.empty())

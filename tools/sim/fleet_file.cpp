@@ -15,6 +15,8 @@ namespace timsctl::sim {
 
 namespace {
 
+using Node = base::TomlNode;
+
 // What they are at a host: plan.cpp.
 const std::vector<std::string> kPlaceholders = {"robot", "host", "system"};
 
@@ -35,26 +37,26 @@ class FleetReader {
     fleet_.profiles = built_in_profiles();
     end_ = {.file = file.name, .line = 1, .column = 1};
     reader_.table(tree.root, "a fleet",
-                  {{"name", [&](const base::TomlNode& n) { fleet_name(n); }},
-                   {"base", [&](const base::TomlNode& n) { programs(n, "[base]", fleet_.base); }},
-                   {"robot", [&](const base::TomlNode& n) { robots_ = &n; }},
-                   {"host", [&](const base::TomlNode& n) { hosts(n); }},
-                   {"profile", [&](const base::TomlNode& n) { profiles(n); }},
-                   {"fault", [&](const base::TomlNode& n) { faults_ = &n; }}});
+                  {{"name", [&](const Node& n) { fleet_name(n); }},
+                   {"base", [&](const Node& n) { programs(n, "[base]", fleet_.base); }},
+                   {"robot", [&](const Node& n) { robots_ = &n; }},
+                   {"host", [&](const Node& n) { hosts(n); }},
+                   {"profile", [&](const Node& n) { profiles(n); }},
+                   {"fault", [&](const Node& n) { faults_ = &n; }}});
     // In this order, whatever the text's is: a robot's line has a profile, a fault happens to a
     // line.
-    if (robots_ != nullptr) reader_.tables(*robots_, [&](const base::TomlNode& n) { robot(n); });
+    if (robots_ != nullptr) reader_.tables(*robots_, [&](const Node& n) { robot(n); });
     if (fleet_.robots.empty() && reader_.problems().empty())
       reader_.add({end_, "a fleet needs a robot: write [[robot]]"});
     check_hosts();
-    if (faults_ != nullptr) reader_.tables(*faults_, [&](const base::TomlNode& n) { fault(n); });
+    if (faults_ != nullptr) reader_.tables(*faults_, [&](const Node& n) { fault(n); });
     return finish();
   }
 
  private:
   FleetFile finish() { return {.fleet = std::move(fleet_), .problems = reader_.problems()}; }
 
-  void fleet_name(const base::TomlNode& node) {
+  void fleet_name(const Node& node) {
     reader_.text(node, fleet_.name);
     if (!is_fleet_name(fleet_.name))
       reader_.refuse(node, fmt::format("name wants at most {} small letters and digits, beginning "
@@ -62,8 +64,8 @@ class FleetReader {
                                        kFleetNameMax));
   }
 
-  void components(const base::TomlNode& node, HostPrograms& out) {
-    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+  void components(const Node& node, HostPrograms& out) {
+    reader_.texts(node, [&](const Node& item, const std::string& text) {
       const auto words = base::split_words(text);
       if (!words || words->empty())
         return reader_.refuse(item,
@@ -75,14 +77,14 @@ class FleetReader {
     });
   }
 
-  void programs(const base::TomlNode& node, std::string_view what, HostPrograms& out) {
+  void programs(const Node& node, std::string_view what, HostPrograms& out) {
     reader_.table(node, what,
-                  {{"components", [&](const base::TomlNode& n) { components(n, out); }},
-                   {"settings", [&](const base::TomlNode& n) { settings(n, out); }}});
+                  {{"components", [&](const Node& n) { components(n, out); }},
+                   {"settings", [&](const Node& n) { settings(n, out); }}});
   }
 
-  void settings(const base::TomlNode& node, HostPrograms& out) {
-    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+  void settings(const Node& node, HostPrograms& out) {
+    reader_.texts(node, [&](const Node& item, const std::string& text) {
       if (text.find('=') == std::string::npos)
         reader_.refuse(item, fmt::format("settings want key=value such as \"log.level=debug\", as "
                                          "tims-router --set does, not \"{}\"",
@@ -91,26 +93,26 @@ class FleetReader {
     });
   }
 
-  void hosts(const base::TomlNode& node) {
-    reader_.named_tables(node, [&](const base::TomlNode& host) {
+  void hosts(const Node& node) {
+    reader_.named_tables(node, [&](const Node& host) {
       host_places_.emplace_back(host.key, host.at_key);
       programs(host, fmt::format("[host.{}]", host.key), host_programs_[host.key]);
     });
   }
 
-  void profiles(const base::TomlNode& node) {
-    reader_.named_tables(node, [&](const base::TomlNode& table) {
+  void profiles(const Node& node) {
+    reader_.named_tables(node, [&](const Node& table) {
       // A built-in one is changed key by key.
       Quality& quality = fleet_.profiles[table.key];
       if (table.key == "cut" || table.key == "heal" || table.key == "off")
         reader_.refuse(table, fmt::format("{} is what can be done to a line; name the profile "
                                           "otherwise",
                                           table.key));
-      for (const base::TomlNode& key : table.children) profile_key(key, quality);
+      for (const Node& key : table.children) profile_key(key, quality);
     });
   }
 
-  void profile_key(const base::TomlNode& node, Quality& quality) {
+  void profile_key(const Node& node, Quality& quality) {
     const std::vector<std::string> known(quality_keys().begin(), quality_keys().end());
     if (std::ranges::find(known, node.key) == known.end())
       return reader_.unknown(node.at_key, "key of a profile", node.key, known);
@@ -128,22 +130,20 @@ class FleetReader {
     std::map<std::string, HostPrograms, std::less<>> programs;
   };
 
-  void robot(const base::TomlNode& node) {
+  void robot(const Node& node) {
     RobotTable table;
     table.system = fleet_.robots.empty() ? 1 : fleet_.robots.back().system + 1;
-    const base::TomlNode* link = nullptr;
-    const base::TomlNode* cable = nullptr;
+    const Node* link = nullptr;
+    const Node* cable = nullptr;
     reader_.table(
         node, "[[robot]]",
-        {{"count", [&](const base::TomlNode& n) { reader_.number(n, 1, kSystemMax, table.count); }},
-         {"system",
-          [&](const base::TomlNode& n) { reader_.number(n, 1, kSystemMax, table.system); }},
-         {"name", [&](const base::TomlNode& n) { robot_name(n, table.name); }},
-         {"hosts", [&](const base::TomlNode& n) { host_names(n, table.robot.hosts); }},
-         {"link", [&](const base::TomlNode& n) { reader_.text(*(link = &n), table.robot.link); }},
-         {"cable",
-          [&](const base::TomlNode& n) { reader_.text(*(cable = &n), table.robot.cable); }},
-         {"components", [&](const base::TomlNode& n) { own_components(n, table); }}});
+        {{"count", [&](const Node& n) { reader_.number(n, 1, kSystemMax, table.count); }},
+         {"system", [&](const Node& n) { reader_.number(n, 1, kSystemMax, table.system); }},
+         {"name", [&](const Node& n) { robot_name(n, table.name); }},
+         {"hosts", [&](const Node& n) { host_names(n, table.robot.hosts); }},
+         {"link", [&](const Node& n) { reader_.text(*(link = &n), table.robot.link); }},
+         {"cable", [&](const Node& n) { reader_.text(*(cable = &n), table.robot.cable); }},
+         {"components", [&](const Node& n) { own_components(n, table); }}});
     if (link != nullptr) check_profile(*link, table.robot.link);
     if (cable != nullptr) check_profile(*cable, table.robot.cable);
     if (table.robot.hosts.empty()) table.robot.hosts = {"main"};
@@ -155,7 +155,7 @@ class FleetReader {
       append(node, table, static_cast<std::uint8_t>(table.system + i));
   }
 
-  void append(const base::TomlNode& node, const RobotTable& table, std::uint8_t system) {
+  void append(const Node& node, const RobotTable& table, std::uint8_t system) {
     for (const Robot& other : fleet_.robots)
       if (other.system == system)
         return reader_.add(
@@ -180,7 +180,7 @@ class FleetReader {
     fleet_.robots.push_back(std::move(robot));
   }
 
-  void robot_name(const base::TomlNode& node, std::string& out) {
+  void robot_name(const Node& node, std::string& out) {
     reader_.text(node, out);
     if (!is_word(out, kRobotNameMax, false) || out == "base")
       reader_.refuse(node, fmt::format("a robot's name is at most {} small letters, without a "
@@ -188,9 +188,9 @@ class FleetReader {
                                        kRobotNameMax));
   }
 
-  void host_names(const base::TomlNode& node, std::vector<std::string>& out) {
+  void host_names(const Node& node, std::vector<std::string>& out) {
     constexpr std::string_view kTaken[] = {"base", "lo", "all", "default"};
-    reader_.texts(node, [&](const base::TomlNode& item, const std::string& text) {
+    reader_.texts(node, [&](const Node& item, const std::string& text) {
       if (!is_word(text, kHostNameMax, true) || std::ranges::find(kTaken, text) != std::end(kTaken))
         reader_.refuse(item, fmt::format("a host's name is at most {} small letters and digits, "
                                          "beginning with a letter, and none of {}",
@@ -203,15 +203,15 @@ class FleetReader {
       reader_.refuse(node, fmt::format("a robot has at most {} hosts", kHostsMax));
   }
 
-  void own_components(const base::TomlNode& node, RobotTable& table) {
-    if (node.form != base::TomlNode::Form::kTable)
+  void own_components(const Node& node, RobotTable& table) {
+    if (node.form != Node::Form::kTable)
       return reader_.refuse(node,
                             "components of a robot stand behind a host's name: "
                             "components.main = [\"...\"]");
-    for (const base::TomlNode& host : node.children) components(host, table.programs[host.key]);
+    for (const Node& host : node.children) components(host, table.programs[host.key]);
   }
 
-  void check_profile(const base::TomlNode& node, const std::string& name) {
+  void check_profile(const Node& node, const std::string& name) {
     if (fleet_.profiles.contains(name)) return;
     std::vector<std::string> known;
     for (const auto& [profile, quality] : fleet_.profiles) known.push_back(profile);
@@ -228,23 +228,22 @@ class FleetReader {
       if (std::ranges::find(all, name) == all.end()) reader_.unknown(at, "host", name, all);
   }
 
-  void fault(const base::TomlNode& node) {
+  void fault(const Node& node) {
     Step step;
     tims::Duration length{};
     tims::Duration every{};
     std::string what;
     std::string direction;
-    const base::TomlNode* place = nullptr;
-    const base::TomlNode* action = nullptr;
-    reader_.table(
-        node, "[[fault]]",
-        {{"at", [&](const base::TomlNode& n) { reader_.duration(n, true, step.at); }},
-         {"line", [&](const base::TomlNode& n) { reader_.text(*(place = &n), step.line); }},
-         {"host", [&](const base::TomlNode& n) { reader_.text(*(place = &n), step.host); }},
-         {"do", [&](const base::TomlNode& n) { reader_.text(*(action = &n), what); }},
-         {"direction", [&](const base::TomlNode& n) { reader_.text(n, direction); }},
-         {"for", [&](const base::TomlNode& n) { reader_.duration(n, false, length); }},
-         {"every", [&](const base::TomlNode& n) { reader_.duration(n, false, every); }}});
+    const Node* place = nullptr;
+    const Node* action = nullptr;
+    reader_.table(node, "[[fault]]",
+                  {{"at", [&](const Node& n) { reader_.duration(n, true, step.at); }},
+                   {"line", [&](const Node& n) { reader_.text(*(place = &n), step.line); }},
+                   {"host", [&](const Node& n) { reader_.text(*(place = &n), step.host); }},
+                   {"do", [&](const Node& n) { reader_.text(*(action = &n), what); }},
+                   {"direction", [&](const Node& n) { reader_.text(n, direction); }},
+                   {"for", [&](const Node& n) { reader_.duration(n, false, length); }},
+                   {"every", [&](const Node& n) { reader_.duration(n, false, every); }}});
     if (length > tims::Duration{}) step.duration = length;
     if (every > tims::Duration{}) step.every = every;
     step.words = base::split_words(what).value_or(tims::os::Command{});
@@ -258,8 +257,7 @@ class FleetReader {
     fleet_.steps.push_back(std::move(step));
   }
 
-  void check_line_step(const base::TomlNode& place, const base::TomlNode& action,
-                       const Step& step) {
+  void check_line_step(const Node& place, const Node& action, const Step& step) {
     const auto lines = line_names(fleet_);
     if (std::ranges::find(lines, step.line) == lines.end())
       return reader_.unknown(place.at_value, "line", step.line, lines);
@@ -267,8 +265,7 @@ class FleetReader {
     if (!state) reader_.refuse(action, fmt::format("do: {}", state.error().detail()));
   }
 
-  void check_host_step(const base::TomlNode& place, const base::TomlNode& action,
-                       const Step& step) {
+  void check_host_step(const Node& place, const Node& action, const Step& step) {
     const auto hosts = host_names_of(fleet_);
     if (std::ranges::find(hosts, step.host) == hosts.end())
       return reader_.unknown(place.at_value, "host", step.host, hosts);
@@ -279,8 +276,8 @@ class FleetReader {
   base::TomlReader reader_;
   Fleet fleet_;
   base::Place end_;
-  const base::TomlNode* robots_ = nullptr;
-  const base::TomlNode* faults_ = nullptr;
+  const Node* robots_ = nullptr;
+  const Node* faults_ = nullptr;
   std::map<std::string, HostPrograms, std::less<>> host_programs_;
   std::vector<std::pair<std::string, base::Place>> host_places_;
 };

@@ -53,12 +53,6 @@ std::string super_link(const Line& line, std::string_view upper_address) {
                      without_prefix(upper_address), line.name);
 }
 
-std::string joined(const tims::os::Command& words) {
-  std::string text;
-  for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
-  return text;
-}
-
 class Planner {
  public:
   explicit Planner(const Fleet& fleet) : fleet_(fleet) {
@@ -91,7 +85,7 @@ class Planner {
     for (const tims::os::Command& command : programs.components) {
       tims::os::Command words;
       for (const std::string& word : command) words.push_back(base::filled_in(word, values));
-      host.components.push_back({joined(words), words});
+      host.components.push_back({fmt::format("{}", fmt::join(words, " ")), words});
     }
   }
 

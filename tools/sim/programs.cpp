@@ -56,20 +56,18 @@ constexpr tims::Duration kPatience = 500ms;
 }  // namespace
 
 Programs::Programs(const Plan& plan) {
-  for (const PlannedHost& host : plan.hosts) {
+  const auto add = [&](const PlannedHost& host, bool router, std::string label, Launch launch) {
     programs_.push_back({.host = &host,
-                         .router = true,
-                         .label = "tims-router",
-                         .launch = router_launch(host),
+                         .router = router,
+                         .label = std::move(label),
+                         .launch = std::move(launch),
                          .child = {},
                          .status = {}});
+  };
+  for (const PlannedHost& host : plan.hosts) {
+    add(host, true, "tims-router", router_launch(host));
     for (std::size_t i = 0; i < host.components.size(); ++i)
-      programs_.push_back({.host = &host,
-                           .router = false,
-                           .label = host.components[i].label,
-                           .launch = component_launch(plan, host, i),
-                           .child = {},
-                           .status = {}});
+      add(host, false, host.components[i].label, component_launch(plan, host, i));
   }
 }
 

@@ -107,12 +107,10 @@ Result<Direction> direction_of(std::span<const std::string> words) {
 Error unknown_word(std::string_view word, const Profiles& profiles) {
   std::vector<std::string_view> known = {"cut", "heal", "off"};
   for (const auto& [name, quality] : profiles) known.push_back(name);
-  std::string names;
-  for (const std::string_view name : known) names.append(names.empty() ? "" : ", ").append(name);
   const auto near = base::nearest(word, known);
   if (near) return bad(fmt::format("\"{}\" is no fault; did you mean {}?", word, *near));
   return bad(fmt::format("\"{}\" is no fault; there are {}, and key=value with the keys {}", word,
-                         names, fmt::join(kKeys, ", ")));
+                         fmt::join(known, ", "), fmt::join(kKeys, ", ")));
 }
 
 Result<void> set_word(Quality& quality, std::string_view word, const Profiles& profiles) {

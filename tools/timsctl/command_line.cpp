@@ -210,12 +210,6 @@ const Verb* find(std::string_view noun, std::string_view verb) {
   return nullptr;
 }
 
-std::string joined(std::span<const std::string_view> names) {
-  std::string text;
-  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
-  return text;
-}
-
 // The one name that begins with `word`.
 std::string_view expand(std::string_view word, std::span<const std::string_view> names,
                         const std::string& what) {
@@ -226,12 +220,9 @@ std::string_view expand(std::string_view word, std::span<const std::string_view>
   }
   if (fits.size() == 1) return fits.front();
   if (fits.size() > 1)
-    throw usage_error("\"" + std::string(word) + "\" may be " + joined(fits),
+    throw usage_error(fmt::format("\"{}\" may be {}", word, fmt::join(fits, ", ")),
                       "write one more letter");
-  const auto near = base::nearest(word, names);
-  throw usage_error(
-      "no " + what + " \"" + std::string(word) + "\"",
-      near ? "did you mean " + std::string(*near) + "?" : "there are " + joined(names));
+  throw usage_error(fmt::format("no {} \"{}\"", what, word), nearest_hint(word, names));
 }
 
 // "Ladar(3/0)" and "0x03140000" are arguments, whatever verbs there are.
@@ -270,10 +261,9 @@ namespace {
 
 // "--count=5", as split_words left it.
 void set_option(const Verb& verb, std::string_view word, Options& options) {
-  const std::string_view name = word.substr(2, word.find('=') - 2);
-  const std::size_t equals = word.find('=');
-  const std::string_view value =
-      equals == std::string_view::npos ? std::string_view() : word.substr(equals + 1);
+  const std::size_t equals = std::min(word.find('='), word.size());
+  const std::string_view name = word.substr(2, equals - 2);
+  const std::string_view value = word.substr(std::min(equals + 1, word.size()));
   if (!is_in(name, verb.options) && !is_in(name, kGeneralOptions))
     throw usage_error(fmt::format("timsctl {} has no option --{}", verb.name(), name),
                       fmt::format("timsctl {} --help", verb.name()));
@@ -455,10 +445,7 @@ Words split_words(std::span<const std::string> arguments) { return Splitter(argu
 
 std::string version_text() { return fmt::format("timsctl {}\n", own_version()); }
 
-bool is_single(std::string_view noun) {
-  return std::ranges::any_of(
-      verbs(), [&](const Verb& verb) { return verb.noun == noun && verb.verb.empty(); });
-}
+bool is_single(std::string_view noun) { return find(noun, "") != nullptr; }
 
 std::string overview() {
   std::string text =

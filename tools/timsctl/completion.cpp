@@ -68,11 +68,8 @@ void add_options(const Verb& verb, Candidates& out) {
 
 Candidates split(std::string_view text, char at) {
   Candidates out;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(at), text.size());
-    if (end > 0) out.emplace_back(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
+  for (const std::string_view part : parts_of(text, at))
+    if (!part.empty()) out.emplace_back(part);
   return out;
 }
 

@@ -41,9 +41,20 @@ std::string_view who_reaches(std::string_view where) {
   return loopback ? "every user of this host" : "everybody who reaches it";
 }
 
+constexpr double kLossMax = 0.05;
+constexpr double kClockOffsetMax_s = 0.1;
+// The size of datagrams is found within a moment; what is still the smallest then stays so.
+constexpr double kMtuFoundAfter_s = 10;
+constexpr double kMtuBase = 1200;
+
 class Doctor {
  public:
   explicit Doctor(const Observations& observed) : observed_(observed) {}
+
+  std::vector<Finding> examine_links() {
+    links();
+    return std::move(findings_);
+  }
 
   std::vector<Finding> examine() {
     reachable();
@@ -57,8 +68,7 @@ class Doctor {
       full_mailboxes();
       drops();
     }
-    if (!observed_.unreachable)
-      std::ranges::move(judge_links(observed_), std::back_inserter(findings_));
+    if (!observed_.unreachable) links();
     if (observed_.local) host();
     return std::move(findings_);
   }
@@ -199,29 +209,14 @@ class Doctor {
     judge("limits.files", files.limit >= 4096, Level::kWarning, text);
   }
 
-  const Observations& observed_;
-  std::vector<Finding> findings_;
-};
+  // --- links to other routers
 
-constexpr double kLossMax = 0.05;
-constexpr double kClockOffsetMax_s = 0.1;
-// The size of datagrams is found within a moment; what is still the smallest then stays so.
-constexpr double kMtuFoundAfter_s = 10;
-constexpr double kMtuBase = 1200;
-
-class LinkDoctor {
- public:
-  explicit LinkDoctor(const Observations& observed) : observed_(observed) {}
-
-  std::vector<Finding> examine() {
-    socket();
-    for (const json::object& link : objects(observed_.links)) {
-      if (text_at(link, "state") == "up")
-        working(link);
-      else
-        not_up(link);
-    }
-    if (findings_.empty() && !observed_.links.empty())
+  void links() {
+    const std::size_t before = findings_.size();
+    socket_buffers();
+    for (const json::object& link : objects(observed_.links))
+      text_at(link, "state") == "up" ? link_works(link) : link_is_not_up(link);
+    if (findings_.size() == before && !observed_.links.empty())
       add("links", Level::kOk,
           fmt::format("{} link{} up", observed_.links.size(),
                       observed_.links.size() == 1 ? " is" : "s are"));
@@ -229,15 +224,9 @@ class LinkDoctor {
     event("duplicate_address", "addresses.duplicate",
           "a mailbox was announced whose address another router has");
     event("loop", "routes.loop", "messages or registrations went round in a loop");
-    return std::move(findings_);
   }
 
- private:
-  void add(const char* id, Level level, std::string text, std::string hint = {}) {
-    findings_.push_back(make_finding(id, level, std::move(text), std::move(hint)));
-  }
-
-  void socket() {
+  void socket_buffers() {
     const double asked = number_or_zero(observed_.status, "udp.asked_buffer_bytes");
     const double in = number_or_zero(observed_.status, "udp.receive_buffer_bytes");
     const double out = number_or_zero(observed_.status, "udp.send_buffer_bytes");
@@ -259,7 +248,7 @@ class LinkDoctor {
         fmt::format("{} ({})", text.empty() ? "?" : text, text_at(link, "kind")));
   }
 
-  void not_up(const json::object& link) {
+  void link_is_not_up(const json::object& link) {
     const std::string state = text_at(link, "state");
     const std::string since = base::human_duration(number_or_zero(link, "since_s"));
     const std::string refusal = text_at(link, "refusal");
@@ -281,7 +270,7 @@ class LinkDoctor {
         fmt::format("the link to {} is not up: nothing is heard for {}", name, since));
   }
 
-  void working(const json::object& link) {
+  void link_works(const json::object& link) {
     const std::string name = name_of(link);
     if (number_or_zero(link, "mtu_bytes") <= kMtuBase &&
         number_or_zero(link, "since_s") > kMtuFoundAfter_s)
@@ -386,7 +375,7 @@ std::string_view name(Level level) {
 // --- links to other routers
 
 std::vector<Finding> judge_links(const Observations& observed) {
-  return LinkDoctor(observed).examine();
+  return Doctor(observed).examine_links();
 }
 
 std::optional<SocketFile> socket_file(const std::string& path) {

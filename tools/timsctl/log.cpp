@@ -140,14 +140,83 @@ class Follower {
         left_(context.options.count.value_or(UINT64_MAX)),
         end_(context.run_end()) {}
 
-  Exit own_sink(Connection& connection);
-  Exit subscribe(Connection& connection, tims::Address log);
+  // As the owner of the sink.
+  Exit own_sink(Connection& connection) {
+    filter_ = text_filter(context_.options, connection.widths(), now());
+    while (left_ > 0) {
+      const auto message = receive(connection, context_.signals, end_);
+      if (!message) break;
+      missed_.note(connection, context_.out);
+      if (const auto record = text_of(*message, connection.widths())) tell(*record);
+    }
+    return end();
+  }
+
+  // As a listener of the log.
+  Exit subscribe(Connection& connection, tims::Address log) {
+    filter_ = text_filter(context_.options, connection.widths(), now());
+    const std::string name = log.to_string(connection.widths());
+    Subscriptions subscriptions(connection, {log}, 0);
+    const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
+    while (left_ > 0 && tims::os::now() < end_) {
+      const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
+      const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
+      note_state(subscriptions.all().front(), name);
+      missed_.note(connection, context_.out);
+      const auto record = data ? record_of(data->message, connection.widths()) : std::nullopt;
+      if (record) tell(*record);
+      if (state_ == Subscription::State::kAsking && tims::os::now() > patience)
+        throw Failure(Exit::kTimeout, "timeout", name + " does not answer GET_CONT_DATA");
+    }
+    return end();
+  }
 
  private:
-  void tell(const Record& record);
-  std::optional<Record> text_of(const Message& message, const tims::AddressWidths& widths) const;
-  static std::optional<Record> record_of(const Message& message, const tims::AddressWidths& widths);
-  void note_state(const Subscription& log, const std::string& name);
+  void tell(const Record& record) {
+    if (!filter_.passes(record)) return;
+    --left_;
+    show_text(context_.out, record, false);
+  }
+
+  std::optional<Record> text_of(const Message& message, const tims::AddressWidths& widths) const {
+    const auto level = rack::gdos::level_of(message.header.type);
+    if (!level) return std::nullopt;
+    const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
+    return Record{.time = now(),
+                  .address = message.header.src,
+                  .component = message.header.src.to_string(widths),
+                  .level = *level,
+                  .text = words ? *words : words.error().detail() + " (malformed)"};
+  }
+
+  // Its clock may be another one: the time is the log's own, in the turn of the counter nearest to
+  // ours.
+  static std::optional<Record> record_of(const Message& message,
+                                         const tims::AddressWidths& widths) {
+    rack::GdosData data;
+    if (message.header.type != tims::type::kData) return std::nullopt;
+    if (!rack::decode(message.view(), data)) return std::nullopt;
+    const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
+    if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
+    const RecordTime now = timsctl::now();
+    const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
+    return Record{.time = now - age,
+                  .address = data.sender,
+                  .component = data.sender.to_string(widths),
+                  .level = *level,
+                  .text = std::string(data.words())};
+  }
+
+  void note_state(const Subscription& log, const std::string& name) {
+    if (log.state() == state_) return;
+    const bool first = state_ == Subscription::State::kAsking;
+    state_ = log.state();
+    if (state_ == Subscription::State::kNoMailbox && first)
+      throw no_such_mailbox(name, "`timsctl component list GDOS` shows all logs");
+    if (state_ == Subscription::State::kOff || state_ == Subscription::State::kNoMailbox)
+      context_.out.note(name + " has no texts now, waiting");
+  }
+
   [[nodiscard]] Exit end() const {
     return left_ > 0 && context_.options.count ? Exit::kTimeout : Exit::kDone;
   }
@@ -159,85 +228,6 @@ class Follower {
   LostMessages missed_{"texts"};
   Subscription::State state_ = Subscription::State::kAsking;
 };
-
-void Follower::tell(const Record& record) {
-  if (!filter_.passes(record)) return;
-  --left_;
-  show_text(context_.out, record, false);
-}
-
-// --- as the owner of the sink
-
-std::optional<Record> Follower::text_of(const Message& message,
-                                        const tims::AddressWidths& widths) const {
-  const auto level = rack::gdos::level_of(message.header.type);
-  if (!level) return std::nullopt;
-  const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
-  return Record{.time = now(),
-                .address = message.header.src,
-                .component = message.header.src.to_string(widths),
-                .level = *level,
-                .text = words ? *words : words.error().detail() + " (malformed)"};
-}
-
-Exit Follower::own_sink(Connection& connection) {
-  filter_ = text_filter(context_.options, connection.widths(), now());
-  while (left_ > 0) {
-    const auto message = receive(connection, context_.signals, end_);
-    if (!message) break;
-    missed_.note(connection, context_.out);
-    if (const auto record = text_of(*message, connection.widths())) tell(*record);
-  }
-  return end();
-}
-
-// --- as a listener of the log
-
-// Its clock may be another one: the time is the log's own, in the turn of the counter nearest to
-// ours.
-std::optional<Record> Follower::record_of(const Message& message,
-                                          const tims::AddressWidths& widths) {
-  rack::GdosData data;
-  if (message.header.type != tims::type::kData) return std::nullopt;
-  if (!rack::decode(message.view(), data)) return std::nullopt;
-  const auto level = rack::gdos::level_of(static_cast<std::int8_t>(data.level));
-  if (!level || data.level != static_cast<rack::i32>(*level)) return std::nullopt;
-  const RecordTime now = timsctl::now();
-  const auto age = rack::TimeStamp::of(now.time_since_epoch()) - data.recordingTime;
-  return Record{.time = now - age,
-                .address = data.sender,
-                .component = data.sender.to_string(widths),
-                .level = *level,
-                .text = std::string(data.words())};
-}
-
-void Follower::note_state(const Subscription& log, const std::string& name) {
-  if (log.state() == state_) return;
-  const bool first = state_ == Subscription::State::kAsking;
-  state_ = log.state();
-  if (state_ == Subscription::State::kNoMailbox && first)
-    throw no_such_mailbox(name, "`timsctl component list GDOS` shows all logs");
-  if (state_ == Subscription::State::kOff || state_ == Subscription::State::kNoMailbox)
-    context_.out.note(name + " has no texts now, waiting");
-}
-
-Exit Follower::subscribe(Connection& connection, tims::Address log) {
-  filter_ = text_filter(context_.options, connection.widths(), now());
-  const std::string name = log.to_string(connection.widths());
-  Subscriptions subscriptions(connection, {log}, 0);
-  const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
-  while (left_ > 0 && tims::os::now() < end_) {
-    const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
-    const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
-    note_state(subscriptions.all().front(), name);
-    missed_.note(connection, context_.out);
-    const auto record = data ? record_of(data->message, connection.widths()) : std::nullopt;
-    if (record) tell(*record);
-    if (state_ == Subscription::State::kAsking && tims::os::now() > patience)
-      throw Failure(Exit::kTimeout, "timeout", name + " does not answer GET_CONT_DATA");
-  }
-  return end();
-}
 
 // Who keeps the texts says where they are to be had; another owner of the sink says nothing.
 std::optional<tims::Address> ask_for_log(Context& context, Connection& connection) {

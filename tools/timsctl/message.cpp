@@ -50,11 +50,9 @@ void append_row(std::string& out, std::size_t at, std::span<const std::byte> row
 class DumpReader {
  public:
   std::vector<Draft> read(std::string_view text) {
-    while (!text.empty()) {
-      const std::size_t end = std::min(text.find('\n'), text.size());
+    for (const std::string_view line : parts_of(text, '\n')) {
       ++line_;
-      read_line(text.substr(0, end));
-      text.remove_prefix(std::min(end + 1, text.size()));
+      read_line(line);
     }
     finish();
     return std::move(drafts_);
@@ -165,11 +163,8 @@ std::string heading(const Message& message, base::WallTime time, const FieldStyl
 
 std::string indented(std::string_view lines) {
   std::string out;
-  while (!lines.empty()) {
-    const std::size_t end = lines.find('\n') + 1;
-    out.append("  ").append(lines.substr(0, end));
-    lines.remove_prefix(end);
-  }
+  for (const std::string_view line : parts_of(lines, '\n'))
+    if (!line.empty()) out.append("  ").append(line).append("\n");
   return out;
 }
 
@@ -316,11 +311,9 @@ bool is_recorded(std::string_view text) {
 std::vector<Draft> parse_recorded(std::string_view text) {
   if (text.starts_with(kMark)) return DumpReader().read(text);
   std::vector<Draft> drafts;
-  for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    if (end > 0) drafts.push_back(read_json_line(line, text.substr(0, end)));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
+  std::size_t number = 0;
+  for (const std::string_view line : parts_of(text, '\n'))
+    if (++number; !line.empty()) drafts.push_back(read_json_line(number, line));
   return drafts;
 }
 
@@ -486,6 +479,12 @@ const rack::MessageInfo& need_message(std::uint32_t class_id, std::string_view n
 std::int8_t need_type(std::string_view text, std::uint32_t class_id) {
   const auto type = parse_type(text, class_id);
   return type ? *type : need_message(class_id, text).type;
+}
+
+std::int8_t type_to_assume(const Options& options, tims::Address to,
+                           const tims::AddressWidths& widths) {
+  if (options.type.empty()) return tims::type::kGetStatus;
+  return need_type(options.type, to.fields(widths).class_id);
 }
 
 }  // namespace timsctl

@@ -109,5 +109,8 @@ const rack::MessageInfo& need_message(std::uint32_t class_id, std::string_view n
 // Throws Failure when it is none.
 // The type of a message to a component of the class: its own names too.
 std::int8_t need_type(std::string_view text, std::uint32_t class_id);
+// --type, for a message to that address; GET_STATUS unless given.
+std::int8_t type_to_assume(const Options& options, tims::Address to,
+                           const tims::AddressWidths& widths);
 
 }  // namespace timsctl

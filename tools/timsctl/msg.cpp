@@ -42,15 +42,106 @@ class Echo {
             .fields = context.options.fields,
             .header = !context.options.listen.empty() || context.options.format == Format::kWide} {}
 
-  Exit subscribe();
-  Exit listen();
+  Exit subscribe() {
+    const auto components = need_addresses(context_.options.arguments, connection_.widths());
+    for (const tims::Address component : components) {
+      const auto* data =
+          rack::find_message(component.fields(style_.widths).class_id, tims::type::kData);
+      if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
+    }
+    const auto period =
+        std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
+    Subscriptions subscriptions(connection_, components,
+                                static_cast<std::uint32_t>(period.count()));
+    const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
+    while (left_ > 0 && tims::os::now() < end_) {
+      const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
+      const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
+      note_changes(subscriptions);
+      missed_.note(connection_, context_.out);
+      if (data) tell(data->message);
+      const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
+      if (components.size() == 1 && asking && tims::os::now() > patience)
+        throw Failure(Exit::kTimeout, "timeout",
+                      name_of(components.front()) + " does not answer GET_CONT_DATA",
+                      "is its owner busy? `timsctl mbx show ADDR` shows what waits");
+    }
+    return end();
+  }
+
+  Exit listen() {
+    context_.out.note(name_of(connection_.address()) + " is registered, Ctrl-C ends");
+    while (left_ > 0) {
+      const auto message = receive(connection_, context_.signals, end_);
+      if (!message) break;
+      tell(*message);
+      missed_.note(connection_, context_.out);
+      // Who sends a command waits for an answer; this one is of nobody who can carry it out.
+      if (message->header.type > 0)
+        (void)connection_.send({.dest = message->header.src,
+                                .type = tims::type::kError,
+                                .priority = message->header.priority,
+                                .seq_nr = message->header.seq_nr},
+                               {});
+    }
+    return end();
+  }
 
  private:
-  void tell(const Message& message);
-  void note_changes(const Subscriptions& subscriptions);
+  void tell(const Message& message) {
+    const base::WallTime now = tims::os::wall_now();
+    const Format format = context_.out.look().format;
+    const bool lines = format == Format::kTable || format == Format::kWide;
+    if (!lines || !filter_.empty()) {
+      const json::object described = described_json(message, now, style_);
+      if (!filter_.passes(described)) return;
+      if (format == Format::kJson) context_.out.write(described);
+      if (format == Format::kCsv) context_.out.write(csv_.add(described));
+    }
+    --left_;
+    ++told_;
+    if (!lines) return;
+    const bool shorten = context_.out.terminal() && format != Format::kWide;
+    if (context_.options.raw)
+      return context_.out.write(dump(message, now,
+                                     {.widths = style_.widths,
+                                      .utc = style_.utc,
+                                      .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
+    FieldStyle style = style_;
+    if (shorten) style.elements_max = kTerminalElements;
+    context_.out.write(describe(message, now, style));
+  }
+
+  // What does not come says why. Alone and without -n or --for, an address that nobody has is an
+  // error at once; later it may come back.
+  void note_changes(const Subscriptions& subscriptions) {
+    const auto& all = subscriptions.all();
+    states_.resize(all.size(), Subscription::State::kAsking);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto state = all[i].state();
+      if (state == states_[i]) continue;
+      const bool first = states_[i] == Subscription::State::kAsking;
+      states_[i] = state;
+      const std::string who = name_of(all[i].component());
+      if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
+        throw no_such_mailbox(who);
+      if (state == Subscription::State::kOff && first && all.size() == 1)
+        throw Failure(Exit::kNo, "component_off",
+                      who + " gives no data: it answers ERROR, as a component does that is off",
+                      fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
+      if (state == Subscription::State::kNoMailbox)
+        context_.out.note(who + " is not there, waiting");
+      if (state == Subscription::State::kOff) context_.out.note(who + " is off, waiting");
+      if (state == Subscription::State::kRunning)
+        context_.out.detail(
+            fmt::format("{} sends every {} ms", who, all[i].granted_ms().value_or(0)));
+    }
+  }
+
   [[nodiscard]] std::string name_of(tims::Address address) const {
     return address.to_string(connection_.widths());
   }
+
   [[nodiscard]] Exit end() const {
     const bool complete = !context_.options.count || left_ == 0;
     return complete && (told_ > 0 || !context_.options.run_for) ? Exit::kDone : Exit::kTimeout;
@@ -67,99 +158,6 @@ class Echo {
   FieldStyle style_;
   CsvLines csv_;
 };
-
-void Echo::tell(const Message& message) {
-  const base::WallTime now = tims::os::wall_now();
-  const Format format = context_.out.look().format;
-  const bool lines = format == Format::kTable || format == Format::kWide;
-  if (!lines || !filter_.empty()) {
-    const json::object described = described_json(message, now, style_);
-    if (!filter_.passes(described)) return;
-    if (format == Format::kJson) context_.out.write(described);
-    if (format == Format::kCsv) context_.out.write(csv_.add(described));
-  }
-  --left_;
-  ++told_;
-  if (!lines) return;
-  const bool shorten = context_.out.terminal() && format != Format::kWide;
-  if (context_.options.raw)
-    return context_.out.write(dump(message, now,
-                                   {.widths = style_.widths,
-                                    .utc = style_.utc,
-                                    .bytes_max = shorten ? kTerminalBytes : SIZE_MAX}));
-  FieldStyle style = style_;
-  if (shorten) style.elements_max = kTerminalElements;
-  context_.out.write(describe(message, now, style));
-}
-
-// What does not come says why. Alone and without -n or --for, an address that nobody has is an
-// error at once; later it may come back.
-void Echo::note_changes(const Subscriptions& subscriptions) {
-  const auto& all = subscriptions.all();
-  states_.resize(all.size(), Subscription::State::kAsking);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const auto state = all[i].state();
-    if (state == states_[i]) continue;
-    const bool first = states_[i] == Subscription::State::kAsking;
-    states_[i] = state;
-    const std::string who = name_of(all[i].component());
-    if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
-      throw no_such_mailbox(who);
-    if (state == Subscription::State::kOff && first && all.size() == 1)
-      throw Failure(Exit::kNo, "component_off",
-                    who + " gives no data: it answers ERROR, as a component does that is off",
-                    fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
-    if (state == Subscription::State::kNoMailbox) context_.out.note(who + " is not there, waiting");
-    if (state == Subscription::State::kOff) context_.out.note(who + " is off, waiting");
-    if (state == Subscription::State::kRunning)
-      context_.out.detail(
-          fmt::format("{} sends every {} ms", who, all[i].granted_ms().value_or(0)));
-  }
-}
-
-Exit Echo::subscribe() {
-  const auto components = need_addresses(context_.options.arguments, connection_.widths());
-  for (const tims::Address component : components) {
-    const auto* data =
-        rack::find_message(component.fields(style_.widths).class_id, tims::type::kData);
-    if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
-  }
-  const auto period =
-      std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
-  Subscriptions subscriptions(connection_, components, static_cast<std::uint32_t>(period.count()));
-  const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
-  while (left_ > 0 && tims::os::now() < end_) {
-    const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
-    const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
-    note_changes(subscriptions);
-    missed_.note(connection_, context_.out);
-    if (data) tell(data->message);
-    const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
-    if (components.size() == 1 && asking && tims::os::now() > patience)
-      throw Failure(Exit::kTimeout, "timeout",
-                    name_of(components.front()) + " does not answer GET_CONT_DATA",
-                    "is its owner busy? `timsctl mbx show ADDR` shows what waits");
-  }
-  return end();
-}
-
-Exit Echo::listen() {
-  context_.out.note(name_of(connection_.address()) + " is registered, Ctrl-C ends");
-  while (left_ > 0) {
-    const auto message = receive(connection_, context_.signals, end_);
-    if (!message) break;
-    tell(*message);
-    missed_.note(connection_, context_.out);
-    // Who sends a command waits for an answer; this one is of nobody who can carry it out.
-    if (message->header.type > 0)
-      (void)connection_.send({.dest = message->header.src,
-                              .type = tims::type::kError,
-                              .priority = message->header.priority,
-                              .seq_nr = message->header.seq_nr},
-                             {});
-  }
-  return end();
-}
 
 }  // namespace
 
@@ -289,12 +287,86 @@ class Publisher {
         connection_(connection) {}
 
   // Data to nobody would be dropped without a word to the sender.
-  void check_route(std::int8_t type);
-  void send(const Draft& draft);
+  void check_route(std::int8_t type) {
+    AdminClient admin = context_.admin(connection_);
+    json::object route;
+    try {
+      route = admin.ask({{"ask", "route"}, {"to", target_.to_hex()}, {"type", type}});
+    } catch (const Failure& failure) {
+      if (failure.exit != Exit::kTimeout) throw;
+      return context_.out.detail(failure.message);  // an original router: nobody to ask
+    }
+    if (text_at(route, "verdict") == "no_route") throw no_such_mailbox(target_name_);
+  }
+
+  void send(const Draft& draft) {
+    const std::uint8_t order = draft.little_endian ? tims::flag::kBodyLittleEndian : 0;
+    auto sent = connection_.send({.dest = target_,
+                                  .type = draft.type,
+                                  .priority = draft.priority,
+                                  .seq_nr = draft.seq_nr,
+                                  .tell_why = draft.type > 0,
+                                  .body_order = order},
+                                 draft.body);
+    if (!sent) throw failure_of(sent.error(), target_name_);
+    ++sent_;
+    bytes_ += draft.body.size();
+  }
+
   // Again and again, as --rate says.
-  void send_all(const std::vector<Draft>& drafts);
-  Exit wait_for_answer();
-  void report(const Message* answer);
+  void send_all(const std::vector<Draft>& drafts) {
+    const Options& options = context_.options;
+    const bool repeats = options.rate_hz.has_value();
+    const std::uint64_t rounds = options.count.value_or(repeats ? UINT64_MAX : 1);
+    const tims::Time end = context_.run_end();
+    const tims::Duration pause(repeats ? std::llround(1e9 / *options.rate_hz) : 0);
+    tims::Time next = tims::os::now();
+    for (std::uint64_t round = 0; round < rounds && tims::os::now() < end; ++round)
+      for (const Draft& draft : drafts) {
+        if (sent_ > 0 && repeats) {
+          next += pause;
+          context_.signals.sleep_until(std::min(next, end));
+          if (next >= end) return;
+        }
+        send(draft);
+      }
+  }
+
+  Exit wait_for_answer() {
+    const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
+    while (const auto message = receive(connection_, context_.signals, deadline)) {
+      if (message->header.src != target_) continue;
+      report(&*message);
+      if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
+      if (const auto why = rack::reason_of(message->body);
+          message->header.type == tims::type::kError && !why.empty())
+        context_.out.note(target_name_ + ": " + std::string(why));
+      const bool failed = message->header.type == tims::type::kError ||
+                          message->header.type == tims::type::kTimeout;
+      return failed ? Exit::kNo : Exit::kDone;
+    }
+    throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
+                  "a longer --timeout, or --no-wait");
+  }
+
+  void report(const Message* answer) {
+    const tims::AddressWidths widths = connection_.widths();
+    if (context_.out.json()) {
+      const json::value reply =
+          answer == nullptr ? json::value()
+                            : json::value(described_json(*answer, tims::os::wall_now(), style_));
+      return context_.out.write(json::object{{"schema", "tims/pub/1"},
+                                             {"target", address_json(target_, widths)},
+                                             {"sent", sent_},
+                                             {"sent_bytes", bytes_},
+                                             {"answer", reply}});
+    }
+    if (answer != nullptr)
+      context_.out.write(describe(*answer, tims::os::wall_now(), style_));
+    else
+      context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
+                                    target_name_, base::human_bytes(static_cast<double>(bytes_))));
+  }
 
  private:
   Context& context_;
@@ -305,86 +377,6 @@ class Publisher {
   std::uint64_t sent_ = 0;
   std::uint64_t bytes_ = 0;
 };
-
-void Publisher::check_route(std::int8_t type) {
-  AdminClient admin = context_.admin(connection_);
-  json::object route;
-  try {
-    route = admin.ask({{"ask", "route"}, {"to", target_.to_hex()}, {"type", type}});
-  } catch (const Failure& failure) {
-    if (failure.exit != Exit::kTimeout) throw;
-    return context_.out.detail(failure.message);  // an original router: nobody to ask
-  }
-  if (text_at(route, "verdict") == "no_route") throw no_such_mailbox(target_name_);
-}
-
-void Publisher::send(const Draft& draft) {
-  const std::uint8_t order = draft.little_endian ? tims::flag::kBodyLittleEndian : 0;
-  auto sent = connection_.send({.dest = target_,
-                                .type = draft.type,
-                                .priority = draft.priority,
-                                .seq_nr = draft.seq_nr,
-                                .tell_why = draft.type > 0,
-                                .body_order = order},
-                               draft.body);
-  if (!sent) throw failure_of(sent.error(), target_name_);
-  ++sent_;
-  bytes_ += draft.body.size();
-}
-
-void Publisher::send_all(const std::vector<Draft>& drafts) {
-  const Options& options = context_.options;
-  const bool repeats = options.rate_hz.has_value();
-  const std::uint64_t rounds = options.count.value_or(repeats ? UINT64_MAX : 1);
-  const tims::Time end = context_.run_end();
-  const tims::Duration pause(repeats ? std::llround(1e9 / *options.rate_hz) : 0);
-  tims::Time next = tims::os::now();
-  for (std::uint64_t round = 0; round < rounds && tims::os::now() < end; ++round)
-    for (const Draft& draft : drafts) {
-      if (sent_ > 0 && repeats) {
-        next += pause;
-        context_.signals.sleep_until(std::min(next, end));
-        if (next >= end) return;
-      }
-      send(draft);
-    }
-}
-
-Exit Publisher::wait_for_answer() {
-  const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
-  while (const auto message = receive(connection_, context_.signals, deadline)) {
-    if (message->header.src != target_) continue;
-    report(&*message);
-    if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
-    if (const auto why = rack::reason_of(message->body);
-        message->header.type == tims::type::kError && !why.empty())
-      context_.out.note(target_name_ + ": " + std::string(why));
-    const bool failed =
-        message->header.type == tims::type::kError || message->header.type == tims::type::kTimeout;
-    return failed ? Exit::kNo : Exit::kDone;
-  }
-  throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
-                "a longer --timeout, or --no-wait");
-}
-
-void Publisher::report(const Message* answer) {
-  const tims::AddressWidths widths = connection_.widths();
-  if (context_.out.json()) {
-    const json::value reply =
-        answer == nullptr ? json::value()
-                          : json::value(described_json(*answer, tims::os::wall_now(), style_));
-    return context_.out.write(json::object{{"schema", "tims/pub/1"},
-                                           {"target", address_json(target_, widths)},
-                                           {"sent", sent_},
-                                           {"sent_bytes", bytes_},
-                                           {"answer", reply}});
-  }
-  if (answer != nullptr)
-    context_.out.write(describe(*answer, tims::os::wall_now(), style_));
-  else
-    context_.out.note(fmt::format("{} message{} sent to {}, {}", sent_, sent_ == 1 ? "" : "s",
-                                  target_name_, base::human_bytes(static_cast<double>(bytes_))));
-}
 
 }  // namespace
 

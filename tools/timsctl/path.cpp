@@ -98,10 +98,7 @@ class Explainer {
       : context_(context), admin_(admin), src_(src), dst_(dst) {}
 
   Exit run() {
-    const std::int8_t type =
-        context_.options.type.empty()
-            ? tims::type::kGetStatus
-            : need_type(context_.options.type, dst_.fields(admin_.widths()).class_id);
+    const std::int8_t type = type_to_assume(context_.options, dst_, admin_.widths());
     const std::optional<Step> source = find_source(type);
     Conclusion conclusion;
     Path path;
@@ -281,9 +278,7 @@ Exit trace(Context& context) {
   const auto connection = context.connect();
   const tims::AddressWidths widths = connection->widths();
   const tims::Address target = need_address(context.options.arguments.front(), widths);
-  const std::int8_t type = context.options.type.empty()
-                               ? tims::type::kGetStatus
-                               : need_type(context.options.type, target.fields(widths).class_id);
+  const std::int8_t type = type_to_assume(context.options, target, widths);
   const std::string name = target.to_string(connection->widths());
   const tims::Time sent = tims::os::now();
   auto result = connection->send({.dest = target,
@@ -349,71 +344,6 @@ struct RoundTrip {
   std::string answer;
 };
 
-class Pinger {
- public:
-  Pinger(Context& context, std::string target, Ask ask)
-      : context_(context), target_(std::move(target)), ask_(std::move(ask)) {}
-
-  Exit run();
-
- private:
-  void one_trip();
-  void tell(const RoundTrip& trip);
-  [[nodiscard]] std::string summary() const;
-  [[nodiscard]] json::object summary_json() const;
-
-  Context& context_;
-  std::string target_;
-  Ask ask_;
-  std::vector<RoundTrip> trips_;
-  std::vector<double> seconds_;  // of the answered ones
-  Exit exit_ = Exit::kDone;
-};
-
-Exit Pinger::run() {
-  const Options& options = context_.options;
-  const std::uint64_t count = options.count.value_or(options.run_for ? UINT64_MAX : 4);
-  const tims::Time end = context_.run_end();
-  tims::Time next = tims::os::now();
-  bool interrupted = false;
-  try {
-    while (trips_.size() < count && next < end && exit_ == Exit::kDone) {
-      context_.signals.sleep_until(next);
-      one_trip();
-      next = std::max(next + options.interval.value_or(1s), tims::os::now());
-    }
-  } catch (const Interrupted&) {
-    interrupted = true;
-  }
-  context_.out.write(summary_json(), [&] { return summary(); });
-  if (interrupted) throw Interrupted();
-  if (exit_ != Exit::kDone) return exit_;
-  return seconds_.size() == trips_.size() ? Exit::kDone : Exit::kTimeout;
-}
-
-void Pinger::one_trip() {
-  RoundTrip trip{.number = trips_.size() + 1, .seconds = {}, .answer = "no answer"};
-  const tims::Time asked = tims::os::now();
-  const auto answer = ask_(static_cast<std::uint8_t>(trip.number),
-                           tims::os::deadline_after(context_.options.timeout));
-  if (answer) trip.answer = answer->text;
-  if (answer && !answer->reached) exit_ = Exit::kNoSuch;
-  if (answer && answer->reached) {
-    trip.seconds = base::seconds(tims::os::now() - asked);
-    seconds_.push_back(*trip.seconds);
-  }
-  trips_.push_back(trip);
-  tell(trip);
-}
-
-void Pinger::tell(const RoundTrip& trip) {
-  if (context_.out.json() || context_.options.quiet) return;
-  const std::string time = trip.seconds ? base::human_duration(*trip.seconds) : "-";
-  const Tone tone = trip.seconds ? Tone::kPlain : Tone::kBad;
-  context_.out.write(fmt::format("{}: {} {} {}\n", target_, trip.number, time,
-                                 paint(trip.answer, tone, context_.out.look().colour)));
-}
-
 struct Statistics {
   double min = 0;
   double mean = 0;
@@ -431,46 +361,104 @@ std::optional<Statistics> statistics_of(const std::vector<double>& values) {
   return n;
 }
 
-std::string Pinger::summary() const {
-  const std::size_t lost = trips_.size() - seconds_.size();
-  const double loss =
-      trips_.empty() ? 0 : 100.0 * static_cast<double>(lost) / static_cast<double>(trips_.size());
-  std::string text = fmt::format("{}: {} sent, {} answered, {:.0f}% lost\n", target_, trips_.size(),
-                                 seconds_.size(), loss);
-  if (const auto n = statistics_of(seconds_))
-    text += fmt::format("round trip min/avg/max/jitter {} / {} / {} / {}\n",
-                        base::human_duration(n->min), base::human_duration(n->mean),
-                        base::human_duration(n->max), base::human_duration(n->jitter));
-  if (exit_ == Exit::kNoSuch)
-    text += fmt::format("{}: nobody has registered this address\n", target_);
-  return text;
-}
+class Pinger {
+ public:
+  Pinger(Context& context, std::string target, Ask ask)
+      : context_(context), target_(std::move(target)), ask_(std::move(ask)) {}
 
-json::object Pinger::summary_json() const {
-  json::array items;
-  for (const RoundTrip& trip : trips_)
-    items.push_back(
-        json::object{{"number", trip.number},
-                     {"rtt_s", trip.seconds ? json::value(*trip.seconds) : json::value()},
-                     {"answer", trip.answer}});
-  json::object out{{"schema", "tims/ping_summary/1"},
-                   {"target", target_},
-                   {"time", base::rfc3339(tims::os::wall_now())},
-                   {"sent", trips_.size()},
-                   {"answered", seconds_.size()},
-                   {"reached", !seconds_.empty()},
-                   {"partial", seconds_.size() != trips_.size()}};
-  const auto n = statistics_of(seconds_);
-  const auto put = [&](const char* name, double Statistics::*field) {
-    out[name] = n ? json::value((*n).*field) : json::value();
-  };
-  put("rtt_min_s", &Statistics::min);
-  put("rtt_avg_s", &Statistics::mean);
-  put("rtt_max_s", &Statistics::max);
-  put("jitter_s", &Statistics::jitter);
-  out["items"] = std::move(items);
-  return out;
-}
+  Exit run() {
+    const Options& options = context_.options;
+    const std::uint64_t count = options.count.value_or(options.run_for ? UINT64_MAX : 4);
+    const tims::Time end = context_.run_end();
+    tims::Time next = tims::os::now();
+    bool interrupted = false;
+    try {
+      while (trips_.size() < count && next < end && exit_ == Exit::kDone) {
+        context_.signals.sleep_until(next);
+        one_trip();
+        next = std::max(next + options.interval.value_or(1s), tims::os::now());
+      }
+    } catch (const Interrupted&) {
+      interrupted = true;
+    }
+    context_.out.write(summary_json(), [&] { return summary(); });
+    if (interrupted) throw Interrupted();
+    if (exit_ != Exit::kDone) return exit_;
+    return seconds_.size() == trips_.size() ? Exit::kDone : Exit::kTimeout;
+  }
+
+ private:
+  void one_trip() {
+    RoundTrip trip{.number = trips_.size() + 1, .seconds = {}, .answer = "no answer"};
+    const tims::Time asked = tims::os::now();
+    const auto answer = ask_(static_cast<std::uint8_t>(trip.number),
+                             tims::os::deadline_after(context_.options.timeout));
+    if (answer) trip.answer = answer->text;
+    if (answer && !answer->reached) exit_ = Exit::kNoSuch;
+    if (answer && answer->reached) {
+      trip.seconds = base::seconds(tims::os::now() - asked);
+      seconds_.push_back(*trip.seconds);
+    }
+    trips_.push_back(trip);
+    tell(trip);
+  }
+
+  void tell(const RoundTrip& trip) {
+    if (context_.out.json() || context_.options.quiet) return;
+    const std::string time = trip.seconds ? base::human_duration(*trip.seconds) : "-";
+    const Tone tone = trip.seconds ? Tone::kPlain : Tone::kBad;
+    context_.out.write(fmt::format("{}: {} {} {}\n", target_, trip.number, time,
+                                   paint(trip.answer, tone, context_.out.look().colour)));
+  }
+
+  [[nodiscard]] std::string summary() const {
+    const std::size_t lost = trips_.size() - seconds_.size();
+    const double loss =
+        trips_.empty() ? 0 : 100.0 * static_cast<double>(lost) / static_cast<double>(trips_.size());
+    std::string text = fmt::format("{}: {} sent, {} answered, {:.0f}% lost\n", target_,
+                                   trips_.size(), seconds_.size(), loss);
+    if (const auto n = statistics_of(seconds_))
+      text += fmt::format("round trip min/avg/max/jitter {} / {} / {} / {}\n",
+                          base::human_duration(n->min), base::human_duration(n->mean),
+                          base::human_duration(n->max), base::human_duration(n->jitter));
+    if (exit_ == Exit::kNoSuch)
+      text += fmt::format("{}: nobody has registered this address\n", target_);
+    return text;
+  }
+
+  [[nodiscard]] json::object summary_json() const {
+    json::array items;
+    for (const RoundTrip& trip : trips_)
+      items.push_back(
+          json::object{{"number", trip.number},
+                       {"rtt_s", trip.seconds ? json::value(*trip.seconds) : json::value()},
+                       {"answer", trip.answer}});
+    json::object out{{"schema", "tims/ping_summary/1"},
+                     {"target", target_},
+                     {"time", base::rfc3339(tims::os::wall_now())},
+                     {"sent", trips_.size()},
+                     {"answered", seconds_.size()},
+                     {"reached", !seconds_.empty()},
+                     {"partial", seconds_.size() != trips_.size()}};
+    const auto n = statistics_of(seconds_);
+    const auto put = [&](const char* name, double Statistics::*field) {
+      out[name] = n ? json::value((*n).*field) : json::value();
+    };
+    put("rtt_min_s", &Statistics::min);
+    put("rtt_avg_s", &Statistics::mean);
+    put("rtt_max_s", &Statistics::max);
+    put("jitter_s", &Statistics::jitter);
+    out["items"] = std::move(items);
+    return out;
+  }
+
+  Context& context_;
+  std::string target_;
+  Ask ask_;
+  std::vector<RoundTrip> trips_;
+  std::vector<double> seconds_;  // of the answered ones
+  Exit exit_ = Exit::kDone;
+};
 
 std::string answer_text(const tims::Header& header) {
   if (header.type == tims::type::kNotAvailable) return "no such mailbox";

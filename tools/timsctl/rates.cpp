@@ -203,17 +203,66 @@ class RateWatch {
         subscriptions_(connection, components, period_ms(context.options)),
         meters_(components.size(), RateMeter(tims::os::now())) {}
 
-  Exit run();
+  Exit run() {
+    const Options& options = context_.options;
+    const std::uint64_t count = options.count.value_or(UINT64_MAX);
+    const tims::Time end = context_.run_end();
+    const tims::Duration interval = options.interval.value_or(1s);
+    if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
+    tims::Time next = tims::os::now();
+    for (std::uint64_t i = 0; i < count && next < end; ++i) {
+      next = std::min(next + interval, end);
+      listen_until(next);
+      if (i == 0) check_reachable();
+      report();
+    }
+    return verdict();
+  }
 
  private:
   static std::uint32_t period_ms(const Options& options) {
     return static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::milliseconds>(options.period).count());
   }
-  void listen_until(tims::Time deadline);
-  void report();
-  void check_reachable() const;
-  [[nodiscard]] Exit verdict() const;
+
+  void listen_until(tims::Time deadline) {
+    while (const auto data = subscriptions_.next(context_.signals, deadline))
+      meters_[data->index].on_message(data->at,
+                                      static_cast<std::uint32_t>(data->message.body.size()),
+                                      data->message.header.seq_nr);
+  }
+
+  void report() {
+    json::array items;
+    totals_.clear();
+    const tims::Time now = tims::os::now();
+    for (std::size_t i = 0; i < meters_.size(); ++i) {
+      const RateReport numbers = meters_[i].report(now);
+      totals_.push_back(numbers.messages_total);
+      items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
+    }
+    if (context_.out.json())
+      return context_.out.write(json::object{{"schema", "tims/rate/1"},
+                                             {"time", base::rfc3339(tims::os::wall_now())},
+                                             {"items", std::move(items)}});
+    missed_.note(connection_, context_.out);
+    const std::string table = render_items(items, columns_, context_.out.look());
+    context_.options.count == 1 ? context_.out.write(table) : context_.out.redraw(table);
+  }
+
+  // A person waiting for numbers of an address nobody has would wait for ever.
+  void check_reachable() const {
+    const auto& all = subscriptions_.all();
+    for (const Subscription& s : all)
+      if (s.state() != Subscription::State::kNoMailbox) return;
+    throw no_such_mailbox(all.front().component().to_string(widths_));
+  }
+
+  [[nodiscard]] Exit verdict() const {
+    for (const Subscription& s : subscriptions_.all())
+      if (s.state() == Subscription::State::kNoMailbox) return Exit::kNoSuch;
+    return std::ranges::count(totals_, 0U) > 0 ? Exit::kTimeout : Exit::kDone;
+  }
 
   Context& context_;
   Connection& connection_;
@@ -224,60 +273,6 @@ class RateWatch {
   std::vector<std::uint64_t> totals_;
   LostMessages missed_{"messages"};
 };
-
-void RateWatch::listen_until(tims::Time deadline) {
-  while (const auto data = subscriptions_.next(context_.signals, deadline))
-    meters_[data->index].on_message(data->at, static_cast<std::uint32_t>(data->message.body.size()),
-                                    data->message.header.seq_nr);
-}
-
-// A person waiting for numbers of an address nobody has would wait for ever.
-void RateWatch::check_reachable() const {
-  const auto& all = subscriptions_.all();
-  for (const Subscription& s : all)
-    if (s.state() != Subscription::State::kNoMailbox) return;
-  throw no_such_mailbox(all.front().component().to_string(widths_));
-}
-
-void RateWatch::report() {
-  json::array items;
-  totals_.clear();
-  const tims::Time now = tims::os::now();
-  for (std::size_t i = 0; i < meters_.size(); ++i) {
-    const RateReport numbers = meters_[i].report(now);
-    totals_.push_back(numbers.messages_total);
-    items.push_back(item_json(subscriptions_.all()[i], numbers, widths_));
-  }
-  if (context_.out.json())
-    return context_.out.write(json::object{{"schema", "tims/rate/1"},
-                                           {"time", base::rfc3339(tims::os::wall_now())},
-                                           {"items", std::move(items)}});
-  missed_.note(connection_, context_.out);
-  const std::string table = render_items(items, columns_, context_.out.look());
-  context_.options.count == 1 ? context_.out.write(table) : context_.out.redraw(table);
-}
-
-Exit RateWatch::verdict() const {
-  for (const Subscription& s : subscriptions_.all())
-    if (s.state() == Subscription::State::kNoMailbox) return Exit::kNoSuch;
-  return std::ranges::count(totals_, 0U) > 0 ? Exit::kTimeout : Exit::kDone;
-}
-
-Exit RateWatch::run() {
-  const Options& options = context_.options;
-  const std::uint64_t count = options.count.value_or(UINT64_MAX);
-  const tims::Time end = context_.run_end();
-  const tims::Duration interval = options.interval.value_or(1s);
-  if (context_.out.terminal() && !context_.out.json() && count > 1) context_.out.write("\033[2J");
-  tims::Time next = tims::os::now();
-  for (std::uint64_t i = 0; i < count && next < end; ++i) {
-    next = std::min(next + interval, end);
-    listen_until(next);
-    if (i == 0) check_reachable();
-    report();
-  }
-  return verdict();
-}
 
 Exit measure(Context& context, std::span<const Column> columns) {
   const Options& options = context.options;
@@ -318,45 +313,38 @@ enum class Key { kNone, kQuit, kLeft, kRight };
 
 class Keys {
  public:
-  Keys();  // does nothing when stdin is no terminal
-  ~Keys();
+  Keys() {
+    termios now{};
+    if (::isatty(STDIN_FILENO) == 0 || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
+    before_ = now;
+    now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    now.c_cc[VMIN] = 0;
+    now.c_cc[VTIME] = 0;
+    ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
+  }  // does nothing when stdin is no terminal
+  ~Keys() {
+    if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+  }
+
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
 
   // To wait on; -1 when there are no keys.
-  [[nodiscard]] int descriptor() const;
-  Key read() const;
+  [[nodiscard]] int descriptor() const { return before_ ? STDIN_FILENO : -1; }
+  Key read() const {
+    std::array<char, 16> buffer{};
+    const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (size == 0) return Key::kQuit;  // the terminal has gone
+    const std::string_view text(buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+    if (text == "q" || text == "Q") return Key::kQuit;
+    if (text == "\033[D" || text == "<") return Key::kLeft;
+    if (text == "\033[C" || text == ">") return Key::kRight;
+    return Key::kNone;
+  }
 
  private:
   std::optional<termios> before_;
 };
-
-Keys::Keys() {
-  termios now{};
-  if (::isatty(STDIN_FILENO) == 0 || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
-  before_ = now;
-  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-  now.c_cc[VMIN] = 0;
-  now.c_cc[VTIME] = 0;
-  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
-}
-
-Keys::~Keys() {
-  if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
-}
-
-int Keys::descriptor() const { return before_ ? STDIN_FILENO : -1; }
-
-Key Keys::read() const {
-  std::array<char, 16> buffer{};
-  const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-  if (size == 0) return Key::kQuit;  // the terminal has gone
-  const std::string_view text(buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-  if (text == "q" || text == "Q") return Key::kQuit;
-  if (text == "\033[D" || text == "<") return Key::kLeft;
-  if (text == "\033[C" || text == ">") return Key::kRight;
-  return Key::kNone;
-}
 
 constexpr std::size_t kFirstSortable = 4;
 
@@ -371,13 +359,81 @@ class Top {
       if (kTop[i].title == sort_) column_ = i;
   }
 
-  Exit run();
+  Exit run() {
+    const Options& options = context_.options;
+    const bool live = context_.out.terminal() && !context_.out.json() && options.count != 1;
+    if (live) {
+      keys_.emplace();
+      context_.out.write("\033[2J");
+    }
+    const tims::Duration interval = options.interval.value_or(1s);
+    const std::uint64_t count = options.count.value_or(UINT64_MAX);
+    const tims::Time end = context_.run_end();
+    sample();
+    tims::Time next = tims::os::now();
+    for (std::uint64_t i = 0; i < count && !quit_ && next < end; ++i) {
+      next = std::min(next + interval, end);
+      wait_until(next);
+      if (quit_) break;
+      try {
+        sample();
+        draw();
+      } catch (const Failure& failure) {
+        if (!live || (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout)) throw;
+        connection_.reset();
+        context_.out.redraw(failure.message + ", trying again\n");
+      }
+    }
+    return Exit::kDone;
+  }
 
  private:
-  void sample();
-  void draw();
-  void wait_until(tims::Time deadline);
-  [[nodiscard]] std::string heading() const;
+  void sample() {
+    if (!connection_) connection_ = context_.connect();
+    AdminClient admin = context_.admin(*connection_);
+    status_ = admin.ask({{"ask", "status"}});
+    const json::object clients = admin.ask({{"ask", "clients"}});
+    json::object mailboxes;
+    if (number_or_zero(status_, "mailboxes") <= kMailboxesMax)
+      mailboxes = admin.ask({{"ask", "mailboxes"}});
+    items_ = rates_.update(tims::os::now(), items_of(clients), items_of(mailboxes));
+  }
+
+  void draw() {
+    if (context_.out.json())
+      return context_.out.write(json::object{{"schema", "tims/top/1"},
+                                             {"router", text_at(status_, "router")},
+                                             {"time", base::rfc3339(tims::os::wall_now())},
+                                             {"items", items_}});
+    sort_items(items_, kTop, sort_);
+    const std::string table = render_items(items_, kTop, context_.out.look());
+    keys_ ? context_.out.redraw(heading() + table) : context_.out.write(table);
+  }
+
+  void wait_until(tims::Time deadline) {
+    const int fd = keys_ ? keys_->descriptor() : -1;
+    while (context_.signals.wait(fd, deadline) == Signals::WaitResult::kReadable) {
+      const Key key = keys_->read();
+      if (key == Key::kQuit) quit_ = true;
+      if (quit_) return;
+      if (key == Key::kLeft && column_ > kFirstSortable) --column_;
+      if (key == Key::kRight && column_ + 1 < std::size(kTop)) ++column_;
+      if (key == Key::kNone) continue;
+      sort_ = kTop[column_].title;
+      draw();
+    }
+  }
+
+  [[nodiscard]] std::string heading() const {
+    return fmt::format(
+        "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
+        "and "
+        "right choose\n\n",
+        base::printable(text_at(status_, "name")),
+        base::human_duration(number_or_zero(status_, "uptime_s")),
+        number_or_zero(status_, "clients"), number_or_zero(status_, "mailboxes"),
+        number_or_zero(status_, "drops_last_minute"), sort_);
+  }
 
   Context& context_;
   std::string sort_;
@@ -389,80 +445,6 @@ class Top {
   json::array items_;
   std::optional<Keys> keys_;
 };
-
-Exit Top::run() {
-  const Options& options = context_.options;
-  const bool live = context_.out.terminal() && !context_.out.json() && options.count != 1;
-  if (live) {
-    keys_.emplace();
-    context_.out.write("\033[2J");
-  }
-  const tims::Duration interval = options.interval.value_or(1s);
-  const std::uint64_t count = options.count.value_or(UINT64_MAX);
-  const tims::Time end = context_.run_end();
-  sample();
-  tims::Time next = tims::os::now();
-  for (std::uint64_t i = 0; i < count && !quit_ && next < end; ++i) {
-    next = std::min(next + interval, end);
-    wait_until(next);
-    if (quit_) break;
-    try {
-      sample();
-      draw();
-    } catch (const Failure& failure) {
-      if (!live || (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout)) throw;
-      connection_.reset();
-      context_.out.redraw(failure.message + ", trying again\n");
-    }
-  }
-  return Exit::kDone;
-}
-
-void Top::sample() {
-  if (!connection_) connection_ = context_.connect();
-  AdminClient admin = context_.admin(*connection_);
-  status_ = admin.ask({{"ask", "status"}});
-  const json::object clients = admin.ask({{"ask", "clients"}});
-  json::object mailboxes;
-  if (number_or_zero(status_, "mailboxes") <= kMailboxesMax)
-    mailboxes = admin.ask({{"ask", "mailboxes"}});
-  items_ = rates_.update(tims::os::now(), items_of(clients), items_of(mailboxes));
-}
-
-void Top::draw() {
-  if (context_.out.json())
-    return context_.out.write(json::object{{"schema", "tims/top/1"},
-                                           {"router", text_at(status_, "router")},
-                                           {"time", base::rfc3339(tims::os::wall_now())},
-                                           {"items", items_}});
-  sort_items(items_, kTop, sort_);
-  const std::string table = render_items(items_, kTop, context_.out.look());
-  keys_ ? context_.out.redraw(heading() + table) : context_.out.write(table);
-}
-
-std::string Top::heading() const {
-  return fmt::format(
-      "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
-      "and "
-      "right choose\n\n",
-      base::printable(text_at(status_, "name")),
-      base::human_duration(number_or_zero(status_, "uptime_s")), number_or_zero(status_, "clients"),
-      number_or_zero(status_, "mailboxes"), number_or_zero(status_, "drops_last_minute"), sort_);
-}
-
-void Top::wait_until(tims::Time deadline) {
-  const int fd = keys_ ? keys_->descriptor() : -1;
-  while (context_.signals.wait(fd, deadline) == Signals::WaitResult::kReadable) {
-    const Key key = keys_->read();
-    if (key == Key::kQuit) quit_ = true;
-    if (quit_) return;
-    if (key == Key::kLeft && column_ > kFirstSortable) --column_;
-    if (key == Key::kRight && column_ + 1 < std::size(kTop)) ++column_;
-    if (key == Key::kNone) continue;
-    sort_ = kTop[column_].title;
-    draw();
-  }
-}
 
 }  // namespace
 

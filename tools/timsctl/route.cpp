@@ -86,9 +86,7 @@ Exit route_get(Context& context) {
   const tims::Address to = need_address(options.arguments.front(), admin.widths());
   json::object question{{"ask", "route"}, {"to", to.to_hex()}};
   if (!options.from.empty()) question["from"] = need_address(options.from, admin.widths()).to_hex();
-  question["type"] = options.type.empty()
-                         ? tims::type::kGetStatus
-                         : need_type(options.type, to.fields(admin.widths()).class_id);
+  question["type"] = type_to_assume(options, to, admin.widths());
   const json::object answer = admin.ask(question);
   const std::string verdict = text_at(answer, "verdict");
   context.out.write(answer, [&] {
