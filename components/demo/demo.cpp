@@ -31,7 +31,7 @@ Duration period_of(double rate_hz) {
   return rate_hz > 0 ? Duration(static_cast<std::int64_t>(1e9 / rate_hz)) : Duration{};
 }
 
-void add_address(CLI::App& app, const std::string& name, Address& to, const std::string& help) {
+void add_address(CLI::App& app, const char* name, Address& to, const char* help) {
   const auto parse = [&to, name](const std::string& text) {
     const auto address = Address::parse(text);
     if (!address)
@@ -43,7 +43,8 @@ void add_address(CLI::App& app, const std::string& name, Address& to, const std:
 
 void add_rate(CLI::App& app, Duration& period, double usual) {
   const auto parse = [&period](const double& rate) {
-    if (!(rate >= 0.1 && rate <= 1000)) throw CLI::ValidationError("--rate", "0.1 to 1000 Hz");
+    if (std::isnan(rate) || rate < 0.1 || rate > 1000)
+      throw CLI::ValidationError("--rate", "0.1 to 1000 Hz");
     period = period_of(rate);
   };
   app.add_option_function<double>("--rate", parse, fmt::format("how often (default: {})", usual))

@@ -47,7 +47,7 @@ inline Result<FloorMap> load_map(const std::string& path, double scale, double o
   if (!drawing)
     return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
   for (const std::string& skipped : drawing->skipped) log.warning("%s, %s", path, skipped);
-  const FloorMap map(*drawing, scale, offset_x, offset_y);
+  FloorMap map(*drawing, scale, offset_x, offset_y);
   log.info("%s has %u features", path, static_cast<unsigned>(map.size()));
   return map;
 }
