@@ -1,10 +1,8 @@
 // What people write for an address, a pattern of addresses, a class, a message type.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>

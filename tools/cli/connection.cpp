@@ -1,5 +1,3 @@
-
-
 #include "tools/cli/connection.h"
 
 #include <array>
@@ -12,7 +10,6 @@
 #include <poll.h>
 #include <sys/signalfd.h>
 
-#include "client/tcp_client.h"
 #include "os/clock.h"
 #include "os/socket.h"
 #include "os/wakeup.h"

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 
-#include <fmt/format.h>
-
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
-#include "tools/cli/admin_client.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/failure.h"
 

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include <fmt/format.h>
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "tools/cli/arguments.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl {
 

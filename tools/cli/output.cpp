@@ -1,5 +1,3 @@
-
-
 #include "tools/cli/output.h"
 
 #include <algorithm>
@@ -10,11 +8,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
-#include "tools/cli/arguments.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl {
 

@@ -11,10 +11,8 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
-#include "os/file.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl {
 

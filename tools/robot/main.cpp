@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include "base/text.h"
-#include "base/toml.h"
-#include "os/clock.h"
 #include "os/environment.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"

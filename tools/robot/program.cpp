@@ -10,7 +10,6 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "os/file.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl::robot {

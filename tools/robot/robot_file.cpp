@@ -11,11 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base/text.h"
 #include "base/toml.h"
 #include "os/file.h"
-#include "os/process.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl::robot {
 

@@ -1,5 +1,3 @@
-
-
 #include "tools/robot/supervisor.h"
 
 #include <algorithm>
@@ -11,15 +9,12 @@
 #include <unistd.h>
 
 #include "base/measure.h"
-#include "base/text.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/process.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/service.h"
-#include "tools/robot/robot_file.h"
 
 namespace timsctl::robot {
 

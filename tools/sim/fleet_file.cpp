@@ -5,10 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text.h"
 #include "base/toml.h"
-#include "os/process.h"
-#include "tools/cli/failure.h"
 #include "tools/sim/plan.h"
 
 namespace timsctl::sim {

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "base/toml.h"
-#include "os/clock.h"
 #include "tools/cli/context.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"

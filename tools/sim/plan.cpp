@@ -1,5 +1,3 @@
-
-
 #include "tools/sim/plan.h"
 
 #include <algorithm>
@@ -10,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "os/process.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/service.h"
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "os/process.h"
-#include "tools/cli/failure.h"
 #include "tools/cli/output.h"
 #include "tools/sim/fleet_file.h"
 

@@ -9,7 +9,6 @@
 #include "os/clock.h"
 #include "os/socket.h"
 #include "tools/cli/failure.h"
-#include "tools/sim/plan.h"
 #include "tools/sim/supervisor.h"
 
 namespace timsctl::sim {

@@ -1,7 +1,6 @@
 // The routers and components of a fleet, as processes.
 #pragma once
 
-#include <functional>
 #include <list>
 #include <optional>
 #include <string>

@@ -9,7 +9,6 @@
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "tools/cli/arguments.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl::sim {

@@ -1,5 +1,3 @@
-
-
 #include "tools/sim/supervisor.h"
 
 #include <algorithm>
@@ -10,14 +8,9 @@
 #include <unistd.h>
 
 #include "base/measure.h"
-#include "base/text.h"
 #include "os/clock.h"
 #include "os/process.h"
 #include "os/socket.h"
-#include "os/wakeup.h"
-#include "tools/cli/failure.h"
-#include "tools/cli/service.h"
-#include "tools/sim/plan.h"
 
 namespace timsctl::sim {
 

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "os/file.h"
 #include "tools/cli/connection.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"

@@ -1,16 +1,10 @@
-
-
 #include "tools/timsctl/command_line.h"
 
 #include <algorithm>
-#include <string_view>
-#include <vector>
 
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "tools/cli/failure.h"
-#include "tools/cli/options.h"
 #include "tools/cli/service.h"
 
 namespace timsctl {

@@ -1,5 +1,3 @@
-
-
 #include "tools/timsctl/component_client.h"
 
 #include <algorithm>
@@ -7,10 +5,6 @@
 
 #include "os/clock.h"
 #include "os/wakeup.h"
-#include "rack/codec/codec.h"
-#include "rack/proxies/generic.h"
-#include "tools/cli/arguments.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl {
 

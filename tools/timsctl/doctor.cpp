@@ -1,5 +1,3 @@
-
-
 #include "tools/timsctl/doctor.h"
 
 #include <algorithm>
@@ -7,7 +5,6 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -27,7 +24,6 @@
 #include "os/clock.h"
 #include "os/file.h"
 #include "tools/cli/context.h"
-#include "tools/cli/failure.h"
 #include "tools/timsctl/command_line.h"
 
 namespace timsctl {

@@ -1,5 +1,3 @@
-
-
 #include "tools/timsctl/log.h"
 
 #include <array>
@@ -12,7 +10,6 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
-#include "proxies/gdos_texts.h"
 #include "rack/proxies/gdos_log.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"

@@ -11,8 +11,6 @@
 #include "base/text.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
-#include "tools/cli/failure.h"
-#include "tools/cli/output.h"
 
 namespace timsctl {
 

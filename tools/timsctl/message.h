@@ -3,16 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/measure.h"
-#include "base/text.h"
 #include "rack/codec/message_text.h"
 #include "rack/proxies/catalogue.h"
-#include "tools/cli/arguments.h"
 #include "tools/cli/connection.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/output.h"

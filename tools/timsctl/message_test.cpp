@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/ladar.h"
 #include "tools/cli/arguments.h"

@@ -1,12 +1,8 @@
-
-
 #include "tools/timsctl/rates.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <optional>
 #include <string_view>
 #include <utility>
 
