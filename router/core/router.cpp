@@ -189,10 +189,6 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
   return Removal::kOk;
 }
 
-void Router::purge(Time now, ClientId id) {
-  if (Client* client = clients_.find(id)) withdraw_all(now, *client);
-}
-
 // --- Messages
 
 Outcome Router::on_message(Time now, ClientId from, Message& message) {

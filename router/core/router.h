@@ -137,7 +137,6 @@ class Router {
   // Of a client of this host. What links announce: learn().
   Registration register_mailbox(Time now, ClientId id, Address address, std::uint32_t handle = 0);
   Removal remove_mailbox(Time now, ClientId by, Address address);
-  void purge(Time now, ClientId id);  // all mailboxes of the client
 
   // A client sent something. The header may be rewritten; the bytes are used until the flush.
   Outcome on_message(Time now, ClientId from, Message& message);

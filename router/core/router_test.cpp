@@ -111,7 +111,7 @@ TEST_F(RouterTest, RemovingOneMailboxLeavesTheOthersOfItsClient) {
     ASSERT_NE(router_.find(Address(i)), nullptr);
     EXPECT_EQ(router_.find(Address(i))->handle, i);
   }
-  router_.purge(now_, laser);
+  for (const std::uint32_t i : {3U, 4U}) router_.remove_mailbox(now_, laser, Address(i));
   EXPECT_EQ(router_.table().size(), 0U);
   EXPECT_NE(router_.client(laser), nullptr);
 }

@@ -74,9 +74,6 @@ class Play {
       case 3:
         fuzz::use(router_.remove_mailbox(now_, client(input), address(input)));
         break;
-      case 4:
-        router_.purge(now_, client(input));
-        break;
       case 5:
         if (verb / 8 > 0) return step_of_link(input, verb / 8);
         if (now_ >= router_.next_timeout()) router_.on_timeout(now_);
