@@ -14,7 +14,7 @@ if(TIMS_SANITIZE)
   # g++ 12 sees what is not there in instrumented code; the release build keeps these warnings.
   # "tsan" is about the fences of Boost.Asio, which stand beside its mutexes.
   target_compile_options(tims_sanitizers INTERFACE -Wno-maybe-uninitialized
-                         $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete;-Wno-tsan>)
+                         $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-mismatched-new-delete;-Wno-tsan>)
 endif()
 add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp
             ${CMAKE_SOURCE_DIR}/tests/support/tsan_suppressions.cpp)
