@@ -19,8 +19,9 @@ SendOutcome Sender::put(std::span<const std::byte, kHeaderSize> header,
   const auto length = static_cast<std::uint32_t>(kHeaderSize + body.size());
   const SendOutcome outcome = claim(length, priority, slot);
   if (!taken(outcome)) return outcome;
-  std::ranges::copy(header, slot.header);
-  std::ranges::copy(body, slot.body);
+  // By std::ranges::copy (g++ 12) messages of 1 MiB between hosts were a third slower.
+  std::memcpy(slot.header, header.data(), header.size());
+  if (!body.empty()) std::memcpy(slot.body, body.data(), body.size());
   const SendOutcome committed = commit(slot);
   return committed == SendOutcome::kOk ? outcome : committed;
 }
