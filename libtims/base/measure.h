@@ -1,8 +1,7 @@
 // Durations and sizes with their units, and times of the calendar, as people write and read them.
 //
-// One grammar of measures: a number, and
-// right behind it ns, us, ms, s, min, h; or B, kB, MB, GB (powers of 1000), KiB, MiB, GiB (powers
-// of 1024).
+// One grammar of measures: a number, and right behind it ns, us, ms, s, min, h; or B, kB, MB, GB
+// (powers of 1000), KiB, MiB, GiB (powers of 1024).
 //
 // A configuration is strict about it: whole numbers, every duration says its unit. On a command
 // line also fractions are fine, "m" is min, and a bare number counts seconds.

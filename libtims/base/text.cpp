@@ -112,14 +112,14 @@ std::string lower(std::string_view text) {
 }
 
 std::string in_quotes(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  constexpr std::string_view kUpperDigits = "0123456789ABCDEF";
   std::string out(1, '"');
   while (!text.empty()) {
     const Character c = first_character(text);
     const std::size_t bytes = std::max<std::size_t>(c.bytes, 1);
     if (c.code == '"' || c.code == '\\') out += '\\';
     if (c.bytes > 0 && is_control(c.code)) {
-      out.append("\\u00").append({kDigits[c.code >> 4], kDigits[c.code & 0xF]});
+      out.append("\\u00").append({kUpperDigits[c.code >> 4], kUpperDigits[c.code & 0xF]});
     } else {
       out += text.substr(0, bytes);
     }

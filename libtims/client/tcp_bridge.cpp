@@ -193,8 +193,9 @@ wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::Fi
 Result<void> TcpBridge::add_mailbox(const wire::OpenEntry& entry, os::File waker) {
   if (mailboxes_.contains(entry.address))
     return Error(Errc::kAddressInUse, "belongs to this session");
-  auto handle = memory_.add_mailbox(offered_[entry.place.segment], entry.place.offset,
-                                    entry.address, std::move(waker));
+  const auto offered = offered_.find(entry.place.segment);
+  const auto segment = offered == offered_.end() ? os::ClientMemory::kLost : offered->second;
+  auto handle = memory_.add_mailbox(segment, entry.place.offset, entry.address, std::move(waker));
   if (!handle) return handle.error();
   mailboxes_[entry.address] = *handle;
   return {};
@@ -206,6 +207,8 @@ bool TcpBridge::remove_mailbox(Address address) {
   const auto segment = memory_.mailbox(found->second).segment;
   memory_.withdraw_mailbox(found->second);
   memory_.drop_if_empty(segment);
+  if (!memory_.knows(segment))
+    std::erase_if(offered_, [&](const auto& offered) { return offered.second == segment; });
   mailboxes_.erase(found);
   return true;
 }
