@@ -1,0 +1,32 @@
+#include "devices/core/device_clock.h"
+
+#include <algorithm>
+
+namespace rack::device {
+
+void DeviceClock::reset() {
+  last_.reset();
+  turns_ = 0;
+  now_ = before_ = {};
+}
+
+Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
+  if (last_ && counter < *last_) {
+    // Beyond the end, or started anew: a turn is passed forward by less than half of it.
+    const bool is_turn = *last_ - counter > ticks_of_turn_ / 2;
+    if (!is_turn) reset();
+    if (is_turn) ++turns_;
+  }
+  last_ = counter;
+  const Duration device = tick_ * static_cast<std::int64_t>(turns_ * ticks_of_turn_ + counter);
+  const Duration difference = arrival.time_since_epoch() - device;
+  if (!now_.least || arrival - now_.begin > kWindow) {
+    before_ = now_;
+    now_ = {.begin = arrival, .least = difference};
+  }
+  now_.least = std::min(*now_.least, difference);
+  const Duration offset = before_.least ? std::min(*now_.least, *before_.least) : *now_.least;
+  return Time(device + offset);
+}
+
+}  // namespace rack::device

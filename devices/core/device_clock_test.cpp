@@ -1,0 +1,45 @@
+#include "devices/core/device_clock.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace rack::device {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(DeviceClockTest, ABytesTimeOnTheLine) {
+  EXPECT_EQ(line_time(1, 10), 1s);
+  EXPECT_EQ(line_time(372, 500000), 7440us);
+  EXPECT_EQ(line_time(0, 9600), 0s);
+}
+
+// A counter of milliseconds, a network that delays by 1 to 30 ms, a crystal off by 100 ppm.
+TEST(DeviceClockTest, FindsTheTimeWithinTheLeastDelay) {
+  std::mt19937 random(7);
+  std::exponential_distribution<double> delay(1.0 / 5);
+  DeviceClock clock(1ms, 1ULL << 32);
+  const Time start = Time(1000s);
+  for (int i = 0; i < 20'000; ++i) {
+    const Duration real = i * 20ms;
+    const auto counter =
+        static_cast<std::uint64_t>(12345 + static_cast<double>(real.count()) * 1.0001 / 1e6);
+    const Duration late = 1ms + std::chrono::nanoseconds(static_cast<long>(delay(random) * 1e6));
+    const Time measured = clock.to_host(counter, start + real + late);
+    EXPECT_LE(measured, start + real + late);
+    if (i < 500) continue;
+    EXPECT_NEAR(static_cast<double>((measured - (start + real)).count()) / 1e6, 1, 2.2) << i;
+  }
+}
+
+TEST(DeviceClockTest, FollowsACounterThatTurnsOrBeginsAnew) {
+  DeviceClock clock(1ms, 1 << 24);
+  const std::uint64_t near_end = (1 << 24) - 10;
+  EXPECT_EQ(clock.to_host(near_end, Time(100s)), Time(100s));
+  EXPECT_EQ(clock.to_host(10, Time(100s + 25ms)), Time(100s + 20ms));
+  EXPECT_EQ(clock.to_host(5, Time(200s)), Time(200s));  // switched off and on
+}
+
+}  // namespace
+}  // namespace rack::device

@@ -1,0 +1,62 @@
+// How a driver talks with its device, without the device: bytes or frames and the time come in,
+// bytes to send and times to be woken at go out. It never waits: a pause is a time to be woken at.
+// So each dialogue is tested with every split of a recording, lost answers and a virtual clock, and
+// the same code runs over a serial line, TCP, CAN, or a file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "tims/result.h"
+#include "tims/time.h"
+
+namespace rack::device {
+
+using tims::Duration;
+using tims::Time;
+
+// Some bytes of a stream, a datagram, or a frame, as they came.
+struct Arrival {
+  std::span<const std::byte> bytes{};
+  Time first{};  // when its first and its last bit were on the line, as near as the transport knows
+  Time last{};
+  std::uint32_t id = 0;  // of a CAN frame, with the flags of SocketCAN; of a datagram the port
+};
+
+// What a dialogue can do to its device. Nothing fails here: whether the device is there is told
+// otherwise.
+class Output {
+ public:
+  virtual ~Output() = default;
+  // All of it, in order. Of CAN: one frame.
+  virtual void send(std::span<const std::byte> bytes, std::uint32_t id = 0) = 0;
+  // Of serial lines, after what was sent before; elsewhere it does nothing.
+  virtual void set_baud(std::uint32_t) {}
+  virtual void set_dtr(bool) {}
+};
+
+class Dialogue {
+ public:
+  virtual ~Dialogue() = default;
+
+  // The device can be reached (again): whatever was known of it is no longer.
+  virtual void start(Time now, Output& out) = 0;
+  virtual void on_arrival(const Arrival& arrival, Output& out) = 0;
+  virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
+  // Before the device is left: motors stop, lasers sleep.
+  virtual void stop(Time /*now*/, Output& /*out*/) {}
+  [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
+
+  // Why it gives the device up: it does not answer, or is another one. start() tries again.
+  [[nodiscard]] const std::optional<tims::Error>& failure() const { return failure_; }
+
+ protected:
+  void fail(tims::Errc code, std::string why) { failure_.emplace(code, std::move(why)); }
+  void clear_failure() { failure_.reset(); }
+
+ private:
+  std::optional<tims::Error> failure_;
+};
+
+}  // namespace rack::device

@@ -1,0 +1,132 @@
+// What every driver is: a component whose data come out of a dialogue with a device.
+//
+//   class Gps : public Driver<GpsData, GpsDialogue> {
+//     Result<DeviceOptions> device() const override;                    // by its parameters
+//     Result<std::unique_ptr<GpsDialogue>> make_dialogue() override;    // also set_period()
+//   };
+//
+// The dialogue tells by `bool take(Data&, Time& recorded)` that there are data, and when they were
+// measured; by `bool is_ready()` that data are to be expected: from then on three periods without
+// any are an error. An error turns the component off, and on again after errorTimeout: that is how
+// a device that was pulled out comes back.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "devices/io/device.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+
+namespace rack::device {
+
+// --- parameters of all drivers
+
+inline constexpr std::array<ParameterInfo, 3> kDriverParameters = {{
+    {"device", "", "where the device is, as tcp:192.168.0.1:2112; see timsctl device list"},
+    {"record", "", "file that what comes and goes is recorded in, for play:"},
+    {"errorTimeout", 500, "after an error it is tried again, ms", 0, 60000},
+}};
+
+// Those and the driver's own.
+template <std::size_t N>
+constexpr std::array<ParameterInfo, N + kDriverParameters.size()> driver_parameters(
+    const std::array<ParameterInfo, N>& own) {
+  std::array<ParameterInfo, N + kDriverParameters.size()> all{};
+  std::ranges::copy(own, std::ranges::copy(kDriverParameters, all.begin()).out);
+  return all;
+}
+
+// The wall-clock time of what was measured then.
+inline TimeStamp time_stamp_of(tims::Time measured) {
+  const auto ago = std::chrono::duration_cast<std::chrono::milliseconds>(now() - measured);
+  return time_stamp() - ago;
+}
+
+template <class Data, class Dialog>
+class Driver : public DataModule<Data> {
+ public:
+  using DataModule<Data>::DataModule;
+
+ protected:
+  virtual Result<DeviceOptions> device() const = 0;
+  virtual Result<std::unique_ptr<Dialog>> make_dialogue() = 0;
+  // Of data that were just taken, before they are sent.
+  virtual Result<void> complete(Data& /*data*/) { return {}; }
+
+  // "device", or else what the original called `numbered`.
+  Result<DeviceOptions> device_by(std::string_view numbered,
+                                  Result<DeviceAddress> (*by_number)(std::int32_t),
+                                  std::uint32_t baud) const {
+    DeviceOptions options{.baud = baud, .record = this->text("record")};
+    const std::string address = this->text("device");
+    const auto parsed =
+        address.empty() ? by_number(this->integer(numbered)) : DeviceAddress::parse(address);
+    if (!parsed) return parsed.error();
+    options.address = *parsed;
+    return options;
+  }
+
+  Result<void> module_on() override {
+    auto options = device();
+    if (!options) return options.error();
+    auto dialogue = make_dialogue();
+    if (!dialogue) return dialogue.error();
+    dialogue_ = std::move(*dialogue);
+    auto opened = Device::open(*options, *dialogue_);
+    if (!opened) return opened.error();
+    device_ = std::move(*opened);
+    heard_ = now();
+    return DataModule<Data>::module_on();
+  }
+
+  void module_off() override {
+    device_.reset();
+    dialogue_.reset();
+  }
+
+  Result<void> module_loop() override {
+    const tims::Time end = now() + kLongest;
+    Data& data = this->get_local_buffer();
+    tims::Time recorded{};
+    while (!dialogue_->take(data, recorded)) {
+      if (auto waited = device_->wait(end); !waited) return waited;
+      if (now() >= end) return check_silence();
+    }
+    heard_ = now();
+    data.recordingTime = time_stamp_of(recorded);
+    if (auto completed = complete(data); !completed) return completed;
+    return this->put_local_buffer();
+  }
+
+  [[nodiscard]] Dialog& dialogue() { return *dialogue_; }
+  // Nobody hears what is sent to this device.
+  [[nodiscard]] bool is_recording() const {
+    const auto address = DeviceAddress::parse(this->text("device"));
+    return address && address->kind == TransportKind::kPlayback;
+  }
+
+ private:
+  static constexpr tims::Duration kLongest = std::chrono::milliseconds(100);
+  static constexpr tims::Duration kSilenceMin = std::chrono::milliseconds(200);
+
+  Result<void> check_silence() {
+    if (!dialogue_->is_ready() || device_->is_over()) {
+      heard_ = now();
+      return {};
+    }
+    const tims::Duration silence = now() - heard_;
+    if (silence < std::max<tims::Duration>(3 * this->period(), kSilenceMin)) return {};
+    const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
+    return tims::Error(tims::Errc::kTimeout, device_->description() + " sends nothing, for " +
+                                                 std::to_string(milliseconds.count()) + " ms");
+  }
+
+  std::unique_ptr<Dialog> dialogue_;
+  std::unique_ptr<Device> device_;
+  tims::Time heard_{};
+};
+
+}  // namespace rack::device

@@ -1,0 +1,139 @@
+#include "devices/io/can.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "devices/io/stamped.h"
+#include "os/file.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+using tims::os::File;
+using tims::os::system_error;
+
+constexpr std::size_t kWaitingFramesMax = 64;
+constexpr Duration kLate = std::chrono::milliseconds(100);
+constexpr Duration kTryAgain = std::chrono::milliseconds(1);
+
+struct Waiting {
+  can_frame frame{};
+  Time since{};
+};
+
+// The lower the identifier, the sooner, as on the bus; standard before extended ones.
+bool goes_first(const Waiting& a, const Waiting& b) {
+  const auto rank = [](const can_frame& frame) {
+    const bool is_extended = (frame.can_id & CAN_EFF_FLAG) != 0;
+    return is_extended ? std::uint64_t{frame.can_id & CAN_EFF_MASK} << 3 | 7
+                       : std::uint64_t{frame.can_id & CAN_SFF_MASK} << 21;
+  };
+  return rank(a.frame) < rank(b.frame);
+}
+
+class CanInterface final : public Transport {
+ public:
+  CanInterface(File socket, std::string name) : socket_(std::move(socket)), name_(std::move(name)) {
+    waiting_.reserve(kWaitingFramesMax);
+  }
+
+  [[nodiscard]] int descriptor() const override { return socket_.get(); }
+  [[nodiscard]] Time next_timeout() const override { return next_try_; }
+  [[nodiscard]] std::string description() const override { return name_; }
+
+  Result<void> receive(Time now, const Receive& receive) override {
+    if (auto written = write_waiting(now); !written) return written;
+    constexpr int kAtOnce = 256;  // a full bus does not keep it for ever
+    for (int i = 0; i < kAtOnce; ++i) {
+      can_frame frame{};
+      socklen_t none = 0;
+      const auto got = receive_stamped(socket_.get(), std::as_writable_bytes(std::span(&frame, 1)),
+                                       nullptr, none);
+      if (!got) return Error(Errc::kSystem, name_ + " is gone: " + got.error().detail());
+      if (!got->is_there) return {};
+      const std::size_t size = std::min<std::size_t>(frame.can_dlc, CAN_MAX_DLEN);
+      receive({.bytes = std::as_bytes(std::span(frame.data)).first(size),
+               .first = got->when,
+               .last = got->when,
+               .id = frame.can_id});
+    }
+    return {};
+  }
+
+  Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) override {
+    if (bytes.size() > CAN_MAX_DLEN || waiting_.size() == kWaitingFramesMax) return false;
+    Waiting waiting{.since = now};
+    waiting.frame.can_id = id;
+    waiting.frame.can_dlc = static_cast<std::uint8_t>(bytes.size());
+    std::ranges::copy(bytes, std::as_writable_bytes(std::span(waiting.frame.data)).begin());
+    waiting_.insert(std::upper_bound(waiting_.begin(), waiting_.end(), waiting, goes_first),
+                    waiting);
+    if (auto written = write_waiting(now); !written) return written.error();
+    return true;
+  }
+
+ private:
+  Result<void> write_waiting(Time now) {
+    std::erase_if(waiting_, [&](const Waiting& waiting) { return now - waiting.since > kLate; });
+    while (!waiting_.empty()) {
+      const can_frame& frame = waiting_.front().frame;
+      if (::write(socket_.get(), &frame, sizeof frame) != sizeof frame) {
+        if (errno == EINTR) continue;
+        // A queue of ten frames is soon full: normal.
+        if (errno == ENOBUFS || errno == EAGAIN) break;
+        return Error(Errc::kSystem, name_ + " is gone: " + system_error("write").detail());
+      }
+      waiting_.erase(waiting_.begin());
+    }
+    next_try_ = waiting_.empty() ? tims::kNever : now + kTryAgain;
+    return {};
+  }
+
+  File socket_;
+  std::string name_;
+  std::vector<Waiting> waiting_;
+  Time next_try_ = tims::kNever;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
+                                            const std::vector<CanFilter>& filters) {
+  const std::string& name = address.place;
+  File socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+  if (!socket)
+    return Error(Errc::kSystem, system_error("CAN sockets").detail() + "; modprobe can_raw");
+  const unsigned index = ::if_nametoindex(name.c_str());
+  if (index == 0)
+    return Error(Errc::kSystem,
+                 "no interface " + name + "; ip link shows them, timsctl device list says more");
+  const can_err_mask_t errors = CAN_ERR_MASK;
+  ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
+  std::vector<can_filter> wanted;
+  for (const CanFilter& filter : filters)
+    wanted.push_back({.can_id = filter.id, .can_mask = filter.mask});
+  if (!wanted.empty())
+    ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, wanted.data(),
+                 static_cast<socklen_t>(wanted.size() * sizeof(can_filter)));
+  ask_for_stamps(socket.get());
+  sockaddr_can where{};
+  where.can_family = AF_CAN;
+  where.can_ifindex = static_cast<int>(index);
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0)
+    return system_error(name);
+  return std::unique_ptr<Transport>(std::make_unique<CanInterface>(std::move(socket), name));
+}
+
+}  // namespace rack::device

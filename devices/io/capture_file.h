@@ -1,0 +1,47 @@
+// A capture that is written while its driver works: the driver's thread only appends to a buffer,
+// another one writes. A disk that is full or slow costs records, which are counted, never time.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "devices/core/capture.h"
+#include "os/file.h"
+
+namespace rack::device {
+
+class CaptureFile {
+ public:
+  // `device`: for its first line.
+  static tims::Result<std::unique_ptr<CaptureFile>> create(const std::string& path,
+                                                           std::string_view device,
+                                                           tims::Time begin);
+  ~CaptureFile();
+
+  void add(tims::Time when, Direction direction, std::uint32_t id,
+           std::span<const std::byte> bytes);
+  void add_event(tims::Time when, std::string_view event);
+
+  // Records that are missing in the file, so far.
+  [[nodiscard]] std::uint64_t lost() const;
+
+ private:
+  CaptureFile(tims::os::File file, tims::Time begin);
+  template <typename Append>
+  void append(std::size_t room, Append append);
+  void write_until_ended();
+  bool write_all(std::string_view text);
+
+  tims::os::File file_;
+  const tims::Time begin_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string waiting_;     // under mutex_
+  std::uint64_t lost_ = 0;  // under mutex_
+  bool ended_ = false;      // under mutex_
+  std::thread writer_;
+};
+
+}  // namespace rack::device

@@ -1,0 +1,109 @@
+#include "devices/io/device.h"
+
+#include <algorithm>
+#include <cerrno>
+
+#include <poll.h>
+
+#include "devices/io/can.h"
+#include "devices/io/playback.h"
+#include "devices/io/serial.h"
+#include "devices/io/socket.h"
+#include "os/clock.h"
+
+namespace rack::device {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+
+Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
+                                                  std::uint32_t baud) {
+  switch (address.kind) {
+    case TransportKind::kSerial:
+      return open_serial(address, baud);
+    case TransportKind::kPty:
+      return open_pty(address, baud);
+    case TransportKind::kTcp:
+      return open_tcp(address);
+    case TransportKind::kUdp:
+      return open_udp(address);
+    case TransportKind::kCan:
+      return open_can(address);
+    case TransportKind::kPlayback:
+      return open_playback(address, baud);
+    case TransportKind::kUsb:
+    case TransportKind::kVideo:
+      break;
+  }
+  return Error(Errc::kInvalidArgument, "this device cannot be reached by " + address.to_string());
+}
+
+Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue) {
+  auto transport = open_transport(options.address, options.baud);
+  if (!transport) return transport.error();
+  std::unique_ptr<CaptureFile> capture;
+  if (!options.record.empty()) {
+    auto created =
+        CaptureFile::create(options.record, options.address.to_string(), tims::os::now());
+    if (!created) return created.error();
+    capture = std::move(*created);
+  }
+  return with(std::move(*transport), std::move(capture), dialogue);
+}
+
+std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport,
+                                     std::unique_ptr<CaptureFile> capture, Dialogue& dialogue) {
+  return std::unique_ptr<Device>(new Device(std::move(transport), std::move(capture), dialogue));
+}
+
+Device::Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,
+               Dialogue& dialogue)
+    : transport_(std::move(transport)),
+      capture_(std::move(capture)),
+      dialogue_(dialogue),
+      receive_([this](const Arrival& arrival) { hand_over(arrival); }) {
+  dialogue_.start(tims::os::now(), *this);
+}
+
+Device::~Device() {
+  if (!lost_) dialogue_.stop(tims::os::now(), *this);
+}
+
+Result<void> Device::wait(Time until) {
+  if (auto good = state(); !good) return good;
+  const Time next = std::min({until, dialogue_.next_timeout(), transport_->next_timeout()});
+  pollfd there{.fd = transport_->descriptor(), .events = POLLIN, .revents = 0};
+  const Time now = tims::os::now();
+  const auto wait = tims::os::to_timespec(Time(std::max(Duration(0), next - now)));
+  if (::ppoll(&there, 1, next == tims::kNever ? nullptr : &wait, nullptr) < 0 && errno != EINTR)
+    return tims::os::system_error("poll");
+  if (auto received = transport_->receive(tims::os::now(), receive_); !received) {
+    if (capture_) capture_->add_event(tims::os::now(), received.error().detail());
+    lost_ = received.error();
+    return received;
+  }
+  const Time then = tims::os::now();
+  if (dialogue_.next_timeout() <= then) dialogue_.on_timeout(then, *this);
+  return state();
+}
+
+Result<void> Device::state() {
+  if (lost_) return *lost_;
+  if (dialogue_.failure()) return *dialogue_.failure();
+  return {};
+}
+
+void Device::hand_over(const Arrival& arrival) {
+  if (capture_) capture_->add(arrival.last, Direction::kReceived, arrival.id, arrival.bytes);
+  dialogue_.on_arrival(arrival, *this);
+}
+
+void Device::send(std::span<const std::byte> bytes, std::uint32_t id) {
+  if (lost_) return;
+  const Time now = tims::os::now();
+  if (capture_) capture_->add(now, Direction::kSent, id, bytes);
+  if (auto sent = transport_->send(now, bytes, id); !sent) lost_ = sent.error();
+}
+
+}  // namespace rack::device

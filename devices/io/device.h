@@ -1,0 +1,55 @@
+// A dialogue and the way to its device, brought together: waits, hands over what came, sends what
+// is to be sent, keeps a capture of both.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "devices/core/dialogue.h"
+#include "devices/io/capture_file.h"
+#include "devices/io/transport.h"
+
+namespace rack::device {
+
+struct DeviceOptions {
+  DeviceAddress address{};
+  std::uint32_t baud = 115200;  // where the address says none
+  std::string record{};         // path of a capture; empty: none
+};
+
+class Device final : private Output {
+ public:
+  // Opens it and starts the dialogue, which must outlive it.
+  static tims::Result<std::unique_ptr<Device>> open(const DeviceOptions& options,
+                                                    Dialogue& dialogue);
+  // The same with a way of one's own.
+  static std::unique_ptr<Device> with(std::unique_ptr<Transport> transport,
+                                      std::unique_ptr<CaptureFile> capture, Dialogue& dialogue);
+  ~Device() override;
+
+  // Until something came, a time of the dialogue has passed, or `until`. An error says why the
+  // device has to be opened again: it is gone, or the dialogue gave it up.
+  tims::Result<void> wait(Time until);
+
+  [[nodiscard]] std::string description() const { return transport_->description(); }
+  // It is a recording, and at its end.
+  [[nodiscard]] bool is_over() const { return transport_->is_over(); }
+
+ private:
+  Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,
+         Dialogue& dialogue);
+
+  void send(std::span<const std::byte> bytes, std::uint32_t id) override;
+  void set_baud(std::uint32_t baud) override { transport_->set_baud(baud); }
+  void set_dtr(bool on) override { transport_->set_dtr(on); }
+  void hand_over(const Arrival& arrival);
+  tims::Result<void> state();
+
+  std::unique_ptr<Transport> transport_;
+  std::unique_ptr<CaptureFile> capture_;  // or none
+  Dialogue& dialogue_;
+  const Transport::Receive receive_;
+  std::optional<tims::Error> lost_;  // while sending
+};
+
+}  // namespace rack::device
