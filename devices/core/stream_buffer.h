@@ -16,6 +16,7 @@ class StreamBuffer {
   explicit StreamBuffer(std::size_t capacity) : bytes_(2 * capacity), capacity_(capacity) {}
 
   void add(const Arrival& arrival) {
+    if (arrival.bytes.empty()) return;
     std::span<const std::byte> bytes = arrival.bytes;
     if (bytes.size() > capacity_) bytes = bytes.last(capacity_);
     if (size() + bytes.size() > capacity_) consume(size() + bytes.size() - capacity_);
@@ -27,8 +28,7 @@ class StreamBuffer {
     std::memcpy(bytes_.data() + end_, bytes.data(), bytes.size());
     end_ += bytes.size();
     last_ = arrival.last;
-    if (!arrival.bytes.empty())
-      of_byte_ = (arrival.last - arrival.first) / static_cast<std::int64_t>(arrival.bytes.size());
+    of_byte_ = (arrival.last - arrival.first) / static_cast<std::int64_t>(arrival.bytes.size());
   }
 
   [[nodiscard]] std::span<const std::byte> bytes() const {

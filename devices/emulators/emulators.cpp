@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 
-#include "devices/emulators/lms200_emulator.h"
+#include "devices/emulators/hokuyo_emulator.h"
+#include "devices/emulators/ibeo_emulator.h"
+#include "devices/emulators/ibeo_lux_emulator.h"
+#include "devices/emulators/ld19_emulator.h"
+#include "devices/emulators/rplidar_emulator.h"
 
 namespace rack::device {
 namespace {
@@ -14,8 +18,15 @@ std::unique_ptr<Dialogue> make() {
 }
 
 constexpr std::array kEmulators = {
-    EmulatorInfo{"lms200", "SICK LMS200", "LadarSickLms200", "pty:/tmp/lms200", 9600,
-                 make<Lms200Emulator>},
+    EmulatorInfo{"hokuyo", "Hokuyo URG-04LX", "LadarHokuyoUrg", "pty:/tmp/hokuyo", 19200,
+                 make<emulator::Hokuyo>},
+    EmulatorInfo{"ibeo", "Ibeo LD-A", "LadarIbeo", "can:vcan0", 0, make<emulator::Ibeo>},
+    EmulatorInfo{"ibeo-lux", "Ibeo Lux", "LadarIbeoLux", "tcp:127.0.0.1:12002", 0,
+                 make<emulator::IbeoLux>},
+    EmulatorInfo{"ld19", "LDROBOT LD19", "LadarRplidar", "pty:/tmp/ld19", 230400,
+                 make<emulator::Ld19>},
+    EmulatorInfo{"rplidar", "Slamtec RPLIDAR A1", "LadarRplidar", "pty:/tmp/rplidar", 115200,
+                 make<emulator::Rplidar>},
 };
 
 }  // namespace

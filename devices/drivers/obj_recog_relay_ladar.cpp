@@ -1,0 +1,103 @@
+// ObjRecogRelayLadar: makes data of an ObjRecog out of what a ladar sends to its first mailbox:
+// moves it to where the ladar is on the robot, and says where the robot was.
+#include <array>
+#include <optional>
+
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/proxies/obj_recog.h"
+#include "rack/proxies/position.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kLargest = static_cast<std::int32_t>(body_max<ObjRecogData>());
+
+constexpr std::array<ParameterInfo, 6> kParameters = {{
+    at_start({"maxDataSize", kLargest, "largest message it takes, bytes", 56, kLargest}),
+    {"periodTime", 1000, "of the ladar's objects, ms", 1, 60000},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
+    {"ladarOffsetY", 0, "mm"},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "ObjRecogRelayLadar",
+    .purpose = "Objects that a ladar has recognised, as data of an ObjRecog.",
+    .class_id = tims::class_id::kObjRecog,
+    .parameters = kParameters,
+};
+
+class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
+ public:
+  ObjRecogRelayLadar() : DataModule(kInfo, {.history = 10}) {}
+
+ private:
+  Result<void> module_init() override {
+    // The first one: ladars know it by its number.
+    const auto pushed = create_mailbox(2, static_cast<std::uint32_t>(integer("maxDataSize")));
+    if (!pushed) return pushed.error();
+    const auto work = create_mailbox(1, wire_size<PositionData>());
+    if (!work) return work.error();
+    pushed_ = *pushed;
+    work_ = *work;
+    return {};
+  }
+
+  Result<void> module_on() override {
+    set_period(std::chrono::milliseconds(integer("periodTime")));
+    offset_x_ = integer("ladarOffsetX");
+    offset_y_ = integer("ladarOffsetY");
+    position_.reset();
+    if (integer("positionInst") >= 0) {
+      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
+      if (auto on = position_->on(); !on) return on;
+    }
+    return DataModule::module_on();
+  }
+
+  Result<void> module_loop() override {
+    ObjRecogData& data = get_local_buffer();
+    if (auto come = next(data); !come) return come;
+    if (position_) {
+      const auto position = position_->get_data(data.recordingTime);
+      if (!position) return position.error();
+      data.refPos = position->pos;
+      data.varRefPos = {};
+    }
+    for (ObjRecogObject& object : data.objects) {
+      object.pos.x = object.pos.x.raw() + offset_x_;
+      object.pos.y = object.pos.y.raw() + offset_y_;
+    }
+    return put_local_buffer();
+  }
+
+  // Waits as long as two periods.
+  Result<void> next(ObjRecogData& data) {
+    const tims::Time end = now() + 2 * period();
+    for (;;) {
+      const auto message = pushed_->peek_for(std::max(end - now(), tims::Duration(0)));
+      if (!message) {
+        const auto ms = std::to_string((2 * period()).count());
+        return tims::Error(message.error().code(), "no ladar has sent objects for " + ms + " ms");
+      }
+      if (message->header().type != tims::type::kData) continue;
+      return decode({message->header(), message->body()}, data);
+    }
+  }
+
+  tims::Mailbox* pushed_ = nullptr;
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PositionProxy> position_;
+  std::int32_t offset_x_ = 0;
+  std::int32_t offset_y_ = 0;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::ObjRecogRelayLadar relay;
+  return relay.run(argc, argv);
+}
