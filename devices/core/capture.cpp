@@ -119,6 +119,23 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
   return true;
 }
 
+// Behind comments. A line that is longer than what was read is judged by what is there of it.
+bool begins_with_record(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    std::string_view line = text.substr(0, end);
+    CaptureRecord record;
+    auto parsed = parse_record(line, record);
+    if (end == std::string_view::npos && !parsed) {
+      line.remove_suffix(1);  // a digit of two
+      parsed = parse_record(line, record);
+    }
+    if (!parsed || *parsed) return parsed.ok() && *parsed;
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return false;
+}
+
 }  // namespace
 
 std::string capture_header(std::string_view device, std::string_view date) {
@@ -166,11 +183,7 @@ RecordingFormat format_of(std::span<const std::byte> beginning) {
   std::string text;
   for (const std::byte byte : beginning) text += static_cast<char>(byte);
   if (text.starts_with(kMagic)) return RecordingFormat::kCapture;
-  const std::size_t end = text.find('\n');
-  CaptureRecord record;
-  const auto first = parse_record(text.substr(0, end), record);
-  const bool is_line = end != std::string::npos && first && *first;
-  return is_line ? RecordingFormat::kCapture : RecordingFormat::kRaw;
+  return begins_with_record(text) ? RecordingFormat::kCapture : RecordingFormat::kRaw;
 }
 
 Result<bool> parse_record(std::string_view line, CaptureRecord& record) {

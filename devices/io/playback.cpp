@@ -186,13 +186,12 @@ class Playback final : public Transport {
   [[nodiscard]] bool is_over() const override { return is_over_; }
 
   Result<void> receive(Time now, const Receive& receive) override {
-    constexpr std::size_t kAtOnce = 256 << 10;  // bytes, when it need not wait
-    std::size_t played = 0;
-    while (!is_over_ && due_ <= now && played < kAtOnce) {
-      if (has_record_) {
+    // One at a time: a driver keeps only the newest data of what comes at once.
+    bool has_played = false;
+    while (!is_over_ && due_ <= now && !has_played) {
+      has_played = has_record_;
+      if (has_record_)
         receive({.bytes = record_.bytes, .first = due_, .last = due_, .id = record_.id});
-        played += record_.bytes.size();
-      }
       if (auto taken = take_next(now); !taken) return taken;
     }
     return {};

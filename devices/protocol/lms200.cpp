@@ -169,6 +169,7 @@ void Lms200::start(Time now, Output& out) {
   clear_failure();
   telegrams_.clear();
   has_scan_ = false;
+  recorded_ = {};
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
     timeout_ = tims::kNever;
@@ -193,6 +194,7 @@ void Lms200::stop(Time, Output& out) {
 void Lms200::enter(State state, Time now, Output& out) {
   state_ = state;
   attempts_ = 0;
+  refused_ = false;
   if (state == State::kMeasuring)
     timeout_ = tims::kNever;
   else
@@ -229,13 +231,15 @@ void Lms200::on_arrival(const Arrival& arrival, Output& out) {
       const bool is_slow = settings_.mode == Lms200Mode::kInterlaced;
       timeout_ = arrival.last + (is_slow ? kAnswerTimeInterlaced : kAnswerTime);
     } else if (what == What::kRefused && waits) {
+      refused_ = true;
       retry(arrival.last, out);
     } else if (what == What::kTelegram && waits && telegram.body.size() >= 2 &&
                (telegram.address & kFromScanner) != 0 && telegram.body[0] == kAnswerOfMode) {
-      if (telegram.body[1] == 0x00_b)
-        on_answer(arrival.last, out);
-      else
+      refused_ = telegram.body[1] != 0x00_b;
+      if (refused_)
         retry(arrival.last, out);
+      else
+        on_answer(arrival.last, out);
     }
   }
 }
@@ -263,22 +267,28 @@ void Lms200::on_timeout(Time now, Output& out) {
         now, out);
 }
 
-// At the rate of power on first, then at the one that may have been set before.
+// At the rate of power on first, then at the one that may have been set before: by somebody else,
+// or by us when its answer was lost.
 void Lms200::retry(Time now, Output& out) {
-  if (attempts_ < kAttempts) {
+  if (attempts_ < kAttempts)
     ask(now, out);
-    return;
-  }
-  if (state_ == State::kLogin && rate_ == kRateAtPowerOn && settings_.baud != rate_) {
-    rate_ = settings_.baud;
-    out.set_baud(rate_);
-    telegrams_.clear();
-    enter(State::kLogin, now, out);
-    return;
-  }
+  else if (state_ <= State::kRate && !refused_ && rate_ != settings_.baud)
+    log_in_at_wanted_rate(now, out);
+  else
+    give_up();
+}
+
+void Lms200::log_in_at_wanted_rate(Time now, Output& out) {
+  rate_ = settings_.baud;
+  out.set_baud(rate_);
+  telegrams_.clear();
+  enter(State::kLogin, now, out);
+}
+
+void Lms200::give_up() {
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       state_ == State::kLogin
+       state_ == State::kLogin && !refused_
            ? "the scanner answers neither at 9600 nor at " + std::to_string(settings_.baud) +
                  " baud; is it switched on, and its line the right one (RS-422 for 500000)?"
            : "the scanner refuses " + std::to_string(settings_.baud) + " baud or this mode");

@@ -70,7 +70,10 @@ class Lms200 final : public Dialogue {
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
-  [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
+  // A recording may begin with the log-in: from its first scan on.
+  [[nodiscard]] bool is_ready() const {
+    return state_ == State::kMeasuring && (!settings_.only_listen || recorded_ != Time{});
+  }
   bool take(LadarData& scan, Time& recorded);
 
  private:
@@ -81,6 +84,8 @@ class Lms200 final : public Dialogue {
   void ask(Time now, Output& out);
   void on_answer(Time now, Output& out);
   void retry(Time now, Output& out);
+  void log_in_at_wanted_rate(Time now, Output& out);
+  void give_up();
   void take_scan(const Lms200Telegram& telegram);
 
   Lms200Settings settings_;
@@ -89,6 +94,7 @@ class Lms200 final : public Dialogue {
   int attempts_ = 0;        // of this question
   bool acknowledged_ = false;
   bool pausing_ = false;  // an answer was taken; the scanner wants 30 ms
+  bool refused_ = false;  // it has answered this question, by no
   Time timeout_ = tims::kNever;
   Lms200Telegrams telegrams_;
   std::vector<std::byte> question_;

@@ -1,10 +1,14 @@
 #include "devices/protocol/lms200.h"
 
-#include <deque>
+#include <fstream>
 #include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "base/text.h"
+#include "devices/emulators/lms200_emulator.h"
+#include "devices/emulators/virtual_line.h"
 
 namespace rack::device {
 namespace {
@@ -121,135 +125,186 @@ TEST(Lms200Test, AFlippedBitCostsOneTelegram) {
   }
 }
 
+TEST(Lms200Test, ARealTelegram) {
+  std::ifstream file(DEVICE_DATA "/sick/lms200-one-telegram.hex");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto bytes = tims::base::parse_hex(text);
+  ASSERT_TRUE(bytes);
+  ASSERT_EQ(bytes->size(), 732U);
+  Lms200Telegrams telegrams;
+  telegrams.add({.bytes = *bytes});
+  Lms200Telegram got;
+  ASSERT_EQ(telegrams.next(got), Lms200Telegrams::What::kTelegram);
+  EXPECT_EQ(got.body.size(), 726U);
+  LadarData scan;
+  ASSERT_TRUE(decode_lms200_scan(got.body, scan));
+  EXPECT_EQ(scan.points.size(), 361U);
+  EXPECT_NEAR(scan.endAngle, std::numbers::pi / 2, 1e-6);
+  EXPECT_EQ(telegrams.broken(), 0U);
+}
+
 // --- The dialogue, against a scanner that is as the manual says
 
-class Scanner {
- public:
-  explicit Scanner(std::uint32_t baud) : baud_(baud) {}
+using emulator::Lms200Emulator;
+using emulator::Lms200EmulatorSettings;
+using emulator::VirtualLine;
 
-  std::uint32_t baud() const { return baud_; }
-  bool measures() const { return measures_; }
-  std::vector<std::byte> hear(std::span<const std::byte> bytes, std::uint32_t host_baud) {
-    if (host_baud != baud_) return {};
-    telegrams_.add({.bytes = bytes});
-    std::vector<std::byte> answer;
-    Lms200Telegram got;
-    while (telegrams_.next(got) == Lms200Telegrams::What::kTelegram) reply(got.body, answer);
-    return answer;
+// Both, and the serial line between them.
+struct Pair {
+  explicit Pair(const Lms200Settings& host_settings, const Lms200EmulatorSettings& settings = {},
+                std::size_t piece = 0)
+      : host(host_settings),
+        scanner(settings),
+        line(host, scanner,
+             {.has_rate = true, .host_baud = 9600, .device_baud = settings.baud, .piece = piece}) {}
+
+  bool run_until_ready(Duration at_most = 60s) {
+    line.start();
+    return line.run(at_most, [&] { return host.is_ready() || host.failure(); }) && host.is_ready();
   }
-
- private:
-  void reply(std::span<const std::byte> body, std::vector<std::byte>& answer) {
-    answer.push_back(std::byte{0x06});
-    const auto mode = std::to_integer<int>(body[1]);
-    append_lms200(answer, bytes_of({0xA0, 0x00, 0x10}), 0x80);
-    if (mode == 0x48) next_baud_ = 500000;
-    if (mode == 0x40) next_baud_ = 38400;
-    if (mode == 0x42) next_baud_ = 9600;
-    measures_ = mode == 0x24 || mode == 0x2A;
-    if (next_baud_ != 0) baud_ = std::exchange(next_baud_, 0);
+  // How many scans come in a second, and the last one.
+  double scans_per_second(Duration how_long = 4s) {
+    std::size_t taken = 0;
+    line.run(how_long, [&] {
+      Time time;
+      taken += host.take(scan, time) ? 1U : 0U;
+      return false;
+    });
+    return static_cast<double>(taken) / std::chrono::duration<double>(how_long).count();
   }
+  std::string failure() const { return host.failure() ? host.failure()->detail() : ""; }
 
-  std::uint32_t baud_;
-  std::uint32_t next_baud_ = 0;
-  bool measures_ = false;
-  Lms200Telegrams telegrams_;
+  Lms200 host;
+  Lms200Emulator scanner;
+  VirtualLine line;
+  LadarData scan;
 };
 
-// Both, and the line between them, on a clock of their own.
-class Lms200DialogueTest : public testing::Test, public Output {
- public:
-  void send(std::span<const std::byte> bytes, std::uint32_t) override {
-    ++sent_;
-    const auto answer = scanner_.hear(bytes, baud_);
-    if (lose_ > 0)
-      --lose_;
-    else if (!answer.empty())
-      answers_.push_back(answer);
-  }
-  void set_baud(std::uint32_t baud) override { baud_ = baud; }
-
-  void run(Lms200& dialogue, Duration how_long = 30s) {
-    dialogue.start(now_, *this);
-    const Time end = now_ + how_long;
-    while (!dialogue.is_ready() && !dialogue.failure() && now_ < end) {
-      if (!answers_.empty()) {
-        now_ += 10ms;
-        const auto answer = answers_.front();
-        answers_.pop_front();
-        dialogue.on_arrival({.bytes = answer, .first = now_, .last = now_}, *this);
-      } else {
-        now_ = std::min(dialogue.next_timeout(), end);
-        dialogue.on_timeout(now_, *this);
-      }
+TEST(Lms200DialogueTest, BringsAScannerToItsRateAndStartsIt) {
+  for (const std::uint32_t rate : {9600U, 19200U, 38400U, 500000U})
+    for (const std::uint32_t rate_before : {9600U, rate}) {
+      Pair pair({.baud = rate}, {.baud = rate_before});
+      ASSERT_TRUE(pair.run_until_ready()) << rate << pair.failure();
+      EXPECT_EQ(pair.scanner.baud(), rate);
+      EXPECT_EQ(pair.line.host_baud(), rate);
+      EXPECT_TRUE(pair.scanner.is_logged_in());
+      EXPECT_TRUE(pair.scanner.measures());
     }
-  }
+}
 
- protected:
-  Scanner scanner_{9600};
-  std::uint32_t baud_ = 0;
-  int sent_ = 0;
-  int lose_ = 0;
-  std::deque<std::vector<std::byte>> answers_;
-  Time now_{1000s};
+TEST(Lms200DialogueTest, AScannerMayBeSlow) {
+  Pair pair({.baud = 500000}, {.answer_time = 900ms});
+  EXPECT_TRUE(pair.run_until_ready()) << pair.failure();
+}
+
+TEST(Lms200DialogueTest, SendsWhatTheLineCarries) {
+  const emulator::Room room;
+  Pair fast({.baud = 500000, .mode = Lms200Mode::kFast}, {}, 64);
+  ASSERT_TRUE(fast.run_until_ready());
+  EXPECT_NEAR(fast.scans_per_second(), 75, 0.6);
+  for (const LadarPoint& point : fast.scan.points)
+    EXPECT_NEAR(point.distance, room.distance(point.angle), 1);
+
+  Pair whole({.baud = 500000});
+  ASSERT_TRUE(whole.run_until_ready());
+  EXPECT_NEAR(whole.scans_per_second(), 37.5, 0.6);
+  EXPECT_EQ(whole.scan.points.size(), 361U);
+
+  Pair slow({.baud = 38400}, {.is_indoor = false});
+  ASSERT_TRUE(slow.run_until_ready());
+  EXPECT_NEAR(slow.scans_per_second(), 5, 0.6);  // 732 bytes, 191 ms
+  for (const LadarPoint& point : slow.scan.points)
+    EXPECT_NEAR(point.distance, room.distance(point.angle), 6);
+}
+
+TEST(Lms200DialogueTest, PartsOfAScanTakeTurns) {
+  Pair pair({.baud = 500000, .mode = Lms200Mode::kInterlaced});
+  ASSERT_TRUE(pair.run_until_ready());
+  std::array<std::size_t, 2> parts{};
+  pair.line.run(1s, [&] {
+    Time time;
+    if (pair.host.take(pair.scan, time)) ++parts[pair.scan.points.size() == 181 ? 0 : 1];
+    return false;
+  });
+  EXPECT_NEAR(static_cast<double>(parts[0]), 37, 1);
+  EXPECT_NEAR(static_cast<double>(parts[1]), 37, 1);
+}
+
+TEST(Lms200DialogueTest, AnythingLostIsAskedForAgain) {
+  for (int lost = 0; lost < 9; ++lost) {
+    Pair pair({.baud = 500000});
+    int sent = 0;
+    pair.line.set_lose([&](bool, std::span<const std::byte>) { return sent++ == lost; });
+    EXPECT_TRUE(pair.run_until_ready()) << lost << pair.failure();
+  }
+}
+
+// It was left measuring at the fast rate by somebody who crashed.
+TEST(Lms200DialogueTest, AScannerThatIsSendingIsTakenOver) {
+  Pair pair({.baud = 500000});
+  ASSERT_TRUE(pair.run_until_ready());
+  pair.line.start_host();
+  EXPECT_FALSE(pair.host.is_ready());
+  EXPECT_TRUE(pair.line.run(60s, [&] { return pair.host.is_ready(); }));
+  EXPECT_GT(pair.scans_per_second(), 30);
+  pair.line.stop_host();
+  pair.line.run(200ms);
+  EXPECT_FALSE(pair.scanner.measures());
+}
+
+TEST(Lms200DialogueTest, SaysThatNobodyAnswers) {
+  Pair pair({.baud = 38400}, {.baud = 19200});
+  int sent = 0;
+  pair.line.set_lose([&](bool from_host, std::span<const std::byte>) {
+    sent += from_host ? 1 : 0;
+    return false;
+  });
+  EXPECT_FALSE(pair.run_until_ready());
+  EXPECT_THAT(pair.failure(), testing::HasSubstr("neither at 9600 nor at 38400"));
+  EXPECT_EQ(sent, 6);
+}
+
+TEST(Lms200DialogueTest, SaysThatItsRateIsRefused) {
+  Pair pair({.baud = 500000}, {.refuses_rates = true});
+  EXPECT_FALSE(pair.run_until_ready());
+  EXPECT_THAT(pair.failure(), testing::HasSubstr("refuses 500000 baud"));
+}
+
+struct Deaf : Output {
+  void send(std::span<const std::byte>, std::uint32_t) override { ++sent; }
+  int sent = 0;
 };
 
-TEST_F(Lms200DialogueTest, BringsAScannerToItsRateAndStartsIt) {
-  for (const std::uint32_t rate_before : {9600U, 500000U}) {
-    scanner_ = Scanner(rate_before);
-    Lms200 dialogue({.baud = 500000});
-    run(dialogue);
-    EXPECT_TRUE(dialogue.is_ready());
-    EXPECT_EQ(scanner_.baud(), 500000U);
-    EXPECT_EQ(baud_, 500000U);
-    EXPECT_TRUE(scanner_.measures());
-  }
-}
-
-TEST_F(Lms200DialogueTest, ALostAnswerIsAskedForAgain) {
-  for (int lost = 1; lost <= 2; ++lost) {
-    scanner_ = Scanner(9600);
-    lose_ = lost;
-    Lms200 dialogue({.baud = 9600});
-    run(dialogue);
-    EXPECT_TRUE(dialogue.is_ready()) << lost;
-  }
-}
-
-TEST_F(Lms200DialogueTest, SaysThatNobodyAnswers) {
-  scanner_ = Scanner(19200);
-  Lms200 dialogue({.baud = 38400});
-  run(dialogue);
-  ASSERT_TRUE(dialogue.failure());
-  EXPECT_THAT(dialogue.failure()->detail(), testing::HasSubstr("neither at 9600 nor at 38400"));
-  EXPECT_EQ(sent_, 6);
-}
-
-TEST_F(Lms200DialogueTest, AScanIsOfTheTimeWhenTheMirrorWasInItsMiddle) {
+TEST(Lms200DialogueTest, AScanIsOfTheTimeWhenTheMirrorWasInItsMiddle) {
+  const Time now{1000s};
+  Deaf deaf;
   Lms200 dialogue({.only_listen = true});
-  dialogue.start(now_, *this);
-  EXPECT_TRUE(dialogue.is_ready());
+  dialogue.start(now, deaf);
+  EXPECT_FALSE(dialogue.is_ready());
   const auto bytes = telegram(measurement(181, kMillimetres, 1000));
-  dialogue.on_arrival({.bytes = bytes, .first = now_ - 7440us, .last = now_}, *this);
+  dialogue.on_arrival({.bytes = bytes, .first = now - 7440us, .last = now}, deaf);
   LadarData scan;
   Time recorded;
+  EXPECT_TRUE(dialogue.is_ready());
   ASSERT_TRUE(dialogue.take(scan, recorded));
-  EXPECT_EQ(recorded, now_ - 7440us - 3ms);
+  EXPECT_EQ(recorded, now - 7440us - 3ms);
   EXPECT_FALSE(dialogue.take(scan, recorded));
-  EXPECT_EQ(sent_, 0);
+  EXPECT_EQ(deaf.sent, 0);
 }
 
-TEST_F(Lms200DialogueTest, NoiseBreaksNothing) {
+TEST(Lms200DialogueTest, NoiseBreaksNothing) {
   std::mt19937 random(1);
+  Time now{1000s};
+  Deaf deaf;
   Lms200 dialogue({.baud = 500000});
-  dialogue.start(now_, *this);
+  dialogue.start(now, deaf);
   for (int i = 0; i < 2000; ++i) {
     std::vector<std::byte> noise(random() % 200);
     for (std::byte& byte : noise) byte = static_cast<std::byte>(random() % 8);
-    now_ += 10ms;
-    dialogue.on_arrival({.bytes = noise, .first = now_, .last = now_}, *this);
-    if (dialogue.next_timeout() <= now_) dialogue.on_timeout(now_, *this);
-    if (dialogue.failure()) dialogue.start(now_, *this);
+    now += 10ms;
+    dialogue.on_arrival({.bytes = noise, .first = now, .last = now}, deaf);
+    if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, deaf);
+    if (dialogue.failure()) dialogue.start(now, deaf);
   }
 }
 

@@ -1,0 +1,216 @@
+// Drivers of SICK's scanners, real programs: recordings of real scanners are played through them,
+// and emulated scanners at terminals and sockets are unplugged and come back.
+#include <fstream>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+
+#include "devices/core/capture.h"
+#include "devices/emulators/room.h"
+#include "devices/emulators/sick_compact_emulator.h"
+#include "devices/protocol/cola_scan.h"
+#include "os/clock.h"
+#include "os/file.h"
+#include "rack/proxies/ladar.h"
+#include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/system/modules_fixture.h"
+
+namespace tims::test {
+namespace {
+
+namespace device = rack::device;
+using rack::LadarData;
+using rack::LadarProxy;
+
+constexpr std::uint32_t kLadar = 0x00140000;
+constexpr std::uint32_t kData = 0x00020002;
+constexpr const char* kRecordings = TIMS_TEST_DATA_DIR "/devices/sick/";
+
+// All scans of a recording, decoded here.
+std::vector<LadarData> scans_of(const std::string& file) {
+  std::vector<LadarData> scans;
+  std::ifstream lines(kRecordings + file);
+  device::ColaTelegrams telegrams;
+  device::ColaScan scan;
+  device::CaptureRecord record;
+  for (std::string line; std::getline(lines, line);) {
+    if (const auto parsed = device::parse_record(line, record); !parsed || !*parsed) continue;
+    telegrams.add({.bytes = record.bytes});
+    for (device::ColaTelegram telegram; telegrams.next(telegram);) {
+      if (!device::decode_cola_scan(telegram, scan)) continue;
+      EXPECT_TRUE(device::scan_of_cola(scan, {}, scans.emplace_back()));
+    }
+  }
+  return scans;
+}
+
+std::vector<int> distances_of(const LadarData& scan) {
+  std::vector<int> distances;
+  for (const rack::LadarPoint& point : scan.points) distances.push_back(point.distance);
+  return distances;
+}
+
+// Nobody else has it at this moment.
+std::string free_port() {
+  const os::File socket(::socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in any{};
+  any.sin_family = AF_INET;
+  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof any;
+  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), size), 0);
+  EXPECT_EQ(::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&any), &size), 0);
+  return std::to_string(ntohs(any.sin_port));
+}
+
+class SickDriversTest : public ModulesTest {
+ protected:
+  LadarProxy ladar() { return proxy<LadarProxy>(kLadar); }
+  bool has_failed() {
+    const auto status = ladar().status();
+    return status && *status == rack::Status::kError;
+  }
+
+  // rack-emulate NAME ADDRESS, until it can be spoken with.
+  ChildProcess emulate(const std::string& name, const std::string& address) {
+    auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
+    EXPECT_TRUE(child) << child.error().message();
+    const auto ready = child->wait_for_line("speaks with it");
+    EXPECT_TRUE(ready) << ready.error().message();
+    return std::move(*child);
+  }
+
+  // That its scans show the emulators' room.
+  void expect_room(double exactness) {
+    const auto scan = ladar().get_data();
+    ASSERT_TRUE(scan) << scan.error().message();
+    const device::emulator::Room room;
+    for (const rack::LadarPoint& point : scan->points)
+      ASSERT_NEAR(point.distance, room.distance(static_cast<double>(point.angle)), exactness);
+  }
+
+  // Turned on, unplugged, plugged in again.
+  void expect_to_come_back(const std::string& name, const std::string& address, double exactness) {
+    auto emulator = emulate(name, address);
+    ASSERT_TRUE(ladar().on());
+    expect_room(exactness);
+    ASSERT_TRUE(emulator.stop(SIGKILL));
+    EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+    emulator = emulate(name, address);
+    EXPECT_TRUE(eventually([&] { return ladar().get_data().ok(); }, "scans again", 3s));
+    expect_room(exactness);
+  }
+
+  TemporaryFolder folder_;
+};
+
+struct Recording {
+  const char* file;
+  std::size_t scans;
+  std::size_t points;
+};
+class SickRecordingsTest : public SickDriversTest, public testing::WithParamInterface<Recording> {};
+INSTANTIATE_TEST_SUITE_P(All, SickRecordingsTest,
+                         testing::Values(Recording{"lms111.cola-b.txt", 97, 541},
+                                         Recording{"lms511-a.cola-b.txt", 32, 1141},
+                                         Recording{"lms511.cola-b.txt", 32, 1141},
+                                         Recording{"tim781s.cola-b.txt", 33, 811}));
+
+TEST_P(SickRecordingsTest, ComeThroughLadarSickCola) {
+  const auto expected = scans_of(GetParam().file);
+  ASSERT_EQ(expected.size(), GetParam().scans);
+  start("LadarSickCola", {std::string("--device=play:") + kRecordings + GetParam().file});
+  Mailbox data = open(*session_, kData, {.slots = 200, .body_max = 40000});
+  LadarProxy asked = ladar();
+  ASSERT_TRUE(asked.on());
+  ASSERT_TRUE(asked.get_cont_data(0, data.address()));
+
+  std::size_t taken = 0;
+  LadarData scan;
+  std::size_t next = 0;
+  while (next < expected.size()) {
+    const auto message = data.peek_for(2s);
+    if (!message) break;
+    ASSERT_TRUE(asked.decode_stream(*message, scan));
+    ++taken;
+    EXPECT_EQ(scan.points.size(), GetParam().points);
+    // Each of them is one of the recording, in its order.
+    const std::vector<int> distances = distances_of(scan);
+    while (next < expected.size() && distances_of(expected[next]) != distances) ++next;
+    ASSERT_LT(next, expected.size()) << "a scan that is not in the recording";
+    ++next;
+  }
+  EXPECT_EQ(next, expected.size()) << "up to the last one";
+  EXPECT_GE(taken + 10, expected.size()) << "all but those before the stream was asked for";
+}
+
+TEST_F(SickDriversTest, Lms200AtATerminal) {
+  const std::string path = folder_.path() / "lms";
+  start("LadarSickLms200", {"--device=serial:" + path, "--baudrate=500000", "--protocol=2"});
+  expect_to_come_back("lms200", "pty:" + path, 1);
+}
+
+TEST_F(SickDriversTest, ColaAtAPort) {
+  const std::string port = free_port();
+  start("LadarSickCola", {"--device=tcp:127.0.0.1:" + port});
+  expect_to_come_back("sick-cola", "tcp:127.0.0.1:" + port, 1);
+}
+
+TEST_F(SickDriversTest, Lms100) {
+  const std::string port = free_port();
+  start("LadarSickLms100", {"--lmsIp=127.0.0.1", "--lmsPort=" + port});
+  auto emulator = emulate("sick-cola-a", "tcp:127.0.0.1:" + port);
+  ASSERT_TRUE(ladar().on());
+  expect_room(1);
+}
+
+TEST_F(SickDriversTest, SafetyScannerAtATerminal) {
+  const std::string path = folder_.path() / "s3000";
+  start("LadarSickS", {"--device=serial:" + path, "--devNumber=3000"});
+  expect_to_come_back("sick-s3000", "pty:" + path, 6);
+}
+
+// Sends to a port of this host.
+class Sender : public device::Output {
+ public:
+  explicit Sender(const std::string& port) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
+    to_.sin_family = AF_INET;
+    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to_.sin_port = htons(static_cast<std::uint16_t>(std::stoul(port)));
+  }
+  void send(std::span<const std::byte> bytes, std::uint32_t) override {
+    (void)::sendto(socket_.get(), bytes.data(), bytes.size(), 0,
+                   reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
+  }
+
+ private:
+  os::File socket_;
+  sockaddr_in to_{};
+};
+
+TEST_F(SickDriversTest, PicoScan) {
+  const std::string port = free_port();
+  start("LadarSickPicoScan", {"--device=udp::" + port});
+  std::jthread scanner([&](const std::stop_token& stop) {
+    Sender sender(port);
+    device::emulator::SickCompactEmulator emulator;
+    emulator.start(os::now(), sender);
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(2ms))
+      if (emulator.next_timeout() <= os::now()) emulator.on_timeout(os::now(), sender);
+  });
+  ASSERT_TRUE(ladar().on());
+  expect_room(4);
+  scanner = {};
+  EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+}
+
+TEST_F(SickDriversTest, SayWhatIsMissing) {
+  auto& program = start("LadarSickLms100");
+  EXPECT_FALSE(ladar().on());
+  const auto said = program.wait_for_line("lmsIp is missing");
+  EXPECT_TRUE(said) << said.error().message();
+}
+
+}  // namespace
+}  // namespace tims::test
