@@ -3,15 +3,20 @@
 #include <algorithm>
 #include <array>
 
+#include "devices/emulators/cmps03_emulator.h"
+#include "devices/emulators/dcf77_emulator.h"
 #include "devices/emulators/hokuyo_emulator.h"
 #include "devices/emulators/ibeo_emulator.h"
 #include "devices/emulators/ibeo_lux_emulator.h"
 #include "devices/emulators/ld19_emulator.h"
-#include "devices/emulators/rplidar_emulator.h"
 #include "devices/emulators/lms200_emulator.h"
+#include "devices/emulators/nmea_emulator.h"
+#include "devices/emulators/rplidar_emulator.h"
 #include "devices/emulators/sick_cola_emulator.h"
 #include "devices/emulators/sick_compact_emulator.h"
 #include "devices/emulators/sick_s_emulator.h"
+#include "devices/emulators/ublox_emulator.h"
+#include "devices/emulators/xsens_emulator.h"
 
 namespace rack::device {
 namespace {
@@ -51,6 +56,22 @@ constexpr std::array kEmulators = {
     EmulatorInfo{"sick-s300", "SICK S300", "LadarSickS", "pty:/tmp/s300", 500000,
                  make<emulator::SickSEmulator>},
     EmulatorInfo{"sick-s3000", "SICK S3000", "LadarSickS", "pty:/tmp/s3000", 500000, make_s3000},
+    EmulatorInfo{"cmps03", "Devantech CMPS03 behind its board", "CompassCmps03", "pty:/tmp/cmps03",
+                 57600, make<emulator::Cmps03Emulator>},
+    EmulatorInfo{"dcf77-emc", "Gude EMC Professional", "ClockDcf77EmcPro", "pty:/tmp/dcf77-emc",
+                 9600, make<emulator::EmcProEmulator>},
+    EmulatorInfo{"dcf77-mbg", "Meinberg C51", "ClockDcf77MbgC51", "pty:/tmp/dcf77-mbg", 9600,
+                 make<emulator::Dcf77Emulator>},
+    EmulatorInfo{"nmea", "NMEA 0183 receiver", "GpsNmea", "pty:/tmp/nmea", 4800,
+                 make<emulator::NmeaEmulator>},
+    EmulatorInfo{"ublox", "u-blox M9", "GpsUblox", "pty:/tmp/ublox", 38400,
+                 make<emulator::UbloxEmulator>},
+    EmulatorInfo{"ublox-m8", "u-blox M8", "GpsUblox", "pty:/tmp/ublox-m8", 9600,
+                 make<emulator::UbloxM8Emulator>},
+    EmulatorInfo{"xsens", "Xsens MTi-300 (MTData2)", "GyroXsens", "pty:/tmp/xsens", 115200,
+                 make<emulator::XsensEmulator>},
+    EmulatorInfo{"xsens-mtx", "Xsens MTx (MTData)", "GyroXsens", "pty:/tmp/xsens-mtx", 115200,
+                 make<emulator::XsensOldEmulator>},
 };
 
 }  // namespace

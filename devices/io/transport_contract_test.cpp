@@ -324,7 +324,7 @@ TEST_F(PlaybackTest, ABrokenLineIsNamed) {
 
 TEST_F(PlaybackTest, APacketCaptureGivesThePayloadsOfItsPort) {
   const auto transport =
-      open_transport(*DeviceAddress::parse("play:" RACK_TEST_DATA "/devices/vlp16.pcap"
+      open_transport(*DeviceAddress::parse("play:" DEVICE_DATA "/vlp16.pcap"
                                            "?speed=max&port=2368"),
                      0);
   ASSERT_TRUE(transport) << transport.error().message();

@@ -1,0 +1,38 @@
+#include "devices/drivers/host_clock.h"
+
+#include <gtest/gtest.h>
+
+namespace rack::device {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(HostClockTest, SmallDifferencesWithoutAJumpLargeOnesForward) {
+  EXPECT_EQ(clock_change(0ms), ClockChange::kSlowly);
+  EXPECT_EQ(clock_change(-99ms), ClockChange::kSlowly);
+  EXPECT_EQ(clock_change(99ms), ClockChange::kSlowly);
+  EXPECT_EQ(clock_change(101ms), ClockChange::kAtOnce);
+  EXPECT_EQ(clock_change(-24h * 365 * 50), ClockChange::kAtOnce);  // a board that begins in 1970
+}
+
+TEST(HostClockTest, NotBackByMoreThanADay) {
+  EXPECT_EQ(clock_change(23h), ClockChange::kAtOnce);
+  EXPECT_EQ(clock_change(25h), ClockChange::kRefused);
+  EXPECT_EQ(clock_change(24h * 7 * 1024), ClockChange::kRefused);
+}
+
+// Nobody wants it: the clock of the host that tests is not touched.
+TEST(HostClockTest, IsLeftAloneUnlessItIsWanted) {
+  HostClock clock;
+  clock.start(false, 1s);
+  const auto updated = clock.update(0s, tims::Time(1s), tims::Time(1s));
+  ASSERT_TRUE(updated);
+  EXPECT_FALSE(*updated);
+  clock.start(true, 1s);
+  const auto refused = clock.update(0s, tims::Time(1s), tims::Time(1s));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().detail(), testing::HasSubstr("days behind"));
+}
+
+}  // namespace
+}  // namespace rack::device

@@ -1,0 +1,40 @@
+// Data that a driver has besides those of its own class: they are pushed to the component that
+// publishes them, to its mailbox with local id 1, as in the original.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rack/module.h"
+#include "rack/proxies/proxy.h"
+
+namespace rack::device {
+
+template <class Data>
+class Relay {
+ public:
+  // work: for its commands. From now on it is on, or try_on() says why not.
+  void aim(tims::Mailbox& work, tims::Address component) {
+    proxy_.emplace(work, component);
+    to_ = tims::Address(component.raw() + 1);
+  }
+  void stop() { proxy_.reset(); }
+  [[nodiscard]] bool is_on() const { return proxy_.has_value(); }
+  Result<void> turn_on() { return proxy_->on(); }
+
+  // Whoever is not there hears nothing.
+  void send(tims::Mailbox& from, const Data& data) {
+    if (!proxy_) return;
+    bytes_.resize(encoded_size(data));
+    if (!encode(data, bytes_).ok()) return;
+    (void)from.send({.dest = to_, .type = tims::type::kData}, bytes_);
+  }
+
+ private:
+  std::optional<Proxy> proxy_;
+  tims::Address to_{};
+  std::vector<std::byte> bytes_;
+};
+
+}  // namespace rack::device
