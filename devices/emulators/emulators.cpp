@@ -1,10 +1,10 @@
 #include "devices/emulators/emulators.h"
 
 #include <algorithm>
-#include <array>
 
 #include "devices/emulators/cmps03_emulator.h"
 #include "devices/emulators/dcf77_emulator.h"
+#include "devices/emulators/echo.h"
 #include "devices/emulators/hokuyo_emulator.h"
 #include "devices/emulators/ibeo_emulator.h"
 #include "devices/emulators/ibeo_lux_emulator.h"
@@ -35,7 +35,7 @@ std::unique_ptr<Dialogue> make_s3000() {
       emulator::SickSEmulatorSettings{.device = SickSDevice::kS3000});
 }
 
-constexpr std::array kEmulators = {
+constexpr EmulatorInfo kEmulators[] = {
     EmulatorInfo{"hokuyo", "Hokuyo URG-04LX", "LadarHokuyoUrg", "pty:/tmp/hokuyo", 19200,
                  make<emulator::Hokuyo>},
     EmulatorInfo{"ibeo", "Ibeo LD-A", "LadarIbeo", "can:vcan0", 0, make<emulator::Ibeo>},
@@ -72,7 +72,10 @@ constexpr std::array kEmulators = {
                  make<emulator::XsensEmulator>},
     EmulatorInfo{"xsens-mtx", "Xsens MTx (MTData)", "GyroXsens", "pty:/tmp/xsens-mtx", 115200,
                  make<emulator::XsensOldEmulator>},
-};
+    constexpr EmulatorInfo kEmulators[] = {
+        EmulatorInfo{"echo", "says what it hears", "timsctl device record", "pty:/tmp/echo", 115200,
+                     make<Echo>},
+    };
 
 }  // namespace
 
@@ -80,7 +83,7 @@ std::span<const EmulatorInfo> emulators() { return kEmulators; }
 
 const EmulatorInfo* find_emulator(std::string_view name) {
   const auto* const found = std::ranges::find(kEmulators, name, &EmulatorInfo::name);
-  return found == kEmulators.end() ? nullptr : found;
+  return found == std::end(kEmulators) ? nullptr : found;
 }
 
 }  // namespace rack::device

@@ -1,9 +1,12 @@
 #include "devices/io/capture_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <optional>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/measure.h"
@@ -19,15 +22,64 @@ constexpr std::size_t kWaitingMax = 8 << 20;
 constexpr auto kWriteEvery = std::chrono::seconds(1);  // what a loss of power may cost
 constexpr std::size_t kRecordOverhead = 48;
 
+// Where a recording that is there already goes on.
+struct Continued {
+  tims::Duration time{};
+  bool is_cut = false;  // its program died while it wrote the last line
+};
+
+// Its last record's time, and how long ago that was written.
+Continued end_of(int file, off_t size, const timespec& written) {
+  constexpr off_t kTail = 256 << 10;
+  std::string tail(static_cast<std::size_t>(std::min(size, kTail)), '\0');
+  const ssize_t got = ::pread(file, tail.data(), tail.size(), std::max<off_t>(0, size - kTail));
+  tail.resize(static_cast<std::size_t>(std::max<ssize_t>(0, got)));
+  const tims::Duration ago =
+      tims::os::wall_now().time_since_epoch() -
+      (std::chrono::seconds(written.tv_sec) + tims::Duration(written.tv_nsec));
+  Continued end{.time = std::max(tims::Duration(0), ago), .is_cut = !tail.ends_with('\n')};
+  CaptureRecord record;
+  for (std::string_view rest = tail; !rest.empty();) {
+    const std::size_t length = rest.size() - (rest.ends_with('\n') ? 1 : 0);
+    const std::size_t before = rest.substr(0, length).rfind('\n');  // or npos, which + 1 is 0
+    if (const auto parsed = parse_record(rest.substr(before + 1, length - before - 1), record);
+        parsed && *parsed) {
+      end.time += record.time;
+      break;
+    }
+    rest = rest.substr(0, before + 1);
+  }
+  return end;
+}
+
+// Nothing: a new file, or what is none (a pipe, /dev/null).
+Result<std::optional<Continued>> continued(int file, const std::string& path) {
+  struct stat status {};
+  if (::fstat(file, &status) != 0) return tims::os::system_error(path);
+  if (!S_ISREG(status.st_mode) || status.st_size == 0) return std::optional<Continued>();
+  std::array<std::byte, 512> beginning{};
+  const ssize_t got = ::pread(file, beginning.data(), beginning.size(), 0);
+  const auto size = static_cast<std::size_t>(std::max<ssize_t>(0, got));
+  if (format_of(std::span(beginning).first(size)) != RecordingFormat::kCapture)
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       path + " is there and is no recording: not overwritten");
+  ::lseek(file, 0, SEEK_END);
+  return std::optional(end_of(file, status.st_size, status.st_mtim));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<CaptureFile>> CaptureFile::create(const std::string& path,
                                                          std::string_view device,
                                                          tims::Time begin) {
-  File file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  File file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
   if (!file) return tims::os::system_error(path);
+  const auto before = continued(file.get(), path);
+  if (!before) return before.error();
+  if (*before) begin -= (*before)->time;
   auto capture = std::unique_ptr<CaptureFile>(new CaptureFile(std::move(file), begin));
-  const std::string header = capture_header(device, tims::base::rfc3339(tims::os::wall_now()));
+  std::string header = capture_header(device, tims::base::rfc3339(tims::os::wall_now()));
+  if (*before && (*before)->is_cut) header.insert(0, "\n");
   capture->append(header.size(), [&](std::string& text) { text += header; });
   return capture;
 }

@@ -1,5 +1,8 @@
 // A capture that is written while its driver works: the driver's thread only appends to a buffer,
 // another one writes. A disk that is full or slow costs records, which are counted, never time.
+//
+// A recording that is there already is continued: a driver that opens its device anew, or is
+// started again after a crash, does not erase what led to that.
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +17,7 @@ namespace rack::device {
 
 class CaptureFile {
  public:
-  // `device`: for its first line.
+  // `device`: for its first line. kInvalidArgument: there is a file that is no recording.
   static tims::Result<std::unique_ptr<CaptureFile>> create(const std::string& path,
                                                            std::string_view device,
                                                            tims::Time begin);

@@ -1,174 +1,20 @@
 #include "devices/io/playback.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 
-#include <pcap/pcap.h>
 #include <sys/timerfd.h>
 
-#include "devices/core/capture.h"
-#include "devices/core/device_clock.h"
-#include "devices/core/packet.h"
+#include "devices/io/recording.h"
 #include "os/clock.h"
 #include "os/file.h"
 
 namespace rack::device {
 namespace {
 
-using tims::Errc;
-using tims::Error;
 using tims::Result;
 using tims::os::File;
 using tims::os::system_error;
-
-// Where records come from, one by one. False: the end.
-class Recording {
- public:
-  virtual ~Recording() = default;
-  virtual Result<bool> next(CaptureRecord& record) = 0;
-  virtual void rewind() = 0;
-};
-
-class CaptureLines final : public Recording {
- public:
-  explicit CaptureLines(std::ifstream file) : file_(std::move(file)) {}
-
-  Result<bool> next(CaptureRecord& record) override {
-    while (std::getline(file_, line_)) {
-      ++number_;
-      const auto parsed = parse_record(line_, record);
-      if (!parsed)
-        return Error(Errc::kMalformed,
-                     "line " + std::to_string(number_) + ": " + parsed.error().detail());
-      if (*parsed && record.direction == Direction::kReceived) return true;
-    }
-    return false;
-  }
-  void rewind() override {
-    file_.clear();
-    file_.seekg(0);
-    number_ = 0;
-  }
-
- private:
-  std::ifstream file_;
-  std::string line_;
-  std::size_t number_ = 0;
-};
-
-// As they would come through a line of that rate, a millisecond's bytes at a time.
-class RawBytes final : public Recording {
- public:
-  RawBytes(std::ifstream file, std::uint32_t baud)
-      : file_(std::move(file)), baud_(baud), piece_(std::max(1U, baud / kPiecesOfSecond / 10)) {}
-
-  Result<bool> next(CaptureRecord& record) override {
-    record.id = 0;
-    record.bytes.resize(piece_);
-    file_.read(reinterpret_cast<char*>(record.bytes.data()), static_cast<std::streamsize>(piece_));
-    record.bytes.resize(static_cast<std::size_t>(file_.gcount()));
-    taken_ += record.bytes.size();
-    record.time = line_time(taken_, baud_);
-    return !record.bytes.empty();
-  }
-  void rewind() override {
-    file_.clear();
-    file_.seekg(0);
-    taken_ = 0;
-  }
-
- private:
-  static constexpr std::uint32_t kPiecesOfSecond = 1000;
-
-  std::ifstream file_;
-  std::uint32_t baud_;
-  std::size_t piece_;
-  std::size_t taken_ = 0;
-};
-
-// `port`: of the device in TCP, of its receiver in UDP; 0: all of them.
-class PacketCapture final : public Recording {
- public:
-  PacketCapture(std::string path, std::uint16_t port) : path_(std::move(path)), port_(port) {}
-  ~PacketCapture() override { close(); }
-
-  Result<void> open() {
-    std::array<char, PCAP_ERRBUF_SIZE> error{};
-    file_ = ::pcap_open_offline_with_tstamp_precision(path_.c_str(), PCAP_TSTAMP_PRECISION_NANO,
-                                                      error.data());
-    if (file_ == nullptr) return Error(Errc::kMalformed, error.data());
-    link_ = static_cast<PacketLink>(::pcap_datalink(file_));
-    return {};
-  }
-
-  Result<bool> next(CaptureRecord& record) override {
-    pcap_pkthdr* header = nullptr;
-    const unsigned char* data = nullptr;
-    for (;;) {
-      const int got = file_ == nullptr ? PCAP_ERROR_BREAK : ::pcap_next_ex(file_, &header, &data);
-      if (got == PCAP_ERROR_BREAK) return false;
-      if (got != 1) return Error(Errc::kMalformed, ::pcap_geterr(file_));
-      const auto payload = payload_of(link_, std::as_bytes(std::span(data, header->caplen)));
-      if (!payload || !is_wanted(*payload)) continue;
-      const auto bytes = payload->is_tcp ? order_.take(*payload) : payload->bytes;
-      if (bytes.empty()) continue;
-      record.bytes.assign(bytes.begin(), bytes.end());
-      record.id = payload->is_tcp ? 0 : payload->from_port;
-      record.time = std::chrono::seconds(header->ts.tv_sec) + Duration(header->ts.tv_usec);
-      return true;
-    }
-  }
-  void rewind() override {
-    close();
-    order_ = {};
-    (void)open();
-  }
-
- private:
-  [[nodiscard]] bool is_wanted(const Payload& payload) const {
-    return port_ == 0 || port_ == (payload.is_tcp ? payload.from_port : payload.to_port);
-  }
-  void close() {
-    if (file_ != nullptr) ::pcap_close(file_);
-    file_ = nullptr;
-  }
-
-  std::string path_;
-  std::uint16_t port_;
-  pcap_t* file_ = nullptr;
-  PacketLink link_{};
-  StreamOrder order_;
-};
-
-Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
-                                                  std::uint32_t baud) {
-  std::ifstream file(address.place, std::ios::binary);
-  if (!file) return system_error(address.place);
-  std::array<std::byte, 512> beginning{};
-  file.read(reinterpret_cast<char*>(beginning.data()), beginning.size());
-  const auto size = static_cast<std::size_t>(file.gcount());
-  file.clear();
-  file.seekg(0);
-  switch (format_of(std::span(beginning).first(size))) {
-    case RecordingFormat::kCapture:
-      return std::unique_ptr<Recording>(std::make_unique<CaptureLines>(std::move(file)));
-    case RecordingFormat::kRaw:
-      return std::unique_ptr<Recording>(
-          std::make_unique<RawBytes>(std::move(file), address.baud(baud)));
-    case RecordingFormat::kPcap:
-      break;
-  }
-  const auto port = address.options.find("port");
-  auto packets = std::make_unique<PacketCapture>(
-      address.place, port == address.options.end()
-                         ? std::uint16_t{0}
-                         : static_cast<std::uint16_t>(std::stoul(port->second)));
-  if (auto opened = packets->open(); !opened)
-    return Error(Errc::kMalformed, address.place + ": " + opened.error().detail());
-  return std::unique_ptr<Recording>(std::move(packets));
-}
 
 class Playback final : public Transport {
  public:
@@ -185,8 +31,9 @@ class Playback final : public Transport {
   [[nodiscard]] bool is_recording() const override { return true; }
   [[nodiscard]] bool is_over() const override { return is_over_; }
 
+  // One record at a time, also when it is late or need not wait: whoever has made a scan of it has
+  // to be able to take that before the next one comes.
   Result<void> receive(Time now, const Receive& receive) override {
-    // One at a time: a driver keeps only the newest data of what comes at once.
     bool has_played = false;
     while (!is_over_ && due_ <= now && !has_played) {
       has_played = has_record_;
@@ -201,12 +48,12 @@ class Playback final : public Transport {
 
  private:
   Result<void> take_next(Time now) {
-    auto got = recording_->next(record_);
+    auto got = next_received();
     if (!got) return got.error();
     if (!*got && loops_) {
       recording_->rewind();
       began_.reset();
-      got = recording_->next(record_);
+      got = next_received();
       if (!got) return got.error();
     }
     has_record_ = *got;
@@ -220,6 +67,13 @@ class Playback final : public Transport {
     const auto passed = static_cast<double>((record_.time - *began_).count()) / speed_;
     due_ = started_ + Duration(std::llround(std::clamp(passed, 0.0, 1e18)));
     return {};
+  }
+
+  Result<bool> next_received() {
+    for (;;) {
+      auto got = recording_->next(record_);
+      if (!got || !*got || record_.direction == Direction::kReceived) return got;
+    }
   }
 
   std::unique_ptr<Recording> recording_;

@@ -25,7 +25,7 @@ inline std::vector<std::byte> bytes_of_hex(std::string_view hex) {
 
 // Of tests/data/devices.
 inline std::vector<std::byte> bytes_of_file(const std::string& name) {
-  std::ifstream file(std::filesystem::path(DEVICE_DATA) / "devices" / name, std::ios::binary);
+  std::ifstream file(std::filesystem::path(DEVICE_DATA) / name, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
   return bytes_of_text(text);
 }

@@ -25,12 +25,17 @@ class Layers:
         self.pure, self.may_use = set(), {}
         text = tree.text("ARCHITECTURE.md") if tree.has("ARCHITECTURE.md") else ""
         rows = ROW.findall(text[text.find("## Layers"):])
-        short = {os.path.basename(folder): folder for folder, _, _ in rows}
+        folders = [folder for folder, _, _ in rows]
+        # "core" is the neighbour of that name, router/core for router/link; else the first one.
+        short = {os.path.basename(folder): folder for folder in reversed(folders)}
         for folder, star, uses in rows:
+            near = {os.path.basename(f): f for f in folders
+                    if os.path.dirname(f) == os.path.dirname(folder)}
             if star:
                 self.pure.add(folder)
             names = [n.strip() for n in uses.split(",") if n.strip() not in ("–", "-")]
-            self.may_use[folder] = None if names == ["all"] else {short.get(n, n) for n in names}
+            self.may_use[folder] = None if names == ["all"] else {
+                near.get(n, short.get(n, n)) for n in names}
 
     def layer_of(self, path):
         """The row a file belongs to: the longest that is its beginning."""

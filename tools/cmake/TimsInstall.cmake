@@ -5,6 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(TIMS_UNIT_DIR lib/systemd/system CACHE STRING "for systemd units, below the prefix")
 set(TIMS_SYSUSERS_DIR lib/sysusers.d CACHE STRING "for sysusers.d files, below the prefix")
+set(TIMS_UDEV_DIR lib/udev/rules.d CACHE STRING "for rules of udev, below the prefix")
 
 # tims_install_library(targets...): one libtims out of the objects of these static libraries.
 # tims::tims is the shared, tims::tims_static the static one.
@@ -38,11 +39,28 @@ function(tims_install_library)
   install_pkg_config(tims)
 endfunction()
 
-# tims_install_host(programs...): what runs on a robot besides the library. Called when all targets
-# are known: cmake_language(DEFER ...).
+# programs_of(VARIABLE FOLDER): the programs that are made there, without tests.
+function(programs_of variable folder)
+  get_property(targets DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} PROPERTY BUILDSYSTEM_TARGETS)
+  foreach(target ${targets})
+    get_target_property(type ${target} TYPE)
+    if(NOT type STREQUAL "EXECUTABLE" OR target MATCHES "_test$")
+      list(REMOVE_ITEM targets ${target})
+    endif()
+  endforeach()
+  set(${variable} ${targets} PARENT_SCOPE)
+endfunction()
+
+# tims_install_host(programs...): what runs on a robot besides the library, and all drivers of
+# devices. Called when all targets are known: cmake_language(DEFER ...).
 function(tims_install_host)
-  foreach(program ${ARGN})
-    if(TARGET ${program})  # not with TIMS_LIBRARY_ONLY
+  set(programs ${ARGN})
+  if(TARGET tims-router)  # not with TIMS_LIBRARY_ONLY
+    programs_of(drivers devices/drivers)
+    list(APPEND programs rack-emulate ${drivers})
+  endif()
+  foreach(program ${programs})
+    if(TARGET ${program})
       install(TARGETS ${program})
     endif()
   endforeach()
@@ -54,6 +72,7 @@ function(tims_install_host)
   install(TARGETS timsctl-robot timsctl-sim tims-crash-report DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
+  install(FILES ${deploy}/udev/60-rack.rules DESTINATION ${TIMS_UDEV_DIR})
   install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
     FILES_MATCHING PATTERN *.toml PATTERN *.dxf)
   foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR CMAKE_INSTALL_MANDIR)
@@ -61,7 +80,6 @@ function(tims_install_host)
   endforeach()
   install(CODE "set(deploy \"${deploy}\")\nset(scratch \"${CMAKE_CURRENT_BINARY_DIR}\")")
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_services.cmake)
-  set(programs ${ARGN})
   list(TRANSFORM programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/)
   install(CODE "set(maker \"${CMAKE_SOURCE_DIR}/tools/man_pages\")\nset(programs \"${programs}\")")
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_man_pages.cmake)

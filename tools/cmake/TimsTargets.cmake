@@ -60,13 +60,14 @@ if(TIMS_TESTS)
   target_compile_options(tests_precompiled PRIVATE ${TIMS_TEST_OPTIONS})
 endif()
 
-# tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...]): a GoogleTest binary; each TEST
-# becomes a ctest test.
+# tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...] [LABELS labels...]): a GoogleTest
+# binary; each TEST becomes a ctest test. Label vm: it needs what only tools/dev vm-test's kernel has,
+# and is skipped elsewhere.
 function(tims_test name)
   if(NOT TIMS_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "" "" "LINK;DEFINE" ${ARGN})
+  cmake_parse_arguments(arg "" "" "LINK;DEFINE;LABELS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
                         GTest::gtest_main)
@@ -74,7 +75,11 @@ function(tims_test name)
   target_compile_options(${name} PRIVATE ${TIMS_TEST_OPTIONS})
   target_precompile_headers(${name} REUSE_FROM tests_precompiled)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  set(properties TIMEOUT 300)
+  if(arg_LABELS)
+    list(APPEND properties LABELS "${arg_LABELS}" RESOURCE_LOCK "${arg_LABELS}")  # one kernel for all
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
 
 # tims_pure_test(...): the same for code that knows no threads, where the thread sanitizer has nothing

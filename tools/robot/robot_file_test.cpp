@@ -115,9 +115,12 @@ TEST(RobotFile, AsManyComponentsAsAllowed) {
   EXPECT_THAT(problems(text + "[[component]]\nprogram = \"B\"\n"), HasSubstr("at most 200"));
 }
 
-TEST(RobotFile, TheSampleIsGood) {
-  std::ifstream file(TIMS_SAMPLE_ROBOT);
-  EXPECT_EQ(problems({std::istreambuf_iterator<char>(file), {}}), "");
+TEST(RobotFile, TheSamplesAreGood) {
+  for (const char* name : {"sim", "base", "pioneer", "outdoor"}) {
+    std::ifstream file(TIMS_SAMPLE_ROBOTS "/" + std::string(name) + ".toml");
+    ASSERT_TRUE(file) << name;
+    EXPECT_EQ(problems({std::istreambuf_iterator<char>(file), {}}), "") << name;
+  }
 }
 
 using testing::HasSubstr;

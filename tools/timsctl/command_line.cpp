@@ -170,6 +170,25 @@ constexpr Verb kOwnVerbs[] = {
      "Reads a configuration as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
 
+    {"device", "list", "", 0, 0, "sort", false,
+     "What is plugged into this host: serial ports, CAN interfaces, cameras, sticks, lines. Which "
+     "of our programs drives it, the address for its --device, and what is missing: rights, a "
+     "module of the kernel, or who has it. Needs no router.",
+     "timsctl device list", device_list, kRows},
+    {"device", "watch", "", 0, 0, "count once for", true,
+     "Devices as they are plugged in and pulled out. Needs no router.", "timsctl device watch",
+     device_watch},
+    {"device", "record", "DEVICE FILE", 2, 2, "count once for", true,
+     "Records what comes from a device that no program uses, as drivers do with --record: for "
+     "--device=play:FILE. A device that is pulled out is waited for.",
+     "timsctl device record 'serial:/dev/ttyUSB0?baud=9600' gps.cap --for 1min", device_record},
+    {"device", "play", "FILE [DEVICE]", 1, 2, "for", false,
+     "What is in a recording (ours, candump's, pcap, raw bytes): records, bytes, gaps, events. "
+     "With "
+     "DEVICE (pty:PATH, tcp:127.0.0.1:PORT, can:INTERFACE): plays it there, for any program. "
+     "FILE?speed=max plays without waiting.",
+     "timsctl device play gps.cap pty:/tmp/gps", device_play},
+
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
      "nagios exits with 0 to 3, as monitoring expects.",

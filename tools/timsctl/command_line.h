@@ -87,6 +87,11 @@ Exit stats(Context& context);
 Exit config_check(Context& context);
 Exit config_show(Context& context);
 
+Exit device_list(Context& context);
+Exit device_watch(Context& context);
+Exit device_record(Context& context);
+Exit device_play(Context& context);
+
 Exit doctor(Context& context);
 Exit completion(Context& context);
 Exit complete(Context& context);

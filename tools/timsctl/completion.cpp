@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "devices/io/host_devices.h"
 #include "rack/codec/message_text.h"
 #include "tools/cli/admin_client.h"
 #include "tools/cli/arguments.h"
@@ -122,6 +123,14 @@ Candidates of_program(std::string_view program, const std::string& verb, std::si
   return ran.status.success() ? split(ran.output, '\n') : Candidates();
 }
 
+Candidates devices() {
+  Candidates out;
+  for (const auto& device : rack::device::host_devices())
+    if (const std::string address = device_address(device); !address.empty())
+      out.push_back(address);
+  return out;
+}
+
 Candidates classes() {
   Candidates out;
   for (const auto table : rack::message_tables())
@@ -178,6 +187,7 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
   if (name == "ROUTER" || (name == "NAME" && verb.noun == "link")) return peers(context);
   if (name == "NAME" && verb.verb == "param") return parameters(context, before.back());
   if (name == "NAME" && verb.verb == "show") return messages(class_before(), false);
+  if (name == "DEVICE") return devices();
   if (name == "CLASS") return classes();
   if (name == "TYPE") return messages(class_before(), true);
   if (name == "FIELD=VALUE" && before.size() > 1) return fields(class_before(), before[1]);

@@ -7,8 +7,8 @@
 #include <unistd.h>
 
 #include "devices/emulators/emulators.h"
-#include "devices/emulators/line.h"
 #include "devices/io/device.h"
+#include "devices/io/line.h"
 #include "os/clock.h"
 
 namespace rack::device {
@@ -66,9 +66,10 @@ int emulate(const std::string& name, const std::string& where, const std::string
 }  // namespace rack::device
 
 int main(int argc, char** argv) {
-  CLI::App app("A device that exists only as a program, for its driver's tests and for people\n"
-               "without the device.",
-               "rack-emulate");
+  CLI::App app(
+      "A device that exists only as a program, for its driver's tests and for people\n"
+      "without the device.",
+      "rack-emulate");
   std::string name;
   std::string address;
   std::string record;

@@ -1,4 +1,4 @@
-#include "devices/emulators/line.h"
+#include "devices/io/line.h"
 
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ constexpr std::size_t kWaitingMax = 1 << 16;
 constexpr Duration kSlice = std::chrono::milliseconds(1);  // of what is sent at once
 
 // A driver opens the terminal's other end as its serial line. Who talks at another rate than the
-// device hears noise, and is heard as noise.
+// device hears noise, and is heard as noise; a rate of 0 is any.
 class EmulatedLine final : public StreamTransport {
  public:
   EmulatedLine(File own, File other, std::uint32_t baud, std::string link)
@@ -70,7 +70,8 @@ class EmulatedLine final : public StreamTransport {
 
   [[nodiscard]] bool is_right_rate() const {
     termios2 settings{};
-    return ::ioctl(other_.get(), TCGETS2, &settings) != 0 || settings.c_ospeed == rate_;
+    return rate_ == 0 || ::ioctl(other_.get(), TCGETS2, &settings) != 0 ||
+           settings.c_ospeed == rate_;
   }
   std::span<const std::byte> noise(std::span<const std::byte> bytes) {
     noise_.assign(bytes.begin(), bytes.end());
@@ -142,6 +143,14 @@ class Listener final : public Transport {
   Time next_look_{};
 };
 
+// Else it would hand back what is sent, as to somebody who types, until a driver has opened it.
+void make_raw(int file) {
+  termios2 settings{};
+  if (::ioctl(file, TCGETS2, &settings) != 0) return;
+  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
+  ::ioctl(file, TCSETS2, &settings);
+}
+
 Result<std::unique_ptr<Transport>> make_terminal(const DeviceAddress& address, std::uint32_t baud) {
   File own(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 64> name{};
@@ -150,6 +159,7 @@ Result<std::unique_ptr<Transport>> make_terminal(const DeviceAddress& address, s
     return system_error("cannot make a terminal");
   File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (!other) return system_error(name.data());
+  make_raw(other.get());
   ::unlink(address.place.c_str());
   if (::symlink(name.data(), address.place.c_str()) != 0) return system_error(address.place);
   return std::unique_ptr<Transport>(std::make_unique<EmulatedLine>(

@@ -1,0 +1,23 @@
+// A file of what once came from a device, record by record: captures, candump logs, packet captures
+// (payloads of UDP and TCP), raw bytes.
+#pragma once
+
+#include <memory>
+
+#include "devices/core/capture.h"
+#include "devices/core/device_address.h"
+
+namespace rack::device {
+
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  // False: the end.
+  virtual Result<bool> next(CaptureRecord& record) = 0;
+  virtual void rewind() = 0;
+};
+
+// Of "play:FILE". `baud`: the pace of raw bytes.
+Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address, std::uint32_t baud);
+
+}  // namespace rack::device

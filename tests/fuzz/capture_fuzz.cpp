@@ -1,0 +1,54 @@
+// Recordings, and addresses of devices: whatever a line is, what was read of it reads back from the
+// line that is written of it; the statistics take all of it.
+#include <string>
+
+#include "devices/core/capture_statistics.h"
+#include "devices/core/device_address.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+using rack::device::CaptureRecord;
+using rack::device::Direction;
+
+void read_back(const CaptureRecord& record) {
+  std::string line;
+  if (record.direction == Direction::kEvent)
+    rack::device::append_event(line, record.time, record.event);
+  else
+    append_record(line, record.time, record.direction, record.id, record.bytes);
+  tims::fuzz::require(line.ends_with('\n'));
+  line.pop_back();
+  tims::fuzz::require(line.find('\n') == std::string::npos);
+  CaptureRecord again;
+  const auto parsed = rack::device::parse_record(line, again);
+  tims::fuzz::require(parsed && *parsed && again.time == record.time && again.id == record.id &&
+                      again.direction == record.direction && again.bytes == record.bytes);
+}
+
+void check_address(std::string_view text) {
+  const auto address = rack::device::DeviceAddress::parse(text);
+  if (!address) return;
+  const auto again = rack::device::DeviceAddress::parse(address->to_string());
+  tims::fuzz::require(again && *again == *address);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::string_view rest(reinterpret_cast<const char*>(data), size);
+  tims::fuzz::use(rack::device::format_of(std::as_bytes(std::span(rest))));
+  rack::device::CaptureStatistics statistics;
+  CaptureRecord record;
+  while (!rest.empty()) {
+    const std::string_view line = rest.substr(0, rest.find('\n'));
+    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
+    check_address(line);
+    const auto parsed = rack::device::parse_record(line, record);
+    if (!parsed || !*parsed) continue;
+    statistics.add(record);
+    read_back(record);
+  }
+  tims::fuzz::require(statistics.duration() >= rack::device::Duration(0));
+  return 0;
+}

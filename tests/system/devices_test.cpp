@@ -1,0 +1,374 @@
+// Drivers as real programs: LadarSickLms200 and a scanner at the other end of a pseudo terminal,
+// pulled out, plugged in, recorded, played; and timsctl device beside them.
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+
+#include "base/text.h"
+#include "devices/io/device.h"
+#include "devices/io/line.h"
+#include "devices/protocol/lms200.h"
+#include "os/clock.h"
+#include "rack/proxies/ladar.h"
+#include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/system/modules_fixture.h"
+#include "tools/robot/robot_file.h"
+
+namespace tims::test {
+namespace {
+
+using namespace rack::device;
+using testing::HasSubstr;
+
+constexpr std::uint32_t kLadar = 0x00140000;
+constexpr std::uint32_t kSecondLadar = 0x00140100;
+constexpr std::uint32_t kData = 0x00180002;
+constexpr Duration kTurn = 13ms;  // of the mirror
+constexpr int kFirstDistance = 1000;
+
+std::vector<std::byte> scan_telegram(int number) {
+  constexpr std::size_t kValues = 101;
+  std::vector<std::byte> body = {std::byte{0xB0}, std::byte{kValues}, std::byte{0x40}};  // mm
+  for (std::size_t i = 0; i < kValues; ++i) {
+    const int value = kFirstDistance + number % 5000;
+    body.push_back(static_cast<std::byte>(value));
+    body.push_back(static_cast<std::byte>(value >> 8));
+  }
+  body.push_back(std::byte{0x10});
+  std::vector<std::byte> telegram;
+  append_lms200(telegram, body, 0x80);
+  return telegram;
+}
+
+// As the manual says, as far as the driver asks. Each scan has its number as its distances.
+class Scanner final : public Dialogue {
+ public:
+  void start(Time, Output&) override {}
+  void on_arrival(const Arrival& arrival, Output& out) override {
+    telegrams_.add(arrival);
+    Lms200Telegram got;
+    for (auto what = telegrams_.next(got); what != Lms200Telegrams::What::kNothing;
+         what = telegrams_.next(got))
+      if (what == Lms200Telegrams::What::kTelegram && got.body.size() >= 2) obey(got.body, out);
+  }
+  void on_timeout(Time now, Output& out) override {
+    if (next_ > now) return;
+    out.send(scan_telegram(number_++));
+    next_ = std::max(next_ + kTurn, now);
+  }
+  Time next_timeout() const override { return next_; }
+
+ private:
+  void obey(std::span<const std::byte> body, Output& out) {
+    const int mode = std::to_integer<int>(body[1]);
+    std::vector<std::byte> answer = {std::byte{0x06}};
+    append_lms200(answer, std::array{std::byte{0xA0}, std::byte{0x00}, std::byte{0x10}}, 0x80);
+    out.send(answer);
+    if (mode == 0x42) out.set_baud(9600);
+    if (mode == 0x48) out.set_baud(500000);
+    const bool measures = mode == 0x24 || mode == 0x2A;
+    if (measures || mode == 0x25) next_ = measures ? os::now() + kTurn : kNever;
+  }
+
+  Lms200Telegrams telegrams_;
+  Time next_ = kNever;
+  int number_ = 0;
+};
+
+// Plugged in while it exists.
+class PluggedIn {
+ public:
+  explicit PluggedIn(const std::string& path) {
+    auto line = open_line(*DeviceAddress::parse("pty:" + path), 9600);
+    EXPECT_TRUE(line) << line.error().message();
+    device_ = Device::with(std::move(*line), nullptr, scanner_);
+    thread_ = std::thread([this] {
+      while (!ends_) EXPECT_TRUE(device_->wait(os::now() + 20ms));
+    });
+  }
+  ~PluggedIn() {
+    ends_ = true;
+    thread_.join();
+  }
+
+ private:
+  Scanner scanner_;
+  std::unique_ptr<Device> device_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+class DevicesTest : public ModulesTest {
+ protected:
+  struct Ran {
+    int code;
+    std::string out;
+    std::string err;
+  };
+
+  ChildProcess& start_ladar(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"--device=serial:" + path_, "--baudrate=500000",
+                                          "--protocol=2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return start("LadarSickLms200", arguments);
+  }
+  rack::LadarProxy ladar(std::uint32_t address = kLadar) {
+    return proxy<rack::LadarProxy>(address);
+  }
+  void expect_on() {
+    const auto on = ladar().on();
+    ASSERT_TRUE(on) << on.error().message();
+  }
+  // Its distances, of which all are alike.
+  int next_scan() {
+    const auto scan = ladar().get_next_data(kPatience);
+    EXPECT_TRUE(scan) << scan.error().message();
+    return scan && !scan->points.empty() ? scan->points[0].distance.raw() : -1;
+  }
+  std::vector<int> stream(std::size_t count, Mailbox& data) {
+    std::vector<int> all;
+    auto told = ladar();
+    while (all.size() < count) {
+      const auto message = data.peek_for(kPatience);
+      EXPECT_TRUE(message) << message.error().message();
+      if (!message) break;
+      rack::LadarData scan;
+      if (told.decode_stream(*message, scan)) all.push_back(scan.points.at(0).distance.raw());
+    }
+    return all;
+  }
+  Mailbox listen() {
+    Mailbox data = open(*session_, kData, {.slots = 256, .body_max = 40'000});
+    EXPECT_TRUE(ladar().get_cont_data(0, data.address()));
+    return data;
+  }
+  Ran timsctl(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::string(TIMS_PROGRAMS) + "/timsctl");
+    auto child = ChildProcess::start(std::move(arguments), at_router());
+    EXPECT_TRUE(child) << child.error().message();
+    const auto status = child->wait();
+    return {status ? status->code : -1, child->standard_output(), child->standard_error()};
+  }
+
+  TemporaryFolder folder_;
+  const std::string path_ = folder_.path() / "scanner";
+};
+
+TEST_F(DevicesTest, AScannerIsBroughtToItsRateAndItsScansArriveInOrder) {
+  const PluggedIn scanner(path_);
+  start_ladar();
+  expect_on();
+  Mailbox data = listen();
+  const auto scans = stream(20, data);
+  ASSERT_EQ(scans.size(), 20U);
+  for (std::size_t i = 1; i < scans.size(); ++i) EXPECT_EQ(scans[i], scans[i - 1] + 1);
+}
+
+TEST_F(DevicesTest, ADeviceThatIsNotThereIsSaidInWords) {
+  start_ladar();
+  const auto on = ladar().on();
+  ASSERT_FALSE(on);
+  EXPECT_THAT(on.error().message(), HasSubstr("timsctl device list"));
+}
+
+TEST_F(DevicesTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
+  auto scanner = std::make_unique<PluggedIn>(path_);
+  auto& program = start_ladar();
+  expect_on();
+  next_scan();
+  for (int i = 0; i < 2; ++i) {
+    scanner.reset();
+    const Time out = os::now();
+    const auto said = program.wait_for_line("the device is gone");
+    ASSERT_TRUE(said) << said.error().message();
+    EXPECT_LE(os::now() - out, kSlowdown * 2s) << "three periods, on a loaded machine";
+    EXPECT_TRUE(eventually([&] { return *ladar().status() == rack::Status::kError; }, "error"));
+
+    scanner = std::make_unique<PluggedIn>(path_);
+    const Time in = os::now();
+    ASSERT_TRUE(eventually([&] { return *ladar().status() == rack::Status::kEnabled; }, "on"));
+    next_scan();
+    EXPECT_LE(os::now() - in, kSlowdown * 5s) << "2 s, the log-in, on a loaded machine";
+  }
+}
+
+// The scanner goes on measuring, at the rate that it was brought to.
+TEST_F(DevicesTest, ADriverThatWasKilledIsFollowedByAnother) {
+  const PluggedIn scanner(path_);
+  start_ladar();
+  expect_on();
+  next_scan();
+  kill("LadarSickLms200");
+  start_ladar();
+  expect_on();
+  EXPECT_GE(next_scan(), kFirstDistance);
+}
+
+TEST_F(DevicesTest, ASecondProgramAtTheDeviceIsRefusedAndToldWhoHasIt) {
+  const PluggedIn scanner(path_);
+  auto& first = start_ladar();
+  expect_on();
+  start_ladar({"--instance=1"});
+  const auto on = ladar(kSecondLadar).on();
+  ASSERT_FALSE(on);
+  EXPECT_THAT(on.error().message(), HasSubstr("is used by"));
+  EXPECT_THAT(on.error().message(), HasSubstr("(pid " + std::to_string(first.pid()) + ")"));
+  next_scan();
+}
+
+TEST_F(DevicesTest, RawBytesAreScansToo) {
+  const std::string file = folder_.path() / "raw";
+  {
+    std::ofstream raw(file, std::ios::binary);
+    raw << "noise before the first one";
+    for (int i = 0; i < 100; ++i) {
+      const auto telegram = scan_telegram(i);
+      raw.write(reinterpret_cast<const char*>(telegram.data()),
+                static_cast<std::streamsize>(telegram.size()));
+    }
+  }
+  start_ladar({"--device=play:" + file + "?loop=1"});
+  expect_on();
+  const int first = next_scan();
+  EXPECT_GE(first, kFirstDistance);
+  EXPECT_LT(first, kFirstDistance + 100);
+}
+
+TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
+  const std::string file = folder_.path() / "scans.cap";
+  std::vector<int> live;
+  {
+    const PluggedIn scanner(path_);
+    auto& program = start_ladar({"--record=" + file});
+    expect_on();
+    Mailbox data = listen();
+    live = stream(150, data);
+    ASSERT_TRUE(program.stop(SIGTERM));
+  }
+  const Ran shown = timsctl({"device", "play", file, "-j"});
+  EXPECT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("\"schema\":\"tims/recording/1\""));
+
+  start_ladar({"--device=play:" + file});
+  expect_on();
+  Mailbox data = listen();
+  auto again = stream(50, data);
+  ASSERT_FALSE(again.empty());
+  // Each listener begins a little earlier or later: from where both hear.
+  const int first = std::max(live.front(), again.front());
+  for (std::vector<int>* const scans : {&live, &again})
+    scans->erase(scans->begin(), std::ranges::find(*scans, first));
+  const std::size_t common = std::min(live.size(), again.size());
+  EXPECT_GE(common, 10U) << "from " << first;
+  live.resize(common);
+  again.resize(common);
+  EXPECT_EQ(again, live);
+}
+
+TEST_F(DevicesTest, ADiskThatIsFullStopsNobody) {
+  const PluggedIn scanner(path_);
+  start_ladar({"--record=/dev/full"});
+  expect_on();
+  const int first = next_scan();
+  EXPECT_TRUE(eventually([&] { return next_scan() > first + 150; }, "it goes on for two seconds"));
+}
+
+// All bytes of a recording, in hex.
+std::string received(const std::string& path) {
+  std::ifstream file(path);
+  std::string all;
+  CaptureRecord record;
+  for (std::string line; std::getline(file, line);)
+    if (const auto got = parse_record(line, record);
+        got && *got && record.direction == rack::device::Direction::kReceived)
+      all += base::to_hex(record.bytes);
+  return all;
+}
+
+// A driver at a recording that is played by another program: as if the device were there.
+TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
+  const std::string file = folder_.path() / "scans.cap";
+  {
+    const PluggedIn scanner(path_);
+    auto& program = start_ladar({"--record=" + file});
+    expect_on();
+    Mailbox data = listen();
+    stream(30, data);
+    ASSERT_TRUE(program.stop(SIGTERM));
+  }
+  auto player = ChildProcess::start(
+      {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "play", file + "?loop=1", "pty:" + path_},
+      at_router());
+  ASSERT_TRUE(player);
+  ASSERT_TRUE(player->wait_for_line("is played at"));
+  auto again =
+      ChildProcess::start({std::string(TIMS_PROGRAMS) + "/timsctl", "device", "record",
+                           "serial:" + path_, folder_.path() / "again.cap", "-n", "50", "-j"},
+                          at_router());
+  ASSERT_TRUE(again);
+  const auto status = again->wait();
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_EQ(status->code, 0) << again->output();
+  EXPECT_THAT(again->standard_output(), HasSubstr("\"records\":50"));
+  const std::string original = received(file);
+  const std::string heard = received(folder_.path() / "again.cap");
+  EXPECT_FALSE(heard.empty());
+  EXPECT_NE((original + original + original).find(heard), std::string::npos) << heard;
+  EXPECT_TRUE(player->stop(SIGINT));
+}
+
+TEST_F(DevicesTest, TimsctlNamesWhatIsWrong) {
+  struct Case {
+    std::vector<std::string> words;
+    int code;
+    const char* says;
+  };
+  std::ofstream(folder_.path() / "broken.cap") << "# rack capture 1 x y\n1.0 < 41\nnonsense\n";
+  for (const Case& c : {
+           Case{{"device", "record", "serial:/dev/none", "/tmp/x"}, 4, "timsctl device list"},
+           Case{{"device", "record", "nonsense", "/tmp/x"}, 2, "begins with none of"},
+           Case{{"device", "play", "/nowhere.cap"}, 4, "/nowhere.cap"},
+           Case{{"device", "play", folder_.path() / "broken.cap"}, 1, "line 3"},
+       }) {
+    const Ran ran = timsctl(c.words);
+    EXPECT_EQ(ran.code, c.code) << c.words[2] << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(c.says));
+  }
+  EXPECT_EQ(timsctl({"device", "list", "-j"}).code, 0);
+  EXPECT_EQ(timsctl({"device", "watch", "--for", "50ms"}).code, 0);
+}
+
+// Programs refuse what they do not know before they show their help.
+TEST(SampleRobotsTest, EachProgramHasTheParametersThatAreGivenToIt) {
+  std::string missing;
+  for (const auto& entry : std::filesystem::directory_iterator(TIMS_ROBOTS)) {
+    if (entry.path().extension() != ".toml") continue;
+    std::ifstream stream(entry.path());
+    const auto file = timsctl::robot::read_robot(
+        {entry.path().string(), {std::istreambuf_iterator<char>(stream), {}}}, "robot");
+    EXPECT_TRUE(file.problems.empty()) << entry.path();
+    for (const timsctl::robot::Component& component : file.robot.components) {
+      os::Command command = component.command;
+      command[0] = std::string(TIMS_PROGRAMS) + "/" + command[0];
+      if (!std::filesystem::exists(command[0])) {
+        missing += " " + component.command[0];
+        continue;
+      }
+      command.emplace_back("--help");
+      auto child = ChildProcess::start(command);
+      ASSERT_TRUE(child) << child.error().message();
+      const auto status = child->wait();
+      ASSERT_TRUE(status) << status.error().message();
+      EXPECT_EQ(status->code, 0) << entry.path() << ": " << child->standard_error();
+    }
+  }
+  if (!missing.empty()) GTEST_SKIP() << "not built:" << missing;
+}
+
+}  // namespace
+}  // namespace tims::test

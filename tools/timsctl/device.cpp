@@ -1,0 +1,423 @@
+// timsctl device: what is plugged into this host, and recordings of it. Asks no router.
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "base/measure.h"
+#include "base/text.h"
+#include "devices/core/capture_statistics.h"
+#include "devices/io/capture_file.h"
+#include "devices/io/host_devices.h"
+#include "devices/io/line.h"
+#include "devices/io/recording.h"
+#include "os/clock.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
+
+namespace timsctl {
+
+using namespace rack::device;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::uint32_t kBaud = 115200;  // where an address says none
+
+std::string joined(const std::vector<std::string>& texts, std::string_view between) {
+  return fmt::format("{}", fmt::join(texts, between));
+}
+
+// --- what is plugged in
+
+json::object to_json(const HostDevice& device) {
+  json::object item{{"kind", name(device.kind)},
+                    {"node", device.node},
+                    {"address", device_address(device)},
+                    {"device", device_text(device)},
+                    {"programs", programs_text(device)},
+                    {"path", device.path},
+                    {"stable", device.stable},
+                    {"kernel_driver", device.driver},
+                    {"missing_text", joined(what_is_missing(device), "; ")}};
+  json::array missing;
+  for (const std::string& text : what_is_missing(device)) missing.emplace_back(text);
+  item["missing"] = std::move(missing);
+  json::array users;
+  for (const std::string& user : device.used_by) users.emplace_back(user);
+  item["used_by"] = std::move(users);
+  for (const char* text :
+       {"address", "device", "programs", "path", "stable", "kernel_driver", "missing_text"})
+    if (item[text].as_string().empty()) item[text] = nullptr;
+  if (device.latency_ms) item["latency_ms"] = *device.latency_ms;
+  if (device.usb) {
+    item["usb"] = {{"id", fmt::format("{:04x}:{:04x}", device.usb->vendor, device.usb->product)},
+                   {"serial_number", device.usb->serial_number},
+                   {"text", device.usb->text}};
+  }
+  return item;
+}
+
+constexpr Column kDeviceColumns[] = {
+    {"ADDRESS", "address"},
+    {"DEVICE", "device"},
+    {"PROGRAMS", "programs"},
+    {"MISSING", "missing_text"},
+    {"KIND", "kind", Cell::kText, true},
+    {"NODE", "node", Cell::kText, true},
+    {"USB", "usb.id", Cell::kText, true},
+    {"SERIAL NUMBER", "usb.serial_number", Cell::kText, true},
+    {"KERNEL DRIVER", "kernel_driver", Cell::kText, true},
+};
+
+void tell(Output& out, const DeviceChange& change) {
+  const HostDevice& device = change.device;
+  json::object line = to_json(device);
+  const base::WallTime now = tims::os::wall_now();
+  if (out.json()) {
+    line["schema"] = "tims/device_event/1";
+    line["time"] = base::rfc3339(now, 3);
+    line["event"] = change.is_there ? "plugged" : "unplugged";
+    return out.write(line);
+  }
+  const std::string address = device_address(device);
+  std::string text = fmt::format("{} {:<9} {}  {}", time_of_day(now, out.look().utc),
+                                 change.is_there ? "plugged" : "unplugged",
+                                 address.empty() ? device.node : address, device_text(device));
+  const std::string programs = programs_text(device);
+  if (change.is_there && !programs.empty()) text += "  -> " + programs;
+  if (const std::string missing = joined(what_is_missing(device), "; ");
+      change.is_there && !missing.empty())
+    text += "  (" + missing + ")";
+  const Tone tone = change.is_there ? Tone::kGood : Tone::kWarning;
+  out.write(paint(base::printable(text), tone, out.look().colour) + "\n");
+}
+
+}  // namespace
+
+Exit device_list(Context& context) {
+  json::array items;
+  for (const HostDevice& device : host_devices()) items.emplace_back(to_json(device));
+  if (!context.options.sort.empty()) sort_items(items, kDeviceColumns, context.options.sort);
+  if (items.empty()) context.out.note("nothing is plugged in that a program of ours could drive");
+  return show_list(context, "tims/device_list/1", std::move(items), kDeviceColumns);
+}
+
+Exit device_watch(Context& context) {
+  constexpr auto kLookEvery = 1s;      // where nobody tells of events
+  constexpr auto kUntilLinks = 200ms;  // udev works meanwhile
+  std::uint64_t left = context.options.count.value_or(UINT64_MAX);
+  const tims::Time end = context.run_end();
+  const auto events = listen_for_devices();
+  std::vector<HostDevice> known = host_devices();
+  context.out.note(fmt::format("{} devices are there; plug one in or out", known.size()));
+  while (left > 0 && tims::os::now() < end) {
+    const tims::Time look = std::min<tims::Time>(end, tims::os::deadline_after(kLookEvery));
+    if (events && context.signals.wait(events->get(), look) == Signals::WaitResult::kReadable) {
+      context.signals.sleep_until(tims::os::deadline_after(kUntilLinks));
+      take_device_events(*events);
+    } else if (!events) {
+      context.signals.sleep_until(look);
+    }
+    std::vector<HostDevice> now = host_devices();
+    for (const DeviceChange& change : changes(known, now)) {
+      if (left == 0) break;
+      --left;
+      tell(context.out, change);
+    }
+    known = std::move(now);
+  }
+  return left > 0 && context.options.count ? Exit::kTimeout : Exit::kDone;
+}
+
+// --- device record: a line without its driver
+
+namespace {
+
+DeviceAddress need_device(const std::string& text) {
+  auto address = DeviceAddress::parse(text);
+  if (!address) throw usage_error(address.error().detail(), "timsctl device list shows addresses");
+  return *address;
+}
+
+class Recorder {
+ public:
+  Recorder(Context& context, const DeviceAddress& address, const std::string& path)
+      : context_(context),
+        address_(address),
+        path_(path),
+        left_(context.options.count.value_or(UINT64_MAX)) {
+    auto transport = open_transport(address, kBaud);
+    if (!transport)
+      throw Failure(Exit::kNoSuch, "no_device", transport.error().detail(),
+                    "timsctl device list shows what is plugged in");
+    transport_ = std::move(*transport);
+    began_ = tims::os::now();
+    auto file = CaptureFile::create(path, address.to_string(), began_);
+    if (!file) throw Failure(Exit::kDenied, "denied", file.error().detail());
+    file_ = std::move(*file);
+  }
+
+  Exit run() {
+    context_.out.note(
+        fmt::format("{} is recorded in {}, Ctrl-C ends", transport_->description(), path_));
+    const tims::Time end = context_.run_end();
+    try {
+      while (left_ > 0 && tims::os::now() < end && !(transport_ && transport_->is_over()))
+        turn(end);
+    } catch (const Interrupted&) {
+      summary();
+      throw;
+    }
+    summary();
+    return Exit::kDone;
+  }
+
+ private:
+  static constexpr auto kTryEvery = 300ms;
+
+  void turn(tims::Time end) {
+    if (!transport_) return open_again();
+    const tims::Time next = std::min(end, transport_->next_timeout());
+    (void)context_.signals.wait(transport_->descriptor(), next);
+    const auto received = transport_->receive(tims::os::now(), [this](const Arrival& arrival) {
+      if (left_ == 0) return;
+      --left_;
+      ++records_;
+      bytes_ += arrival.bytes.size();
+      file_->add(arrival.last, Direction::kReceived, arrival.id, arrival.bytes);
+    });
+    if (!received) say(received.error().detail(), false);
+  }
+
+  void open_again() {
+    context_.signals.sleep_until(tims::os::deadline_after(kTryEvery));
+    auto transport = open_transport(address_, kBaud);
+    if (!transport) return;
+    transport_ = std::move(*transport);
+    say("the device is there again", true);
+  }
+
+  void say(const std::string& text, bool is_there) {
+    file_->add_event(tims::os::now(), text);
+    context_.out.note(text);
+    if (!is_there) transport_.reset();
+  }
+
+  void summary() {
+    const Duration took = tims::os::now() - began_;
+    const std::uint64_t lost = file_->lost();
+    file_.reset();  // writes the rest
+    context_.out.write(
+        json::object{{"schema", "tims/recorded/1"},
+                     {"device", address_.to_string()},
+                     {"file", path_},
+                     {"records", records_},
+                     {"bytes", bytes_},
+                     {"lost", lost},
+                     {"duration_s", base::seconds(took)}},
+        [&] {
+          std::string text = fmt::format("{} records, {}, in {}\n", records_,
+                                         base::human_bytes(static_cast<double>(bytes_)),
+                                         base::human_duration(base::seconds(took)));
+          if (lost > 0)
+            text += fmt::format("{} records were lost: the disk was full or slow\n", lost);
+          return text;
+        });
+  }
+
+  Context& context_;
+  DeviceAddress address_;
+  std::string path_;
+  std::uint64_t left_;
+  std::unique_ptr<Transport> transport_;
+  tims::Time began_{};
+  std::unique_ptr<CaptureFile> file_;
+  std::uint64_t records_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
+
+Exit device_record(Context& context) {
+  const std::vector<std::string>& arguments = context.options.arguments;
+  return Recorder(context, need_device(arguments[0]), arguments[1]).run();
+}
+
+// --- device play: what is in a recording, or the recording to a program
+
+namespace {
+
+// "FILE", "FILE?speed=2", "play:FILE".
+DeviceAddress recording_of(const std::string& text) {
+  return need_device(text.starts_with("play:") ? text : "play:" + text);
+}
+
+Failure bad_recording(const DeviceAddress& file, const tims::Error& error) {
+  const bool is_missing = error.code() == tims::Errc::kSystem;
+  return {is_missing ? Exit::kNoSuch : Exit::kNo, is_missing ? "no_such_file" : "bad_recording",
+          (is_missing ? "" : file.place + ": ") + error.detail()};
+}
+
+json::object sum_of(const CaptureStatistics::Sum& sum) {
+  return {{"records", sum.records}, {"bytes", sum.bytes}};
+}
+
+json::object to_json(const CaptureStatistics& statistics, const std::string& path) {
+  const double duration = base::seconds(statistics.duration());
+  const auto bytes = static_cast<double>(statistics.received().bytes);
+  json::object all{{"schema", "tims/recording/1"},
+                   {"file", path},
+                   {"duration_s", duration},
+                   {"received", sum_of(statistics.received())},
+                   {"sent", sum_of(statistics.sent())},
+                   {"rate_bytes_per_s", duration > 0 ? json::value(bytes / duration) : nullptr},
+                   {"longest_gap_s", base::seconds(statistics.longest_gap())},
+                   {"longest_gap_at_s", base::seconds(statistics.longest_gap_at())},
+                   {"gaps", statistics.gaps()},
+                   {"backwards", statistics.backwards()},
+                   {"event_count", statistics.event_count()}};
+  json::array events;
+  for (const auto& event : statistics.events())
+    events.push_back({{"time_s", base::seconds(event.time)}, {"text", event.text}});
+  all["events"] = std::move(events);
+  json::array ids;
+  for (const auto& [id, sum] : statistics.by_id())
+    ids.push_back(
+        {{"id", fmt::format("{:03X}", id)}, {"records", sum.records}, {"bytes", sum.bytes}});
+  all["ids"] = std::move(ids);
+  return all;
+}
+
+constexpr Column kStatisticsLines[] = {
+    {"Duration", "duration_s", Cell::kDuration},
+    {"Received records", "received.records", Cell::kCount},
+    {"Received bytes", "received.bytes", Cell::kBytes},
+    {"Bytes a second", "rate_bytes_per_s", Cell::kRate},
+    {"Sent records", "sent.records", Cell::kCount},
+    {"Sent bytes", "sent.bytes", Cell::kBytes},
+    {"Longest gap", "longest_gap_s", Cell::kDuration},
+    {"which began at", "longest_gap_at_s", Cell::kDuration},
+    {"Gaps", "gaps", Cell::kCount},
+    {"Times going back", "backwards", Cell::kCount, false, true},
+    {"Events", "event_count", Cell::kCount},
+};
+constexpr Column kEventColumns[] = {{"AT", "time_s", Cell::kDuration}, {"EVENT", "text"}};
+constexpr Column kIdColumns[] = {
+    {"ID", "id"}, {"RECORDS", "records", Cell::kCount}, {"BYTES", "bytes", Cell::kBytes}};
+
+Exit show_statistics(Context& context, const DeviceAddress& file) {
+  auto recording = open_recording(file, kBaud);
+  if (!recording) throw bad_recording(file, recording.error());
+  CaptureStatistics statistics;
+  CaptureRecord record;
+  std::uint64_t count = 0;
+  for (auto got = (*recording)->next(record);; got = (*recording)->next(record)) {
+    if (!got) throw bad_recording(file, got.error());
+    if (!*got) break;
+    statistics.add(record);
+    constexpr std::uint64_t kLookEvery = 4096;
+    if (++count % kLookEvery == 0) context.signals.sleep_until({});  // Ctrl-C
+  }
+  const json::object answer = to_json(statistics, file.place);
+  context.out.write(answer, [&] {
+    const Look& look = context.out.look();
+    std::string text = render_page(answer, kStatisticsLines, look);
+    for (const auto& [list, columns] : {std::pair{"events", std::span<const Column>(kEventColumns)},
+                                        std::pair{"ids", std::span<const Column>(kIdColumns)}})
+      if (!items_of(answer, list).empty())
+        text += "\n" + render_items(items_of(answer, list), columns, look);
+    return text;
+  });
+  return Exit::kDone;
+}
+
+// Hands a recording to whoever opens the line.
+class Player {
+ public:
+  Player(Context& context, const DeviceAddress& file, const DeviceAddress& to)
+      : context_(context), file_(file) {
+    auto playback = open_transport(file, to.baud(kBaud));
+    if (!playback) throw bad_recording(file, playback.error());
+    playback_ = std::move(*playback);
+    // The recording has its own pace.
+    auto line = open_line(to, to.options.contains("baud") ? kBaud : 0);
+    if (!line) throw Failure(Exit::kDenied, "denied", line.error().detail());
+    line_ = std::move(*line);
+    context.out.note(fmt::format("{} is played at {}, Ctrl-C ends", file.place, to.to_string()));
+  }
+
+  Exit run() {
+    const tims::Time end = context_.run_end();
+    while (!is_there() && tims::os::now() < end) wait(std::min(end, line_->next_timeout()));
+    while (!is_done() && tims::os::now() < end) {
+      wait(std::min({end, playback_->next_timeout(), line_->next_timeout(), retry()}));
+      play();
+    }
+    // Who reads a terminal loses what was not read when it goes.
+    constexpr auto kLinger = 500ms;
+    context_.signals.sleep_until(std::min<tims::Time>(end, tims::os::deadline_after(kLinger)));
+    const json::object answer{
+        {"schema", "tims/played/1"}, {"file", file_.place}, {"bytes", bytes_}};
+    context_.out.write(
+        answer, [&] { return base::human_bytes(static_cast<double>(bytes_)) + " were played\n"; });
+    return Exit::kDone;
+  }
+
+ private:
+  // A port says so to an empty piece; a terminal always takes one.
+  bool is_there() {
+    const auto taken = line_->send(tims::os::now(), {}, 0);
+    return taken && *taken;
+  }
+  [[nodiscard]] bool is_done() const { return playback_->is_over() && waiting_.empty(); }
+  [[nodiscard]] tims::Time retry() const {
+    return waiting_.empty() ? tims::kNever : tims::Time(tims::os::deadline_after(2ms));
+  }
+
+  // What programs say to their device is nothing to a recording.
+  void wait(tims::Time until) {
+    (void)context_.signals.wait(line_->descriptor(), until);
+    if (auto heard = line_->receive(tims::os::now(), [](const Arrival&) {}); !heard)
+      throw Failure(Exit::kNo, "no_device", heard.error().detail());
+  }
+
+  void play() {
+    const tims::Time now = tims::os::now();
+    if (waiting_.empty()) {
+      const auto played = playback_->receive(now, [this](const Arrival& arrival) {
+        waiting_.emplace_back(arrival.id, std::vector(arrival.bytes.begin(), arrival.bytes.end()));
+      });
+      if (!played) throw bad_recording(file_, played.error());
+    }
+    std::size_t done = 0;
+    for (; done < waiting_.size(); ++done) {
+      const auto& [id, piece] = waiting_[done];
+      const auto taken = line_->send(now, piece, id);
+      if (!taken || !*taken) break;
+      bytes_ += piece.size();
+    }
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done));
+  }
+
+  Context& context_;
+  DeviceAddress file_;
+  std::unique_ptr<Transport> playback_;
+  std::unique_ptr<Transport> line_;
+  std::vector<std::pair<std::uint32_t, std::vector<std::byte>>> waiting_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
+
+Exit device_play(Context& context) {
+  const std::vector<std::string>& arguments = context.options.arguments;
+  const DeviceAddress file = recording_of(arguments[0]);
+  if (arguments.size() == 1) return show_statistics(context, file);
+  return Player(context, file, need_device(arguments[1])).run();
+}
+
+}  // namespace timsctl
