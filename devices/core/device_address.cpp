@@ -28,13 +28,14 @@ struct Scheme {
   std::string_view example;
   std::array<std::string_view, 4> options{};
 };
-constexpr std::array<Scheme, 8> kSchemes = {{
+constexpr std::array<Scheme, 9> kSchemes = {{
     {"serial", TransportKind::kSerial, "serial:/dev/ttyUSB0?baud=115200", {"baud", "parity"}},
     {"tcp", TransportKind::kTcp, "tcp:192.168.0.1:2112"},
-    {"udp", TransportKind::kUdp, "udp::2368"},
+    {"udp", TransportKind::kUdp, "udp::2368", {"local"}},
     {"can", TransportKind::kCan, "can:can0"},
     {"usb", TransportKind::kUsb, "usb:15d1:0000"},
-    {"v4l", TransportKind::kVideo, "v4l:/dev/video0"},
+    {"v4l", TransportKind::kVideo, "v4l:/dev/video0?size=640x480", {"size", "format", "rate"}},
+    {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
     {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
     {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud"}},
 }};
@@ -102,6 +103,9 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
   if (const std::string* port = value("port");
       port != nullptr && base::parse_number<std::uint16_t>(*port).value_or(0) == 0)
     return "port is a number from 1 to 65535, not " + base::in_quotes(*port);
+  if (const std::string* local = value("local");
+      local != nullptr && !base::parse_number<std::uint16_t>(*local))
+    return "local is a port, or 0 for any, not " + base::in_quotes(*local);
   if (const std::string* loop = value("loop"); loop != nullptr && *loop != "0" && *loop != "1")
     return "loop is 0 or 1, not " + base::in_quotes(*loop);
   return std::nullopt;

@@ -3,8 +3,11 @@
 //   serial:/dev/serial/by-id/usb-FTDI-if00-port0?baud=500000
 //   tcp:192.168.0.1:2112     tcp:[fe80::1%eth0]:2112
 //   udp::2368                udp:192.168.0.201:2368    (what is sent goes there)
+//   udp:127.0.0.1:2368?local=0                         (from any port of our own)
 //   can:can0                 usb:15d1:0000             usb:15d1:0000/H0712345
-//   v4l:/dev/video0          pty:/tmp/lms              (a terminal that somebody else opens)
+//   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30   (the first format that it has)
+//   gpio:/dev/gpiochip0?in=17,27&out=22                     (lines by their offsets)
+//   pty:/tmp/lms             (a terminal that somebody else opens)
 //   play:scans.cap?speed=max (what was recorded; speed: times as fast, "max": without waiting)
 //
 // The original counts its devices; its numbers become addresses here.
@@ -28,6 +31,7 @@ enum class TransportKind : std::uint8_t {
   kCan,
   kUsb,
   kVideo,
+  kGpio,
   kPlayback,
   kPty,
 };

@@ -25,7 +25,7 @@ class StreamBuffer {
       end_ = size();
       begin_ = 0;
     }
-    std::memcpy(bytes_.data() + end_, bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(bytes_.data() + end_, bytes.data(), bytes.size());
     end_ += bytes.size();
     last_ = arrival.last;
     of_byte_ = (arrival.last - arrival.first) / static_cast<std::int64_t>(arrival.bytes.size());

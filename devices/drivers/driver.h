@@ -17,6 +17,7 @@
 #include <string>
 
 #include "devices/io/device.h"
+#include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 
@@ -53,6 +54,12 @@ class Driver : public DataModule<Data> {
  protected:
   virtual Result<DeviceOptions> device() const = 0;
   virtual Result<std::unique_ptr<Dialog>> make_dialogue() = 0;
+  // Before each wait: what the dialogue shall do next. Returns when it wants to be asked again.
+  virtual tims::Time prepare(tims::Time /*now*/) { return tims::kNever; }
+  // Any task: prepare() is called now.
+  void wake() {
+    if (woken_) tims::os::signal_event_fd(woken_.get());
+  }
   // Of data that were just taken, before they are sent.
   virtual Result<void> complete(Data& /*data*/) { return {}; }
 
@@ -69,7 +76,16 @@ class Driver : public DataModule<Data> {
     return options;
   }
 
-  Result<void> module_on() override {
+  Result<void> module_init() override {
+    auto woken = tims::os::make_event_fd();
+    if (!woken) return woken.error();
+    woken_ = std::move(*woken);
+    return DataModule<Data>::module_init();
+  }
+
+  // Anew, with what device() and make_dialogue() say now.
+  Result<void> open_device() {
+    device_.reset();
     auto options = device();
     if (!options) return options.error();
     auto dialogue = make_dialogue();
@@ -79,6 +95,11 @@ class Driver : public DataModule<Data> {
     if (!opened) return opened.error();
     device_ = std::move(*opened);
     heard_ = now();
+    return {};
+  }
+
+  Result<void> module_on() override {
+    if (auto opened = open_device(); !opened) return opened;
     return DataModule<Data>::module_on();
   }
 
@@ -92,7 +113,9 @@ class Driver : public DataModule<Data> {
     Data& data = this->get_local_buffer();
     tims::Time recorded{};
     while (!dialogue_->take(data, recorded)) {
-      if (auto waited = device_->wait(end); !waited) return waited;
+      tims::os::drain_event_fd(woken_.get());
+      const tims::Time until = std::min(end, prepare(now()));
+      if (auto waited = device_->wait(until, woken_.get()); !waited) return waited;
       if (now() >= end) return check_silence();
     }
     heard_ = now();
@@ -124,6 +147,7 @@ class Driver : public DataModule<Data> {
                                                  std::to_string(milliseconds.count()) + " ms");
   }
 
+  tims::os::File woken_;  // eventfd
   std::unique_ptr<Dialog> dialogue_;
   std::unique_ptr<Device> device_;
   tims::Time heard_{};

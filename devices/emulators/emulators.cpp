@@ -17,6 +17,9 @@
 #include "devices/emulators/sick_s_emulator.h"
 #include "devices/emulators/ublox_emulator.h"
 #include "devices/emulators/xsens_emulator.h"
+#include "devices/emulators/io_board.h"
+#include "devices/emulators/ptz_camera.h"
+#include "devices/emulators/spinning_scanner.h"
 
 namespace rack::device {
 namespace {
@@ -33,6 +36,10 @@ std::unique_ptr<Dialogue> make_cola_ascii() {
 std::unique_ptr<Dialogue> make_s3000() {
   return std::make_unique<emulator::SickSEmulator>(
       emulator::SickSEmulatorSettings{.device = SickSDevice::kS3000});
+}
+
+std::unique_ptr<Dialogue> make_ptz_camera_over_ip() {
+  return std::make_unique<emulator::PtzCamera>(true);
 }
 
 constexpr EmulatorInfo kEmulators[] = {
@@ -72,10 +79,19 @@ constexpr EmulatorInfo kEmulators[] = {
                  make<emulator::XsensEmulator>},
     EmulatorInfo{"xsens-mtx", "Xsens MTx (MTData)", "GyroXsens", "pty:/tmp/xsens-mtx", 115200,
                  make<emulator::XsensOldEmulator>},
-    constexpr EmulatorInfo kEmulators[] = {
-        EmulatorInfo{"echo", "says what it hears", "timsctl device record", "pty:/tmp/echo", 115200,
-                     make<Echo>},
-    };
+    EmulatorInfo{"echo", "says what it hears", "timsctl device record", "pty:/tmp/echo", 115200,
+                 make<Echo>},
+    EmulatorInfo{"firmata", "Arduino UNO with Firmata", "Io", "pty:/tmp/firmata", 57600,
+                 make<emulator::IoBoard>},
+    EmulatorInfo{"ouster", "Ouster OS-0-16", "Scan3dOuster", "udp:127.0.0.1:7502?local=0", 0,
+                 make<emulator::OusterScanner>},
+    EmulatorInfo{"velodyne", "Velodyne VLP-16", "Scan3dVelodyne", "udp:127.0.0.1:2368?local=0", 0,
+                 make<emulator::VelodyneScanner>},
+    EmulatorInfo{"visca", "camera mount with VISCA", "PtzDrive", "pty:/tmp/visca", 9600,
+                 make<emulator::PtzCamera>},
+    EmulatorInfo{"visca-ip", "camera mount with VISCA over IP", "PtzDrive", "udp::52381", 0,
+                 make_ptz_camera_over_ip},
+};
 
 }  // namespace
 

@@ -105,6 +105,8 @@ void CaptureFile::append(std::size_t room, Append append) {
     ++lost_;
   else
     append(waiting_);
+  // Frames of a camera fill it faster than the clock.
+  if (waiting_.size() > kWaitingMax / 2) changed_.notify_one();
 }
 
 void CaptureFile::add(tims::Time when, Direction direction, std::uint32_t id,

@@ -1,14 +1,18 @@
 #include "devices/io/device.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 
 #include <poll.h>
 
 #include "devices/io/can.h"
+#include "devices/io/gpio.h"
 #include "devices/io/playback.h"
 #include "devices/io/serial.h"
 #include "devices/io/socket.h"
+#include "devices/io/usb.h"
+#include "devices/io/video.h"
 #include "os/clock.h"
 
 namespace rack::device {
@@ -32,11 +36,14 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
       return open_can(address);
     case TransportKind::kPlayback:
       return open_playback(address, baud);
-    case TransportKind::kUsb:
     case TransportKind::kVideo:
-      break;
+      return open_video(address);
+    case TransportKind::kGpio:
+      return open_gpio(address);
+    case TransportKind::kUsb:
+      return open_usb(address);
   }
-  return Error(Errc::kInvalidArgument, "this device cannot be reached by " + address.to_string());
+  return Error(Errc::kInvalidArgument, "no way to " + address.to_string());
 }
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue) {
@@ -49,7 +56,16 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
     if (!created) return created.error();
     capture = std::move(*created);
   }
-  return with(std::move(*transport), std::move(capture), dialogue);
+  // Before anything is said to it. Nobody hears what is said to a recording.
+  std::unique_ptr<Guard> guard;
+  if (!options.last_words.empty() && !(*transport)->is_recording()) {
+    auto started = Guard::start((*transport)->descriptor(), options.last_words);
+    if (!started) return started.error();
+    guard = std::move(*started);
+  }
+  auto device = with(std::move(*transport), std::move(capture), dialogue);
+  device->guard_ = std::move(guard);
+  return device;
 }
 
 std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport,
@@ -68,15 +84,18 @@ Device::Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile
 
 Device::~Device() {
   if (!lost_) dialogue_.stop(tims::os::now(), *this);
+  guard_.reset();  // it would keep the line open
 }
 
-Result<void> Device::wait(Time until) {
+Result<void> Device::wait(Time until, int also) {
   if (auto good = state(); !good) return good;
   const Time next = std::min({until, dialogue_.next_timeout(), transport_->next_timeout()});
-  pollfd there{.fd = transport_->descriptor(), .events = POLLIN, .revents = 0};
+  std::array<pollfd, 2> there{{{.fd = transport_->descriptor(), .events = POLLIN, .revents = 0},
+                               {.fd = also, .events = POLLIN, .revents = 0}}};
   const Time now = tims::os::now();
   const auto wait = tims::os::to_timespec(Time(std::max(Duration(0), next - now)));
-  if (::ppoll(&there, 1, next == tims::kNever ? nullptr : &wait, nullptr) < 0 && errno != EINTR)
+  if (::ppoll(there.data(), there.size(), next == tims::kNever ? nullptr : &wait, nullptr) < 0 &&
+      errno != EINTR)
     return tims::os::system_error("poll");
   if (auto received = transport_->receive(tims::os::now(), receive_); !received) {
     if (capture_) capture_->add_event(tims::os::now(), received.error().detail());

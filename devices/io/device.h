@@ -4,9 +4,11 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "devices/core/dialogue.h"
 #include "devices/io/capture_file.h"
+#include "devices/io/guard.h"
 #include "devices/io/transport.h"
 
 namespace rack::device {
@@ -15,6 +17,8 @@ struct DeviceOptions {
   DeviceAddress address{};
   std::uint32_t baud = 115200;  // where the address says none
   std::string record{};         // path of a capture; empty: none
+  // What the device is told when this program dies: of those that would drive on. Empty: nothing.
+  std::vector<std::byte> last_words{};
 };
 
 class Device final : private Output {
@@ -27,9 +31,9 @@ class Device final : private Output {
                                       std::unique_ptr<CaptureFile> capture, Dialogue& dialogue);
   ~Device() override;
 
-  // Until something came, a time of the dialogue has passed, or `until`. An error says why the
-  // device has to be opened again: it is gone, or the dialogue gave it up.
-  tims::Result<void> wait(Time until);
+  // Until something came, a time of the dialogue has passed, `also` can be read, or `until`. An
+  // error says why the device has to be opened again: it is gone, or the dialogue gave it up.
+  tims::Result<void> wait(Time until, int also = -1);
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
   // It is a recording, and at its end.
@@ -47,6 +51,7 @@ class Device final : private Output {
 
   std::unique_ptr<Transport> transport_;
   std::unique_ptr<CaptureFile> capture_;  // or none
+  std::unique_ptr<Guard> guard_;          // or none
   Dialogue& dialogue_;
   const Transport::Receive receive_;
   std::optional<tims::Error> lost_;  // while sending

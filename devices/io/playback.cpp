@@ -37,8 +37,9 @@ class Playback final : public Transport {
     bool has_played = false;
     while (!is_over_ && due_ <= now && !has_played) {
       has_played = has_record_;
+      const Time when = speed_ == 0 ? now : due_;
       if (has_record_)
-        receive({.bytes = record_.bytes, .first = due_, .last = due_, .id = record_.id});
+        receive({.bytes = record_.bytes, .first = when, .last = when, .id = record_.id});
       if (auto taken = take_next(now); !taken) return taken;
     }
     return {};

@@ -1,5 +1,6 @@
 // A recording instead of a device: what was received comes again, at the pace of then; what is sent
-// goes nowhere. Captures, candump logs, packet captures (payloads of UDP and TCP), raw bytes.
+// goes nowhere. Captures, candump logs, packet captures (payloads of UDP and TCP), raw bytes; a
+// folder of pictures (.jpg) as a camera's frames.
 #pragma once
 
 #include "devices/io/transport.h"

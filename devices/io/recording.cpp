@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include <pcap/pcap.h>
 
 #include "devices/core/device_clock.h"
 #include "devices/core/packet.h"
+#include "devices/core/video_frame.h"
 #include "os/file.h"
 
 namespace rack::device {
@@ -128,10 +131,49 @@ class PacketCapture final : public Recording {
   StreamOrder order_;
 };
 
+// A folder of pictures, as a camera's frames, twenty a second, by their names.
+class Pictures final : public Recording {
+ public:
+  explicit Pictures(const std::string& folder) {
+    std::error_code unreadable;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+      if (entry.path().extension() == ".jpg" || entry.path().extension() == ".jpeg")
+        files_.push_back(entry.path());
+    std::ranges::sort(files_);
+  }
+  [[nodiscard]] bool is_empty() const { return files_.empty(); }
+
+  Result<bool> next(CaptureRecord& record) override {
+    if (next_ == files_.size()) return false;
+    std::ifstream file(files_[next_], std::ios::binary | std::ios::ate);
+    if (!file) return system_error(files_[next_].string());
+    record.bytes.resize(static_cast<std::size_t>(file.tellg()));
+    file.seekg(0);
+    file.read(reinterpret_cast<char*>(record.bytes.data()),
+              static_cast<std::streamsize>(record.bytes.size()));
+    record.id = video::kMjpeg;
+    record.time = kBetween * static_cast<std::int64_t>(next_++);
+    return true;
+  }
+  void rewind() override { next_ = 0; }
+
+ private:
+  static constexpr Duration kBetween = std::chrono::milliseconds(50);
+
+  std::vector<std::filesystem::path> files_;
+  std::size_t next_ = 0;
+};
+
 }  // namespace
 
 Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
                                                   std::uint32_t baud) {
+  if (std::error_code none; std::filesystem::is_directory(address.place, none)) {
+    auto pictures = std::make_unique<Pictures>(address.place);
+    if (pictures->is_empty())
+      return Error(Errc::kInvalidArgument, address.place + " is a folder without pictures (.jpg)");
+    return std::unique_ptr<Recording>(std::move(pictures));
+  }
   std::ifstream file(address.place, std::ios::binary);
   if (!file) return system_error(address.place);
   std::array<std::byte, 512> beginning{};

@@ -1,5 +1,5 @@
 // A file of what once came from a device, record by record: captures, candump logs, packet captures
-// (payloads of UDP and TCP), raw bytes.
+// (payloads of UDP and TCP), raw bytes; or a folder of pictures, as a camera's frames.
 #pragma once
 
 #include <memory>

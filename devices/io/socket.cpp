@@ -184,6 +184,8 @@ Result<std::unique_ptr<Transport>> open_udp(const DeviceAddress& address) {
   }
   DeviceAddress here = address;
   here.place = peer && peer->address.ss_family == AF_INET6 ? "::" : "0.0.0.0";
+  if (const auto local = address.options.find("local"); local != address.options.end())
+    here.port = static_cast<std::uint16_t>(std::stoul(local->second));
   const auto own = find(here, SOCK_DGRAM);
   if (!own) return own.error();
   auto socket = make_socket(*own, SOCK_DGRAM);
@@ -191,7 +193,7 @@ Result<std::unique_ptr<Transport>> open_udp(const DeviceAddress& address) {
   set(socket->get(), SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
   ask_for_stamps(socket->get());
   if (::bind(socket->get(), raw(*own), own->size) != 0)
-    return system_error("port " + std::to_string(address.port));
+    return system_error("port " + std::to_string(here.port));
   return std::unique_ptr<Transport>(
       std::make_unique<UdpPort>(std::move(*socket), peer, address.to_string()));
 }

@@ -1,0 +1,106 @@
+// What comes from a camera: a head that says how its frames are laid out, then frames, one an
+// arrival, whose id is their format. So a capture of a camera can be played without the camera.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace rack::device {
+
+// Four letters of a format, as V4L2 writes them.
+constexpr std::uint32_t four_letters(std::string_view text) {
+  std::uint32_t code = 0;
+  for (std::size_t i = 4; i-- > 0;)
+    code = code << 8 | static_cast<unsigned char>(i < text.size() ? text[i] : ' ');
+  return code;
+}
+
+namespace video {
+inline constexpr std::uint32_t kHead = four_letters("HEAD");     // id of VideoHead
+inline constexpr std::uint32_t kControl = four_letters("CTRL");  // id of VideoControl
+inline constexpr std::uint32_t kMjpeg = four_letters("MJPG");
+inline constexpr std::uint32_t kJpeg = four_letters("JPEG");
+inline constexpr std::uint32_t kYuyv = four_letters("YUYV");
+inline constexpr std::uint32_t kUyvy = four_letters("UYVY");
+inline constexpr std::uint32_t kRgb24 = four_letters("RGB3");
+inline constexpr std::uint32_t kBgr24 = four_letters("BGR3");
+inline constexpr std::uint32_t kGrey = four_letters("GREY");
+inline constexpr std::uint32_t kGrey16 = four_letters("Y16 ");
+inline constexpr std::uint32_t kDepth16 = four_letters("Z16 ");
+}  // namespace video
+
+constexpr std::string letters_of(std::uint32_t format) {
+  std::string text;
+  for (int shift = 0; shift < 32; shift += 8) {
+    const auto letter = static_cast<char>(format >> shift & 0xFF);
+    text += letter >= ' ' && letter <= '~' ? letter : '?';
+  }
+  return text;
+}
+
+inline constexpr std::size_t kVideoWords = 4;
+using VideoBytes = std::array<std::byte, 4 * kVideoWords>;  // numbers of 32 bits, little-endian
+
+struct VideoHead {
+  std::uint32_t format = 0;
+  std::uint32_t width = 0;  // pixels
+  std::uint32_t height = 0;
+  std::uint32_t line_bytes = 0;  // 0: of compressed frames
+
+  bool operator==(const VideoHead&) const = default;
+};
+
+// Something of the camera that can be set: what is sent with its id is its new value (i32,
+// little-endian).
+struct VideoControl {
+  std::uint32_t id = 0;  // V4L2_CID_BRIGHTNESS, ...
+  std::int32_t min = 0;
+  std::int32_t max = 0;
+  std::int32_t value = 0;
+
+  bool operator==(const VideoControl&) const = default;
+};
+
+namespace detail {
+constexpr VideoBytes video_bytes(const std::array<std::uint32_t, kVideoWords>& words) {
+  VideoBytes bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes.at(i) = static_cast<std::byte>(words.at(i / 4) >> (i % 4 * 8));
+  return bytes;
+}
+constexpr std::optional<std::array<std::uint32_t, kVideoWords>> video_words(
+    std::span<const std::byte> bytes) {
+  if (bytes.size() != sizeof(VideoBytes)) return std::nullopt;
+  std::array<std::uint32_t, kVideoWords> words{};
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    words.at(i / 4) |= std::to_integer<std::uint32_t>(bytes[i]) << (i % 4 * 8);
+  return words;
+}
+}  // namespace detail
+
+constexpr VideoBytes bytes_of(const VideoHead& head) {
+  return detail::video_bytes({head.format, head.width, head.height, head.line_bytes});
+}
+constexpr VideoBytes bytes_of(const VideoControl& control) {
+  return detail::video_bytes({control.id, static_cast<std::uint32_t>(control.min),
+                              static_cast<std::uint32_t>(control.max),
+                              static_cast<std::uint32_t>(control.value)});
+}
+constexpr std::optional<VideoHead> video_head(std::span<const std::byte> bytes) {
+  const auto words = detail::video_words(bytes);
+  if (!words) return std::nullopt;
+  return VideoHead{words->at(0), words->at(1), words->at(2), words->at(3)};
+}
+constexpr std::optional<VideoControl> video_control(std::span<const std::byte> bytes) {
+  const auto words = detail::video_words(bytes);
+  if (!words) return std::nullopt;
+  return VideoControl{words->at(0), static_cast<std::int32_t>(words->at(1)),
+                      static_cast<std::int32_t>(words->at(2)),
+                      static_cast<std::int32_t>(words->at(3))};
+}
+
+}  // namespace rack::device
