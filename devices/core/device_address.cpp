@@ -29,7 +29,10 @@ struct Scheme {
   std::array<std::string_view, 4> options{};
 };
 constexpr std::array<Scheme, 9> kSchemes = {{
-    {"serial", TransportKind::kSerial, "serial:/dev/ttyUSB0?baud=115200", {"baud", "parity"}},
+    {"serial",
+     TransportKind::kSerial,
+     "serial:/dev/ttyUSB0?baud=115200",
+     {"baud", "parity", "can"}},
     {"tcp", TransportKind::kTcp, "tcp:192.168.0.1:2112"},
     {"udp", TransportKind::kUdp, "udp::2368", {"local"}},
     {"can", TransportKind::kCan, "can:can0"},
@@ -37,7 +40,7 @@ constexpr std::array<Scheme, 9> kSchemes = {{
     {"v4l", TransportKind::kVideo, "v4l:/dev/video0?size=640x480", {"size", "format", "rate"}},
     {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
     {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
-    {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud"}},
+    {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud", "can"}},
 }};
 
 const Scheme& scheme_of(TransportKind kind) { return kSchemes.at(static_cast<std::size_t>(kind)); }
@@ -92,6 +95,10 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
     if (!number || *number < kBaudMin || *number > kBaudMax)
       return "baud is a number from 50 to 12000000, not " + base::in_quotes(*baud);
   }
+  if (const std::string* can = value("can");
+      can != nullptr && !base::parse_number<std::uint32_t>(*can))
+    return "can is the bit rate of a bus behind an adapter, as 500000, not " +
+           base::in_quotes(*can);
   if (const std::string* parity = value("parity");
       parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
     return "parity is none, even or odd, not " + base::in_quotes(*parity);
@@ -192,6 +199,12 @@ std::uint32_t DeviceAddress::baud(std::uint32_t otherwise) const {
   const auto found = options.find("baud");
   if (found == options.end()) return otherwise;
   return base::parse_number<std::uint32_t>(found->second).value_or(otherwise);
+}
+
+std::uint32_t DeviceAddress::can_bit_rate() const {
+  const auto found = options.find("can");
+  if (found == options.end()) return 0;
+  return base::parse_number<std::uint32_t>(found->second).value_or(0);
 }
 
 double DeviceAddress::speed() const {

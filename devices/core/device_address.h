@@ -4,7 +4,8 @@
 //   tcp:192.168.0.1:2112     tcp:[fe80::1%eth0]:2112
 //   udp::2368                udp:192.168.0.201:2368    (what is sent goes there)
 //   udp:127.0.0.1:2368?local=0                         (from any port of our own)
-//   can:can0                 usb:15d1:0000             usb:15d1:0000/H0712345
+//   can:can0                 serial:/dev/ttyACM0?can=500000   (a bus behind a USB adapter)
+//   usb:15d1:0000            usb:15d1:0000/H0712345
 //   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30   (the first format that it has)
 //   gpio:/dev/gpiochip0?in=17,27&out=22                     (lines by their offsets)
 //   pty:/tmp/lms             (a terminal that somebody else opens)
@@ -48,6 +49,8 @@ struct DeviceAddress {
 
   // "baud": nothing when it is not said.
   [[nodiscard]] std::uint32_t baud(std::uint32_t otherwise) const;
+  // "can" of a serial line: of the bus behind an adapter that speaks text (slcan.h); 0: it is none.
+  [[nodiscard]] std::uint32_t can_bit_rate() const;
   // "speed" of what is played: 0 means as fast as it is taken.
   [[nodiscard]] double speed() const;
 

@@ -116,6 +116,7 @@ class Driver : public DataModule<Data> {
       tims::os::drain_event_fd(woken_.get());
       const tims::Time until = std::min(end, prepare(now()));
       if (auto waited = device_->wait(until, woken_.get()); !waited) return waited;
+      if (const auto event = device_->take_event()) this->log().warning("%s", *event);
       if (now() >= end) return check_silence();
     }
     heard_ = now();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <map>
 
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -12,7 +13,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "devices/core/can_bus.h"
+#include "devices/io/can_restart.h"
 #include "devices/io/stamped.h"
+#include "os/clock.h"
 #include "os/file.h"
 
 namespace rack::device {
@@ -43,17 +47,32 @@ bool goes_first(const Waiting& a, const Waiting& b) {
   return rank(a.frame) < rank(b.frame);
 }
 
+// A driver that gives its bus up and opens it again must not forget how often it has been off. One
+// task of a program opens interfaces.
+CanBus& bus_of(const std::string& name) {
+  static std::map<std::string, CanBus> buses;
+  return buses.try_emplace(name, name).first->second;
+}
+
 class CanInterface final : public Transport {
  public:
-  CanInterface(File socket, std::string name) : socket_(std::move(socket)), name_(std::move(name)) {
+  CanInterface(File socket, std::string name, unsigned index)
+      : socket_(std::move(socket)), name_(std::move(name)), index_(index), bus_(bus_of(name_)) {
     waiting_.reserve(kWaitingFramesMax);
+    bus_.on_open(tims::os::now());
   }
 
   [[nodiscard]] int descriptor() const override { return socket_.get(); }
-  [[nodiscard]] Time next_timeout() const override { return next_try_; }
+  [[nodiscard]] Time next_timeout() const override {
+    return std::min(next_try_, bus_.next_restart());
+  }
+  std::optional<std::string> take_event() override { return std::exchange(event_, {}); }
+  [[nodiscard]] std::string statistics() const override { return bus_.summary(); }
   [[nodiscard]] std::string description() const override { return name_; }
 
   Result<void> receive(Time now, const Receive& receive) override {
+    if (bus_.next_restart() <= now) restart(now);
+    if (const auto why = bus_.failure(now)) return Error(Errc::kSystem, *why);
     if (auto written = write_waiting(now); !written) return written;
     constexpr int kAtOnce = 256;  // a full bus does not keep it for ever
     for (int i = 0; i < kAtOnce; ++i) {
@@ -64,6 +83,7 @@ class CanInterface final : public Transport {
       if (!got) return Error(Errc::kSystem, name_ + " is gone: " + got.error().detail());
       if (!got->is_there) return {};
       const std::size_t size = std::min<std::size_t>(frame.can_dlc, CAN_MAX_DLEN);
+      on_bus(frame, size, now);
       receive({.bytes = std::as_bytes(std::span(frame.data)).first(size),
                .first = got->when,
                .last = got->when,
@@ -85,8 +105,27 @@ class CanInterface final : public Transport {
   }
 
  private:
+  void on_bus(const can_frame& frame, std::size_t size, Time now) {
+    if ((frame.can_id & CAN_ERR_FLAG) == 0) {
+      bus_.on_frame();
+      return;
+    }
+    auto event =
+        bus_.on_error_frame(frame.can_id, std::as_bytes(std::span(frame.data)).first(size), now);
+    if (event) event_ = std::move(event);
+  }
+
+  // Motors must not hear what was wanted before.
+  void restart(Time now) {
+    waiting_.clear();
+    bus_.on_restart(now);
+    if (auto done = restart_can(index_); !done && !event_)
+      event_ = name_ + " cannot be sent back to the bus: " + done.error().detail();
+  }
+
   Result<void> write_waiting(Time now) {
-    std::erase_if(waiting_, [&](const Waiting& waiting) { return now - waiting.since > kLate; });
+    const auto late = [&](const Waiting& waiting) { return now - waiting.since > kLate; };
+    bus_.on_late(std::erase_if(waiting_, late));
     while (!waiting_.empty()) {
       const can_frame& frame = waiting_.front().frame;
       if (::write(socket_.get(), &frame, sizeof frame) != sizeof frame) {
@@ -103,6 +142,9 @@ class CanInterface final : public Transport {
 
   File socket_;
   std::string name_;
+  unsigned index_;
+  CanBus& bus_;
+  std::optional<std::string> event_;
   std::vector<Waiting> waiting_;
   Time next_try_ = tims::kNever;
 };
@@ -133,7 +175,7 @@ Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
   where.can_ifindex = static_cast<int>(index);
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0)
     return system_error(name);
-  return std::unique_ptr<Transport>(std::make_unique<CanInterface>(std::move(socket), name));
+  return std::unique_ptr<Transport>(std::make_unique<CanInterface>(std::move(socket), name, index));
 }
 
 }  // namespace rack::device

@@ -10,6 +10,7 @@
 #include "devices/io/gpio.h"
 #include "devices/io/playback.h"
 #include "devices/io/serial.h"
+#include "devices/io/slcan_adapter.h"
 #include "devices/io/socket.h"
 #include "devices/io/usb.h"
 #include "devices/io/video.h"
@@ -21,13 +22,27 @@ using tims::Errc;
 using tims::Error;
 using tims::Result;
 
+namespace {
+
+// A serial line, or the CAN bus behind its adapter.
+Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
+  constexpr std::uint32_t kBaud = 115200;
+  const std::uint32_t bit_rate = address.can_bit_rate();
+  const std::uint32_t rate = baud == 0 ? kBaud : baud;
+  auto line =
+      address.kind == TransportKind::kPty ? open_pty(address, rate) : open_serial(address, rate);
+  if (!line || bit_rate == 0) return line;
+  return open_slcan(std::move(*line), bit_rate);
+}
+
+}  // namespace
+
 Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
                                                   std::uint32_t baud) {
   switch (address.kind) {
     case TransportKind::kSerial:
-      return open_serial(address, baud);
     case TransportKind::kPty:
-      return open_pty(address, baud);
+      return open_line(address, baud);
     case TransportKind::kTcp:
       return open_tcp(address);
     case TransportKind::kUdp:
@@ -105,6 +120,12 @@ Result<void> Device::wait(Time until, int also) {
   const Time then = tims::os::now();
   if (dialogue_.next_timeout() <= then) dialogue_.on_timeout(then, *this);
   return state();
+}
+
+std::optional<std::string> Device::take_event() {
+  auto event = transport_->take_event();
+  if (event && capture_) capture_->add_event(tims::os::now(), *event);
+  return event;
 }
 
 Result<void> Device::state() {

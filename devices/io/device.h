@@ -36,6 +36,9 @@ class Device final : private Output {
   tims::Result<void> wait(Time until, int also = -1);
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
+  // As those of the transport.
+  std::optional<std::string> take_event();
+  [[nodiscard]] std::string statistics() const { return transport_->statistics(); }
   // It is a recording, and at its end.
   [[nodiscard]] bool is_over() const { return transport_->is_over(); }
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "devices/core/device_address.h"
@@ -29,6 +30,10 @@ class Transport {
 
   virtual void set_baud(std::uint32_t /*baud*/) {}
   virtual void set_dtr(bool /*on*/) {}
+  // What has happened to the line since it was asked last, for people: "can0 has left the bus".
+  virtual std::optional<std::string> take_event() { return {}; }
+  // What has gone wrong so far, counted; empty: nothing.
+  [[nodiscard]] virtual std::string statistics() const { return {}; }
   // For the log: how the device is reached, and what was found out about it.
   [[nodiscard]] virtual std::string description() const = 0;
   // Nobody hears what is sent; is_over: and nothing more comes.

@@ -1,0 +1,53 @@
+// What vehicles with drives after CiA 402 share: Chassis402 and ChassisRobucar.
+#pragma once
+
+#include "devices/drivers/can_chassis.h"
+
+namespace rack::device {
+
+inline constexpr std::size_t kCia402Parameters = kCanChassisParameters + 3;
+constexpr std::array<ParameterInfo, kCia402Parameters> cia402_parameters(i32 steering) {
+  std::array<ParameterInfo, kCia402Parameters> own{};
+  std::ranges::copy(can_chassis_parameters(steering), own.begin());
+  own[kCanChassisParameters] = {"increments", 4096, "of a motor's encoder for a turn", 1, 1e9};
+  own[kCanChassisParameters + 1] = {
+      "velocityUnits", 0, "of a drive for a turn each second; 60 where it is rpm; 0: increments", 0,
+      1e9};
+  own[kCanChassisParameters + 2] = {"quickStop", 2000, "deceleration of a quick stop, mm/s2", 1,
+                                    1e6};
+  return own;
+}
+
+class Cia402Chassis : public CanChassis {
+ public:
+  using CanChassis::CanChassis;
+
+ private:
+  [[nodiscard]] bool is_canopen() const override { return true; }
+  [[nodiscard]] std::uint8_t last_node() const override { return canopen::kHost - 1; }
+  [[nodiscard]] bool turns_on_the_spot() const override { return integer("steering") == 0; }
+
+  Result<std::unique_ptr<Motor>> make_motor(std::uint8_t node, MotorTask task) const override {
+    if (node == 0) return refused("nodes=" + text("nodes") + ": 0 is no CANopen node");
+    const auto increments = static_cast<double>(integer("increments"));
+    const auto units = static_cast<double>(integer("velocityUnits"));
+    // mm/s2 of the rim to rad/s2 of the shaft.
+    const double gear = static_cast<double>(real("gearRatio")) /
+                        static_cast<double>(std::max(integer("wheelRadius"), i32{1}));
+    const auto ramp = [&](std::string_view name) {
+      constexpr double kAny = 1e5;  // mm/s2
+      const i32 value = integer(name);
+      return (value > 0 ? static_cast<double>(value) : kAny) * gear;
+    };
+    return std::unique_ptr<Motor>(
+        std::make_unique<Cia402>(Cia402Settings{.node = node,
+                                                .task = task,
+                                                .increments_of_turn = increments,
+                                                .velocity_of_turn = units > 0 ? units : increments,
+                                                .acceleration = ramp("accMax"),
+                                                .deceleration = ramp("decMax"),
+                                                .quick_stop = ramp("quickStop")}));
+  }
+};
+
+}  // namespace rack::device

@@ -1,0 +1,61 @@
+// The body of an emulated robot with two wheels: what its wheels do, how far it has come.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "tims/time.h"
+
+namespace rack::device {
+
+class WheeledModel {
+ public:
+  WheeledModel(double track, double acceleration) : track_(track), acceleration_(acceleration) {}
+
+  // mm/s
+  void want(double left, double right) {
+    wanted_left_ = left;
+    wanted_right_ = right;
+  }
+  void step(tims::Time now) {
+    if (last_ == tims::Time{}) last_ = now;
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    const double change = acceleration_ * seconds;
+    left_ += std::clamp(wanted_left_ - left_, -change, change);
+    right_ += std::clamp(wanted_right_ - right_, -change, change);
+    left_way_ += left_ * seconds;
+    right_way_ += right_ * seconds;
+    const double heading = heading_ + (left_ - right_) / track_ * seconds / 2;
+    x_ += (left_ + right_) / 2 * seconds * std::cos(heading);
+    y_ += (left_ + right_) / 2 * seconds * std::sin(heading);
+    heading_ += (left_ - right_) / track_ * seconds;
+  }
+
+  [[nodiscard]] double left() const { return left_; }
+  [[nodiscard]] double right() const { return right_; }
+  [[nodiscard]] double left_way() const { return left_way_; }  // mm
+  [[nodiscard]] double right_way() const { return right_way_; }
+  [[nodiscard]] double track() const { return track_; }
+  [[nodiscard]] double x() const { return x_; }  // mm, where it is: x forward, y to the right
+  [[nodiscard]] double y() const { return y_; }
+  [[nodiscard]] double heading() const { return heading_; }  // rad, clockwise
+  [[nodiscard]] bool stands() const { return left_ == 0 && right_ == 0; }
+  [[nodiscard]] bool is_told_to_stand() const { return wanted_left_ == 0 && wanted_right_ == 0; }
+
+ private:
+  double track_;
+  double acceleration_;
+  double wanted_left_ = 0;
+  double wanted_right_ = 0;
+  double left_ = 0;
+  double right_ = 0;
+  double left_way_ = 0;
+  double right_way_ = 0;
+  double x_ = 0;
+  double y_ = 0;
+  double heading_ = 0;
+  tims::Time last_{};
+};
+
+}  // namespace rack::device
