@@ -53,13 +53,8 @@ std::unique_ptr<Dialogue> make_ptz_camera_over_ip() {
   return std::make_unique<emulator::PtzCamera>(true);
 }
 
-constexpr EmulatorInfo kEmulators[] = {std::unique_ptr<Dialogue> make_roomba(){
-    return std::make_unique<RoombaEmulator>(RoombaModel::kRoomba);
-std::unique_ptr<Dialogue> make_create2() {
-  return std::make_unique<RoombaEmulator>(RoombaModel::kCreate2);
-
-  constexpr std::array kEmulators = {
-      EmulatorInfo{"hokuyo", "Hokuyo URG-04LX", "LadarHokuyoUrg", "pty:/tmp/hokuyo", 19200,
+constexpr EmulatorInfo kEmulators[] = {
+    EmulatorInfo{"hokuyo", "Hokuyo URG-04LX", "LadarHokuyoUrg", "pty:/tmp/hokuyo", 19200,
                    make<emulator::Hokuyo>},
       EmulatorInfo{"ibeo", "Ibeo LD-A", "LadarIbeo", "can:vcan0", 0, make<emulator::Ibeo>},
       EmulatorInfo{"ibeo-lux", "Ibeo Lux", "LadarIbeoLux", "tcp:127.0.0.1:12002", 0,
