@@ -323,10 +323,9 @@ TEST_F(PlaybackTest, ABrokenLineIsNamed) {
 }
 
 TEST_F(PlaybackTest, APacketCaptureGivesThePayloadsOfItsPort) {
-  const auto transport =
-      open_transport(*DeviceAddress::parse("play:" DEVICE_DATA "/vlp16.pcap"
-                                           "?speed=max&port=2368"),
-                     0);
+  const auto transport = open_transport(*DeviceAddress::parse("play:" DEVICE_DATA "/vlp16.pcap"
+                                                              "?speed=max&port=2368"),
+                                        0);
   ASSERT_TRUE(transport) << transport.error().message();
   ASSERT_TRUE(
       receive_until(**transport, arrivals_, text_, [&] { return (*transport)->is_over(); }));

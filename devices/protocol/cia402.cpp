@@ -41,9 +41,10 @@ std::uint32_t bits(double value) {
 }
 
 std::string hex(std::uint32_t value, int digits) {
-  std::array<char, 12> text{};
-  std::snprintf(text.data(), text.size(), "%0*X", digits, static_cast<unsigned>(value));
-  return text.data();
+  std::string text;
+  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
+    text += "0123456789ABCDEF"[value >> shift & 0xF];
+  return text;
 }
 
 }  // namespace

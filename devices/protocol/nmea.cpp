@@ -166,8 +166,8 @@ bool NmeaLines::next(NmeaSentence& sentence) {
   while (buffer_.size() > searched_) {
     const auto bytes = buffer_.bytes().first(std::min(buffer_.size(), kLineMax));
     const auto* const text = reinterpret_cast<const char*>(bytes.data());
-    const auto* const end = static_cast<const char*>(
-        std::memchr(text + searched_, '\n', bytes.size() - searched_));
+    const auto* const end =
+        static_cast<const char*>(std::memchr(text + searched_, '\n', bytes.size() - searched_));
     if (end == nullptr) {
       searched_ = bytes.size();
       if (searched_ < kLineMax) return false;

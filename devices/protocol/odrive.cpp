@@ -3,9 +3,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include "base/text.h"
 #include "devices/core/stream_buffer.h"
 
 namespace rack::device {
@@ -107,9 +107,8 @@ void Odrive::on_heartbeat(std::span<const std::byte> bytes, Time when) {
   const auto errors = little_endian<std::uint32_t>(bytes);
   const auto before = std::exchange(axis_state_, std::to_integer<std::uint8_t>(bytes[4]));
   if (errors != 0 && attempts_ > 0) {
-    std::array<char, 48> text{};
-    std::snprintf(text.data(), text.size(), "reports error %08X", static_cast<unsigned>(errors));
-    fail(text.data());
+    const std::array wire = {bytes[3], bytes[2], bytes[1], bytes[0]};
+    fail("reports error " + tims::base::to_hex(wire));
   } else if (before == kClosedLoop && axis_state_ != kClosedLoop) {
     fail("has left its closed loop, to state " + std::to_string(axis_state_));
   }

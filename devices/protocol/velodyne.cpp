@@ -62,22 +62,22 @@ constexpr std::array<VelodyneLaser, 32> kVlp32 = {
      {10.333, 1.4}, {-1.333, -1.4}}};
 
 // Two fans of 16, by turns: from -30.67 and from -9.33, by 4/3 of a degree.
-std::array<VelodyneLaser, 32> make_hdl32() {
+constexpr std::array<VelodyneLaser, 32> make_hdl32() {
   std::array<VelodyneLaser, 32> lasers{};
   for (std::size_t i = 0; i < lasers.size(); ++i)
     lasers.at(i).elevation =
         (i % 2 == 0 ? -92.0 : -28.0) / 3 + 4.0 / 3 * static_cast<double>(i / 2);
   return lasers;
 }
+constexpr std::array<VelodyneLaser, 32> kHdl32 = make_hdl32();
 
 }  // namespace
 
 const VelodyneLayout* velodyne_layout(std::uint8_t model) {
-  static const std::array<VelodyneLaser, 32> kHdl32 = make_hdl32();
-  static const VelodyneLayout kOfVlp16{kVlp16, 2.304, 55.296, 1, 2, 131'070};
-  static const VelodyneLayout kOfHiRes{kHiRes, 2.304, 55.296, 1, 2, 131'070};
-  static const VelodyneLayout kOfHdl32{kHdl32, 1.152, 46.08, 1, 2, 131'070};
-  static const VelodyneLayout kOfVlp32{kVlp32, 2.304, 55.296, 2, 4, 262'140};
+  static constexpr VelodyneLayout kOfVlp16{kVlp16, 2.304, 55.296, 1, 2, 131'070};
+  static constexpr VelodyneLayout kOfHiRes{kHiRes, 2.304, 55.296, 1, 2, 131'070};
+  static constexpr VelodyneLayout kOfHdl32{kHdl32, 1.152, 46.08, 1, 2, 131'070};
+  static constexpr VelodyneLayout kOfVlp32{kVlp32, 2.304, 55.296, 2, 4, 262'140};
   switch (static_cast<VelodyneModel>(model)) {
     case VelodyneModel::kVlp16:
       return &kOfVlp16;
