@@ -231,7 +231,8 @@ void Lms200::on_arrival(const Arrival& arrival, Output& out) {
       const bool is_slow = settings_.mode == Lms200Mode::kInterlaced;
       timeout_ = arrival.last + (is_slow ? kAnswerTimeInterlaced : kAnswerTime);
     } else if (what == What::kRefused && waits) {
-      refused_ = true;
+      // At the wrong rate any byte comes.
+      refused_ = state_ != State::kLogin;
       retry(arrival.last, out);
     } else if (what == What::kTelegram && waits && telegram.body.size() >= 2 &&
                (telegram.address & kFromScanner) != 0 && telegram.body[0] == kAnswerOfMode) {
