@@ -18,7 +18,9 @@ class WheeledModel {
     wanted_right_ = right;
   }
   void step(tims::Time now) {
+    // What came is of the time when it was on the line, which may be before the last step.
     if (last_ == tims::Time{}) last_ = now;
+    if (now < last_) return;
     const double seconds = std::chrono::duration<double>(now - last_).count();
     last_ = now;
     const double change = acceleration_ * seconds;
