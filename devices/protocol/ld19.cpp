@@ -93,12 +93,14 @@ void Ld19::decode(std::span<const std::byte> packet, Time came) {
   const double took = speed > 0 ? wide / speed : 0;  // s
   const Duration step_time(static_cast<std::int64_t>(1e9 * took / kGaps));
   const double step = wide / kGaps;
-  Time measured = end - step_time * static_cast<std::int64_t>(kLd19Points - 1);
-  for (std::size_t i = 0; i < kLd19Points; ++i, measured += step_time) {
+  std::array<LadarPoint, kLd19Points> points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
     const std::size_t at = kPointsAt + kPointSize * i;
-    scan_.add(first + step * static_cast<double>(i), little_endian<std::uint16_t>(packet, at),
-              std::to_integer<i32>(packet[at + 2]), measured);
+    points[i] = {.angle = static_cast<f32>(first + step * static_cast<double>(i)),
+                 .distance = little_endian<std::uint16_t>(packet, at),
+                 .intensity = std::to_integer<i32>(packet[at + 2])};
   }
+  scan_.add(points, end - step_time * static_cast<std::int64_t>(kLd19Points - 1), step_time);
 }
 
 }  // namespace rack::device

@@ -32,16 +32,29 @@ std::size_t size_of(std::uint8_t type) {
   }
 }
 
+constexpr std::size_t kPointsOfPairs = 32;
+constexpr std::size_t kPointsOfTriples = 96;
+constexpr std::size_t kPointsOfDense = 40;
+
 int points_of(std::uint8_t type) {
-  return type == rplidar::kPairs ? 32 : type == rplidar::kTriples ? 96 : 40;
+  return type == rplidar::kPairs     ? kPointsOfPairs
+         : type == rplidar::kTriples ? kPointsOfTriples
+                                     : kPointsOfDense;
 }
 
 unsigned value(std::byte byte) { return std::to_integer<unsigned>(byte); }
 
+// Eight bytes at a time.
 unsigned sum_of(std::span<const std::byte> bytes) {
-  std::byte sum{};
-  for (const std::byte byte : bytes) sum ^= byte;
-  return value(sum);
+  std::uint64_t sum = 0;
+  for (; bytes.size() >= sizeof sum; bytes = bytes.subspan(sizeof sum)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), sizeof word);
+    sum ^= word;
+  }
+  for (const std::byte byte : bytes) sum ^= std::to_integer<std::uint64_t>(byte);
+  for (unsigned half = 32; half >= 8; half /= 2) sum ^= sum >> half;
+  return sum & 0xFF;
 }
 
 bool is_point(std::span<const std::byte> bytes) {
@@ -81,8 +94,37 @@ constexpr std::array<double, kOffsets> triple_offsets() {
 double triple_offset(std::int32_t distance) {
   static constexpr auto kTable = triple_offsets();
   constexpr double kNear = 7.5 * kDegree;
-  return distance < kNearest ? kNear
-                             : kTable[static_cast<std::size_t>(kOffsetOver / (4 * distance))];
+  // Of integers the division takes three times as long; rounded down this is the same.
+  constexpr float kOver = kOffsetOver / 4.0F;
+  if (distance < kNearest) return kNear;
+  return kTable[static_cast<std::size_t>(
+      static_cast<std::int32_t>(kOver / static_cast<float>(distance)))];
+}
+
+struct Scale {
+  std::int32_t offset;
+  int shift;
+};
+constexpr Scale scale_from(std::int32_t from, std::int32_t distance, int shift) {
+  return {.offset = distance - from * (1 << shift), .shift = shift};
+}
+// They begin at 0, 512, 1280, 1792 and 3328: the highest four of the twelve bits say which it is.
+constexpr std::array<Scale, 16> make_scales() {
+  std::array<Scale, 16> scales{};
+  for (std::size_t i = 0; i < scales.size(); ++i)
+    scales.at(i) = i < 2    ? scale_from(0, 0, 0)
+                   : i < 5  ? scale_from(512, 1 << 9, 1)
+                   : i < 7  ? scale_from(1280, 1 << 11, 2)
+                   : i < 13 ? scale_from(1792, 1 << 12, 3)
+                            : scale_from(3328, 1 << 14, 4);
+  return scales;
+}
+
+RplidarScaled scaled(std::uint32_t bits) {
+  static constexpr auto kScales = make_scales();
+  const Scale& found = kScales[bits >> 8 & 0xF];
+  return {.distance = found.offset + static_cast<std::int32_t>(bits << found.shift),
+          .shift = found.shift};
 }
 
 constexpr std::int32_t sign_extended(std::uint32_t bits) {
@@ -125,21 +167,7 @@ void seal_rplidar_capsule(std::span<std::byte> capsule) {
   capsule[1] = static_cast<std::byte>(0x50 | sum >> 4);
 }
 
-RplidarScaled rplidar_scaled(std::uint32_t bits) {
-  struct Scale {
-    std::uint32_t from;
-    std::int32_t distance;
-    int shift;
-  };
-  constexpr std::array<Scale, 5> kScales = {
-      {{3328, 1 << 14, 4}, {1792, 1 << 12, 3}, {1280, 1 << 11, 2}, {512, 1 << 9, 1}, {0, 0, 0}}};
-  for (const Scale& scale : kScales)
-    if (bits >= scale.from)
-      return {.distance =
-                  scale.distance + static_cast<std::int32_t>((bits - scale.from) << scale.shift),
-              .shift = scale.shift};
-  return {};
-}
+RplidarScaled rplidar_scaled(std::uint32_t bits) { return scaled(bits); }
 
 void RplidarPackets::clear() {
   buffer_.clear();
@@ -255,45 +283,52 @@ void RplidarPoints::decode_point(const RplidarPacket& packet, TurningScan& scan)
 
 void RplidarPoints::decode_pairs(TurningScan& scan) const {
   constexpr std::size_t kPair = 5;
-  for (int i = 0; i < points_of(rplidar::kPairs); ++i) {
-    const std::size_t at = kCapsuleHead + kPair * static_cast<std::size_t>(i / 2);
-    const bool is_second = i % 2 != 0;
-    const unsigned word = little_endian<std::uint16_t>(before_, at + (is_second ? 2 : 0));
+  std::array<LadarPoint, kPointsOfPairs> points;
+  const auto put = [&](std::size_t point, unsigned word, unsigned offsets) {
+    const unsigned offset = (offsets & 0xF) | (word & 3) << 4;
+    points[point] = {.angle = angle_of(point, offset * (kDegree / 8)),
+                     .distance = static_cast<i32>(word >> 2)};
+  };
+  for (std::size_t point = 0; point < points.size(); point += 2) {
+    const std::size_t at = kCapsuleHead + kPair * (point / 2);
     const unsigned offsets = value(before_[at + 4]);
-    const unsigned offset = (is_second ? offsets >> 4 : offsets & 0xF) | (word & 3) << 4;
-    scan.add(angle_of(i) - offset * (kDegree / 8), static_cast<i32>(word >> 2), 0, time_of(i));
+    put(point, little_endian<std::uint16_t>(before_, at), offsets);
+    put(point + 1, little_endian<std::uint16_t>(before_, at + 2), offsets >> 4);
   }
+  scan.add(points, began_, step_time_);
 }
 
 void RplidarPoints::decode_triples(std::span<const std::byte> next, TurningScan& scan) const {
-  constexpr std::size_t kTriples = 32;
-  const auto word_of = [&](std::size_t triple) {
-    return triple < kTriples ? little_endian<std::uint32_t>(before_, kCapsuleHead + 4 * triple)
-                             : little_endian<std::uint32_t>(next, kCapsuleHead);
-  };
+  constexpr std::size_t kTriples = kPointsOfTriples / 3;
   constexpr std::uint32_t kDistanceMask = 0xFFF;
+  std::array<LadarPoint, kPointsOfTriples> points;
+  std::uint32_t word = little_endian<std::uint32_t>(before_, kCapsuleHead);
+  RplidarScaled own = scaled(word & kDistanceMask);
+  const auto put = [&](std::size_t point, std::int32_t distance) {
+    points[point] = {.angle = angle_of(point, triple_offset(distance)), .distance = distance};
+  };
   for (std::size_t triple = 0; triple < kTriples; ++triple) {
-    const std::uint32_t word = word_of(triple);
-    const RplidarScaled own = rplidar_scaled(word & kDistanceMask);
-    const RplidarScaled after = rplidar_scaled(word_of(triple + 1) & kDistanceMask);
+    const std::uint32_t word_after =
+        triple + 1 < kTriples
+            ? little_endian<std::uint32_t>(before_, kCapsuleHead + 4 * (triple + 1))
+            : little_endian<std::uint32_t>(next, kCapsuleHead);
+    const RplidarScaled after = scaled(word_after & kDistanceMask);
     const RplidarScaled& base = own.distance == 0 && after.distance != 0 ? after : own;
-    const std::array<std::int32_t, 3> distances = {own.distance,
-                                                   predicted(sign_extended(word >> 12), base),
-                                                   predicted(sign_extended(word >> 22), after)};
-    for (int i = 0; i < 3; ++i) {
-      const int point = static_cast<int>(3 * triple) + i;
-      const std::int32_t distance = distances[static_cast<std::size_t>(i)];
-      scan.add(angle_of(point) - triple_offset(distance), distance, 0, time_of(point));
-    }
+    put(3 * triple, own.distance);
+    put(3 * triple + 1, predicted(sign_extended(word >> 12), base));
+    put(3 * triple + 2, predicted(sign_extended(word >> 22), after));
+    word = word_after;
+    own = after;
   }
+  scan.add(points, began_, step_time_);
 }
 
 void RplidarPoints::decode_dense(TurningScan& scan) const {
-  for (int i = 0; i < points_of(rplidar::kDense); ++i) {
-    const unsigned distance =
-        little_endian<std::uint16_t>(before_, kCapsuleHead + 2 * static_cast<std::size_t>(i));
-    scan.add(angle_of(i), static_cast<i32>(distance), 0, time_of(i));
-  }
+  std::array<LadarPoint, kPointsOfDense> points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = {.angle = angle_of(i),
+                 .distance = little_endian<std::uint16_t>(before_, kCapsuleHead + 2 * i)};
+  scan.add(points, began_, step_time_);
 }
 
 }  // namespace rack::device

@@ -116,8 +116,9 @@ class RplidarPoints {
   void decode_pairs(TurningScan& scan) const;
   void decode_triples(std::span<const std::byte> next, TurningScan& scan) const;
   void decode_dense(TurningScan& scan) const;
-  [[nodiscard]] double angle_of(int point) const { return first_ + step_ * point; }
-  [[nodiscard]] Time time_of(int point) const { return began_ + step_time_ * point; }
+  [[nodiscard]] f32 angle_of(std::size_t point, double offset = 0) const {
+    return static_cast<f32>(first_ + step_ * static_cast<double>(point) - offset);
+  }
 
   static constexpr std::size_t kLongest = 132;
 

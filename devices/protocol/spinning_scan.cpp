@@ -28,7 +28,7 @@ std::span<ScanPoint> SpinningScan::add(int sector, bool is_first, Time when, std
     is_whole_ = is_known || is_first;
     first_ = when;
   }
-  const std::size_t begin = building_.points.size();
+  const std::size_t begin = size_;
   if (begin + points > kScan3dPointsMax) {
     is_whole_ = false;
     return {};
@@ -36,7 +36,9 @@ std::span<ScanPoint> SpinningScan::add(int sector, bool is_first, Time when, std
   ++columns_;
   last_ = when;
   building_.scanPointNum = static_cast<i32>(points);
-  building_.points.resize(begin + points, {.type = scan_point::kInvalid});
+  size_ += points;
+  // Points that are there already are not made anew: it takes as long as filling them in.
+  if (building_.points.size() < size_) building_.points.resize(size_);
   return std::span(building_.points).subspan(begin, points);
 }
 
@@ -51,14 +53,15 @@ void SpinningScan::end_sector() {
     building_.sectorNum = settings_.sectors;
     building_.sectorIndex = sector_;
     building_.refPos = {};
-    building_.pointNum = static_cast<i32>(building_.points.size());
+    building_.points.resize(size_);
+    building_.pointNum = static_cast<i32>(size_);
     building_.compressed = 0;
     std::swap(building_, ready_);
     ready_recorded_ = first_ + (last_ - first_) / 2;
     lost_ += has_ready_ ? 1 : 0;
     has_ready_ = true;
   }
-  building_.points.clear();
+  size_ = 0;
   columns_ = 0;
   is_whole_ = false;
 }

@@ -22,9 +22,8 @@ class SpinningScan {
  public:
   explicit SpinningScan(const SpinSettings& settings);
 
-  // Points of a column in `sector`, to be filled in: their places and intensities; all are marked
-  // as not measured before. `is_first`: it is known that the sector begins with this. Empty: there
-  // is no room for so many.
+  // Points of a column in `sector`: each is to be put(), they are those of an older scan.
+  // `is_first`: it is known that the sector begins with this. Empty: there is no room for so many.
   std::span<ScanPoint> add(int sector, bool is_first, Time when, std::size_t points);
   // The sector is complete with the column that was added last.
   void end_sector();
@@ -37,16 +36,15 @@ class SpinningScan {
   // `range`, mm, at which place of the scanner's own frame: marks what is too near, too far.
   // RACK's axes: x ahead, y right, z down.
   void put(ScanPoint& point, i32 range, float x, float y, float z, i16 intensity) const {
-    point.intensity = intensity;
-    if (range <= range_min_) return;
-    if (range > range_max_) {
-      point.type = scan_point::kInvalid | scan_point::kMaxRange;
-      return;
-    }
-    point.x = static_cast<i32>(x);
-    point.y = static_cast<i32>(y);
-    point.z = static_cast<i32>(z);
-    point.type = 0;
+    if (range > range_min_ && range <= range_max_)
+      point = {.x = static_cast<i32>(x),
+               .y = static_cast<i32>(y),
+               .z = static_cast<i32>(z),
+               .intensity = intensity};
+    else
+      point = {.type = range > range_max_ ? scan_point::kInvalid | scan_point::kMaxRange
+                                          : scan_point::kInvalid,
+               .intensity = intensity};
   }
 
   bool take(Scan3dData& scan, Time& recorded);
@@ -61,6 +59,7 @@ class SpinningScan {
   i32 hardware_ = 0;
   Scan3dData building_{};
   Scan3dData ready_{};
+  std::size_t size_ = 0;  // of building_: what its points have behind that is of an older scan
   int sector_ = -1;
   bool is_whole_ = false;
   i32 columns_ = 0;

@@ -10,8 +10,9 @@
 namespace rack::device {
 
 // To -pi up to pi; of angles that are some turns away at most.
-constexpr double within_turn(double angle) {
-  constexpr double kHalf = std::numbers::pi;
+template <typename Number>
+constexpr Number within_turn(Number angle) {
+  constexpr Number kHalf = std::numbers::pi_v<Number>;
   while (angle >= kHalf) angle -= 2 * kHalf;
   while (angle < -kHalf) angle += 2 * kHalf;
   return angle;
@@ -26,15 +27,13 @@ class TurningScan {
 
   void set_range(i32 min, i32 max);  // mm; what lies outside is no point
   void clear();
-  // Clockwise from ahead, rad, some turns away at most; 0 mm: nothing was seen.
+  // One after the other, the first of them measured at `first`: their angles clockwise from ahead,
+  // rad, some turns away at most; 0 mm: nothing was seen. Angles and types are written over.
+  void add(std::span<LadarPoint> points, Time first, Duration step);
   void add(double angle, i32 distance, i32 intensity, Time measured) {
-    constexpr double kQuarter = std::numbers::pi / 2;
-    const double within = within_turn(angle);
-    if (within < -kQuarter && was_right_ && was_ahead_) end_turn(measured);
-    was_ahead_ = was_ahead_ || std::abs(within) < kQuarter;
-    was_right_ = within > kQuarter;
-    ++points_;
-    if (--until_kept_ == 0) keep(within, distance, intensity);
+    LadarPoint point{
+        .angle = static_cast<f32>(angle), .distance = distance, .intensity = intensity};
+    add({&point, 1}, measured, {});
   }
   bool take(LadarData& scan, Time& recorded);
 
@@ -44,19 +43,10 @@ class TurningScan {
  private:
   static constexpr std::size_t kPointsMax = decltype(LadarData::points)::kMax;
 
+  // How many of them belong to this turn. Brings their angles within it, says their types.
+  std::size_t until_seam(std::span<LadarPoint> points);
+  void keep(std::span<const LadarPoint> points);
   void end_turn(Time now);
-  void keep(double angle, i32 distance, i32 intensity) {
-    until_kept_ = keep_each_;
-    if (now_.points.size() == kPointsMax) {
-      is_whole_ = false;  // the next turn keeps fewer
-      return;
-    }
-    const bool is_seen = distance >= range_min_ && distance <= range_max_;
-    now_.points.push_back({.angle = static_cast<f32>(angle),
-                           .distance = distance,
-                           .type = is_seen ? ladar_point::kUnknown : ladar_point::kInvalid,
-                           .intensity = intensity});
-  }
 
   i32 range_min_ = 1;
   i32 range_max_ = 12'000;
@@ -70,7 +60,7 @@ class TurningScan {
   bool was_right_ = false;  // the point before
   std::size_t points_ = 0;  // of this turn, also those that are not kept
   std::size_t keep_each_ = 1;
-  std::size_t until_kept_ = 1;
+  std::size_t left_out_ = 0;  // points, before the next one is kept
   std::uint64_t turns_ = 0;
 };
 

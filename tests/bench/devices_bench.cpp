@@ -17,11 +17,21 @@
 #include <vector>
 
 #include "devices/core/capture.h"
+#include "devices/emulators/hokuyo_emulator.h"
+#include "devices/emulators/ibeo_lux_emulator.h"
+#include "devices/emulators/ld19_emulator.h"
 #include "devices/emulators/room.h"
+#include "devices/emulators/rplidar_emulator.h"
 #include "devices/emulators/sick_compact_emulator.h"
 #include "devices/emulators/sick_s_emulator.h"
+#include "devices/emulators/spinning_scanner.h"
+#include "devices/emulators/virtual_line.h"
 #include "devices/protocol/cola_scan.h"
+#include "devices/protocol/hokuyo.h"
+#include "devices/protocol/ibeo_lux.h"
+#include "devices/protocol/ld19.h"
 #include "devices/protocol/lms200.h"
+#include "devices/protocol/rplidar.h"
 #include "devices/protocol/sick_s.h"
 
 namespace rack::device {
@@ -98,6 +108,48 @@ class CompactDecoder final : public Decoder {
   CompactSegment segment_;
 };
 
+// A driver's whole dialogue; a millisecond passes from piece to piece.
+template <class Dialog, class Data>
+class DialogueDecoder final : public Decoder {
+ public:
+  explicit DialogueDecoder(Dialog dialogue) : dialogue_(std::move(dialogue)) {
+    reserve_all(data_);
+    dialogue_.start(now_, nobody_);
+  }
+  std::size_t take(std::span<const std::byte> piece) override {
+    now_ += std::chrono::milliseconds(1);
+    dialogue_.on_arrival({.bytes = piece, .first = now_, .last = now_}, nobody_);
+    Time recorded;
+    std::size_t found = 0;
+    while (dialogue_.take(data_, recorded)) ++found;
+    return found;
+  }
+
+ private:
+  struct Nobody : Output {
+    void send(std::span<const std::byte>, std::uint32_t) override {}
+  } nobody_;
+  Time now_{std::chrono::seconds(1000)};
+  Dialog dialogue_;
+  Data data_;
+};
+
+template <class Dialog, class Settings>
+std::unique_ptr<Decoder> listen() {
+  return std::make_unique<DialogueDecoder<Dialog, LadarData>>(
+      Dialog(Settings{.only_listen = true}));
+}
+std::unique_ptr<Decoder> listen_to_lux() {
+  return std::make_unique<DialogueDecoder<IbeoLux, LadarData>>(IbeoLux({}));
+}
+std::unique_ptr<Decoder> listen_to_velodyne() {
+  return std::make_unique<DialogueDecoder<Velodyne, Scan3dData>>(Velodyne({}));
+}
+std::unique_ptr<Decoder> listen_to_ouster() {
+  const auto metadata = OusterMetadata::parse(emulator::OusterScanner::metadata());
+  return std::make_unique<DialogueDecoder<Ouster, Scan3dData>>(Ouster(*metadata, {}));
+}
+
 template <class Kind>
 std::unique_ptr<Decoder> make() {
   return std::make_unique<Kind>();
@@ -155,6 +207,33 @@ Bytes compact_segment() {
   return datagram;
 }
 
+// What an emulator says to a driver in a while.
+template <class Host, class Device>
+Bytes said_by(Device device, Host host) {
+  // Nine turns of an Ouster: when they begin anew, it is no datagram that comes late.
+  constexpr std::size_t kEnough = 1 << 21;
+  Bytes said;
+  emulator::VirtualLine line(host, device, {.is_bus = true});
+  line.set_lose([&](bool from_host, std::span<const std::byte> bytes) {
+    if (!from_host) said.insert(said.end(), bytes.begin(), bytes.end());
+    return false;
+  });
+  line.start();
+  line.run(std::chrono::minutes(2), [&] { return said.size() >= kEnough; });
+  return said;
+}
+
+template <std::uint8_t kType>
+Bytes rplidar_says() {
+  return said_by(emulator::Rplidar({.type = kType, .points_a_second = 16'000, .range = 25}),
+                 Rplidar({.has_rate = false, .only_points = kType == rplidar::kPoints}));
+}
+
+Bytes ouster_says() {
+  const auto metadata = OusterMetadata::parse(emulator::OusterScanner::metadata());
+  return said_by(emulator::OusterScanner(), Ouster(*metadata, {}));
+}
+
 // --- what is measured
 
 struct Case {
@@ -167,6 +246,7 @@ struct Case {
 
 constexpr std::size_t kSegment = 1448;  // of TCP
 constexpr std::size_t kSerial = 64;
+constexpr std::size_t kOusterBytes = 3328;  // a datagram of 16 columns of 16 beams
 
 constexpr std::array kCases = {
     Case{"cola-b", [] { return cola_scan_of(ColaDialect::kBinary); }, make<ColaDecoder>, kSegment,
@@ -176,6 +256,23 @@ constexpr std::array kCases = {
     Case{"lms200", lms200_scan, make<Lms200Decoder>, kSerial, 100},
     Case{"sick-s", s300_scan, make<SickSDecoder>, kSerial, 200},
     Case{"sick-compact", compact_segment, make<CompactDecoder>, 0, 200},
+    Case{"hokuyo", [] { return said_by(emulator::Hokuyo(), Hokuyo({})); },
+         listen<Hokuyo, HokuyoSettings>, kSerial, 200},
+    Case{"ibeo-lux", [] { return said_by(emulator::IbeoLux(), IbeoLux({})); }, listen_to_lux,
+         kSegment, 200},
+    Case{"ld19", [] { return said_by(emulator::Ld19(), Ld19({})); }, listen<Ld19, Ld19Settings>,
+         kSerial, 200},
+    Case{"rplidar-81", rplidar_says<rplidar::kPoints>, listen<Rplidar, RplidarSettings>, kSerial,
+         200},
+    Case{"rplidar-82", rplidar_says<rplidar::kPairs>, listen<Rplidar, RplidarSettings>, kSerial,
+         200},
+    Case{"rplidar-84", rplidar_says<rplidar::kTriples>, listen<Rplidar, RplidarSettings>, kSerial,
+         200},
+    Case{"rplidar-85", rplidar_says<rplidar::kDense>, listen<Rplidar, RplidarSettings>, kSerial,
+         200},
+    Case{"velodyne", [] { return said_by(emulator::VelodyneScanner(), Velodyne({})); },
+         listen_to_velodyne, velodyne::kBytes, 200},
+    Case{"ouster", ouster_says, listen_to_ouster, kOusterBytes, 200},
 };
 
 // About a megabyte, again and again.
