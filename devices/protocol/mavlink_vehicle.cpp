@@ -129,6 +129,8 @@ void MavlinkVehicle::on_packet(const Packet& packet, Time now, Output& out) {
       if (millivolts != 0xFFFF) battery_ = millivolts / 1000.0;
       return;
     }
+    case Message::kCommandAck:
+      return on_answer(packet, out);
     case Message::kGpsRaw:
       return on_gps(packet);
     case Message::kAttitude:
@@ -165,6 +167,15 @@ void MavlinkVehicle::on_heartbeat(const Packet& packet, Time now, Output& out) {
   const bool is_in_mode = !settings_.mode || packet.number<std::uint32_t>(0) == *settings_.mode;
   if (!is_in_mode) send_command(kSetMode, {kCustomMode, static_cast<double>(*settings_.mode)}, out);
   if (settings_.arms && !is_armed_ && is_in_mode) send_command(kArm, {1}, out);
+}
+
+// It is in its mode: it may be armed, before its heartbeat says so.
+void MavlinkVehicle::on_answer(const Packet& packet, Output& out) {
+  constexpr std::uint8_t kAccepted = 0;
+  const bool is_done = packet.number<std::uint8_t>(2) == kAccepted;
+  if (is_done && packet.number<std::uint16_t>(0) == kSetMode && settings_.arms && !is_armed_ &&
+      !settings_.only_listen)
+    send_command(kArm, {1}, out);
 }
 
 void MavlinkVehicle::on_gps(const Packet& packet) {

@@ -57,6 +57,7 @@ class MavlinkVehicle final : public ChassisDialogue {
 
   void on_packet(const mavlink::Packet& packet, Time now, Output& out);
   void on_heartbeat(const mavlink::Packet& packet, Time now, Output& out);
+  void on_answer(const mavlink::Packet& packet, Output& out);
   void on_gps(const mavlink::Packet& packet);
   void on_attitude(const mavlink::Packet& packet);
   void on_local_position(const mavlink::Packet& packet);

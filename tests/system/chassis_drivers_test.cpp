@@ -1,11 +1,9 @@
 // Drivers of chassis, real programs, with emulated robots at pseudo terminals: they drive, and they
 // stand whenever nobody drives them any more, also when the driver is killed.
+#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <thread>
-
-#include <fcntl.h>
-#include <unistd.h>
 
 #include "devices/emulators/er1_robot.h"
 #include "devices/emulators/motor_bus.h"
@@ -14,9 +12,11 @@
 #include "devices/emulators/rover.h"
 #include "devices/io/device.h"
 #include "os/clock.h"
+#include "os/wakeup.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/servo_drive.h"
 #include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
@@ -24,47 +24,66 @@ namespace {
 
 namespace device = rack::device;
 
-// A robot at the other end of a terminal, which lives in a thread of its own.
+// A robot at the other end of a terminal, which lives in a thread of its own and tells what its
+// wheels are told.
 class EmulatedRobot {
  public:
   EmulatedRobot(std::unique_ptr<device::Dialogue> robot, std::function<bool()> stands,
                 const std::string& address)
-      : stands_(std::move(stands)), robot_(std::move(robot)) {
+      : robot_(std::move(robot)), ended_(std::move(*os::make_event_fd())) {
     auto line = device::open_transport(*device::DeviceAddress::parse("pty:" + address), 115200);
     EXPECT_TRUE(line) << line.error().message();
     device_ = device::Device::with(std::move(*line), nullptr, *robot_);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
+    thread_ = std::jthread([this, stands = std::move(stands)](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
-        {
-          const std::lock_guard lock(mutex_);
-          (void)device_->wait(os::now());
-        }
-        std::this_thread::sleep_for(500us);  // whoever asks gets the lock
+        const auto waited = device_->wait(tims::kNever, ended_.get());
+        ASSERT_TRUE(waited) << waited.error().message();
+        tell(stands());
       }
     });
   }
-  ~EmulatedRobot() { thread_ = {}; }
-
-  // What its wheels are told.
-  bool is_told_to_stand() {
-    const std::lock_guard lock(mutex_);
-    return stands_();
+  ~EmulatedRobot() {
+    thread_.request_stop();
+    os::signal_event_fd(ended_.get());
+    thread_.join();
   }
 
+  testing::AssertionResult stands_within(Duration limit) {
+    if (becomes(true, limit)) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "the robot drives on for " << limit / 1ms << " ms";
+  }
+  bool drives_within(Duration limit) { return becomes(false, limit); }
+
  private:
+  void tell(bool stands) {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(stands_, stands) != stands) changed_.notify_all();
+  }
+  bool becomes(bool standing, Duration limit) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_until(lock, std::chrono::steady_clock::now() + limit,
+                               [&] { return stands_ == standing; });
+  }
+
   std::mutex mutex_;
-  std::function<bool()> stands_;
+  std::condition_variable changed_;
+  bool stands_ = true;
   std::unique_ptr<device::Dialogue> robot_;
   std::unique_ptr<device::Device> device_;
+  os::File ended_;
   std::jthread thread_;
 };
+
+// Whoever is told to stand does: what takes longer was stopped by something else, its own watchdog.
+constexpr Duration kSoon = kSlowdown * 500ms;
+// A pilot that sends MOVE 50 times a second, or has not said how often.
+constexpr Duration kMoveHolds = 300ms;
 
 struct Driver {
   std::string program;
   std::vector<std::string> arguments;
   std::function<std::unique_ptr<EmulatedRobot>(const std::string& address)> robot;
-  Duration alone;         // how long the robot goes on without its driver, at most
-  Duration begins = 0ms;  // how long it takes until it obeys
+  Duration watchdog;      // how long the robot goes on without its driver
   std::string options{};  // of the address
 };
 
@@ -99,118 +118,118 @@ std::unique_ptr<device::EmulatedMotor> make_drive(std::uint8_t node) {
 }
 
 const std::array kDrivers = {
-    Driver{"ChassisPioneer", {}, making<device::PioneerEmulator>(), 2500ms},
-    Driver{"ChassisRoomba",
-           {},
-           making<device::RoombaEmulator>(device::RoombaModel::kRoomba),
-           kSlowdown * 300ms},
+    Driver{"ChassisPioneer", {}, making<device::PioneerEmulator>(), 2s},
+    Driver{"ChassisRoomba", {}, making<device::RoombaEmulator>(device::RoombaModel::kRoomba), 0s},
     Driver{"ChassisRoomba",
            {"--model=1"},
            making<device::RoombaEmulator>(device::RoombaModel::kCreate2),
-           kSlowdown * 300ms},
-    Driver{"ChassisEr1", {}, making<device::Er1Emulator>(), kSlowdown * 300ms},
-    Driver{"MavlinkVehicle", {"--arm=1", "--mode=15"}, making<device::RoverEmulator>(), 3500ms, 3s},
+           0s},
+    Driver{"ChassisEr1", {}, making<device::Er1Emulator>(), 0s},
+    Driver{"MavlinkVehicle", {"--arm=1", "--mode=15"}, making<device::RoverEmulator>(), 3s},
     Driver{"ChassisCan",
            {"--controller=0", "--gearRatio=5"},
            making_motors(
                2, [](std::uint8_t node) { return std::make_unique<device::OdriveEmulator>(node); }),
-           kSlowdown * 500ms,
-           0ms,
+           200ms,
            "?can=500000"},
     Driver{
         "ChassisCan",
         {"--controller=1"},
         making_motors(
             2, [](std::uint8_t node) { return std::make_unique<device::VescEmulator>(node, 7); }),
-        1500ms,
-        0ms,
+        1s,
         "?can=500000"},
-    Driver{"Chassis402", {}, making_motors(2, make_drive), kSlowdown * 500ms, 0ms, "?can=1000000"},
-    Driver{
-        "ChassisRobucar", {}, making_motors(6, make_drive), kSlowdown * 500ms, 0ms, "?can=1000000"},
+    Driver{"Chassis402", {}, making_motors(2, make_drive), 200ms, "?can=1000000"},
+    Driver{"ChassisRobucar", {}, making_motors(6, make_drive), 200ms, "?can=1000000"},
 };
 
 class ChassisDriversTest : public RobotTest, public testing::WithParamInterface<Driver> {
  protected:
   void SetUp() override {
     RobotTest::SetUp();
-    path_ = "/tmp/chassis-" + std::to_string(::getpid());
-    robot_ = GetParam().robot(path_ + GetParam().options);
+    plug_in();
+    start_driver();
+    ASSERT_TRUE(chassis().set_active_pilot(Address(kWork)).ok());
+  }
+  void plug_in() { robot_ = GetParam().robot(path() + GetParam().options); }
+  void start_driver() {
     auto arguments = GetParam().arguments;
-    arguments.push_back("--device=serial:" + path_ + GetParam().options);
+    arguments.push_back("--device=serial:" + path() + GetParam().options);
     start(GetParam().program, arguments);
     ASSERT_TRUE(turned_on("Chassis(0/0)"));
-    ASSERT_TRUE(chassis().set_active_pilot(Address(kWork)).ok());
-    std::this_thread::sleep_for(GetParam().begins);
   }
+  [[nodiscard]] std::string path() const { return folder_.path() / "robot"; }
   rack::ChassisProxy chassis() { return proxy<rack::ChassisProxy>("Chassis(0/0)"); }
 
-  // As a pilot of 20 Hz; afterwards it drives.
-  void drive_for(Duration how_long) {
+  // As a pilot of 50 Hz, until the robot drives.
+  void drive() {
     auto chassis = this->chassis();
-    const Time end = os::now() + how_long;
-    while (os::now() < end) {
+    const Time end = os::now() + kPatience;
+    do {
+      ASSERT_LT(os::now(), end) << "the robot does not drive";
       const auto moved = chassis.move(200, 0, 0.1F);
       ASSERT_TRUE(moved) << moved.error().message();
-      std::this_thread::sleep_for(50ms);
-    }
-    EXPECT_FALSE(robot_->is_told_to_stand());
+    } while (!robot_->drives_within(20ms));
   }
-  testing::AssertionResult stands_within(Duration limit) {
-    return eventually(
-        [&]() -> std::string { return robot_->is_told_to_stand() ? "" : "the robot drives on"; },
-        limit);
+  testing::AssertionResult may_drive() {
+    return eventually([&]() -> std::string {
+      const auto moved = chassis().move(200, 0, 0);
+      return moved.ok() ? "" : moved.error().message();
+    });
   }
 
-  std::string path_;
+  TemporaryFolder folder_;
   std::unique_ptr<EmulatedRobot> robot_;
 };
 
 TEST_P(ChassisDriversTest, StandsWhenItsPilotIsSilent) {
-  drive_for(1s);
-  EXPECT_TRUE(stands_within(kSlowdown * 400ms));
-  drive_for(500ms);  // and goes on
+  drive();
+  EXPECT_TRUE(robot_->stands_within(kMoveHolds + kSoon));
+  drive();  // and goes on
 }
 
 TEST_P(ChassisDriversTest, StandsWhenAnotherPilotIsChosen) {
-  drive_for(1s);
+  drive();
   ASSERT_TRUE(chassis().set_active_pilot(Address(0x00180000)).ok());
-  EXPECT_TRUE(stands_within(kSlowdown * 120ms));
+  EXPECT_TRUE(robot_->stands_within(kSoon));
   EXPECT_FALSE(chassis().move(200, 0, 0).ok());
 }
 
 TEST_P(ChassisDriversTest, StandsWhenItIsTurnedOff) {
-  drive_for(1s);
+  drive();
   ASSERT_TRUE(chassis().off().ok());
-  EXPECT_TRUE(stands_within(kSlowdown * 120ms));
+  EXPECT_TRUE(robot_->stands_within(kSoon));
 }
 
 TEST_P(ChassisDriversTest, StandsWhenItsDriverIsKilled) {
-  drive_for(1s);
+  drive();
   kill(GetParam().program);
-  EXPECT_TRUE(stands_within(GetParam().alone));
+  EXPECT_TRUE(robot_->stands_within(GetParam().watchdog + kSoon));
   // Nobody holds the line: another driver takes over.
-  auto arguments = GetParam().arguments;
-  arguments.push_back("--device=serial:" + path_ + GetParam().options);
-  start(GetParam().program, arguments);
-  EXPECT_TRUE(turned_on("Chassis(0/0)"));
+  start_driver();
+}
+
+// Its pilot may be well, but is no longer heard.
+TEST_P(ChassisDriversTest, StandsWhenItsRouterIsKilled) {
+  drive();
+  router_.kill();
+  EXPECT_TRUE(robot_->stands_within(kMoveHolds + kSoon));
+  // Nobody has to choose the pilot again.
+  ASSERT_TRUE(router_.start().ok());
+  ASSERT_TRUE(may_drive());
+  drive();
 }
 
 // Unplugged for a moment: the robot drives on when its pilot does, and nobody has to do anything.
 TEST_P(ChassisDriversTest, ComesBackWithItsLine) {
-  drive_for(500ms);
+  drive();
   robot_.reset();
   EXPECT_TRUE(eventually([&]() -> std::string {
     return chassis().move(200, 0, 0).ok() ? "the driver has not noticed" : "";
   }));
-  robot_ = GetParam().robot(path_ + GetParam().options);
-  EXPECT_TRUE(eventually([&]() -> std::string {
-    const auto moved = chassis().move(200, 0, 0);
-    return moved.ok() ? "" : moved.error().message();
-  }));
-  EXPECT_TRUE(turned_on("Chassis(0/0)"));
-  std::this_thread::sleep_for(GetParam().begins);
-  drive_for(500ms);
+  plug_in();
+  ASSERT_TRUE(may_drive());
+  drive();
 }
 
 INSTANTIATE_TEST_SUITE_P(Drivers, ChassisDriversTest, testing::ValuesIn(kDrivers),
@@ -221,7 +240,8 @@ INSTANTIATE_TEST_SUITE_P(Drivers, ChassisDriversTest, testing::ValuesIn(kDrivers
 class ServoDriveTest : public RobotTest {};
 
 TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
-  const std::string path = "/tmp/servo-" + std::to_string(::getpid());
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "servo";
   const auto axis = making_motors(1, make_drive)(path + "?can=125000");
   start("ServoDrive", {"--gearRatio=10", "--device=serial:" + path + "?can=125000"});
   ASSERT_TRUE(turned_on("ServoDrive(0/0)"));
@@ -244,7 +264,8 @@ TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
 class MavlinkPartsTest : public RobotTest {};
 
 TEST_F(MavlinkPartsTest, AllOfThemHaveTheirDataAndEndTogether) {
-  const std::string path = "/tmp/chassis-parts-" + std::to_string(::getpid());
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "rover";
   const auto rover = making<device::RoverEmulator>()(path);
   auto& program = ModulesTest::start(
       "MavlinkVehicle", {"--errorTimeout=100", "--positionInst=2", "--device=serial:" + path});
