@@ -9,7 +9,7 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 8>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 9>{{
     {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
     {"baudrate", 9600, "9600 or 38400, as the camera is set", 1200, 115200},
     {"periodTime", 100, "ms", 50, 5000},
@@ -18,6 +18,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 8>{{
     {"panVelMax", 100, "at its highest speed, deg/s", 1, 1000},
     {"tiltVelMax", 100, "deg/s", 1, 1000},
     {"zoomVelMax", 50, "%/s", 1, 1000},
+    {"moveDeadline", 0, "how long a MOVE_VEL holds, ms; 0: three periods of its sender", 0,
+     3600000},
 }});
 
 constexpr ModuleInfo kInfo{
@@ -36,7 +38,12 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
   using Command = std::variant<Home, PtzDriveMovePosData, PtzDriveMoveVelData>;
 
   Result<DeviceOptions> device() const override {
-    return device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
+    auto options =
+        device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
+    // Datagrams are numbered: nobody but their sender can go on.
+    if (options && options->address.kind != TransportKind::kUdp)
+      options->last_words = visca::stand();
+    return options;
   }
 
   Result<std::unique_ptr<Visca>> make_dialogue() override {
@@ -52,6 +59,7 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
         ViscaSettings{.is_datagrams = address && address->kind == TransportKind::kUdp,
                       .only_listen = is_recording(),
                       .period = period,
+                      .move_deadline = std::chrono::milliseconds(integer("moveDeadline")),
                       .steps_of_degree = real("stepsPerDegree"),
                       .zoom_max = 1.0 * integer("zoomMax"),
                       .pan_speed_max = 1.0 * integer("panVelMax"),
@@ -99,11 +107,12 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
     return {};
   }
 
-  tims::Time prepare(tims::Time) override {
+  tims::Time prepare(tims::Time now) override {
     const std::lock_guard lock(command_mutex_);
+    if (dialogue().take_overdue()) log().warning("No MOVE_VEL in time, stopped");
     for (const Command& command : commands_) {
       if (const auto* to = std::get_if<PtzDriveMovePosData>(&command)) dialogue().move_to(*to);
-      if (const auto* by = std::get_if<PtzDriveMoveVelData>(&command)) dialogue().move(*by);
+      if (const auto* by = std::get_if<PtzDriveMoveVelData>(&command)) dialogue().move(*by, now);
       if (std::holds_alternative<Home>(command)) dialogue().home();
     }
     commands_.clear();

@@ -8,7 +8,7 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 13>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
     {"canDev", 0, "N of canN", 0, 255},
     {"node", 1, "of the drive", 1, 126},
     {"sliding", 0, "0: it turns (rad, parameters in deg), 1: it slides (mm)", 0, 1},
@@ -24,6 +24,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 13>{{
     {"homingMethod", 35, "of CiA 402; 35, 37: where it is now is 0", -128, 127},
     {"homeAtOn", 0, "1: it goes home when it is turned on", 0, 1},
     {"periodTime", 50, "of the data, ms", 20, 1000},
+    {"moveDeadline", 0, "how long a MOVE_VEL holds, ms; 0: three periods of its sender", 0,
+     3600000},
 }});
 
 constexpr ModuleInfo kInfo{
@@ -70,6 +72,7 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
         .max = axis("posMax"),
         .velocity_max = axis("velMax"),
         .period = period(),
+        .move_deadline = std::chrono::milliseconds(integer("moveDeadline")),
         .only_listen = is_recording()});
     const std::lock_guard lock(wish_mutex_);
     wish_ = {.home = integer("homeAtOn") != 0};
@@ -77,15 +80,16 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
     return dialogue;
   }
 
-  tims::Time prepare(tims::Time) override {
+  tims::Time prepare(tims::Time now) override {
     const std::lock_guard lock(wish_mutex_);
     if (!dialogue().is_ready()) return tims::kNever;
+    if (dialogue().take_overdue()) log().warning("No MOVE_VEL in time, stopped");
     if (std::exchange(wish_.home, false)) dialogue().home();
     if (wish_.position)
       dialogue().move_to(static_cast<double>(wish_.position->position),
                          static_cast<double>(wish_.position->vel),
                          static_cast<double>(wish_.position->acc));
-    if (wish_.velocity) dialogue().move(static_cast<double>(*wish_.velocity));
+    if (wish_.velocity) dialogue().move(static_cast<double>(*wish_.velocity), now);
     wish_ = {};
     return tims::kNever;
   }

@@ -1,13 +1,16 @@
-// Drivers of chassis take no memory while they drive.
+// Drivers of what moves, and of boards, take no memory while it moves.
 #include <gtest/gtest.h>
 
 #include "devices/emulators/er1_robot.h"
+#include "devices/emulators/io_board.h"
 #include "devices/emulators/motor_bus.h"
 #include "devices/emulators/pioneer.h"
+#include "devices/emulators/ptz_camera.h"
 #include "devices/emulators/roomba_robot.h"
 #include "devices/emulators/rover.h"
 #include "devices/protocol/mavlink_vehicle.h"
 #include "devices/protocol/motor_chassis.h"
+#include "devices/protocol/servo_axis.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {
@@ -45,8 +48,9 @@ class Said final : public Output {
   std::size_t count_ = 0;
 };
 
-// Of the driver's side, in ten seconds of driving.
-std::size_t allocations_of(ChassisDialogue& host, Dialogue& device) {
+// Of the driver's side, in ten seconds in which `command` tells it each millisecond what to do.
+template <class Data, class Dialog, class Command>
+std::size_t allocations_while(Dialog& host, Dialogue& device, Command command) {
   Said to_host;
   Said to_device;
   Time now{1000s};
@@ -56,7 +60,7 @@ std::size_t allocations_of(ChassisDialogue& host, Dialogue& device) {
   int data_sets = 0;
   device.start(now, to_host);
   host.start(now, to_device);
-  ChassisData data;
+  Data data;
   Time recorded{};
   for (; now < end; now += 1ms) {
     if (device.next_timeout() <= now) device.on_timeout(now, to_host);
@@ -64,8 +68,7 @@ std::size_t allocations_of(ChassisDialogue& host, Dialogue& device) {
     const std::size_t before = tims::test::allocations();
     to_host.tell(host, now, to_device);
     if (host.next_timeout() <= now) host.on_timeout(now, to_device);
-    const float speed = 100 + static_cast<float>((now - Time{}) / 50ms % 100);
-    host.drive({.vx = speed, .omega = 0.1F}, now);
+    command(now);
     const bool has = host.take(data, recorded);
     if (now < ready_by) continue;
     count += tims::test::allocations() - before;
@@ -74,6 +77,13 @@ std::size_t allocations_of(ChassisDialogue& host, Dialogue& device) {
   EXPECT_FALSE(host.failure());
   EXPECT_GE(data_sets, 50);
   return count;
+}
+
+std::size_t allocations_of(ChassisDialogue& host, Dialogue& device) {
+  return allocations_while<ChassisData>(host, device, [&](Time now) {
+    const float speed = 100 + static_cast<float>((now - Time{}) / 50ms % 100);
+    host.drive({.vx = speed, .omega = 0.1F}, now);
+  });
 }
 
 TEST(NoAllocationTest, OnSerialLines) {
@@ -93,30 +103,74 @@ TEST(NoAllocationTest, OnSerialLines) {
   EXPECT_EQ(allocations_of(vehicle, rover), 0U);
 }
 
-std::size_t allocations_at_can(Dialogue& bus, bool is_canopen,
-                               const std::function<std::unique_ptr<Motor>(std::uint8_t)>& make) {
+using MakeMotor = std::function<std::unique_ptr<Motor>(std::uint8_t node, MotorTask task)>;
+std::size_t allocations_at_can(Dialogue& bus, const Wheels& wheels, bool is_canopen,
+                               const MakeMotor& make) {
   std::vector<MotorLink> links;
-  for (std::uint8_t node = 1; node <= 2; ++node) links.push_back({make(node), "motor", 0.05});
-  MotorChassis chassis({.is_canopen = is_canopen}, Wheels::differential(400), std::move(links));
+  for (std::size_t i = 0; i < wheels.motors(); ++i) {
+    const auto task = wheels.is_steering(i) ? MotorTask::kPositions : MotorTask::kTurns;
+    links.push_back({make(static_cast<std::uint8_t>(i + 1), task), "motor", 0.05});
+  }
+  MotorChassis chassis({.is_canopen = is_canopen}, wheels, std::move(links));
   return allocations_of(chassis, bus);
 }
 
 TEST(NoAllocationTest, OnCan) {
-  EXPECT_EQ(allocations_at_can(*odrive_base(), false,
-                               [](std::uint8_t node) {
-                                 return std::make_unique<Odrive>(node, MotorTask::kTurns);
-                               }),
+  const Wheels differential = Wheels::differential(400);
+  const auto odrive = [](std::uint8_t node, MotorTask task) {
+    return std::make_unique<Odrive>(node, task);
+  };
+  const auto vesc = [](std::uint8_t node, MotorTask task) {
+    return std::make_unique<Vesc>(VescSettings{.node = node, .task = task});
+  };
+  const auto drive = [](std::uint8_t node, MotorTask task) {
+    return std::make_unique<Cia402>(Cia402Settings{.node = node, .task = task});
+  };
+  EXPECT_EQ(allocations_at_can(*odrive_base(), differential, false, odrive), 0U);
+  EXPECT_EQ(allocations_at_can(*vesc_base(), differential, false, vesc), 0U);
+  EXPECT_EQ(allocations_at_can(*cia402_base(), differential, true, drive), 0U);
+  EXPECT_EQ(allocations_at_can(*robucar(), Wheels::double_ackermann(1200, 1000, 0.5), true, drive),
             0U);
-  EXPECT_EQ(allocations_at_can(*vesc_base(), false,
-                               [](std::uint8_t node) {
-                                 return std::make_unique<Vesc>(VescSettings{.node = node});
-                               }),
+}
+
+TEST(NoAllocationTest, AnAxis) {
+  ServoAxis axis({.gear = 10, .min = -2, .max = 2});
+  const auto bus = servo();
+  EXPECT_EQ(allocations_while<ServoDriveData>(axis, *bus,
+                                              [&](Time now) {
+                                                if (!axis.is_ready()) return;
+                                                const auto step = (now - Time{}) / 1ms;
+                                                if (step % 40 == 0) axis.move(0.3, now);
+                                                if (step % 700 == 0) axis.move_to(0, 0.5, 1);
+                                                if (step % 5000 == 0) axis.home();
+                                                (void)axis.is_reached();
+                                              }),
             0U);
-  EXPECT_EQ(allocations_at_can(*cia402_base(), true,
-                               [](std::uint8_t node) {
-                                 return std::make_unique<Cia402>(Cia402Settings{.node = node});
-                               }),
-            0U);
+}
+
+TEST(NoAllocationTest, CameraMounts) {
+  for (const bool is_datagrams : {false, true}) {
+    Visca mount({.is_datagrams = is_datagrams});
+    emulator::PtzCamera camera(is_datagrams);
+    const auto command = [&](Time now) {
+      const auto step = (now - Time{}) / 1ms;
+      if (step % 50 == 0) mount.move({.velPan = 0.1F, .velTilt = -0.1F, .velZoom = 2}, now);
+      if (step % 700 == 0) mount.move_to({.posPan = 0.2F, .posZoom = 30});
+      if (step % 5000 == 0) mount.home();
+      (void)mount.take_reached();
+    };
+    EXPECT_EQ(allocations_while<PtzDriveData>(mount, camera, command), 0U) << is_datagrams;
+  }
+}
+
+TEST(NoAllocationTest, BoardsWithPins) {
+  Firmata board({.layout = {.inputs = {2, 3}, .outputs = {12, 13}, .analogs = {0}}});
+  emulator::IoBoard pins;
+  const auto command = [&](Time now) {
+    const std::array<u8, 2> levels{static_cast<u8>((now - Time{}) / 30ms % 2), 1};
+    board.set(levels);
+  };
+  EXPECT_EQ(allocations_while<IoData>(board, pins, command), 0U);
 }
 
 }  // namespace

@@ -61,14 +61,45 @@ TEST_F(ServoAxisTest, AnAxisThatIsBuiltInTheOtherWayRound) {
 
 TEST_F(ServoAxisTest, MovesUntilItIsStopped) {
   build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
-  axis_->move(0.5);
-  line_->run(2s);
+  for (int i = 0; i < 20; ++i) {
+    axis_->move(0.5, line_->now());
+    line_->run(100ms);
+  }
   EXPECT_NEAR(position(), 1, 0.2);
-  axis_->move(0);
+  axis_->move(0, line_->now());
   line_->run(200ms);
   const double there = position();
   line_->run(2s);
   EXPECT_NEAR(position(), there, 0.05);
+}
+
+TEST_F(ServoAxisTest, StandsWhenNobodyMovesItAnyMore) {
+  build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
+  for (int i = 0; i < 10; ++i) {
+    axis_->move(1, line_->now());
+    line_->run(50ms);
+  }
+  EXPECT_NEAR(position(), 0.5, 0.2);
+  EXPECT_FALSE(axis_->take_overdue());
+  line_->run(200ms);  // more than three periods
+  EXPECT_TRUE(axis_->take_overdue());
+  const double there = position();
+  EXPECT_LT(there, 0.8);
+  line_->run(2s);
+  EXPECT_NEAR(position(), there, 0.05);
+  // What it is told to reach it reaches.
+  axis_->move(1, line_->now());
+  axis_->move_to(-1, 0, 0);
+  line_->run(5s);
+  EXPECT_NEAR(position(), -1, 1e-3);
+  EXPECT_FALSE(axis_->take_overdue());
+}
+
+TEST_F(ServoAxisTest, ATimeThatIsSetHoldsForOneCommand) {
+  build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1, .move_deadline = 2s});
+  axis_->move(0.5, line_->now());
+  line_->run(4s);
+  EXPECT_NEAR(position(), 1, 0.1);
 }
 
 TEST_F(ServoAxisTest, EachOfManyPositionsIsTaken) {
@@ -95,8 +126,9 @@ TEST_F(ServoAxisTest, HomeIsHere) {
 
 TEST_F(ServoAxisTest, StopsWithItsHost) {
   build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
-  axis_->move(1);
-  line_->run(1s);
+  axis_->move(1, line_->now());
+  line_->run(100ms);
+  EXPECT_TRUE(bus_.motor(0).is_enabled());
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
   line_->run(400ms);
   EXPECT_EQ(bus_.motor(0).shaft().wanted(), 0);

@@ -50,9 +50,9 @@ std::vector<std::byte> first_command(auto command) {
 // As Sony's list of commands has them.
 TEST(ViscaTest, CommandsOfTheManual) {
   EXPECT_EQ(first_command([](Visca& v) { v.home(); }), bytes({0x81, 0x01, 0x06, 0x04, 0xFF}));
-  EXPECT_EQ(first_command([](Visca& v) { v.move({}); }),
+  EXPECT_EQ(first_command([](Visca& v) { v.move({}, Time(1s)); }),
             bytes({0x81, 0x01, 0x06, 0x01, 0x01, 0x01, 0x03, 0x03, 0xFF}));
-  EXPECT_EQ(first_command([](Visca& v) { v.move({.velPan = 9, .velTilt = -9}); }),
+  EXPECT_EQ(first_command([](Visca& v) { v.move({.velPan = 9, .velTilt = -9}, Time(1s)); }),
             bytes({0x81, 0x01, 0x06, 0x01, 0x18, 0x14, 0x02, 0x02, 0xFF}));
   EXPECT_EQ(first_command([](Visca& v) {
               v.move_to({.posPan = -10 * std::numbers::pi_v<float> / 180,
@@ -111,8 +111,10 @@ TEST_P(ViscaDialogue, ItGoesWhereItIsToldAndSaysSo) {
   EXPECT_FALSE(driver.take_reached());
   EXPECT_EQ(driver.refused(), 0U);
 
-  driver.move({.velPan = -0.5F, .velZoom = 10});
-  line.run(1s);
+  for (int i = 0; i < 10; ++i) {
+    driver.move({.velPan = -0.5F, .velZoom = 10}, line.now());
+    line.run(100ms);
+  }
   ASSERT_TRUE(driver.take(data, recorded));
   EXPECT_LT(data.posPan, 0.2);
   EXPECT_GT(data.posZoom, 45);
@@ -120,6 +122,30 @@ TEST_P(ViscaDialogue, ItGoesWhereItIsToldAndSaysSo) {
   line.stop_host();
   line.run(100ms);
   EXPECT_TRUE(camera.stands());
+}
+
+TEST_P(ViscaDialogue, StandsWhenNobodyMovesItAnyMore) {
+  emulator::PtzCamera camera(GetParam());
+  Visca driver({.is_datagrams = GetParam()});
+  VirtualLine line(driver, camera, settings());
+  line.start();
+  ASSERT_TRUE(line.run(2s, [&] { return driver.is_ready(); }));
+  for (int i = 0; i < 5; ++i) {
+    driver.move({.velPan = 0.5F, .velTilt = 0.1F, .velZoom = 5}, line.now());
+    line.run(50ms);
+  }
+  EXPECT_FALSE(camera.stands());
+  line.run(80ms);  // its last word is 130 ms old
+  EXPECT_FALSE(camera.stands());
+  EXPECT_FALSE(driver.take_overdue());
+  line.run(100ms);
+  EXPECT_TRUE(camera.stands());
+  EXPECT_TRUE(driver.take_overdue());
+  // What it is told to reach it reaches, however long that takes.
+  driver.move({.velPan = 0.5F}, line.now());
+  driver.move_to({.posPan = -0.5F});
+  EXPECT_TRUE(line.run(10s, [&] { return driver.take_reached(); }));
+  EXPECT_FALSE(driver.take_overdue());
 }
 
 TEST_P(ViscaDialogue, ALostAnswerIsAskedForAgain) {
@@ -174,7 +200,7 @@ TEST(ViscaTest, NoiseBreaksNothing) {
 TEST(ViscaTest, NumbersThatAreNoneDoNotMoveIt) {
   Visca driver({});
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  driver.move({.velPan = nan, .velTilt = nan, .velZoom = nan});
+  driver.move({.velPan = nan, .velTilt = nan, .velZoom = nan}, Time(1s));
   driver.move_to({.posPan = nan, .posTilt = 1e30F, .posZoom = nan});
 }
 

@@ -8,9 +8,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kDeadlineMin = 50ms;  // of a very fast pilot: the scheduler may be late once
-constexpr Duration kDeadlineMax = 1s;
-constexpr int kPeriods = 3;
 constexpr Duration kStep = 20ms;  // of a speed that grows or falls
 
 float limited(float wish, i32 smallest, i32 largest) {
@@ -22,50 +19,21 @@ float limited(float wish, i32 smallest, i32 largest) {
 
 }  // namespace
 
-void PilotPeriod::on_move(Time now) {
-  const Duration gap = now - last_;
-  if (last_ != Time{} && gap <= kLongest)
-    gaps_[count_++ % kGaps] = gap;
-  else
-    count_ = 0;
-  last_ = now;
-}
-
-void PilotPeriod::reset() {
-  count_ = 0;
-  last_ = {};
-}
-
-Duration PilotPeriod::period() const {
-  constexpr std::size_t kEnough = 3;
-  const std::size_t known = std::min(count_, kGaps);
-  if (known < kEnough) return kUnknown;
-  auto sorted = gaps_;
-  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(known));
-  return sorted[known / 2];
-}
-
 void ChassisControl::set_active_pilot(tims::Address pilot) {
   pilot_ = pilot;
-  period_.reset();
   stop();
+  deadline_.forget();
 }
 
 void ChassisControl::stop() {
   wanted_ = {};
   now_ = {};
-  moved_ = tims::kNever;
-}
-
-Duration ChassisControl::deadline() const {
-  if (rules_.move_deadline > Duration(0)) return rules_.move_deadline;
-  return std::clamp<Duration>(kPeriods * period_.period(), kDeadlineMin, kDeadlineMax);
+  deadline_.end();
 }
 
 void ChassisControl::move(const ChassisMoveData& wish, Time now) {
-  period_.on_move(now);
-  if (moved_ == tims::kNever) stepped_ = now;
-  moved_ = now;
+  if (!deadline_.holds()) stepped_ = now;
+  deadline_.on_move(now);
   wanted_ = within_limits(wish);
 }
 
@@ -83,8 +51,8 @@ ChassisSpeed ChassisControl::within_limits(const ChassisMoveData& wish) const {
 }
 
 ChassisSpeed ChassisControl::speed(Time now) {
-  if (moved_ == tims::kNever) return {};
-  if (now - moved_ >= deadline()) {
+  if (!deadline_.holds()) return {};
+  if (deadline_.due() <= now) {
     overdue_ = overdue_ || wanted_ != ChassisSpeed{} || now_ != ChassisSpeed{};
     stop();
     return {};
@@ -116,9 +84,8 @@ float ChassisControl::approach(float from, float to, float acceleration, float d
 }
 
 Time ChassisControl::next_change() const {
-  if (moved_ == tims::kNever) return tims::kNever;
-  const Time overdue = moved_ + deadline();
-  return now_ == wanted_ ? overdue : std::min(stepped_ + kStep, overdue);
+  const Time overdue = deadline_.due();
+  return !deadline_.holds() || now_ == wanted_ ? overdue : std::min(stepped_ + kStep, overdue);
 }
 
 bool ChassisControl::take_overdue() { return std::exchange(overdue_, false); }

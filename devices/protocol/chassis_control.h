@@ -7,16 +7,10 @@
 // allow.
 #pragma once
 
-#include <array>
-#include <cstddef>
-
+#include "devices/protocol/move_deadline.h"
 #include "rack/proxies/chassis.h"
-#include "tims/time.h"
 
 namespace rack::device {
-
-using tims::Duration;
-using tims::Time;
 
 struct ChassisSpeed {
   float vx = 0;     // mm/s, forward
@@ -24,24 +18,6 @@ struct ChassisSpeed {
   float omega = 0;  // rad/s, clockwise
 
   bool operator==(const ChassisSpeed&) const = default;
-};
-
-// How often a pilot sends MOVE: the middle one of the last gaps, so that neither two in a row nor a
-// single late one counts.
-class PilotPeriod {
- public:
-  void on_move(Time now);
-  void reset();
-  [[nodiscard]] Duration period() const;
-
- private:
-  static constexpr std::size_t kGaps = 5;
-  static constexpr Duration kUnknown = std::chrono::milliseconds(100);
-  static constexpr Duration kLongest = std::chrono::seconds(1);  // a longer gap is a new beginning
-
-  std::array<Duration, kGaps> gaps_{};
-  std::size_t count_ = 0;
-  Time last_{};
 };
 
 struct ChassisRules {
@@ -54,7 +30,7 @@ struct ChassisRules {
 class ChassisControl {
  public:
   ChassisControl(const ChassisParamData& limits, const ChassisRules& rules)
-      : limits_(limits), rules_(rules) {}
+      : limits_(limits), rules_(rules), deadline_(rules.move_deadline) {}
 
   [[nodiscard]] const ChassisParamData& limits() const { return limits_; }
   [[nodiscard]] tims::Address active_pilot() const { return pilot_; }
@@ -70,7 +46,7 @@ class ChassisControl {
   [[nodiscard]] Time next_change() const;
   // The last wish was too old: the vehicle was stopped. True once for each time.
   bool take_overdue();
-  [[nodiscard]] Duration deadline() const;
+  [[nodiscard]] Duration deadline() const { return deadline_.length(); }
 
  private:
   void stop();
@@ -81,11 +57,10 @@ class ChassisControl {
   ChassisParamData limits_;
   ChassisRules rules_;
   tims::Address pilot_ = kNoPilot;
-  PilotPeriod period_;
+  MoveDeadline deadline_;  // while it holds no MOVE, it stands
   ChassisSpeed wanted_;
   ChassisSpeed now_;
-  Time moved_ = tims::kNever;  // the last MOVE; kNever: none, it stands
-  Time stepped_{};             // speed() was asked
+  Time stepped_{};  // speed() was asked
   bool overdue_ = false;
 };
 

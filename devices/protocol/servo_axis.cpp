@@ -18,11 +18,15 @@ Cia402Settings positioning(Cia402Settings settings) {
 }  // namespace
 
 ServoAxis::ServoAxis(const ServoAxisSettings& settings)
-    : settings_(settings), drive_(positioning(settings.drive)), host_(kCycle) {}
+    : settings_(settings),
+      drive_(positioning(settings.drive)),
+      host_(kCycle),
+      deadline_(settings.move_deadline) {}
 
 void ServoAxis::start(Time now, Output& out) {
   clear_failure();
-  is_ready_ = is_stopped_ = has_limits_ = shall_home_ = has_data_ = false;
+  is_ready_ = is_stopped_ = has_limits_ = shall_home_ = has_data_ = overdue_ = false;
+  deadline_.forget();
   next_cycle_ = now + kCycle;
   next_data_ = tims::kNever;
   if (!settings_.only_listen) host_.start(now);
@@ -31,7 +35,8 @@ void ServoAxis::start(Time now, Output& out) {
 
 Time ServoAxis::next_timeout() const {
   if (is_stopped_) return tims::kNever;
-  return std::min({next_cycle_, next_data_, host_.next_timeout(), drive_.next_timeout()});
+  return std::min(
+      {next_cycle_, next_data_, host_.next_timeout(), drive_.next_timeout(), deadline_.due()});
 }
 
 void ServoAxis::on_arrival(const Arrival& arrival, Output& out) {
@@ -46,6 +51,11 @@ void ServoAxis::on_timeout(Time now, Output& out) {
   if (drive_.next_timeout() <= now) drive_.on_timeout(now, out);
   check(now, out);
   if (is_stopped_) return;
+  if (deadline_.due() <= now) {
+    overdue_ = true;
+    move_to(position(), 0, 0);
+    next_cycle_ = now;
+  }
   if (next_cycle_ <= now) {
     next_cycle_ = now + kCycle;
     if (is_ready_ && !settings_.only_listen) command(now, out);
@@ -88,6 +98,7 @@ void ServoAxis::command(Time now, Output& out) {
 
 void ServoAxis::move_to(double position, double velocity, double acceleration) {
   if (!std::isfinite(position)) return;
+  deadline_.end();
   const double most = settings_.velocity_max;
   target_ = std::clamp(position, settings_.min, settings_.max);
   velocity_ = velocity > 0 && std::isfinite(velocity) ? std::min(velocity, most) : most;
@@ -95,14 +106,19 @@ void ServoAxis::move_to(double position, double velocity, double acceleration) {
   has_limits_ = true;
 }
 
-void ServoAxis::move(double velocity) {
-  if (!std::isfinite(velocity) || velocity == 0)
+void ServoAxis::move(double velocity, Time now) {
+  if (!std::isfinite(velocity) || velocity == 0) {
     move_to(position(), 0, 0);
-  else
+  } else {
     move_to(velocity > 0 ? settings_.max : settings_.min, std::abs(velocity), 0);
+    deadline_.on_move(now);
+  }
 }
 
-void ServoAxis::home() { shall_home_ = true; }
+void ServoAxis::home() {
+  shall_home_ = true;
+  deadline_.end();
+}
 
 bool ServoAxis::is_reached() const {
   constexpr double kNear = 1e-2;  // rad of the motor

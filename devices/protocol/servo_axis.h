@@ -1,7 +1,10 @@
 // One axis with a drive after CiA 402: a pan unit, a turntable, a lift.
 #pragma once
 
+#include <utility>
+
 #include "devices/protocol/cia402.h"
+#include "devices/protocol/move_deadline.h"
 #include "rack/proxies/servo_drive.h"
 
 namespace rack::device {
@@ -15,6 +18,7 @@ struct ServoAxisSettings {
   double max = 1e9;
   double velocity_max = 1;  // rad/s or mm/s
   Duration period = std::chrono::milliseconds(50);
+  Duration move_deadline{};  // of move(); 0: three periods of who calls it
   bool only_listen = false;  // to a recording
 };
 
@@ -30,8 +34,11 @@ class ServoAxis final : public Dialogue {
 
   // velocity, acceleration: limits on the way; 0: the largest.
   void move_to(double position, double velocity, double acceleration);
-  // Until it is at the end of its way. 0: it stays where it is.
-  void move(double velocity);
+  // Until it is at the end of its way, or nobody has said it again in time (move_deadline.h). 0: it
+  // stays where it is.
+  void move(double velocity, Time now);
+  // It was stopped because nobody said it again. True once for each time.
+  bool take_overdue() { return std::exchange(overdue_, false); }
   // Here, or where its homing method finds it, is 0.
   void home();
 
@@ -52,6 +59,8 @@ class ServoAxis final : public Dialogue {
   bool is_stopped_ = true;
   Time next_cycle_ = tims::kNever;
   Time next_data_ = tims::kNever;
+  MoveDeadline deadline_;
+  bool overdue_ = false;
   double target_ = 0;  // rad or mm
   double velocity_ = 0;
   double acceleration_ = 0;

@@ -50,6 +50,11 @@ void append_datagram(std::vector<std::byte>& out, Kind kind, std::uint32_t numbe
   out.insert(out.end(), message.begin(), message.end());
 }
 
+std::vector<std::byte> stand() {
+  return {kToCamera, 0x01_b,    0x06_b, 0x01_b, 0x01_b, 0x01_b, 0x03_b, 0x03_b,
+          kEnd,      kToCamera, 0x01_b, 0x04_b, 0x07_b, 0_b,    kEnd};
+}
+
 std::optional<Datagram> parse_datagram(std::span<const std::byte> bytes) {
   if (bytes.size() < kHeadBytes || bytes.size() > kHeadBytes + kBytesMax ||
       big_endian<std::uint16_t>(bytes, 2) != bytes.size() - kHeadBytes)
@@ -90,7 +95,8 @@ void Visca::start(Time now, Output& out) {
   commands_.clear();
   target_.reset();
   is_ready_ = settings_.only_listen;
-  is_reached_ = has_data_ = false;
+  is_reached_ = has_data_ = overdue_ = false;
+  deadline_.forget();
   refused_ = 0;
   timeout_ = tims::kNever;
   asked_ = Asked::kNothing;
@@ -121,7 +127,7 @@ void Visca::begin(Output& out) {
 void Visca::stop(Time, Output& out) {
   if (settings_.only_listen || !is_ready_) return;
   commands_.clear();
-  move({});
+  turn(0, 0, 0);
   send_commands(out);
 }
 
@@ -137,11 +143,15 @@ void Visca::send(Kind kind, std::span<const std::byte> message, Output& out) {
 
 Time Visca::next_timeout() const {
   if (!commands_.empty() && is_ready_) return Time{};
-  return asked_ == Asked::kNothing ? next_question_ : timeout_;
+  return std::min(deadline_.due(), asked_ == Asked::kNothing ? next_question_ : timeout_);
 }
 
 void Visca::on_timeout(Time now, Output& out) {
   if (settings_.only_listen || failure()) return;
+  if (deadline_.due() <= now) {
+    overdue_ = true;
+    turn(0, 0, 0);
+  }
   if (is_ready_) send_commands(out);
   if (asked_ == Asked::kNothing && next_question_ <= now) {
     attempts_ = 0;
@@ -236,6 +246,7 @@ void Visca::home() {
   queue(kHome);
   queue(kWide);
   target_ = Target{};
+  deadline_.end();
 }
 
 int Visca::speed(double velocity, double velocity_max, int steps) const {
@@ -273,12 +284,19 @@ void Visca::move_to(const PtzDriveMovePosData& move) {
   visca::append_nibbles(out, target.zoom);
   out.push_back(visca::kEnd);
   target_ = target;
+  deadline_.end();
 }
 
-void Visca::move(const PtzDriveMoveVelData& move) {
+void Visca::move(const PtzDriveMoveVelData& move, Time now) {
   const int pan = speed(move.velPan, settings_.pan_speed_max * kDegree, kPanSteps);
   const int tilt = speed(move.velTilt, settings_.tilt_speed_max * kDegree, kTiltSteps);
   const int zoom = speed(move.velZoom, settings_.zoom_speed_max, kZoomSteps + 1);
+  turn(pan, tilt, zoom);
+  if (pan != 0 || tilt != 0 || zoom != 0) deadline_.on_move(now);
+}
+
+void Visca::turn(int pan, int tilt, int zoom) {
+  deadline_.end();
   const std::byte pan_way = pan == 0 ? 0x03_b : pan < 0 ? 0x01_b : 0x02_b;
   const std::byte tilt_way = tilt == 0 ? 0x03_b : tilt > 0 ? 0x01_b : 0x02_b;
   const int zoom_step = std::max(0, std::abs(zoom) - 1);

@@ -10,8 +10,10 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 
 #include "devices/core/stream_buffer.h"
+#include "devices/protocol/move_deadline.h"
 #include "rack/proxies/ptz_drive.h"
 
 namespace rack::device {
@@ -35,6 +37,9 @@ int nibbles(std::span<const std::byte> bytes);
 // With its head.
 void append_datagram(std::vector<std::byte>& out, Kind kind, std::uint32_t number,
                      std::span<const std::byte> message);
+
+// What makes the first camera of a serial line stand, whatever it does.
+std::vector<std::byte> stand();
 
 struct Datagram {
   Kind kind{};
@@ -61,6 +66,7 @@ struct ViscaSettings {
   bool is_datagrams = false;
   bool only_listen = false;  // to a recording
   Duration period = std::chrono::milliseconds(100);
+  Duration move_deadline{};       // of move(); 0: three periods of who calls it
   double steps_of_degree = 14.4;  // of pan and tilt; EVI-D70: 13.33
   double zoom_max = 0x4000;       // what is 100 %
   double pan_speed_max = 100;     // deg/s, of its highest step of speed
@@ -70,7 +76,8 @@ struct ViscaSettings {
 
 class Visca final : public Dialogue {
  public:
-  explicit Visca(const ViscaSettings& settings) : settings_(settings) {}
+  explicit Visca(const ViscaSettings& settings)
+      : settings_(settings), deadline_(settings.move_deadline) {}
 
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
@@ -81,12 +88,15 @@ class Visca final : public Dialogue {
   // They are sent at the next on_timeout(), which is due at once.
   void home();
   void move_to(const PtzDriveMovePosData& move);
-  void move(const PtzDriveMoveVelData& move);
+  // Until nobody has said it again in time (move_deadline.h).
+  void move(const PtzDriveMoveVelData& move, Time now);
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(PtzDriveData& data, Time& recorded);
   // Once, when the place of the last move_to() is reached.
   bool take_reached();
+  // It was stopped because nobody said move() again. True once for each time.
+  bool take_overdue() { return std::exchange(overdue_, false); }
   // What the camera did not want, since start().
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
@@ -105,9 +115,12 @@ class Visca final : public Dialogue {
   void on_message(std::span<const std::byte> message, Time when, Output& out);
   void on_answer(std::span<const std::byte> body, Time when, Output& out);
   [[nodiscard]] int speed(double velocity, double velocity_max, int steps) const;
+  void turn(int pan, int tilt, int zoom);  // steps of speed
   void queue(std::span<const std::byte> command);
 
   ViscaSettings settings_;
+  MoveDeadline deadline_;
+  bool overdue_ = false;
   ViscaMessages messages_;
   Asked asked_ = Asked::kNothing;
   int attempts_ = 0;

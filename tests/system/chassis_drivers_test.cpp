@@ -8,12 +8,14 @@
 #include "devices/emulators/er1_robot.h"
 #include "devices/emulators/motor_bus.h"
 #include "devices/emulators/pioneer.h"
+#include "devices/emulators/ptz_camera.h"
 #include "devices/emulators/roomba_robot.h"
 #include "devices/emulators/rover.h"
 #include "devices/io/device.h"
 #include "os/clock.h"
 #include "os/wakeup.h"
 #include "rack/proxies/gps.h"
+#include "rack/proxies/ptz_drive.h"
 #include "rack/proxies/servo_drive.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -161,21 +163,16 @@ class ChassisDriversTest : public RobotTest, public testing::WithParamInterface<
   [[nodiscard]] std::string path() const { return folder_.path() / "robot"; }
   rack::ChassisProxy chassis() { return proxy<rack::ChassisProxy>("Chassis(0/0)"); }
 
-  // As a pilot of 50 Hz, until the robot drives.
+  // As a pilot of 50 Hz, until the robot drives. A busy machine may let the robot's watchdog have
+  // its way once: the driver is off for a moment, and the pilot goes on.
   void drive() {
     auto chassis = this->chassis();
     const Time end = os::now() + kPatience;
     do {
-      ASSERT_LT(os::now(), end) << "the robot does not drive";
       const auto moved = chassis.move(200, 0, 0.1F);
-      ASSERT_TRUE(moved) << moved.error().message();
+      ASSERT_LT(os::now(), end) << "the robot does not drive: "
+                                << (moved ? "it hears MOVE" : moved.error().message());
     } while (!robot_->drives_within(20ms));
-  }
-  testing::AssertionResult may_drive() {
-    return eventually([&]() -> std::string {
-      const auto moved = chassis().move(200, 0, 0);
-      return moved.ok() ? "" : moved.error().message();
-    });
   }
 
   TemporaryFolder folder_;
@@ -216,7 +213,6 @@ TEST_P(ChassisDriversTest, StandsWhenItsRouterIsKilled) {
   EXPECT_TRUE(robot_->stands_within(kMoveHolds + kSoon));
   // Nobody has to choose the pilot again.
   ASSERT_TRUE(router_.start().ok());
-  ASSERT_TRUE(may_drive());
   drive();
 }
 
@@ -228,7 +224,6 @@ TEST_P(ChassisDriversTest, ComesBackWithItsLine) {
     return chassis().move(200, 0, 0).ok() ? "the driver has not noticed" : "";
   }));
   plug_in();
-  ASSERT_TRUE(may_drive());
   drive();
 }
 
@@ -259,6 +254,35 @@ TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
     const auto data = servo.get_data();
     return data && std::abs(data->position) < 0.01F ? "" : "it is not at home";
   }));
+}
+
+// A mount that turns does not turn for ever, whoever has died.
+class PtzDriveTest : public RobotTest {
+ protected:
+  void SetUp() override {
+    RobotTest::SetUp();
+    auto camera = std::make_unique<device::emulator::PtzCamera>();
+    const auto* const seen = camera.get();
+    camera_.emplace(
+        std::move(camera), [seen] { return seen->stands(); }, folder_.path() / "mount");
+    start("PtzDrive", {"--device=serial:" + (folder_.path() / "mount").string()});
+    ASSERT_TRUE(turned_on("PtzDrive(0/0)"));
+    auto drive = proxy<rack::PtzDriveProxy>("PtzDrive(0/0)");
+    const auto moved = drive.move_vel({.velPan = 0.2F});
+    ASSERT_TRUE(moved) << moved.error().message();
+    ASSERT_TRUE(camera_->drives_within(kPatience));
+  }
+  TemporaryFolder folder_;
+  std::optional<EmulatedRobot> camera_;
+};
+
+TEST_F(PtzDriveTest, StandsWhenNobodyMovesItAnyMore) {
+  EXPECT_TRUE(camera_->stands_within(kMoveHolds + kSoon));
+}
+
+TEST_F(PtzDriveTest, StandsWhenItsDriverIsKilled) {
+  kill("PtzDrive");
+  EXPECT_TRUE(camera_->stands_within(kSoon));
 }
 
 class MavlinkPartsTest : public RobotTest {};
