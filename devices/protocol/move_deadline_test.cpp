@@ -27,7 +27,8 @@ TEST(MoveDeadlineTest, ThreePeriodsOfItsSender) {
 TEST(MoveDeadlineTest, WhoIsNotKnownYetHasThreeTenthsOfASecond) {
   MoveDeadline deadline;
   EXPECT_EQ(deadline.due(), tims::kNever);
-  EXPECT_EQ(command(deadline, 20ms, 3) + 300ms, deadline.due());
+  const Time last = command(deadline, 20ms, 3);
+  EXPECT_EQ(deadline.due(), last + 300ms);
 }
 
 TEST(MoveDeadlineTest, NeitherTooShortNorTooLong) {
@@ -59,7 +60,8 @@ TEST(MoveDeadlineTest, EndingKeepsThePeriodAndForgettingDoesNot) {
 TEST(MoveDeadlineTest, ATimeThatIsSet) {
   MoveDeadline deadline(10s);
   EXPECT_EQ(deadline.due(), tims::kNever);
-  EXPECT_EQ(command(deadline, 20ms, 10) + 10s, deadline.due());
+  const Time last = command(deadline, 20ms, 10);
+  EXPECT_EQ(deadline.due(), last + 10s);
 }
 
 }  // namespace
