@@ -130,19 +130,25 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
   }
 
   // Holds until one of its parameters is set, or the program ends. While it is on, the next picture
-  // is of the new format.
+  // is of the new format. What is negative stays as it is: the window of the original's GUI sets
+  // either the size or the mode.
   Result<void> set_format(const tims::MessageView& message) {
     const auto asked = decode<CameraFormatData>(message);
     if (!asked) return asked.error();
-    const auto mode = static_cast<u16>(asked->mode);
-    if (asked->mode != mode || depth_of(mode) == 0)
+    const auto present = wanted();
+    if (!present) return present.error();
+    Format format = *present;
+    if (asked->width >= 0) format.width = asked->width;
+    if (asked->height >= 0) format.height = asked->height;
+    if (asked->mode >= 0) format.mode = static_cast<u16>(asked->mode);
+    if (asked->mode > 0xFFFF || depth_of(format.mode) == 0)
       return refused("mode " + std::to_string(asked->mode) + " is none of this camera's");
-    if (asked->width < 1 || asked->height < 1 || asked->width > 0xFFFF || asked->height > 0xFFFF)
+    if (format.width < 1 || format.height < 1 || format.width > 0xFFFF || format.height > 0xFFFF)
       return refused("a picture has 1 to 65535 pixels a side");
-    if (mode != camera_mode::kJpeg && asked->depth != 0 && asked->depth != depth_of(mode))
-      return refused(std::string(name_of_mode(mode)) + " has a depth of " +
-                     std::to_string(depth_of(mode)));
-    const Format format{asked->width, asked->height, mode};
+    if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
+        asked->depth != depth_of(format.mode))
+      return refused(std::string(name_of_mode(format.mode)) + " has a depth of " +
+                     std::to_string(depth_of(format.mode)));
     const auto address = address_for(format);
     if (!address) return address.error();
     if (address->kind == TransportKind::kVideo)

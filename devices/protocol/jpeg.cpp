@@ -76,13 +76,18 @@ std::optional<PictureSize> jpeg_size(std::span<const std::byte> jpeg) {
       return std::to_integer<std::uint32_t>(segment->bytes[at]) << 8 |
              std::to_integer<std::uint32_t>(segment->bytes[at + 1]);
     };
-    return PictureSize{.width = number(7), .height = number(5)};
+    const PictureSize size{.width = number(7), .height = number(5)};
+    return size.width == 0 || size.height == 0 ? std::nullopt : std::optional(size);
   }
   return std::nullopt;
 }
 
 // The library ends its work by a jump: no object with a destructor is made between.
 struct Jpeg::Library {
+  // Progressive pictures have about ten. Each may take as long as a whole picture, and some bytes
+  // are enough for one.
+  static constexpr int kScansMax = 50;
+
   struct Errors {
     jpeg_error_mgr manager{};  // first: the library knows only this
     std::jmp_buf back{};
@@ -106,6 +111,13 @@ struct Jpeg::Library {
     };
     ::jpeg_create_decompress(&decoder);
     ::jpeg_create_compress(&encoder);
+    decoder.progress = &progress;
+    progress.progress_monitor = [](j_common_ptr library) {
+      if (reinterpret_cast<j_decompress_ptr>(library)->input_scan_number <= kScansMax) return;
+      auto* const own = reinterpret_cast<Errors*>(library->err);
+      std::snprintf(own->text.data(), own->text.size(), "it has more than %d scans", kScansMax);
+      std::longjmp(own->back, 1);
+    };
     // Never called: the room is all there is.
     writer.manager.init_destination = [](j_compress_ptr) {};
     writer.manager.empty_output_buffer = [](j_compress_ptr library) -> boolean {
@@ -165,6 +177,7 @@ struct Jpeg::Library {
 
   Errors errors;
   Writer writer;
+  jpeg_progress_mgr progress{};
   jpeg_decompress_struct decoder{};
   jpeg_compress_struct encoder{};
 };

@@ -199,9 +199,10 @@ Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte
   if (size.width > 0xFFFF || size.height > 0xFFFF || !lines.are_whole(size.height))
     return Error(Errc::kMalformed, "a frame of " + std::to_string(frame.size()) +
                                        " bytes is not as long as its camera has said");
-  if (mode == camera_mode::kJpeg) return to_jpeg(grey_or_rgb(head, frame), picture);
-  const LineOf line_of = line_for(head.format, mode);
+  const bool is_to_jpeg = mode == camera_mode::kJpeg;
+  const LineOf line_of = line_for(head.format, is_to_jpeg ? camera_mode::kRgb24 : mode);
   if (line_of == nullptr) return cannot(head.format, mode);
+  if (is_to_jpeg) return to_jpeg(grey_or_rgb(head, frame), picture);
   const std::size_t line_bytes = std::size_t{size.width} * depth_of(mode) / 8;
   if (line_bytes * size.height > kCameraBytesMax)
     return Error(Errc::kTooBig, "the picture is larger than a message may be");

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "devices/core/capture.h"
@@ -104,6 +105,61 @@ TEST(JpegTest, CutAndFlippedFramesBreakNothing) {
   EXPECT_TRUE(maker.make(kJpegHead, frame, camera_mode::kRgb24, picture));
 }
 
+// A JPEG that says it has other pixels.
+std::vector<std::byte> resized(std::vector<std::byte> jpeg, int width, int height) {
+  for (std::size_t i = 2; i + 8 < jpeg.size(); ++i) {
+    if (jpeg[i] != std::byte{0xFF} || jpeg[i + 1] != std::byte{0xC0}) continue;
+    for (const auto& [at, value] : {std::pair{i + 5, height}, std::pair{i + 7, width}}) {
+      jpeg[at] = static_cast<std::byte>(value >> 8);
+      jpeg[at + 1] = static_cast<std::byte>(value);
+    }
+    break;
+  }
+  return jpeg;
+}
+
+TEST(JpegTest, ALieAboutItsSizeCostsNoMemory) {
+  PictureMaker maker;
+  CameraData picture;
+  const auto huge =
+      maker.make(kJpegHead, resized(frames()[0], 65500, 65500), camera_mode::kRgb24, picture);
+  ASSERT_FALSE(huge);
+  EXPECT_EQ(huge.error().code(), tims::Errc::kTooBig);
+  EXPECT_THAT(huge.error().detail(), testing::HasSubstr("65500x65500"));
+  EXPECT_EQ(picture.image.capacity(), 0U);
+  const auto large =
+      maker.make(kJpegHead, resized(frames()[0], 1280, 1024), camera_mode::kRgb24, picture);
+  ASSERT_FALSE(large);
+  EXPECT_EQ(large.error().code(), tims::Errc::kMalformed);
+  for (const auto mode : {camera_mode::kJpeg, camera_mode::kRgb24})
+    EXPECT_FALSE(maker.make(kJpegHead, resized(frames()[0], 0, 120), mode, picture));
+}
+
+// Of the beginning of a scan that holds nothing, again and again: each took as long as a picture.
+TEST(JpegTest, AThousandScansAreNotDecoded) {
+  const auto jpeg = [](std::initializer_list<std::initializer_list<int>> segments) {
+    std::vector<std::byte> all;
+    for (const auto& segment : segments)
+      for (const int value : segment) all.push_back(static_cast<std::byte>(value));
+    return all;
+  };
+  auto picture = jpeg({{0xFF, 0xD8},
+                       {0xFF, 0xC2, 0, 11, 8, 0, 64, 0, 64, 1, 1, 0x11, 0},  // progressive, grey
+                       {0xFF, 0xDB, 0, 67, 0}});
+  picture.insert(picture.end(), 64, std::byte{1});
+  const auto tables = jpeg({{0xFF, 0xC4, 0, 20, 0, 1}});
+  picture.insert(picture.end(), tables.begin(), tables.end());
+  picture.insert(picture.end(), 16, std::byte{0});
+  const auto scan = jpeg({{0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 0, 0}, std::initializer_list<int>{0}});
+  for (int i = 0; i < 1000; ++i) picture.insert(picture.end(), scan.begin(), scan.end());
+  picture.insert(picture.end(), {std::byte{0xFF}, std::byte{0xD9}});
+  PictureMaker maker;
+  CameraData data;
+  const auto made = maker.make(kJpegHead, picture, camera_mode::kMono8, data);
+  ASSERT_FALSE(made);
+  EXPECT_THAT(made.error().detail(), testing::HasSubstr("scans"));
+}
+
 TEST(PictureTest, ColoursOfYuv) {
   // Black, white; red and its neighbour (BT.601).
   const auto frame = bytes({16, 128, 235, 128, 81, 90, 81, 240});
@@ -144,6 +200,15 @@ TEST(PictureTest, WordsHaveTheirHigherByteFirst) {
   EXPECT_FALSE(maker.make(head, bytes({0, 0, 0, 0}), camera_mode::kRgb24, picture));
 }
 
+TEST(PictureTest, DepthDoesNotBecomeJpeg) {
+  PictureMaker maker;
+  CameraData picture;
+  const auto made = maker.make({video::kDepth16, 8, 4, 16}, std::vector<std::byte>(64),
+                               camera_mode::kJpeg, picture);
+  ASSERT_FALSE(made);
+  EXPECT_THAT(made.error().detail(), testing::HasSubstr("Z16  cannot become jpeg"));
+}
+
 TEST(PictureTest, PixelsBecomeJpegAndComeBack) {
   PictureMaker maker(95);
   CameraData rgb{.width = 64, .height = 48, .depth = 24, .mode = camera_mode::kRgb24};
@@ -171,7 +236,11 @@ TEST(PictureTest, PixelsBecomeJpegAndComeBack) {
 TEST(StereoTest, NearThingsAreFartherApart) {
   constexpr int kWidth = 120;
   constexpr int kHeight = 40;
-  std::vector<std::byte> pair(2 * kWidth * kHeight);
+  std::vector<std::byte> pair(std::size_t{2} * kWidth * kHeight);
+  const auto at = [](int x, int y, int width) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  };
   const auto texture = [](int x, int y) {
     std::uint32_t hash =
         static_cast<std::uint32_t>(x) * 374761393U + static_cast<std::uint32_t>(y) * 668265263U;
@@ -179,11 +248,10 @@ TEST(StereoTest, NearThingsAreFartherApart) {
     return static_cast<std::byte>(hash >> 16 & 0xFF);
   };
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x)
-      pair[static_cast<std::size_t>(y * 2 * kWidth + x)] = texture(x, y);
+    for (int x = 0; x < kWidth; ++x) pair[at(x, y, 2 * kWidth)] = texture(x, y);
     for (int x = 0; x < kWidth; ++x) {
       const int apart = x < 60 - 12 ? 5 : 12;
-      pair[static_cast<std::size_t>(y * 2 * kWidth + kWidth + x)] = texture(x + apart, y);
+      pair[at(kWidth + x, y, 2 * kWidth)] = texture(x + apart, y);
     }
   }
   Stereo stereo({.disparities = 32, .block = 7});
@@ -193,7 +261,7 @@ TEST(StereoTest, NearThingsAreFartherApart) {
   for (int y = 5; y < kHeight - 5; ++y)
     for (const auto& [first, last, apart] : {std::array{12, 44, 5}, std::array{68, 112, 12}})
       for (int x = first; x < last; ++x) {
-        const int disparity = found[static_cast<std::size_t>(y * kWidth + x)];
+        const int disparity = found[at(x, y, kWidth)];
         seen += disparity != 0 ? 1 : 0;
         right += disparity != 0 && std::abs(disparity - 16 * apart) <= 8 ? 1 : 0;
       }
@@ -201,8 +269,23 @@ TEST(StereoTest, NearThingsAreFartherApart) {
   EXPECT_EQ(right, seen);
 }
 
+// What is most like it lies to the left of the right picture.
+TEST(StereoTest, WhatOnlyOneEyeSeesIsNotKnown) {
+  constexpr int kWidth = 12;
+  constexpr int kHeight = 5;
+  std::vector<std::byte> pair(std::size_t{2} * kWidth * kHeight);
+  for (std::size_t y = 0; y < kHeight; ++y) {
+    pair[y * 2 * kWidth + 2] = std::byte{255};
+    pair[y * 2 * kWidth + kWidth] = std::byte{255};
+    pair[y * 2 * kWidth + kWidth + 1] = std::byte{128};
+  }
+  Stereo stereo({.disparities = 8, .block = 3});
+  const auto found = stereo.match(pair, kWidth, kHeight);
+  for (std::size_t y = 0; y < kHeight; ++y) EXPECT_EQ(found[y * kWidth + 1], 0);
+}
+
 TEST(StereoTest, ABareWallIsNotKnown) {
-  const std::vector<std::byte> pair(2 * 64 * 32, std::byte{100});
+  const std::vector<std::byte> pair(std::size_t{2} * 64 * 32, std::byte{100});
   Stereo stereo({});
   for (const std::uint16_t disparity : stereo.match(pair, 64, 32)) EXPECT_EQ(disparity, 0);
 }

@@ -66,7 +66,10 @@ void Stereo::match_line(int width, std::uint16_t* out) {
     const auto best = static_cast<int>(std::min_element(sums, sums + far) - sums);
     int texture = 0;
     for (int i = -half; i <= half; ++i) texture += textures_[index(x + i)];
-    bool is_known = best > 0 && best < far - 1 && texture >= settings_.texture_min * area;
+    // Of the right picture all of the block is needed.
+    const bool is_inside = x - best >= half;
+    bool is_known =
+        is_inside && best > 0 && best < far - 1 && texture >= settings_.texture_min * area;
     for (int d = 0; is_known && d < far; ++d)
       is_known = std::abs(d - best) <= 1 ||
                  sums[d] * 100 > sums[best] * static_cast<std::uint32_t>(100 + settings_.unique);

@@ -1,0 +1,73 @@
+// Heads, frames and JPEG pictures of any bytes, in any order: the camera's dialogue comes to no
+// harm, and what becomes a picture is one that can be sent, and made small by CameraJpeg.
+#include <array>
+
+#include "devices/protocol/camera_frames.h"
+#include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+using namespace rack::device;
+using tims::fuzz::require;
+
+constexpr std::array kModes = {rack::camera_mode::kJpeg,   rack::camera_mode::kMono8,
+                               rack::camera_mode::kRgb24,  rack::camera_mode::kYuv422,
+                               rack::camera_mode::kMono16, rack::camera_mode::kRange,
+                               rack::camera_mode::kRange,  rack::camera_mode::kDisparity};
+constexpr std::array kKinds = {video::kHead,   video::kMjpeg,   video::kJpeg,   video::kGrey,
+                               video::kYuyv,   video::kUyvy,    video::kRgb24,  video::kBgr24,
+                               video::kGrey16, video::kDepth16, video::kControl};
+
+struct Camera : Output {
+  void send(std::span<const std::byte> bytes, std::uint32_t id) override {
+    require(bytes.size() == 4 && id != 0);
+  }
+};
+
+void check(const rack::CameraData& picture, PictureMaker& maker, rack::CameraData& small) {
+  require(picture.width > 0 && picture.height > 0);
+  require(picture.image.size() <= rack::kCameraBytesMax);
+  require(static_cast<std::int64_t>(picture.image.size()) == picture.tail_sizes()[0]);
+  if (picture.mode == rack::camera_mode::kJpeg) {
+    const auto size = jpeg_size(picture.image);
+    require(size && size->width == picture.width && size->height == picture.height);
+  }
+  if (!maker.compress(picture, small)) return;
+  require(small.mode == rack::camera_mode::kJpeg);
+  require(small.width == picture.width && small.height == picture.height);
+}
+
+}  // namespace
+
+// Which mode, what it is played with, then frames: kind, two bytes of length, bytes.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return 0;
+  auto bytes = std::as_bytes(std::span(data, size)).subspan(2);
+  const bool has_two_eyes = (data[1] & 1) != 0;
+  CameraFrames camera({.mode = kModes.at(data[0] % kModes.size()),
+                       .quality = 1 + data[1] % 100,
+                       .focal = has_two_eyes ? 100.0 : 0,
+                       .base = has_two_eyes ? 60.0 : 0,
+                       .stereo = {.disparities = 8 + data[1] % 16, .block = 3 + data[1] / 64 * 2}});
+  Camera output;
+  Time now(std::chrono::seconds(1));
+  static PictureMaker maker;
+  static rack::CameraData small;
+  rack::CameraData picture;
+  Time recorded;
+  camera.start(now, output);
+  while (bytes.size() >= 3) {
+    const std::uint32_t kind = kKinds.at(std::to_integer<std::size_t>(bytes[0]) % kKinds.size());
+    const auto length =
+        std::to_integer<std::size_t>(bytes[1]) | std::to_integer<std::size_t>(bytes[2]) << 8;
+    bytes = bytes.subspan(3);
+    const auto frame = bytes.first(std::min(length, bytes.size()));
+    bytes = bytes.subspan(frame.size());
+    now += std::chrono::milliseconds(30);
+    camera.on_arrival({.bytes = frame, .first = now, .last = now, .id = kind}, output);
+    if (camera.take(picture, recorded)) check(picture, maker, small);
+    if (camera.next_timeout() <= now) camera.on_timeout(now, output);
+    if (camera.failure()) camera.start(now, output);
+  }
+  return 0;
+}

@@ -1,0 +1,342 @@
+// The windows for Gps, Gyro, Compass and Camera of the original's GUI at our drivers: one
+// connection with a mailbox a window, big-endian requests with a number that the answer must have,
+// On buttons, data polled and read field by field in the message's order of bytes (specification,
+// section 12). The camera's window waits for the next picture, paints it, and sets either its mode
+// or its size.
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "devices/core/capture.h"
+#include "devices/protocol/picture.h"
+#include "rack/proxies/camera.h"
+#include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/system/modules_fixture.h"
+
+namespace tims::test {
+namespace {
+
+using rack::i16;
+using rack::i32;
+using rack::u16;
+namespace camera_mode = rack::camera_mode;
+
+// As Java's DataInput reads them.
+class Fields {
+ public:
+  explicit Fields(const OwnedMessage& message)
+      : bytes_(message.body), order_(message.header.body_order()) {}
+
+  template <typename T>
+  T next() {
+    std::array<std::byte, sizeof(T)> word{};
+    EXPECT_GE(bytes_.size(), word.size()) << "the message is too short";
+    if (bytes_.size() < word.size()) return {};
+    std::ranges::copy(bytes_.first(word.size()), word.begin());
+    bytes_ = bytes_.subspan(word.size());
+    if (order_ != std::endian::native) std::ranges::reverse(word);
+    return std::bit_cast<T>(word);
+  }
+  [[nodiscard]] std::span<const std::byte> rest() const { return bytes_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::endian order_;
+};
+
+class Window {
+ public:
+  Window(TcpClient& router, std::uint32_t component, std::uint8_t number)
+      : router_(&router), own_(0x00020100U + number), component_(component) {
+    const auto registered = router.register_mailbox(own_);
+    EXPECT_TRUE(registered) << registered.error().message();
+  }
+
+  // Only the answer of the same number is its.
+  std::optional<OwnedMessage> ask(std::int8_t type, std::span<const std::byte> body = {}) {
+    ++number_;
+    const auto sent = router_->send(
+        {.flags = 0, .type = type, .seq_nr = number_, .dest = component_, .src = own_}, body);
+    EXPECT_TRUE(sent) << sent.error().message();
+    for (;;) {
+      auto message = router_->receive();
+      EXPECT_TRUE(message) << component_.to_string() << " does not answer " << int{type};
+      if (!message) return std::nullopt;
+      if (message->header.src == component_ && message->header.seq_nr == number_) return *message;
+    }
+  }
+  int answer_to(std::int8_t type, std::span<const std::byte> body = {}) {
+    const auto message = ask(type, body);
+    return message ? message->header.type : -128;
+  }
+  void press_on() { EXPECT_EQ(answer_to(type::kOn), type::kOk); }
+  // "The newest": its time is 0. Nothing: the window shows no values.
+  std::optional<OwnedMessage> poll() {
+    auto message = ask(type::kGetData, std::array<std::byte, 4>{});
+    if (message && message->header.type != type::kData) message.reset();
+    return message;
+  }
+
+ private:
+  TcpClient* router_;
+  Address own_;
+  Address component_;
+  std::uint8_t number_ = 0;
+};
+
+class OriginalWindowsTest : public ModulesTest {
+ protected:
+  void SetUp() override {
+    ModulesTest::SetUp();
+    auto client = TcpClient::connect(router_.tcp());
+    ASSERT_TRUE(client) << client.error().message();
+    gui_.emplace(std::move(*client));
+    gui_->set_byte_order(std::endian::big);
+    ASSERT_TRUE(gui_->send({.type = wire::router_command::kDisableWatchdog}));
+  }
+  Window open_window(std::uint32_t component) { return {*gui_, component, ++windows_}; }
+  // An emulated device at the end of a terminal; its address for the driver.
+  std::string emulate(const std::string& name) {
+    const std::string path = folder_.path() / name;
+    auto child =
+        ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, "pty:" + path});
+    EXPECT_TRUE(child) << child.error().message();
+    EXPECT_TRUE(child->wait_for_line("speaks with it"));
+    devices_.push_back(std::move(*child));
+    return "--device=serial:" + path;
+  }
+
+  std::optional<TcpClient> gui_;
+
+ private:
+  TemporaryFolder folder_;
+  std::vector<ChildProcess> devices_;
+  std::uint8_t windows_ = 0;
+};
+
+TEST_F(OriginalWindowsTest, GpsShowsWhereItIs) {
+  start("GpsNmea", {emulate("nmea"), "--positionInst=-1"});
+  Window window = open_window(0x00160000);
+  EXPECT_FALSE(window.poll()) << "it is off";
+  window.press_on();
+  struct Shown {
+    i32 mode, altitude, speed, satellites;
+    double latitude, longitude;
+    std::int64_t utc;
+  } shown{};
+  const auto look = [&] {
+    const auto message = window.poll();
+    if (!message) return false;
+    EXPECT_EQ(message->body.size(), 100U);
+    Fields fields(*message);
+    fields.next<i32>();  // recordingTime
+    shown.mode = fields.next<i32>();
+    shown.latitude = fields.next<double>() * 180 / std::numbers::pi;
+    shown.longitude = fields.next<double>() * 180 / std::numbers::pi;
+    shown.altitude = fields.next<i32>();
+    fields.next<float>();  // heading
+    shown.speed = fields.next<i32>();
+    shown.satellites = fields.next<i32>();
+    shown.utc = fields.next<std::int64_t>();
+    return true;
+  };
+  ASSERT_TRUE(eventually([&] { return look() && shown.mode == 2; }, "a fix in three dimensions"));
+  EXPECT_NEAR(shown.latitude, 52.382, 0.001);
+  EXPECT_NEAR(shown.longitude, 9.717, 0.001);
+  EXPECT_NEAR(shown.altitude, 60'000, 10'100);
+  EXPECT_NEAR(shown.speed, 2000, 20);
+  EXPECT_GE(shown.satellites, 8);
+  const Shown before = shown;
+  ASSERT_TRUE(eventually([&] { return look() && shown.utc > before.utc; }, "a second later"));
+  EXPECT_TRUE(shown.latitude != before.latitude || shown.longitude != before.longitude);
+  EXPECT_EQ(window.answer_to(type::kOff), type::kOk);
+  EXPECT_TRUE(eventually([&] { return !window.poll(); }, "no values"));
+}
+
+TEST_F(OriginalWindowsTest, GyroShowsHowItTurns) {
+  start("GyroXsens", {emulate("xsens")});
+  Window window = open_window(0x001E0000);
+  window.press_on();
+  std::array<float, 9> shown{};  // roll pitch yaw, acceleration, rates
+  const auto look = [&] {
+    const auto message = window.poll();
+    if (!message) return false;
+    EXPECT_EQ(message->body.size(), 40U);
+    Fields fields(*message);
+    fields.next<i32>();
+    for (float& value : shown) value = fields.next<float>();
+    return true;
+  };
+  ASSERT_TRUE(eventually(look, "values"));
+  EXPECT_NEAR(std::abs(shown[5]), 9810, 50);   // gravity, mm/s2
+  EXPECT_NEAR(std::abs(shown[8]), 0.2, 0.01);  // it turns, rad/s
+  EXPECT_NEAR(shown[1], 0, 0.01);
+  const float yaw = shown[2];
+  EXPECT_TRUE(eventually([&] { return look() && std::abs(shown[2] - yaw) > 0.05; }, "it turned"));
+}
+
+TEST_F(OriginalWindowsTest, CompassShowsWhereItLooks) {
+  start("CompassCmps03", {emulate("cmps03")});
+  Window window = open_window(0x00280000);
+  window.press_on();
+  float orientation = -1;
+  const auto look = [&] {
+    const auto message = window.poll();
+    if (!message) return false;
+    EXPECT_EQ(message->body.size(), 12U);
+    Fields fields(*message);
+    fields.next<i32>();
+    orientation = fields.next<float>();
+    return true;
+  };
+  ASSERT_TRUE(eventually(look, "a value"));
+  const float before = orientation;
+  EXPECT_TRUE(eventually([&] { return look() && orientation > before + 0.2; }, "15 deg a second"));
+}
+
+// --- pictures
+
+struct Painted {
+  int width = 0;
+  int height = 0;
+  int mode = 0;
+  std::vector<std::byte> rgb;  // of its pixels; empty: nothing is painted
+};
+
+constexpr const char* kFrames = TIMS_TEST_DATA_DIR "/devices/camera/donkeycar-20.cap";
+
+class CameraWindowTest : public OriginalWindowsTest {
+ protected:
+  static std::vector<std::byte> decoded(std::span<const std::byte> jpeg) {
+    rack::device::PictureMaker maker;
+    rack::CameraData picture;
+    const auto made =
+        maker.make({.format = rack::device::video::kMjpeg}, jpeg, camera_mode::kRgb24, picture);
+    EXPECT_TRUE(made) << made.error().message();
+    return {picture.image.begin(), picture.image.end()};
+  }
+
+  // As the window does it, which knows these modes (and two that no driver sends).
+  static Painted paint(const OwnedMessage& message) {
+    Fields fields(message);
+    fields.next<i32>();
+    Painted painted;
+    painted.width = fields.next<i16>();
+    painted.height = fields.next<i16>();
+    fields.next<i16>();  // depth
+    painted.mode = fields.next<i16>();
+    const auto count = fields.next<i32>();  // of bytes, or which filter
+    const auto bytes = fields.rest();
+    const auto pixels =
+        static_cast<std::size_t>(painted.width) * static_cast<std::size_t>(painted.height);
+    if (painted.mode == camera_mode::kJpeg) {
+      EXPECT_EQ(bytes.size(), static_cast<std::size_t>(count));
+      painted.rgb = decoded(bytes);
+    } else if (painted.mode == camera_mode::kRgb24) {
+      painted.rgb.assign(bytes.begin(), bytes.end());
+    } else if (painted.mode == camera_mode::kMono8) {
+      for (const std::byte grey : bytes) painted.rgb.insert(painted.rgb.end(), 3, grey);
+    } else if (painted.mode == camera_mode::kYuv422) {
+      EXPECT_EQ(bytes.size(), pixels * 2);
+      for (std::size_t i = 0; i + 3 < bytes.size(); i += 4)
+        for (const std::size_t y : {i + 1, i + 3}) add_rgb(painted.rgb, bytes, i, y);
+    }
+    EXPECT_EQ(painted.rgb.size(), pixels * 3);
+    return painted;
+  }
+
+  // U Y V Y, with footroom (BT.601).
+  static void add_rgb(std::vector<std::byte>& rgb, std::span<const std::byte> bytes, std::size_t u,
+                      std::size_t y) {
+    const double luma = 1.164 * (std::to_integer<int>(bytes[y]) - 16);
+    const int blue = std::to_integer<int>(bytes[u]) - 128;
+    const int red = std::to_integer<int>(bytes[u + 2]) - 128;
+    for (const double value :
+         {luma + 1.596 * red, luma - 0.392 * blue - 0.813 * red, luma + 2.017 * blue})
+      rgb.push_back(static_cast<std::byte>(std::clamp(value, 0.0, 255.0)));
+  }
+
+  Painted next_picture(Window& window) {
+    const auto message = window.ask(type::kGetNextData);
+    if (!message || message->header.type != type::kData) return {};
+    return paint(*message);
+  }
+  // What its boxes send: the other half is -1.
+  int choose(Window& window, i32 width, i32 height, i32 depth, i32 mode) {
+    std::vector<std::byte> body;
+    for (const i32 number : {width, height, depth, mode})
+      for (int shift = 24; shift >= 0; shift -= 8)
+        body.push_back(static_cast<std::byte>(static_cast<std::uint32_t>(number) >> shift));
+    return window.answer_to(rack::CameraType::kSetFormat, body);
+  }
+
+  // How far the painted picture is from the nearest frame of the recording: mean of all colours; of
+  // grey ones their green, which is near it.
+  double distance_to_recording(const Painted& painted) {
+    if (recorded_.empty()) read_recording();
+    double best = 255;
+    const std::size_t step = painted.mode == camera_mode::kMono8 ? 3 : 1;
+    for (const auto& frame : recorded_) {
+      if (frame.size() != painted.rgb.size()) continue;
+      double sum = 0;
+      for (std::size_t i = step == 3 ? 1 : 0; i < frame.size(); i += step)
+        sum += std::abs(std::to_integer<int>(frame[i]) - std::to_integer<int>(painted.rgb[i]));
+      best = std::min(best, sum * static_cast<double>(step) / static_cast<double>(frame.size()));
+    }
+    return best;
+  }
+
+ private:
+  void read_recording() {
+    std::ifstream file(kFrames);
+    rack::device::CaptureRecord record;
+    for (std::string line; std::getline(file, line);)
+      if (rack::device::parse_record(line, record).value())
+        recorded_.push_back(decoded(record.bytes));
+  }
+
+  std::vector<std::vector<std::byte>> recorded_;
+};
+
+TEST_F(CameraWindowTest, PaintsEachModeOfItsBox) {
+  start("CameraV4l", {std::string("--device=play:") + kFrames + "?loop=1", "--mode=jpeg"});
+  Window window = open_window(0x00150000);
+  window.press_on();
+  const Painted first = next_picture(window);
+  EXPECT_EQ(first.mode, camera_mode::kJpeg);
+  EXPECT_EQ(first.width, 160);
+  EXPECT_EQ(distance_to_recording(first), 0);
+  EXPECT_TRUE(eventually([&] { return next_picture(window).rgb != first.rgb; }, "another picture"));
+  struct Mode {
+    u16 mode;
+    i32 depth;
+    double exactness;
+  };
+  for (const Mode& one : {Mode{camera_mode::kMono8, 8, 25}, Mode{camera_mode::kRgb24, 24, 0.1},
+                          Mode{camera_mode::kYuv422, 16, 25}}) {
+    EXPECT_EQ(choose(window, -1, -1, one.depth, one.mode), type::kOk) << one.mode;
+    Painted painted;
+    ASSERT_TRUE(eventually([&] { return (painted = next_picture(window)).mode == one.mode; },
+                           "the mode " + std::to_string(one.mode)));
+    EXPECT_LE(distance_to_recording(painted), one.exactness) << one.mode;
+  }
+  // A size alone leaves the mode; a mode that no frame can become is refused, and painted is on.
+  EXPECT_EQ(choose(window, 640, 480, -1, -1), type::kOk);
+  EXPECT_EQ(choose(window, -1, -1, 16, camera_mode::kRgb565), type::kError);
+  EXPECT_EQ(next_picture(window).mode, camera_mode::kYuv422);
+}
+
+TEST_F(CameraWindowTest, PaintsWhatCameraJpegMakesOfIt) {
+  start("CameraV4l", {std::string("--device=play:") + kFrames + "?loop=1", "--mode=rgb24"});
+  start("CameraJpeg", {"--instance=1", "--cameraInst=0", "--quality=90"});
+  Window window = open_window(0x00150100);
+  window.press_on();
+  const Painted painted = next_picture(window);
+  EXPECT_EQ(painted.mode, camera_mode::kJpeg);
+  EXPECT_LE(distance_to_recording(painted), 6);
+}
+
+}  // namespace
+}  // namespace tims::test
