@@ -245,7 +245,10 @@ void MavlinkVehicle::on_odometry(const Packet& packet) {
 }
 
 void MavlinkVehicle::on_motion(const Pose& pose, double north, double east, Time when) {
-  if (!std::isfinite(pose.x + pose.y + pose.z + north + east + yaw_)) return;
+  // What it does not know it says to be no number.
+  constexpr double kFar = 1e6;  // m
+  for (const double value : {pose.x, pose.y, pose.z, north, east, yaw_})
+    if (!(std::abs(value) <= kFar)) return;
   ChassisData& data = chassis_.data;
   if (!chassis_.is_new) {
     data.deltaX = data.deltaY = 0;
@@ -264,7 +267,7 @@ void MavlinkVehicle::on_motion(const Pose& pose, double north, double east, Time
   yaw_before_ = yaw_;
   data.vx = real((north * std::cos(yaw_) + east * std::sin(yaw_)) * 1000);
   data.vy = real((east * std::cos(yaw_) - north * std::sin(yaw_)) * 1000);
-  data.omega = real(yaw_speed_);
+  data.omega = std::abs(yaw_speed_) <= kFar ? real(yaw_speed_) : 0;
   data.battery = real(battery_);
   chassis_.recorded = when;
   chassis_.is_new = true;

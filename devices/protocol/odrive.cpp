@@ -17,6 +17,10 @@ constexpr Duration kTick = 50ms;
 constexpr Duration kEncoderLate = 40ms;  // then it is asked for
 constexpr Duration kCloseAgain = 500ms;
 constexpr int kAttempts = 5;
+// More than any of them has: no measurement.
+constexpr float kTurnsMax = 1e7F;
+constexpr float kTurnsEachSecondMax = 1e4F;
+constexpr float kVoltsMax = 1e3F;
 constexpr double kTurn = 2 * std::numbers::pi;
 
 constexpr std::uint32_t kVelocityControl = 2;
@@ -87,14 +91,16 @@ bool Odrive::on_frame(const Arrival& frame, Output& out) {
       }
       break;
     case OdriveCommand::kEncoder:
-      if (bytes.size() < 8 || !std::isfinite(real(bytes, 0)) || !std::isfinite(real(bytes, 4)))
+      if (bytes.size() < 8 || !(std::abs(real(bytes, 0)) <= kTurnsMax) ||
+          !(std::abs(real(bytes, 4)) <= kTurnsEachSecondMax))
         break;
       state_.position = static_cast<double>(real(bytes, 0)) * kTurn;
       state_.velocity = static_cast<double>(real(bytes, 4)) * kTurn;
       state_.measured = frame.last;
       break;
     case OdriveCommand::kBusVoltage:
-      if (bytes.size() >= 4) state_.volts = static_cast<double>(real(bytes, 0));
+      if (bytes.size() >= 4 && std::abs(real(bytes, 0)) <= kVoltsMax)
+        state_.volts = static_cast<double>(real(bytes, 0));
       break;
     default:
       break;
