@@ -96,6 +96,8 @@ constexpr EmulatorInfo kEmulators[] = {
                  make<emulator::IoBoard>},
     EmulatorInfo{"ouster", "Ouster OS-0-16", "Scan3dOuster", "udp:127.0.0.1:7502?local=0", 0,
                  make<emulator::OusterScanner>},
+    EmulatorInfo{"ouster-page", "what an Ouster says of itself", "Scan3dOuster --scanner",
+                 "tcp:127.0.0.1:8075", 0, make<emulator::OusterPage>},
     EmulatorInfo{"velodyne", "Velodyne VLP-16", "Scan3dVelodyne", "udp:127.0.0.1:2368?local=0", 0,
                  make<emulator::VelodyneScanner>},
     EmulatorInfo{"visca", "camera mount with VISCA", "PtzDrive", "pty:/tmp/visca", 9600,

@@ -12,6 +12,7 @@
 #include "devices/core/stream_buffer.h"
 #include "devices/emulators/spinning_scanner.h"
 #include "devices/emulators/virtual_line.h"
+#include "devices/protocol/http_get.h"
 
 namespace rack::device {
 namespace {
@@ -226,6 +227,19 @@ TEST(OusterTest, TheRoomOfTheEmulatorIsSeen) {
       EXPECT_NEAR(level, room.distance(std::atan2(point.y.raw(), point.x.raw())), 60);
     }
   }
+}
+
+TEST(OusterTest, ItsPageIsAskedFor) {
+  emulator::OusterPage page;
+  HttpGet get("scanner", "/api/v1/sensor/metadata");
+  VirtualLine line(get, page, {.piece = 100, .delay = 1ms});
+  line.start();
+  ASSERT_TRUE(line.run(1s, [&] { return get.is_done(); }));
+  EXPECT_TRUE(OusterMetadata::parse(get.body()));
+  HttpGet other("scanner", "/");
+  VirtualLine another(other, page, {});
+  another.start();
+  EXPECT_TRUE(another.run(1s, [&] { return other.failure().has_value(); }));
 }
 
 TEST(OusterTest, ALateDatagramOfTheTurnBeforeIsLeftOut) {

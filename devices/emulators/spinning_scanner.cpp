@@ -109,4 +109,16 @@ void OusterScanner::make(std::uint64_t index, Time began, std::vector<std::byte>
   }
 }
 
+void OusterPage::on_arrival(const Arrival& arrival, Output& out) {
+  question_.append(reinterpret_cast<const char*>(arrival.bytes.data()), arrival.bytes.size());
+  if (!question_.ends_with("\r\n\r\n")) return;
+  const bool is_known = question_.starts_with("GET /api/v1/sensor/metadata ");
+  question_.clear();
+  const std::string_view body = is_known ? OusterScanner::metadata() : std::string_view();
+  const std::string answer = (is_known ? "HTTP/1.1 200 OK" : "HTTP/1.1 404 Not Found") +
+                             std::string("\r\nContent-Type: application/json\r\nContent-Length: ") +
+                             std::to_string(body.size()) + "\r\n\r\n" + std::string(body);
+  out.send(std::as_bytes(std::span(answer)));
+}
+
 }  // namespace rack::device::emulator

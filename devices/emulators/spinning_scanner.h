@@ -2,6 +2,7 @@
 // second in a room, sending datagrams as soon as they are switched on.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -55,6 +56,16 @@ class OusterScanner final : public SpinningScanner {
 
   Room room_;
   OusterMetadata metadata_;
+};
+
+// Its other side: who asks for anything by HTTP is told its metadata.
+class OusterPage final : public Dialogue {
+ public:
+  void start(Time, Output&) override { question_.clear(); }
+  void on_arrival(const Arrival& arrival, Output& out) override;
+
+ private:
+  std::string question_;
 };
 
 }  // namespace rack::device::emulator
