@@ -1,5 +1,6 @@
 #include "devices/emulators/roomba_robot.h"
 
+#include <array>
 #include <vector>
 
 namespace rack::device {
@@ -40,7 +41,12 @@ void put16(std::vector<std::byte>& out, int value) {
 
 }  // namespace
 
-void RoombaEmulator::start(Time, Output&) {}
+void RoombaEmulator::start(Time, Output& out) {
+  started_ = full_ = false;
+  next_frame_ = tims::kNever;
+  heard_.clear();
+  out.set_baud(model_ == RoombaModel::kRoomba ? 57600 : 115200);
+}
 
 void RoombaEmulator::on_arrival(const Arrival& arrival, Output& out) {
   heard_.add(arrival);
@@ -61,6 +67,10 @@ void RoombaEmulator::on_command(std::span<const std::byte> bytes, Time now, Outp
     full_ = false;
   }
   if (!started_) return;
+  constexpr std::array<std::uint32_t, 12> kRates = {300,   600,   1200,  2400,  4800,  9600,
+                                                    14400, 19200, 28800, 38400, 57600, 115200};
+  if (opcode == 0x81 && std::to_integer<std::size_t>(bytes[1]) < kRates.size())
+    out.set_baud(kRates[std::to_integer<std::size_t>(bytes[1])]);
   if (opcode == 0x84) full_ = true;
   if (opcode == 0x8E) send_sensors(out);
   if (opcode == 0x94) next_frame_ = now + kFrames;

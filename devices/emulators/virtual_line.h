@@ -37,6 +37,23 @@ class VirtualLine {
   }
   void start_host() { host_.dialogue.start(now_, host_); }
   void stop_host() { host_.dialogue.stop(now_, host_); }
+  // It was switched off and on.
+  void start_device() {
+    device_.baud = settings_.device_baud;
+    device_.dialogue.start(now_, device_);
+  }
+  // Pulled out: what is on its way is gone. Whoever opens the line again finds it at its first
+  // rate.
+  void unplug() {
+    for (End* const end : {&host_, &device_}) {
+      end->coming.clear();
+      end->free = {};
+    }
+    host_.baud = settings_.host_baud;
+  }
+
+  // Whatever the device sends comes twice.
+  void set_doubled(bool doubled) { is_doubled_ = doubled; }
 
   // Until `done` says so, or that much time is gone. Returns what it said last.
   bool run(Duration at_most, const std::function<bool()>& done) {
@@ -77,6 +94,7 @@ class VirtualLine {
 
     void send(std::span<const std::byte> bytes, std::uint32_t id) override {
       line.carry(*this, bytes, id);
+      if (line.is_doubled_ && this == &line.device_) line.carry(*this, bytes, id);
     }
     void set_baud(std::uint32_t rate) override {
       if (line.settings_.has_rate) baud = rate;
@@ -130,6 +148,7 @@ class VirtualLine {
 
   LineSettings settings_;
   Lose lose_;
+  bool is_doubled_ = false;
   Time now_{std::chrono::seconds(1000)};
   End host_;
   End device_;

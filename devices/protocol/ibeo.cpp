@@ -91,6 +91,8 @@ bool IbeoTelegrams::take(const Arrival& frame, IbeoTelegram& telegram) {
                 .began = frame.first};
     return true;
   }
+  // CAN may bring a frame twice, when its sender missed that it was received.
+  if (number == left_ + 1) return false;
   if (number != left_) {
     broken_ += left_ > 0 ? 1U : 0U;
     left_ = 0;

@@ -357,6 +357,8 @@ void Xsens::on_answer(Time now, Output& out) {
 // An older one does not know what MTData2 is.
 void Xsens::on_refusal(const XsensMessage& message, Output& out) {
   if (state_ == State::kOutput) return enter(State::kPeriod, message.began, out);
+  // It does not say what it refuses: it may be the question before, a second time.
+  if (attempts_ < kAttempts) return ask(message.began, out);
   const unsigned code = message.data.empty() ? 0 : std::to_integer<unsigned>(message.data.front());
   timeout_ = tims::kNever;
   fail(tims::Errc::kSystem, "the device refuses its configuration, error " + std::to_string(code));

@@ -4,10 +4,17 @@
 #include <memory>
 
 #include "devices/protocol/hokuyo.h"
+#include "devices/protocol/http_get.h"
 #include "devices/protocol/ibeo.h"
 #include "devices/protocol/ibeo_lux.h"
 #include "devices/protocol/ld19.h"
+#include "devices/protocol/lms200.h"
+#include "devices/protocol/ouster.h"
 #include "devices/protocol/rplidar.h"
+#include "devices/protocol/sick_cola.h"
+#include "devices/protocol/sick_compact.h"
+#include "devices/protocol/sick_s.h"
+#include "devices/protocol/velodyne.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -26,11 +33,17 @@ void check(const rack::LadarData& scan) {
   }
 }
 
-template <class Dialog>
+void check(const rack::Scan3dData& scan) {
+  tims::fuzz::require(scan.points.size() <= rack::kScan3dPointsMax);
+  tims::fuzz::require(static_cast<std::size_t>(scan.pointNum) == scan.points.size());
+  tims::fuzz::require(scan.pointNum == scan.scanNum * scan.scanPointNum);
+}
+
+template <class Data = rack::LadarData, class Dialog>
 void talk(Dialog dialogue, std::span<const std::byte> bytes, std::size_t piece) {
   Nobody nobody;
   Time now(std::chrono::seconds(1));
-  rack::LadarData scan;
+  Data scan;
   Time recorded;
   dialogue.start(now, nobody);
   while (!bytes.empty()) {
@@ -44,13 +57,46 @@ void talk(Dialog dialogue, std::span<const std::byte> bytes, std::size_t piece) 
   }
 }
 
+// A small one: two columns a datagram, two beams.
+constexpr std::string_view kMetadata =
+    R"({"beam_altitude_angles": [3, -3], "beam_azimuth_angles": [1, -1],
+ "columns_per_frame": 8, "columns_per_packet": 2, "pixels_per_column": 2,
+ "udp_profile_lidar": "RNG19_RFL8_SIG16_NIR16"})";
+
+void talk_ouster(std::span<const std::byte> bytes) {
+  const auto metadata = OusterMetadata::parse(kMetadata);
+  talk<rack::Scan3dData>(Ouster(*metadata, {.sectors = 2}), bytes, metadata->layout.packet_bytes());
+}
+
+// What is understood of a scanner's metadata can be worked with.
+void read_metadata(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto metadata = OusterMetadata::parse(text);
+  if (!metadata) return;
+  const std::vector<std::byte> packet(metadata->layout.packet_bytes());
+  talk<rack::Scan3dData>(Ouster(*metadata, {}), packet, packet.size());
+}
+
+void read_page(std::span<const std::byte> bytes, std::size_t piece) {
+  Nobody nobody;
+  HttpGet get("scanner", "/");
+  get.start({}, nobody);
+  while (!bytes.empty()) {
+    const auto part = bytes.first(std::min(piece, bytes.size()));
+    bytes = bytes.subspan(part.size());
+    get.on_arrival({.bytes = part}, nobody);
+  }
+  get.on_closed();
+  tims::fuzz::require(get.is_done() != get.failure().has_value());
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const auto bytes = std::as_bytes(std::span(data, size)).subspan(2);
   const std::size_t piece = 1U + data[1];
-  switch (data[0] % 8) {
+  switch (data[0] % 16) {
     case 0:
       talk(Hokuyo({.only_listen = true}), bytes, piece);
       break;
@@ -72,8 +118,32 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 6:
       talk(Ibeo({}), bytes, 8);
       break;
-    default:
+    case 7:
       talk(IbeoLux({}), bytes, piece);
+      break;
+    case 8:
+      talk<rack::Scan3dData>(Velodyne({.sectors = 36}), bytes, velodyne::kBytes);
+      break;
+    case 9:
+      talk_ouster(bytes);
+      break;
+    case 10:
+      read_metadata(bytes);
+      break;
+    case 11:
+      read_page(bytes, piece);
+      break;
+    case 12:
+      talk(SickCola({}), bytes, piece);
+      break;
+    case 13:
+      talk(Lms200({}), bytes, piece);
+      break;
+    case 14:
+      talk(SickS({}), bytes, piece);
+      break;
+    default:
+      talk(SickCompact({}), bytes, bytes.size());
       break;
   }
   return 0;
