@@ -68,23 +68,31 @@ std::optional<Duration> parse_time(std::string_view text) {
   return Duration(*whole * kNanoseconds + fraction);
 }
 
-std::optional<unsigned> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
-  if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
-  return std::nullopt;
-}
+// By a character's code; what is no digit has a bit above its lower four.
+constexpr unsigned kNoDigit = 0x10;
+constexpr std::array<std::uint8_t, 256> kDigitOf = [] {
+  std::array<std::uint8_t, 256> digits{};
+  digits.fill(kNoDigit);
+  for (std::size_t i = 0; i < kDigits.size(); ++i) {
+    const auto upper = static_cast<unsigned char>(kDigits[i]);
+    digits[upper] = static_cast<std::uint8_t>(i);
+    if (upper >= 'A') digits[upper - 'A' + 'a'] = static_cast<std::uint8_t>(i);
+  }
+  return digits;
+}();
 
 bool parse_bytes(std::string_view text, std::vector<std::byte>& bytes) {
   bytes.clear();
   if (text.size() % 2 != 0) return false;
-  for (std::size_t i = 0; i < text.size(); i += 2) {
-    const auto high = hex_digit(text[i]);
-    const auto low = hex_digit(text[i + 1]);
-    if (!high || !low) return false;
-    bytes.push_back(static_cast<std::byte>(*high << 4 | *low));
+  bytes.resize(text.size() / 2);
+  unsigned seen = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const unsigned high = kDigitOf[static_cast<unsigned char>(text[2 * i])];
+    const unsigned low = kDigitOf[static_cast<unsigned char>(text[2 * i + 1])];
+    seen |= high | low;
+    bytes[i] = static_cast<std::byte>(high << 4 | low);
   }
-  return true;
+  return (seen & kNoDigit) == 0;
 }
 
 // "181#3701", "18DAF110#R", "00000181#3701". Eight digits of candump are an extended identifier, of

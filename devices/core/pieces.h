@@ -10,6 +10,7 @@ namespace rack::device {
 // `take` is called with arrivals of `most` bytes at most, each with its share of the time.
 template <typename Take>
 void in_pieces(const Arrival& arrival, std::size_t most, Take take) {
+  if (arrival.bytes.size() <= most) return take(arrival);
   const auto size = static_cast<std::int64_t>(arrival.bytes.size());
   const Duration took = arrival.last - arrival.first;
   for (std::size_t at = 0; at < arrival.bytes.size(); at += most) {

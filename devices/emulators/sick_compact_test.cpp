@@ -28,8 +28,10 @@ std::vector<std::byte> segment_of(const SickCompactEmulatorSettings& settings, s
 }
 
 TEST(SickCompactTest, TheCrcIsTheUsualOne) {
-  constexpr std::string_view kCheck = "123456789";
-  EXPECT_EQ(crc32(std::as_bytes(std::span(kCheck))), 0xCBF43926U);
+  const auto crc_of = [](std::string_view text) { return crc32(std::as_bytes(std::span(text))); };
+  EXPECT_EQ(crc_of(""), 0U);
+  EXPECT_EQ(crc_of("123456789"), 0xCBF43926U);
+  EXPECT_EQ(crc_of("The quick brown fox jumps over the lazy dog"), 0x414FA339U);
 }
 
 TEST(SickCompactTest, ASegmentOfBothVersions) {

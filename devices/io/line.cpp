@@ -185,13 +185,13 @@ Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
 }  // namespace
 
 std::size_t Pace::allowed(Time now, std::size_t waiting, std::uint32_t baud) {
-  if (baud == 0) return waiting;
-  if (waiting == 0 || now < free_) return 0;
-  free_ = std::max(free_, now - kSlice);  // an idle line has nothing saved up
-  const auto of_slice = (now + kSlice - free_) / line_time(1, baud);
-  const std::size_t count =
-      std::min(waiting, static_cast<std::size_t>(std::max<std::int64_t>(1, of_slice)));
-  free_ += line_time(count, baud);
+  if (baud == 0 || waiting == 0) return waiting;
+  if (is_idle_) carried_ = now;
+  const Duration of_byte = line_time(1, baud);
+  const std::size_t count = std::min(waiting, static_cast<std::size_t>((now - carried_) / of_byte));
+  carried_ += line_time(count, baud);
+  is_idle_ = count == waiting;
+  next_ = carried_ + std::max(of_byte, std::min(kSlice, line_time(waiting - count, baud)));
   return count;
 }
 

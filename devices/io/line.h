@@ -15,16 +15,19 @@ namespace rack::device {
 tims::Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address,
                                                    std::uint32_t baud);
 
-// Lets bytes pass no faster than a line does, ten bits each.
+// Lets bytes pass no faster than a line does, ten bits each, and no sooner: none before its last
+// bit was on the line.
 class Pace {
  public:
   // How many of `waiting` bytes may go now. `baud` 0: all of them.
   std::size_t allowed(Time now, std::size_t waiting, std::uint32_t baud);
   // When the next may.
-  [[nodiscard]] Time next() const { return free_; }
+  [[nodiscard]] Time next() const { return next_; }
 
  private:
-  Time free_{};
+  Time carried_{};  // the line has carried what went, until then
+  bool is_idle_ = true;
+  Time next_{};
 };
 
 }  // namespace rack::device

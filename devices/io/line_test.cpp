@@ -141,15 +141,35 @@ TEST(LinePortTest, TheNewestClientHasTheDevice) {
   EXPECT_EQ(exchange(*device, *second, 6), "answer");
 }
 
-TEST(PaceTest, ALineThatWasIdleHasNothingSavedUp) {
+TEST(PaceTest, BytesComeAsALineCarriesThem) {
+  constexpr std::uint32_t kBaud = 115200;
+  constexpr std::size_t kBytes = 1000;
   Pace pace;
   const Time begin{1000s};
-  EXPECT_LE(pace.allowed(begin, 10'000, 115200), 24U) << "two slices at most";
-  std::size_t sent = 0;
-  for (Time now = begin + 1s; now < begin + 2s; now += 500us)
-    sent += pace.allowed(now, 100'000, 115200);
-  EXPECT_NEAR(static_cast<double>(sent), 11520, 40);
+  for (const Time start : {begin, begin + 1s}) {  // an idle line has nothing saved up
+    EXPECT_EQ(pace.allowed(start, kBytes, kBaud), 0U) << "none before it was on the line";
+    Time now = start;
+    std::size_t calls = 0;
+    for (std::size_t sent = 0; sent < kBytes; ++calls) {
+      ASSERT_GT(pace.next(), now) << "else who waits for it would not sleep";
+      now = pace.next();
+      sent += pace.allowed(now, kBytes - sent, kBaud);
+      EXPECT_LE(line_time(sent, kBaud), now - start + 1us);
+    }
+    EXPECT_LE(now - start, line_time(kBytes, kBaud) + 1us) << "and not later";
+    EXPECT_GE(now - start + 1us, line_time(kBytes, kBaud));
+    EXPECT_NEAR(static_cast<double>(calls), 91, 2) << "a call a millisecond";
+  }
   EXPECT_EQ(pace.allowed(begin + 3s, 77, 0), 77U) << "no rate, no pace";
+}
+
+TEST(PaceTest, SlowLinesAreWaitedForByteByByte) {
+  Pace pace;
+  const Time begin{1000s};
+  EXPECT_EQ(pace.allowed(begin, 2, 1200), 0U);
+  EXPECT_EQ(pace.next(), begin + line_time(1, 1200));
+  EXPECT_EQ(pace.allowed(pace.next(), 2, 1200), 1U);
+  EXPECT_EQ(pace.allowed(pace.next(), 1, 1200), 1U);
 }
 
 }  // namespace

@@ -17,9 +17,12 @@ constexpr i32 kDeviation = 10;        // ms, of a long wave and a simple receive
 constexpr i32 kDeviationFree = 1000;  // running by itself for who knows how long
 
 std::optional<int> digits(std::string_view text, std::size_t at, std::size_t count) {
-  for (std::size_t i = at; i < at + count; ++i)
-    if (text[i] < '0' || text[i] > '9') return std::nullopt;
-  return tims::base::parse_number<int>(text.substr(at, count));
+  int number = 0;
+  for (const char c : text.substr(at, count)) {
+    if (c < '0' || c > '9') return std::nullopt;
+    number = 10 * number + (c - '0');
+  }
+  return number;
 }
 
 struct Shown {
@@ -114,21 +117,21 @@ void Dcf77::start(Time now, Output&) {
 
 void Dcf77::on_arrival(const Arrival& arrival, Output&) {
   constexpr std::byte kParity{0x80};
-  const auto count = static_cast<std::int64_t>(arrival.bytes.size());
-  for (std::int64_t i = 0; i < count; ++i) {
-    const std::byte byte = arrival.bytes[static_cast<std::size_t>(i)] & ~kParity;
-    const Duration took = arrival.last - arrival.first;
-    take_byte(static_cast<char>(byte), arrival.first + took * i / count,
-              arrival.first + took * (i + 1) / count);
-  }
+  for (std::size_t i = 0; i < arrival.bytes.size(); ++i)
+    take_byte(static_cast<char>(arrival.bytes[i] & ~kParity), arrival, i);
   bytes_ += arrival.bytes.size();
 }
 
-void Dcf77::take_byte(char c, Time began, Time ended) {
+void Dcf77::take_byte(char c, const Arrival& arrival, std::size_t index) {
+  // When the byte there began; the next one: when it ended.
+  const auto time_of = [&](std::size_t at) {
+    return arrival.first + (arrival.last - arrival.first) * static_cast<std::int64_t>(at) /
+                               static_cast<std::int64_t>(arrival.bytes.size());
+  };
   const bool is_meinberg = kind_ == Dcf77Kind::kMeinberg;
   if (c == (is_meinberg ? kStart : '<')) {
     size_ = 0;
-    began_ = began;
+    began_ = time_of(index);
   } else if (size_ == 0) {
     return;
   }
@@ -140,7 +143,7 @@ void Dcf77::take_byte(char c, Time began, Time ended) {
     ++broken_;
     return;
   }
-  recorded_ = is_meinberg ? began_ : ended - kEmcProDelay;
+  recorded_ = is_meinberg ? began_ : time_of(index + 1) - kEmcProDelay;
   has_data_ = has_heard_ = true;
 }
 

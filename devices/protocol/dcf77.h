@@ -50,7 +50,7 @@ class Dcf77 final : public Dialogue {
  private:
   static constexpr std::size_t kTelegramMax = 64;
 
-  void take_byte(char c, Time began, Time ended);
+  void take_byte(char c, const Arrival& arrival, std::size_t index);
 
   Dcf77Kind kind_;
   std::array<char, kTelegramMax> text_{};

@@ -45,18 +45,6 @@ std::size_t bytes_of_pixel(std::uint32_t format) {
 
 std::byte clamped(int value) { return static_cast<std::byte>(std::clamp(value, 0, 255)); }
 
-// ITU-R BT.601 with footroom, as cameras send it; in 256ths.
-struct Rgb {
-  std::byte r, g, b;
-};
-Rgb rgb_of(int y, int u, int v) {
-  const int luma = 298 * (y - 16) + 128;
-  const int blue = u - 128;
-  const int red = v - 128;
-  return {clamped((luma + 409 * red) >> 8), clamped((luma - 100 * blue - 208 * red) >> 8),
-          clamped((luma + 516 * blue) >> 8)};
-}
-
 // Lines of a frame without what a camera puts behind each.
 class Lines {
  public:
@@ -79,6 +67,27 @@ class Lines {
 
 int value(std::byte byte) { return std::to_integer<int>(byte); }
 
+// ITU-R BT.601 with footroom, as cameras send it; in 256ths. Two pixels have one colour.
+template <std::size_t kLuma>
+void rgb_of_yuv(std::span<const std::byte> line, std::byte* out) {
+  constexpr std::size_t kColour = 1 - kLuma;
+  for (std::size_t i = 0; i + 3 < line.size(); i += 4, out += 6) {
+    const int blue = value(line[i + kColour]) - 128;
+    const int red = value(line[i + kColour + 2]) - 128;
+    const int of_red = 409 * red;
+    const int of_green = -100 * blue - 208 * red;
+    const int of_blue = 516 * blue;
+    const int first = 298 * (value(line[i + kLuma]) - 16) + 128;
+    const int second = 298 * (value(line[i + kLuma + 2]) - 16) + 128;
+    out[0] = clamped((first + of_red) >> 8);
+    out[1] = clamped((first + of_green) >> 8);
+    out[2] = clamped((first + of_blue) >> 8);
+    out[3] = clamped((second + of_red) >> 8);
+    out[4] = clamped((second + of_green) >> 8);
+    out[5] = clamped((second + of_blue) >> 8);
+  }
+}
+
 void grey_line(std::uint32_t format, std::span<const std::byte> line, std::byte* out) {
   if (format == video::kGrey) {
     std::ranges::copy(line, out);
@@ -100,16 +109,10 @@ void rgb_line(std::uint32_t format, std::span<const std::byte> line, std::byte* 
   } else if (format == video::kBgr24) {
     for (std::size_t i = 0; i + 2 < line.size(); i += 3)
       for (const std::size_t from : {i + 2, i + 1, i}) *out++ = line[from];
-  } else if (is_yuv(format)) {
-    const std::size_t luma = format == video::kYuyv ? 0 : 1;
-    const std::size_t colour = 1 - luma;
-    for (std::size_t i = 0; i + 3 < line.size(); i += 4) {
-      for (const std::size_t y : {i + luma, i + luma + 2}) {
-        const Rgb rgb =
-            rgb_of(value(line[y]), value(line[i + colour]), value(line[i + colour + 2]));
-        for (const std::byte part : {rgb.r, rgb.g, rgb.b}) *out++ = part;
-      }
-    }
+  } else if (format == video::kYuyv) {
+    rgb_of_yuv<0>(line, out);
+  } else if (format == video::kUyvy) {
+    rgb_of_yuv<1>(line, out);
   } else {
     for (const std::byte grey : line)
       for (int i = 0; i < 3; ++i) *out++ = grey;

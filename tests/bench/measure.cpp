@@ -69,7 +69,10 @@ std::vector<Plan> clock_roles(const Plan& plan) {
 std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting) {
   Plan plan = plan_of(experiment, setting);
   if (experiment.shape == Shape::kAlone) {
-    plan.role = experiment.link;
+    // "ROLE:LINK", or one word for both.
+    const std::size_t colon = experiment.link.find(':');
+    plan.role = experiment.link.substr(0, colon);
+    if (colon != std::string::npos) plan.link = experiment.link.substr(colon + 1);
     return {plan};
   }
   if (experiment.shape == Shape::kPulse) return pulse_roles(plan, experiment);

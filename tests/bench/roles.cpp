@@ -9,6 +9,8 @@
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/dds_engine_link.h"
 #include "tests/bench/dds_limit.h"
+#include "tests/bench/decoders.h"
+#include "tests/bench/device_latency.h"
 #include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
 #include "tests/bench/pulse.h"
@@ -51,7 +53,7 @@ bool play(const Plan& plan, Result<L> link) {
 
 struct Alone {
   const char* role;
-  const char* link;
+  const char* link;  // empty: any
   bool (*run)(const Plan&);
 };
 constexpr Alone kAlone[] = {
@@ -75,6 +77,11 @@ constexpr Alone kAlone[] = {
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},
+    {"decode", "", measure_decoder},
+    {"copy", "", measure_copy_of_pieces},
+    {"device", "", play_device},
+    {"driver", "", listen_to_driver},
+    {"bare-reader", "", read_bare},
 };
 
 }  // namespace
@@ -84,7 +91,8 @@ bool run_role(const Plan& plan) {
   if (plan.role == "relay") return run_relay();
   if (plan.role == "udp-relay") return run_udp_relay(plan.host, plan.endpoint);
   for (const Alone& alone : kAlone) {
-    if (plan.role != alone.role || plan.link != alone.link) continue;
+    const bool is_any = *alone.link == '\0';
+    if (plan.role != alone.role || (!is_any && plan.link != alone.link)) continue;
     say_ready();
     return alone.run(plan);
   }

@@ -76,6 +76,7 @@ void allow_many_files() {
 // In the order in which they run; those that this machine cannot do are named and left out.
 std::vector<Case> chosen_cases(const Options& options) {
   std::vector<Case> cases = local_cases(options.quick);
+  std::ranges::move(devices_cases(options.quick), std::back_inserter(cases));
   std::ranges::move(hosts_cases(options.quick), std::back_inserter(cases));
   std::erase_if(cases, [&](const Case& one) { return !options.wants(one.scenario); });
   const auto is_between_hosts = [](const Case& one) {

@@ -264,6 +264,7 @@ std::vector<ScenarioText> scenario_texts() {
       {"register_unix", "the same through libtims"},
       {"lookup", "ns a look-up in a table of 10 to 1 000 000 mailboxes; limit: one read of memory"},
       {"table_memory", "bytes a mailbox in the router's table, at the worst moment"},
+      {"devices", "scans from the wire to a listener, and what decoders of devices make a second"},
       {"idle", "CPU, wake-ups and memory of a router nobody uses"},
   };
 }

@@ -46,6 +46,7 @@ struct ScenarioText {
 std::vector<ScenarioText> scenario_texts();
 // Of all scenarios, in the order in which they run: inside this host, then between two.
 std::vector<Case> local_cases(bool quick);
+std::vector<Case> devices_cases(bool quick);
 std::vector<Case> hosts_cases(bool quick);
 
 }  // namespace tims::bench
