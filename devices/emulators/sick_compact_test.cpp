@@ -4,6 +4,7 @@
 #include <random>
 #include <set>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "devices/core/stream_buffer.h"

@@ -81,7 +81,9 @@ void Cmps03::on_line(std::string_view line, Time began, Time, Output& out) {
   }
   const auto degrees = parse_cmps03(line);
   if (!degrees) return;
-  const double turned = std::fmod(*degrees + settings_.offset, 360);
+  constexpr double kTurn = 360;
+  const double sum = *degrees + settings_.offset;
+  const double turned = sum >= 0 && sum < kTurn ? sum : std::fmod(sum, kTurn);
   data_.orientation = static_cast<f32>((turned < 0 ? turned + 360 : turned) * kDegree);
   // While it is calibrated nobody knows what it means.
   data_.varOrientation = is_calibrating() ? kUnknown : kAccuracy;

@@ -303,7 +303,7 @@ constexpr std::uint32_t kWidth = 640;
 constexpr std::uint32_t kHeight = 480;
 
 std::vector<std::byte> shades(std::size_t bytes_of_pixel) {
-  std::vector<std::byte> pixels(kWidth * kHeight * bytes_of_pixel);
+  std::vector<std::byte> pixels(std::size_t{kWidth} * kHeight * bytes_of_pixel);
   for (std::size_t i = 0; i < pixels.size(); ++i)
     pixels[i] = static_cast<std::byte>(i / 7 + i / 1280 * 3);
   return pixels;

@@ -384,11 +384,11 @@ bool play_device(const Plan& plan) {
     if (auto waited = connected->wait(kNever); !waited) return complain(waited.error());
 }
 
-bool listen_to_driver(const Plan& asked) {
-  Plan plan = asked;
-  auto scanner = start_device(plan);
+bool listen_to_driver(const Plan& plan) {
+  Plan here = plan;
+  auto scanner = start_device(here);
   if (!scanner) return complain(scanner.error());
-  auto driver = start_driver(plan);
+  auto driver = start_driver(here);
   if (!driver) return complain(driver.error());
   Samples samples(scanner_of(plan), driver->pid(), plan.count);
   if (listen(plan, samples, scanner_of(plan)) && samples.print()) return true;
@@ -396,12 +396,12 @@ bool listen_to_driver(const Plan& asked) {
   return false;
 }
 
-bool read_bare(const Plan& asked) {
-  Plan plan = asked;
-  auto device = start_device(plan);
+bool read_bare(const Plan& plan) {
+  Plan here = plan;
+  auto device = start_device(here);
   if (!device) return complain(device.error());
   std::unique_ptr<device::Transport> line;
-  const auto file = open_bare(plan, line);
+  const auto file = open_bare(here, line);
   if (!file) return complain(file.error());
   const Scanner& scanner = scanner_of(plan);
   const Bytes start = scanner.start();

@@ -39,7 +39,8 @@ constexpr bool on_two_hosts(Between between) { return between >= Between::kCable
 
 struct Experiment {
   Shape shape = Shape::kRoundTrip;
-  std::string link{};  // what ping and echo, source and sinks use; or the role that works alone, perhaps as ROLE:LINK
+  std::string link{};  // what ping and echo, source and sinks use; or the role that works alone,
+                       // perhaps as ROLE:LINK
   Between between = Between::kNothing;
   std::size_t payload = 64;
   std::uint32_t subscribers = 1;
