@@ -8,7 +8,7 @@
 // The dialogue tells by `bool take(Data&, Time& recorded)` that there are data, and when they were
 // measured; by `bool is_ready()` that data are to be expected: from then on three periods without
 // any are an error. An error turns the component off, and on again after errorTimeout: that is how
-// a device that was pulled out comes back.
+// a device that was pulled out comes back. One that has broken() is asked how many telegrams were.
 #pragma once
 
 #include <array>
@@ -95,6 +95,7 @@ class Driver : public DataModule<Data> {
     if (!opened) return opened.error();
     device_ = std::move(*opened);
     heard_ = now();
+    has_told_end_ = false;
     return {};
   }
 
@@ -104,6 +105,9 @@ class Driver : public DataModule<Data> {
   }
 
   void module_off() override {
+    if (device_ && broken() > 0 && !has_told_end_)
+      this->log().warning("%s: %d telegrams were broken since it was opened",
+                          device_->description(), broken());
     device_.reset();
     dialogue_.reset();
   }
@@ -137,6 +141,8 @@ class Driver : public DataModule<Data> {
   static constexpr tims::Duration kSilenceMin = std::chrono::milliseconds(200);
 
   Result<void> check_silence() {
+    if (device_->is_over() && !std::exchange(has_told_end_, true))
+      this->log().print("%s is over: %d telegrams were broken", device_->description(), broken());
     if (!dialogue_->is_ready() || device_->is_over()) {
       heard_ = now();
       return {};
@@ -148,10 +154,18 @@ class Driver : public DataModule<Data> {
                                                  std::to_string(milliseconds.count()) + " ms");
   }
 
+  // Of dialogues that count what was no telegram.
+  [[nodiscard]] std::int64_t broken() const {
+    if constexpr (requires { dialogue_->broken(); })
+      return static_cast<std::int64_t>(dialogue_->broken());
+    return 0;
+  }
+
   tims::os::File woken_;  // eventfd
   std::unique_ptr<Dialog> dialogue_;
   std::unique_ptr<Device> device_;
   tims::Time heard_{};
+  bool has_told_end_ = false;  // of a recording
 };
 
 }  // namespace rack::device

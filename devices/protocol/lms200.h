@@ -75,6 +75,7 @@ class Lms200 final : public Dialogue {
     return state_ == State::kMeasuring && (!settings_.only_listen || recorded_ != Time{});
   }
   bool take(LadarData& scan, Time& recorded);
+  [[nodiscard]] std::uint64_t broken() const { return telegrams_.broken(); }
 
  private:
   // In the order in which they are gone through.

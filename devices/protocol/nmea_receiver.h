@@ -36,6 +36,7 @@ class NmeaReceiver final : public Dialogue {
   [[nodiscard]] const GpsMoment& moment() const { return taken_; }
   [[nodiscard]] Time recorded() const { return recorded_; }
   [[nodiscard]] const NmeaLines& lines() const { return lines_; }
+  [[nodiscard]] std::uint64_t broken() const { return lines_.broken(); }
 
   // Sentences that came on another way, beside another protocol.
   void add(const NmeaSentence& sentence);

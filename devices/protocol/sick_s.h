@@ -79,6 +79,7 @@ class SickS final : public Dialogue {
   // From the first scan on.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(LadarData& scan, Time& recorded);
+  [[nodiscard]] std::uint64_t broken() const { return telegrams_.broken(); }
 
  private:
   [[nodiscard]] std::string complaint() const;

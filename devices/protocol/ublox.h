@@ -36,6 +36,7 @@ class Ublox final : public Dialogue {
   [[nodiscard]] const GpsMoment& moment() const { return taken_; }
   [[nodiscard]] Time recorded() const { return recorded_; }
   [[nodiscard]] const UbxStream& stream() const { return stream_; }
+  [[nodiscard]] std::uint64_t broken() const { return stream_.broken(); }
   // It was set with the messages of receivers up to the eighth generation.
   [[nodiscard]] bool is_old() const { return is_old_; }
 

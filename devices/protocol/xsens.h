@@ -132,6 +132,7 @@ class Xsens final : public Dialogue {
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
   bool take(GyroData& data, Time& recorded);
   [[nodiscard]] const XsensMessages& messages() const { return messages_; }
+  [[nodiscard]] std::uint64_t broken() const { return messages_.broken(); }
 
  private:
   // In the order in which they are gone through: of MTData2 kOutput, of MTData the three after it.

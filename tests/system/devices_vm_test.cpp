@@ -1,8 +1,13 @@
 // Programs at devices of a real kernel. Skipped where it has none: `tools/dev vm-test`.
 #include <filesystem>
+#include <fstream>
 
+#include <gmock/gmock.h>
+
+#include "devices/core/capture.h"
 #include "rack/proxies/joystick.h"
 #include "tests/support/eventually.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/uinput_stick.h"
 #include "tests/system/modules_fixture.h"
 
@@ -68,6 +73,76 @@ TEST_F(StickProgramTest, TimsctlTellsOfThem) {
   const auto status = watch->wait();
   ASSERT_TRUE(status) << status.error().message();
   EXPECT_EQ(status->code, 0);
+}
+
+// --- CAN
+
+class BusProgramTest : public ModulesTest {
+ protected:
+  static constexpr const char* kInterface = "racksysvcan0";
+
+  void SetUp() override {
+    if (!run({"ip", "link", "add", kInterface, "type", "vcan"}))
+      GTEST_SKIP() << "no vcan: tools/dev vm-test";
+    ModulesTest::SetUp();
+    ASSERT_TRUE(run({"ip", "link", "set", kInterface, "up"}));
+  }
+  void TearDown() override { run({"ip", "link", "del", kInterface}); }
+
+  static bool run(std::vector<std::string> command) {
+    auto child = ChildProcess::start(std::move(command));
+    const auto status = child ? child->wait() : Result<ExitStatus>(child.error());
+    return status && status->success();
+  }
+  ChildProcess timsctl(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {std::string(TIMS_PROGRAMS) + "/timsctl", "device"});
+    auto child = ChildProcess::start(std::move(arguments), at_router());
+    EXPECT_TRUE(child) << child.error().message();
+    return std::move(*child);
+  }
+  // Identifiers and bytes, in their order.
+  static std::vector<std::string> frames_of(const std::string& path) {
+    std::vector<std::string> frames;
+    std::ifstream file(path);
+    rack::device::CaptureRecord record;
+    for (std::string line; std::getline(file, line);) {
+      const auto is_record = rack::device::parse_record(line, record);
+      EXPECT_TRUE(is_record) << line;
+      if (!is_record || !*is_record) continue;
+      std::string frame = std::to_string(record.id) + ":";
+      for (const std::byte byte : record.bytes)
+        frame += " " + std::to_string(std::to_integer<int>(byte));
+      frames.push_back(frame);
+    }
+    return frames;
+  }
+
+  TemporaryFolder folder_;
+};
+
+// What candump has written of one bus is played at another: the same frames, and none besides.
+TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
+  const std::string log = folder_.path() / "car.candump";
+  const std::string again = folder_.path() / "again.cap";
+  constexpr int kFrames = 300;
+  {
+    std::ofstream file(log);
+    constexpr std::array<const char*, 3> kIds = {"0B4", "025", "18FEF100"};
+    for (int i = 0; i < kFrames; ++i)
+      file << "(1700000000." << 100000 + i * 1000 << ") can0 " << kIds.at(i % 3) << "#00"
+           << 1000 + i << (i % 2 == 0 ? "A5" : "") << '\n';
+  }
+  const std::string bus = std::string("can:") + kInterface;
+  auto recorder = timsctl({"record", bus, again, "-n", std::to_string(kFrames)});
+  ASSERT_TRUE(recorder.wait_for_line("is recorded in"));
+  auto player = timsctl({"play", log, bus});
+  for (ChildProcess* const child : {&player, &recorder}) {
+    const auto status = child->wait();
+    ASSERT_TRUE(status) << status.error().message();
+    EXPECT_TRUE(status->success()) << child->output();
+  }
+  EXPECT_EQ(frames_of(log).size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(frames_of(again), frames_of(log));
 }
 
 }  // namespace

@@ -1,15 +1,12 @@
-// Drivers of SICK's scanners, real programs: recordings of real scanners are played through them,
-// and emulated scanners at terminals and sockets are unplugged and come back.
-#include <fstream>
+// Drivers of SICK's scanners, real programs: emulated scanners at terminals and sockets are
+// unplugged and come back. Recordings of real ones: captures_test.cpp.
 #include <thread>
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
 
-#include "devices/core/capture.h"
 #include "devices/emulators/room.h"
 #include "devices/emulators/sick_compact_emulator.h"
-#include "devices/protocol/cola_scan.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "rack/proxies/ladar.h"
@@ -21,36 +18,9 @@ namespace tims::test {
 namespace {
 
 namespace device = rack::device;
-using rack::LadarData;
 using rack::LadarProxy;
 
 constexpr std::uint32_t kLadar = 0x00140000;
-constexpr std::uint32_t kData = 0x00020002;
-constexpr const char* kRecordings = TIMS_TEST_DATA_DIR "/devices/sick/";
-
-// All scans of a recording, decoded here.
-std::vector<LadarData> scans_of(const std::string& file) {
-  std::vector<LadarData> scans;
-  std::ifstream lines(kRecordings + file);
-  device::ColaTelegrams telegrams;
-  device::ColaScan scan;
-  device::CaptureRecord record;
-  for (std::string line; std::getline(lines, line);) {
-    if (const auto parsed = device::parse_record(line, record); !parsed || !*parsed) continue;
-    telegrams.add({.bytes = record.bytes});
-    for (device::ColaTelegram telegram; telegrams.next(telegram);) {
-      if (!device::decode_cola_scan(telegram, scan)) continue;
-      EXPECT_TRUE(device::scan_of_cola(scan, {}, scans.emplace_back()));
-    }
-  }
-  return scans;
-}
-
-std::vector<int> distances_of(const LadarData& scan) {
-  std::vector<int> distances;
-  for (const rack::LadarPoint& point : scan.points) distances.push_back(point.distance);
-  return distances;
-}
 
 // Nobody else has it at this moment.
 std::string free_port() {
@@ -104,46 +74,6 @@ class SickDriversTest : public ModulesTest {
 
   TemporaryFolder folder_;
 };
-
-struct Recording {
-  const char* file;
-  std::size_t scans;
-  std::size_t points;
-};
-class SickRecordingsTest : public SickDriversTest, public testing::WithParamInterface<Recording> {};
-INSTANTIATE_TEST_SUITE_P(All, SickRecordingsTest,
-                         testing::Values(Recording{"lms111.cola-b.txt", 97, 541},
-                                         Recording{"lms511-a.cola-b.txt", 32, 1141},
-                                         Recording{"lms511.cola-b.txt", 32, 1141},
-                                         Recording{"tim781s.cola-b.txt", 33, 811}));
-
-TEST_P(SickRecordingsTest, ComeThroughLadarSickCola) {
-  const auto expected = scans_of(GetParam().file);
-  ASSERT_EQ(expected.size(), GetParam().scans);
-  start("LadarSickCola", {std::string("--device=play:") + kRecordings + GetParam().file});
-  Mailbox data = open(*session_, kData, {.slots = 200, .body_max = 40000});
-  LadarProxy asked = ladar();
-  ASSERT_TRUE(asked.on());
-  ASSERT_TRUE(asked.get_cont_data(0, data.address()));
-
-  std::size_t taken = 0;
-  LadarData scan;
-  std::size_t next = 0;
-  while (next < expected.size()) {
-    const auto message = data.peek_for(2s);
-    if (!message) break;
-    ASSERT_TRUE(asked.decode_stream(*message, scan));
-    ++taken;
-    EXPECT_EQ(scan.points.size(), GetParam().points);
-    // Each of them is one of the recording, in its order.
-    const std::vector<int> distances = distances_of(scan);
-    while (next < expected.size() && distances_of(expected[next]) != distances) ++next;
-    ASSERT_LT(next, expected.size()) << "a scan that is not in the recording";
-    ++next;
-  }
-  EXPECT_EQ(next, expected.size()) << "up to the last one";
-  EXPECT_GE(taken + 10, expected.size()) << "all but those before the stream was asked for";
-}
 
 TEST_F(SickDriversTest, Lms200AtATerminal) {
   const std::string path = folder_.path() / "lms";

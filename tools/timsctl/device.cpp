@@ -339,7 +339,7 @@ Exit show_statistics(Context& context, const DeviceAddress& file) {
 class Player {
  public:
   Player(Context& context, const DeviceAddress& file, const DeviceAddress& to)
-      : context_(context), file_(file) {
+      : context_(context), file_(file), is_port_(to.kind == TransportKind::kTcp) {
     auto playback = open_transport(file, to.baud(kBaud));
     if (!playback) throw bad_recording(file, playback.error());
     playback_ = std::move(*playback);
@@ -368,8 +368,9 @@ class Player {
   }
 
  private:
-  // A port says so to an empty piece; a terminal always takes one.
+  // A port says to an empty piece whether somebody is there; at a bus it would be a frame.
   bool is_there() {
+    if (!is_port_) return true;
     const auto taken = line_->send(tims::os::now(), {}, 0);
     return taken && *taken;
   }
@@ -405,6 +406,7 @@ class Player {
 
   Context& context_;
   DeviceAddress file_;
+  bool is_port_;
   std::unique_ptr<Transport> playback_;
   std::unique_ptr<Transport> line_;
   std::vector<std::pair<std::uint32_t, std::vector<std::byte>>> waiting_;
