@@ -184,9 +184,9 @@ constexpr Verb kOwnVerbs[] = {
      "timsctl device record 'serial:/dev/ttyUSB0?baud=9600' gps.cap --for 1min", device_record},
     {"device", "play", "FILE [DEVICE]", 1, 2, "for", false,
      "What is in a recording (ours, candump's, pcap, raw bytes): records, bytes, gaps, events. "
-     "With "
-     "DEVICE (pty:PATH, tcp:127.0.0.1:PORT, can:INTERFACE): plays it there, for any program. "
-     "FILE?speed=max plays without waiting.",
+     "With DEVICE (pty:PATH, tcp:127.0.0.1:PORT, udp:HOST:PORT, can:INTERFACE): plays it there, in "
+     "the place of its device. FILE?speed=max plays without waiting, ?loop=1 again and again, "
+     "?port=N one port of a packet capture.",
      "timsctl device play gps.cap pty:/tmp/gps", device_play},
 
     {"doctor", "", "", 0, 0, "format", false,
