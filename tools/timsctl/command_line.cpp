@@ -430,8 +430,8 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   if (!arguments.empty() && arguments[0] == "__complete") {
     Options options;
     options.arguments.assign(arguments.begin() + 1, arguments.end());
-    const Verb* verb = resolve(arguments.first(1)).verb;
-    return Command{verb, verb->run, std::move(options)};
+    if (const Verb* const verb = find(arguments[0], ""))
+      return Command{verb, verb->run, std::move(options)};
   }
   Words words = split_words(arguments);
   if (contains(words.options, "--version")) return Text{version_text()};
