@@ -6,6 +6,7 @@
 #include <iterator>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -69,7 +70,8 @@ std::string md5(std::span<const std::byte> message) {
       const std::array<unsigned, 4> words = {i, 5 * i + 1, 3 * i + 5, 7 * i};
       const auto constant = static_cast<std::uint32_t>(std::fabs(std::sin(i + 1.0)) * 4294967296.0);
       const std::uint32_t sum =
-          a + f + constant + little_endian<std::uint32_t>(text, block + words.at(round) % 16 * 4);
+          a + f + constant +
+          little_endian<std::uint32_t>(text, block + words.at(round) % 16 * std::size_t{4});
       const unsigned shift = kShifts.at(round).at(i % 4);
       a = d;
       d = c;
@@ -123,9 +125,9 @@ TEST(OusterTest, MetadataThatIsNoneIsSaid) {
 
 TEST(OusterTest, FieldsAreThoseOfTheMakersLibrary) {
   const auto layout = OusterMetadata::parse(metadata_text())->layout;
-  Bytes ranges(4 * 32 * 1024);
-  Bytes reflectivities(32 * 1024);
-  Bytes times(8 * 1024);
+  Bytes ranges(std::size_t{4} * 32 * 1024);
+  Bytes reflectivities(std::size_t{32} * 1024);
+  Bytes times(std::size_t{8} * 1024);
   int measured = 0;
   int own = 0;
   for (const Bytes& packet : packets()) {
@@ -136,7 +138,7 @@ TEST(OusterTest, FieldsAreThoseOfTheMakersLibrary) {
       ASSERT_TRUE(column.is_valid);
       EXPECT_EQ(column.frame, 1453);
       for (std::size_t b = 0; b < 8; ++b)
-        times[8U * column.number + b] = static_cast<std::byte>(column.time >> (8 * b));
+        times[std::size_t{8} * column.number + b] = static_cast<std::byte>(column.time >> (8 * b));
       for (std::size_t beam = 0; beam < 32; ++beam) {
         const OusterPixel pixel = ouster_pixel(layout, column, beam);
         measured += pixel.range > 0 ? 1 : 0;

@@ -52,8 +52,9 @@ void VelodyneScanner::make(std::uint64_t index, Time began, std::vector<std::byt
     put(packet, at, std::uint16_t{0xEEFF});
     put(packet, at + 2, static_cast<std::uint16_t>(head_at(since)));
     for (std::size_t i = 0; i < kReturns; ++i) {
+      const std::size_t sequence = i / layout.lasers.size();
       const std::size_t laser = i % layout.lasers.size();
-      const double fired = since + layout.sequence_us * static_cast<double>(i / 16) +
+      const double fired = since + layout.sequence_us * static_cast<double>(sequence) +
                            layout.firing_us * static_cast<double>(laser);
       const double angle = head_at(fired) / 100 * kRadians;
       const double range =

@@ -82,7 +82,7 @@ void HttpGet::read(bool is_closed) {
   give_up_ = tims::kNever;
 }
 
-void HttpGet::refuse(std::string why) {
+void HttpGet::refuse(const std::string& why) {
   give_up_ = tims::kNever;
   fail(tims::Errc::kAnsweredError, "http://" + host_ + path_ + ": the device " + why);
 }

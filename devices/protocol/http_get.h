@@ -26,7 +26,7 @@ class HttpGet final : public Dialogue {
 
  private:
   void read(bool is_closed);
-  void refuse(std::string why);
+  void refuse(const std::string& why);
 
   std::string host_;
   std::string path_;

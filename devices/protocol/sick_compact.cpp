@@ -347,14 +347,17 @@ void SickCompact::on_timeout(Time now, Output& /*out*/) {
 
 std::string SickCompact::complaint() const {
   if (datagrams_ == 0)
-    return "no datagram comes; is the scanner set up, on its web page, to send its data here?";
+    return "no datagram comes; is the scanner set up, on its web page, to send its data here? Or, "
+           "for a host 192.168.0.5, by (for c in 'sMN SetAccessMode 3 F4724744' 'sWN "
+           "ScanDataEthSettings 1 +192 +168 +0 +5 +2115' 'sWN ScanDataFormat 2' 'sWN "
+           "ScanDataEnable 1' 'sMN LMCstartmeas' 'sMN Run'; do printf '\\2%s\\3' \"$c\"; sleep 1; "
+           "done) | nc SCANNER 2111";
   if (of_others_ > 0)
     return "only other scanners send, the last one with serial number " +
            std::to_string(segment_.serial_number);
   if (broken_ > 0)
     return "what comes is not in the format Compact; choose it on the scanner's web page, instead "
-           "of "
-           "MSGPACK";
+           "of MSGPACK";
   return "the scanner sends no scans, only data of its inertial unit";
 }
 

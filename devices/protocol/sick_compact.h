@@ -13,7 +13,10 @@
 // distance and remission (u16 each) of every echo, a byte of flags and an azimuth (u16), in version
 // 3 the other way round. All of it little-endian; angles count counter-clockwise from ahead.
 //
-// Where the segments are sent to, and that they are, is set up on the scanner's own web page.
+// Where the segments are sent to, and that they are, is the scanner's own setting: on its web page,
+// or by CoLa A at TCP port 2111, ScanDataEthSettings (1 for UDP, the four numbers of the address,
+// the port), ScanDataFormat (2 for Compact) and ScanDataEnable. A driver that only listens does not
+// change for whom else it sends.
 //
 // Sources: SICK's "Data format description Compact"; its ScanSegmentAPI and sick_scan_xd.
 #pragma once
