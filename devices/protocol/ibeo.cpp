@@ -160,8 +160,8 @@ bool IbeoProfile::read_points(LadarData& scan, std::size_t points, unsigned firs
   constexpr double kSixteenth = std::numbers::pi / 180 / 16;
   constexpr int kOfMetre = 256;
   const std::size_t size =
-      2U * ((has(ibeo::kHasDistance) ? 1U : 0U) + (has(ibeo::kHasAngle) ? 1U : 0U) +
-            (has(ibeo::kHasEcho) ? 1U : 0U));
+      std::size_t{2} * ((has(ibeo::kHasDistance) ? 1U : 0U) + (has(ibeo::kHasAngle) ? 1U : 0U) +
+                        (has(ibeo::kHasEcho) ? 1U : 0U));
   if (points > decltype(LadarData::points)::kMax || !can_read(points * size)) return false;
   const double begin = first * kSixteenth - std::numbers::pi;
   scan.points.resize(points);
