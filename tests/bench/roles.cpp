@@ -5,6 +5,7 @@
 
 #include <sys/prctl.h>
 
+#include "tests/bench/camera_cost.h"
 #include "tests/bench/components.h"
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/dds_engine_link.h"
@@ -74,6 +75,8 @@ constexpr Alone kAlone[] = {
     {"cyclictest", "cyclictest", run_cyclictest},
     {"burn", "burn", burn},
     {"robot", "robot", start_robot},
+    {"camera", "camera", measure_camera},
+    {"bare-pictures", "bare-pictures", measure_bare_pictures},
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},

@@ -28,6 +28,7 @@ constexpr std::uint64_t kRobots = 1000;
 constexpr std::size_t kScanBytes = 24 + 361 * 16;  // of a ladar with 361 points
 constexpr double kModuleRatio = 1.3;
 constexpr double kModulePercent = 2;
+constexpr double kCameraPercent = 3;
 constexpr double kJitterRatio = 1.5;
 constexpr double kRobotSeconds = 2;
 constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
@@ -185,6 +186,17 @@ Case robot_start() {
           .rows = {{"tims", "on_s", "", {.at_most = kRobotSeconds}}}};
 }
 
+Case camera_cpu(std::uint64_t pictures) {
+  Experiment camera = alone("camera", Between::kRouter);
+  Experiment bare = alone("bare-pictures");
+  camera.count = bare.count = pictures;
+  return {.scenario = "camera_cpu",
+          .payload = 0,
+          .contenders = {{"tims", camera}, {"limit-read", bare}},
+          .rows = {{"tims", "cpu_percent", "limit-read", {.at_most = kCameraPercent}},
+                   {"tims", "pictures_per_s", "limit-read", {}}}};
+}
+
 Case registration(const char* scenario, const char* role) {
   return {.scenario = scenario,
           .payload = 0,
@@ -257,6 +269,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"component_latency", "from put of a DataModule to its listener, one way; beside bare send"},
       {"component_latency@1cpu", "the same, both on one CPU"},
       {"component_cpu", "of a DataModule: 361 points at 75 Hz to eight listeners"},
+      {"camera_cpu",
+       "of CameraV4l: 640 x 480 as motion JPEG, 30 a second, passed on; limit: reading them"},
       {"component_jitter", "lateness of a 1 kHz DataModule under load; beside cyclictest"},
       {"robot_start", "from `timsctl up` until all of twelve components are on"},
       {"register_tcp",
@@ -284,6 +298,7 @@ std::vector<Case> local_cases(bool quick) {
   cases.push_back(router_throughput(64, 8));
   for (const bool one_cpu : {false, true}) cases.push_back(component_latency(one_cpu));
   cases.push_back(component_cpu());
+  cases.push_back(camera_cpu(quick ? 60 : 300));
   if (has_cyclictest()) cases.push_back(component_jitter());
   cases.push_back(robot_start());
   cases.push_back(registration("register_tcp", "register-tcp"));
