@@ -149,8 +149,10 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
         asked->depth != depth_of(format.mode))
       return refused(std::string(name_of_mode(format.mode)) + " has a depth of " +
                      std::to_string(depth_of(format.mode)));
-    const auto address = address_for(format);
+    auto address = address_for(format);
     if (!address) return address.error();
+    const bool has_two_eyes = real("stereoBase") > 0 && real("fx") > 0;
+    if (format.mode == camera_mode::kRange && !has_two_eyes) address->options["format"] = "Z16";
     if (address->kind == TransportKind::kVideo)
       if (auto has = check_video(*address); !has) return has;
     {

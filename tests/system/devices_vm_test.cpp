@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "devices/core/capture.h"
+#include "rack/proxies/camera.h"
 #include "rack/proxies/joystick.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -15,6 +16,8 @@ namespace tims::test {
 namespace {
 
 constexpr std::uint32_t kJoystick = 0x00170000;
+constexpr std::uint32_t kCamera = 0x00150000;
+constexpr std::uint32_t kSecondCamera = 0x00150100;
 
 class StickProgramTest : public ModulesTest {
  protected:
@@ -143,6 +146,83 @@ TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
   }
   EXPECT_EQ(frames_of(log).size(), static_cast<std::size_t>(kFrames));
   EXPECT_EQ(frames_of(again), frames_of(log));
+}
+
+// --- the camera that the kernel plays (modprobe vivid)
+
+class VividProgramTest : public ModulesTest {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(kDriver + "/vivid.0"))
+      GTEST_SKIP() << "no camera vivid: tools/dev vm-test";
+    ModulesTest::SetUp();
+    work_.reset();
+    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
+  }
+  void TearDown() override {
+    if (!std::filesystem::exists(kDriver + "/vivid.0")) plug("bind");
+  }
+  static void plug(const std::string& how) { std::ofstream(kDriver + "/" + how) << "vivid.0"; }
+
+  rack::CameraProxy camera(std::uint32_t address = kCamera) {
+    return proxy<rack::CameraProxy>(address);
+  }
+  rack::CameraData next_picture() {
+    const auto picture = camera().get_next_data(kPatience);
+    EXPECT_TRUE(picture) << picture.error().message();
+    return picture ? *picture : rack::CameraData{};
+  }
+
+  static inline const std::string kDriver = "/sys/bus/platform/drivers/vivid";
+};
+
+TEST_F(VividProgramTest, ItsPicturesComeInTheFormatThatIsSet) {
+  start("CameraV4l", {"--width=640", "--height=480", "--fps=30", "--mode=rgb24"});
+  const auto on = camera().on();
+  ASSERT_TRUE(on) << on.error().message();
+  const rack::CameraData first = next_picture();
+  EXPECT_EQ(first.mode, rack::camera_mode::kRgb24);
+  EXPECT_GE(first.width.raw(), 320);
+  EXPECT_TRUE(eventually([&] { return next_picture().image != first.image; }, "they move"));
+  // As the box of the original's GUI does it.
+  for (const auto& [mode, depth] : {std::pair{rack::camera_mode::kMono8, 8},
+                                    {rack::camera_mode::kYuv422, 16},
+                                    {rack::camera_mode::kJpeg, -1}}) {
+    const auto set = camera().set_format({.width = -1, .height = -1, .depth = depth, .mode = mode});
+    ASSERT_TRUE(set) << set.error().message();
+    EXPECT_TRUE(eventually([&] { return next_picture().mode == mode; }, std::to_string(mode)));
+  }
+  // It has neither depth nor two eyes: refused at once, and it goes on as it was.
+  const auto range = camera().set_format(
+      {.width = -1, .height = -1, .depth = -1, .mode = rack::camera_mode::kRange});
+  EXPECT_FALSE(range);
+  EXPECT_EQ(next_picture().mode, rack::camera_mode::kJpeg);
+}
+
+TEST_F(VividProgramTest, ASecondProgramIsRefused) {
+  start("CameraV4l", {"--width=640", "--height=480"});
+  ASSERT_TRUE(camera().on());
+  start("CameraV4l", {"--instance=1", "--width=320", "--height=180"});
+  const auto on = camera(kSecondCamera).on();
+  ASSERT_FALSE(on);
+  EXPECT_THAT(on.error().message(), testing::HasSubstr("used by another program"));
+}
+
+TEST_F(VividProgramTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
+  start("CameraV4l", {"--width=640", "--height=480", "--fps=30"});
+  ASSERT_TRUE(camera().on());
+  for (int i = 0; i < 2; ++i) {
+    next_picture();
+    plug("unbind");
+    EXPECT_TRUE(eventually(
+        [&] {
+          const auto status = camera().status();
+          return status && *status == rack::Status::kError;
+        },
+        "an error"));
+    plug("bind");
+    EXPECT_TRUE(eventually([&] { return camera().get_next_data(1s).ok(); }, "pictures again"));
+  }
 }
 
 }  // namespace
