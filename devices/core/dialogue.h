@@ -21,7 +21,9 @@ struct Arrival {
   std::span<const std::byte> bytes{};
   Time first{};  // when its first and its last bit were on the line, as near as the transport knows
   Time last{};
-  std::uint32_t id = 0;  // of a CAN frame, with the flags of SocketCAN; of a datagram the port
+  // Of a CAN frame, with the flags of SocketCAN; of a datagram the port; of a picture its format.
+  // Of a stream 0.
+  std::uint32_t id = 0;
 };
 
 // What a dialogue can do to its device. Nothing fails here: whether the device is there is told

@@ -60,6 +60,8 @@ class Driver : public DataModule<Data> {
   void wake() {
     if (woken_) tims::os::signal_event_fd(woken_.get());
   }
+  // What the dialogue has for others, before the next piece comes from the device.
+  virtual void take_others() {}
   // Of data that were just taken, before they are sent.
   virtual Result<void> complete(Data& /*data*/) { return {}; }
 
@@ -85,17 +87,17 @@ class Driver : public DataModule<Data> {
 
   // Anew, with what device() and make_dialogue() say now.
   Result<void> open_device() {
-    device_.reset();
+    close_device();
     auto options = device();
     if (!options) return options.error();
     auto dialogue = make_dialogue();
     if (!dialogue) return dialogue.error();
     dialogue_ = std::move(*dialogue);
-    auto opened = Device::open(*options, *dialogue_);
+    auto opened = Device::open(*options, *dialogue_, [this] { return take_all(); });
     if (!opened) return opened.error();
     device_ = std::move(*opened);
     heard_ = now();
-    has_told_end_ = false;
+    has_told_end_ = has_taken_ = false;
     return {};
   }
 
@@ -108,25 +110,20 @@ class Driver : public DataModule<Data> {
     if (device_ && broken() > 0 && !has_told_end_)
       this->log().warning("%s: %d telegrams were broken since it was opened",
                           device_->description(), broken());
-    device_.reset();
+    close_device();
     dialogue_.reset();
   }
 
   Result<void> module_loop() override {
     const tims::Time end = now() + kLongest;
-    Data& data = this->get_local_buffer();
-    tims::Time recorded{};
-    while (!dialogue_->take(data, recorded)) {
+    while (!std::exchange(has_taken_, false)) {
       tims::os::drain_event_fd(woken_.get());
       const tims::Time until = std::min(end, prepare(now()));
       if (auto waited = device_->wait(until, woken_.get()); !waited) return waited;
-      if (const auto event = device_->take_event()) this->log().warning("%s", *event);
-      if (now() >= end) return check_silence();
+      tell_event();
+      if (now() >= end && !has_taken_) return check_silence();
     }
-    heard_ = now();
-    data.recordingTime = time_stamp_of(recorded);
-    if (auto completed = complete(data); !completed) return completed;
-    return this->put_local_buffer();
+    return {};
   }
 
   [[nodiscard]] Dialog& dialogue() { return *dialogue_; }
@@ -139,6 +136,31 @@ class Driver : public DataModule<Data> {
  private:
   static constexpr tims::Duration kLongest = std::chrono::milliseconds(100);
   static constexpr tims::Duration kSilenceMin = std::chrono::milliseconds(200);
+
+  void close_device() {
+    if (!device_) return;
+    device_->close();
+    tell_event();
+    device_.reset();
+  }
+
+  void tell_event() {
+    if (const auto event = device_->take_event()) this->log().warning("%s", *event);
+  }
+
+  // All that the dialogue has ready is kept and sent.
+  Result<void> take_all() {
+    take_others();
+    Data& data = this->get_local_buffer();
+    for (tims::Time recorded{}; dialogue_->take(data, recorded);) {
+      heard_ = now();
+      has_taken_ = true;
+      data.recordingTime = time_stamp_of(recorded);
+      if (auto completed = complete(data); !completed) return completed;
+      if (auto put = this->put_local_buffer(); !put) return put;
+    }
+    return {};
+  }
 
   Result<void> check_silence() {
     if (device_->is_over() && !std::exchange(has_told_end_, true))
@@ -166,6 +188,7 @@ class Driver : public DataModule<Data> {
   std::unique_ptr<Device> device_;
   tims::Time heard_{};
   bool has_told_end_ = false;  // of a recording
+  bool has_taken_ = false;
 };
 
 }  // namespace rack::device

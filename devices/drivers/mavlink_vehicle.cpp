@@ -41,31 +41,33 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-// What the Chassis has heard for another component.
+// What the Chassis has heard for another component, the last ones of it.
 template <class Data>
 class Heard {
  public:
   void put(const Data& data) {
     {
       const std::lock_guard lock(mutex_);
-      data_ = data;
-      is_new_ = true;
+      data_[put_++ % kMost] = data;
     }
     come_.notify_all();
   }
   bool take(Data& data, tims::Duration longest) {
     std::unique_lock lock(mutex_);
-    if (!come_.wait_for(lock, longest, [&] { return is_new_; })) return false;
-    is_new_ = false;
-    data = data_;
+    if (!come_.wait_for(lock, longest, [&] { return put_ != taken_; })) return false;
+    if (put_ - taken_ > kMost) taken_ = put_ - kMost;
+    data = data_[taken_++ % kMost];
     return true;
   }
 
  private:
+  static constexpr std::size_t kMost = 16;
+
   std::mutex mutex_;
   std::condition_variable come_;
-  Data data_{};
-  bool is_new_ = false;
+  std::array<Data, kMost> data_{};
+  std::size_t put_ = 0;
+  std::size_t taken_ = 0;
 };
 
 template <class Data>
@@ -186,13 +188,12 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
     return std::make_unique<MavlinkVehicle>(settings);
   }
 
-  tims::Time prepare(tims::Time now) override {
+  void take_others() override {
     tims::Time recorded{};
     if (dialogue().take_gps(gps_data_, recorded)) pass_on(gps_data_, recorded, gps_);
     if (dialogue().take_gyro(gyro_data_, recorded)) pass_on(gyro_data_, recorded, gyro_);
     if (dialogue().take_position(position_data_, recorded))
       pass_on(position_data_, recorded, position_);
-    return ChassisDriver::prepare(now);
   }
   template <class Data>
   static void pass_on(Data& data, tims::Time recorded, Heard<Data>& heard) {

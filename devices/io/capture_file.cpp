@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <optional>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -77,19 +78,23 @@ Result<std::unique_ptr<CaptureFile>> CaptureFile::create(const std::string& path
   const auto before = continued(file.get(), path);
   if (!before) return before.error();
   if (*before) begin -= (*before)->time;
-  auto capture = std::unique_ptr<CaptureFile>(new CaptureFile(std::move(file), begin));
+  auto capture = std::unique_ptr<CaptureFile>(new CaptureFile(std::move(file), path, begin));
   std::string header = capture_header(device, tims::base::rfc3339(tims::os::wall_now()));
   if (*before && (*before)->is_cut) header.insert(0, "\n");
   capture->append(header.size(), [&](std::string& text) { text += header; });
   return capture;
 }
 
-CaptureFile::CaptureFile(File file, tims::Time begin) : file_(std::move(file)), begin_(begin) {
+CaptureFile::CaptureFile(File file, std::string path, tims::Time begin)
+    : file_(std::move(file)), path_(std::move(path)), begin_(begin) {
   waiting_.reserve(kWaitingMax);
   writer_ = std::thread([this] { write_until_ended(); });
 }
 
-CaptureFile::~CaptureFile() {
+CaptureFile::~CaptureFile() { finish(); }
+
+void CaptureFile::finish() {
+  if (!writer_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
     ended_ = true;
@@ -125,6 +130,11 @@ std::uint64_t CaptureFile::lost() const {
   return lost_;
 }
 
+std::optional<std::string> CaptureFile::take_event() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(event_, {});
+}
+
 void CaptureFile::write_until_ended() {
   std::string text;
   text.reserve(kWaitingMax);
@@ -136,26 +146,42 @@ void CaptureFile::write_until_ended() {
       text.clear();
       std::swap(text, waiting_);
     }
-    if (write_all(text)) continue;
-    const std::lock_guard lock(mutex_);
-    lost_ += static_cast<std::uint64_t>(std::ranges::count(text, '\n'));
+    on_written(text, write_all(text));
   }
 }
 
+void CaptureFile::on_written(std::string_view text, const Result<void>& written) {
+  const std::lock_guard lock(mutex_);
+  if (!written) {
+    lost_ += static_cast<std::uint64_t>(std::ranges::count(text, '\n'));
+    if (!std::exchange(failed_, true))
+      event_ = written.error().detail() + "; until it can be written its records are lost";
+  }
+  // At the end as well; a disk that is slow is never said to have failed.
+  if (lost_ == told_ || (!ended_ && (!written || text.empty()))) return;
+  event_ = path_ + (written ? " is written again; " : " could not be written; ") +
+           std::to_string(lost_ - told_) + " records are missing in it";
+  told_ = lost_;
+  failed_ = !written;
+}
+
 // Whole records, or none: what a full disk did not take goes again.
-bool CaptureFile::write_all(std::string_view text) {
+Result<void> CaptureFile::write_all(std::string_view text) {
   const off_t begin = ::lseek(file_.get(), 0, SEEK_CUR);
   while (!text.empty()) {
     const ssize_t size = ::write(file_.get(), text.data(), text.size());
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
+      auto error = tims::os::system_error(path_);
       (void)::ftruncate(file_.get(), begin);
       ::lseek(file_.get(), begin, SEEK_SET);
-      return false;
+      return error;
     }
     text.remove_prefix(static_cast<std::size_t>(size));
   }
-  return ::fdatasync(file_.get()) == 0;
+  // EINVAL: of a pipe, /dev/null.
+  if (::fdatasync(file_.get()) != 0 && errno != EINVAL) return tims::os::system_error(path_);
+  return {};
 }
 
 }  // namespace rack::device

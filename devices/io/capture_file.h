@@ -7,6 +7,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -29,21 +30,30 @@ class CaptureFile {
 
   // Records that are missing in the file, so far.
   [[nodiscard]] std::uint64_t lost() const;
+  // What people should know since it was asked last: it cannot be written, or can be again.
+  std::optional<std::string> take_event();
+  // Writes the rest; nothing can be added afterwards.
+  void finish();
 
  private:
-  CaptureFile(tims::os::File file, tims::Time begin);
+  CaptureFile(tims::os::File file, std::string path, tims::Time begin);
   template <typename Append>
   void append(std::size_t room, Append append);
   void write_until_ended();
-  bool write_all(std::string_view text);
+  tims::Result<void> write_all(std::string_view text);
+  void on_written(std::string_view text, const tims::Result<void>& written);
 
   tims::os::File file_;
+  const std::string path_;
   const tims::Time begin_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::string waiting_;     // under mutex_
-  std::uint64_t lost_ = 0;  // under mutex_
-  bool ended_ = false;      // under mutex_
+  std::string waiting_;               // under mutex_
+  std::uint64_t lost_ = 0;            // under mutex_
+  std::uint64_t told_ = 0;            // of those, under mutex_
+  bool failed_ = false;               // under mutex_
+  bool ended_ = false;                // under mutex_
+  std::optional<std::string> event_;  // under mutex_
   std::thread writer_;
 };
 

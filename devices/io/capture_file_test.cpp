@@ -99,6 +99,24 @@ TEST_F(CaptureFileTest, AFolderIsRefusedInWords) {
   EXPECT_THAT(file.error().detail(), HasSubstr("directory"));
 }
 
+TEST_F(CaptureFileTest, WhatIsLostAtTheEndIsSaid) {
+  auto file = CaptureFile::create("/dev/full", "x", tims::os::now());
+  ASSERT_TRUE(file);
+  (*file)->add(tims::os::now(), Direction::kReceived, 0, kBytes);
+  (*file)->finish();
+  EXPECT_EQ((*file)->lost(), 2U) << "with its head";
+  EXPECT_EQ((*file)->take_event(), "/dev/full could not be written; 2 records are missing in it");
+}
+
+TEST_F(CaptureFileTest, WhatIsNoFileLosesNothing) {
+  auto file = CaptureFile::create("/dev/null", "x", tims::os::now());
+  ASSERT_TRUE(file);
+  (*file)->add(tims::os::now(), Direction::kReceived, 0, kBytes);
+  (*file)->finish();
+  EXPECT_EQ((*file)->lost(), 0U);
+  EXPECT_FALSE((*file)->take_event());
+}
+
 // Whole records, or none; room again: it goes on.
 TEST_F(CaptureFileTest, AFullDiskCostsRecordsThatAreCounted) {
   if (::mount("none", folder_.path().c_str(), "tmpfs", 0, "size=256k") != 0)
@@ -110,8 +128,13 @@ TEST_F(CaptureFileTest, AFullDiskCostsRecordsThatAreCounted) {
     const auto file = create();
     for (int i = 0; i < 10; ++i) file->add(tims::os::now(), Direction::kReceived, 0, piece);
     EXPECT_TRUE(tims::test::eventually([&] { return file->lost() >= 10; }, "all are lost"));
+    EXPECT_THAT(file->take_event().value_or(""), HasSubstr("No space left on device"));
+    EXPECT_FALSE(file->take_event()) << "once";
     std::filesystem::remove(ballast);
     file->add(tims::os::now(), Direction::kReceived, 7, kBytes);
+    file->finish();
+    EXPECT_THAT(file->take_event().value_or(""),
+                HasSubstr("is written again; " + std::to_string(file->lost()) + " records"));
   }
   const auto all = records();
   ASSERT_EQ(all.size(), 1U) << "and no half of one";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <utility>
 
 #include <poll.h>
 
@@ -23,6 +24,9 @@ using tims::Error;
 using tims::Result;
 
 namespace {
+
+// Of a stream: no two telegrams with data end in so few bytes.
+constexpr std::size_t kSliceBytes = 16;
 
 // A serial line, or the CAN bus behind its adapter.
 Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
@@ -61,7 +65,8 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
   return Error(Errc::kInvalidArgument, "no way to " + address.to_string());
 }
 
-Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue) {
+Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue,
+                                             Take take) {
   auto transport = open_transport(options.address, options.baud);
   if (!transport) return transport.error();
   std::unique_ptr<CaptureFile> capture;
@@ -78,28 +83,35 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
     if (!started) return started.error();
     guard = std::move(*started);
   }
-  auto device = with(std::move(*transport), std::move(capture), dialogue);
+  auto device = with(std::move(*transport), std::move(capture), dialogue, std::move(take));
   device->guard_ = std::move(guard);
   return device;
 }
 
 std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport,
-                                     std::unique_ptr<CaptureFile> capture, Dialogue& dialogue) {
-  return std::unique_ptr<Device>(new Device(std::move(transport), std::move(capture), dialogue));
+                                     std::unique_ptr<CaptureFile> capture, Dialogue& dialogue,
+                                     Take take) {
+  return std::unique_ptr<Device>(
+      new Device(std::move(transport), std::move(capture), dialogue, std::move(take)));
 }
 
 Device::Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,
-               Dialogue& dialogue)
+               Dialogue& dialogue, Take take)
     : transport_(std::move(transport)),
       capture_(std::move(capture)),
       dialogue_(dialogue),
-      receive_([this](const Arrival& arrival) { hand_over(arrival); }) {
+      receive_([this](const Arrival& arrival) { hand_over(arrival); }),
+      take_(std::move(take)) {
   dialogue_.start(tims::os::now(), *this);
 }
 
-Device::~Device() {
+Device::~Device() { close(); }
+
+void Device::close() {
+  if (std::exchange(is_closed_, true)) return;
   if (!lost_) dialogue_.stop(tims::os::now(), *this);
   guard_.reset();  // it would keep the line open
+  if (capture_) capture_->finish();
 }
 
 Result<void> Device::wait(Time until, int also) {
@@ -118,25 +130,54 @@ Result<void> Device::wait(Time until, int also) {
     return received;
   }
   const Time then = tims::os::now();
-  if (dialogue_.next_timeout() <= then) dialogue_.on_timeout(then, *this);
+  if (dialogue_.next_timeout() <= then) {
+    dialogue_.on_timeout(then, *this);
+    take();
+  }
   return state();
 }
 
 std::optional<std::string> Device::take_event() {
   auto event = transport_->take_event();
-  if (event && capture_) capture_->add_event(tims::os::now(), *event);
+  if (!capture_) return event;
+  if (!event) event = capture_->take_event();
+  if (event && !is_closed_) capture_->add_event(tims::os::now(), *event);
   return event;
 }
 
 Result<void> Device::state() {
   if (lost_) return *lost_;
+  if (refused_) return *std::exchange(refused_, {});
   if (dialogue_.failure()) return *dialogue_.failure();
   return {};
 }
 
 void Device::hand_over(const Arrival& arrival) {
   if (capture_) capture_->add(arrival.last, Direction::kReceived, arrival.id, arrival.bytes);
-  dialogue_.on_arrival(arrival, *this);
+  const std::size_t size = arrival.bytes.size();
+  if (arrival.id != 0 || size <= kSliceBytes) return hear(arrival);
+  const auto when = [&](std::size_t index) {
+    return arrival.first + (arrival.last - arrival.first) * static_cast<std::int64_t>(index) /
+                               static_cast<std::int64_t>(size);
+  };
+  for (std::size_t begin = 0; begin < size; begin += kSliceBytes) {
+    const std::size_t end = std::min(begin + kSliceBytes, size);
+    hear({.bytes = arrival.bytes.subspan(begin, end - begin),
+          .first = when(begin),
+          .last = when(end)});
+  }
+}
+
+// What comes behind an error is of a device that is opened again.
+void Device::hear(const Arrival& piece) {
+  if (lost_ || refused_ || dialogue_.failure()) return;
+  dialogue_.on_arrival(piece, *this);
+  take();
+}
+
+void Device::take() {
+  if (!take_ || refused_) return;
+  if (auto taken = take_(); !taken) refused_ = taken.error();
 }
 
 void Device::send(std::span<const std::byte> bytes, std::uint32_t id) {

@@ -2,6 +2,7 @@
 // is to be sent, keeps a capture of both.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,12 +24,18 @@ struct DeviceOptions {
 
 class Device final : private Output {
  public:
+  // Takes what the dialogue has ready. Called after each frame and datagram, each small slice of a
+  // stream, and each time of the dialogue: whoever reads late finds several telegrams at once, and
+  // a dialogue keeps the result of one. Its error is that of wait().
+  using Take = std::function<tims::Result<void>()>;
+
   // Opens it and starts the dialogue, which must outlive it.
   static tims::Result<std::unique_ptr<Device>> open(const DeviceOptions& options,
-                                                    Dialogue& dialogue);
+                                                    Dialogue& dialogue, Take take = {});
   // The same with a way of one's own.
   static std::unique_ptr<Device> with(std::unique_ptr<Transport> transport,
-                                      std::unique_ptr<CaptureFile> capture, Dialogue& dialogue);
+                                      std::unique_ptr<CaptureFile> capture, Dialogue& dialogue,
+                                      Take take = {});
   ~Device() override;
 
   // Until something came, a time of the dialogue has passed, `also` can be read, or `until`. An
@@ -36,20 +43,24 @@ class Device final : private Output {
   tims::Result<void> wait(Time until, int also = -1);
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
-  // As those of the transport.
+  // As those of the transport, and of the recording.
   std::optional<std::string> take_event();
+  // The dialogue says its last words, and the recording is finished: only events can be asked then.
+  void close();
   [[nodiscard]] std::string statistics() const { return transport_->statistics(); }
   // It is a recording, and at its end.
   [[nodiscard]] bool is_over() const { return transport_->is_over(); }
 
  private:
   Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,
-         Dialogue& dialogue);
+         Dialogue& dialogue, Take take);
 
   void send(std::span<const std::byte> bytes, std::uint32_t id) override;
   void set_baud(std::uint32_t baud) override { transport_->set_baud(baud); }
   void set_dtr(bool on) override { transport_->set_dtr(on); }
   void hand_over(const Arrival& arrival);
+  void hear(const Arrival& piece);
+  void take();
   tims::Result<void> state();
 
   std::unique_ptr<Transport> transport_;
@@ -57,7 +68,10 @@ class Device final : private Output {
   std::unique_ptr<Guard> guard_;          // or none
   Dialogue& dialogue_;
   const Transport::Receive receive_;
-  std::optional<tims::Error> lost_;  // while sending
+  const Take take_;                     // or none
+  std::optional<tims::Error> lost_;     // while sending
+  std::optional<tims::Error> refused_;  // what was taken
+  bool is_closed_ = false;
 };
 
 }  // namespace rack::device

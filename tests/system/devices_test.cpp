@@ -48,6 +48,9 @@ std::vector<std::byte> scan_telegram(int number) {
 // As the manual says, as far as the driver asks. Each scan has its number as its distances.
 class Scanner final : public Dialogue {
  public:
+  // `at_once`: it sends its scans so many at a time, as a converter that waits does.
+  explicit Scanner(int at_once = 1) : at_once_(at_once) {}
+
   void start(Time, Output&) override {}
   void on_arrival(const Arrival& arrival, Output& out) override {
     telegrams_.add(arrival);
@@ -58,8 +61,13 @@ class Scanner final : public Dialogue {
   }
   void on_timeout(Time now, Output& out) override {
     if (next_ > now) return;
-    out.send(scan_telegram(number_++));
-    next_ = std::max(next_ + kTurn, now);
+    std::vector<std::byte> scans;
+    for (int i = 0; i < at_once_; ++i) {
+      const auto scan = scan_telegram(number_++);
+      scans.insert(scans.end(), scan.begin(), scan.end());
+    }
+    out.send(scans);
+    next_ = std::max(next_ + at_once_ * kTurn, now);
   }
   Time next_timeout() const override { return next_; }
 
@@ -69,22 +77,23 @@ class Scanner final : public Dialogue {
     std::vector<std::byte> answer = {std::byte{0x06}};
     append_lms200(answer, std::array{std::byte{0xA0}, std::byte{0x00}, std::byte{0x10}}, 0x80);
     out.send(answer);
-    if (mode == 0x42) out.set_baud(9600);
-    if (mode == 0x48) out.set_baud(500000);
+    if (mode == 0x42 && at_once_ == 1) out.set_baud(9600);
+    if (mode == 0x48 && at_once_ == 1) out.set_baud(500000);
     const bool measures = mode == 0x24 || mode == 0x2A;
     if (measures || mode == 0x25) next_ = measures ? os::now() + kTurn : kNever;
   }
 
+  int at_once_;
   Lms200Telegrams telegrams_;
   Time next_ = kNever;
   int number_ = 0;
 };
 
-// Plugged in while it exists.
+// Plugged in while it exists. Scans that come at once come at no line's rate.
 class PluggedIn {
  public:
-  explicit PluggedIn(const std::string& path) {
-    auto line = open_line(*DeviceAddress::parse("pty:" + path), 9600);
+  explicit PluggedIn(const std::string& path, int at_once = 1) : scanner_(at_once) {
+    auto line = open_line(*DeviceAddress::parse("pty:" + path), at_once == 1 ? 9600 : 0);
     EXPECT_TRUE(line) << line.error().message();
     device_ = Device::with(std::move(*line), nullptr, scanner_);
     thread_ = std::thread([this] {
@@ -130,6 +139,10 @@ class DevicesTest : public ModulesTest {
     EXPECT_TRUE(scan) << scan.error().message();
     return scan && !scan->points.empty() ? scan->points[0].distance.raw() : -1;
   }
+  static void expect_in_order(const std::vector<int>& scans, std::size_t count) {
+    ASSERT_EQ(scans.size(), count);
+    for (std::size_t i = 1; i < count; ++i) ASSERT_EQ(scans[i], scans[i - 1] + 1) << "none missing";
+  }
   std::vector<int> stream(std::size_t count, Mailbox& data) {
     std::vector<int> all;
     auto told = ladar();
@@ -164,10 +177,35 @@ TEST_F(DevicesTest, AScannerIsBroughtToItsRateAndItsScansArriveInOrder) {
   start_ladar();
   expect_on();
   Mailbox data = listen();
-  const auto scans = stream(20, data);
-  ASSERT_EQ(scans.size(), 20U);
-  // On a busy machine two come at once; the newer one is told.
-  for (std::size_t i = 1; i < scans.size(); ++i) EXPECT_GT(scans[i], scans[i - 1]);
+  expect_in_order(stream(20, data), 20);
+}
+
+TEST_F(DevicesTest, ScansThatComeTogetherAllArrive) {
+  const PluggedIn scanner(path_, 5);
+  start_ladar();
+  expect_on();
+  Mailbox data = listen();
+  expect_in_order(stream(60, data), 60);
+}
+
+TEST_F(DevicesTest, AllScansOfARecordedPieceArrive) {
+  const std::string file = folder_.path() / "pieces.cap";
+  {
+    std::string text = capture_header("serial:x", "then");
+    for (int piece = 0; piece < 100; ++piece) {
+      std::vector<std::byte> scans;
+      for (int i = 0; i < 5; ++i) {
+        const auto scan = scan_telegram(5 * piece + i);
+        scans.insert(scans.end(), scan.begin(), scan.end());
+      }
+      append_record(text, 5 * piece * kTurn, rack::device::Direction::kReceived, 0, scans);
+    }
+    std::ofstream(file) << text;
+  }
+  start_ladar({"--device=play:" + file});
+  expect_on();
+  Mailbox data = listen();
+  expect_in_order(stream(60, data), 60);
 }
 
 TEST_F(DevicesTest, ADeviceThatIsNotThereIsSaidInWords) {
@@ -271,12 +309,20 @@ TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
   EXPECT_EQ(again, live);
 }
 
-TEST_F(DevicesTest, ADiskThatIsFullStopsNobody) {
+TEST_F(DevicesTest, ADiskThatIsFullStopsNobodyAndIsSaidOnce) {
   const PluggedIn scanner(path_);
-  start_ladar({"--record=/dev/full"});
+  auto& program = start_ladar({"--record=/dev/full"});
   expect_on();
+  const auto said = program.wait_for_line("/dev/full: No space left on device; until it can");
+  EXPECT_TRUE(said) << said.error().message();
   const int first = next_scan();
   EXPECT_TRUE(eventually([&] { return next_scan() > first + 150; }, "it goes on for two seconds"));
+  ASSERT_TRUE(ladar().off());
+  const auto missing = program.wait_for_line("/dev/full could not be written; ");
+  EXPECT_TRUE(missing) << missing.error().message();
+  const std::string all = program.standard_error() + program.standard_output();
+  const std::string once = "No space left on device";
+  EXPECT_EQ(all.find(once), all.rfind(once));
 }
 
 // All bytes of a recording, in hex.

@@ -209,8 +209,8 @@ class Recorder {
 
   void summary() {
     const Duration took = tims::os::now() - began_;
+    file_->finish();
     const std::uint64_t lost = file_->lost();
-    file_.reset();  // writes the rest
     context_.out.write(
         json::object{{"schema", "tims/recorded/1"},
                      {"device", address_.to_string()},
