@@ -103,6 +103,25 @@ std::optional<std::string> CanBus::failure(Time now) const {
   return {};
 }
 
+bool CanQueue::add(std::uint32_t id, std::span<const std::byte> bytes, Time deadline) {
+  constexpr std::uint32_t kExtended = 0x80000000;
+  constexpr std::uint32_t kIdOfExtended = 0x1FFFFFFF;
+  constexpr std::uint32_t kIdOfStandard = 0x7FF;
+  const auto rank = [](const Frame& frame) {
+    return (frame.id & kExtended) != 0 ? std::uint64_t{frame.id & kIdOfExtended} << 3 | 7
+                                       : std::uint64_t{frame.id & kIdOfStandard} << 21;
+  };
+  Frame frame{.id = id, .size = static_cast<std::uint8_t>(bytes.size()), .deadline = deadline};
+  if (bytes.size() > frame.bytes.size() || frames_.size() == kMost) return false;
+  std::ranges::copy(bytes, frame.bytes.begin());
+  frames_.insert(std::ranges::upper_bound(frames_, rank(frame), {}, rank), frame);
+  return true;
+}
+
+std::size_t CanQueue::drop_late(Time now) {
+  return std::erase_if(frames_, [&](const Frame& frame) { return frame.deadline < now; });
+}
+
 std::string CanBus::summary() const {
   std::string text;
   const auto add = [&](std::uint64_t count, const char* what) {

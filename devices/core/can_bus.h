@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "tims/time.h"
 
@@ -68,6 +69,34 @@ class CanBus {
   std::size_t restarted_ = 0;
   bool is_given_up_ = false;
   Time said_{};
+};
+
+// Frames that wait until they can be sent: few, the lower identifier first as on the bus itself
+// (standard before extended ones), and those whose time has passed are dropped.
+class CanQueue {
+ public:
+  struct Frame {
+    std::uint32_t id = 0;
+    std::uint8_t size = 0;
+    std::array<std::byte, 8> bytes{};
+    Time deadline{};
+  };
+
+  CanQueue() { frames_.reserve(kMost); }
+
+  // False: it is full, or the frame is longer than 8 bytes.
+  bool add(std::uint32_t id, std::span<const std::byte> bytes, Time deadline);
+  [[nodiscard]] bool empty() const { return frames_.empty(); }
+  [[nodiscard]] const Frame& front() const { return frames_.front(); }
+  void pop() { frames_.erase(frames_.begin()); }
+  void clear() { frames_.clear(); }
+  // How many.
+  std::size_t drop_late(Time now);
+
+ private:
+  static constexpr std::size_t kMost = 64;
+
+  std::vector<Frame> frames_;
 };
 
 }  // namespace rack::device

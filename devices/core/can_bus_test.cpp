@@ -100,5 +100,31 @@ TEST_F(CanBusTest, AStormOfBusOffIsOne) {
   EXPECT_EQ(bus_.counters().bus_off, 1000U);
 }
 
+TEST(CanQueueTest, TheLowestIdentifierGoesFirstAndEqualOnesInTheirOrder) {
+  CanQueue queue;
+  const std::array bytes = {std::byte{1}, std::byte{2}};
+  EXPECT_TRUE(queue.add(0x80000001, {}, tims::kNever));
+  EXPECT_TRUE(queue.add(0x201, std::span(bytes).first(1), tims::kNever));
+  EXPECT_TRUE(queue.add(0x080, {}, tims::kNever));
+  EXPECT_TRUE(queue.add(0x201, bytes, tims::kNever));
+  std::vector<std::pair<std::uint32_t, int>> order;
+  for (; !queue.empty(); queue.pop()) order.emplace_back(queue.front().id, queue.front().size);
+  EXPECT_THAT(order, testing::ElementsAre(std::pair(0x080, 0), std::pair(0x201, 1),
+                                          std::pair(0x201, 2), std::pair(0x80000001, 0)));
+}
+
+TEST(CanQueueTest, ItIsBoundedAndWhatIsLateGoes) {
+  CanQueue queue;
+  std::size_t taken = 0;
+  while (taken < 1000 && queue.add(0x100, {}, Time{1s} + taken * 1ms)) ++taken;
+  EXPECT_EQ(taken, 64U);
+  EXPECT_EQ(queue.drop_late(Time{1s}), 0U);
+  EXPECT_EQ(queue.drop_late(Time{1s + 10ms}), 10U);
+  EXPECT_TRUE(queue.add(0x100, {}, tims::kNever));
+  EXPECT_EQ(queue.drop_late(Time{100s}), 54U);
+  EXPECT_EQ(queue.front().deadline, tims::kNever);
+  EXPECT_FALSE(queue.add(0x100, std::array<std::byte, 9>{}, tims::kNever));
+}
+
 }  // namespace
 }  // namespace rack::device

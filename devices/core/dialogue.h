@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "tims/result.h"
 #include "tims/time.h"
@@ -26,6 +27,12 @@ struct Arrival {
   std::uint32_t id = 0;
 };
 
+// Of CAN: the frames with (frame's id & mask) == (id & mask). By default all of them.
+struct CanFilter {
+  std::uint32_t id = 0;
+  std::uint32_t mask = 0;
+};
+
 // What a dialogue can do to its device. Nothing fails here: whether the device is there is told
 // otherwise.
 class Output {
@@ -33,6 +40,11 @@ class Output {
   virtual ~Output() = default;
   // All of it, in order. Of CAN: one frame.
   virtual void send(std::span<const std::byte> bytes, std::uint32_t id = 0) = 0;
+  // The same, of what is worthless later: a motor must not hear yesterday's speed.
+  virtual void send_before(Time /*deadline*/, std::span<const std::byte> bytes,
+                           std::uint32_t id = 0) {
+    send(bytes, id);
+  }
   // Of serial lines, after what was sent before; elsewhere it does nothing.
   virtual void set_baud(std::uint32_t) {}
   virtual void set_dtr(bool) {}
@@ -49,6 +61,9 @@ class Dialogue {
   // Before the device is left: motors stop, lasers sleep.
   virtual void stop(Time /*now*/, Output& /*out*/) {}
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
+  // Of CAN: what it wants to hear, for the kernel to leave out the rest of a busy bus; none: it
+  // only speaks. Error frames are heard by the transport. Others may come nevertheless.
+  [[nodiscard]] virtual std::vector<CanFilter> wanted_frames() const { return {CanFilter{}}; }
 
   // Why it gives the device up: it does not answer, or is another one. start() tries again.
   [[nodiscard]] const std::optional<tims::Error>& failure() const { return failure_; }

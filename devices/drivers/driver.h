@@ -165,7 +165,8 @@ class Driver : public DataModule<Data> {
   Result<void> check_silence() {
     if (device_->is_over() && !std::exchange(has_told_end_, true))
       this->log().print("%s is over: %d telegrams were broken", device_->description(), broken());
-    if (!dialogue_->is_ready() || device_->is_over()) {
+    // A recording has the pauses that it has, and an end.
+    if (!dialogue_->is_ready() || device_->is_recording()) {
       heard_ = now();
       return {};
     }

@@ -38,7 +38,12 @@ struct Ear final : Output {
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
     frames.emplace_back(id, numbers(bytes));
   }
+  void send_before(Time deadline, std::span<const std::byte> bytes, std::uint32_t id) override {
+    send(bytes, id);
+    deadlines.push_back(deadline);
+  }
   std::vector<std::pair<std::uint32_t, std::vector<int>>> frames;
+  std::vector<Time> deadlines;
 };
 
 class MotorChassisTest : public testing::TestWithParam<Kind> {
@@ -228,6 +233,66 @@ TEST_P(MotorChassisTest, ARecordingIsListenedToOnly) {
   MotorChassis listening({.is_canopen = true, .only_listen = true}, Wheels::differential(400),
                          std::move(links));
   listening.stop({}, *std::make_unique<Ear>());
+}
+
+// What a motor says as long as it lives.
+std::vector<std::pair<std::uint32_t, std::vector<std::byte>>> signs_of_life(std::uint8_t node) {
+  const std::vector<std::byte> zeros(8);
+  std::vector<std::byte> closed = zeros;
+  closed[4] = std::byte{8};
+  return {{odrive_id(node, OdriveCommand::kHeartbeat), closed},
+          {odrive_id(node, OdriveCommand::kEncoder), zeros},
+          {vesc_id(node, VescPacket::kStatus1), zeros},
+          {canopen::kHeartbeat + node, {canopen::kOperational}}};
+}
+
+TEST_P(MotorChassisTest, APauseOfARecordingSaysNothingOfItsMotors) {
+  for (const bool only_listen : {true, false}) {
+    std::vector<MotorLink> links;
+    for (std::uint8_t node = 10; node < 12; ++node)
+      links.push_back({motor(node, MotorTask::kTurns), "motor", kGear});
+    MotorChassis chassis({.only_listen = only_listen}, Wheels::differential(400), std::move(links));
+    Ear ear;
+    chassis.start(Time{1s}, ear);
+    for (std::uint8_t node = 10; node < 12; ++node)
+      for (const auto& [id, bytes] : signs_of_life(node))
+        chassis.on_arrival({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, ear);
+    for (Time now{1s}; now < Time{20s}; now += 10ms) chassis.on_timeout(now, ear);
+    EXPECT_EQ(chassis.failure().has_value(), !only_listen);
+  }
+}
+
+TEST_P(MotorChassisTest, WhatItHearsPassesItsFilter) {
+  const auto one = motor(5, MotorTask::kTurns);
+  Ear ear;
+  one->start(Time{1s}, ear);
+  const CanFilter wanted = one->wanted_frames();
+  const std::vector<std::byte> bytes(8);
+  int heard = 0;
+  int passed = 0;
+  const auto try_frame = [&](std::uint32_t id) {
+    const bool passes = (id & wanted.mask) == (wanted.id & wanted.mask);
+    passed += passes ? 1 : 0;
+    if (!one->on_frame({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, ear))
+      return;
+    ++heard;
+    EXPECT_TRUE(passes) << std::hex << id;
+  };
+  for (std::uint32_t id = 0; id < 0x800; ++id)
+    for (const std::uint32_t flag : {0U, can::kRemote, can::kExtended}) try_frame(id | flag);
+  for (std::uint32_t id = 0x800; id < 0x8000; ++id) try_frame(id | can::kExtended);
+  EXPECT_GT(heard, 0);
+  EXPECT_LE(passed, 150) << "of thirty thousand";
+}
+
+TEST_P(MotorChassisTest, CommandsAreWorthlessSoonAndTheEndIsNot) {
+  const auto one = motor(5, MotorTask::kTurns);
+  if (GetParam() == Kind::kCia402) GTEST_SKIP() << "is told nothing before it is enabled";
+  Ear ear;
+  one->command(1, Time{1s}, ear);
+  EXPECT_EQ(ear.deadlines.back(), Time{1050ms});
+  one->stop(Time{2s}, ear);
+  EXPECT_EQ(ear.deadlines.back(), tims::kNever);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, MotorChassisTest,

@@ -28,24 +28,8 @@ using tims::Result;
 using tims::os::File;
 using tims::os::system_error;
 
-constexpr std::size_t kWaitingFramesMax = 64;
 constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kTryAgain = std::chrono::milliseconds(1);
-
-struct Waiting {
-  can_frame frame{};
-  Time since{};
-};
-
-// The lower the identifier, the sooner, as on the bus; standard before extended ones.
-bool goes_first(const Waiting& a, const Waiting& b) {
-  const auto rank = [](const can_frame& frame) {
-    const bool is_extended = (frame.can_id & CAN_EFF_FLAG) != 0;
-    return is_extended ? std::uint64_t{frame.can_id & CAN_EFF_MASK} << 3 | 7
-                       : std::uint64_t{frame.can_id & CAN_SFF_MASK} << 21;
-  };
-  return rank(a.frame) < rank(b.frame);
-}
 
 // A driver that gives its bus up and opens it again must not forget how often it has been off. One
 // task of a program opens interfaces.
@@ -58,7 +42,6 @@ class CanInterface final : public Transport {
  public:
   CanInterface(File socket, std::string name, unsigned index)
       : socket_(std::move(socket)), name_(std::move(name)), index_(index), bus_(bus_of(name_)) {
-    waiting_.reserve(kWaitingFramesMax);
     bus_.on_open(tims::os::now());
   }
 
@@ -93,13 +76,11 @@ class CanInterface final : public Transport {
   }
 
   Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) override {
-    if (bytes.size() > CAN_MAX_DLEN || waiting_.size() == kWaitingFramesMax) return false;
-    Waiting waiting{.since = now};
-    waiting.frame.can_id = id;
-    waiting.frame.can_dlc = static_cast<std::uint8_t>(bytes.size());
-    std::ranges::copy(bytes, std::as_writable_bytes(std::span(waiting.frame.data)).begin());
-    waiting_.insert(std::upper_bound(waiting_.begin(), waiting_.end(), waiting, goes_first),
-                    waiting);
+    return send_before(now, now + kLate, bytes, id);
+  }
+  Result<bool> send_before(Time now, Time deadline, std::span<const std::byte> bytes,
+                           std::uint32_t id) override {
+    if (!waiting_.add(id, bytes, std::min(deadline, now + kLate))) return false;
     if (auto written = write_waiting(now); !written) return written.error();
     return true;
   }
@@ -124,17 +105,20 @@ class CanInterface final : public Transport {
   }
 
   Result<void> write_waiting(Time now) {
-    const auto late = [&](const Waiting& waiting) { return now - waiting.since > kLate; };
-    bus_.on_late(std::erase_if(waiting_, late));
+    bus_.on_late(waiting_.drop_late(now));
     while (!waiting_.empty()) {
-      const can_frame& frame = waiting_.front().frame;
+      const CanQueue::Frame& next = waiting_.front();
+      can_frame frame{};
+      frame.can_id = next.id;
+      frame.can_dlc = next.size;
+      std::memcpy(frame.data, next.bytes.data(), next.bytes.size());
       if (::write(socket_.get(), &frame, sizeof frame) != sizeof frame) {
         if (errno == EINTR) continue;
         // A queue of ten frames is soon full: normal.
         if (errno == ENOBUFS || errno == EAGAIN) break;
         return Error(Errc::kSystem, name_ + " is gone: " + system_error("write").detail());
       }
-      waiting_.erase(waiting_.begin());
+      waiting_.pop();
     }
     next_try_ = waiting_.empty() ? tims::kNever : now + kTryAgain;
     return {};
@@ -145,14 +129,14 @@ class CanInterface final : public Transport {
   unsigned index_;
   CanBus& bus_;
   std::optional<std::string> event_;
-  std::vector<Waiting> waiting_;
+  CanQueue waiting_;
   Time next_try_ = tims::kNever;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
-                                            const std::vector<CanFilter>& filters) {
+                                            const std::vector<CanFilter>& wanted) {
   const std::string& name = address.place;
   File socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
   if (!socket)
@@ -163,12 +147,12 @@ Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
                  "no interface " + name + "; ip link shows them, timsctl device list says more");
   const can_err_mask_t errors = CAN_ERR_MASK;
   ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
-  std::vector<can_filter> wanted;
-  for (const CanFilter& filter : filters)
-    wanted.push_back({.can_id = filter.id, .can_mask = filter.mask});
-  if (!wanted.empty())
-    ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, wanted.data(),
-                 static_cast<socklen_t>(wanted.size() * sizeof(can_filter)));
+  std::vector<can_filter> filters;
+  for (const CanFilter& filter : wanted)
+    filters.push_back({.can_id = filter.id, .can_mask = filter.mask});
+  if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(),
+                   static_cast<socklen_t>(filters.size() * sizeof(can_filter))) != 0)
+    return system_error(name + ", filters");
   ask_for_stamps(socket.get());
   sockaddr_can where{};
   where.can_family = AF_CAN;

@@ -1,8 +1,7 @@
 // A CAN interface, raw frames by SocketCAN.
 //
-// Error frames of the controller arrive as frames with the error flag. What cannot be sent at once
-// waits in a small queue by identifier, the lower first as on the bus itself; a frame that is older
-// than 100 ms is dropped and counted: a motor must not hear yesterday's speed.
+// Error frames of the controller arrive as frames with the error flag, whatever is wanted. What
+// cannot be sent at once waits in a small queue (CanQueue), 100 ms at most.
 #pragma once
 
 #include <vector>
@@ -11,13 +10,8 @@
 
 namespace rack::device {
 
-// (id & mask) == (wanted & mask) of any of them; none: all frames.
-struct CanFilter {
-  std::uint32_t id = 0;
-  std::uint32_t mask = 0;
-};
-
+// `wanted`: frames that fit any of them; none: no frames at all.
 tims::Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
-                                                  const std::vector<CanFilter>& filters = {});
+                                                  const std::vector<CanFilter>& wanted);
 
 }  // namespace rack::device

@@ -15,6 +15,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "devices/io/device.h"
 #include "devices/io/host_devices.h"
 #include "os/clock.h"
 #include "os/file.h"
@@ -57,7 +58,7 @@ class CanTest : public testing::Test {
   }
   void TearDown() override { run({"ip", "link", "del", kInterface}); }
 
-  static std::unique_ptr<Transport> opened(const std::vector<CanFilter>& filters = {}) {
+  static std::unique_ptr<Transport> opened(const std::vector<CanFilter>& filters = {CanFilter{}}) {
     auto transport = open_can({.kind = TransportKind::kCan, .place = kInterface}, filters);
     EXPECT_TRUE(transport) << transport.error().message();
     return transport ? std::move(*transport) : nullptr;
@@ -114,6 +115,34 @@ TEST_F(CanTest, TheKernelFilters) {
   EXPECT_TRUE(hear(*filtered, 0).empty());
 }
 
+struct Picky final : Dialogue {
+  void start(Time, Output&) override {}
+  void on_arrival(const Arrival& arrival, Output&) override { ids.push_back(arrival.id); }
+  [[nodiscard]] std::vector<CanFilter> wanted_frames() const override {
+    return {{.id = 0x585, .mask = 0x7FF}};
+  }
+  std::vector<std::uint32_t> ids;
+};
+
+TEST_F(CanTest, ADialogueHearsWhatItWants) {
+  const auto sender = opened();
+  Picky dialogue;
+  const auto device =
+      Device::open({.address = {.kind = TransportKind::kCan, .place = kInterface}}, dialogue);
+  ASSERT_TRUE(device) << device.error().message();
+  for (const std::uint32_t id : {0x585U, 0x586U, 0x181U, 0x585U}) send(*sender, id, "x");
+  const Time end = tims::os::now() + 5s;
+  while (dialogue.ids.size() < 2 && tims::os::now() < end) ASSERT_TRUE((*device)->wait(end));
+  EXPECT_THAT(dialogue.ids, ElementsAre(0x585, 0x585));
+}
+
+TEST_F(CanTest, WhoOnlySpeaksHearsNothing) {
+  const auto sender = opened();
+  const auto silent = opened({});
+  send(*sender, 0x181, "x");
+  EXPECT_TRUE(hear(*silent, 0).empty());
+}
+
 // The controller tells so that it is in trouble; here somebody else writes the frame.
 TEST_F(CanTest, ErrorFramesArriveWithTheirFlag) {
   const auto listener = opened();
@@ -168,7 +197,7 @@ TEST_F(CanTest, AnInterfaceThatGoesIsNoticedInWords) {
 
 TEST_F(CanTest, AnInterfaceThatIsDownIsSaid) {
   ASSERT_TRUE(run({"ip", "link", "set", kInterface, "down"}));
-  const auto transport = open_can({.kind = TransportKind::kCan, .place = kInterface});
+  const auto transport = open_can({.kind = TransportKind::kCan, .place = kInterface}, {});
   const bool failed = !transport ||
                       !(*transport)->receive(tims::os::now(), [](const Arrival&) {}) ||
                       !(*transport)->send(tims::os::now(), bytes_of("x"), 1);
@@ -185,7 +214,7 @@ TEST_F(CanTest, TheListOfDevicesShowsIt) {
 }
 
 TEST(CanWithoutTest, AMissingInterfaceIsNamed) {
-  const auto transport = open_can({.kind = TransportKind::kCan, .place = "nocan7"});
+  const auto transport = open_can({.kind = TransportKind::kCan, .place = "nocan7"}, {});
   ASSERT_FALSE(transport);
   EXPECT_THAT(transport.error().detail(),
               testing::AnyOf(testing::HasSubstr("nocan7"), testing::HasSubstr("modprobe")));

@@ -41,8 +41,8 @@ Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::
 
 }  // namespace
 
-Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
-                                                  std::uint32_t baud) {
+Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, std::uint32_t baud,
+                                                  const std::vector<CanFilter>& wanted) {
   switch (address.kind) {
     case TransportKind::kSerial:
     case TransportKind::kPty:
@@ -52,7 +52,7 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
     case TransportKind::kUdp:
       return open_udp(address);
     case TransportKind::kCan:
-      return open_can(address);
+      return open_can(address, wanted);
     case TransportKind::kPlayback:
       return open_playback(address, baud);
     case TransportKind::kVideo:
@@ -67,7 +67,7 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue,
                                              Take take) {
-  auto transport = open_transport(options.address, options.baud);
+  auto transport = open_transport(options.address, options.baud, dialogue.wanted_frames());
   if (!transport) return transport.error();
   std::unique_ptr<CaptureFile> capture;
   if (!options.record.empty()) {
@@ -180,11 +180,13 @@ void Device::take() {
   if (auto taken = take_(); !taken) refused_ = taken.error();
 }
 
-void Device::send(std::span<const std::byte> bytes, std::uint32_t id) {
+void Device::send_before(Time deadline, std::span<const std::byte> bytes, std::uint32_t id) {
   if (lost_) return;
   const Time now = tims::os::now();
   if (capture_) capture_->add(now, Direction::kSent, id, bytes);
-  if (auto sent = transport_->send(now, bytes, id); !sent) lost_ = sent.error();
+  auto sent = deadline == tims::kNever ? transport_->send(now, bytes, id)
+                                       : transport_->send_before(now, deadline, bytes, id);
+  if (!sent) lost_ = sent.error();
 }
 
 }  // namespace rack::device

@@ -48,14 +48,18 @@ class Device final : private Output {
   // The dialogue says its last words, and the recording is finished: only events can be asked then.
   void close();
   [[nodiscard]] std::string statistics() const { return transport_->statistics(); }
-  // It is a recording, and at its end.
+  // It is a recording; and at its end.
+  [[nodiscard]] bool is_recording() const { return transport_->is_recording(); }
   [[nodiscard]] bool is_over() const { return transport_->is_over(); }
 
  private:
   Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,
          Dialogue& dialogue, Take take);
 
-  void send(std::span<const std::byte> bytes, std::uint32_t id) override;
+  void send(std::span<const std::byte> bytes, std::uint32_t id) override {
+    send_before(tims::kNever, bytes, id);
+  }
+  void send_before(Time deadline, std::span<const std::byte> bytes, std::uint32_t id) override;
   void set_baud(std::uint32_t baud) override { transport_->set_baud(baud); }
   void set_dtr(bool on) override { transport_->set_dtr(on); }
   void hand_over(const Arrival& arrival);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "devices/core/device_address.h"
 #include "devices/core/dialogue.h"
@@ -27,6 +28,11 @@ class Transport {
   // Whether it has taken all of it: a device that reads slower than it is told to loses whole
   // pieces, never halves. An error as above.
   virtual tims::Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) = 0;
+  // Of CAN: it is dropped when it could not be sent until then.
+  virtual tims::Result<bool> send_before(Time now, Time /*deadline*/,
+                                         std::span<const std::byte> bytes, std::uint32_t id) {
+    return send(now, bytes, id);
+  }
 
   virtual void set_baud(std::uint32_t /*baud*/) {}
   virtual void set_dtr(bool /*on*/) {}
@@ -41,9 +47,11 @@ class Transport {
   [[nodiscard]] virtual bool is_over() const { return false; }
 };
 
-// `baud`: of serial lines whose address does not say any. kSystem says what is missing, and what to
-// do: rights, a module of the kernel, a cable.
+// `baud`: of serial lines whose address does not say any. `wanted`: of CAN. kSystem says what is
+// missing, and what to do: rights, a module of the kernel, a cable.
 tims::Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
-                                                        std::uint32_t baud);
+                                                        std::uint32_t baud,
+                                                        const std::vector<CanFilter>& wanted = {
+                                                            CanFilter{}});
 
 }  // namespace rack::device

@@ -308,22 +308,23 @@ void Cia402::on_timeout(Time now, Output& out) {
          (error_ != 0 ? ", error " + hex(error_, 4) : ""));
 }
 
-void Cia402::send_control(unsigned controlword, std::int32_t target, Output& out) const {
+void Cia402::send_control(unsigned controlword, std::int32_t target, Output& out,
+                          Time deadline) const {
   std::array<std::byte, 6> bytes{static_cast<std::byte>(controlword),
                                  static_cast<std::byte>(controlword >> 8)};
   for (std::size_t i = 0; i < 4; ++i)
     bytes[2 + i] = static_cast<std::byte>(static_cast<std::uint32_t>(target) >> 8 * i);
-  out.send(bytes, canopen::kRpdo1 + settings_.node);
+  out.send_before(deadline, bytes, canopen::kRpdo1 + settings_.node);
 }
 
-void Cia402::command(double target, Time, Output& out) {
+void Cia402::command(double target, Time now, Output& out) {
   if (!is_ready() || is_homing()) return;
   const bool turns = settings_.task == MotorTask::kTurns;
   const double unit = turns ? settings_.velocity_of_turn : settings_.increments_of_turn;
   const auto wanted =
       static_cast<std::int32_t>(std::lround(std::clamp(target / kTurn * unit, -2e9, 2e9)));
   if (turns) {
-    send_control(kEnable, wanted, out);
+    send_control(kEnable, wanted, out, now + kCommandHolds);
     return;
   }
   // Each new position is a pulse of its bit, which the drive has to see.
@@ -335,7 +336,8 @@ void Cia402::command(double target, Time, Output& out) {
   const bool is_taken = (statusword_ & kTakenBit) != 0;
   if (is_new_target_ && is_taken && pulse_) is_new_target_ = false;
   pulse_ = is_new_target_ && (pulse_ || !is_taken);
-  send_control(kEnable | kAtOnceBit | (pulse_ ? kNewPosition : 0), target_, out);
+  send_control(kEnable | kAtOnceBit | (pulse_ ? kNewPosition : 0), target_, out,
+               now + kCommandHolds);
 }
 
 bool Cia402::is_reached() const {

@@ -96,6 +96,9 @@ class Cia402 final : public Motor {
   bool on_frame(const Arrival& frame, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_; }
+  [[nodiscard]] CanFilter wanted_frames() const override {
+    return {.id = settings_.node, .mask = can::kExtended | can::kRemote | 0x7F};
+  }
   void command(double target, Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] bool is_ready() const override {
@@ -130,7 +133,8 @@ class Cia402 final : public Motor {
   void on_sdo(std::span<const std::byte> bytes, Time now, Output& out);
   void on_status(std::span<const std::byte> bytes, Time when, Output& out);
   void on_heartbeat(std::span<const std::byte> bytes, Time when, Output& out);
-  void send_control(unsigned controlword, std::int32_t target, Output& out) const;
+  void send_control(unsigned controlword, std::int32_t target, Output& out,
+                    Time deadline = tims::kNever) const;
   void climb(Output& out);
   [[nodiscard]] bool is_mine(std::uint32_t id, std::uint32_t function) const {
     return id == function + settings_.node;

@@ -33,6 +33,7 @@ class EgoMotion final : public Dialogue {
 
   void start(Time, Output&) override { clear_failure(); }
   void on_arrival(const Arrival&, Output&) override {}
+  [[nodiscard]] std::vector<CanFilter> wanted_frames() const override { return {}; }
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return has_news_ ? Time{} : tims::kNever; }
 

@@ -131,6 +131,9 @@ class Ibeo final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return std::min(timeout_, next_frame_at_); }
+  [[nodiscard]] std::vector<CanFilter> wanted_frames() const override {
+    return {{.id = ibeo::kSensorId | settings_.sensor, .mask = 0xC00007FF}};
+  }
 
   [[nodiscard]] bool is_ready() const { return has_measured_; }
   // Each sector of a turn is a scan of its own.

@@ -27,6 +27,8 @@ class Motor {
   virtual bool on_frame(const Arrival& frame, Output& out) = 0;
   virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
+  // Of all frames those that are of it, and maybe a few others.
+  [[nodiscard]] virtual CanFilter wanted_frames() const = 0;
   // Some times in a tenth of a second, once it is ready: its watchdog lives on it.
   virtual void command(double target, Time now, Output& out) = 0;
   virtual void stop(Time now, Output& out) = 0;
@@ -40,6 +42,8 @@ class Motor {
  protected:
   // Longer than any of them is silent.
   static constexpr Duration kSilenceMax = std::chrono::milliseconds(500);
+  // How long a command can wait for a bus: then newer ones wait behind it.
+  static constexpr Duration kCommandHolds = std::chrono::milliseconds(50);
 
   void fail(std::string why) {
     if (!failure_) failure_ = std::move(why);

@@ -31,7 +31,7 @@ void MotorChassis::start(Time now, Output& out) {
   std::ranges::fill(targets_, 0);
   is_stopped_ = false;
   if (settings_.is_canopen && !settings_.only_listen) host_.start(now);
-  ready_due_ = now + kReadyTime;
+  ready_due_ = settings_.only_listen ? tims::kNever : now + kReadyTime;
   next_cycle_ = now + settings_.cycle;
   next_data_ = tims::kNever;
   for (MotorLink& link : links_) link.motor->start(now, out);
@@ -40,8 +40,15 @@ void MotorChassis::start(Time now, Output& out) {
 Time MotorChassis::next_timeout() const {
   if (is_stopped_) return tims::kNever;
   Time next = std::min({next_cycle_, next_data_, host_.next_timeout()});
+  if (settings_.only_listen) return next;
   for (const MotorLink& link : links_) next = std::min(next, link.motor->next_timeout());
   return next;
+}
+
+std::vector<CanFilter> MotorChassis::wanted_frames() const {
+  std::vector<CanFilter> all;
+  for (const MotorLink& link : links_) all.push_back(link.motor->wanted_frames());
+  return all;
 }
 
 void MotorChassis::on_arrival(const Arrival& arrival, Output& out) {
@@ -54,8 +61,10 @@ void MotorChassis::on_arrival(const Arrival& arrival, Output& out) {
 void MotorChassis::on_timeout(Time now, Output& out) {
   if (is_stopped_) return;
   host_.on_timeout(now, out);
-  for (MotorLink& link : links_)
-    if (link.motor->next_timeout() <= now) link.motor->on_timeout(now, out);
+  // A recording answers nothing, and its pauses say nothing of the motors.
+  if (!settings_.only_listen)
+    for (MotorLink& link : links_)
+      if (link.motor->next_timeout() <= now) link.motor->on_timeout(now, out);
   check(now, out);
   if (is_stopped_) return;
   if (next_cycle_ <= now) {

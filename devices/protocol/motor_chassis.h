@@ -39,6 +39,7 @@ class MotorChassis final : public ChassisDialogue {
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override;
+  [[nodiscard]] std::vector<CanFilter> wanted_frames() const override;
 
   void drive(const ChassisSpeed& speed, Time now) override;
   [[nodiscard]] bool is_ready() const override { return is_ready_; }

@@ -48,8 +48,9 @@ std::uint32_t raw(double value) { return std::bit_cast<std::uint32_t>(static_cas
 
 }  // namespace
 
-void Odrive::send(OdriveCommand command, std::span<const std::byte> bytes, Output& out) const {
-  out.send(bytes, odrive_id(node_, command));
+void Odrive::send(OdriveCommand command, std::span<const std::byte> bytes, Output& out,
+                  Time deadline) const {
+  out.send_before(deadline, bytes, odrive_id(node_, command));
 }
 
 void Odrive::ask(OdriveCommand command, Output& out) const {
@@ -132,11 +133,13 @@ void Odrive::on_timeout(Time now, Output& out) {
   }
 }
 
-void Odrive::command(double target, Time, Output& out) {
+void Odrive::command(double target, Time now, Output& out) {
+  const Time deadline = now + kCommandHolds;
   if (task_ == MotorTask::kTurns)
-    send(OdriveCommand::kInputVelocity, packed(raw(target / kTurn), raw(0)), out);
+    send(OdriveCommand::kInputVelocity, packed(raw(target / kTurn), raw(0)), out, deadline);
   else
-    send(OdriveCommand::kInputPosition, packed(raw(target / kTurn), std::uint32_t{0}), out);
+    send(OdriveCommand::kInputPosition, packed(raw(target / kTurn), std::uint32_t{0}), out,
+         deadline);
 }
 
 void Odrive::stop(Time now, Output& out) {

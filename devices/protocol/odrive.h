@@ -36,6 +36,9 @@ class Odrive final : public Motor {
   bool on_frame(const Arrival& frame, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_; }
+  [[nodiscard]] CanFilter wanted_frames() const override {
+    return {.id = odrive_id(node_, {}), .mask = can::kExtended | can::kRemote | 0x7E0};
+  }
   void command(double target, Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] bool is_ready() const override {
@@ -46,7 +49,8 @@ class Odrive final : public Motor {
   static constexpr std::uint8_t kIdle = 1;
   static constexpr std::uint8_t kClosedLoop = 8;
 
-  void send(OdriveCommand command, std::span<const std::byte> bytes, Output& out) const;
+  void send(OdriveCommand command, std::span<const std::byte> bytes, Output& out,
+            Time deadline = tims::kNever) const;
   void ask(OdriveCommand command, Output& out) const;
   void close_loop(Output& out);
   void on_heartbeat(std::span<const std::byte> bytes, Time when);

@@ -35,8 +35,8 @@ void ServoAxis::start(Time now, Output& out) {
 
 Time ServoAxis::next_timeout() const {
   if (is_stopped_) return tims::kNever;
-  return std::min(
-      {next_cycle_, next_data_, host_.next_timeout(), drive_.next_timeout(), deadline_.due()});
+  const Time next = std::min({next_cycle_, next_data_, host_.next_timeout(), deadline_.due()});
+  return settings_.only_listen ? next : std::min(next, drive_.next_timeout());
 }
 
 void ServoAxis::on_arrival(const Arrival& arrival, Output& out) {
@@ -48,7 +48,8 @@ void ServoAxis::on_arrival(const Arrival& arrival, Output& out) {
 void ServoAxis::on_timeout(Time now, Output& out) {
   if (is_stopped_) return;
   host_.on_timeout(now, out);
-  if (drive_.next_timeout() <= now) drive_.on_timeout(now, out);
+  // A recording answers nothing, and its pauses say nothing of the drive.
+  if (!settings_.only_listen && drive_.next_timeout() <= now) drive_.on_timeout(now, out);
   check(now, out);
   if (is_stopped_) return;
   if (deadline_.due() <= now) {
@@ -68,6 +69,8 @@ void ServoAxis::on_timeout(Time now, Output& out) {
     has_data_ = true;
   }
 }
+
+std::vector<CanFilter> ServoAxis::wanted_frames() const { return {drive_.wanted_frames()}; }
 
 void ServoAxis::check(Time now, Output& out) {
   if (drive_.failure()) {

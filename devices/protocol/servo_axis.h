@@ -31,6 +31,7 @@ class ServoAxis final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override;
+  [[nodiscard]] std::vector<CanFilter> wanted_frames() const override;
 
   // velocity, acceleration: limits on the way; 0: the largest.
   void move_to(double position, double velocity, double acceleration);

@@ -18,11 +18,11 @@ constexpr int kStepsOfElectricTurn = 6;  // of the tachometer
 
 }  // namespace
 
-void Vesc::send(VescPacket packet, std::int32_t value, Output& out) const {
+void Vesc::send(VescPacket packet, std::int32_t value, Output& out, Time deadline) const {
   std::array<std::byte, 4> bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bytes[i] = static_cast<std::byte>(static_cast<std::uint32_t>(value) >> 8 * (3 - i));
-  out.send(bytes, vesc_id(settings_.node, packet));
+  out.send_before(deadline, bytes, vesc_id(settings_.node, packet));
 }
 
 void Vesc::start(Time now, Output&) {
@@ -74,16 +74,19 @@ void Vesc::on_timeout(Time now, Output&) {
     fail("sends no status any more");
 }
 
-void Vesc::command(double target, Time, Output& out) {
+void Vesc::command(double target, Time now, Output& out) {
+  const Time deadline = now + kCommandHolds;
   if (settings_.task == MotorTask::kTurns) {
     send(VescPacket::kSetRpm,
-         static_cast<std::int32_t>(std::lround(target / kRpm * settings_.pole_pairs)), out);
+         static_cast<std::int32_t>(std::lround(target / kRpm * settings_.pole_pairs)), out,
+         deadline);
     return;
   }
   constexpr double kUnit = 1e6;
   double degrees = std::fmod(target / kTurn * 360, 360);
   if (degrees < 0) degrees += 360;
-  send(VescPacket::kSetPosition, static_cast<std::int32_t>(std::lround(degrees * kUnit)), out);
+  send(VescPacket::kSetPosition, static_cast<std::int32_t>(std::lround(degrees * kUnit)), out,
+       deadline);
 }
 
 void Vesc::stop(Time now, Output& out) {

@@ -39,12 +39,15 @@ class Vesc final : public Motor {
   bool on_frame(const Arrival& frame, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_; }
+  [[nodiscard]] CanFilter wanted_frames() const override {
+    return {.id = vesc_id(settings_.node, {}), .mask = can::kExtended | can::kRemote | 0xFF};
+  }
   void command(double target, Time now, Output& out) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] bool is_ready() const override { return state_.measured != tims::kNever; }
 
  private:
-  void send(VescPacket packet, std::int32_t value, Output& out) const;
+  void send(VescPacket packet, std::int32_t value, Output& out, Time deadline = tims::kNever) const;
   void on_tachometer(std::int32_t count);
 
   VescSettings settings_;

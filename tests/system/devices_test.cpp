@@ -208,6 +208,25 @@ TEST_F(DevicesTest, AllScansOfARecordedPieceArrive) {
   expect_in_order(stream(60, data), 60);
 }
 
+// A device that is silent for so long would be opened again: the recording began anew.
+TEST_F(DevicesTest, APauseInARecordingIsNoSilenceOfTheDevice) {
+  const std::string file = folder_.path() / "pause.cap";
+  {
+    std::string text = capture_header("serial:x", "then");
+    for (int i = 0; i < 120; ++i)
+      append_record(text, i * kTurn + (i < 60 ? 0s : 2s), rack::device::Direction::kReceived, 0,
+                    scan_telegram(i));
+    std::ofstream(file) << text;
+  }
+  auto& program = start_ladar({"--device=play:" + file});
+  expect_on();
+  Mailbox data = listen();
+  const auto scans = stream(80, data);
+  expect_in_order(scans, 80);
+  EXPECT_LT(scans.front(), kFirstDistance + 60);
+  EXPECT_EQ(program.standard_error().find("sends nothing"), std::string::npos);
+}
+
 TEST_F(DevicesTest, ADeviceThatIsNotThereIsSaidInWords) {
   start_ladar();
   const auto on = ladar().on();
