@@ -72,7 +72,7 @@ class CanBus {
 };
 
 // Frames that wait until they can be sent: few, the lower identifier first as on the bus itself
-// (standard before extended ones), and those whose time has passed are dropped.
+// (a standard one before extended ones that begin alike), and those whose time has passed are dropped.
 class CanQueue {
  public:
   struct Frame {

@@ -103,14 +103,17 @@ TEST_F(CanBusTest, AStormOfBusOffIsOne) {
 TEST(CanQueueTest, TheLowestIdentifierGoesFirstAndEqualOnesInTheirOrder) {
   CanQueue queue;
   const std::array bytes = {std::byte{1}, std::byte{2}};
-  EXPECT_TRUE(queue.add(0x80000001, {}, tims::kNever));
+  constexpr std::uint32_t kExtended = 0x80000000;
+  EXPECT_TRUE(queue.add(kExtended | 0x201U << 18, {}, tims::kNever));
+  EXPECT_TRUE(queue.add(kExtended | 1, {}, tims::kNever));
   EXPECT_TRUE(queue.add(0x201, std::span(bytes).first(1), tims::kNever));
   EXPECT_TRUE(queue.add(0x080, {}, tims::kNever));
   EXPECT_TRUE(queue.add(0x201, bytes, tims::kNever));
   std::vector<std::pair<std::uint32_t, int>> order;
   for (; !queue.empty(); queue.pop()) order.emplace_back(queue.front().id, queue.front().size);
-  EXPECT_THAT(order, testing::ElementsAre(std::pair(0x080, 0), std::pair(0x201, 1),
-                                          std::pair(0x201, 2), std::pair(0x80000001, 0)));
+  EXPECT_THAT(order, testing::ElementsAre(std::pair(kExtended | 1, 0), std::pair(0x080, 0),
+                                          std::pair(0x201, 1), std::pair(0x201, 2),
+                                          std::pair(kExtended | 0x201U << 18, 0)));
 }
 
 TEST(CanQueueTest, ItIsBoundedAndWhatIsLateGoes) {

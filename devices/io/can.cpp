@@ -148,6 +148,7 @@ Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
   const can_err_mask_t errors = CAN_ERR_MASK;
   ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
   std::vector<can_filter> filters;
+  filters.reserve(wanted.size());
   for (const CanFilter& filter : wanted)
     filters.push_back({.can_id = filter.id, .can_mask = filter.mask});
   if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(),

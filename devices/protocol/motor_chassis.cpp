@@ -47,6 +47,7 @@ Time MotorChassis::next_timeout() const {
 
 std::vector<CanFilter> MotorChassis::wanted_frames() const {
   std::vector<CanFilter> all;
+  all.reserve(links_.size());
   for (const MotorLink& link : links_) all.push_back(link.motor->wanted_frames());
   return all;
 }
