@@ -46,7 +46,9 @@ std::optional<std::string> CanBus::on_error_frame(std::uint32_t id,
   if ((id & (kProtocol | kBusError | kTransceiver | kTransmitTimeout)) != 0) ++counters_.errors;
   if ((id & kBusOff) != 0) {
     on_bus_off(now);
-    said_ = {};
+    // More than what was said before, but a storm of them is one sentence a second.
+    if (said_off_ == Time{} || now - said_off_ >= kSayEvery) said_ = {};
+    if (said_ == Time{}) said_off_ = now;
     return say(now,
                "has left the bus (bus-off); is its cable good, are both ends terminated, is "
                "the bit rate right?");

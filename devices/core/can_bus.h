@@ -69,10 +69,12 @@ class CanBus {
   std::size_t restarted_ = 0;
   bool is_given_up_ = false;
   Time said_{};
+  Time said_off_{};
 };
 
 // Frames that wait until they can be sent: few, the lower identifier first as on the bus itself
-// (a standard one before extended ones that begin alike), and those whose time has passed are dropped.
+// (a standard one before extended ones that begin alike), and those whose time has passed are
+// dropped.
 class CanQueue {
  public:
   struct Frame {

@@ -100,6 +100,17 @@ TEST_F(CanBusTest, AStormOfBusOffIsOne) {
   EXPECT_EQ(bus_.counters().bus_off, 1000U);
 }
 
+TEST_F(CanBusTest, AStormOfBusOffIsOneSentenceASecond) {
+  CanBus bus("can0");
+  int said = 0;
+  for (Time now{10s}; now < Time{20s}; now += 1ms) {
+    said += bus.on_error_frame(0x40, std::array<std::byte, 8>{}, now) ? 1 : 0;
+    bus.on_frame();  // between them it works
+  }
+  EXPECT_EQ(said, 10);
+  EXPECT_EQ(bus.counters().bus_off, 10'000U);
+}
+
 TEST(CanQueueTest, TheLowestIdentifierGoesFirstAndEqualOnesInTheirOrder) {
   CanQueue queue;
   const std::array bytes = {std::byte{1}, std::byte{2}};

@@ -4,6 +4,12 @@
 
 namespace rack::device {
 
+Time stamped_at(Duration stamp, Duration wall, Time now) {
+  constexpr Duration kLongest = std::chrono::seconds(1);
+  const Duration ago = wall - stamp;
+  return ago < Duration(0) || ago > kLongest ? now : now - ago;
+}
+
 void DeviceClock::reset() {
   last_.reset();
   turns_ = 0;

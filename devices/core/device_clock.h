@@ -25,6 +25,10 @@ constexpr Duration line_time(std::size_t bytes, std::uint32_t baud) {
          baud;
 }
 
+// The host's time of what the kernel has stamped with the clock on the wall: how long ago that was
+// counts, and at most a second of it, for that clock may have been set meanwhile.
+Time stamped_at(Duration stamp, Duration wall, Time now);
+
 class DeviceClock {
  public:
   // `tick`: of the counter, which begins anew after `ticks_of_turn`.

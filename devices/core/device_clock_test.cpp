@@ -41,5 +41,15 @@ TEST(DeviceClockTest, FollowsACounterThatTurnsOrBeginsAnew) {
   EXPECT_EQ(clock.to_host(5, Time(200s)), Time(200s));  // switched off and on
 }
 
+TEST(StampedAtTest, AClockThatWasSetMeanwhileMovesNothing) {
+  const Time now{1000s};
+  const Duration wall = 24h * 365 * 56;
+  EXPECT_EQ(stamped_at(wall - 3ms, wall, now), now - 3ms);
+  for (const Duration step : {Duration(1h), Duration(2s), Duration(24h * 365)}) {
+    EXPECT_EQ(stamped_at(wall - 3ms, wall + step, now), now) << "set forward";
+    EXPECT_EQ(stamped_at(wall - 3ms, wall - step, now), now) << "set back";
+  }
+}
+
 }  // namespace
 }  // namespace rack::device

@@ -9,6 +9,7 @@ using namespace std::chrono_literals;
 
 std::vector<std::byte> counted(int first, int count) {
   std::vector<std::byte> bytes;
+  bytes.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) bytes.push_back(static_cast<std::byte>(first + i));
   return bytes;
 }

@@ -40,10 +40,12 @@ constexpr std::array<ParameterInfo, N + kDriverParameters.size()> driver_paramet
   return all;
 }
 
-// The wall-clock time of what was measured then.
+// The wall-clock time of what was measured then: by the clock on the wall as it is set now.
+inline TimeStamp time_stamp_of(tims::Time measured, tims::Time now, TimeStamp wall) {
+  return wall - std::chrono::duration_cast<std::chrono::milliseconds>(now - measured);
+}
 inline TimeStamp time_stamp_of(tims::Time measured) {
-  const auto ago = std::chrono::duration_cast<std::chrono::milliseconds>(now() - measured);
-  return time_stamp() - ago;
+  return time_stamp_of(measured, now(), time_stamp());
 }
 
 template <class Data, class Dialog>

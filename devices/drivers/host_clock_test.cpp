@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "devices/drivers/driver.h"
+
 namespace rack::device {
 namespace {
 
@@ -19,6 +21,14 @@ TEST(HostClockTest, NotBackByMoreThanADay) {
   EXPECT_EQ(clock_change(23h), ClockChange::kAtOnce);
   EXPECT_EQ(clock_change(25h), ClockChange::kRefused);
   EXPECT_EQ(clock_change(24h * 7 * 1024), ClockChange::kRefused);
+}
+
+// What was measured 20 ms ago is 20 ms old by the clock as it is set now, whenever it was set.
+TEST(TimeStampTest, FollowsTheClockOnTheWall) {
+  const tims::Time measured(500s);
+  for (const auto wall : {std::chrono::milliseconds(5h), std::chrono::milliseconds(2h)})
+    EXPECT_EQ(time_stamp_of(measured, measured + 20ms, TimeStamp::of(wall)),
+              TimeStamp::of(wall - 20ms));
 }
 
 // Nobody wants it: the clock of the host that tests is not touched.

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "devices/core/can_bus.h"
-#include "devices/io/can_restart.h"
+#include "devices/io/can_link.h"
 #include "devices/io/stamped.h"
 #include "os/clock.h"
 #include "os/file.h"

@@ -8,11 +8,13 @@
 
 #include <grp.h>
 #include <linux/netlink.h>
+#include <net/if.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/text.h"
+#include "devices/io/can_link.h"
 
 namespace rack::device {
 namespace {
@@ -154,6 +156,12 @@ class Host {
       const auto bits = parse_number<unsigned>(
           std::string_view(flags).substr(std::min<std::size_t>(2, flags.size())), 16);
       device.is_up = (bits.value_or(0) & kInterfaceIsUp) != 0;
+      const auto link = root_.empty() ? can_link(::if_nametoindex(device.node.c_str()))
+                                      : tims::Result<CanLink>(CanLink{});
+      if (link && link->is_hardware) {
+        device.bit_rate = link->bit_rate.value_or(0);
+        device.can_state = link->state;
+      }
       device.text = device.driver.empty() ? "virtual CAN interface" : "CAN interface";
     }
   }

@@ -9,6 +9,7 @@
 #include <linux/errqueue.h>
 #include <linux/net_tstamp.h>
 
+#include "devices/core/device_clock.h"
 #include "os/clock.h"
 #include "os/file.h"
 
@@ -18,14 +19,9 @@ namespace {
 using tims::Duration;
 using tims::Time;
 
-// Stamps of the kernel are of the clock on the wall: how long ago that was is what counts, at most
-// a second, in case that clock was set meanwhile.
 Time monotonic(const timespec& stamp) {
-  constexpr Duration kLongest = std::chrono::seconds(1);
-  const Duration wall = tims::os::wall_now().time_since_epoch();
-  const Duration ago = wall - (std::chrono::seconds(stamp.tv_sec) + Duration(stamp.tv_nsec));
-  const Time now = tims::os::now();
-  return ago < Duration(0) || ago > kLongest ? now : now - ago;
+  return stamped_at(std::chrono::seconds(stamp.tv_sec) + Duration(stamp.tv_nsec),
+                    tims::os::wall_now().time_since_epoch(), tims::os::now());
 }
 
 }  // namespace

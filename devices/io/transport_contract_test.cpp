@@ -17,6 +17,8 @@
 #include "devices/io/transport.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "tests/support/eventually.h"
+#include "tests/support/two_networks.h"
 
 namespace rack::device {
 namespace {
@@ -247,6 +249,37 @@ TEST(TcpTest, NobodyThereIsSaid) {
   const auto opened = open_transport(*DeviceAddress::parse(address), 0);
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("refused"));
+}
+
+// It was switched off: nobody says that the connection is over.
+TEST(TcpTest, ADeviceThatLostItsPowerIsNoticed) {
+  const auto networks = tims::test::TwoNetworks::enter();
+  if (!networks) GTEST_SKIP() << networks.error().message();
+  const File listener = networks->on_the_right([] {
+    File socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in where{};
+    where.sin_family = AF_INET;
+    where.sin_port = htons(2112);
+    EXPECT_EQ(::bind(socket.get(), reinterpret_cast<sockaddr*>(&where), sizeof where), 0);
+    EXPECT_EQ(::listen(socket.get(), 1), 0);
+    return socket;
+  });
+  const auto address = DeviceAddress::parse("tcp:" + std::string(networks->kRight) + ":2112");
+  const auto scanner = open_transport(*address, 0);
+  ASSERT_TRUE(scanner) << scanner.error().message();
+  const File peer(::accept(listener.get(), nullptr, nullptr));
+  ASSERT_EQ(::write(peer.get(), "scan", 4), 4);
+  std::vector<Arrival> arrivals;
+  std::string text;
+  ASSERT_TRUE(receive_until(**scanner, arrivals, text, [&] { return text == "scan"; }));
+  networks->on_the_right([&] {
+    ASSERT_TRUE(networks->run("ip address del " + std::string(networks->kRight) + "/24 dev cable"));
+  });
+  const Time off = tims::os::now();
+  const auto received = receive_until(**scanner, arrivals, text, [] { return false; });
+  ASSERT_FALSE(received) << "it is believed to be there for ever";
+  EXPECT_THAT(received.error().detail(), testing::HasSubstr("the device is gone"));
+  EXPECT_LE(tims::os::now() - off, tims::test::kSlowdown * 4s);
 }
 
 TEST(UdpTest, DatagramsStayWholeAndOnlyThePeerIsHeard) {

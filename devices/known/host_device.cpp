@@ -57,6 +57,9 @@ const std::string& best_path(const HostDevice& device) {
 
 std::string device_text(const HostDevice& device) {
   if (const KnownUsb* const row = known(device)) return std::string(row->device);
+  if (device.bit_rate.value_or(0) > 0)
+    return device.text + ", " + std::to_string(*device.bit_rate) + " bit/s" +
+           (device.can_state.empty() ? "" : ", " + device.can_state);
   if (!device.text.empty()) return device.text;
   return device.usb ? device.usb->text : std::string();
 }
@@ -109,9 +112,16 @@ std::vector<std::string> what_is_missing(const HostDevice& device) {
   std::vector<std::string> missing;
   if (std::string text = module_missing(device); !text.empty()) missing.push_back(std::move(text));
   if (std::string text = rights_missing(device); !text.empty()) missing.push_back(std::move(text));
-  if (device.kind == HostDeviceKind::kCan && !device.is_up)
+  if (device.bit_rate == 0U)
+    missing.push_back("no bit rate set: ip link set " + device.node +
+                      " up type can bitrate 500000 restart-ms 100");
+  else if (device.kind == HostDeviceKind::kCan && !device.is_up)
     missing.push_back("it is down: ip link set " + device.node + " up" +
-                      (device.driver.empty() ? "" : " type can bitrate 500000 restart-ms 100"));
+                      (device.driver.empty() || device.bit_rate
+                           ? ""
+                           : " type can bitrate 500000 restart-ms 100"));
+  if (device.can_state == "bus-off")
+    missing.push_back("it has left the bus: ip link set " + device.node + " type can restart");
   if (device.latency_ms.value_or(0) > kLatencyMaxMs)
     missing.push_back(
         "its converter waits " + std::to_string(*device.latency_ms) +

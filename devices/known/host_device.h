@@ -40,7 +40,10 @@ struct HostDevice {
   std::vector<std::string> used_by{};  // "LadarSickLms200 (pid 4711)"
   std::optional<int> latency_ms{};     // of a USB converter's timer
   bool is_up = true;                   // of a CAN interface
-  bool is_stick = false;               // of input: a joystick or gamepad
+  // Of a CAN interface that is no virtual one; 0: none was set.
+  std::optional<std::uint32_t> bit_rate{};
+  std::string can_state{};  // "error-active", "bus-off"
+  bool is_stick = false;    // of input: a joystick or gamepad
 };
 
 // A file that programs are given: the one that stays, if there is one.

@@ -80,6 +80,16 @@ TEST(HostDeviceTest, SaysTheRestInWords) {
 }
 
 TEST(HostDeviceTest, ChangesAreWhatCameAndWhatWent) {
+  HostDevice hardware{.kind = HostDeviceKind::kCan, .node = "can0", .text = "CAN interface"};
+  hardware.bit_rate = 0;
+  EXPECT_THAT(what_is_missing(hardware),
+              testing::ElementsAre(testing::HasSubstr(
+                  "no bit rate set: ip link set can0 up type can bitrate 500000")));
+  hardware.bit_rate = 250000;
+  hardware.can_state = "bus-off";
+  EXPECT_EQ(device_text(hardware), "CAN interface, 250000 bit/s, bus-off");
+  EXPECT_THAT(what_is_missing(hardware),
+              testing::ElementsAre(testing::HasSubstr("can0 type can restart")));
   const HostDevice can{.kind = HostDeviceKind::kCan, .node = "can0"};
   const std::vector before = {hokuyo(), can};
   EXPECT_THAT(changes(before, before), IsEmpty());

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <thread>
 
 #include <fcntl.h>
@@ -48,11 +49,18 @@ std::vector<std::byte> scan_telegram(int number) {
 // As the manual says, as far as the driver asks. Each scan has its number as its distances.
 class Scanner final : public Dialogue {
  public:
-  // `at_once`: it sends its scans so many at a time, as a converter that waits does.
-  explicit Scanner(int at_once = 1) : at_once_(at_once) {}
+  struct Habits {
+    int at_once = 1;       // it sends its scans so many at a time, as a converter that waits does
+    bool is_slow = false;  // each answer comes late, and twice
+  };
+  explicit Scanner(const Habits& habits) : habits_(habits), at_once_(habits.at_once) {}
+
+  // From any thread: from now on it sends noise, at a line's full rate, and does nothing else.
+  std::atomic<bool> is_mad = false;
 
   void start(Time, Output&) override {}
   void on_arrival(const Arrival& arrival, Output& out) override {
+    if (is_mad) return;
     telegrams_.add(arrival);
     Lms200Telegram got;
     for (auto what = telegrams_.next(got); what != Lms200Telegrams::What::kNothing;
@@ -60,7 +68,9 @@ class Scanner final : public Dialogue {
       if (what == Lms200Telegrams::What::kTelegram && got.body.size() >= 2) obey(got.body, out);
   }
   void on_timeout(Time now, Output& out) override {
-    if (next_ > now) return;
+    if (answer_at_ <= now) answer(out);
+    if (is_mad && noise_at_ <= now) make_noise(now, out);
+    if (next_ > now || is_mad) return;
     std::vector<std::byte> scans;
     for (int i = 0; i < at_once_; ++i) {
       const auto scan = scan_telegram(number_++);
@@ -69,21 +79,40 @@ class Scanner final : public Dialogue {
     out.send(scans);
     next_ = std::max(next_ + at_once_ * kTurn, now);
   }
-  Time next_timeout() const override { return next_; }
+  Time next_timeout() const override { return is_mad ? noise_at_ : std::min(next_, answer_at_); }
 
  private:
   void obey(std::span<const std::byte> body, Output& out) {
-    const int mode = std::to_integer<int>(body[1]);
+    mode_ = std::to_integer<int>(body[1]);
+    answer_at_ = os::now() + (habits_.is_slow ? 30ms : 0ms);
+    if (!habits_.is_slow) answer(out);
+  }
+  void answer(Output& out) {
+    const int mode = mode_;
+    answer_at_ = kNever;
     std::vector<std::byte> answer = {std::byte{0x06}};
     append_lms200(answer, std::array{std::byte{0xA0}, std::byte{0x00}, std::byte{0x10}}, 0x80);
-    out.send(answer);
+    for (int i = 0; i < (habits_.is_slow ? 2 : 1); ++i) out.send(answer);
     if (mode == 0x42 && at_once_ == 1) out.set_baud(9600);
     if (mode == 0x48 && at_once_ == 1) out.set_baud(500000);
     const bool measures = mode == 0x24 || mode == 0x2A;
     if (measures || mode == 0x25) next_ = measures ? os::now() + kTurn : kNever;
   }
 
+  // 500 kbaud: 500 bytes in 10 ms.
+  void make_noise(Time now, Output& out) {
+    std::array<std::byte, 500> noise{};
+    for (std::byte& byte : noise) byte = static_cast<std::byte>(random_());
+    out.send(noise);
+    noise_at_ = now + 10ms;
+  }
+
+  Habits habits_;
   int at_once_;
+  int mode_ = 0;
+  Time answer_at_ = kNever;
+  Time noise_at_{};
+  std::mt19937 random_{1};
   Lms200Telegrams telegrams_;
   Time next_ = kNever;
   int number_ = 0;
@@ -92,14 +121,16 @@ class Scanner final : public Dialogue {
 // Plugged in while it exists. Scans that come at once come at no line's rate.
 class PluggedIn {
  public:
-  explicit PluggedIn(const std::string& path, int at_once = 1) : scanner_(at_once) {
-    auto line = open_line(*DeviceAddress::parse("pty:" + path), at_once == 1 ? 9600 : 0);
+  explicit PluggedIn(const std::string& path, const Scanner::Habits& habits = {})
+      : scanner_(habits) {
+    auto line = open_line(*DeviceAddress::parse("pty:" + path), habits.at_once == 1 ? 9600 : 0);
     EXPECT_TRUE(line) << line.error().message();
     device_ = Device::with(std::move(*line), nullptr, scanner_);
     thread_ = std::thread([this] {
       while (!ends_) EXPECT_TRUE(device_->wait(os::now() + 20ms));
     });
   }
+  void set_mad(bool mad) { scanner_.is_mad = mad; }
   ~PluggedIn() {
     ends_ = true;
     thread_.join();
@@ -180,8 +211,54 @@ TEST_F(DevicesTest, AScannerIsBroughtToItsRateAndItsScansArriveInOrder) {
   expect_in_order(stream(20, data), 20);
 }
 
+TEST_F(DevicesTest, ADeviceThatAnswersLateAndTwiceIsUnderstood) {
+  const PluggedIn scanner(path_, {.is_slow = true});
+  start_ladar();
+  expect_on();
+  Mailbox data = listen();
+  expect_in_order(stream(20, data), 20);
+}
+
+// What a process has used so far.
+struct Used {
+  double seconds = 0;  // of a core
+  long kilobytes = 0;  // it holds
+};
+Used used_by(pid_t process) {
+  Used used;
+  std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
+  std::string field;
+  for (int i = 1; i <= 15 && stat >> field; ++i)
+    if (i >= 14) used.seconds += std::stod(field) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmRSS:")) used.kilobytes = std::stol(line.substr(6));
+  return used;
+}
+
+TEST_F(DevicesTest, NoiseAtAFullLineIsSaidCostsLittleAndPasses) {
+  PluggedIn scanner(path_);
+  auto& program = start_ladar();
+  expect_on();
+  next_scan();
+  scanner.set_mad(true);
+  const auto said = program.wait_for_line("sends nothing");
+  ASSERT_TRUE(said) << said.error().message();
+  const Used before = used_by(program.pid());
+  const Time begin = os::now();
+  // It tries again and again meanwhile.
+  EXPECT_TRUE(eventually([&] { return os::now() - begin > 4s; }, "four seconds"));
+  const Used after = used_by(program.pid());
+  EXPECT_LE(after.seconds - before.seconds, kSlowdown * 0.4) << "a tenth of a core";
+  EXPECT_LE(after.kilobytes - before.kilobytes, kSlowdown * 1024);
+  EXPECT_EQ(*ladar().status(), rack::Status::kError);
+  scanner.set_mad(false);
+  EXPECT_TRUE(eventually([&] { return *ladar().status() == rack::Status::kEnabled; }, "on again"));
+  next_scan();
+}
+
 TEST_F(DevicesTest, ScansThatComeTogetherAllArrive) {
-  const PluggedIn scanner(path_, 5);
+  const PluggedIn scanner(path_, {.at_once = 5});
   start_ladar();
   expect_on();
   Mailbox data = listen();

@@ -1,11 +1,19 @@
 // Programs at devices of a real kernel. Skipped where it has none: `tools/dev vm-test`.
+#include <atomic>
+#include <bit>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 
 #include "devices/core/capture.h"
+#include "devices/core/stream_buffer.h"
+#include "devices/io/transport.h"
+#include "devices/protocol/odrive.h"
+#include "os/clock.h"
 #include "rack/proxies/camera.h"
+#include "rack/proxies/chassis.h"
 #include "rack/proxies/joystick.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -15,9 +23,12 @@
 namespace tims::test {
 namespace {
 
+namespace device = rack::device;
+
 constexpr std::uint32_t kJoystick = 0x00170000;
 constexpr std::uint32_t kCamera = 0x00150000;
 constexpr std::uint32_t kSecondCamera = 0x00150100;
+constexpr std::uint32_t kChassis = 0x00110000;
 
 class StickProgramTest : public ModulesTest {
  protected:
@@ -223,6 +234,128 @@ TEST_F(VividProgramTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
     plug("bind");
     EXPECT_TRUE(eventually([&] { return camera().get_next_data(1s).ok(); }, "pictures again"));
   }
+}
+
+// --- a vehicle at a CAN bus
+
+constexpr const char* kBus = "rackvcan1";
+
+bool run(std::vector<std::string> command) {
+  auto child = ChildProcess::start(std::move(command));
+  const auto status = child ? child->wait() : Result<ExitStatus>(child.error());
+  return status && status->success();
+}
+
+// Two emulated ODrives and ChassisCan, which is on and has this test as its pilot.
+class CanProgramTest : public ModulesTest {
+ protected:
+  void SetUp() override {
+    if (!run({"ip", "link", "add", kBus, "type", "vcan"}))
+      GTEST_SKIP() << "no vcan: tools/dev vm-test";
+    ASSERT_TRUE(run({"ip", "link", "set", kBus, "up"}));
+    ModulesTest::SetUp();
+    auto motors = ChildProcess::start(
+        {std::string(TIMS_PROGRAMS) + "/rack-emulate", "odrives", "can:" + std::string(kBus)});
+    ASSERT_TRUE(motors);
+    motors_ = std::move(*motors);
+    ASSERT_TRUE(motors_->wait_for_line("speaks with it"));
+    driver_ = &start("ChassisCan",
+                     {"--device=can:" + std::string(kBus), "--gearRatio=5", "--errorTimeout=100"});
+    bus_ = opened();
+    ASSERT_TRUE(bus_);
+    const auto on = chassis().on();
+    ASSERT_TRUE(on) << on.error().message();
+    ASSERT_TRUE(chassis().set_active_pilot(Address(kWork)));
+  }
+  void TearDown() override { run({"ip", "link", "del", kBus}); }
+
+  static std::unique_ptr<device::Transport> opened() {
+    auto bus = device::open_transport(*device::DeviceAddress::parse("can:" + std::string(kBus)), 0);
+    EXPECT_TRUE(bus) << bus.error().message();
+    return bus ? std::move(*bus) : nullptr;
+  }
+  rack::ChassisProxy chassis() { return proxy<rack::ChassisProxy>(kChassis); }
+
+  // Of the first motor, turns a second, as it was told last.
+  double speed() {
+    (void)bus_->receive(os::now(), [this](const device::Arrival& frame) {
+      if (frame.id != device::odrive_id(1, device::OdriveCommand::kEncoder) ||
+          frame.bytes.size() < 8)
+        return;
+      speed_ = static_cast<double>(
+          std::bit_cast<float>(device::little_endian<std::uint32_t>(frame.bytes, 4)));
+    });
+    return speed_;
+  }
+  // As a pilot; each MOVE holds for a while.
+  testing::AssertionResult drives(const char* when) {
+    return eventually(
+        [&] { return chassis().move(300, 0, 0) && chassis().get_data() && speed() > 0.1; }, when);
+  }
+  testing::AssertionResult stands(const char* when) {
+    return eventually([&] { return std::abs(speed()) < 0.01; }, when);
+  }
+
+  std::optional<ChildProcess> motors_;
+  ChildProcess* driver_ = nullptr;
+  std::unique_ptr<device::Transport> bus_;
+  double speed_ = 0;
+};
+
+TEST_F(CanProgramTest, AVehicleDrivesAndStandsWithoutItsPilotAndWithoutItsDriver) {
+  ASSERT_TRUE(drives("it drives"));
+  ASSERT_TRUE(stands("its pilot is silent"));
+  ASSERT_TRUE(drives("it goes on"));
+  kill("ChassisCan");
+  EXPECT_TRUE(stands("its driver is dead"));
+}
+
+// 1 Mbit/s carry some nine thousand frames a second.
+TEST_F(CanProgramTest, AFullBusStopsNobody) {
+  const auto noise = opened();
+  std::atomic<std::uint64_t> sent = 0;
+  std::jthread others([&](const std::stop_token& stop) {
+    constexpr std::array<std::byte, 8> kNothing{};
+    while (!stop.stop_requested()) {
+      for (const std::uint32_t id : {0x001U, 0x6FFU, 0x80012345U})
+        for (int i = 0; i < 3; ++i)
+          if (const auto taken = noise->send(os::now(), kNothing, id); taken && *taken) ++sent;
+      std::this_thread::sleep_for(1ms);
+    }
+  });
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(drives("it drives at a full bus")) << i;
+  ASSERT_TRUE(eventually([&] { return sent > 5000; }, "so many others"));
+  ASSERT_TRUE(drives("it drives on"));
+  EXPECT_EQ(*chassis().status(), rack::Status::kEnabled);
+  EXPECT_TRUE(stands("its pilot is silent"));
+}
+
+// The controller reports that it has left the bus, again and again.
+TEST_F(CanProgramTest, AStormOfBusOffIsSaidInFewWordsAndPasses) {
+  ASSERT_TRUE(drives("it drives"));
+  const auto controller = opened();
+  constexpr std::uint32_t kBusOff = 0x20000040;  // as linux/can/error.h has it
+  constexpr std::array<std::byte, 8> kNoMore{};
+  const Time begin = os::now();
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(controller->send(os::now(), kNoMore, kBusOff));
+    if (i % 100 == 0) (void)chassis().move(300, 0, 0);
+    std::this_thread::sleep_for(1ms);
+  }
+  const auto seconds = (os::now() - begin) / 1s;
+  ASSERT_TRUE(driver_->wait_for_line("has left the bus"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        (void)chassis().set_active_pilot(Address(kWork));
+        return chassis().move(300, 0, 0) && speed() > 0.1;
+      },
+      "it drives again"));
+  const std::string said = driver_->output();
+  std::int64_t times = 0;
+  for (std::size_t at = said.find("has left the bus"); at != std::string::npos;
+       at = said.find("has left the bus", at + 1))
+    ++times;
+  EXPECT_LE(times, 2 * seconds + 4) << said;
 }
 
 }  // namespace

@@ -52,6 +52,8 @@ json::object to_json(const HostDevice& device) {
   for (const char* text :
        {"address", "device", "programs", "path", "stable", "kernel_driver", "missing_text"})
     if (item[text].as_string().empty()) item[text] = nullptr;
+  if (device.bit_rate) item["bit_rate"] = *device.bit_rate;
+  if (!device.can_state.empty()) item["can_state"] = device.can_state;
   if (device.latency_ms) item["latency_ms"] = *device.latency_ms;
   if (device.usb) {
     item["usb"] = {{"id", fmt::format("{:04x}:{:04x}", device.usb->vendor, device.usb->product)},
