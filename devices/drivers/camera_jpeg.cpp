@@ -3,7 +3,7 @@
 #include <mutex>
 #include <optional>
 
-#include "devices/protocol/picture.h"
+#include "devices/camera/picture.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 

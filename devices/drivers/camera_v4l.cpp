@@ -1,9 +1,9 @@
 // CameraV4l: a camera of Linux (V4L2).
 #include <mutex>
 
+#include "devices/camera/camera_frames.h"
 #include "devices/drivers/driver.h"
 #include "devices/io/video.h"
-#include "devices/protocol/camera_frames.h"
 
 namespace rack::device {
 namespace {

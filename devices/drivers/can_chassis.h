@@ -4,8 +4,8 @@
 
 #include <charconv>
 
+#include "devices/chassis/motor_chassis.h"
 #include "devices/drivers/chassis_driver.h"
-#include "devices/protocol/motor_chassis.h"
 
 namespace rack::device {
 

@@ -1,7 +1,7 @@
 // ChassisCan: a vehicle with ODrive or VESC motor controllers at a CAN bus.
+#include "devices/chassis/odrive.h"
+#include "devices/chassis/vesc.h"
 #include "devices/drivers/can_chassis.h"
-#include "devices/protocol/odrive.h"
-#include "devices/protocol/vesc.h"
 
 namespace rack::device {
 namespace {

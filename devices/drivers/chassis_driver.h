@@ -15,8 +15,8 @@
 #include <numbers>
 #include <optional>
 
+#include "devices/chassis/chassis_dialogue.h"
 #include "devices/drivers/driver.h"
-#include "devices/protocol/chassis_dialogue.h"
 
 namespace rack::device {
 

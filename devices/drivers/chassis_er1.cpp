@@ -1,6 +1,6 @@
 // ChassisEr1: an Evolution Robotics ER1 at a serial line.
+#include "devices/chassis/er1.h"
 #include "devices/drivers/chassis_driver.h"
-#include "devices/protocol/er1.h"
 
 namespace rack::device {
 namespace {

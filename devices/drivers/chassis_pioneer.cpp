@@ -1,7 +1,7 @@
 // ChassisPioneer: a Pioneer, or another robot that speaks P2OS, at a serial line.
+#include "devices/chassis/p2os.h"
 #include "devices/drivers/chassis_driver.h"
 #include "devices/drivers/relay.h"
-#include "devices/protocol/p2os.h"
 
 namespace rack::device {
 namespace {

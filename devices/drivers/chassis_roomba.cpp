@@ -1,7 +1,7 @@
 // ChassisRoomba: an iRobot Roomba or Create 2 at a serial line.
+#include "devices/chassis/roomba.h"
 #include "devices/drivers/chassis_driver.h"
 #include "devices/drivers/relay.h"
-#include "devices/protocol/roomba.h"
 #include "rack/proxies/io.h"
 
 namespace rack::device {

@@ -3,7 +3,7 @@
 
 #include "devices/drivers/driver.h"
 #include "devices/drivers/host_clock.h"
-#include "devices/protocol/dcf77.h"
+#include "devices/navigation/dcf77.h"
 
 namespace rack::device {
 

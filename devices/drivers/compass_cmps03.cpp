@@ -1,6 +1,6 @@
 // CompassCmps03: a compass CMPS03 behind a board with a serial line.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/cmps03.h"
+#include "devices/navigation/cmps03.h"
 
 namespace rack::device {
 namespace {

@@ -9,7 +9,7 @@
 #include "devices/drivers/host_clock.h"
 #include "devices/drivers/relay.h"
 #include "devices/io/pulse.h"
-#include "devices/protocol/gps.h"
+#include "devices/navigation/gps.h"
 #include "rack/proxies/clock.h"
 #include "rack/proxies/position.h"
 

@@ -3,7 +3,7 @@
 
 #include "devices/drivers/gps_driver.h"
 #include "devices/drivers/parameters.h"
-#include "devices/protocol/nmea_receiver.h"
+#include "devices/navigation/nmea_receiver.h"
 
 namespace rack::device {
 namespace {

@@ -1,7 +1,7 @@
 // GpsUblox: a u-blox receiver, by UBX beside NMEA.
 #include "devices/drivers/gps_driver.h"
 #include "devices/drivers/parameters.h"
-#include "devices/protocol/ublox.h"
+#include "devices/navigation/ublox.h"
 
 namespace rack::device {
 namespace {

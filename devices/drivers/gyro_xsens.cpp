@@ -1,6 +1,6 @@
 // GyroXsens: an inertial measurement unit Xsens MTi or MTx.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/xsens.h"
+#include "devices/navigation/xsens.h"
 
 namespace rack::device {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 #include "devices/drivers/driver.h"
-#include "devices/protocol/firmata.h"
+#include "devices/pins/firmata.h"
 
 namespace rack::device {
 namespace {

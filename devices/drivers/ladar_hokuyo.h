@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "devices/drivers/driver.h"
-#include "devices/protocol/hokuyo.h"
+#include "devices/scanners/hokuyo.h"
 
 namespace rack::device {
 

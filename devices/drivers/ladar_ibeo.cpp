@@ -1,6 +1,6 @@
 // LadarIbeo: an Ibeo LD-A at a CAN interface of 1 Mbit/s. Each sector of a turn is a scan.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/ibeo.h"
+#include "devices/scanners/ibeo.h"
 
 namespace rack::device {
 namespace {

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "devices/drivers/driver.h"
-#include "devices/protocol/ibeo_lux.h"
+#include "devices/scanners/ibeo_lux.h"
 #include "rack/proxies/position.h"
 
 namespace rack::device {

@@ -1,8 +1,8 @@
 // LadarRplidar: the turning range finders of small robots, Slamtec RPLIDAR A, S, C and LDROBOT
 // LD06, LD19.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/ld19.h"
-#include "devices/protocol/rplidar.h"
+#include "devices/scanners/ld19.h"
+#include "devices/scanners/rplidar.h"
 
 namespace rack::device {
 namespace {

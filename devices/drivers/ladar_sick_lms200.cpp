@@ -1,6 +1,6 @@
 // LadarSickLms200: a SICK LMS2xx at a serial line.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/lms200.h"
+#include "devices/scanners/lms200.h"
 
 namespace rack::device {
 namespace {

@@ -1,6 +1,6 @@
 // LadarSickPicoScan: a SICK picoScan100 or multiScan100, whose segments come by UDP.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/sick_compact.h"
+#include "devices/scanners/sick_compact.h"
 
 namespace rack::device {
 namespace {

@@ -1,6 +1,6 @@
 // LadarSickS: a SICK S300 or S3000 at a serial line.
 #include "devices/drivers/driver.h"
-#include "devices/protocol/sick_s.h"
+#include "devices/scanners/sick_s.h"
 
 namespace rack::device {
 namespace {

@@ -3,7 +3,7 @@
 // There is one connection to the autopilot, so all four are one program: the Chassis has the
 // connection, the others wait for what it hears. Each is a component of its own, with its own
 // instance, and they live as long as the Chassis does.
-#include "devices/protocol/mavlink_vehicle.h"
+#include "devices/chassis/mavlink_vehicle.h"
 
 #include <atomic>
 #include <condition_variable>

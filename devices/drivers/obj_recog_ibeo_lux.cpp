@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "devices/drivers/driver.h"
-#include "devices/protocol/ego_motion.h"
+#include "devices/scanners/ego_motion.h"
 #include "rack/input.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/obj_recog.h"

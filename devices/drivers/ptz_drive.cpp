@@ -3,8 +3,8 @@
 #include <variant>
 #include <vector>
 
+#include "devices/camera/visca.h"
 #include "devices/drivers/driver.h"
-#include "devices/protocol/visca.h"
 
 namespace rack::device {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "devices/drivers/driver.h"
-#include "devices/protocol/spinning_scan.h"
+#include "devices/scan3d/spinning_scan.h"
 #include "rack/proxies/position.h"
 
 namespace rack::device {

@@ -2,8 +2,8 @@
 #include <iterator>
 
 #include "devices/drivers/scan3d_driver.h"
-#include "devices/protocol/http_get.h"
-#include "devices/protocol/ouster.h"
+#include "devices/scan3d/http_get.h"
+#include "devices/scan3d/ouster.h"
 
 namespace rack::device {
 namespace {

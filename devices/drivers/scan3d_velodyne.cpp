@@ -1,6 +1,6 @@
 // Scan3dVelodyne: a Velodyne scanner in the network.
 #include "devices/drivers/scan3d_driver.h"
-#include "devices/protocol/velodyne.h"
+#include "devices/scan3d/velodyne.h"
 
 namespace rack::device {
 namespace {

@@ -2,8 +2,8 @@
 #include <mutex>
 #include <numbers>
 
+#include "devices/chassis/servo_axis.h"
 #include "devices/drivers/driver.h"
-#include "devices/protocol/servo_axis.h"
 
 namespace rack::device {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "devices/drivers/driver.h"
-#include "devices/protocol/sick_cola.h"
+#include "devices/scanners/sick_cola.h"
 
 namespace rack::device {
 

@@ -1,16 +1,16 @@
 // Drivers of what moves, and of boards, take no memory while it moves.
 #include <gtest/gtest.h>
 
-#include "devices/emulators/er1_robot.h"
-#include "devices/emulators/io_board.h"
-#include "devices/emulators/motor_bus.h"
-#include "devices/emulators/pioneer.h"
-#include "devices/emulators/ptz_camera.h"
-#include "devices/emulators/roomba_robot.h"
-#include "devices/emulators/rover.h"
-#include "devices/protocol/mavlink_vehicle.h"
-#include "devices/protocol/motor_chassis.h"
-#include "devices/protocol/servo_axis.h"
+#include "devices/camera/ptz_camera.h"
+#include "devices/chassis/er1_robot.h"
+#include "devices/chassis/mavlink_vehicle.h"
+#include "devices/chassis/motor_bus.h"
+#include "devices/chassis/motor_chassis.h"
+#include "devices/chassis/pioneer.h"
+#include "devices/chassis/roomba_robot.h"
+#include "devices/chassis/rover.h"
+#include "devices/chassis/servo_axis.h"
+#include "devices/pins/io_board.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {

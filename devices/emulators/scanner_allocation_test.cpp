@@ -2,18 +2,18 @@
 // Those of SICK have a test of their own.
 #include <gtest/gtest.h>
 
-#include "devices/emulators/hokuyo_emulator.h"
-#include "devices/emulators/ibeo_emulator.h"
-#include "devices/emulators/ibeo_lux_emulator.h"
-#include "devices/emulators/ld19_emulator.h"
-#include "devices/emulators/rplidar_emulator.h"
-#include "devices/emulators/spinning_scanner.h"
-#include "devices/emulators/virtual_line.h"
-#include "devices/protocol/hokuyo.h"
-#include "devices/protocol/ibeo.h"
-#include "devices/protocol/ibeo_lux.h"
-#include "devices/protocol/ld19.h"
-#include "devices/protocol/rplidar.h"
+#include "devices/core/virtual_line.h"
+#include "devices/scan3d/spinning_scanner.h"
+#include "devices/scanners/hokuyo.h"
+#include "devices/scanners/hokuyo_emulator.h"
+#include "devices/scanners/ibeo.h"
+#include "devices/scanners/ibeo_emulator.h"
+#include "devices/scanners/ibeo_lux.h"
+#include "devices/scanners/ibeo_lux_emulator.h"
+#include "devices/scanners/ld19.h"
+#include "devices/scanners/ld19_emulator.h"
+#include "devices/scanners/rplidar.h"
+#include "devices/scanners/rplidar_emulator.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {

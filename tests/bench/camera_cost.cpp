@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "devices/protocol/jpeg.h"
+#include "devices/camera/jpeg.h"
 #include "libtims/os/clock.h"
 #include "rack/proxies/camera.h"
 #include "tests/bench/launch.h"

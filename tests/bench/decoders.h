@@ -1,4 +1,4 @@
-// Roles that decode: how fast the decoders of devices/protocol are on one core, beside memcpy.
+// Roles that decode: how fast the decoders of devices are on one core, beside memcpy.
 #pragma once
 
 #include "tests/bench/plan.h"

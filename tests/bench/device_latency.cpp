@@ -11,10 +11,10 @@
 #include <unistd.h>
 
 #include "devices/core/device_clock.h"
-#include "devices/emulators/lms200_emulator.h"
-#include "devices/emulators/sick_cola_emulator.h"
 #include "devices/io/device.h"
 #include "devices/io/line.h"
+#include "devices/scanners/lms200_emulator.h"
+#include "devices/scanners/sick_cola_emulator.h"
 #include "libtims/os/clock.h"
 #include "rack/proxies/ladar.h"
 #include "tests/bench/launch.h"

@@ -3,16 +3,16 @@
 #include <cmath>
 #include <memory>
 
-#include "devices/protocol/er1.h"
-#include "devices/protocol/firmata.h"
-#include "devices/protocol/mavlink_vehicle.h"
-#include "devices/protocol/motor_chassis.h"
-#include "devices/protocol/odrive.h"
-#include "devices/protocol/p2os.h"
-#include "devices/protocol/roomba.h"
-#include "devices/protocol/servo_axis.h"
-#include "devices/protocol/vesc.h"
-#include "devices/protocol/visca.h"
+#include "devices/camera/visca.h"
+#include "devices/chassis/er1.h"
+#include "devices/chassis/mavlink_vehicle.h"
+#include "devices/chassis/motor_chassis.h"
+#include "devices/chassis/odrive.h"
+#include "devices/chassis/p2os.h"
+#include "devices/chassis/roomba.h"
+#include "devices/chassis/servo_axis.h"
+#include "devices/chassis/vesc.h"
+#include "devices/pins/firmata.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

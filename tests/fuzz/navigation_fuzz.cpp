@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "devices/protocol/cmps03.h"
-#include "devices/protocol/dcf77.h"
-#include "devices/protocol/nmea_receiver.h"
-#include "devices/protocol/ublox.h"
-#include "devices/protocol/xsens.h"
+#include "devices/navigation/cmps03.h"
+#include "devices/navigation/dcf77.h"
+#include "devices/navigation/nmea_receiver.h"
+#include "devices/navigation/ublox.h"
+#include "devices/navigation/xsens.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -3,18 +3,18 @@
 #include <cmath>
 #include <memory>
 
-#include "devices/protocol/hokuyo.h"
-#include "devices/protocol/http_get.h"
-#include "devices/protocol/ibeo.h"
-#include "devices/protocol/ibeo_lux.h"
-#include "devices/protocol/ld19.h"
-#include "devices/protocol/lms200.h"
-#include "devices/protocol/ouster.h"
-#include "devices/protocol/rplidar.h"
-#include "devices/protocol/sick_cola.h"
-#include "devices/protocol/sick_compact.h"
-#include "devices/protocol/sick_s.h"
-#include "devices/protocol/velodyne.h"
+#include "devices/scan3d/http_get.h"
+#include "devices/scan3d/ouster.h"
+#include "devices/scan3d/velodyne.h"
+#include "devices/scanners/hokuyo.h"
+#include "devices/scanners/ibeo.h"
+#include "devices/scanners/ibeo_lux.h"
+#include "devices/scanners/ld19.h"
+#include "devices/scanners/lms200.h"
+#include "devices/scanners/rplidar.h"
+#include "devices/scanners/sick_cola.h"
+#include "devices/scanners/sick_compact.h"
+#include "devices/scanners/sick_s.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

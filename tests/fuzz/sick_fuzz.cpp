@@ -3,10 +3,10 @@
 #include <cmath>
 #include <vector>
 
-#include "devices/protocol/cola_scan.h"
-#include "devices/protocol/lms200.h"
-#include "devices/protocol/sick_compact.h"
-#include "devices/protocol/sick_s.h"
+#include "devices/scanners/cola_scan.h"
+#include "devices/scanners/lms200.h"
+#include "devices/scanners/sick_compact.h"
+#include "devices/scanners/sick_s.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

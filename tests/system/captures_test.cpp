@@ -17,10 +17,10 @@
 #include <sys/socket.h>
 
 #include "devices/core/capture.h"
-#include "devices/emulators/hokuyo_emulator.h"
 #include "devices/io/device.h"
 #include "devices/io/line.h"
-#include "devices/protocol/cola_scan.h"
+#include "devices/scanners/cola_scan.h"
+#include "devices/scanners/hokuyo_emulator.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "rack/proxies/camera.h"

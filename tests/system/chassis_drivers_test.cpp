@@ -5,12 +5,12 @@
 #include <mutex>
 #include <thread>
 
-#include "devices/emulators/er1_robot.h"
-#include "devices/emulators/motor_bus.h"
-#include "devices/emulators/pioneer.h"
-#include "devices/emulators/ptz_camera.h"
-#include "devices/emulators/roomba_robot.h"
-#include "devices/emulators/rover.h"
+#include "devices/camera/ptz_camera.h"
+#include "devices/chassis/er1_robot.h"
+#include "devices/chassis/motor_bus.h"
+#include "devices/chassis/pioneer.h"
+#include "devices/chassis/roomba_robot.h"
+#include "devices/chassis/rover.h"
 #include "devices/io/device.h"
 #include "os/clock.h"
 #include "os/wakeup.h"

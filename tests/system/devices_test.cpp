@@ -12,7 +12,7 @@
 #include "base/text.h"
 #include "devices/io/device.h"
 #include "devices/io/line.h"
-#include "devices/protocol/lms200.h"
+#include "devices/scanners/lms200.h"
 #include "os/clock.h"
 #include "rack/proxies/ladar.h"
 #include "tests/support/eventually.h"

@@ -8,10 +8,10 @@
 #include <gmock/gmock.h>
 #include <poll.h>
 
+#include "devices/chassis/odrive.h"
 #include "devices/core/capture.h"
 #include "devices/core/stream_buffer.h"
 #include "devices/io/transport.h"
-#include "devices/protocol/odrive.h"
 #include "os/clock.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/chassis.h"

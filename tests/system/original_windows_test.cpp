@@ -8,8 +8,8 @@
 #include <fstream>
 #include <numbers>
 
+#include "devices/camera/picture.h"
 #include "devices/core/capture.h"
-#include "devices/protocol/picture.h"
 #include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"

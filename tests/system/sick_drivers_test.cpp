@@ -5,8 +5,8 @@
 #include <arpa/inet.h>
 #include <sys/socket.h>
 
-#include "devices/emulators/room.h"
-#include "devices/emulators/sick_compact_emulator.h"
+#include "devices/scanners/room.h"
+#include "devices/scanners/sick_compact_emulator.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "rack/proxies/ladar.h"

@@ -1,4 +1,4 @@
-"""Every folder of sources has a README.md; every pure source has its test beside it."""
+"""Every folder of sources has a README.md; every pure source is tested in its folder."""
 
 import os
 
@@ -25,7 +25,15 @@ def check_tests(tree):
         if path.endswith("_test.cpp") or not any(path.startswith(p + "/") for p in pure):
             continue
         test = elsewhere.pop(path, path.removesuffix(".cpp") + "_test.cpp")
-        if not tree.has(test):
+        if not tree.has(test) and not is_included_by_a_test_beside(tree, path):
             yield Finding(path, 0, f"is pure but has no {os.path.basename(test)} beside it")
     for path in elsewhere:
         yield Finding(f"tools/check.d/{KNOWN}", 0, f"{path} is gone: strike it off")
+
+
+def is_included_by_a_test_beside(tree, path):
+    """As a device's dialogue and its other side, which are tested together."""
+    include = f'#include "{path.removesuffix(".cpp")}.h"'
+    folder = os.path.dirname(path)
+    return any(os.path.dirname(test) == folder and include in tree.text(test)
+               for test in tree.sources("_test.cpp"))

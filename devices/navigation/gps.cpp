@@ -1,0 +1,40 @@
+#include "devices/navigation/gps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace rack::device {
+
+using namespace std::chrono_literals;
+
+Duration GpsMoment::fraction() const { return utc ? *utc % Duration(1s) : Duration(0); }
+
+Position3d guessed_deviations(const GpsDeviations& deviations, i32 mode, i32 satellites) {
+  constexpr double kFewest = 4;
+  constexpr double kEnough = 12;
+  const double share = mode == gps_mode::kInvalid
+                           ? 0
+                           : std::clamp((satellites - kFewest) / (kEnough - kFewest), 0.0, 1.0);
+  const auto between = [share](i32 max, i32 min) {
+    return static_cast<i32>(std::lround(std::lerp(max, min, share)));
+  };
+  const i32 xy = between(deviations.xy_max, deviations.xy_min);
+  return {
+      .x = xy, .y = xy, .z = between(deviations.z_max, deviations.z_min), .rho = deviations.rho};
+}
+
+std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Duration arrived) {
+  constexpr Duration kSecond = 1s;
+  Duration measured = pulse + fraction;
+  if (measured > arrived) measured -= kSecond;  // of the second before the pulse
+  if (measured > arrived || arrived - measured >= kSecond) return std::nullopt;
+  return measured;
+}
+
+f32 heading_of(double degrees) {
+  const double turn = std::fmod(degrees, 360.0);
+  return static_cast<f32>((turn < 0 ? turn + 360 : turn) * std::numbers::pi / 180);
+}
+
+}  // namespace rack::device
