@@ -160,12 +160,19 @@ void Device::hand_over(const Arrival& arrival) {
     return arrival.first + (arrival.last - arrival.first) * static_cast<std::int64_t>(index) /
                                static_cast<std::int64_t>(size);
   };
-  for (std::size_t begin = 0; begin < size; begin += kSliceBytes) {
+  is_other_rate_ = false;
+  for (std::size_t begin = 0; begin < size && !is_other_rate_; begin += kSliceBytes) {
     const std::size_t end = std::min(begin + kSliceBytes, size);
     hear({.bytes = arrival.bytes.subspan(begin, end - begin),
           .first = when(begin),
           .last = when(end)});
   }
+}
+
+// What came at the rate before is noise.
+void Device::set_baud(std::uint32_t baud) {
+  is_other_rate_ = true;
+  transport_->set_baud(baud);
 }
 
 // What comes behind an error is of a device that is opened again.

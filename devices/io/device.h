@@ -60,7 +60,7 @@ class Device final : private Output {
     send_before(tims::kNever, bytes, id);
   }
   void send_before(Time deadline, std::span<const std::byte> bytes, std::uint32_t id) override;
-  void set_baud(std::uint32_t baud) override { transport_->set_baud(baud); }
+  void set_baud(std::uint32_t baud) override;
   void set_dtr(bool on) override { transport_->set_dtr(on); }
   void hand_over(const Arrival& arrival);
   void hear(const Arrival& piece);
@@ -75,6 +75,7 @@ class Device final : private Output {
   const Take take_;                     // or none
   std::optional<tims::Error> lost_;     // while sending
   std::optional<tims::Error> refused_;  // what was taken
+  bool is_other_rate_ = false;          // since the arrival that is handed over
   bool is_closed_ = false;
 };
 

@@ -97,7 +97,8 @@ class SerialLine : public StreamTransport {
     if (::ioctl(file_.get(), TCGETS2, &settings) != 0) return;
     settings.c_cflag = (settings.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
     settings.c_ispeed = settings.c_ospeed = baud;
-    if (::ioctl(file_.get(), TCSETSW2, &settings) == 0) baud_ = baud;
+    // What has come at the old rate is thrown away.
+    if (::ioctl(file_.get(), TCSETSF2, &settings) == 0) baud_ = baud;
   }
 
   void set_dtr(bool on) override {

@@ -243,23 +243,6 @@ TEST_F(CameraDriversTest, TheEndOfARecordingIsNoError) {
   EXPECT_TRUE(camera().get_data());
 }
 
-// Of a camera that is pulled out nothing comes any more; after errorTimeout it is opened again.
-TEST_F(CameraDriversTest, PulledOutItIsAnErrorAndComesBack) {
-  Recording recording;
-  recording.head(kGrey);
-  const Bytes frame = frame_of(kGrey, bytes({9}), bytes({200}));
-  for (int i = 0; i < 10; ++i) recording.add(kGrey.format, frame);
-  recording.add(kGrey.format, frame, 60s).add(kGrey.format, frame);
-  auto& program = start("CameraV4l", {play(recording, ""), "--mode=mono8", "--fps=20"});
-  ASSERT_TRUE(camera().on());
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(next_picture().mode, camera_mode::kMono8);
-    const auto said = program.wait_for_line("sends nothing");
-    ASSERT_TRUE(said) << said.error().message();
-    EXPECT_TRUE(eventually([&] { return has_status(rack::Status::kEnabled); }, "on again"));
-  }
-}
-
 TEST_F(CameraDriversTest, FramesOfAWrongSizeAreLeftOut) {
   Recording recording;
   recording.head(kGrey);
