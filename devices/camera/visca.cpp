@@ -131,6 +131,12 @@ void Visca::stop(Time, Output& out) {
   send_commands(out);
 }
 
+// Datagrams are numbered: nobody but their sender can go on.
+std::vector<Telegram> Visca::last_words() const {
+  if (settings_.is_datagrams) return {};
+  return {{.bytes = visca::stand()}};
+}
+
 void Visca::send(Kind kind, std::span<const std::byte> message, Output& out) {
   if (!settings_.is_datagrams) {
     out.send(message);

@@ -363,9 +363,13 @@ void Cia402::home(Time now, Output& out) {
   write({0x6098, 0, 1, static_cast<std::uint8_t>(settings_.homing_method)}, now, out);
 }
 
-void Cia402::stop(Time now, Output& out) {
-  if (is_ready() && settings_.task == MotorTask::kTurns) command(0, now, out);
-  send_control(kQuickStop, target_, out);
+// A drive that is not enabled does nothing with it.
+void Cia402::stand(Output& out) const {
+  send_control(kQuickStop, settings_.task == MotorTask::kTurns ? 0 : target_, out);
+}
+
+void Cia402::stop(Output& out) {
+  stand(out);
   next_ = tims::kNever;
 }
 

@@ -100,7 +100,8 @@ class Cia402 final : public Motor {
     return {.id = settings_.node, .mask = can::kExtended | can::kRemote | 0x7F};
   }
   void command(double target, Time now, Output& out) override;
-  void stop(Time now, Output& out) override;
+  void stand(Output& out) const override;
+  void stop(Output& out) override;
   [[nodiscard]] bool is_ready() const override {
     return is_set_up_ && drive_state() == Cia402State::kOperationEnabled &&
            state_.measured != tims::kNever;

@@ -72,6 +72,9 @@ class Er1 final : public ChassisDialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
+  [[nodiscard]] std::vector<Telegram> last_words() const override {
+    return {{.bytes = er1_stop()}};
+  }
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   void drive(const ChassisSpeed& speed, Time now) override;

@@ -31,7 +31,10 @@ class Motor {
   [[nodiscard]] virtual CanFilter wanted_frames() const = 0;
   // Some times in a tenth of a second, once it is ready: its watchdog lives on it.
   virtual void command(double target, Time now, Output& out) = 0;
-  virtual void stop(Time now, Output& out) = 0;
+  // It stops and is released, whatever it was told before, and whoever says it.
+  virtual void stand(Output& out) const = 0;
+  // The same, and nothing is said any more.
+  virtual void stop(Output& out) = 0;
 
   // It does what it is told.
   [[nodiscard]] virtual bool is_ready() const = 0;
@@ -57,6 +60,18 @@ class Motor {
 
  private:
   std::optional<std::string> failure_;
+};
+
+// What motors are told, kept for later.
+class KeptTelegrams final : public Output {
+ public:
+  void send(std::span<const std::byte> bytes, std::uint32_t id) override {
+    telegrams_.push_back({.bytes = {bytes.begin(), bytes.end()}, .id = id});
+  }
+  [[nodiscard]] std::vector<Telegram> take() { return std::exchange(telegrams_, {}); }
+
+ private:
+  std::vector<Telegram> telegrams_;
 };
 
 namespace can {

@@ -166,7 +166,7 @@ void OdriveEmulator::send_encoder(Output& out) const {
 void OdriveEmulator::on_timeout(Time now, Output& out) {
   next_ = now + kOdriveTick;
   shaft_.step(now);
-  if (enabled_ && now - fed_ > kOdriveWatchdog) {
+  if (enabled_ && has_watchdog && now - fed_ > kOdriveWatchdog) {
     errors = 0x01000000;  // its watchdog
     enabled_ = false;
   }

@@ -97,6 +97,7 @@ class OdriveEmulator final : public EmulatedMotor {
 
   std::uint32_t errors = 0;
   bool sends_encoder = true;  // by itself; some are asked
+  bool has_watchdog = true;   // off as it comes
 
  private:
   void send_encoder(Output& out) const;

@@ -167,9 +167,15 @@ bool MotorChassis::take(ChassisData& data, Time& recorded) {
   return true;
 }
 
-void MotorChassis::stop(Time now, Output& out) {
+std::vector<Telegram> MotorChassis::last_words() const {
+  KeptTelegrams kept;
+  for (const MotorLink& link : links_) link.motor->stand(kept);
+  return kept.take();
+}
+
+void MotorChassis::stop(Time /*now*/, Output& out) {
   if (std::exchange(is_stopped_, true) || settings_.only_listen) return;
-  for (MotorLink& link : links_) link.motor->stop(now, out);
+  for (MotorLink& link : links_) link.motor->stop(out);
   host_.stop();
 }
 

@@ -291,7 +291,7 @@ TEST_P(MotorChassisTest, CommandsAreWorthlessSoonAndTheEndIsNot) {
   Ear ear;
   one->command(1, Time{1s}, ear);
   EXPECT_EQ(ear.deadlines.back(), Time{1050ms});
-  one->stop(Time{2s}, ear);
+  one->stop(ear);
   EXPECT_EQ(ear.deadlines.back(), tims::kNever);
 }
 

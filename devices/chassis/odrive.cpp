@@ -142,9 +142,13 @@ void Odrive::command(double target, Time now, Output& out) {
          deadline);
 }
 
-void Odrive::stop(Time now, Output& out) {
-  if (task_ == MotorTask::kTurns) command(0, now, out);
+void Odrive::stand(Output& out) const {
+  if (task_ == MotorTask::kTurns) send(OdriveCommand::kInputVelocity, packed(raw(0), raw(0)), out);
   send(OdriveCommand::kAxisState, packed(std::uint32_t{kIdle}), out);
+}
+
+void Odrive::stop(Output& out) {
+  stand(out);
   next_ = tims::kNever;
 }
 

@@ -40,7 +40,8 @@ class Odrive final : public Motor {
     return {.id = odrive_id(node_, {}), .mask = can::kExtended | can::kRemote | 0x7E0};
   }
   void command(double target, Time now, Output& out) override;
-  void stop(Time now, Output& out) override;
+  void stand(Output& out) const override;
+  void stop(Output& out) override;
   [[nodiscard]] bool is_ready() const override {
     return axis_state_ == kClosedLoop && state_.measured != tims::kNever;
   }

@@ -82,6 +82,9 @@ class Roomba final : public ChassisDialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
+  [[nodiscard]] std::vector<Telegram> last_words() const override {
+    return {{.bytes = {kRoombaStop.begin(), kRoombaStop.end()}}};
+  }
   [[nodiscard]] Time next_timeout() const override;
 
   void drive(const ChassisSpeed& speed, Time now) override;

@@ -136,9 +136,15 @@ bool ServoAxis::take(ServoDriveData& data, Time& recorded) {
   return true;
 }
 
-void ServoAxis::stop(Time now, Output& out) {
+std::vector<Telegram> ServoAxis::last_words() const {
+  KeptTelegrams kept;
+  drive_.stand(kept);
+  return kept.take();
+}
+
+void ServoAxis::stop(Time /*now*/, Output& out) {
   if (std::exchange(is_stopped_, true) || settings_.only_listen) return;
-  drive_.stop(now, out);
+  drive_.stop(out);
   host_.stop();
 }
 

@@ -89,9 +89,13 @@ void Vesc::command(double target, Time now, Output& out) {
        deadline);
 }
 
-void Vesc::stop(Time now, Output& out) {
-  if (settings_.task == MotorTask::kTurns) command(0, now, out);
+void Vesc::stand(Output& out) const {
+  if (settings_.task == MotorTask::kTurns) send(VescPacket::kSetRpm, 0, out);
   send(VescPacket::kSetCurrent, 0, out);
+}
+
+void Vesc::stop(Output& out) {
+  stand(out);
   next_ = tims::kNever;
 }
 

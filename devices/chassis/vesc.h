@@ -43,7 +43,8 @@ class Vesc final : public Motor {
     return {.id = vesc_id(settings_.node, {}), .mask = can::kExtended | can::kRemote | 0xFF};
   }
   void command(double target, Time now, Output& out) override;
-  void stop(Time now, Output& out) override;
+  void stand(Output& out) const override;
+  void stop(Output& out) override;
   [[nodiscard]] bool is_ready() const override { return state_.measured != tims::kNever; }
 
  private:

@@ -4,9 +4,12 @@
 // the same code runs over a serial line, TCP, CAN, or a file.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tims/result.h"
@@ -31,6 +34,12 @@ struct Arrival {
 struct CanFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
+};
+
+// What is sent at once, kept for later.
+struct Telegram {
+  std::vector<std::byte> bytes{};
+  std::uint32_t id = 0;  // of CAN
 };
 
 // What a dialogue can do to its device. Nothing fails here: whether the device is there is told
@@ -60,6 +69,9 @@ class Dialogue {
   virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
   // Before the device is left: motors stop, lasers sleep.
   virtual void stop(Time /*now*/, Output& /*out*/) {}
+  // What somebody else tells the device when this program dies without stop(): of those that would
+  // drive on. They mean the same whatever was said before. None: nothing is told.
+  [[nodiscard]] virtual std::vector<Telegram> last_words() const { return {}; }
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
   // Of CAN: what it wants to hear, for the kernel to leave out the rest of a busy bus; none: it
   // only speaks. Error frames are heard by the transport. Others may come nevertheless.
@@ -71,6 +83,17 @@ class Dialogue {
  protected:
   void fail(tims::Errc code, std::string why) { failure_.emplace(code, std::move(why)); }
   void clear_failure() { failure_.reset(); }
+  // kind: "scanner"; wanted: the serial number of the only one that will do, empty: any. False: it
+  // is another one, and is given up.
+  bool is_wanted(const std::string& kind, const std::string& found, const std::string& wanted) {
+    const auto capital = [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; };
+    if (wanted.empty() || std::ranges::equal(found, wanted, {}, capital, capital)) return true;
+    fail(tims::Errc::kInvalidArgument,
+         found.empty()
+             ? "this " + kind + " tells no serial number, and " + wanted + " is wanted"
+             : "this is the " + kind + " with serial number " + found + ", not " + wanted);
+    return false;
+  }
 
  private:
   std::optional<tims::Error> failure_;

@@ -20,8 +20,8 @@ constexpr ModuleInfo kInfo{
     .program = "ChassisCan",
     .purpose =
         "A differential or steered vehicle with ODrive or VESC motor controllers at a CAN "
-        "bus. A VESC stops by itself after a second without its driver; an ODrive when its "
-        "watchdog is set.",
+        "bus. A guard beside the driver stops them when it dies; with the cable cut a VESC "
+        "stops after a second, an ODrive when its watchdog is set.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };

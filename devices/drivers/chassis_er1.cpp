@@ -51,8 +51,7 @@ class ChassisEr1 : public ChassisDriver<Er1> {
     if (address.empty()) return refused("neither device nor serialDev says where the robot is");
     const auto parsed = DeviceAddress::parse(address);
     if (!parsed) return parsed.error();
-    return DeviceOptions{
-        .address = *parsed, .baud = kBaud, .record = text("record"), .last_words = er1_stop()};
+    return DeviceOptions{.address = *parsed, .baud = kBaud, .record = text("record")};
   }
 
   Result<std::unique_ptr<Er1>> make_dialogue() override {

@@ -55,9 +55,7 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
 
   Result<DeviceOptions> device() const override {
     const bool is_new = model() == RoombaModel::kCreate2;
-    auto options = device_by("serialDev", serial_device, is_new ? 115200 : 57600);
-    if (options) options->last_words.assign(kRoombaStop.begin(), kRoombaStop.end());
-    return options;
+    return device_by("serialDev", serial_device, is_new ? 115200 : 57600);
   }
 
   Result<std::unique_ptr<Roomba>> make_dialogue() override {

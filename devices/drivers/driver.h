@@ -8,7 +8,8 @@
 // The dialogue tells by `bool take(Data&, Time& recorded)` that there are data, and when they were
 // measured; by `bool is_ready()` that data are to be expected: from then on three periods without
 // any are an error. An error turns the component off, and on again after errorTimeout: that is how
-// a device that was pulled out comes back. One that has broken() is asked how many telegrams were.
+// a device that was pulled out comes back. One that has broken() is asked how many telegrams were;
+// one that has serial_number(), whether this is the device that it was before.
 #pragma once
 
 #include <array>
@@ -99,7 +100,7 @@ class Driver : public DataModule<Data> {
     if (!opened) return opened.error();
     device_ = std::move(*opened);
     heard_ = now();
-    has_told_end_ = has_taken_ = false;
+    has_told_end_ = has_taken_ = is_known_ = false;
     return {};
   }
 
@@ -157,6 +158,7 @@ class Driver : public DataModule<Data> {
     for (tims::Time recorded{}; dialogue_->take(data, recorded);) {
       heard_ = now();
       has_taken_ = true;
+      if (!std::exchange(is_known_, true)) recognize();
       data.recordingTime = time_stamp_of(recorded);
       if (auto completed = complete(data); !completed) return completed;
       if (auto put = this->put_local_buffer(); !put) return put;
@@ -179,6 +181,20 @@ class Driver : public DataModule<Data> {
                                                  std::to_string(milliseconds.count()) + " ms");
   }
 
+  // Whoever is plugged in instead of another one is used, but that is said.
+  void recognize() {
+    if constexpr (requires { dialogue_->serial_number(); }) {
+      std::string number = dialogue_->serial_number();
+      if (number.empty() || number == serial_number_) return;
+      if (serial_number_.empty())
+        this->log().info("%s has the serial number %s", device_->description(), number);
+      else
+        this->log().warning("%s is another device than before: serial number %s, not %s",
+                            device_->description(), number, serial_number_);
+      serial_number_ = std::move(number);
+    }
+  }
+
   // Of dialogues that count what was no telegram.
   [[nodiscard]] std::int64_t broken() const {
     if constexpr (requires { dialogue_->broken(); })
@@ -192,6 +208,8 @@ class Driver : public DataModule<Data> {
   tims::Time heard_{};
   bool has_told_end_ = false;  // of a recording
   bool has_taken_ = false;
+  bool is_known_ = false;      // recognized, since it was opened
+  std::string serial_number_;  // of the last one, since this program was started
 };
 
 }  // namespace rack::device

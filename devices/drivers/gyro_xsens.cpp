@@ -5,12 +5,13 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
     {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
     {"baudrate", 115200, "of the line", 9600, 4000000},
     {"mounting", 0,
      "0 as the original: what the device says; 1 label up, 2 label down: angles of the robot", 0,
      2},
+    {"serialNumber", "", "of the only device that will do, its id in hex; empty: any"},
 }});
 
 constexpr ModuleInfo kInfo{
@@ -36,6 +37,7 @@ class GyroXsens : public Driver<GyroData, Xsens> {
         XsensSettings{.period = kPeriod,
                       .mounting = static_cast<XsensMounting>(integer("mounting")),
                       .baud = static_cast<std::uint32_t>(integer("baudrate")),
+                      .serial_number = text("serialNumber"),
                       .only_listen = is_recording()});
   }
 };

@@ -10,7 +10,7 @@ namespace rack::device {
 
 inline constexpr std::int32_t kHokuyoStartAngle = 120;  // what the original assumes, deg
 
-inline constexpr std::array<ParameterInfo, 5> kHokuyoParameters = {{
+inline constexpr std::array<ParameterInfo, 6> kHokuyoParameters = {{
     {"start", 44, "first step that is measured", 0, 9999},
     {"end", 725, "last step that is measured", 0, 9999},
     {"cluster", 3, "steps that become one point", 1, 99},
@@ -18,6 +18,7 @@ inline constexpr std::array<ParameterInfo, 5> kHokuyoParameters = {{
      "where the first step looks, deg to the right; 120: as a scanner of SCIP 2 says itself", -360,
      360},
     {"intensity", 0, "1: also how much light came back (not all scanners know)", 0, 1},
+    {"serialNumber", "", "of the only scanner that will do; empty: any"},
 }};
 
 template <std::size_t N>
@@ -59,6 +60,7 @@ class LadarHokuyo : public Driver<LadarData, Hokuyo> {
         .baud = where->baud(kBaud),
         .has_rate = where->kind == TransportKind::kSerial || where->kind == TransportKind::kPty,
         .intensities = integer("intensity") != 0,
+        .serial_number = text("serialNumber"),
         .only_listen = is_recording()};
     if (settings.end < settings.start) return refused("end must not be before start");
     const std::int32_t angle = integer("startAngle");

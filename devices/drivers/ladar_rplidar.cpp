@@ -11,7 +11,7 @@ constexpr std::string_view kRplidar = "rplidar";
 constexpr std::uint32_t kBaudOfRplidar = 115200;
 constexpr std::uint32_t kBaudOfLd19 = 230400;
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 6>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
     {"serialDev", 100, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
     {"model", kRplidar, "rplidar (A, S, C series), ld06 or ld19 (also STL-19P)"},
     {"baudrate", 0, "115200 A1 A2, 256000 A3 S1, 460800 C1, 1000000 S2 S3; 0: is found out", 0,
@@ -19,6 +19,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 6>{{
     {"scanMode", 0, "0: the best the scanner has; 1: single points, which all of them know", 0, 1},
     {"turnsPerMinute", 0, "of C and S series; 0: as the scanner likes", 0, 1200},
     {"periodTime", 100, "of a turn, ms", 10, 1000},
+    {"serialNumber", "", "of the only scanner that will do, 32 hex digits; empty: any"},
 }});
 
 constexpr ModuleInfo kInfo{
@@ -57,10 +58,13 @@ class LadarRplidar final : public Driver<LadarData, TurningLadar> {
                                      .has_rate = is_line,
                                      .only_points = integer("scanMode") != 0,
                                      .turns_a_minute = integer("turnsPerMinute"),
+                                     .serial_number = text("serialNumber"),
                                      .only_listen = is_recording()};
       return Made(std::make_unique<Rplidar>(settings));
     }
     if (model == "ld06" || model == "ld19") {
+      if (!text("serialNumber").empty())
+        return refused("an " + model + " tells no serial number: serialNumber must be empty");
       const Ld19Settings settings{.baud = rate, .only_listen = is_recording()};
       return Made(std::make_unique<Ld19>(settings));
     }

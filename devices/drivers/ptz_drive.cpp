@@ -38,12 +38,7 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
   using Command = std::variant<Home, PtzDriveMovePosData, PtzDriveMoveVelData>;
 
   Result<DeviceOptions> device() const override {
-    auto options =
-        device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
-    // Datagrams are numbered: nobody but their sender can go on.
-    if (options && options->address.kind != TransportKind::kUdp)
-      options->last_words = visca::stand();
-    return options;
+    return device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
   }
 
   Result<std::unique_ptr<Visca>> make_dialogue() override {

@@ -13,8 +13,7 @@ class SickColaLadar : public Driver<LadarData, SickCola> {
  protected:
   Result<void> complete(LadarData& /*data*/) override {
     if (is_first_) {
-      log().info("scanner %s, serial number %d\n", dialogue().identity(),
-                 dialogue().scan().serial_number);
+      log().info("scanner %s\n", dialogue().identity());
       is_first_ = false;
     }
     if (const std::string notes = dialogue().take_notes(); !notes.empty())

@@ -38,6 +38,14 @@ CanBus& bus_of(const std::string& name) {
   return buses.try_emplace(name, name).first->second;
 }
 
+can_frame frame_of(std::uint32_t id, std::span<const std::byte> bytes) {
+  can_frame frame{};
+  frame.can_id = id;
+  frame.can_dlc = static_cast<std::uint8_t>(std::min<std::size_t>(bytes.size(), CAN_MAX_DLEN));
+  std::memcpy(frame.data, bytes.data(), frame.can_dlc);
+  return frame;
+}
+
 class CanInterface final : public Transport {
  public:
   CanInterface(File socket, std::string name, unsigned index)
@@ -84,6 +92,17 @@ class CanInterface final : public Transport {
     if (auto written = write_waiting(now); !written) return written.error();
     return true;
   }
+  // A frame a write.
+  [[nodiscard]] std::vector<std::vector<std::byte>> to_write(
+      const std::vector<Telegram>& telegrams) const override {
+    std::vector<std::vector<std::byte>> pieces;
+    for (const Telegram& telegram : telegrams) {
+      const can_frame frame = frame_of(telegram.id, telegram.bytes);
+      const auto bytes = std::as_bytes(std::span(&frame, 1));
+      pieces.emplace_back(bytes.begin(), bytes.end());
+    }
+    return pieces;
+  }
 
  private:
   void on_bus(const can_frame& frame, std::size_t size, Time now) {
@@ -108,10 +127,7 @@ class CanInterface final : public Transport {
     bus_.on_late(waiting_.drop_late(now));
     while (!waiting_.empty()) {
       const CanQueue::Frame& next = waiting_.front();
-      can_frame frame{};
-      frame.can_id = next.id;
-      frame.can_dlc = next.size;
-      std::memcpy(frame.data, next.bytes.data(), next.bytes.size());
+      const can_frame frame = frame_of(next.id, std::span(next.bytes).first(next.size));
       if (::write(socket_.get(), &frame, sizeof frame) != sizeof frame) {
         if (errno == EINTR) continue;
         // A queue of ten frames is soon full: normal.

@@ -3,6 +3,7 @@
 #include "devices/io/can.h"
 
 #include <array>
+#include <csignal>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +14,7 @@
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "devices/io/device.h"
@@ -193,6 +195,34 @@ TEST_F(CanTest, AnInterfaceThatGoesIsNoticedInWords) {
   }
   ASSERT_FALSE(received);
   EXPECT_THAT(received.error().detail(), testing::HasSubstr("gone"));
+}
+
+// Of a vehicle that would drive on.
+class Driving final : public Dialogue {
+ public:
+  void start(Time, Output& out) override { out.send(bytes_of("go"), 0x21); }
+  void on_arrival(const Arrival&, Output&) override {}
+  [[nodiscard]] std::vector<Telegram> last_words() const override {
+    return {{.bytes = bytes_of("stand"), .id = 0x22}, {.bytes = {}, .id = 0x80000123}};
+  }
+};
+
+TEST_F(CanTest, TheGuardSpeaksWhenItsDriverIsKilled) {
+  const auto other = opened();
+  const pid_t driver = ::fork();
+  if (driver == 0) {
+    Driving dialogue;
+    const DeviceOptions options{.address = {.kind = TransportKind::kCan, .place = kInterface}};
+    const auto device = Device::open(options, dialogue);
+    if (!device) ::_exit(1);
+    for (;;) ::pause();
+  }
+  ASSERT_GT(driver, 0);
+  EXPECT_THAT(hear(*other, 1), ElementsAre(Heard{0x21, "go", {}}));
+  EXPECT_TRUE(hear(*other, 0).empty());
+  ::kill(driver, SIGKILL);
+  ::waitpid(driver, nullptr, 0);
+  EXPECT_THAT(hear(*other, 2), ElementsAre(Heard{0x22, "stand", {}}, Heard{0x80000123, "", {}}));
 }
 
 TEST_F(CanTest, AnInterfaceThatIsDownIsSaid) {

@@ -41,6 +41,14 @@ Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::
 
 }  // namespace
 
+std::vector<std::vector<std::byte>> Transport::to_write(
+    const std::vector<Telegram>& telegrams) const {
+  std::vector<std::vector<std::byte>> pieces;
+  pieces.reserve(telegrams.size());
+  for (const Telegram& telegram : telegrams) pieces.push_back(telegram.bytes);
+  return pieces;
+}
+
 Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, std::uint32_t baud,
                                                   const std::vector<CanFilter>& wanted) {
   switch (address.kind) {
@@ -78,8 +86,9 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
   }
   // Before anything is said to it. Nobody hears what is said to a recording.
   std::unique_ptr<Guard> guard;
-  if (!options.last_words.empty() && !(*transport)->is_recording()) {
-    auto started = Guard::start((*transport)->descriptor(), options.last_words);
+  const auto last_words = dialogue.last_words();
+  if (!last_words.empty() && !(*transport)->is_recording()) {
+    auto started = Guard::start((*transport)->descriptor(), (*transport)->to_write(last_words));
     if (!started) return started.error();
     guard = std::move(*started);
   }

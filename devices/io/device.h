@@ -18,8 +18,6 @@ struct DeviceOptions {
   DeviceAddress address{};
   std::uint32_t baud = 115200;  // where the address says none
   std::string record{};         // path of a capture; empty: none
-  // What the device is told when this program dies: of those that would drive on. Empty: nothing.
-  std::vector<std::byte> last_words{};
 };
 
 class Device final : private Output {

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <span>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -19,8 +20,25 @@ using tims::os::system_error;
 
 constexpr char kReleased = 'r';
 
-// Only what may be called after fork() in a program with threads.
-[[noreturn]] void stand_guard(int line, int alive, const std::byte* words, std::size_t size) {
+// Only what may be called after fork() in a program with threads: from here to _exit().
+
+// False: the line does not take it, for a second.
+bool write_whole(int line, std::span<const std::byte> piece) {
+  constexpr int kPause = 1;  // ms
+  constexpr int kAttempts = 1000;
+  for (int attempt = 0; attempt < kAttempts && !piece.empty(); ++attempt) {
+    const ssize_t written = ::write(line, piece.data(), piece.size());
+    if (written > 0) piece = piece.subspan(static_cast<std::size_t>(written));
+    // The queue of a CAN interface is full (ENOBUFS): poll() says that it can be written.
+    const bool is_full = written < 0 && (errno == EAGAIN || errno == ENOBUFS);
+    if (written < 0 && !is_full && errno != EINTR) return false;
+    if (is_full) ::poll(nullptr, 0, kPause);
+  }
+  return piece.empty();
+}
+
+[[noreturn]] void stand_guard(int line, int alive,
+                              const std::vector<std::vector<std::byte>>& last_words) {
   ::prctl(PR_SET_NAME, "device-guard");
   // It ends when the driver does, whatever is sent to the group of both.
   sigset_t all;
@@ -35,24 +53,15 @@ constexpr char kReleased = 'r';
     got = ::read(1, &said, 1);
   } while (got < 0 && errno == EINTR);
   if (got == 1) ::_exit(0);
-  while (size > 0) {
-    const ssize_t written = ::write(0, words, size);
-    if (written > 0) {
-      words += written;
-      size -= static_cast<std::size_t>(written);
-      continue;
-    }
-    constexpr int kPatience = 1000;  // ms
-    pollfd writable{.fd = 0, .events = POLLOUT, .revents = 0};
-    if (written < 0 && errno != EAGAIN && errno != EINTR) break;
-    if (::poll(&writable, 1, kPatience) == 0) break;
-  }
+  for (const auto& piece : last_words)
+    if (!write_whole(0, piece)) break;
   ::_exit(0);
 }
 
 }  // namespace
 
-Result<std::unique_ptr<Guard>> Guard::start(int line, std::vector<std::byte> last_words) {
+Result<std::unique_ptr<Guard>> Guard::start(int line,
+                                            const std::vector<std::vector<std::byte>>& last_words) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     return system_error("socket of the device's guard");
@@ -65,8 +74,7 @@ Result<std::unique_ptr<Guard>> Guard::start(int line, std::vector<std::byte> las
   if (!own_line || !own_read) return system_error("line of the device's guard");
   const pid_t process = ::fork();
   if (process < 0) return system_error("guard of the device");
-  if (process == 0)
-    stand_guard(own_line.get(), own_read.get(), last_words.data(), last_words.size());
+  if (process == 0) stand_guard(own_line.get(), own_read.get(), last_words);
   return std::unique_ptr<Guard>(new Guard(std::move(writes), process));
 }
 

@@ -41,6 +41,19 @@ class SlcanAdapter final : public Transport {
     slcan::append(going_, id, bytes);
     return line_->send(now, std::as_bytes(std::span(going_)), 0);
   }
+  // As lines. Whoever died may have written half of one: that is ended, and refused.
+  [[nodiscard]] std::vector<std::vector<std::byte>> to_write(
+      const std::vector<Telegram>& telegrams) const override {
+    std::vector<std::vector<std::byte>> pieces;
+    for (const Telegram& telegram : telegrams) {
+      std::string text;
+      if (pieces.empty()) text += kEnd;
+      slcan::append(text, telegram.id, telegram.bytes);
+      const auto bytes = std::as_bytes(std::span(text));
+      pieces.emplace_back(bytes.begin(), bytes.end());
+    }
+    return pieces;
+  }
 
  private:
   void take(char character, const Arrival& arrival, const Receive& receive) {

@@ -34,6 +34,11 @@ class Transport {
     return send(now, bytes, id);
   }
 
+  // What somebody else would write to a copy of the descriptor to send these: each piece by one
+  // write(), or by several where it is a stream.
+  [[nodiscard]] virtual std::vector<std::vector<std::byte>> to_write(
+      const std::vector<Telegram>& telegrams) const;
+
   virtual void set_baud(std::uint32_t /*baud*/) {}
   virtual void set_dtr(bool /*on*/) {}
   // What has happened to the line since it was asked last, for people: "can0 has left the bus".

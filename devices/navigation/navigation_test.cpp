@@ -200,6 +200,23 @@ TEST_P(XsensDialogueTest, LostAnswersAreAskedForAgain) {
   }
 }
 
+TEST_P(XsensDialogueTest, AnotherDeviceIsRefusedByItsNumber) {
+  const auto refusal = [](const std::string& wanted, bool is_heard = true) -> std::string {
+    Xsens gyro({.serial_number = wanted});
+    XsensEmulator device({.is_old = GetParam(), .id = 0x0378ABCD});
+    VirtualLine line(gyro, device, {});
+    line.set_lose([&](bool from_host, auto) { return from_host && !is_heard; });
+    line.start();
+    EXPECT_TRUE(line.run(10s, [&] { return gyro.is_ready() || gyro.failure(); }));
+    return gyro.failure() ? gyro.failure()->detail() : "";
+  };
+  EXPECT_EQ(refusal("0378ABCE"), "this is the device with serial number 0378abcd, not 0378ABCE");
+  EXPECT_EQ(refusal("0378ABCD"), "");
+  EXPECT_EQ(refusal(""), "");
+  EXPECT_EQ(refusal("0378ABCD", false),
+            "this device tells no serial number, and 0378ABCD is wanted");
+}
+
 INSTANTIATE_TEST_SUITE_P(Generations, XsensDialogueTest, testing::Bool());
 
 TEST(XsensEmulatorTest, OneThatHearsNothingIsListenedTo) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/text.h"
 #include "devices/core/pieces.h"
 
 namespace rack::device {
@@ -255,6 +256,7 @@ void Xsens::start(Time now, Output& out) {
   messages_.clear();
   clock_.reset();
   sends_data_ = has_data_ = false;
+  serial_number_.clear();
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
     timeout_ = tims::kNever;
@@ -281,6 +283,9 @@ void Xsens::ask(Time now, Output& out) {
   switch (state_) {
     case State::kConfiguration:
       asked_ = xsens::kToConfiguration;
+      break;
+    case State::kIdentity:
+      asked_ = xsens::kAskIdentity;
       break;
     case State::kOutput:
       asked_ = xsens::kSetOutput;
@@ -333,14 +338,29 @@ void Xsens::on_message(const XsensMessage& message, Output& out) {
     return;
   }
   if (state_ == State::kMeasuring) return;
-  if (message.number == asked_ + xsens::kAnswers) on_answer(message.began, out);
+  if (message.number == asked_ + xsens::kAnswers) on_answer(message, out);
   if (message.number == xsens::kError) on_refusal(message, out);
 }
 
-void Xsens::on_answer(Time now, Output& out) {
+bool Xsens::is_right_one() {
+  if (is_wanted("device", serial_number_, settings_.serial_number)) return true;
+  timeout_ = tims::kNever;
+  return false;
+}
+
+// Or not: then any device has to do.
+void Xsens::identified(Time now, Output& out) {
+  if (is_right_one()) enter(State::kOutput, now, out);
+}
+
+void Xsens::on_answer(const XsensMessage& message, Output& out) {
+  const Time now = message.began;
   switch (state_) {
     case State::kConfiguration:
-      return enter(State::kOutput, now, out);
+      return enter(State::kIdentity, now, out);
+    case State::kIdentity:
+      serial_number_ = tims::base::to_hex(message.data);
+      return identified(now, out);
     case State::kOutput:
     case State::kSettings:
       return enter(State::kStart, now, out);
@@ -359,6 +379,7 @@ void Xsens::on_refusal(const XsensMessage& message, Output& out) {
   if (state_ == State::kOutput) return enter(State::kPeriod, message.began, out);
   // It does not say what it refuses: it may be the question before, a second time.
   if (attempts_ < kAttempts) return ask(message.began, out);
+  if (state_ == State::kIdentity) return identified(message.began, out);
   const unsigned code = message.data.empty() ? 0 : std::to_integer<unsigned>(message.data.front());
   timeout_ = tims::kNever;
   fail(tims::Errc::kSystem, "the device refuses its configuration, error " + std::to_string(code));
@@ -367,9 +388,13 @@ void Xsens::on_refusal(const XsensMessage& message, Output& out) {
 void Xsens::on_timeout(Time now, Output& out) {
   if (timeout_ > now) return;
   if (attempts_ < kAttempts) return ask(now, out);
+  if (state_ == State::kIdentity) return identified(now, out);
   if (state_ == State::kOutput) return enter(State::kPeriod, now, out);
   // Nobody hears what is sent, but it measures: its line to us is enough.
-  if (sends_data_ && state_ == State::kConfiguration) return enter(State::kMeasuring, now, out);
+  if (sends_data_ && state_ == State::kConfiguration) {
+    if (is_right_one()) enter(State::kMeasuring, now, out);
+    return;
+  }
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout, state_ == State::kConfiguration
                                  ? "no Xsens device answers at " + std::to_string(settings_.baud) +

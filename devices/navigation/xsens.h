@@ -23,6 +23,7 @@
 namespace rack::device {
 
 namespace xsens {
+inline constexpr std::uint8_t kAskIdentity = 0x00;
 inline constexpr std::uint8_t kToMeasurement = 0x10;
 inline constexpr std::uint8_t kToConfiguration = 0x30;
 inline constexpr std::uint8_t kData = 0x32;
@@ -117,6 +118,7 @@ struct XsensSettings {
   Duration period = std::chrono::milliseconds(10);
   XsensMounting mounting = XsensMounting::kAsItSays;
   std::uint32_t baud = 115200;  // for words only
+  std::string serial_number{};  // of the only device that will do, its id in hex; empty: any
   bool only_listen = false;     // to a recording
 };
 
@@ -131,6 +133,8 @@ class Xsens final : public Dialogue {
 
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
   bool take(GyroData& data, Time& recorded);
+  // Empty: it has told none.
+  [[nodiscard]] const std::string& serial_number() const { return serial_number_; }
   [[nodiscard]] const XsensMessages& messages() const { return messages_; }
   [[nodiscard]] std::uint64_t broken() const { return messages_.broken(); }
 
@@ -138,6 +142,7 @@ class Xsens final : public Dialogue {
   // In the order in which they are gone through: of MTData2 kOutput, of MTData the three after it.
   enum class State : std::uint8_t {
     kConfiguration,
+    kIdentity,
     kOutput,
     kPeriod,
     kMode,
@@ -149,7 +154,9 @@ class Xsens final : public Dialogue {
   void enter(State state, Time now, Output& out);
   void ask(Time now, Output& out);
   void on_message(const XsensMessage& message, Output& out);
-  void on_answer(Time now, Output& out);
+  void on_answer(const XsensMessage& message, Output& out);
+  bool is_right_one();
+  void identified(Time now, Output& out);
   void on_refusal(const XsensMessage& message, Output& out);
   void take_sample(const XsensMessage& message);
   Time measured_at(const XsensMessage& message, const XsensSample& sample);
@@ -159,6 +166,7 @@ class Xsens final : public Dialogue {
   int attempts_ = 0;
   bool sends_data_ = false;  // whatever it was told
   std::uint8_t asked_ = 0;
+  std::string serial_number_;
   Time timeout_ = tims::kNever;
   XsensMessages messages_;
   std::vector<std::byte> question_;

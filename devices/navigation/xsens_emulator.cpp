@@ -65,6 +65,10 @@ void XsensEmulator::on_message(const XsensMessage& message, Time now, Output& ou
   } else if (message.number == xsens::kToMeasurement) {
     next_ = now + period_;
     append_xsens(answer_, answer);
+  } else if (message.number == xsens::kAskIdentity && !is_measuring()) {
+    body_.clear();
+    put(body_, settings_.id);
+    append_xsens(answer_, answer, body_);
   } else if (!is_measuring() && configure(message)) {
     append_xsens(answer_, answer,
                  message.number == xsens::kSetOutput ? message.data : std::span<const std::byte>{});

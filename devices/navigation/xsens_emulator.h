@@ -9,6 +9,7 @@ struct XsensEmulatorSettings {
   bool is_old = false;  // knows no MTData2
   double turn = 0.2;    // rad/s, counter-clockwise as it sees it
   double sway = 0.05;   // rad
+  std::uint32_t id = 0x03780F4A;
 };
 
 class XsensEmulator : public Dialogue {

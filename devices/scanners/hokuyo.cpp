@@ -186,7 +186,7 @@ void Hokuyo::take_answer(const ScipAnswer& answer, Time now, Output& out) {
       break;
     case State::kVersion:
       serial_number_ = scip_field(answer, "SERI");
-      enter(State::kParameters, now, out);
+      if (is_right_one()) enter(State::kParameters, now, out);
       break;
     case State::kParameters:
       enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
@@ -208,7 +208,8 @@ void Hokuyo::on_stopped(const ScipAnswer& answer, Time now, Output& out) {
   if (is_scip1_ && !switched_) {
     enter(State::kSwitch, now, out);
   } else if (is_scip1_) {
-    enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
+    if (is_right_one())
+      enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
   } else if (answer.status == "0E") {
     // It compares clocks with somebody who has gone: that is ended otherwise.
     out.send(bytes_of("TM2\n"));
@@ -216,6 +217,12 @@ void Hokuyo::on_stopped(const ScipAnswer& answer, Time now, Output& out) {
   } else {
     enter(State::kVersion, now, out);
   }
+}
+
+bool Hokuyo::is_right_one() {
+  if (is_wanted("scanner", serial_number_, settings_.serial_number)) return true;
+  timeout_ = tims::kNever;
+  return false;
 }
 
 void Hokuyo::on_rate(const ScipAnswer& answer, Time now, Output& out) {

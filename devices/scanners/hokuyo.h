@@ -23,7 +23,8 @@ struct HokuyoSettings {
   std::uint32_t baud = 115200;          // of a serial line
   bool has_rate = true;                 // it is a serial line
   bool intensities = false;
-  bool only_listen = false;  // to a recording
+  std::string serial_number{};  // of the only scanner that will do; empty: any
+  bool only_listen = false;     // to a recording
 };
 
 class Hokuyo final : public Dialogue {
@@ -62,6 +63,7 @@ class Hokuyo final : public Dialogue {
   void try_next_rate(Time now, Output& out);
   void take_answer(const ScipAnswer& answer, Time now, Output& out);
   void on_stopped(const ScipAnswer& answer, Time now, Output& out);
+  bool is_right_one();
   void on_rate(const ScipAnswer& answer, Time now, Output& out);
   void on_started(const ScipAnswer& answer, Time now, Output& out);
   void take_scan(const ScipAnswer& answer, Time now, Output& out);

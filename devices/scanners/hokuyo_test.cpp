@@ -49,6 +49,27 @@ TEST(HokuyoTest, FindsAScannerAtAnyRateAndMeasures) {
   }
 }
 
+// What becomes of it: empty, or why it was refused.
+std::string refusal(const std::string& wanted, HokuyoLanguage language = HokuyoLanguage::kScip2) {
+  emulator::Hokuyo scanner({.language = language, .serial_number = "H0614967"});
+  Hokuyo driver({.serial_number = wanted});
+  VirtualLine line(driver, scanner, serial_line(19200));
+  line.start();
+  EXPECT_TRUE(line.run(20s, [&] { return driver.is_ready() || driver.failure(); }));
+  EXPECT_FALSE(driver.failure() && scanner.measures()) << "it was told to measure";
+  return driver.failure() ? driver.failure()->detail() : "";
+}
+
+TEST(HokuyoTest, AnotherScannerIsRefusedByItsNumber) {
+  EXPECT_EQ(refusal("H0614968"), "this is the scanner with serial number H0614967, not H0614968");
+  EXPECT_EQ(refusal("H0614967"), "");
+  EXPECT_EQ(refusal("h0614967"), "");
+  EXPECT_EQ(refusal("H0614967", HokuyoLanguage::kScip1First), "");
+  EXPECT_EQ(refusal("H0614967", HokuyoLanguage::kScip1Only),
+            "this scanner tells no serial number, and H0614967 is wanted");
+  EXPECT_EQ(refusal("", HokuyoLanguage::kScip1Only), "");
+}
+
 TEST(HokuyoTest, SeesTheRoom) {
   const emulator::Room room;
   emulator::Hokuyo scanner({.room = room});

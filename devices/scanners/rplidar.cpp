@@ -226,7 +226,10 @@ void Rplidar::on_info(const RplidarPacket& packet, Time now, Output& out) {
   info_.firmware = little_endian<std::uint16_t>(packet.data, 1);
   info_.hardware = static_cast<std::uint8_t>(packet.data[3]);
   info_.serial_number = tims::base::to_hex(packet.data.subspan(4));
-  enter(State::kHealth, now, out);
+  if (is_wanted("scanner", info_.serial_number, settings_.serial_number))
+    enter(State::kHealth, now, out);
+  else
+    timeout_ = tims::kNever;
 }
 
 void Rplidar::on_health(const RplidarPacket& packet, Time now, Output& out) {

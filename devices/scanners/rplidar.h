@@ -19,6 +19,7 @@ struct RplidarSettings {
   bool has_rate = true;         // it is a serial line
   bool only_points = false;     // 81, which all of them know
   int turns_a_minute = 0;       // of those that can be told; 0: as it likes
+  std::string serial_number{};  // of the only scanner that will do, 32 hex digits; empty: any
   bool only_listen = false;     // to a recording
 };
 
@@ -39,6 +40,7 @@ class Rplidar final : public TurningLadar {
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
+  [[nodiscard]] std::string serial_number() const override { return info_.serial_number; }
   [[nodiscard]] const RplidarInfo& info() const { return info_; }
   [[nodiscard]] std::uint8_t type() const { return type_; }
   [[nodiscard]] std::uint64_t lost() const { return packets_.lost(); }

@@ -95,7 +95,7 @@ std::size_t Rplidar::take_command(Time now, Output& out) {
 
 void Rplidar::obey(std::uint8_t command, std::span<const std::byte> payload, Time now,
                    Output& out) {
-  constexpr std::array<std::uint8_t, 16> kSerial = {0xC0, 0xDE, 1, 2, 3, 4, 5, 6};
+  constexpr std::array<std::uint8_t, 15> kSerial = {0xC0, 0xDE, 1, 2, 3, 4, 5};
   std::vector<std::byte> data;
   switch (command) {
     case rplidar::kStop:
@@ -112,6 +112,7 @@ void Rplidar::obey(std::uint8_t command, std::span<const std::byte> payload, Tim
       append(data, settings_.firmware, 2);
       append(data, 5, 1);
       for (const std::uint8_t byte : kSerial) append(data, byte, 1);
+      append(data, settings_.serial_number, 1);
       answer(rplidar::kInfoAnswer, data, out);
       break;
     case rplidar::kHealth:

@@ -19,7 +19,8 @@ struct RplidarSettings {
   bool is_broken = false;  // until it is started anew
   bool stays_broken = false;
   Duration spin_up = std::chrono::milliseconds(500);
-  double range = 12;  // m
+  double range = 12;               // m
+  std::uint8_t serial_number = 6;  // the last byte of it
   Room room{};
 };
 

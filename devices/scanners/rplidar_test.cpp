@@ -390,5 +390,22 @@ TEST(TurningScanTest, APointThatComesLateEndsNoTurn) {
   EXPECT_EQ(turns, 9);
 }
 
+TEST(RplidarTest, AnotherScannerIsRefusedByItsNumber) {
+  const std::string digits = "c0de0102030405" + std::string(17, '0');
+  const auto refusal = [](const std::string& wanted) -> std::string {
+    emulator::Rplidar scanner({.serial_number = 7});
+    Rplidar driver({.serial_number = wanted});
+    VirtualLine line(driver, scanner, {});
+    line.start();
+    EXPECT_TRUE(line.run(10s, [&] { return driver.is_ready() || driver.failure(); }));
+    EXPECT_FALSE(driver.failure() && scanner.measures()) << "it was told to measure";
+    return driver.failure() ? driver.failure()->detail() : "";
+  };
+  EXPECT_EQ(refusal(digits + "6"),
+            "this is the scanner with serial number " + digits + "7, not " + digits + "6");
+  EXPECT_EQ(refusal(digits + "7"), "");
+  EXPECT_EQ(refusal(""), "");
+}
+
 }  // namespace
 }  // namespace rack::device

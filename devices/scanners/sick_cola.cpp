@@ -260,10 +260,7 @@ void SickCola::take_scan(const ColaTelegram& telegram) {
   if (cola_scan_.layer_angle != 0) return;  // of several layers, the level one
   if (settings_.serial_number != 0 && settings_.serial_number != cola_scan_.serial_number) {
     timeout_ = tims::kNever;
-    if (!failure())
-      fail(tims::Errc::kInvalidArgument, "this is the scanner with serial number " +
-                                             std::to_string(cola_scan_.serial_number) + ", not " +
-                                             std::to_string(settings_.serial_number));
+    is_wanted("scanner", serial_number(), std::to_string(settings_.serial_number));
     return;
   }
   if (!scan_of_cola(cola_scan_, settings_.view, scan_)) return;

@@ -39,6 +39,9 @@ class SickCola final : public Dialogue {
   // The newest scan as it came.
   [[nodiscard]] const ColaScan& scan() const { return cola_scan_; }
   [[nodiscard]] ColaDialect dialect() const { return dialect_; }
+  [[nodiscard]] std::string serial_number() const {
+    return std::to_string(cola_scan_.serial_number);
+  }
   // "LMS111 V1.80", as far as it has said.
   [[nodiscard]] const std::string& identity() const { return identity_; }
   // What it has refused since this was asked last, one line each; empty: nothing.

@@ -73,6 +73,8 @@ class SickCompact final : public Dialogue {
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(LadarData& scan, Time& recorded);
 
+  // Of whom the newest datagram is.
+  [[nodiscard]] std::string serial_number() const { return std::to_string(segment_.serial_number); }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
  private:

@@ -69,6 +69,8 @@ class TurningLadar : public Dialogue {
   // The first turn is whole: from now on the next ones are to be expected.
   [[nodiscard]] bool is_ready() const { return scan_.turns() > 0; }
   bool take(LadarData& scan, Time& recorded) { return scan_.take(scan, recorded); }
+  // Empty: it tells none.
+  [[nodiscard]] virtual std::string serial_number() const { return {}; }
 
  protected:
   TurningScan scan_;

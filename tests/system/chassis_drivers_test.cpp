@@ -85,7 +85,9 @@ struct Driver {
   std::string program;
   std::vector<std::string> arguments;
   std::function<std::unique_ptr<EmulatedRobot>(const std::string& address)> robot;
-  Duration watchdog;      // how long the robot goes on without its driver
+  // How long the robot goes on without its driver. 0: the driver's guard stops it, long before a
+  // watchdog of its own.
+  Duration watchdog;
   std::string options{};  // of the address
 };
 
@@ -118,6 +120,12 @@ auto making_motors(std::uint8_t count, MakeMotor make) {
 std::unique_ptr<device::EmulatedMotor> make_drive(std::uint8_t node) {
   return std::make_unique<device::Cia402Emulator>(node, 4096, 4096);
 }
+// As it comes: without a watchdog.
+std::unique_ptr<device::EmulatedMotor> make_odrive(std::uint8_t node) {
+  auto odrive = std::make_unique<device::OdriveEmulator>(node);
+  odrive->has_watchdog = false;
+  return odrive;
+}
 
 const std::array kDrivers = {
     Driver{"ChassisPioneer", {}, making<device::PioneerEmulator>(), 2s},
@@ -130,19 +138,18 @@ const std::array kDrivers = {
     Driver{"MavlinkVehicle", {"--arm=1", "--mode=15"}, making<device::RoverEmulator>(), 3s},
     Driver{"ChassisCan",
            {"--controller=0", "--gearRatio=5"},
-           making_motors(
-               2, [](std::uint8_t node) { return std::make_unique<device::OdriveEmulator>(node); }),
-           200ms,
+           making_motors(2, make_odrive),
+           0s,
            "?can=500000"},
     Driver{
         "ChassisCan",
         {"--controller=1"},
         making_motors(
             2, [](std::uint8_t node) { return std::make_unique<device::VescEmulator>(node, 7); }),
-        1s,
+        0s,
         "?can=500000"},
-    Driver{"Chassis402", {}, making_motors(2, make_drive), 200ms, "?can=1000000"},
-    Driver{"ChassisRobucar", {}, making_motors(6, make_drive), 200ms, "?can=1000000"},
+    Driver{"Chassis402", {}, making_motors(2, make_drive), 0s, "?can=1000000"},
+    Driver{"ChassisRobucar", {}, making_motors(6, make_drive), 0s, "?can=1000000"},
 };
 
 class ChassisDriversTest : public RobotTest, public testing::WithParamInterface<Driver> {

@@ -1,5 +1,5 @@
 // Drivers of SICK's scanners, real programs: emulated scanners at terminals and sockets are
-// unplugged and come back. Recordings of real ones: captures_test.cpp.
+// unplugged and come back, and another one instead. Recordings of real ones: captures_test.cpp.
 #include <thread>
 
 #include <arpa/inet.h>
@@ -119,20 +119,58 @@ class Sender : public device::Output {
   sockaddr_in to_{};
 };
 
-TEST_F(SickDriversTest, PicoScan) {
-  const std::string port = free_port();
-  start("LadarSickPicoScan", {"--device=udp::" + port});
-  std::jthread scanner([&](const std::stop_token& stop) {
+// A scanner that sends until it is gone.
+std::jthread pico_scan(const std::string& port, std::uint32_t serial_number) {
+  return std::jthread([port, serial_number](const std::stop_token& stop) {
     Sender sender(port);
-    device::emulator::SickCompactEmulator emulator;
+    device::emulator::SickCompactEmulator emulator({.serial_number = serial_number});
     emulator.start(os::now(), sender);
     for (; !stop.stop_requested(); std::this_thread::sleep_for(2ms))
       if (emulator.next_timeout() <= os::now()) emulator.on_timeout(os::now(), sender);
   });
+}
+
+TEST_F(SickDriversTest, PicoScan) {
+  const std::string port = free_port();
+  start("LadarSickPicoScan", {"--device=udp::" + port});
+  auto scanner = pico_scan(port, 1);
   ASSERT_TRUE(ladar().on());
   expect_room(4);
   scanner = {};
   EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+}
+
+// It is used, and people are told: once, each time it changes.
+TEST_F(SickDriversTest, AnotherScannerInsteadIsSaid) {
+  const std::string port = free_port();
+  auto& program = start("LadarSickPicoScan", {"--device=udp::" + port});
+  for (const std::uint32_t serial_number : {101U, 101U, 102U, 102U, 101U}) {
+    auto scanner = pico_scan(port, serial_number);
+    ASSERT_TRUE(eventually([&] { return ladar().on().ok() && ladar().get_data().ok(); }, "scans"));
+    ASSERT_TRUE(ladar().off());
+  }
+  const auto said = program.wait_for_line("another device than before: serial number 101, not 102");
+  ASSERT_TRUE(said) << said.error().message();
+  const std::string all = program.standard_error() + program.standard_output();
+  const std::string once = "another device than before: serial number 102, not 101";
+  EXPECT_NE(all.find(once), std::string::npos) << all;
+  EXPECT_EQ(all.find(once), all.rfind(once)) << all;
+}
+
+// By every program whose device tells who it is.
+TEST_F(SickDriversTest, AScannerThatIsNotWantedIsRefused) {
+  const std::string path = folder_.path() / "scanner";
+  const auto expect_refused = [&](const std::string& name, const std::string& program,
+                                  const std::string& sentence) {
+    const auto emulator = emulate(name, "pty:" + path);
+    auto& driver = start(program, {"--device=serial:" + path, "--serialNumber=1234"});
+    EXPECT_FALSE(ladar().on());
+    const auto said = driver.wait_for_line(sentence);
+    EXPECT_TRUE(said) << said.error().message();
+    kill(program);
+  };
+  expect_refused("hokuyo", "LadarHokuyoUrg", "serial number H0614967, not 1234");
+  expect_refused("rplidar", "LadarRplidar", "serial number c0de0102030405");
 }
 
 TEST_F(SickDriversTest, SayWhatIsMissing) {
