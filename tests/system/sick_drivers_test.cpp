@@ -42,6 +42,11 @@ class SickDriversTest : public ModulesTest {
     return status && *status == rack::Status::kError;
   }
 
+  bool is_on() {
+    const auto status = ladar().status();
+    return status && *status == rack::Status::kEnabled;
+  }
+
   // rack-emulate NAME ADDRESS, until it can be spoken with.
   ChildProcess emulate(const std::string& name, const std::string& address) {
     auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
@@ -144,14 +149,17 @@ TEST_F(SickDriversTest, PicoScan) {
 TEST_F(SickDriversTest, AnotherScannerInsteadIsSaid) {
   const std::string port = free_port();
   auto& program = start("LadarSickPicoScan", {"--device=udp::" + port});
-  for (const std::uint32_t serial_number : {101U, 101U, 102U, 102U, 101U}) {
-    auto scanner = pico_scan(port, serial_number);
-    ASSERT_TRUE(eventually([&] { return ladar().on().ok() && ladar().get_data().ok(); }, "scans"));
-    ASSERT_TRUE(ladar().off());
+  auto scanner = pico_scan(port, 101);
+  ASSERT_TRUE(ladar().on());
+  for (const std::uint32_t serial_number : {101U, 102U, 102U, 101U}) {
+    scanner = {};
+    EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+    scanner = pico_scan(port, serial_number);
+    EXPECT_TRUE(eventually([&] { return is_on(); }, "scans again")) << program.output();
   }
   const auto said = program.wait_for_line("another device than before: serial number 101, not 102");
   ASSERT_TRUE(said) << said.error().message();
-  const std::string all = program.standard_error() + program.standard_output();
+  const std::string all = program.output();
   const std::string once = "another device than before: serial number 102, not 101";
   EXPECT_NE(all.find(once), std::string::npos) << all;
   EXPECT_EQ(all.find(once), all.rfind(once)) << all;
