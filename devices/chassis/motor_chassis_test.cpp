@@ -172,6 +172,24 @@ TEST_P(MotorChassisTest, MotorsStopByThemselvesWhenTheHostIsGone) {
   EXPECT_TRUE(bus_.stands());
 }
 
+TEST_P(MotorChassisTest, ItsLastWordsStopTheMotorsWhoeverSaysThem) {
+  build(Wheels::ackermann(1000, 600, false, 0.6));
+  const auto words = chassis_->last_words();  // before it has said anything
+  ASSERT_TRUE(wait_for_data());
+  chassis_->drive({.vx = 500}, line_->now());
+  line_->run(1s);
+  Ear nobody;
+  for (const Telegram& word : words)
+    bus_.on_arrival(
+        {.bytes = word.bytes, .first = line_->now(), .last = line_->now(), .id = word.id}, nobody);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(bus_.motor(i).shaft().wanted(), 0) << i;
+    if (GetParam() != Kind::kVesc) {
+      EXPECT_FALSE(bus_.motor(i).is_enabled()) << i;
+    }
+  }
+}
+
 TEST_P(MotorChassisTest, ASilentMotorStopsTheOther) {
   build(Wheels::differential(400));
   ASSERT_TRUE(wait_for_data());

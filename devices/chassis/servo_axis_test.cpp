@@ -124,6 +124,19 @@ TEST_F(ServoAxisTest, HomeIsHere) {
   EXPECT_NEAR(position(), 0.5, 1e-3);
 }
 
+TEST_F(ServoAxisTest, ItsLastWordsStopItWhoeverSaysThem) {
+  build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
+  axis_->move(1, line_->now());
+  line_->run(100ms);
+  ASSERT_TRUE(bus_.motor(0).is_enabled());
+  KeptTelegrams nobody;
+  for (const Telegram& word : axis_->last_words())
+    bus_.on_arrival(
+        {.bytes = word.bytes, .first = line_->now(), .last = line_->now(), .id = word.id}, nobody);
+  EXPECT_FALSE(bus_.motor(0).is_enabled());
+  EXPECT_EQ(bus_.motor(0).shaft().wanted(), 0);
+}
+
 TEST_F(ServoAxisTest, StopsWithItsHost) {
   build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
   axis_->move(1, line_->now());

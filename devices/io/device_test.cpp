@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/eventfd.h>
 
+#include "devices/io/slcan_adapter.h"
 #include "os/clock.h"
 #include "os/file.h"
 
@@ -144,6 +145,18 @@ TEST_F(DeviceTest, WhatCannotBeTakenIsSaidOnce) {
   EXPECT_THAT(taken_, ElementsAre(1));
   error_.reset();
   EXPECT_TRUE(asked->wait(tims::os::now()));
+}
+
+// Whoever was killed may have written half of a line.
+TEST(LastWordsTest, AnAdapterIsToldLinesOfText) {
+  std::vector<Arrival> none;
+  const auto adapter = open_slcan(std::make_unique<Given>(none), 500000);
+  ASSERT_TRUE(adapter) << adapter.error().message();
+  std::string all;
+  for (const auto& piece : (*adapter)->to_write(
+           {{.bytes = {std::byte{0xDE}, std::byte{0xAD}}, .id = 0x123}, {.id = 0x80000007}}))
+    for (const std::byte byte : piece) all += std::to_integer<char>(byte);
+  EXPECT_EQ(all, "\rt1232DEAD\rT000000070\r");
 }
 
 }  // namespace
