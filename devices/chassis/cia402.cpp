@@ -146,7 +146,8 @@ void Cia402::map(std::uint16_t communication, std::uint32_t id, std::uint8_t tra
 void Cia402::start(Time now, Output& out) {
   clear();
   step_ = 0;
-  is_set_up_ = was_enabled_ = pulse_ = is_new_target_ = false;
+  is_set_up_ = settings_.only_listen;
+  was_enabled_ = pulse_ = is_new_target_ = false;
   statusword_ = 0;
   error_ = 0;
   position_.reset();

@@ -86,6 +86,7 @@ struct Cia402Settings {
   double deceleration = 100;
   double quick_stop = 400;
   std::int8_t homing_method = 35;  // 35, 37: here is home
+  bool only_listen = false;        // to a recording, which may begin after the drive was set up
 };
 
 class Cia402 final : public Motor {

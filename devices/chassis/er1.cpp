@@ -1,5 +1,6 @@
 #include "devices/chassis/er1.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rack::device {
@@ -15,6 +16,12 @@ constexpr std::int32_t kPower = 0x4CC0;
 constexpr std::int32_t kAcceleration = 0xB0;
 constexpr std::int32_t kVelocityProfile = 1;
 constexpr double kVelocityUnit = 256;  // see above
+
+bool adds_up_to_nothing(std::span<const std::byte> bytes) {
+  unsigned sum = 0;
+  for (const std::byte byte : bytes) sum += std::to_integer<unsigned>(byte);
+  return (sum & 0xFF) == 0;
+}
 
 std::byte checksum(std::span<const std::byte> bytes) {
   unsigned sum = 0;
@@ -70,6 +77,20 @@ Er1Command::Bytes Er1Command::encode() const {
   return out;
 }
 
+std::optional<Er1Command> Er1Command::decode(std::span<const std::byte> bytes) {
+  constexpr std::size_t kHead = 4;
+  if (bytes.size() < kHead || bytes[0] > std::byte{1} || bytes[2] != std::byte{0} ||
+      !adds_up_to_nothing(bytes))
+    return std::nullopt;
+  Er1Command command{.address = std::to_integer<std::uint8_t>(bytes[0]),
+                     .code = static_cast<Er1Code>(bytes[3])};
+  const std::size_t size = er1_value_size(command.code);
+  if (bytes.size() != kHead + size) return std::nullopt;
+  if (size == 2) command.value = big_endian<std::int16_t>(bytes, kHead);
+  if (size == 4) command.value = big_endian<std::int32_t>(bytes, kHead);
+  return command;
+}
+
 std::vector<std::byte> er1_stop() {
   std::vector<std::byte> words;
   for (const auto code : {Code::kSetVelocity, Code::kSetMotorCommand, Code::kUpdate}) {
@@ -85,7 +106,7 @@ void Er1::start(Time now, Output& out) {
   clear_failure();
   answer_.clear();
   is_set_up_ = settings_.only_listen;
-  is_asking_ = has_data_ = false;
+  is_asking_ = has_data_ = is_in_round_ = false;
   index_ = 0;
   attempts_ = 0;
   wanted_ = sending_ = confirmed_ = ways_ = {};
@@ -140,6 +161,26 @@ void Er1::on_timeout(Time now, Output& out) {
   }
 }
 
+// The place in the round is that of the command. While it is set up, and after its last words,
+// there are none: power says when a round begins.
+void Er1::on_sent(const Arrival& words) {
+  if (!settings_.only_listen) return;
+  is_asking_ = false;
+  const auto sent = Er1Command::decode(words.bytes);
+  if (!sent || sent->code == Code::kReset) is_in_round_ = false;
+  if (!sent) return;
+  if (sent->code == Code::kSetMotorCommand) is_in_round_ = sent->value != 0;
+  const auto* const place = std::ranges::find(kRound, sent->code);
+  if (!is_in_round_ || place == kRound.end()) return;
+  const std::size_t wheel = sent->address;
+  if (sent->code == Code::kSetVelocity)
+    sending_[wheel] =
+        (wheel == kLeft ? -1 : 1) * sent->value / (settings_.velocity_factor * kVelocityUnit);
+  answer_.clear();
+  index_ = 2 * static_cast<std::size_t>(place - kRound.begin()) + wheel;
+  is_asking_ = index_ < count();
+}
+
 // A new round begins every 100 ms, or as soon as another speed is wanted.
 void Er1::next_command(Time now, Output& out) {
   if (index_ == 0 && is_set_up_) {
@@ -167,18 +208,17 @@ void Er1::on_arrival(const Arrival& arrival, Output& out) {
   const std::size_t size = 2 + er1_answer_size(command(index_).code);
   if (answer_.size() < size) return;
   const auto answer = answer_.bytes().first(size);
-  unsigned sum = 0;
-  for (const std::byte byte : answer) sum += std::to_integer<unsigned>(byte);
   // Something else: the time for the answer passes, and it is asked again.
-  if ((sum & 0xFF) != 0 || answer[0] != std::byte{0}) return;
+  if (!adds_up_to_nothing(answer) || answer[0] != std::byte{0}) return;
   is_asking_ = false;
   on_answer(answer.subspan(2), arrival.last);
   if (++index_ < count()) {
-    next_command(arrival.last, out);
+    if (!settings_.only_listen) next_command(arrival.last, out);
     return;
   }
   index_ = 0;
   if (is_set_up_) on_round(arrival.last);
+  if (settings_.only_listen) return;
   is_set_up_ = true;
   timeout_ = wanted_ != sending_ ? arrival.last : round_ + kPeriod;
 }

@@ -7,6 +7,9 @@
 // which is built in the other way round. What was set becomes true with Update (1A). It goes on
 // turning when the host is silent, so the driver has a guard that says er1_stop().
 //
+// An answer says neither what was asked nor how fast the wheels turn: a recording tells by what was
+// said to the processors then.
+//
 // Source: PMD's Navigator programmer's reference; what RACK 0.6.1 sends. That program shifted the
 // upper word of a velocity by 8 bits only, so that its velocities were 256 times what it meant:
 // with the same velFactor this one sends the same.
@@ -45,6 +48,8 @@ struct Er1Command {
     [[nodiscard]] std::span<const std::byte> view() const { return std::span(bytes).first(size); }
   };
   [[nodiscard]] Bytes encode() const;
+  // Nothing: it is not one command, or a broken one.
+  static std::optional<Er1Command> decode(std::span<const std::byte> bytes);
 };
 // Of the value, and of what the answer has besides status and checksum.
 std::size_t er1_value_size(Er1Code code);
@@ -71,6 +76,7 @@ class Er1 final : public ChassisDialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
+  void on_sent(const Arrival& words) override;
   void stop(Time now, Output& out) override;
   [[nodiscard]] std::vector<Telegram> last_words() const override {
     return {{.bytes = er1_stop()}};
@@ -94,8 +100,9 @@ class Er1 final : public ChassisDialogue {
 
   Er1Settings settings_;
   bool is_set_up_ = false;
-  std::size_t index_ = 0;   // of the command in this round
-  bool is_asking_ = false;  // an answer is missing
+  std::size_t index_ = 0;     // of the command in this round
+  bool is_asking_ = false;    // an answer is missing
+  bool is_in_round_ = false;  // of a recording
   int attempts_ = 0;
   Time timeout_ = tims::kNever;
   Time round_{};

@@ -10,16 +10,18 @@ using namespace std::chrono_literals;
 
 constexpr Duration kCycle = 20ms;
 
-Cia402Settings positioning(Cia402Settings settings) {
-  settings.task = MotorTask::kPositions;
-  return settings;
+Cia402Settings drive_of(const ServoAxisSettings& settings) {
+  Cia402Settings drive = settings.drive;
+  drive.task = MotorTask::kPositions;
+  drive.only_listen = settings.only_listen;
+  return drive;
 }
 
 }  // namespace
 
 ServoAxis::ServoAxis(const ServoAxisSettings& settings)
     : settings_(settings),
-      drive_(positioning(settings.drive)),
+      drive_(drive_of(settings)),
       host_(kCycle),
       deadline_(settings.move_deadline) {}
 

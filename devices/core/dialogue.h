@@ -28,6 +28,7 @@ struct Arrival {
   // Of a CAN frame, with the flags of SocketCAN; of a datagram the port; of a picture its format.
   // Of a stream 0.
   std::uint32_t id = 0;
+  bool is_sent = false;  // of a recording: by the program that talked with the device then
 };
 
 // Of CAN: the frames with (frame's id & mask) == (id & mask). By default all of them.
@@ -67,6 +68,8 @@ class Dialogue {
   virtual void start(Time now, Output& out) = 0;
   virtual void on_arrival(const Arrival& arrival, Output& out) = 0;
   virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
+  // Of a recording: what was said to the device then, for who cannot tell answers by themselves.
+  virtual void on_sent(const Arrival& /*words*/) {}
   // Before the device is left: motors stop, lasers sleep.
   virtual void stop(Time /*now*/, Output& /*out*/) {}
   // What somebody else tells the device when this program dies without stop(): of those that would

@@ -46,7 +46,8 @@ class Cia402Chassis : public CanChassis {
                                                 .velocity_of_turn = units > 0 ? units : increments,
                                                 .acceleration = ramp("accMax"),
                                                 .deceleration = ramp("decMax"),
-                                                .quick_stop = ramp("quickStop")}));
+                                                .quick_stop = ramp("quickStop"),
+                                                .only_listen = is_recording()}));
   }
 };
 

@@ -1,7 +1,8 @@
 // What every dialogue survives, each with the emulator of its device: the line is cut while any of
 // its pieces is on the way, from the first to that with the first data, and plugged in again; the
 // device loses its power meanwhile, or goes on; the driver is turned off and on; answers come late,
-// or twice. A new dialogue is a row in kRows.
+// or twice. And what came is recorded, and says the same when it is played. A new dialogue is a row
+// in kRows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +15,9 @@
 #include "devices/chassis/roomba.h"
 #include "devices/chassis/servo_axis.h"
 #include "devices/chassis/vesc.h"
+#include "devices/core/capture.h"
 #include "devices/core/device_address.h"
+#include "devices/core/pieces.h"
 #include "devices/core/virtual_line.h"
 #include "devices/emulators/emulators.h"
 #include "devices/navigation/cmps03.h"
@@ -46,6 +49,10 @@ class Subject {
   virtual ~Subject() = default;
   virtual Dialogue& dialogue() = 0;
   virtual bool take() = 0;
+  // The body of the message that was taken last.
+  [[nodiscard]] virtual std::vector<std::byte> body() const = 0;
+  // What can move does so.
+  virtual void move(Time now) = 0;
 };
 
 template <class Dialog, class Data>
@@ -56,6 +63,17 @@ class SubjectOf final : public Subject {
   bool take() override {
     Time recorded;
     return dialogue_.take(data_, recorded);
+  }
+  [[nodiscard]] std::vector<std::byte> body() const override {
+    std::vector<std::byte> bytes(encoded_size(data_));
+    EXPECT_TRUE(encode(data_, std::span(bytes)));
+    return bytes;
+  }
+  void move(Time now) override {
+    if constexpr (std::derived_from<Dialog, ChassisDialogue>)
+      dialogue_.drive({.vx = 200, .omega = 0.3F}, now);
+    if constexpr (std::same_as<Dialog, ServoAxis>) dialogue_.move(0.2, now);
+    if constexpr (std::same_as<Dialog, Visca>) dialogue_.move({.velPan = 0.2F}, now);
   }
 
  private:
@@ -69,72 +87,193 @@ std::unique_ptr<Subject> with(Dialog dialogue) {
 }
 
 template <class Make>
-MotorChassis two_motors(bool is_canopen, Make make) {
+MotorChassis two_motors(bool is_canopen, bool only_listen, Make make) {
   std::vector<MotorLink> links;
   for (std::uint8_t node = 1; node <= 2; ++node) links.push_back({make(node), "motor", 0.05});
-  return MotorChassis({.is_canopen = is_canopen}, Wheels::differential(400), std::move(links));
+  return MotorChassis({.is_canopen = is_canopen, .only_listen = only_listen},
+                      Wheels::differential(400), std::move(links));
 }
 
-std::unique_ptr<Subject> ouster() {
+std::unique_ptr<Subject> ouster(bool) {
   const auto metadata = OusterMetadata::parse(emulator::OusterScanner::metadata());
   return with<Scan3dData>(Ouster(*metadata, {}));
 }
-std::unique_ptr<Subject> odrives() {
-  return with<ChassisData>(two_motors(
-      false, [](std::uint8_t node) { return std::make_unique<Odrive>(node, MotorTask::kTurns); }));
+std::unique_ptr<Subject> odrives(bool only_listen) {
+  return with<ChassisData>(two_motors(false, only_listen, [](std::uint8_t node) {
+    return std::make_unique<Odrive>(node, MotorTask::kTurns);
+  }));
 }
-std::unique_ptr<Subject> vescs() {
-  return with<ChassisData>(two_motors(
-      false, [](std::uint8_t node) { return std::make_unique<Vesc>(VescSettings{.node = node}); }));
+std::unique_ptr<Subject> vescs(bool only_listen) {
+  return with<ChassisData>(two_motors(false, only_listen, [](std::uint8_t node) {
+    return std::make_unique<Vesc>(VescSettings{.node = node});
+  }));
 }
-std::unique_ptr<Subject> cia402() {
-  return with<ChassisData>(two_motors(true, [](std::uint8_t node) {
-    return std::make_unique<Cia402>(Cia402Settings{.node = node});
+std::unique_ptr<Subject> cia402(bool only_listen) {
+  return with<ChassisData>(two_motors(true, only_listen, [&](std::uint8_t node) {
+    return std::make_unique<Cia402>(Cia402Settings{.node = node, .only_listen = only_listen});
   }));
 }
 
+using Bodies = std::vector<std::vector<std::byte>>;
+bool take_all(Subject& subject, Bodies& bodies) {
+  const std::size_t before = bodies.size();
+  while (subject.take()) bodies.push_back(subject.body());
+  return bodies.size() > before;
+}
+
 struct Row {
-  std::string_view emulator;  // of emulators()
-  std::unique_ptr<Subject> (*make)();
+  std::string_view emulator;                           // of emulators()
+  std::unique_ptr<Subject> (*make)(bool only_listen);  // as the driver makes it, for play: too
   int each = 1;           // piece is lost once; of who only sends, each one has the same state
   Duration late = 150ms;  // that an answer may be
+  bool has_head = false;  // how its data are packed is said once, before them
 };
 
 const Row kRows[] = {
-    {"hokuyo", [] { return with<LadarData>(Hokuyo({})); }},
-    {"ibeo", [] { return with<LadarData>(Ibeo({})); }},
-    {"ibeo-lux", [] { return with<LadarData>(IbeoLux({})); }},
-    {"ld19", [] { return with<LadarData>(Ld19({})); }},
-    {"rplidar", [] { return with<LadarData>(Rplidar({})); }},
-    {"lms200", [] { return with<LadarData>(Lms200({.baud = 500000})); }},
-    {"sick-cola", [] { return with<LadarData>(SickCola({})); }},
-    {"sick-cola-a", [] { return with<LadarData>(SickCola({})); }},
-    {"sick-picoscan", [] { return with<LadarData>(SickCompact({})); }},
-    {"sick-s300", [] { return with<LadarData>(SickS({})); }},
-    {"sick-s3000", [] { return with<LadarData>(SickS({.device = SickSDevice::kS3000})); }},
+    {"hokuyo", [](bool listens) { return with<LadarData>(Hokuyo({.only_listen = listens})); }},
+    {"ibeo", [](bool listens) { return with<LadarData>(Ibeo({.only_listen = listens})); }},
+    {"ibeo-lux", [](bool) { return with<LadarData>(IbeoLux({})); }},
+    {"ld19", [](bool listens) { return with<LadarData>(Ld19({.only_listen = listens})); }},
+    {"rplidar", [](bool listens) { return with<LadarData>(Rplidar({.only_listen = listens})); }, 1,
+     150ms, true},
+    {"lms200",
+     [](bool listens) {
+       return with<LadarData>(Lms200({.baud = 500000, .only_listen = listens}));
+     }},
+    {"sick-cola", [](bool listens) { return with<LadarData>(SickCola({.only_listen = listens})); }},
+    {"sick-cola-a",
+     [](bool listens) { return with<LadarData>(SickCola({.only_listen = listens})); }},
+    {"sick-picoscan", [](bool) { return with<LadarData>(SickCompact({})); }},
+    {"sick-s300", [](bool) { return with<LadarData>(SickS({})); }},
+    {"sick-s3000", [](bool) { return with<LadarData>(SickS({.device = SickSDevice::kS3000})); }},
     {"ouster", ouster, 10},
-    {"velodyne", [] { return with<Scan3dData>(Velodyne({})); }, 10},
-    {"nmea", [] { return with<GpsData>(NmeaReceiver({})); }},
-    {"ublox", [] { return with<GpsData>(Ublox({})); }},
-    {"ublox-m8", [] { return with<GpsData>(Ublox({.baud = 115200})); }},
-    {"xsens", [] { return with<GyroData>(Xsens({})); }},
-    {"xsens-mtx", [] { return with<GyroData>(Xsens({})); }},
-    {"cmps03", [] { return with<CompassData>(Cmps03({})); }},
-    {"dcf77-emc", [] { return with<ClockData>(Dcf77(Dcf77Kind::kEmcPro)); }},
-    {"dcf77-mbg", [] { return with<ClockData>(Dcf77(Dcf77Kind::kMeinberg)); }},
-    {"pioneer", [] { return with<ChassisData>(P2os({})); }},
-    {"roomba", [] { return with<ChassisData>(Roomba({})); }},
-    {"create2", [] { return with<ChassisData>(Roomba({.model = RoombaModel::kCreate2})); }},
-    {"er1", [] { return with<ChassisData>(Er1({})); }},
+    {"velodyne", [](bool) { return with<Scan3dData>(Velodyne({})); }, 10},
+    {"nmea", [](bool listens) { return with<GpsData>(NmeaReceiver({.only_listen = listens})); }},
+    {"ublox", [](bool listens) { return with<GpsData>(Ublox({.only_listen = listens})); }},
+    {"ublox-m8",
+     [](bool listens) { return with<GpsData>(Ublox({.baud = 115200, .only_listen = listens})); }},
+    {"xsens", [](bool listens) { return with<GyroData>(Xsens({.only_listen = listens})); }},
+    {"xsens-mtx", [](bool listens) { return with<GyroData>(Xsens({.only_listen = listens})); }},
+    {"cmps03", [](bool) { return with<CompassData>(Cmps03({})); }},
+    {"dcf77-emc", [](bool) { return with<ClockData>(Dcf77(Dcf77Kind::kEmcPro)); }},
+    {"dcf77-mbg", [](bool) { return with<ClockData>(Dcf77(Dcf77Kind::kMeinberg)); }},
+    {"pioneer", [](bool listens) { return with<ChassisData>(P2os({.only_listen = listens})); }},
+    {"roomba", [](bool listens) { return with<ChassisData>(Roomba({.only_listen = listens})); }},
+    {"create2",
+     [](bool listens) {
+       return with<ChassisData>(Roomba({.model = RoombaModel::kCreate2, .only_listen = listens}));
+     }},
+    {"er1", [](bool listens) { return with<ChassisData>(Er1({.only_listen = listens})); }},
     {"odrives", odrives},
     {"vescs", vescs},
     {"cia402", cia402},
-    {"servo", [] { return with<ServoDriveData>(ServoAxis({})); }},
-    {"rover", [] { return with<ChassisData>(MavlinkVehicle({})); }},
-    {"visca", [] { return with<PtzDriveData>(Visca({})); }},
-    {"visca-ip", [] { return with<PtzDriveData>(Visca({.is_datagrams = true})); }},
-    {"firmata", [] { return with<IoData>(Firmata({.layout = {.inputs = {2}}})); }},
+    {"servo",
+     [](bool listens) { return with<ServoDriveData>(ServoAxis({.only_listen = listens})); }},
+    {"rover",
+     [](bool listens) { return with<ChassisData>(MavlinkVehicle({.only_listen = listens})); }},
+    {"visca", [](bool listens) { return with<PtzDriveData>(Visca({.only_listen = listens})); }},
+    {"visca-ip",
+     [](bool listens) {
+       return with<PtzDriveData>(Visca({.is_datagrams = true, .only_listen = listens}));
+     }},
+    {"firmata",
+     [](bool listens) {
+       return with<IoData>(Firmata({.layout = {.inputs = {2}}, .only_listen = listens}));
+     }},
 };
+
+void PrintTo(const Row& row, std::ostream* out) { *out << row.emulator; }
+
+// A dialogue that drives, what it hears and says, and its data: what a driver with record= keeps.
+class Recorder final : public Dialogue, private Output {
+ public:
+  explicit Recorder(Subject& subject) : subject_(subject) {}
+
+  void start(Time now, Output& out) override {
+    const Turn turn(*this, now, out);
+    subject_.dialogue().start(now, *this);
+  }
+  void on_arrival(const Arrival& arrival, Output& out) override {
+    const Turn turn(*this, arrival.last, out);
+    append_record(capture_, now_.time_since_epoch(), Direction::kReceived, arrival.id,
+                  arrival.bytes);
+    subject_.dialogue().on_arrival(arrival, *this);
+  }
+  void on_timeout(Time now, Output& out) override {
+    const Turn turn(*this, now, out);
+    subject_.dialogue().on_timeout(now, *this);
+  }
+  [[nodiscard]] Time next_timeout() const override { return subject_.dialogue().next_timeout(); }
+
+  [[nodiscard]] const std::string& capture() const { return capture_; }
+  [[nodiscard]] const Bodies& bodies() const { return bodies_; }
+
+ private:
+  struct Turn {
+    Turn(Recorder& its_recorder, Time now, Output& out) : recorder(its_recorder) {
+      recorder.now_ = now;
+      recorder.out_ = &out;
+    }
+    ~Turn() {
+      if (take_all(recorder.subject_, recorder.bodies_)) recorder.subject_.move(recorder.now_);
+    }
+    Recorder& recorder;
+  };
+
+  void send(std::span<const std::byte> bytes, std::uint32_t id) override {
+    append_record(capture_, now_.time_since_epoch(), Direction::kSent, id, bytes);
+    out_->send(bytes, id);
+  }
+  void set_baud(std::uint32_t baud) override { out_->set_baud(baud); }
+  void set_dtr(bool on) override { out_->set_dtr(on); }
+
+  Subject& subject_;
+  Time now_{};
+  Output* out_ = nullptr;
+  std::string capture_;
+  Bodies bodies_;
+};
+
+struct Nobody final : Output {
+  void send(std::span<const std::byte>, std::uint32_t) override {}
+};
+
+// As devices/io plays it: a stream in slices, and the dialogue is woken when it wants to be, after
+// what comes at that time.
+Bodies play(const std::string& capture, bool is_stream, Time end, Subject& subject) {
+  constexpr std::size_t kSlice = 16;
+  Nobody nobody;
+  Bodies bodies;
+  Dialogue& dialogue = subject.dialogue();
+  const auto wake_before = [&](Time then) {
+    while (dialogue.next_timeout() < then) {
+      dialogue.on_timeout(dialogue.next_timeout(), nobody);
+      take_all(subject, bodies);
+    }
+  };
+  bool has_started = false;
+  for (std::string_view rest = capture; !rest.empty();) {
+    const std::size_t size = rest.find('\n');
+    CaptureRecord record;
+    EXPECT_TRUE(parse_record(rest.substr(0, size), record));
+    rest.remove_prefix(size + 1);
+    const Time now(record.time);
+    if (!std::exchange(has_started, true)) dialogue.start(now, nobody);
+    wake_before(now);
+    const Arrival arrival{.bytes = record.bytes, .first = now, .last = now, .id = record.id};
+    if (record.direction == Direction::kSent) {
+      dialogue.on_sent(arrival);
+      continue;
+    }
+    in_pieces(arrival, is_stream ? kSlice : record.bytes.size(), [&](const Arrival& piece) {
+      dialogue.on_arrival(piece, nobody);
+      take_all(subject, bodies);
+    });
+  }
+  wake_before(end + 1ns);
+  EXPECT_FALSE(dialogue.failure()) << dialogue.failure()->detail();
+  return bodies;
+}
 
 class SurvivalTest : public testing::TestWithParam<Row> {
  protected:
@@ -142,15 +281,17 @@ class SurvivalTest : public testing::TestWithParam<Row> {
 
   // Both, on a line that is not switched on yet.
   void plug(Duration delay = {}) {
+    subject_ = GetParam().make(false);
+    plug(subject_->dialogue(), delay);
+  }
+  void plug(Dialogue& host, Duration delay = {}) {
     const EmulatorInfo& info = *find_emulator(GetParam().emulator);
     const auto address = DeviceAddress::parse(info.address);
-    const bool is_bus =
-        address->kind == TransportKind::kCan || address->kind == TransportKind::kUdp;
-    subject_ = GetParam().make();
+    is_bus_ = address->kind == TransportKind::kCan || address->kind == TransportKind::kUdp;
     device_ = info.make();
-    line_.emplace(subject_->dialogue(), *device_,
+    line_.emplace(host, *device_,
                   emulator::LineSettings{.has_rate = info.baud != 0,
-                                         .is_bus = is_bus,
+                                         .is_bus = is_bus_,
                                          .host_baud = info.baud,
                                          .device_baud = info.baud,
                                          .delay = delay});
@@ -209,6 +350,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
   std::unique_ptr<Subject> subject_;
   std::unique_ptr<Dialogue> device_;
   std::optional<VirtualLine> line_;
+  bool is_bus_ = false;
   int cut_at_ = -1;
   int sent_ = 0;
   std::string why_;
@@ -242,6 +384,26 @@ TEST_P(SurvivalTest, AnswersMayComeTwice) {
   line_->set_doubled(true);
   line_->start();
   EXPECT_TRUE(data_come_within(kLongest, 3)) << why_;
+}
+
+TEST_P(SurvivalTest, ARecordingSaysWhatTheDeviceSaid) {
+  constexpr std::size_t kEnough = 30;
+  subject_ = GetParam().make(false);
+  Recorder recorder(*subject_);
+  plug(recorder, 300us);  // nothing comes at the very time that something is due
+  line_->start();
+  line_->run(5min, [&] { return recorder.bodies().size() >= kEnough; });
+  const Bodies& said = recorder.bodies();
+  ASSERT_GE(said.size(), 3U);
+
+  const auto listener = GetParam().make(true);
+  EXPECT_TRUE(play(recorder.capture(), !is_bus_, line_->now(), *listener) == said);
+
+  // Of who began to record later.
+  const std::size_t middle = recorder.capture().find('\n', recorder.capture().size() / 2) + 1;
+  const auto late = GetParam().make(true);
+  const Bodies rest = play(recorder.capture().substr(middle), !is_bus_, line_->now(), *late);
+  EXPECT_GE(rest.size(), GetParam().has_head ? 0 : said.size() / 3);
 }
 
 }  // namespace

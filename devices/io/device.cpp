@@ -162,7 +162,10 @@ Result<void> Device::state() {
 }
 
 void Device::hand_over(const Arrival& arrival) {
-  if (capture_) capture_->add(arrival.last, Direction::kReceived, arrival.id, arrival.bytes);
+  if (capture_)
+    capture_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
+                  arrival.id, arrival.bytes);
+  if (arrival.is_sent) return dialogue_.on_sent(arrival);
   const std::size_t size = arrival.bytes.size();
   if (arrival.id != 0 || size <= kSliceBytes) return hear(arrival);
   const auto when = [&](std::size_t index) {

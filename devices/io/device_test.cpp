@@ -50,11 +50,13 @@ class Numbers final : public Dialogue {
       if (number_ == kNonsense) fail(tims::Errc::kMalformed, "nonsense");
     }
   }
+  void on_sent(const Arrival& words) override { said.push_back(words); }
   std::optional<int> take() { return std::exchange(number_, {}); }
 
   static constexpr int kNonsense = 0xFFFF;
 
   std::vector<Arrival> pieces;
+  std::vector<Arrival> said;
 
  private:
   std::optional<int> half_;
@@ -123,6 +125,16 @@ TEST_F(DeviceTest, FramesStayWholeAndEachOfThemIsTaken) {
   EXPECT_EQ(dialogue_.pieces[0].bytes.size(), one.size());
   EXPECT_EQ(dialogue_.pieces[2].bytes.size(), 0U) << "a datagram may be empty";
   EXPECT_THAT(taken_, ElementsAre(7, 8));
+}
+
+TEST_F(DeviceTest, WhatWasSentThenIsNoArrival) {
+  const auto bytes = telegrams_with_filling({1, 2});
+  given_ = {{.bytes = bytes, .is_sent = true}};
+  ASSERT_TRUE(device()->wait(tims::os::now()));
+  EXPECT_TRUE(dialogue_.pieces.empty());
+  EXPECT_TRUE(taken_.empty());
+  ASSERT_EQ(dialogue_.said.size(), 1U);
+  EXPECT_EQ(dialogue_.said[0].bytes.size(), bytes.size());
 }
 
 TEST_F(DeviceTest, BehindAFailureNothingIsHeard) {

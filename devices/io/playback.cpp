@@ -39,7 +39,11 @@ class Playback final : public Transport {
       has_played = has_record_;
       const Time when = speed_ == 0 ? now : due_;
       if (has_record_)
-        receive({.bytes = record_.bytes, .first = when, .last = when, .id = record_.id});
+        receive({.bytes = record_.bytes,
+                 .first = when,
+                 .last = when,
+                 .id = record_.id,
+                 .is_sent = record_.direction == Direction::kSent});
       if (auto taken = take_next(now); !taken) return taken;
     }
     return {};
@@ -49,12 +53,12 @@ class Playback final : public Transport {
 
  private:
   Result<void> take_next(Time now) {
-    auto got = next_received();
+    auto got = next_words();
     if (!got) return got.error();
     if (!*got && loops_) {
       recording_->rewind();
       began_.reset();
-      got = next_received();
+      got = next_words();
       if (!got) return got.error();
     }
     has_record_ = *got;
@@ -70,10 +74,10 @@ class Playback final : public Transport {
     return {};
   }
 
-  Result<bool> next_received() {
+  Result<bool> next_words() {
     for (;;) {
       auto got = recording_->next(record_);
-      if (!got || !*got || record_.direction == Direction::kReceived) return got;
+      if (!got || !*got || record_.direction != Direction::kEvent) return got;
     }
   }
 

@@ -323,11 +323,14 @@ class PlaybackTest : public testing::Test {
   std::string text_;
 };
 
-TEST_F(PlaybackTest, ACaptureAtOnceIsAllThatWasReceived) {
+TEST_F(PlaybackTest, ACaptureAtOnceIsAllThatWasSaid) {
   auto transport =
       play("# rack capture 1 x\n0.0 > 41\n1.0 < 4242\n2.0 ! gone\n90.0 < 43\n", "?speed=max");
   ASSERT_TRUE(receive_until(*transport, arrivals_, text_, [&] { return transport->is_over(); }));
-  EXPECT_EQ(text_, "BBC");
+  EXPECT_EQ(text_, "ABBC");
+  ASSERT_EQ(arrivals_.size(), 3U);
+  EXPECT_TRUE(arrivals_[0].is_sent);
+  EXPECT_FALSE(arrivals_[1].is_sent);
 }
 
 TEST_F(PlaybackTest, ACaptureAtItsPace) {

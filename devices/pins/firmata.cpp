@@ -136,11 +136,12 @@ void Firmata::on_firmware(std::span<const std::byte> message, Time now, Output& 
   for (std::size_t i = 4; i + 2 < message.size(); i += 2)
     firmware_ += static_cast<char>(number(message[i]) | number(message[i + 1]) << 7);
   firmware_ += " " + std::to_string(number(message[2])) + "." + std::to_string(number(message[3]));
-  if (settings().only_listen) return;
-  set_up(out);
-  set_ready(true);
+  if (!settings().only_listen) {
+    set_up(out);
+    set_ready(true);
+    timeout_ = now + settings().period;
+  }
   publish(now);
-  timeout_ = now + settings().period;
 }
 
 void Firmata::set_up(Output& out) {

@@ -190,7 +190,8 @@ class Recorder {
       --left_;
       ++records_;
       bytes_ += arrival.bytes.size();
-      file_->add(arrival.last, Direction::kReceived, arrival.id, arrival.bytes);
+      file_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
+                 arrival.id, arrival.bytes);
     });
     if (!received) say(received.error().detail(), false);
   }
@@ -392,6 +393,7 @@ class Player {
     const tims::Time now = tims::os::now();
     if (waiting_.empty()) {
       const auto played = playback_->receive(now, [this](const Arrival& arrival) {
+        if (arrival.is_sent) return;
         waiting_.emplace_back(arrival.id, std::vector(arrival.bytes.begin(), arrival.bytes.end()));
       });
       if (!played) throw bad_recording(file_, played.error());
