@@ -1,5 +1,7 @@
 #include "devices/chassis/mavlink.h"
 
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -182,6 +184,41 @@ TEST_F(MavlinkVehicleTest, OtherClassesHaveTheirData) {
   EXPECT_FLOAT_EQ(gyro.pitch.raw(), -0.02F);
   EXPECT_EQ(position.pos.z.raw(), -500);
   EXPECT_FALSE(vehicle_->take_gps(gps, recorded_));
+}
+
+// What the autopilot does not know it says to be no number: angles are needed, speeds are 0 then.
+TEST_F(MavlinkVehicleTest, WhatItDoesNotKnowIsNoData) {
+  begin({});
+  line_->run(1s);
+  GyroData gyro;
+  PositionData position;
+  struct Nobody final : Output {
+    void send(std::span<const std::byte>, std::uint32_t) override {}
+  } nobody;
+  // Roll, pitch, yaw, and their speeds.
+  const auto say = [&](const std::array<double, 6>& attitude) {
+    (void)vehicle_->take_gyro(gyro, recorded_);
+    mavlink::Writer writer(mavlink::Message::kAttitude, 0, RoverEmulator::kSystem, 1);
+    writer.put(std::uint32_t{0});
+    for (const double value : attitude) writer.put_real(value);
+    vehicle_->on_arrival({.bytes = writer.finish()}, nobody);
+    return vehicle_->take_gyro(gyro, recorded_);
+  };
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::array<double, 6> attitude{0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+    attitude.at(i) = kUnknown;
+    EXPECT_FALSE(say(attitude));
+  }
+  EXPECT_TRUE(say({0.1, 0.2, 0.3, kUnknown, kUnknown, std::numeric_limits<double>::infinity()}));
+  EXPECT_FLOAT_EQ(gyro.yaw.raw(), 0.3F);
+  EXPECT_EQ(gyro.wRoll.raw(), 0);
+  EXPECT_EQ(gyro.wPitch.raw(), 0);
+  EXPECT_EQ(gyro.wYaw.raw(), 0);
+  EXPECT_FALSE(say({kUnknown, kUnknown, kUnknown, 0, 0, 0}));
+  line_->run(1s);
+  ASSERT_TRUE(vehicle_->take_position(position, recorded_));
+  EXPECT_TRUE(std::isfinite(position.pos.phi.raw()) && std::isfinite(position.pos.psi.raw()));
 }
 
 TEST_F(MavlinkVehicleTest, StandsWhenItIsLeftAndWhenItsHostIsGone) {

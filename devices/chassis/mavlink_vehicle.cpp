@@ -29,6 +29,12 @@ constexpr std::uint8_t kArmedFlag = 0x80;
 constexpr std::uint8_t kBodyFrame = 8;             // forward, right, down
 constexpr std::uint16_t kOnlyVelocities = 0x05C7;  // of the fields of 84, what is not meant
 
+// What it does not know it says to be no number; and no place, angle or speed is so large.
+bool is_measured(std::initializer_list<double> values) {
+  constexpr double kFar = 1e6;
+  return std::ranges::all_of(values, [](double value) { return std::abs(value) <= kFar; });
+}
+
 i32 millimetres(double metres) { return Millimetres<i32>::from_si(metres).raw(); }
 f32 real(double value) { return static_cast<f32>(value); }
 
@@ -204,17 +210,22 @@ void MavlinkVehicle::on_gps(const Packet& packet) {
   gps_.is_new = true;
 }
 
+// A speed that it does not know is 0; an angle cannot be anything else.
 void MavlinkVehicle::on_attitude(const Packet& packet) {
+  const auto speed = [&](std::size_t at) {
+    return is_measured({packet.real(at)}) ? packet.real(at) : 0;
+  };
+  if (!is_measured({packet.real(4), packet.real(8), packet.real(12)})) return;
   roll_ = packet.real(4);
   pitch_ = packet.real(8);
   yaw_ = packet.real(12);
-  yaw_speed_ = packet.real(24);
+  yaw_speed_ = speed(24);
   GyroData& gyro = gyro_.data;
   gyro.roll = real(roll_);
   gyro.pitch = real(pitch_);
   gyro.yaw = real(yaw_);
-  gyro.wRoll = real(packet.real(16));
-  gyro.wPitch = real(packet.real(20));
+  gyro.wRoll = real(speed(16));
+  gyro.wPitch = real(speed(20));
   gyro.wYaw = real(yaw_speed_);
   gyro_.recorded = packet.began;
   gyro_.is_new = true;
@@ -230,13 +241,14 @@ void MavlinkVehicle::on_local_position(const Packet& packet) {
 void MavlinkVehicle::on_odometry(const Packet& packet) {
   constexpr std::uint8_t kLocalNed = 1;
   if (packet.number<std::uint8_t>(228) != kLocalNed) return;
-  has_odometry_ = true;
   const double w = packet.real(20);
   const double x = packet.real(24);
   const double y = packet.real(28);
   const double z = packet.real(32);
+  if (!is_measured({w, x, y, z})) return;
+  has_odometry_ = true;
   yaw_ = std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
-  yaw_speed_ = packet.real(56);
+  yaw_speed_ = is_measured({packet.real(56)}) ? packet.real(56) : 0;
   const double forward = packet.real(36);
   const double right = packet.real(40);
   on_motion({packet.real(8), packet.real(12), packet.real(16)},
@@ -245,10 +257,7 @@ void MavlinkVehicle::on_odometry(const Packet& packet) {
 }
 
 void MavlinkVehicle::on_motion(const Pose& pose, double north, double east, Time when) {
-  // What it does not know it says to be no number.
-  constexpr double kFar = 1e6;  // m
-  for (const double value : {pose.x, pose.y, pose.z, north, east, yaw_})
-    if (!(std::abs(value) <= kFar)) return;
+  if (!is_measured({pose.x, pose.y, pose.z, north, east})) return;
   ChassisData& data = chassis_.data;
   if (!chassis_.is_new) {
     data.deltaX = data.deltaY = 0;
@@ -267,7 +276,7 @@ void MavlinkVehicle::on_motion(const Pose& pose, double north, double east, Time
   yaw_before_ = yaw_;
   data.vx = real((north * std::cos(yaw_) + east * std::sin(yaw_)) * 1000);
   data.vy = real((east * std::cos(yaw_) - north * std::sin(yaw_)) * 1000);
-  data.omega = std::abs(yaw_speed_) <= kFar ? real(yaw_speed_) : 0;
+  data.omega = real(yaw_speed_);
   data.battery = real(battery_);
   chassis_.recorded = when;
   chassis_.is_new = true;

@@ -19,6 +19,7 @@ constexpr int kAttempts = 3;
 constexpr Duration kAnswerTime = 500ms;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTicksOfSecond = 115200;  // of the period of MTData
+constexpr double kMost = 1e6;              // that it measures, in units of SI and degrees
 
 using Vector = XsensSample::Vector;
 using Rotation = XsensSample::Rotation;
@@ -59,7 +60,8 @@ bool numbers_of(std::uint16_t item, std::span<const std::byte> bytes, std::span<
                  : format == 1 ? big_endian<std::int32_t>(bytes, at) / 1048576.0
                  : format == 2 ? long_fixed_at(bytes, at)
                                : double_at(bytes, at);
-    if (!std::isfinite(numbers[i])) return false;
+    // Also a number that is finite in its 64 bits only.
+    if (!(std::abs(numbers[i]) <= kMost)) return false;
   }
   return true;
 }

@@ -13,7 +13,7 @@
 #include "devices/chassis/servo_axis.h"
 #include "devices/chassis/vesc.h"
 #include "devices/pins/firmata.h"
-#include "tests/fuzz/fuzz_input.h"
+#include "tests/fuzz/finite.h"
 
 namespace {
 
@@ -34,16 +34,22 @@ struct Line : Output {
   void send(std::span<const std::byte> bytes, std::uint32_t) override { require(!bytes.empty()); }
 };
 
-void check(const rack::ChassisData& data) {
-  for (const float value : {data.deltaX.raw(), data.deltaY.raw(), data.deltaRho.raw(),
-                            data.vx.raw(), data.vy.raw(), data.omega.raw(), data.battery.raw()})
-    require(std::isfinite(value));
+template <class Data>
+void check(const Data& data) {
+  tims::fuzz::require_finite(data);
+  if constexpr (std::same_as<Data, rack::IoData>) require(data.values.size() == 5);
 }
-void check(const rack::ServoDriveData& data) { require(std::isfinite(data.position)); }
-void check(const rack::PtzDriveData& data) {
-  require(std::isfinite(data.posPan.raw()) && std::isfinite(data.posZoom.raw()));
+
+// Of an autopilot, what it is besides a vehicle.
+template <class Dialog>
+void check_others(Dialog&) {}
+template <>
+void check_others(MavlinkVehicle& vehicle) {
+  Time recorded;
+  if (rack::GpsData gps; vehicle.take_gps(gps, recorded)) check(gps);
+  if (rack::GyroData gyro; vehicle.take_gyro(gyro, recorded)) check(gyro);
+  if (rack::PositionData position; vehicle.take_position(position, recorded)) check(position);
 }
-void check(const rack::IoData& data) { require(data.values.size() == 5); }
 
 void command(ChassisDialogue& chassis, int step, Time now) {
   chassis.drive({.vx = 10.0F * static_cast<float>(step % 7 - 3), .omega = 0.1F}, now);
@@ -78,6 +84,7 @@ void talk(Dialog& dialogue, Output& out, Next next) {
     command(dialogue, step, now);
     if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, out);
     if (dialogue.take(data, recorded)) check(data);
+    check_others(dialogue);
     if (dialogue.failure()) dialogue.start(now, out);
   }
   dialogue.stop(now, out);

@@ -9,7 +9,7 @@
 #include "devices/navigation/nmea_receiver.h"
 #include "devices/navigation/ublox.h"
 #include "devices/navigation/xsens.h"
-#include "tests/fuzz/fuzz_input.h"
+#include "tests/fuzz/finite.h"
 
 namespace {
 
@@ -51,7 +51,7 @@ void drain(XsensMessages& messages, Story& story) {
     rack::GyroData data;
     for (const auto mounting :
          {XsensMounting::kAsItSays, XsensMounting::kLabelUp, XsensMounting::kLabelDown})
-      if (to_gyro(sample, mounting, data)) tims::fuzz::require(!std::isnan(data.aX));
+      if (to_gyro(sample, mounting, data)) tims::fuzz::require_finite(data);
   }
 }
 
@@ -102,7 +102,9 @@ void talk(Dialog& dialogue, std::span<const std::byte> stream, std::size_t piece
     if (dialogue.failure()) dialogue.start(now, out);
     Data data;
     Time recorded;
-    if (dialogue.take(data, recorded)) check(data);
+    if (!dialogue.take(data, recorded)) continue;
+    tims::fuzz::require_finite(data);
+    check(data);
   }
 }
 

@@ -15,7 +15,7 @@
 #include "devices/scanners/sick_cola.h"
 #include "devices/scanners/sick_compact.h"
 #include "devices/scanners/sick_s.h"
-#include "tests/fuzz/fuzz_input.h"
+#include "tests/fuzz/finite.h"
 
 namespace {
 
@@ -27,13 +27,12 @@ struct Nobody : Output {
 
 void check(const rack::LadarData& scan) {
   tims::fuzz::require(scan.points.size() <= decltype(rack::LadarData::points)::kMax);
-  for (const rack::LadarPoint& point : scan.points) {
-    tims::fuzz::require(std::isfinite(static_cast<float>(point.angle)));
-    tims::fuzz::require(point.distance >= 0);
-  }
+  tims::fuzz::require_finite(scan);
+  for (const rack::LadarPoint& point : scan.points) tims::fuzz::require(point.distance >= 0);
 }
 
 void check(const rack::Scan3dData& scan) {
+  tims::fuzz::require_finite(scan);
   tims::fuzz::require(scan.points.size() <= rack::kScan3dPointsMax);
   tims::fuzz::require(static_cast<std::size_t>(scan.pointNum) == scan.points.size());
   tims::fuzz::require(scan.pointNum == scan.scanNum * scan.scanPointNum);
