@@ -42,6 +42,8 @@ struct Case {
   u16 mode;
 };
 
+void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
+
 class CameraMemoryTest : public testing::TestWithParam<Case> {};
 
 TEST_P(CameraMemoryTest, NoneIsTaken) {

@@ -2,6 +2,7 @@
 // clock of their own: at true rates, with answers lost, at the wrong rate.
 #include <numbers>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "devices/core/virtual_line.h"
@@ -84,6 +85,10 @@ struct UbloxCase {
   std::uint32_t wanted_baud;
   std::uint32_t expected_baud;
 };
+
+void PrintTo(const UbloxCase& one, std::ostream* out) {
+  *out << "generation " << one.generation << " at " << one.device_baud;
+}
 
 class UbloxTest : public testing::TestWithParam<UbloxCase> {};
 

@@ -20,6 +20,8 @@ struct File {
   NmeaKind kind = NmeaKind::kGga;  // that ends a round
 };
 
+void PrintTo(const File& file, std::ostream* out) { *out << file.name; }
+
 constexpr File kFiles[] = {
     {"plaka-boat-cut.nmea", 4800, 0, 300, 0, NmeaKind::kGll},
     {"gofree-corrupted.nmea", 6182, 142, 142, 0},

@@ -32,6 +32,7 @@ struct Expected {
   std::size_t repeated;  // telegram counters
   std::uint32_t started_to_transmitted_min, started_to_transmitted_max;
 };
+void PrintTo(const Expected& capture, std::ostream* out) { *out << capture.file; }
 constexpr std::array<Expected, 4> kExpected = {{
     {"lms111.cola-b.txt", 199, 97, 541, -450000, 5000, 5000, 62, 1841, 0, 18090362, 0, 0, 1, 3,
      3067, 3185},

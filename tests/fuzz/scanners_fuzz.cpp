@@ -38,6 +38,19 @@ void check(const rack::Scan3dData& scan) {
   tims::fuzz::require(scan.pointNum == scan.scanNum * scan.scanPointNum);
 }
 
+// Of a scanner that sees objects too.
+template <class Dialog>
+void check_others(Dialog&) {}
+template <>
+void check_others(IbeoLux& scanner) {
+  rack::ObjRecogData boxes;
+  rack::ObjRecogData contours;
+  Time recorded;
+  if (!scanner.take_objects(boxes, contours, recorded)) return;
+  tims::fuzz::require_finite(boxes);
+  tims::fuzz::require_finite(contours);
+}
+
 template <class Data = rack::LadarData, class Dialog>
 void talk(Dialog dialogue, std::span<const std::byte> bytes, std::size_t piece) {
   Nobody nobody;
@@ -51,6 +64,7 @@ void talk(Dialog dialogue, std::span<const std::byte> bytes, std::size_t piece) 
     now += std::chrono::milliseconds(5);
     dialogue.on_arrival({.bytes = part, .first = now, .last = now, .id = 0x701}, nobody);
     while (dialogue.take(scan, recorded)) check(scan);
+    check_others(dialogue);
     if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, nobody);
     if (dialogue.failure()) dialogue.start(now, nobody);
   }

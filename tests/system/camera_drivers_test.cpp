@@ -98,6 +98,8 @@ struct Mode {
   Bytes first, last;  // of the picture; none: it is JPEG
 };
 
+void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
+
 class CameraModesTest : public CameraDriversTest, public testing::WithParamInterface<Mode> {};
 
 TEST_P(CameraModesTest, ComesOutOfTheFormat) {
