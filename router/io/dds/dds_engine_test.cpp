@@ -254,6 +254,8 @@ struct Bad {
   const char* says;
 };
 
+void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.name; }
+
 class BadSettings : public testing::TestWithParam<Bad> {};
 
 TEST_P(BadSettings, AreRefusedAtTheStart) {
@@ -342,8 +344,9 @@ TEST_F(DdsEngineTest, WhatIsForNobodyIsGivenUp) {
 
 // Not a test: a router in a process of its own.
 TEST_F(DdsEngineTest, DISABLED_Actor) {
-  const char* domain = ::getenv("DDS_TEST_DOMAIN");
-  const char* fleet = ::getenv("DDS_TEST_FLEET");
+  const char* domain =
+      ::getenv("DDS_TEST_DOMAIN");                 // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* fleet = ::getenv("DDS_TEST_FLEET");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   ASSERT_TRUE(domain != nullptr && fleet != nullptr);
   Host actor(loop_, "actor",
              {.fleet = fleet, .domain = static_cast<unsigned>(std::stoul(domain)), .lease = 3s});
