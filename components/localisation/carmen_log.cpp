@@ -1,0 +1,194 @@
+#include "components/localisation/carmen_log.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "base/text.h"
+#include "components/localisation/ros_map.h"
+
+namespace rack::localisation {
+
+void OdometryHistory::add(double time, const Pose& pose) {
+  if (!samples_.empty() && time <= samples_.back().time) return;
+  samples_.push_back({time, pose});
+}
+
+Pose OdometryHistory::at(double time) const {
+  const auto after = std::ranges::upper_bound(samples_, time, {}, &Sample::time);
+  if (after == samples_.begin()) return samples_.front().pose;
+  const auto before = after - 1;
+  if (after == samples_.end()) return before->pose;
+  return between(before->pose, after->pose, (time - before->time) / (after->time - before->time));
+}
+
+void CarmenLog::beams(const LogScan& scan, std::vector<BeamEnd>& ends) const {
+  ends.clear();
+  for (std::size_t i = 0; i < scan.count; ++i) {
+    const auto range = static_cast<double>(ranges[scan.begin + i]);
+    if (!(range > 0.02 && range < range_max)) continue;
+    const double angle = scan.laser.rho + scan.first + scan.step * static_cast<double>(i);
+    ends.push_back({static_cast<float>(scan.laser.x + 1000 * range * std::cos(angle)),
+                    static_cast<float>(scan.laser.y + 1000 * range * std::sin(angle))});
+  }
+}
+
+Pose CarmenLog::odometry_of(const LogScan& scan, double lag) const {
+  return lag == 0 || odometry.empty() ? scan.odometry : odometry.at(scan.time - lag);
+}
+
+namespace {
+
+constexpr std::string_view kBlank = " \t\r";
+constexpr std::size_t kBeamsMax = 10000;
+constexpr double kFarthest = 1e6;  // m
+
+// The words of a line, one after the other; what is missing or no number is remembered.
+class Words {
+ public:
+  explicit Words(std::string_view line) : left_(line) {}
+
+  std::string_view word() {
+    const auto first = left_.find_first_not_of(kBlank);
+    left_.remove_prefix(std::min(first, left_.size()));
+    const std::string_view found = left_.substr(0, left_.find_first_of(kBlank));
+    left_.remove_prefix(found.size());
+    return found;
+  }
+  double number(std::string_view what) {
+    const std::string_view text = word();
+    const auto value = tims::base::parse_number<double>(text);
+    if (value && std::isfinite(*value)) return *value;
+    if (wrong_.empty())
+      wrong_ = std::string(what) + (text.empty() ? ": the line ends before it"
+                                                 : ": \"" + std::string(text.substr(0, 20)) +
+                                                       "\" is no number");
+    return 0;
+  }
+  std::size_t count(std::string_view what) {
+    const double value = number(what);
+    if (wrong_.empty() && (value < 0 || value > kBeamsMax || value != std::floor(value)))
+      wrong_ = std::string(what) + ": not 0 to " + std::to_string(kBeamsMax);
+    return wrong_.empty() ? static_cast<std::size_t>(value) : 0;
+  }
+  Pose pose(std::string_view what) {
+    const double x = number(what);
+    const double y = number(what);
+    const double theta = number(what);
+    if (wrong_.empty() && (std::abs(x) > kFarthest || std::abs(y) > kFarthest))
+      wrong_ = std::string(what) + ": more than 1000 km away";
+    return pose_of_ros(x, y, theta);
+  }
+  [[nodiscard]] const std::string& wrong() const { return wrong_; }
+  [[nodiscard]] bool well() const { return wrong_.empty(); }
+
+ private:
+  std::string_view left_;
+  std::string wrong_;
+};
+
+class Reader {
+ public:
+  // Empty, or what is wrong with the line.
+  std::string take(std::string_view line) {
+    Words words(line);
+    const std::string_view type = words.word();
+    if (type == "ODOM") odometry(words);
+    if (type == "FLASER") front_laser(words);
+    if (type == "ROBOTLASER1") robot_laser(words);
+    return words.wrong();
+  }
+
+  tims::Result<CarmenLog> end() {
+    if (log_.scans.empty())
+      return tims::Error(tims::Errc::kMalformed, "no FLASER or ROBOTLASER1: no log of CARMEN?");
+    if (log_.odometry.empty())
+      for (const LogScan& scan : log_.scans) log_.odometry.add(scan.time, scan.odometry);
+    // A scanner that saw nothing says its longest range.
+    const float longest = *std::ranges::max_element(log_.ranges);
+    log_.range_max = std::min(40.0, 0.985 * static_cast<double>(longest));
+    return std::move(log_);
+  }
+
+ private:
+  void odometry(Words& words) {
+    const Pose pose = words.pose("pose");
+    for (const auto* speed : {"tv", "rv", "accel"}) words.number(speed);
+    const double time = words.number("ipc time");
+    words.word();
+    words.number("logger time");
+    if (words.well()) log_.odometry.add(time, pose);
+  }
+
+  void ranges(Words& words, LogScan& scan) {
+    scan.begin = log_.ranges.size();
+    for (std::size_t i = 0; i < scan.count && words.well(); ++i)
+      log_.ranges.push_back(static_cast<float>(words.number("range")));
+  }
+
+  void poses_and_times(Words& words, LogScan& scan) {
+    const Pose laser = words.pose("pose of the laser");
+    scan.odometry = words.pose("pose of the robot");
+    scan.laser = laser - scan.odometry;
+  }
+
+  void add(Words& words, LogScan& scan) {
+    scan.time = words.number("ipc time");
+    words.word();
+    scan.logger_time = words.number("logger time");
+    if (words.well()) log_.scans.push_back(scan);
+  }
+
+  void front_laser(Words& words) {
+    LogScan scan{.count = words.count("number of ranges")};
+    // 180 and 360 stop one step before the left, 181 and 361 there.
+    const double steps = static_cast<double>(scan.count - scan.count % 2);
+    scan.first = kPi / 2;
+    scan.step = scan.count < 2 ? 0 : -kPi / steps;
+    ranges(words, scan);
+    poses_and_times(words, scan);
+    add(words, scan);
+  }
+
+  void robot_laser(Words& words) {
+    words.number("type");
+    LogScan scan;
+    scan.first = -words.number("start angle");
+    words.number("field of view");
+    scan.step = -words.number("resolution");
+    for (const auto* unused : {"range_max", "accuracy", "remission mode"}) words.number(unused);
+    scan.count = words.count("number of ranges");
+    ranges(words, scan);
+    const std::size_t remissions = words.count("number of remissions");
+    for (std::size_t i = 0; i < remissions && words.well(); ++i) words.number("remission");
+    poses_and_times(words, scan);
+    for (const auto* unused : {"tv", "rv", "forward safety", "side safety", "turn axis"})
+      words.number(unused);
+    add(words, scan);
+  }
+
+  CarmenLog log_;
+};
+
+}  // namespace
+
+tims::Result<CarmenLog> read_carmen(std::string_view text) {
+  Reader reader;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const auto end = text.find('\n');
+    const std::string wrong = reader.take(text.substr(0, end));
+    if (!wrong.empty())
+      return tims::Error(tims::Errc::kMalformed, "line " + std::to_string(number) + ": " + wrong);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return reader.end();
+}
+
+double estimate_lag(const CarmenLog& log) {
+  (void)log;
+  return 0;
+}
+
+}  // namespace rack::localisation

@@ -1,0 +1,57 @@
+// A map as people and robots draw it: cells that are free, occupied or unknown. It comes from a
+// ROS map file, from the walls of a floor plan, or from a message. Pure.
+//
+// The frame is that of RACK: x to the north, y to the east, mm. A row of cells lies along y. Walls
+// are drawn by walking along them in steps of half a cell. A floor plan says nothing about what is
+// free: what cannot be reached from outside without crossing a wall is taken for the inside; when
+// the walls are not closed, everything between them is.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "components/geometry/floor_map.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/grid_map.h"
+#include "tims/result.h"
+
+namespace rack::localisation {
+
+enum class Cell : std::uint8_t { kFree, kOccupied, kUnknown };
+
+struct GridMap {
+  double resolution = 50;  // mm
+  MapPoint origin{};       // the corner of the first cell with the smallest x and y
+  std::int32_t rows = 0;   // to the north
+  std::int32_t columns = 0;
+  std::vector<Cell> cells{};
+
+  // 400 m x 400 m of 100 mm, or a kilometre of corridor 40 m wide of 50 mm.
+  static constexpr std::int64_t kCellsMax = 16'000'000;
+
+  [[nodiscard]] Cell at(std::int32_t row, std::int32_t column) const {
+    return cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                 static_cast<std::size_t>(column)];
+  }
+  [[nodiscard]] std::size_t count(Cell cell) const;
+};
+
+struct MapLine {
+  MapPoint from;
+  MapPoint to;
+};
+
+// The walls with `margin` mm around them. Refused: no walls, walls that are no numbers, and more
+// than kCellsMax cells.
+tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resolution,
+                                 double margin = 500);
+// As the classes of RACK have them.
+tims::Result<GridMap> read_map(const DxfDrawing& drawing, double scale, double offset_x,
+                               double offset_y, double resolution);
+tims::Result<GridMap> read_map(const FeatureMapData& map, double resolution);
+tims::Result<GridMap> read_map(const GridMapData& map);
+// Occupied from 65 % up, free to 20 %. Refused when it has more cells than a message.
+tims::Result<GridMapData> to_message(const GridMap& map);
+
+}  // namespace rack::localisation

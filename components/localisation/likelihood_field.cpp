@@ -1,0 +1,123 @@
+#include "components/localisation/likelihood_field.h"
+
+#include <cmath>
+#include <limits>
+
+namespace rack::localisation {
+
+namespace {
+
+constexpr float kFar = 1e12F;  // cells squared: there is no obstacle
+
+// The lower envelope of the parabolas (x - i)^2 + f(i), read at every x: in place.
+class Envelope {
+ public:
+  explicit Envelope(std::size_t length) : values_(length), at_(length), from_(length + 1) {}
+
+  void transform(float* f, std::size_t length, std::size_t step) {
+    std::size_t last = 0;
+    at_[0] = 0;
+    from_[0] = -std::numeric_limits<float>::infinity();
+    from_[1] = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < length; ++i) values_[i] = f[i * step];
+    for (std::size_t i = 1; i < length; ++i) {
+      float meets = crossing(i, at_[last]);
+      while (last > 0 && meets <= from_[last]) meets = crossing(i, at_[--last]);
+      ++last;
+      at_[last] = i;
+      from_[last] = meets;
+      from_[last + 1] = std::numeric_limits<float>::infinity();
+    }
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < length; ++i) {
+      while (from_[k + 1] < static_cast<float>(i)) ++k;
+      const float away = static_cast<float>(i) - static_cast<float>(at_[k]);
+      f[i * step] = std::min(away * away + values_[at_[k]], kFar);
+    }
+  }
+
+ private:
+  [[nodiscard]] float crossing(std::size_t a, std::size_t b) const {
+    const auto x = static_cast<double>(a);
+    const auto y = static_cast<double>(b);
+    return static_cast<float>((values_[a] + x * x - values_[b] - y * y) / (2 * (x - y)));
+  }
+
+  std::vector<float> values_;
+  std::vector<std::size_t> at_;  // whose parabola is the lowest
+  std::vector<float> from_;      // on
+};
+
+}  // namespace
+
+tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
+                                                  const FieldSettings& settings) {
+  const auto inner_rows = static_cast<std::size_t>(map.rows);
+  const auto inner_columns = static_cast<std::size_t>(map.columns);
+  const std::size_t rows = inner_rows + 2;
+  const std::size_t columns = inner_columns + 2;
+  LikelihoodField field;
+  std::vector<float> squares(rows * columns, kFar);
+  bool occupied = false;
+  for (std::size_t row = 0; row < inner_rows; ++row)
+    for (std::size_t column = 0; column < inner_columns; ++column) {
+      const std::size_t at = (row + 1) * columns + column + 1;
+      const Cell cell = map.cells[row * inner_columns + column];
+      if (cell == Cell::kOccupied) squares[at] = 0;
+      if (cell == Cell::kFree) field.free_.push_back(static_cast<std::uint32_t>(at));
+      occupied = occupied || cell == Cell::kOccupied;
+    }
+  if (!occupied) return tims::Error(tims::Errc::kMalformed, "the map has no occupied cell");
+  if (field.free_.empty()) return tims::Error(tims::Errc::kMalformed, "the map has no free cell");
+  Envelope envelope(std::max(rows, columns));
+  for (std::size_t row = 0; row < rows; ++row) envelope.transform(&squares[row * columns], columns, 1);
+  for (std::size_t column = 0; column < columns; ++column)
+    envelope.transform(&squares[column], rows, columns);
+
+  field.resolution_ = map.resolution;
+  field.sigma_ = settings.sigma;
+  field.hit_ = settings.hit;
+  field.low_x_ = static_cast<float>(map.origin.x - map.resolution);
+  field.low_y_ = static_cast<float>(map.origin.y - map.resolution);
+  field.cells_per_mm_ = static_cast<float>(1 / map.resolution);
+  field.row_max_ = static_cast<float>(rows - 1);
+  field.column_max_ = static_cast<float>(columns - 1);
+  field.stride_ = static_cast<std::int32_t>(columns);
+  const double low = std::log(1 - settings.hit);
+  field.log_ratio_ = static_cast<float>(-low);
+  const double scale = map.resolution * map.resolution / (2 * settings.sigma * settings.sigma);
+  field.table_.reserve(squares.size());
+  for (std::size_t at = 0; at < squares.size(); ++at) {
+    const std::size_t row = at / columns;
+    const std::size_t column = at % columns;
+    const bool border = row == 0 || row + 1 == rows || column == 0 || column + 1 == columns;
+    const double p = settings.hit * std::exp(-scale * squares[at]) + 1 - settings.hit;
+    field.table_.push_back(
+        border ? 0 : static_cast<std::uint8_t>(std::lround(255 * (1 - std::log(p) / low))));
+  }
+  return field;
+}
+
+double LikelihoodField::distance(double x, double y) const {
+  const double p =
+      std::exp((1 - at(static_cast<float>(x), static_cast<float>(y)) / 255.0) * std::log(1 - hit_));
+  const double likely = std::max((p - 1 + hit_) / hit_, 1e-9);
+  return sigma_ * std::sqrt(-2 * std::log(std::min(likely, 1.0)));
+}
+
+bool LikelihoodField::is_free(double x, double y) const {
+  const auto at = static_cast<std::uint32_t>(index(static_cast<float>(x), static_cast<float>(y)));
+  return std::ranges::binary_search(free_, at);
+}
+
+MapPoint LikelihoodField::draw_free(Random& random) const {
+  const auto cell = static_cast<std::int32_t>(
+      free_[random.below(static_cast<std::uint32_t>(free_.size()))]);
+  const auto place = [&](float low, std::int32_t at) {
+    return static_cast<double>(low) + (at + static_cast<double>(random.uniform())) * resolution_;
+  };
+  const double x = place(low_x_, cell / stride_);
+  return {x, place(low_y_, cell % stride_)};
+}
+
+}  // namespace rack::localisation

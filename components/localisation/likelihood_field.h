@@ -1,0 +1,87 @@
+// How well the end of a laser beam fits a map, looked up at one place (Thrun, Burgard, Fox:
+// Probabilistic Robotics, section 6.4, "likelihood field"). Pure.
+//
+// A beam ends at an obstacle, with some noise; the nearer the map has one, the better it fits. What
+// is between scanner and obstacle is not looked at: that is what makes it fast, and smooth over
+// poses that are slightly wrong. Once a map, the distance of each cell to the nearest occupied one
+// is found (Felzenszwalb and Huttenlocher 2012: two passes of lower envelopes of parabolas, exact).
+// A beam at distance d then has the likelihood
+//   p(d) = hit * exp(-d^2 / (2 sigma^2)) + (1 - hit),
+// whose second part are people and all else that no map has. Kept is its logarithm in 8 bits, 0
+// for the farthest and 255 for d = 0, so that a beam is one byte read and one addition.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "components/geometry/pose.h"
+#include "components/localisation/grid_map.h"
+#include "components/localisation/random.h"
+
+namespace rack::localisation {
+
+struct FieldSettings {
+  double sigma = 120;  // mm: noise of ranges, of the map and of its cells together
+  double hit = 0.97;   // share of beams that the map explains, as far as this one counts
+};
+
+// The end of a beam, in the frame of the robot, mm.
+struct BeamEnd {
+  float x;
+  float y;
+};
+
+class LikelihoodField {
+ public:
+  // Refused: maps without an occupied or without a free cell.
+  static tims::Result<LikelihoodField> of(const GridMap& map, const FieldSettings& settings);
+
+  // How well a beam that ends there fits, 0 to 255. Beyond the map nothing fits.
+  [[nodiscard]] std::uint8_t at(float x, float y) const { return table_[index(x, y)]; }
+  // mm to the nearest obstacle of the map, as far as it is told apart.
+  [[nodiscard]] double distance(double x, double y) const;
+  // How much better the best beam is than the worst: log(p(0) / p(far)).
+  [[nodiscard]] float log_ratio() const { return log_ratio_; }
+
+  // The sum of at() over all beams seen from x, y, with sine and cosine of rho.
+  [[nodiscard]] std::uint32_t sum(float x, float y, float sine, float cosine,
+                                  std::span<const BeamEnd> beams) const {
+    std::uint32_t all = 0;
+    for (const BeamEnd& beam : beams)
+      all += at(x + cosine * beam.x - sine * beam.y, y + sine * beam.x + cosine * beam.y);
+    return all;
+  }
+
+  [[nodiscard]] bool is_free(double x, double y) const;
+  [[nodiscard]] std::size_t free_cells() const { return free_.size(); }
+  [[nodiscard]] double resolution() const { return resolution_; }
+  // Somewhere in a free cell.
+  [[nodiscard]] MapPoint draw_free(Random& random) const;
+
+ private:
+  LikelihoodField() = default;
+  // Of the cell, in a table with a border that is far from everything.
+  [[nodiscard]] std::size_t index(float x, float y) const {
+    const float row = std::min(std::max((x - low_x_) * cells_per_mm_, 0.0F), row_max_);
+    const float column = std::min(std::max((y - low_y_) * cells_per_mm_, 0.0F), column_max_);
+    return static_cast<std::size_t>(static_cast<std::int32_t>(row) * stride_ +
+                                    static_cast<std::int32_t>(column));
+  }
+
+  std::vector<std::uint8_t> table_;
+  std::vector<std::uint32_t> free_;  // their places in the table
+  double resolution_ = 0;
+  double sigma_ = 0;
+  double hit_ = 0;
+  float low_x_ = 0;  // of the table, with its border
+  float low_y_ = 0;
+  float cells_per_mm_ = 0;
+  float row_max_ = 0;
+  float column_max_ = 0;
+  std::int32_t stride_ = 0;
+  float log_ratio_ = 0;
+};
+
+}  // namespace rack::localisation

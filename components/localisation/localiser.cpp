@@ -1,0 +1,70 @@
+#include "components/localisation/localiser.h"
+
+#include <cmath>
+
+namespace rack::localisation {
+
+namespace {
+
+bool is_pose(const Pose& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
+}
+
+}  // namespace
+
+Localiser::Localiser(const LocaliserSettings& settings, std::uint64_t seed)
+    : settings_(settings), filter_(settings.filter, seed), random_(~seed) {
+  settings_.beams = std::max(1U, settings.beams);
+  beams_.reserve(settings_.beams);
+}
+
+void Localiser::start_at(const Pose& pose, double deviation, double deviation_rho) {
+  filter_.start_at(pose, deviation, deviation_rho);
+  estimate_ = {.pose = pose,
+               .covariance = {.xx = deviation * deviation,
+                              .yy = deviation * deviation,
+                              .rho_rho = deviation_rho * deviation_rho}};
+  first_ = true;
+  anywhere_ = false;
+}
+
+void Localiser::start_anywhere() {
+  anywhere_ = true;
+  first_ = true;
+}
+
+bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
+                     std::span<const BeamEnd> scan) {
+  if (!is_pose(odometry)) return false;
+  odometry_ = odometry;
+  if (first_) taken_ = odometry;
+  const Pose step = odometry - taken_;
+  const bool moved = std::hypot(step.x, step.y) >= settings_.way_between ||
+                     std::abs(signed_angle(step.rho)) >= settings_.turn_between;
+  choose(scan);
+  if (beams_.empty()) return false;
+  if (!first_ && !moved && ++left_out_ < settings_.scans_between) return false;
+  left_out_ = 0;
+  taken_ = odometry;
+  if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
+  if (!first_) filter_.move(step);
+  first_ = false;
+  filter_.weigh(field, beams_);
+  estimate_ = filter_.estimate();
+  filter_.resample(field, beams_);
+  return true;
+}
+
+void Localiser::choose(std::span<const BeamEnd> scan) {
+  beams_.clear();
+  if (scan.empty()) return;
+  const double every = std::max(1.0, static_cast<double>(scan.size()) / settings_.beams);
+  const double first = every > 1 ? every * static_cast<double>(random_.uniform()) : 0;
+  for (std::uint32_t i = 0; i < settings_.beams; ++i) {
+    const auto at = static_cast<std::size_t>(first + i * every);
+    if (at >= scan.size()) break;
+    if (std::isfinite(scan[at].x) && std::isfinite(scan[at].y)) beams_.push_back(scan[at]);
+  }
+}
+
+}  // namespace rack::localisation

@@ -1,0 +1,61 @@
+// From odometry and scans to a pose in a map: when the particle filter is fed, with which beams,
+// and what is said between its steps. Pure.
+//
+// A scan is taken when the robot has moved a little since the last one: standing still it would say
+// the same thing again and again, and the filter would believe it more than it deserves. Of a scan
+// some beams are taken, evenly spread, others each time. Between two such scans the pose goes on as
+// the odometry says. The odometry must be that of the time of the scan: a tenth of a second beside
+// it costs a degree while turning.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "components/localisation/particle_filter.h"
+
+namespace rack::localisation {
+
+struct LocaliserSettings {
+  FilterSettings filter{};
+  std::uint32_t beams = 60;
+  double way_between = 100;   // mm between scans that are taken
+  double turn_between = 0.1;  // rad
+  std::uint32_t scans_between = 50;  // at most, when it does not move
+};
+
+class Localiser {
+ public:
+  Localiser(const LocaliserSettings& settings, std::uint64_t seed);
+
+  void start_at(const Pose& pose, double deviation, double deviation_rho);
+  // Wherever it is: found by the next scans.
+  void start_anywhere();
+
+  // `odometry`: its pose when the scan was made; `scan`: in the frame of the robot. True: the
+  // filter took it.
+  bool take(const LikelihoodField& field, const Pose& odometry, std::span<const BeamEnd> scan);
+
+  // Where the robot was at the last scan, taken or not.
+  [[nodiscard]] Pose pose() const { return estimate_.pose + (odometry_ - taken_); }
+  // As of the last scan that was taken.
+  [[nodiscard]] const Estimate& estimate() const { return estimate_; }
+  [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
+  [[nodiscard]] std::span<const BeamEnd> beams() const { return beams_; }
+
+ private:
+  void choose(std::span<const BeamEnd> scan);
+
+  LocaliserSettings settings_;
+  ParticleFilter filter_;
+  Random random_;
+  std::vector<BeamEnd> beams_;
+  Estimate estimate_{};
+  Pose odometry_{};  // newest
+  Pose taken_{};     // and of the last scan taken
+  bool anywhere_ = false;
+  bool first_ = true;
+  std::uint32_t left_out_ = 0;  // scans since
+};
+
+}  // namespace rack::localisation

@@ -1,0 +1,210 @@
+#include "components/localisation/ros_map.h"
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "base/text.h"
+
+namespace rack::localisation {
+
+namespace {
+
+constexpr std::string_view kBlank = " \t\r\n\f\v";
+
+tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::string_view without_quotes(std::string_view text) {
+  if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') &&
+      text.back() == text.front())
+    return text.substr(1, text.size() - 2);
+  return text;
+}
+
+std::optional<double> finite(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto value = tims::base::parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+// "[-27.2, -48.3, 0.0]"; nothing when it is no list of numbers.
+std::vector<double> numbers_of(std::string_view text) {
+  std::vector<double> numbers;
+  if (!text.starts_with('[') || !text.ends_with(']')) return {};
+  text = text.substr(1, text.size() - 2);
+  while (!text.empty()) {
+    const auto comma = text.find(',');
+    const auto value = finite(trimmed(text.substr(0, comma)));
+    if (!value) return {};
+    numbers.push_back(*value);
+    text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
+  }
+  return numbers;
+}
+
+// Empty when the line is well; else what is wrong with it.
+std::string take(std::string_view key, std::string_view value, RosMapInfo& info) {
+  const auto number = [&](double& to) -> std::string {
+    const auto parsed = finite(value);
+    if (!parsed) return std::string(key) + ": no number";
+    to = *parsed;
+    return {};
+  };
+  if (key == "resolution") return number(info.resolution);
+  if (key == "occupied_thresh") return number(info.occupied_thresh);
+  if (key == "free_thresh") return number(info.free_thresh);
+  if (key == "image") {
+    info.image = without_quotes(value);
+  } else if (key == "negate") {
+    if (value != "0" && value != "1" && value != "true" && value != "false")
+      return "negate: 0 or 1";
+    info.negate = value == "1" || value == "true";
+  } else if (key == "origin") {
+    const auto origin = numbers_of(value);
+    if (origin.size() != 3) return "origin: [x, y, theta] wanted";
+    if (origin[2] != 0) return "origin: maps that are turned are not read; turn the picture";
+    info.origin_x = origin[0];
+    info.origin_y = origin[1];
+  } else if (key == "mode" && value != "trinary") {
+    return "mode: only trinary is read";
+  }
+  return {};
+}
+
+// The head of a picture: words with comments between them.
+class PgmReader {
+ public:
+  explicit PgmReader(std::string_view bytes) : left_(bytes) {}
+
+  std::string_view word() {
+    for (;;) {
+      const auto first = left_.find_first_not_of(kBlank);
+      left_.remove_prefix(std::min(first, left_.size()));
+      if (!left_.starts_with('#')) break;
+      left_.remove_prefix(std::min(left_.find('\n'), left_.size()));
+    }
+    const std::string_view found = left_.substr(0, left_.find_first_of(kBlank));
+    left_.remove_prefix(found.size());
+    return found;
+  }
+  std::int64_t number() {
+    return tims::base::parse_number<std::int32_t>(word()).value_or(-1);
+  }
+  // After exactly one blank; nothing when there are fewer.
+  std::string_view bytes(std::size_t count) {
+    if (left_.size() < count + 1) return {};
+    return left_.substr(1, count);
+  }
+
+ private:
+  std::string_view left_;
+};
+
+struct Picture {
+  std::int32_t width;
+  std::int32_t height;
+  double white;
+  std::vector<std::uint16_t> values;  // from the top
+};
+
+tims::Result<Picture> read_pgm(std::string_view bytes) {
+  PgmReader reader(bytes);
+  const std::string_view kind = reader.word();
+  if (kind != "P5" && kind != "P2") return malformed("no PGM picture: it begins with P5 or P2");
+  const std::int64_t width = reader.number();
+  const std::int64_t height = reader.number();
+  const std::int64_t white = reader.number();
+  if (width <= 0 || height <= 0) return malformed("a PGM picture without size");
+  if (width * height > GridMap::kCellsMax)
+    return malformed("the picture has more than " + std::to_string(GridMap::kCellsMax) + " cells");
+  if (white <= 0 || white > 65535) return malformed("the PGM picture's white is not 1 to 65535");
+  Picture picture{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height),
+                  static_cast<double>(white), {}};
+  const auto count = static_cast<std::size_t>(width * height);
+  if (kind == "P5") {
+    const std::size_t size = white > 255 ? 2 : 1;
+    const std::string_view raw = reader.bytes(count * size);
+    if (raw.empty()) return malformed("the PGM picture ends before its last row");
+    picture.values.reserve(count);
+    for (std::size_t i = 0; i < raw.size(); i += size) {
+      unsigned value = static_cast<unsigned char>(raw[i]);
+      if (size == 2) value = value << 8U | static_cast<unsigned char>(raw[i + 1]);
+      picture.values.push_back(static_cast<std::uint16_t>(value));
+    }
+    return picture;
+  }
+  if (bytes.size() < count) return malformed("the PGM picture ends before its last row");
+  picture.values.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int64_t value = reader.number();
+    if (value < 0 || value > white)
+      return malformed("pixel " + std::to_string(i) + " of the PGM picture is none");
+    picture.values.push_back(static_cast<std::uint16_t>(value));
+  }
+  return picture;
+}
+
+}  // namespace
+
+tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
+  RosMapInfo info;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const auto end = text.find('\n');
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (const auto comment = line.find('#');
+        comment == 0 || (comment != std::string_view::npos &&
+                         (line[comment - 1] == ' ' || line[comment - 1] == '\t')))
+      line = line.substr(0, comment);
+    line = trimmed(line);
+    if (line.empty() || line == "---" || line == "...") continue;
+    const std::string at = "line " + std::to_string(number) + ": ";
+    const auto colon = line.find(':');
+    if (colon == std::string_view::npos) return malformed(at + "not `key: value`");
+    const std::string wrong =
+        take(trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 1)), info);
+    if (!wrong.empty()) return malformed(at + wrong);
+  }
+  if (info.image.empty()) return malformed("no `image: FILE`");
+  if (!(info.resolution >= 0.001 && info.resolution <= 10))
+    return malformed("no `resolution: METRES` between 0.001 and 10");
+  if (std::abs(info.origin_x) > 1e6 || std::abs(info.origin_y) > 1e6)
+    return malformed("origin: more than 1000 km away");
+  return info;
+}
+
+tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm) {
+  const auto picture = read_pgm(pgm);
+  if (!picture) return picture.error();
+  GridMap map{.resolution = info.resolution * 1000,
+              .origin = {info.origin_y * 1000, info.origin_x * 1000},
+              .rows = picture->height,
+              .columns = picture->width};
+  const auto columns = static_cast<std::size_t>(map.columns);
+  map.cells.resize(picture->values.size());
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    const double bright = picture->values[i] / picture->white;
+    const double occupied = info.negate ? bright : 1 - bright;
+    const std::size_t row = static_cast<std::size_t>(map.rows) - 1 - i / columns;
+    map.cells[row * columns + i % columns] = occupied > info.occupied_thresh ? Cell::kOccupied
+                                             : occupied < info.free_thresh   ? Cell::kFree
+                                                                             : Cell::kUnknown;
+  }
+  return map;
+}
+
+Pose pose_of_ros(double x, double y, double theta) {
+  return {.x = y * 1000, .y = x * 1000, .rho = kPi / 2 - theta};
+}
+
+RosPose ros_of_pose(const Pose& pose) {
+  return {pose.y / 1000, pose.x / 1000, signed_angle(kPi / 2 - pose.rho)};
+}
+
+}  // namespace rack::localisation

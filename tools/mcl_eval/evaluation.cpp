@@ -1,0 +1,255 @@
+#include "tools/mcl_eval/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace rack::mcl_eval {
+
+using localisation::BeamEnd;
+using localisation::CarmenLog;
+using localisation::LikelihoodField;
+using localisation::Localiser;
+using localisation::LogScan;
+using localisation::Random;
+
+namespace {
+
+constexpr double kStartWay = 500;             // mm
+constexpr double kStartTurn = radians(15);
+constexpr double kFoundWay = 1000;            // mm
+constexpr double kFoundTurn = radians(20);
+constexpr double kSureShare = 0.95;           // of the weight, in one place
+constexpr std::uint32_t kSureUpdates = 20;
+constexpr double kCarried = 10000;            // mm
+
+struct PoseError {
+  double way;
+  double turn;
+  [[nodiscard]] bool near() const { return way <= kFoundWay && turn <= kFoundTurn; }
+};
+
+PoseError error_of(const Pose& is, const Pose& should) {
+  const Pose off = is - should;
+  return {std::hypot(off.x, off.y), std::abs(signed_angle(off.rho))};
+}
+
+// What the robot had: scan by scan, with all that makes it harder.
+class Drive {
+ public:
+  Drive(const Trial& trial, const CarmenLog& log)
+      : trial_(trial), log_(log), random_(trial.seed * 7919 + 17) {}
+
+  // The odometry when scan `i` was made. Called for one scan after the other.
+  Pose odometry(std::size_t i) {
+    const Pose now = log_.odometry_of(log_.scans[i], trial_.lag);
+    if (raw_) {
+      Pose step = now - *raw_;
+      const double way = std::hypot(step.x, step.y);
+      step.x *= trial_.odometry_scale;
+      step.y *= trial_.odometry_scale;
+      step.rho += radians(trial_.odometry_drift) * way / 1000;
+      said_ = said_ + step;
+      driven_ += way;
+    }
+    raw_ = now;
+    return said_;
+  }
+  // The odometry has not seen how it came to scan `i`.
+  void carry(std::size_t i) { raw_ = log_.odometry_of(log_.scans[i], trial_.lag); }
+
+  std::span<const BeamEnd> beams(std::size_t i) {
+    const LogScan& scan = log_.scans[i];
+    log_.beams(scan, beams_);
+    for (BeamEnd& beam : beams_) {
+      if (trial_.short_beams <= 0 || random_.uniform() >= trial_.short_beams) continue;
+      const float part = random_.uniform(0.1F, 0.9F);
+      beam.x = static_cast<float>(scan.laser.x) + part * (beam.x - static_cast<float>(scan.laser.x));
+      beam.y = static_cast<float>(scan.laser.y) + part * (beam.y - static_cast<float>(scan.laser.y));
+    }
+    return beams_;
+  }
+  [[nodiscard]] double driven() const { return driven_; }  // mm
+
+ private:
+  const Trial& trial_;
+  const CarmenLog& log_;
+  Random random_;
+  std::optional<Pose> raw_;
+  Pose said_{};
+  double driven_ = 0;
+  std::vector<BeamEnd> beams_;
+};
+
+// Where the robot was at the first scan: as the global start found it later, and back.
+std::optional<Pose> find_start(const Trial& trial, const CarmenLog& log,
+                               const LikelihoodField& field) {
+  Localiser localiser(trial.settings, trial.seed);
+  localiser.start_anywhere();
+  Trial plain;
+  plain.lag = trial.lag;
+  Drive drive(plain, log);
+  const Pose first = drive.odometry(0);
+  std::uint32_t sure = 0;
+  for (std::size_t i = 0; i < log.scans.size(); ++i) {
+    const Pose odometry = drive.odometry(i);
+    if (!localiser.take(field, odometry, drive.beams(i))) continue;
+    sure = localiser.estimate().share > kSureShare ? sure + 1 : 0;
+    if (sure == kSureUpdates) return localiser.pose() + (first - odometry);
+  }
+  return std::nullopt;
+}
+
+class Evaluation {
+ public:
+  Evaluation(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
+             const Truth& truth, const Stopwatch& stopwatch)
+      : trial_(trial),
+        log_(log),
+        field_(field),
+        truth_(truth),
+        stopwatch_(stopwatch),
+        localiser_(trial.settings, trial.seed),
+        drive_(trial, log) {}
+
+  Outcome run() {
+    start();
+    if (trial_.kidnap) plan_kidnapping();
+    for (std::size_t i = first_; i < log_.scans.size(); ++i) {
+      if (i == leave_) {
+        i = arrive_;
+        drive_.carry(i);
+        carried_at_ = drive_.driven();
+      }
+      step(i);
+    }
+    if (!truth_.relations.empty()) compare_relations();
+    return finish();
+  }
+
+ private:
+  void start() {
+    first_ = truth_.poses.empty() || trial_.global ? 0 : truth_.poses.front().scan;
+    if (trial_.global) return localiser_.start_anywhere();
+    std::optional<Pose> at;
+    if (truth_.poses.empty()) {
+      at = find_start(trial_, log_, field_);
+    } else {
+      at = robot(truth_.poses.front().laser, first_);
+    }
+    if (!at) return localiser_.start_anywhere();
+    Random random(trial_.seed);
+    const double direction = static_cast<double>(random.uniform(0, static_cast<float>(2 * kPi)));
+    at->x += kStartWay * std::cos(direction);
+    at->y += kStartWay * std::sin(direction);
+    at->rho += random.uniform() < 0.5F ? -kStartTurn : kStartTurn;
+    localiser_.start_at(*at, kStartWay, kStartTurn);
+  }
+
+  [[nodiscard]] Pose robot(const Pose& laser, std::size_t scan) const {
+    return laser + (Pose{} - log_.scans[scan].laser);
+  }
+
+  // From the middle of the truth to where it is far away.
+  void plan_kidnapping() {
+    const auto& poses = truth_.poses;
+    for (std::size_t from = poses.size() / 2; from < poses.size(); ++from)
+      for (std::size_t to = from; to < poses.size(); ++to)
+        if (error_of(poses[from].laser, poses[to].laser).way >= kCarried) {
+          leave_ = poses[from].scan;
+          arrive_ = poses[to].scan;
+          return;
+        }
+  }
+
+  void step(std::size_t i) {
+    const Pose odometry = drive_.odometry(i);
+    const auto beams = drive_.beams(i);
+    const double before = stopwatch_();
+    if (localiser_.take(field_, odometry, beams)) {
+      us_ += stopwatch_() - before;
+      ++outcome_.updates;
+      if (localiser_.filter().injected() > 0) ++outcome_.recoveries;
+    }
+    const Pose laser = localiser_.pose() + log_.scans[i].laser;
+    if (!truth_.relations.empty()) {
+      sure_ = sure_ || !trial_.global || localiser_.estimate().share > kSureShare;
+      track_.resize(log_.scans.size());
+      if (sure_) track_[i] = laser;
+    }
+    for (; at_ < truth_.poses.size() && truth_.poses[at_].scan <= i; ++at_)
+      if (truth_.poses[at_].scan == i) compare(error_of(laser, truth_.poses[at_].laser));
+  }
+
+  void compare(const PoseError& error) {
+    if (carried_at_ && !outcome_.refound_after && error.near())
+      outcome_.refound_after = (drive_.driven() - *carried_at_) / 1000;
+    if (trial_.global && !outcome_.found_after) {
+      if (!error.near()) return;
+      outcome_.found_after = drive_.driven() / 1000;
+    }
+    add(error);
+  }
+
+  void add(const PoseError& error) {
+    outcome_.metres.push_back(error.way / 1000);
+    outcome_.degrees.push_back(degrees(error.turn));
+    outcome_.lost = !error.near();
+  }
+
+  void compare_relations() {
+    for (const Relation& relation : truth_.relations) {
+      const auto& from = track_[relation.from];
+      const auto& to = track_[relation.to];
+      if (from && to) add(error_of(*to - *from, relation.step));
+    }
+  }
+
+  Outcome finish() {
+    const auto over = std::ranges::count_if(outcome_.metres, [](double m) { return m > 1; });
+    if (!outcome_.metres.empty())
+      outcome_.share_over_1m =
+          static_cast<double>(over) / static_cast<double>(outcome_.metres.size());
+    outcome_.lost = outcome_.lost || outcome_.metres.empty();
+    if (outcome_.updates > 0) outcome_.us_per_update = us_ / static_cast<double>(outcome_.updates);
+    return std::move(outcome_);
+  }
+
+  const Trial& trial_;
+  const CarmenLog& log_;
+  const LikelihoodField& field_;
+  const Truth& truth_;
+  const Stopwatch& stopwatch_;
+  Localiser localiser_;
+  Drive drive_;
+  Outcome outcome_;
+  std::vector<std::optional<Pose>> track_;  // of the laser, by scan
+  std::size_t first_ = 0;
+  std::size_t at_ = 0;  // the next of the true poses
+  std::size_t leave_ = static_cast<std::size_t>(-1);
+  std::size_t arrive_ = 0;
+  std::optional<double> carried_at_;  // mm driven
+  bool sure_ = false;
+  double us_ = 0;
+};
+
+}  // namespace
+
+Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
+            const Truth& truth, const Stopwatch& stopwatch) {
+  return Evaluation(trial, log, field, truth, stopwatch).run();
+}
+
+double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::size_t>(part * static_cast<double>(values.size() - 1) + 0.5);
+  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(at));
+  return values[at];
+}
+
+double mean(std::span<const double> values) {
+  if (values.empty()) return 0;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+}  // namespace rack::mcl_eval

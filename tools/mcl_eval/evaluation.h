@@ -1,0 +1,56 @@
+// A drive through a log: the localiser is given what the robot had, and what it says is compared
+// with the truth. Pure but for the stopwatch that is handed in.
+//
+// Tracking starts beside the truth: half a metre and 15 degrees off. With relations there is no
+// such place; it is found first, by a global start on the same log, and tracking then starts from
+// there. A global start knows nothing; what it says counts from where it first was within a metre
+// and 20 degrees.
+//
+// What makes it harder: odometry that is wrong, beams that people cut short, and the robot carried
+// away: half-way through the log it goes on where the robot was at least 10 m away, while the
+// odometry stands still.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "components/localisation/localiser.h"
+#include "tools/mcl_eval/truth.h"
+
+namespace rack::mcl_eval {
+
+struct Trial {
+  localisation::LocaliserSettings settings{};
+  std::uint64_t seed = 1;
+  double lag = 0;             // s: scans are older than their time
+  bool global = false;
+  bool kidnap = false;
+  double odometry_scale = 1;  // of ways
+  double odometry_drift = 0;  // deg/m
+  double short_beams = 0;     // share
+};
+
+struct Outcome {
+  std::vector<double> metres{};   // errors
+  std::vector<double> degrees{};
+  double share_over_1m = 0;       // of the truth's poses
+  bool lost = false;              // more than 1 m or 20 degrees off at the end
+  std::optional<double> found_after{};    // m driven since a global start
+  std::optional<double> refound_after{};  // since it was carried away
+  std::size_t updates = 0;
+  std::size_t recoveries = 0;  // updates in which particles were drawn anew
+  double us_per_update = 0;
+};
+
+using Stopwatch = std::function<double()>;  // us
+
+Outcome run(const Trial& trial, const localisation::CarmenLog& log,
+            const localisation::LikelihoodField& field, const Truth& truth,
+            const Stopwatch& stopwatch);
+
+// `part` 0.5: the median. 0 of nothing.
+double quantile(std::vector<double> values, double part);
+double mean(std::span<const double> values);
+
+}  // namespace rack::mcl_eval
