@@ -43,8 +43,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
-  if (!first_ && !moved && ++left_out_ < settings_.scans_between) return false;
-  left_out_ = 0;
+  if (!first_ && !moved && fits(field)) return false;
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
   if (!first_) filter_.move(step);
@@ -53,6 +52,14 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   estimate_ = filter_.estimate();
   filter_.resample(field, beams_);
   return true;
+}
+
+bool Localiser::fits(const LikelihoodField& field) const {
+  const Pose at = pose();
+  const std::uint32_t sum =
+      field.sum(static_cast<float>(at.x), static_cast<float>(at.y),
+                static_cast<float>(std::sin(at.rho)), static_cast<float>(std::cos(at.rho)), beams_);
+  return !filter_.misfits(sum / (255.0 * static_cast<double>(beams_.size())));
 }
 
 void Localiser::choose(std::span<const BeamEnd> scan) {

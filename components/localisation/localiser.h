@@ -2,8 +2,8 @@
 // and what is said between its steps. Pure.
 //
 // A scan is taken when the robot has moved a little since the last one: standing still it would say
-// the same thing again and again, and the filter would believe it more than it deserves. Of a scan
-// some beams are taken, evenly spread, others each time. Between two such scans the pose goes on as
+// the same thing again and again, and the filter would believe it more than it deserves; but a scan that does not fit is always taken, as
+// odometry can stand still while the robot does not. Of a scan some beams are taken, evenly spread, others each time. Between two such scans the pose goes on as
 // the odometry says. The odometry must be that of the time of the scan: a tenth of a second beside
 // it costs a degree while turning.
 #pragma once
@@ -21,7 +21,6 @@ struct LocaliserSettings {
   std::uint32_t beams = 60;
   double way_between = 100;   // mm between scans that are taken
   double turn_between = 0.1;  // rad
-  std::uint32_t scans_between = 50;  // at most, when it does not move
 };
 
 class Localiser {
@@ -45,6 +44,8 @@ class Localiser {
 
  private:
   void choose(std::span<const BeamEnd> scan);
+  // What choose() has taken, from pose().
+  [[nodiscard]] bool fits(const LikelihoodField& field) const;
 
   LocaliserSettings settings_;
   ParticleFilter filter_;
@@ -55,7 +56,6 @@ class Localiser {
   Pose taken_{};     // and of the last scan taken
   bool anywhere_ = false;
   bool first_ = true;
-  std::uint32_t left_out_ = 0;  // scans since
 };
 
 }  // namespace rack::localisation

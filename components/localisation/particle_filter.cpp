@@ -16,6 +16,8 @@ constexpr double kClusterRadius = 1000;  // mm
 constexpr double kClusterAngle = kPi / 6;
 constexpr std::uint32_t kTriesAtStart = 20;
 constexpr std::uint32_t kTriesInRecovery = 50;
+constexpr std::uint32_t kTriesNearby = 30;
+constexpr std::size_t kJumpShare = 5;  // a fifth of the cloud
 constexpr double kInjectedShareMax = 0.5;
 constexpr std::size_t kInjectedMax = 500;  // in one step: it must stay short
 
@@ -123,6 +125,11 @@ void ParticleFilter::set(std::size_t i, float x, float y, float rho) {
   cosine_[i] = std::cos(rho);
 }
 
+void ParticleFilter::add(float x, float y, float rho) {
+  for (auto* field : {&x_, &y_, &rho_, &sine_, &cosine_}) field->push_back(0);
+  set(x_.size() - 1, x, y, rho);
+}
+
 void ParticleFilter::start_at(const Pose& pose, double deviation, double deviation_rho) {
   clear();
   for (std::uint32_t i = 0; i < settings_.particles; ++i) {
@@ -132,11 +139,7 @@ void ParticleFilter::start_at(const Pose& pose, double deviation, double deviati
     const float x = around(pose.x, deviation);
     const float y = around(pose.y, deviation);
     const float rho = around(pose.rho, deviation_rho);
-    x_.push_back(x);
-    y_.push_back(y);
-    rho_.push_back(rho);
-    sine_.push_back(std::sin(rho));
-    cosine_.push_back(std::cos(rho));
+    add(x, y, rho);
   }
   even_weights();
   slow_ = fast_ = 0;
@@ -145,39 +148,38 @@ void ParticleFilter::start_at(const Pose& pose, double deviation, double deviati
 void ParticleFilter::start_anywhere(const LikelihoodField& field, std::span<const BeamEnd> beams) {
   clear();
   for (std::uint32_t i = 0; i < settings_.particles_max; ++i)
-    add_fitting(field, beams, kTriesAtStart);
+    add_fitting(field, beams, kTriesAtStart, [&] { return anywhere(field); });
   even_weights();
   slow_ = fast_ = 0;
 }
 
-// The best of so many places.
+ParticleFilter::Draw ParticleFilter::anywhere(const LikelihoodField& field) {
+  const MapPoint place = field.draw_free(random_);
+  return {static_cast<float>(place.x), static_cast<float>(place.y), random_.uniform(0, kTurn)};
+}
+
+ParticleFilter::Draw ParticleFilter::near(std::size_t particle) {
+  const auto within = [&](double most) {
+    return random_.uniform(static_cast<float>(-most), static_cast<float>(most));
+  };
+  return {x_[particle] + within(settings_.jump_way), y_[particle] + within(settings_.jump_way),
+          rho_[particle] + within(settings_.jump_turn)};
+}
+
+template <typename Source>
 void ParticleFilter::add_fitting(const LikelihoodField& field, std::span<const BeamEnd> beams,
-                                 std::uint32_t tries) {
+                                 std::uint32_t tries, const Source& source) {
   std::uint32_t most = 0;
-  BeamEnd at{};
-  float heading = 0;
-  float sine = 0;
-  float cosine = 1;
+  Draw best{};
   for (std::uint32_t i = 0; i < tries; ++i) {
-    const MapPoint place = field.draw_free(random_);
-    const float rho = random_.uniform(0, kTurn);
-    const float s = std::sin(rho);
-    const float c = std::cos(rho);
-    const auto x = static_cast<float>(place.x);
-    const auto y = static_cast<float>(place.y);
-    const std::uint32_t sum = field.sum(x, y, s, c, beams);
+    const Draw draw = source();
+    const std::uint32_t sum =
+        field.sum(draw.x, draw.y, std::sin(draw.rho), std::cos(draw.rho), beams);
     if (i > 0 && sum <= most) continue;
     most = sum;
-    at = {x, y};
-    heading = rho;
-    sine = s;
-    cosine = c;
+    best = draw;
   }
-  x_.push_back(at.x);
-  y_.push_back(at.y);
-  rho_.push_back(heading);
-  sine_.push_back(sine);
-  cosine_.push_back(cosine);
+  add(best.x, best.y, best.rho);
 }
 
 void ParticleFilter::move(const Pose& step) {
@@ -299,15 +301,21 @@ std::size_t ParticleFilter::wanted_size() const {
 
 void ParticleFilter::resample(const LikelihoodField& field, std::span<const BeamEnd> beams) {
   const double share =
-      slow_ > 0 ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax) : 0;
+      slow_ > 0 && !beams.empty() ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax) : 0;
   const std::size_t size = wanted_size();
   const auto anew = std::min(
       kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));
+  const auto jumped = !beams.empty() && misfits(fit_) ? size / kJumpShare : 0;
   const bool idle = effective_ < 0.5 * static_cast<double>(x_.size());
-  if (!idle && anew == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size) return;
-  draw_systematically(size - anew);
-  if (!beams.empty())
-    for (std::size_t i = 0; i < anew; ++i) add_fitting(field, beams, kTriesInRecovery);
+  if (!idle && anew + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size) return;
+  const std::size_t kept = size - anew - jumped;
+  draw_systematically(kept);
+  for (std::size_t i = 0; i < jumped; ++i) {
+    const std::size_t around = random_.below(static_cast<std::uint32_t>(kept));
+    add_fitting(field, beams, kTriesNearby, [&] { return near(around); });
+  }
+  for (std::size_t i = 0; i < anew; ++i)
+    add_fitting(field, beams, kTriesInRecovery, [&] { return anywhere(field); });
   injected_ = anew;
   even_weights();
 }

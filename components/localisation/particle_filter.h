@@ -14,6 +14,8 @@
 // - When scans fit worse than they did for long, the robot may have been carried away (augmented
 //   MCL: two averages, a slow and a fast one). Then a part of the cloud is drawn anew, from places
 //   of the map where the scan fits.
+// - When a single scan does not fit, the odometry has jumped: then a part is drawn from places near
+//   the cloud where it fits, before the robot is lost.
 //
 // Numbers lie in arrays a field, of floats; the sine and cosine of a heading are computed once.
 // All memory is taken by the constructor.
@@ -49,6 +51,10 @@ struct FilterSettings {
   double average_slow = 0.01;
   double average_fast = 0.15;
   double recovery_margin = 1.35;
+  // And a single scan, for a search nearby: so far, uniformly.
+  double jump_margin = 1.1;
+  double jump_way = 1000;  // mm
+  double jump_turn = 0.6;  // rad
 };
 
 // Symmetric, in mm and rad.
@@ -118,6 +124,8 @@ class ParticleFilter {
 
   [[nodiscard]] std::size_t size() const { return x_.size(); }
   [[nodiscard]] Pose particle(std::size_t i) const { return {.x = x_[i], .y = y_[i], .rho = rho_[i]}; }
+  // Whether a scan that fits so well means that the robot is not where the cloud is.
+  [[nodiscard]] bool misfits(double fit) const { return fit * settings_.jump_margin < slow_; }
   // Of the last weigh(): how well the scan fits on average, 0 to 1.
   [[nodiscard]] double fit() const { return fit_; }
   // Of the last resample(): how many particles were drawn anew.
@@ -128,7 +136,16 @@ class ParticleFilter {
     std::vector<float> x, y, rho, sine, cosine;
   };
   void set(std::size_t i, float x, float y, float rho);
-  void add_fitting(const LikelihoodField& field, std::span<const BeamEnd> beams, std::uint32_t tries);
+  struct Draw {
+    float x, y, rho;
+  };
+  // The best of so many draws.
+  template <typename Source>
+  void add_fitting(const LikelihoodField& field, std::span<const BeamEnd> beams,
+                   std::uint32_t tries, const Source& source);
+  [[nodiscard]] Draw anywhere(const LikelihoodField& field);
+  [[nodiscard]] Draw near(std::size_t particle);
+  void add(float x, float y, float rho);
   void even_weights();
   void clear();
   [[nodiscard]] std::size_t wanted_size() const;
