@@ -186,9 +186,94 @@ tims::Result<CarmenLog> read_carmen(std::string_view text) {
   return reader.end();
 }
 
+namespace {
+
+constexpr double kLagMax = 0.3;       // s
+constexpr double kLagStep = 0.01;     // s
+constexpr double kTurnLeast = radians(2);  // between two scans: less says nothing
+constexpr double kTurnMost = radians(25);
+constexpr double kOffMax = radians(5);  // more is a slip, or not the same view
+constexpr double kMisfitMax = 0.5;      // m
+constexpr std::size_t kPairsMax = 3000;
+constexpr std::size_t kPairsLeast = 30;
+constexpr double kBetter = 0.9;  // than without lag
+
+// How far the robot turned between two scans, by the shift of one along the other.
+class TurnBetween {
+ public:
+  explicit TurnBetween(const CarmenLog& log) : log_(log) {}
+
+  // Nothing: their view is not the same, or it hardly turned.
+  std::optional<double> operator()(const LogScan& a, const LogScan& b) {
+    if (a.count != b.count || a.step != b.step || a.step == 0 || a.count < 90) return std::nullopt;
+    const auto most = static_cast<std::ptrdiff_t>(std::abs(kTurnMost / a.step));
+    misfits_.clear();
+    for (std::ptrdiff_t shift = -most; shift <= most; ++shift)
+      misfits_.push_back(misfit(a, b, shift));
+    const auto best = std::ranges::min_element(misfits_) - misfits_.begin();
+    if (best == 0 || best == 2 * most) return std::nullopt;
+    // The lowest point of the parabola through it and its neighbours.
+    const auto at = static_cast<std::size_t>(best);
+    const double left = misfits_[at - 1];
+    const double right = misfits_[at + 1];
+    const double bow = left - 2 * misfits_[at] + right;
+    const double part = bow > 0 ? (left - right) / (2 * bow) : 0;
+    const double turn = (static_cast<double>(best - most) + part) * a.step;
+    if (std::abs(turn) < kTurnLeast) return std::nullopt;
+    return turn;
+  }
+
+ private:
+  [[nodiscard]] double misfit(const LogScan& a, const LogScan& b, std::ptrdiff_t shift) const {
+    double all = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < b.count; ++i) {
+      const auto j = static_cast<std::ptrdiff_t>(i) + shift;
+      if (j < 0 || j >= static_cast<std::ptrdiff_t>(a.count)) continue;
+      const auto one = static_cast<double>(log_.ranges[a.begin + static_cast<std::size_t>(j)]);
+      const auto other = static_cast<double>(log_.ranges[b.begin + i]);
+      if (one >= log_.range_max || other >= log_.range_max) continue;
+      all += std::min(std::abs(one - other), kMisfitMax);
+      ++count;
+    }
+    return count > b.count / 2 ? all / static_cast<double>(count) : kMisfitMax;
+  }
+
+  const CarmenLog& log_;
+  std::vector<double> misfits_;
+};
+
+}  // namespace
+
 double estimate_lag(const CarmenLog& log) {
-  (void)log;
-  return 0;
+  struct Pair {
+    std::size_t first;
+    double turn;
+  };
+  std::vector<Pair> pairs;
+  TurnBetween turn_between(log);
+  for (std::size_t i = 0; i + 1 < log.scans.size() && pairs.size() < kPairsMax; ++i)
+    if (const auto turn = turn_between(log.scans[i], log.scans[i + 1])) pairs.push_back({i, *turn});
+  if (pairs.size() < kPairsLeast) return 0;
+  const auto off = [&](double lag) {
+    double all = 0;
+    for (const Pair& pair : pairs) {
+      const Pose from = log.odometry_of(log.scans[pair.first], lag);
+      const Pose to = log.odometry_of(log.scans[pair.first + 1], lag);
+      all += std::min(std::abs(signed_angle(to.rho - from.rho - pair.turn)), kOffMax);
+    }
+    return all / static_cast<double>(pairs.size());
+  };
+  const double without = off(0);
+  double least = without;
+  double best = 0;
+  for (double lag = kLagStep; lag < kLagMax + kLagStep / 2; lag += kLagStep) {
+    const double now = off(lag);
+    if (now >= least) continue;
+    least = now;
+    best = lag;
+  }
+  return least < kBetter * without ? best : 0;
 }
 
 }  // namespace rack::localisation

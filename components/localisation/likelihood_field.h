@@ -33,6 +33,32 @@ struct BeamEnd {
   float y;
 };
 
+// Many of them, as a processor likes them: all x, then all y.
+class Beams {
+ public:
+  void reserve(std::size_t count) {
+    x_.reserve(count);
+    y_.reserve(count);
+  }
+  void clear() {
+    x_.clear();
+    y_.clear();
+  }
+  void add(const BeamEnd& beam) {
+    x_.push_back(beam.x);
+    y_.push_back(beam.y);
+  }
+  [[nodiscard]] std::size_t size() const { return x_.size(); }
+  [[nodiscard]] bool empty() const { return x_.empty(); }
+  [[nodiscard]] const float* x() const { return x_.data(); }
+  [[nodiscard]] const float* y() const { return y_.data(); }
+  [[nodiscard]] BeamEnd operator[](std::size_t i) const { return {x_[i], y_[i]}; }
+
+ private:
+  std::vector<float> x_;
+  std::vector<float> y_;
+};
+
 class LikelihoodField {
  public:
   // Refused: maps without an occupied or without a free cell.
@@ -47,12 +73,9 @@ class LikelihoodField {
 
   // The sum of at() over all beams seen from x, y, with sine and cosine of rho.
   [[nodiscard]] std::uint32_t sum(float x, float y, float sine, float cosine,
-                                  std::span<const BeamEnd> beams) const {
-    std::uint32_t all = 0;
-    for (const BeamEnd& beam : beams)
-      all += at(x + cosine * beam.x - sine * beam.y, y + sine * beam.x + cosine * beam.y);
-    return all;
-  }
+                                  const Beams& beams) const;
+  // The same as a part of the most that is possible, 0 to 1.
+  [[nodiscard]] double fit(const Pose& pose, const Beams& beams) const;
 
   [[nodiscard]] bool is_free(double x, double y) const;
   [[nodiscard]] std::size_t free_cells() const { return free_.size(); }

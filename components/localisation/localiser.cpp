@@ -43,7 +43,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
-  if (!first_ && !moved && fits(field)) return false;
+  if (!first_ && !moved && !filter_.misfits(field.fit(pose(), beams_))) return false;
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
   if (!first_) filter_.move(step);
@@ -54,14 +54,6 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   return true;
 }
 
-bool Localiser::fits(const LikelihoodField& field) const {
-  const Pose at = pose();
-  const std::uint32_t sum =
-      field.sum(static_cast<float>(at.x), static_cast<float>(at.y),
-                static_cast<float>(std::sin(at.rho)), static_cast<float>(std::cos(at.rho)), beams_);
-  return !filter_.misfits(sum / (255.0 * static_cast<double>(beams_.size())));
-}
-
 void Localiser::choose(std::span<const BeamEnd> scan) {
   beams_.clear();
   if (scan.empty()) return;
@@ -70,7 +62,7 @@ void Localiser::choose(std::span<const BeamEnd> scan) {
   for (std::uint32_t i = 0; i < settings_.beams; ++i) {
     const auto at = static_cast<std::size_t>(first + i * every);
     if (at >= scan.size()) break;
-    if (std::isfinite(scan[at].x) && std::isfinite(scan[at].y)) beams_.push_back(scan[at]);
+    if (std::isfinite(scan[at].x) && std::isfinite(scan[at].y)) beams_.add(scan[at]);
   }
 }
 

@@ -40,17 +40,15 @@ class Localiser {
   // As of the last scan that was taken.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
-  [[nodiscard]] std::span<const BeamEnd> beams() const { return beams_; }
+  [[nodiscard]] const Beams& beams() const { return beams_; }
 
  private:
   void choose(std::span<const BeamEnd> scan);
-  // What choose() has taken, from pose().
-  [[nodiscard]] bool fits(const LikelihoodField& field) const;
 
   LocaliserSettings settings_;
   ParticleFilter filter_;
   Random random_;
-  std::vector<BeamEnd> beams_;
+  Beams beams_;
   Estimate estimate_{};
   Pose odometry_{};  // newest
   Pose taken_{};     // and of the last scan taken

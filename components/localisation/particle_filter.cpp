@@ -145,7 +145,7 @@ void ParticleFilter::start_at(const Pose& pose, double deviation, double deviati
   slow_ = fast_ = 0;
 }
 
-void ParticleFilter::start_anywhere(const LikelihoodField& field, std::span<const BeamEnd> beams) {
+void ParticleFilter::start_anywhere(const LikelihoodField& field, const Beams& beams) {
   clear();
   for (std::uint32_t i = 0; i < settings_.particles_max; ++i)
     add_fitting(field, beams, kTriesAtStart, [&] { return anywhere(field); });
@@ -167,7 +167,7 @@ ParticleFilter::Draw ParticleFilter::near(std::size_t particle) {
 }
 
 template <typename Source>
-void ParticleFilter::add_fitting(const LikelihoodField& field, std::span<const BeamEnd> beams,
+void ParticleFilter::add_fitting(const LikelihoodField& field, const Beams& beams,
                                  std::uint32_t tries, const Source& source) {
   std::uint32_t most = 0;
   Draw best{};
@@ -209,7 +209,7 @@ void ParticleFilter::move(const Pose& step) {
   }
 }
 
-void ParticleFilter::weigh(const LikelihoodField& field, std::span<const BeamEnd> beams) {
+void ParticleFilter::weigh(const LikelihoodField& field, const Beams& beams) {
   injected_ = 0;
   if (beams.empty()) return;
   const float scale = 1 / (255.0F * static_cast<float>(beams.size()));
@@ -299,7 +299,7 @@ std::size_t ParticleFilter::wanted_size() const {
                                              static_cast<double>(settings_.particles_max)));
 }
 
-void ParticleFilter::resample(const LikelihoodField& field, std::span<const BeamEnd> beams) {
+void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams) {
   const double share =
       slow_ > 0 && !beams.empty() ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax) : 0;
   const std::size_t size = wanted_size();

@@ -111,13 +111,13 @@ class ParticleFilter {
 
   void start_at(const Pose& pose, double deviation, double deviation_rho);
   // Everywhere that is free, more where the scan fits.
-  void start_anywhere(const LikelihoodField& field, std::span<const BeamEnd> beams);
+  void start_anywhere(const LikelihoodField& field, const Beams& beams);
 
   // A step in the frame of the robot.
   void move(const Pose& step);
-  void weigh(const LikelihoodField& field, std::span<const BeamEnd> beams);
+  void weigh(const LikelihoodField& field, const Beams& beams);
   // After weigh() and estimate(): the cloud for the next step.
-  void resample(const LikelihoodField& field, std::span<const BeamEnd> beams);
+  void resample(const LikelihoodField& field, const Beams& beams);
 
   // Mean and covariance of the heaviest part of the cloud.
   [[nodiscard]] Estimate estimate();
@@ -141,7 +141,7 @@ class ParticleFilter {
   };
   // The best of so many draws.
   template <typename Source>
-  void add_fitting(const LikelihoodField& field, std::span<const BeamEnd> beams,
+  void add_fitting(const LikelihoodField& field, const Beams& beams,
                    std::uint32_t tries, const Source& source);
   [[nodiscard]] Draw anywhere(const LikelihoodField& field);
   [[nodiscard]] Draw near(std::size_t particle);
