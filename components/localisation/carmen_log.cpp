@@ -62,9 +62,9 @@ class Words {
     const auto value = tims::base::parse_number<double>(text);
     if (value && std::isfinite(*value)) return *value;
     if (wrong_.empty())
-      wrong_ = std::string(what) + (text.empty() ? ": the line ends before it"
-                                                 : ": \"" + std::string(text.substr(0, 20)) +
-                                                       "\" is no number");
+      wrong_ = std::string(what) +
+               (text.empty() ? ": the line ends before it"
+                             : ": \"" + std::string(text.substr(0, 20)) + "\" is no number");
     return 0;
   }
   std::size_t count(std::string_view what) {
@@ -188,8 +188,8 @@ tims::Result<CarmenLog> read_carmen(std::string_view text) {
 
 namespace {
 
-constexpr double kLagMax = 0.3;       // s
-constexpr double kLagStep = 0.01;     // s
+constexpr double kLagMax = 0.3;            // s
+constexpr double kLagStep = 0.01;          // s
 constexpr double kTurnLeast = radians(2);  // between two scans: less says nothing
 constexpr double kTurnMost = radians(25);
 constexpr double kOffMax = radians(5);  // more is a slip, or not the same view

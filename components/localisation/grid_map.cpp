@@ -144,9 +144,9 @@ tims::Result<GridMap> read_map(const GridMapData& message) {
 tims::Result<GridMapData> to_message(const GridMap& map) {
   GridMapData message;
   if (map.cells.size() > decltype(message.occupancy)::kMax)
-    return tims::Error(tims::Errc::kTooBig,
-                       std::to_string(map.cells.size()) + " cells: a grid map has at most " +
-                           std::to_string(decltype(message.occupancy)::kMax));
+    return tims::Error(tims::Errc::kTooBig, std::to_string(map.cells.size()) +
+                                                " cells: a grid map has at most " +
+                                                std::to_string(decltype(message.occupancy)::kMax));
   message.scale = static_cast<i32>(std::lround(map.resolution));
   message.offsetX = static_cast<i32>(std::lround(map.origin.x + map.resolution / 2));
   message.offsetY = static_cast<i32>(std::lround(map.origin.y + map.resolution / 2));

@@ -71,7 +71,8 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
   if (!occupied) return tims::Error(tims::Errc::kMalformed, "the map has no occupied cell");
   if (field.free_.empty()) return tims::Error(tims::Errc::kMalformed, "the map has no free cell");
   Envelope envelope(std::max(rows, columns));
-  for (std::size_t row = 0; row < rows; ++row) envelope.transform(&squares[row * columns], columns, 1);
+  for (std::size_t row = 0; row < rows; ++row)
+    envelope.transform(&squares[row * columns], columns, 1);
   for (std::size_t column = 0; column < columns; ++column)
     envelope.transform(&squares[column], rows, columns);
 
@@ -120,8 +121,9 @@ std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
     for (std::size_t i = 0; i < count; ++i) {
       const float r = std::min(std::max(row + c * bx[i] - s * by[i], 0.0F), row_max);
       const float q = std::min(std::max(column + s * bx[i] + c * by[i], 0.0F), column_max);
-      cells[i] = static_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(r)) * stride +
-                                           static_cast<float>(static_cast<std::int32_t>(q)));
+      cells[i] =
+          static_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(r)) * stride +
+                                    static_cast<float>(static_cast<std::int32_t>(q)));
     }
     for (std::size_t i = 0; i < count; ++i) all += table_[static_cast<std::size_t>(cells[i])];
   }
@@ -149,8 +151,8 @@ bool LikelihoodField::is_free(double x, double y) const {
 }
 
 MapPoint LikelihoodField::draw_free(Random& random) const {
-  const auto cell = static_cast<std::int32_t>(
-      free_[random.below(static_cast<std::uint32_t>(free_.size()))]);
+  const auto cell =
+      static_cast<std::int32_t>(free_[random.below(static_cast<std::uint32_t>(free_.size()))]);
   const auto place = [&](float low, std::int32_t at) {
     return static_cast<double>(low) + (at + static_cast<double>(random.uniform())) * resolution_;
   };

@@ -2,10 +2,11 @@
 // and what is said between its steps. Pure.
 //
 // A scan is taken when the robot has moved a little since the last one: standing still it would say
-// the same thing again and again, and the filter would believe it more than it deserves; but a scan that does not fit is always taken, as
-// odometry can stand still while the robot does not. Of a scan some beams are taken, evenly spread, others each time. Between two such scans the pose goes on as
-// the odometry says. The odometry must be that of the time of the scan: a tenth of a second beside
-// it costs a degree while turning.
+// the same thing again and again, and the filter would believe it more than it deserves; but a scan
+// that does not fit is always taken, as odometry can stand still while the robot does not. Of a
+// scan some beams are taken, evenly spread, others each time. Between two such scans the pose goes
+// on as the odometry says. The odometry must be that of the time of the scan: a tenth of a second
+// beside it costs a degree while turning.
 #pragma once
 
 #include <cstdint>

@@ -8,8 +8,8 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr float kBinSize = 500;                               // mm
-constexpr float kBinAngle = static_cast<float>(kPi / 12);     // rad
+constexpr float kBinSize = 500;                            // mm
+constexpr float kBinAngle = static_cast<float>(kPi / 12);  // rad
 constexpr std::int32_t kBinAngles = 24;
 constexpr float kTurn = static_cast<float>(2 * kPi);
 constexpr double kClusterRadius = 1000;  // mm
@@ -80,8 +80,7 @@ PoseBins::Heaviest PoseBins::heaviest() const {
     float around = 0;
     for (std::int32_t x = -1; x <= 1; ++x)
       for (std::int32_t y = -1; y <= 1; ++y)
-        for (std::int32_t r = -1; r <= 1; ++r)
-          around += weight(bin.x + x, bin.y + y, bin.rho + r);
+        for (std::int32_t r = -1; r <= 1; ++r) around += weight(bin.x + x, bin.y + y, bin.rho + r);
     around += bin.weight;  // the one that lies in the middle of its neighbours
     if (around <= most) continue;
     most = around;
@@ -95,7 +94,9 @@ PoseBins::Heaviest PoseBins::heaviest() const {
 }
 
 ParticleFilter::ParticleFilter(const FilterSettings& settings, std::uint64_t seed)
-    : settings_(settings), random_(seed), bins_(std::max(settings.particles, settings.particles_max)) {
+    : settings_(settings),
+      random_(seed),
+      bins_(std::max(settings.particles, settings.particles_max)) {
   settings_.particles = std::max<std::uint32_t>(1, settings.particles);
   settings_.particles_max = std::max(settings_.particles, settings.particles_max);
   for (auto* field : {&x_, &y_, &rho_, &sine_, &cosine_, &weight_, &next_.x, &next_.y, &next_.rho,
@@ -185,8 +186,8 @@ void ParticleFilter::add_fitting(const LikelihoodField& field, const Beams& beam
 void ParticleFilter::move(const Pose& step) {
   const double turn = std::abs(signed_angle(step.rho));
   const double way = std::hypot(step.x, step.y);
-  const auto deviation_turn = static_cast<float>(settings_.turn_least + settings_.turn_by_turn * turn +
-                                                 settings_.turn_by_way * way / 1000);
+  const auto deviation_turn = static_cast<float>(
+      settings_.turn_least + settings_.turn_by_turn * turn + settings_.turn_by_way * way / 1000);
   const auto deviation_way = static_cast<float>(settings_.way_least + settings_.way_by_way * way);
   const auto deviation_side = static_cast<float>(settings_.way_least + settings_.side_by_way * way);
   const auto dx = static_cast<float>(step.x);
@@ -196,7 +197,8 @@ void ParticleFilter::move(const Pose& step) {
       static_cast<std::size_t>(settings_.slip_share * static_cast<double>(x_.size()));
   // Any of them may slip: a stretch of the cloud that begins anywhere, as copies lie side by side
   // every so many-th one.
-  const std::size_t every = slipping == 0 ? x_.size() + 1 : std::max<std::size_t>(1, x_.size() / slipping);
+  const std::size_t every =
+      slipping == 0 ? x_.size() + 1 : std::max<std::size_t>(1, x_.size() / slipping);
   const std::size_t first = random_.below(static_cast<std::uint32_t>(every));
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float times = i % every == first ? static_cast<float>(settings_.slip_times) : 1.0F;
@@ -301,13 +303,16 @@ std::size_t ParticleFilter::wanted_size() const {
 
 void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams) {
   const double share =
-      slow_ > 0 && !beams.empty() ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax) : 0;
+      slow_ > 0 && !beams.empty()
+          ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax)
+          : 0;
   const std::size_t size = wanted_size();
-  const auto anew = std::min(
-      kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));
+  const auto anew =
+      std::min(kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));
   const auto jumped = !beams.empty() && misfits(fit_) ? size / kJumpShare : 0;
   const bool idle = effective_ < 0.5 * static_cast<double>(x_.size());
-  if (!idle && anew + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size) return;
+  if (!idle && anew + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size)
+    return;
   const std::size_t kept = size - anew - jumped;
   draw_systematically(kept);
   for (std::size_t i = 0; i < jumped; ++i) {

@@ -44,13 +44,13 @@ struct FilterSettings {
   double slip_share = 0.1;     // of the particles, whose noise is
   double slip_times = 4;       // so many times larger
   // How much likelier a scan that fits wholly is than one that does not at all: exp(this).
-  double sharpness = 12;
+  double sharpness = 15;
   double kld_error = 0.05;
   double kld_quantile = 2.33;  // of the normal distribution: 99 %
   // Averages of how scans fit, and how much the fast one must be below the slow one.
-  double average_slow = 0.01;
+  double average_slow = 0.003;
   double average_fast = 0.15;
-  double recovery_margin = 1.35;
+  double recovery_margin = 1.3;
   // And a single scan, for a search nearby: so far, uniformly.
   double jump_margin = 1.1;
   double jump_way = 1000;  // mm
@@ -123,7 +123,9 @@ class ParticleFilter {
   [[nodiscard]] Estimate estimate();
 
   [[nodiscard]] std::size_t size() const { return x_.size(); }
-  [[nodiscard]] Pose particle(std::size_t i) const { return {.x = x_[i], .y = y_[i], .rho = rho_[i]}; }
+  [[nodiscard]] Pose particle(std::size_t i) const {
+    return {.x = x_[i], .y = y_[i], .rho = rho_[i]};
+  }
   // Whether a scan that fits so well means that the robot is not where the cloud is.
   [[nodiscard]] bool misfits(double fit) const { return fit * settings_.jump_margin < slow_; }
   // Of the last weigh(): how well the scan fits on average, 0 to 1.
@@ -141,8 +143,8 @@ class ParticleFilter {
   };
   // The best of so many draws.
   template <typename Source>
-  void add_fitting(const LikelihoodField& field, const Beams& beams,
-                   std::uint32_t tries, const Source& source);
+  void add_fitting(const LikelihoodField& field, const Beams& beams, std::uint32_t tries,
+                   const Source& source);
   [[nodiscard]] Draw anywhere(const LikelihoodField& field);
   [[nodiscard]] Draw near(std::size_t particle);
   void add(float x, float y, float rho);

@@ -93,9 +93,7 @@ class PgmReader {
     left_.remove_prefix(found.size());
     return found;
   }
-  std::int64_t number() {
-    return tims::base::parse_number<std::int32_t>(word()).value_or(-1);
-  }
+  std::int64_t number() { return tims::base::parse_number<std::int32_t>(word()).value_or(-1); }
   // After exactly one blank; nothing when there are fewer.
   std::string_view bytes(std::size_t count) {
     if (left_.size() < count + 1) return {};
@@ -124,8 +122,10 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
   if (width * height > GridMap::kCellsMax)
     return malformed("the picture has more than " + std::to_string(GridMap::kCellsMax) + " cells");
   if (white <= 0 || white > 65535) return malformed("the PGM picture's white is not 1 to 65535");
-  Picture picture{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height),
-                  static_cast<double>(white), {}};
+  Picture picture{static_cast<std::int32_t>(width),
+                  static_cast<std::int32_t>(height),
+                  static_cast<double>(white),
+                  {}};
   const auto count = static_cast<std::size_t>(width * height);
   if (kind == "P5") {
     const std::size_t size = white > 255 ? 2 : 1;

@@ -16,10 +16,10 @@
 namespace rack::localisation {
 
 struct RosMapInfo {
-  std::string image{};     // file name, relative to that of the YAML file
-  double resolution = 0;   // m
-  double origin_x = 0;     // m: the lower left corner of the picture
-  double origin_y = 0;     // m
+  std::string image{};    // file name, relative to that of the YAML file
+  double resolution = 0;  // m
+  double origin_x = 0;    // m: the lower left corner of the picture
+  double origin_y = 0;    // m
   bool negate = false;
   double occupied_thresh = 0.65;
   double free_thresh = 0.196;

@@ -15,13 +15,13 @@ using localisation::Random;
 
 namespace {
 
-constexpr double kStartWay = 500;             // mm
+constexpr double kStartWay = 500;  // mm
 constexpr double kStartTurn = radians(15);
-constexpr double kFoundWay = 1000;            // mm
+constexpr double kFoundWay = 1000;  // mm
 constexpr double kFoundTurn = radians(20);
-constexpr double kSureShare = 0.95;           // of the weight, in one place
+constexpr double kSureShare = 0.95;  // of the weight, in one place
 constexpr std::uint32_t kSureUpdates = 20;
-constexpr double kCarried = 10000;            // mm
+constexpr double kCarried = 10000;  // mm
 
 struct PoseError {
   double way;
@@ -64,8 +64,10 @@ class Drive {
     for (BeamEnd& beam : beams_) {
       if (trial_.short_beams <= 0 || random_.uniform() >= trial_.short_beams) continue;
       const float part = random_.uniform(0.1F, 0.9F);
-      beam.x = static_cast<float>(scan.laser.x) + part * (beam.x - static_cast<float>(scan.laser.x));
-      beam.y = static_cast<float>(scan.laser.y) + part * (beam.y - static_cast<float>(scan.laser.y));
+      beam.x =
+          static_cast<float>(scan.laser.x) + part * (beam.x - static_cast<float>(scan.laser.x));
+      beam.y =
+          static_cast<float>(scan.laser.y) + part * (beam.y - static_cast<float>(scan.laser.y));
     }
     return beams_;
   }
@@ -114,10 +116,10 @@ class Evaluation {
 
   Outcome run() {
     start();
-    if (trial_.kidnap) plan_kidnapping();
+    const auto carried = trial_.kidnap ? kidnapping(truth_) : std::nullopt;
     for (std::size_t i = first_; i < log_.scans.size(); ++i) {
-      if (i == leave_) {
-        i = arrive_;
+      if (carried && i == carried->leave) {
+        i = carried->arrive;
         drive_.carry(i);
         carried_at_ = drive_.driven();
       }
@@ -150,18 +152,6 @@ class Evaluation {
     return laser + (Pose{} - log_.scans[scan].laser);
   }
 
-  // From the middle of the truth to where it is far away.
-  void plan_kidnapping() {
-    const auto& poses = truth_.poses;
-    for (std::size_t from = poses.size() / 2; from < poses.size(); ++from)
-      for (std::size_t to = from; to < poses.size(); ++to)
-        if (error_of(poses[from].laser, poses[to].laser).way >= kCarried) {
-          leave_ = poses[from].scan;
-          arrive_ = poses[to].scan;
-          return;
-        }
-  }
-
   void step(std::size_t i) {
     const Pose odometry = drive_.odometry(i);
     const auto beams = drive_.beams(i);
@@ -178,7 +168,8 @@ class Evaluation {
       if (sure_) track_[i] = laser;
     }
     for (; at_ < truth_.poses.size() && truth_.poses[at_].scan <= i; ++at_)
-      if (truth_.poses[at_].scan == i) compare(error_of(laser, truth_.poses[at_].laser));
+      if (truth_.poses[at_].scan == i && (trial_.global || i > first_))
+        compare(error_of(laser, truth_.poses[at_].laser));
   }
 
   void compare(const PoseError& error) {
@@ -225,15 +216,23 @@ class Evaluation {
   Outcome outcome_;
   std::vector<std::optional<Pose>> track_;  // of the laser, by scan
   std::size_t first_ = 0;
-  std::size_t at_ = 0;  // the next of the true poses
-  std::size_t leave_ = static_cast<std::size_t>(-1);
-  std::size_t arrive_ = 0;
+  std::size_t at_ = 0;                // the next of the true poses
   std::optional<double> carried_at_;  // mm driven
   bool sure_ = false;
   double us_ = 0;
 };
 
 }  // namespace
+
+// From the middle of the truth on.
+std::optional<Kidnapping> kidnapping(const Truth& truth) {
+  const auto& poses = truth.poses;
+  for (std::size_t from = poses.size() / 2; from < poses.size(); ++from)
+    for (std::size_t to = from; to < poses.size(); ++to)
+      if (error_of(poses[from].laser, poses[to].laser).way >= kCarried)
+        return Kidnapping{poses[from].scan, poses[to].scan};
+  return std::nullopt;
+}
 
 Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
             const Truth& truth, const Stopwatch& stopwatch) {

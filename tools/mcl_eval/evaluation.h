@@ -3,8 +3,8 @@
 //
 // Tracking starts beside the truth: half a metre and 15 degrees off. With relations there is no
 // such place; it is found first, by a global start on the same log, and tracking then starts from
-// there. A global start knows nothing; what it says counts from where it first was within a metre
-// and 20 degrees.
+// there. The first true pose is not compared: it was given away. A global start knows nothing; what
+// it says counts from where it first was within a metre and 20 degrees.
 //
 // What makes it harder: odometry that is wrong, beams that people cut short, and the robot carried
 // away: half-way through the log it goes on where the robot was at least 10 m away, while the
@@ -23,7 +23,7 @@ namespace rack::mcl_eval {
 struct Trial {
   localisation::LocaliserSettings settings{};
   std::uint64_t seed = 1;
-  double lag = 0;             // s: scans are older than their time
+  double lag = 0;  // s: scans are older than their time
   bool global = false;
   bool kidnap = false;
   double odometry_scale = 1;  // of ways
@@ -32,16 +32,24 @@ struct Trial {
 };
 
 struct Outcome {
-  std::vector<double> metres{};   // errors
+  std::vector<double> metres{};  // errors
   std::vector<double> degrees{};
-  double share_over_1m = 0;       // of the truth's poses
-  bool lost = false;              // more than 1 m or 20 degrees off at the end
+  double share_over_1m = 0;               // of the truth's poses
+  bool lost = false;                      // more than 1 m or 20 degrees off at the end
   std::optional<double> found_after{};    // m driven since a global start
   std::optional<double> refound_after{};  // since it was carried away
   std::size_t updates = 0;
   std::size_t recoveries = 0;  // updates in which particles were drawn anew
   double us_per_update = 0;
 };
+
+// Where it is carried away and where it goes on, of the log's scans; nothing: its truth has no two
+// poses that are far enough apart.
+struct Kidnapping {
+  std::size_t leave;
+  std::size_t arrive;
+};
+std::optional<Kidnapping> kidnapping(const Truth& truth);
 
 using Stopwatch = std::function<double()>;  // us
 

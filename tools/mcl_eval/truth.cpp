@@ -100,9 +100,10 @@ class Reader {
   tims::Result<Truth> end() {
     if (truth_.poses.empty() && truth_.relations.empty())
       return tims::Error(tims::Errc::kMalformed,
-                         truth_.beside > 0 ? "none of its times is one of the log's scans: is it of "
-                                             "another log?"
-                                           : "no pose and no relation");
+                         truth_.beside > 0
+                             ? "none of its times is one of the log's scans: is it of "
+                               "another log?"
+                             : "no pose and no relation");
     std::ranges::stable_sort(truth_.poses, {}, &TruePose::scan);
     return std::move(truth_);
   }
