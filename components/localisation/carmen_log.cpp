@@ -107,7 +107,7 @@ class Reader {
     if (log_.odometry.empty())
       for (const LogScan& scan : log_.scans) log_.odometry.add(scan.time, scan.odometry);
     // A scanner that saw nothing says its longest range.
-    const float longest = *std::ranges::max_element(log_.ranges);
+    const float longest = log_.ranges.empty() ? 0 : *std::ranges::max_element(log_.ranges);
     log_.range_max = std::min(40.0, 0.985 * static_cast<double>(longest));
     return std::move(log_);
   }

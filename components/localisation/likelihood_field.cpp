@@ -101,7 +101,8 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
 }
 
 // First where all beams end, then what is there: the first loop does four beams at once, which is
-// why it has no branch, no integer multiplication (a float is exact up to kCellsMax), and arrays.
+// why it has no branch, no integer multiplication (a float is exact up to kCellsMax), and arrays. max(0, x) is 0 when x is no
+// number.
 std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
                                    const Beams& beams) const {
   constexpr std::size_t kAtOnce = 64;
@@ -119,8 +120,8 @@ std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
     const float* const bx = beams.x() + begin;
     const float* const by = beams.y() + begin;
     for (std::size_t i = 0; i < count; ++i) {
-      const float r = std::min(std::max(row + c * bx[i] - s * by[i], 0.0F), row_max);
-      const float q = std::min(std::max(column + s * bx[i] + c * by[i], 0.0F), column_max);
+      const float r = std::min(std::max(0.0F, row + c * bx[i] - s * by[i]), row_max);
+      const float q = std::min(std::max(0.0F, column + s * bx[i] + c * by[i]), column_max);
       cells[i] =
           static_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(r)) * stride +
                                     static_cast<float>(static_cast<std::int32_t>(q)));

@@ -85,10 +85,11 @@ class LikelihoodField {
 
  private:
   LikelihoodField() = default;
-  // Of the cell, in a table with a border that is far from everything.
+  // Of the cell, in a table with a border that is far from everything. max(0, x) is 0 when x is no
+  // number.
   [[nodiscard]] std::size_t index(float x, float y) const {
-    const float row = std::min(std::max((x - low_x_) * cells_per_mm_, 0.0F), row_max_);
-    const float column = std::min(std::max((y - low_y_) * cells_per_mm_, 0.0F), column_max_);
+    const float row = std::min(std::max(0.0F, (x - low_x_) * cells_per_mm_), row_max_);
+    const float column = std::min(std::max(0.0F, (y - low_y_) * cells_per_mm_), column_max_);
     return static_cast<std::size_t>(static_cast<std::int32_t>(row) * stride_ +
                                     static_cast<std::int32_t>(column));
   }

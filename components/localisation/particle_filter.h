@@ -50,7 +50,7 @@ struct FilterSettings {
   // Averages of how scans fit, and how much the fast one must be below the slow one.
   double average_slow = 0.003;
   double average_fast = 0.15;
-  double recovery_margin = 1.3;
+  double recovery_margin = 1.15;
   // And a single scan, for a search nearby: so far, uniformly.
   double jump_margin = 1.1;
   double jump_way = 1000;  // mm

@@ -1,0 +1,139 @@
+#include "components/localisation/likelihood_field.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace rack::localisation {
+
+namespace {
+
+GridMap random_map(std::int32_t rows, std::int32_t columns, std::uint64_t seed) {
+  GridMap map{.resolution = 50, .origin = {-1000, 2000}, .rows = rows, .columns = columns};
+  Random random(seed);
+  for (std::int32_t i = 0; i < rows * columns; ++i)
+    map.cells.push_back(random.below(40) == 0 ? Cell::kOccupied : Cell::kFree);
+  map.cells[0] = Cell::kOccupied;
+  return map;
+}
+
+float middle(double origin, std::int32_t cell) {
+  return static_cast<float>(origin + 50 * cell + 25);
+}
+
+double nearest(const GridMap& map, std::int32_t row, std::int32_t column) {
+  double least = 1e9;
+  for (std::int32_t r = 0; r < map.rows; ++r)
+    for (std::int32_t c = 0; c < map.columns; ++c)
+      if (map.at(r, c) == Cell::kOccupied) least = std::min(least, std::hypot(r - row, c - column));
+  return least * map.resolution;
+}
+
+TEST(LikelihoodField, IsTheExactDistance) {
+  const FieldSettings settings;
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    const GridMap map = random_map(23, 31, seed);
+    const auto field = LikelihoodField::of(map, settings);
+    ASSERT_TRUE(field.ok());
+    for (std::int32_t row = 0; row < map.rows; ++row)
+      for (std::int32_t column = 0; column < map.columns; ++column) {
+        const double d = nearest(map, row, column) / settings.sigma;
+        const double p = settings.hit * std::exp(-d * d / 2) + 1 - settings.hit;
+        const double expected = 255 * (1 - std::log(p) / std::log(1 - settings.hit));
+        EXPECT_NEAR(field->at(middle(-1000, row), middle(2000, column)), expected, 0.51);
+      }
+  }
+}
+
+TEST(LikelihoodField, SaysHowFarItIs) {
+  GridMap map{.rows = 10, .columns = 40};
+  map.cells.assign(400, Cell::kFree);
+  for (std::size_t row = 0; row < 10; ++row) map.cells[row * 40] = Cell::kOccupied;
+  const auto field = LikelihoodField::of(map, {});
+  ASSERT_TRUE(field.ok());
+  EXPECT_NEAR(field->distance(200, 25), 0, 1e-6);
+  for (const double y : {75.0, 125.0, 175.0, 225.0, 275.0})
+    EXPECT_NEAR(field->distance(200, y), y - 25, 6) << y;
+  EXPECT_GT(field->distance(200, 1500), 300);
+}
+
+TEST(LikelihoodField, TheSumIsThatOfItsBeams) {
+  const GridMap map = random_map(60, 80, 5);
+  const auto field = LikelihoodField::of(map, {});
+  ASSERT_TRUE(field.ok());
+  Random random(9);
+  for (const std::size_t count : {0U, 1U, 3U, 63U, 64U, 65U, 200U}) {
+    Beams beams;
+    for (std::size_t i = 0; i < count; ++i)
+      beams.add({random.uniform(-4000, 4000), random.uniform(-4000, 4000)});
+    const float rho = random.uniform(0, 6);
+    const float s = std::sin(rho);
+    const float c = std::cos(rho);
+    int expected = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      expected +=
+          field->at(500 + c * beams[i].x - s * beams[i].y, 4000 + s * beams[i].x + c * beams[i].y);
+    // Rounding may take the neighbouring cell now and then.
+    EXPECT_NEAR(static_cast<int>(field->sum(500, 4000, s, c, beams)), expected, 120) << count;
+  }
+}
+
+TEST(LikelihoodField, BeyondTheMapNothingFits) {
+  const GridMap map = random_map(10, 10, 1);
+  const auto field = LikelihoodField::of(map, {});
+  ASSERT_TRUE(field.ok());
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kEndless = std::numeric_limits<float>::infinity();
+  for (const float far : {-1e9F, 1e9F, kEndless, -kEndless, kNan})
+    for (const float other : {far, -1000.0F}) {
+      EXPECT_EQ(field->at(far, other), 0) << far << " " << other;
+      EXPECT_FALSE(field->is_free(static_cast<double>(far), static_cast<double>(other)));
+      Beams beams;
+      beams.add({far, other});
+      EXPECT_EQ(field->sum(0, 2000, 0, 1, beams), 0U) << far << " " << other;
+    }
+}
+
+TEST(LikelihoodField, RefusesMapsWithoutWallsOrWithoutRoom) {
+  GridMap map{.rows = 2, .columns = 2};
+  map.cells.assign(4, Cell::kFree);
+  EXPECT_EQ(LikelihoodField::of(map, {}).error().detail(), "the map has no occupied cell");
+  map.cells.assign(4, Cell::kOccupied);
+  EXPECT_EQ(LikelihoodField::of(map, {}).error().detail(), "the map has no free cell");
+  EXPECT_FALSE(LikelihoodField::of({}, {}).ok());
+}
+
+TEST(LikelihoodField, DrawsFreePlaces) {
+  const GridMap map = random_map(20, 30, 3);
+  const auto field = LikelihoodField::of(map, {});
+  ASSERT_TRUE(field.ok());
+  EXPECT_EQ(field->free_cells(), map.count(Cell::kFree));
+  Random random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const MapPoint at = field->draw_free(random);
+    EXPECT_TRUE(field->is_free(at.x, at.y));
+  }
+}
+
+TEST(Random, IsTheSameFromTheSameSeed) {
+  EXPECT_EQ(Random(1234567).bits(), 6457827717110365317U);  // as published for SplitMix64
+  Random random(1);
+  double sum = 0;
+  double squares = 0;
+  constexpr int kCount = 100000;
+  for (int i = 0; i < kCount; ++i) {
+    const auto value = static_cast<double>(random.normal());
+    sum += value;
+    squares += value * value;
+    const float part = random.uniform();
+    EXPECT_TRUE(part >= 0 && part < 1);
+    EXPECT_LT(random.below(7), 7U);
+  }
+  EXPECT_NEAR(sum / kCount, 0, 0.01);
+  EXPECT_NEAR(squares / kCount, 1, 0.01);
+}
+
+}  // namespace
+
+}  // namespace rack::localisation

@@ -1,0 +1,285 @@
+// The localiser in worlds that are known: a floor plan, a robot that drives through it, odometry
+// and scans with noise.
+#include "components/localisation/localiser.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/counted_new.h"
+
+namespace rack::localisation {
+
+namespace {
+
+// 14 m x 10 m with rooms and pillars, so that no place looks like another.
+DxfDrawing plan() {
+  DxfDrawing drawing;
+  const auto wall = [&](double x, double y, double x2, double y2) {
+    drawing.lines.push_back({{x, y}, {x2, y2}});
+  };
+  wall(0, 0, 14, 0);
+  wall(14, 0, 14, 10);
+  wall(14, 10, 0, 10);
+  wall(0, 10, 0, 0);
+  wall(5, 0, 5, 3);
+  wall(9, 0, 9, 2);
+  wall(0, 6.5, 3, 6.5);
+  wall(6, 10, 6, 7.5);
+  wall(10, 6.8, 14, 6.8);
+  wall(10, 6.8, 10, 7.4);
+  wall(2, 4.6, 2.5, 4.6);
+  wall(2.5, 4.6, 2.5, 5.2);
+  return drawing;
+}
+
+class World {
+ public:
+  explicit World(std::uint64_t seed) : rays_(plan(), 1000, 0, 0), random_(seed) {
+    const auto map = read_map(plan(), 1000, 0, 0, 50);
+    EXPECT_TRUE(map.ok());
+    auto field = LikelihoodField::of(*map, {});
+    EXPECT_TRUE(field.ok());
+    field_ = std::make_unique<LikelihoodField>(std::move(field).value());
+  }
+
+  // Round the room, on an ellipse.
+  static Pose place(double way) {
+    const double part = way / 5000;
+    return {.x = 5000 + 3000 * std::sin(part),
+            .y = 7000 + 4600 * std::cos(part),
+            .rho = heading(std::atan2(-4600 * std::sin(part), 3000 * std::cos(part)))};
+  }
+
+  void drive(double way) {
+    const Pose before = truth_;
+    way_ += way;
+    truth_ = place(way_);
+    Pose step = truth_ - before;
+    const double turned = std::abs(signed_angle(step.rho));
+    step.x *= scale_ * (1 + 0.02 * normal());
+    step.rho = signed_angle(step.rho) + (0.05 * turned + 0.0002 * way / 10 + 0.001) * normal();
+    odometry_ = odometry_ + step;
+  }
+  void carry_to(double way) {
+    way_ = way;
+    truth_ = place(way);
+  }
+  std::span<const BeamEnd> scan() {
+    std::array<double, 181> ranges{};
+    rays_.cast({{truth_.x, truth_.y}, truth_.rho - kPi / 2, kPi / 180}, 30000, ranges);
+    beams_.clear();
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      double range = ranges[i] + 30 * normal();
+      if (random_.uniform() < static_cast<float>(people_))
+        range *= static_cast<double>(random_.uniform());
+      const double angle = -kPi / 2 + static_cast<double>(i) * kPi / 180;
+      beams_.push_back({static_cast<float>(range * std::cos(angle)),
+                        static_cast<float>(range * std::sin(angle))});
+    }
+    return beams_;
+  }
+
+  [[nodiscard]] const LikelihoodField& field() const { return *field_; }
+  [[nodiscard]] const Pose& odometry() const { return odometry_; }
+  [[nodiscard]] std::array<double, 3> error(const Pose& pose) const {
+    return {pose.x - truth_.x, pose.y - truth_.y, signed_angle(pose.rho - truth_.rho)};
+  }
+  [[nodiscard]] double way_off(const Pose& pose) const {
+    return std::hypot(error(pose)[0], error(pose)[1]);
+  }
+  void make_odometry_wrong(double scale) { scale_ = scale; }
+  void let_people_in(double share) { people_ = share; }
+
+ private:
+  double normal() { return static_cast<double>(random_.normal()); }
+
+  FloorMap rays_;
+  Random random_;
+  std::unique_ptr<LikelihoodField> field_;
+  double way_ = 0;
+  double scale_ = 1;
+  double people_ = 0;
+  Pose truth_ = place(0);
+  Pose odometry_{.x = 123, .y = -456, .rho = 2};
+  std::vector<BeamEnd> beams_;
+};
+
+double run(World& world, Localiser& localiser, int steps) {
+  double most = 0;
+  for (int i = 0; i < steps; ++i) {
+    world.drive(50);
+    localiser.take(world.field(), world.odometry(), world.scan());
+    most = std::max(most, world.way_off(localiser.pose()));
+  }
+  return most;
+}
+
+TEST(Localiser, TracksFromBesideTheTruth) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    World world(seed);
+    Localiser localiser({}, seed);
+    Pose start = World::place(0);
+    start.x += 400;
+    start.rho += 0.2;
+    localiser.start_at(start, 500, 0.26);
+    run(world, localiser, 40);
+    EXPECT_LT(run(world, localiser, 500), 120) << seed;
+  }
+}
+
+TEST(Localiser, FindsItselfAnywhere) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    World world(seed);
+    world.drive(3000.0 * static_cast<double>(seed));
+    Localiser localiser({}, seed);
+    localiser.start_anywhere();
+    run(world, localiser, 100);  // 5 m
+    EXPECT_LT(run(world, localiser, 100), 150) << seed;
+  }
+}
+
+TEST(Localiser, IsFoundAgainWhenItWasCarriedAway) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    World world(seed);
+    Localiser localiser({}, seed);
+    localiser.start_at(World::place(0), 100, 0.1);
+    run(world, localiser, 200);
+    world.carry_to(10000 + 15000);  // half-way round
+    run(world, localiser, 200);     // 10 m
+    EXPECT_LT(run(world, localiser, 100), 150) << seed;
+  }
+}
+
+TEST(Localiser, LivesWithBadOdometryAndPeople) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    World world(seed);
+    world.make_odometry_wrong(1.1);
+    world.let_people_in(0.3);
+    Localiser localiser({}, seed);
+    localiser.start_at(World::place(0), 100, 0.1);
+    EXPECT_LT(run(world, localiser, 500), 350) << seed;
+  }
+}
+
+// The wheels stand still while somebody pushes the robot.
+TEST(Localiser, SeesThatTheOdometryStandsStill) {
+  World world(1);
+  Localiser localiser({}, 1);
+  localiser.start_at(World::place(0), 100, 0.1);
+  run(world, localiser, 100);
+  const Pose still = world.odometry();
+  for (int i = 0; i < 20; ++i) {
+    world.drive(50);
+    localiser.take(world.field(), still, world.scan());
+  }
+  EXPECT_LT(world.way_off(localiser.pose()), 250);
+}
+
+// e^T C^-1 e, by Cholesky's decomposition.
+double nees(const std::array<double, 3>& e, const Covariance& c) {
+  const double l11 = std::sqrt(c.xx);
+  const double l21 = c.xy / l11;
+  const double l22 = std::sqrt(c.yy - l21 * l21);
+  const double l31 = c.x_rho / l11;
+  const double l32 = (c.y_rho - l31 * l21) / l22;
+  const double l33 = std::sqrt(c.rho_rho - l31 * l31 - l32 * l32);
+  const double a = e[0] / l11;
+  const double b = (e[1] - l21 * a) / l22;
+  const double d = (e[2] - l31 * a - l32 * b) / l33;
+  return a * a + b * b + d * d;
+}
+
+// Normalised estimation error squared: 3 on average when the covariance is what it says.
+TEST(Localiser, ItsCovarianceIsHonest) {
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    World world(seed);
+    Localiser localiser({}, seed);
+    localiser.start_at(World::place(0), 100, 0.1);
+    run(world, localiser, 100);
+    for (int i = 0; i < 20; ++i) {
+      run(world, localiser, 20);
+      sum += nees(world.error(localiser.pose()), localiser.estimate().covariance);
+      ++count;
+    }
+  }
+  EXPECT_GT(sum / count, 1) << "it knows more than it says";
+  EXPECT_LT(sum / count, 3.5) << "it says more than it knows";
+}
+
+TEST(Localiser, TheSameSeedIsTheSameWay) {
+  const auto way = [](std::uint64_t seed) {
+    World world(1);
+    Localiser localiser({}, seed);
+    localiser.start_anywhere();
+    std::vector<double> poses;
+    for (int i = 0; i < 100; ++i) {
+      run(world, localiser, 1);
+      poses.push_back(localiser.pose().x);
+    }
+    return poses;
+  };
+  EXPECT_EQ(way(5), way(5));
+  EXPECT_NE(way(5), way(6));
+}
+
+TEST(Localiser, StandingStillItTakesNothing) {
+  World world(1);
+  Localiser localiser({}, 1);
+  localiser.start_at(World::place(0), 20, 0.01);
+  EXPECT_TRUE(localiser.take(world.field(), world.odometry(), world.scan()));
+  run(world, localiser, 20);
+  localiser.take(world.field(), world.odometry(), world.scan());
+  for (int i = 0; i < 100; ++i)
+    EXPECT_FALSE(localiser.take(world.field(), world.odometry(), world.scan()));
+}
+
+TEST(Localiser, SurvivesWhatIsNoScanAndNoPose) {
+  World world(1);
+  Localiser localiser({}, 1);
+  localiser.start_at(World::place(0), 20, 0.01);
+  run(world, localiser, 20);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kEndless = std::numeric_limits<float>::infinity();
+  const std::vector<BeamEnd> broken(200, BeamEnd{kNan, kEndless});
+  const std::vector<BeamEnd> far(200, BeamEnd{1e30F, -1e30F});
+  for (int i = 0; i < 20; ++i) {
+    world.drive(10);
+    EXPECT_FALSE(localiser.take(world.field(), world.odometry(), {}));
+    EXPECT_FALSE(localiser.take(world.field(), world.odometry(), broken));
+    localiser.take(world.field(), world.odometry(), far);
+    Pose nowhere = world.odometry();
+    nowhere.rho = static_cast<double>(kNan);
+    EXPECT_FALSE(localiser.take(world.field(), nowhere, world.scan()));
+  }
+  const Pose& pose = localiser.pose();
+  EXPECT_TRUE(std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho));
+  run(world, localiser, 300);
+  EXPECT_LT(run(world, localiser, 100), 150) << "and is well again";
+}
+
+// Also while it searches everywhere, where the cloud is largest.
+TEST(Localiser, AllocatesNothing) {
+  World world(1);
+  Localiser localiser({}, 1);
+  localiser.start_anywhere();
+  std::size_t allocated = 0;
+  for (int i = 0; i < 400; ++i) {
+    if (i == 200) world.carry_to(25000);
+    world.drive(50);
+    const auto scan = world.scan();
+    const std::size_t before = tims::test::allocations();
+    localiser.take(world.field(), world.odometry(), scan);
+    allocated += tims::test::allocations() - before;
+  }
+  EXPECT_EQ(allocated, 0U);
+}
+
+}  // namespace
+
+}  // namespace rack::localisation

@@ -1,0 +1,95 @@
+#include "components/localisation/ros_map.h"
+
+#include <gtest/gtest.h>
+
+namespace rack::localisation {
+
+namespace {
+
+constexpr std::string_view kYaml =
+    "image: \"a map.pgm\"  # beside\nresolution: 0.1\norigin: [-1.5, 2.0, 0.0]\nnegate: 0\n"
+    "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+
+TEST(RosMap, ReadsItsDescription) {
+  const auto info = read_ros_yaml(kYaml);
+  ASSERT_TRUE(info.ok()) << info.error().detail();
+  EXPECT_EQ(info->image, "a map.pgm");
+  EXPECT_DOUBLE_EQ(info->resolution, 0.1);
+  EXPECT_DOUBLE_EQ(info->origin_x, -1.5);
+  EXPECT_DOUBLE_EQ(info->origin_y, 2.0);
+}
+
+TEST(RosMap, SaysWhatIsWrongWithItsDescription) {
+  const auto error_of = [](std::string_view text) { return read_ros_yaml(text).error().detail(); };
+  EXPECT_EQ(error_of("image: a\nresolution 5\n"), "line 2: not `key: value`");
+  EXPECT_EQ(error_of("resolution: fine\n"), "line 1: resolution: no number");
+  EXPECT_EQ(error_of("image: a\n\norigin: [1, 2]\n"), "line 3: origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("origin: [1, 2, 0.5]\n").substr(0, 7), "line 1:");
+  EXPECT_EQ(error_of("mode: scale\n"), "line 1: mode: only trinary is read");
+  EXPECT_EQ(error_of("negate: maybe\n"), "line 1: negate: 0 or 1");
+  EXPECT_NE(error_of("resolution: 0.1\n").find("no `image"), std::string::npos);
+  EXPECT_NE(error_of("image: a\n").find("no `resolution"), std::string::npos);
+  EXPECT_NE(error_of("image: a\nresolution: nan\n").find("line 2"), std::string::npos);
+  EXPECT_FALSE(read_ros_yaml("image: a\nresolution: 0.1\norigin: [1e9, 0, 0]\n").ok());
+}
+
+// ROS: x to the right, y up; RACK: x to the north, y to the east.
+TEST(RosMap, ItsLowestRowIsTheOneMostToTheSouth) {
+  const auto info = read_ros_yaml(kYaml);
+  ASSERT_TRUE(info.ok());
+  for (const std::string_view pgm :
+       {std::string_view("P5\n# made\n3 2\n255\n\xFE\xFE\x00\xCD\xFE\xFE", 24),
+        std::string_view("P2 3 2 255\n254 254 0 205 254 254")}) {
+    const auto map = read_ros_map(*info, pgm);
+    ASSERT_TRUE(map.ok()) << map.error().detail();
+    EXPECT_EQ(map->rows, 2);
+    EXPECT_EQ(map->columns, 3);
+    EXPECT_DOUBLE_EQ(map->resolution, 100);
+    EXPECT_DOUBLE_EQ(map->origin.x, 2000);
+    EXPECT_DOUBLE_EQ(map->origin.y, -1500);
+    EXPECT_EQ(map->at(1, 2), Cell::kOccupied);
+    EXPECT_EQ(map->at(0, 0), Cell::kUnknown);
+    EXPECT_EQ(map->count(Cell::kFree), 4U);
+  }
+}
+
+TEST(RosMap, NegatedAndWithSixteenBits) {
+  RosMapInfo info{.image = "a", .resolution = 0.1, .negate = true};
+  auto map = read_ros_map(info, "P2 2 1 100 100 0");
+  ASSERT_TRUE(map.ok());
+  EXPECT_EQ(map->at(0, 0), Cell::kOccupied);
+  EXPECT_EQ(map->at(0, 1), Cell::kFree);
+  info.negate = false;
+  map = read_ros_map(info, std::string_view("P5 2 1 65535\n\xFF\xFF\x00\x01", 17));
+  ASSERT_TRUE(map.ok());
+  EXPECT_EQ(map->at(0, 0), Cell::kFree);
+  EXPECT_EQ(map->at(0, 1), Cell::kOccupied);
+}
+
+TEST(RosMap, RefusesBrokenPictures) {
+  const RosMapInfo info{.image = "a", .resolution = 0.1};
+  for (const std::string_view pgm :
+       {"", "P6 1 1 255 abc", "P5 0 1 255\n", "P5 -1 -1 255\n", "P5 2 2 255\nabc", "P5 2 2",
+        "P2 2 1 255 3", "P2 2 1 255 3 256", "P2 2 1 255 3 x", "P5 1 1 70000\n1", "P5 1 1 0\n1",
+        "P5 99999 99999 255\n", "P5 2147483647 2147483647 255\n", "P5 4294967297 1 255\n1"})
+    EXPECT_FALSE(read_ros_map(info, pgm).ok()) << pgm;
+}
+
+TEST(RosMap, PosesThereAndBack) {
+  const Pose pose = pose_of_ros(1, 2, kPi / 2);  // looks up in the picture
+  EXPECT_DOUBLE_EQ(pose.x, 2000);
+  EXPECT_DOUBLE_EQ(pose.y, 1000);
+  EXPECT_NEAR(signed_angle(pose.rho), 0, 1e-12);
+  const RosPose ros = ros_of_pose(pose_of_ros(-3, 4, -2.5));
+  EXPECT_DOUBLE_EQ(ros.x, -3);
+  EXPECT_DOUBLE_EQ(ros.y, 4);
+  EXPECT_NEAR(ros.theta, -2.5, 1e-12);
+  // A step ahead is one in both.
+  const Pose ahead = pose_of_ros(0, 0, 0.3) + Pose{.x = 1000};
+  EXPECT_NEAR(ros_of_pose(ahead).x, std::cos(0.3), 1e-12);
+  EXPECT_NEAR(ros_of_pose(ahead).y, std::sin(0.3), 1e-12);
+}
+
+}  // namespace
+
+}  // namespace rack::localisation
