@@ -101,8 +101,8 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
 }
 
 // First where all beams end, then what is there: the first loop does four beams at once, which is
-// why it has no branch, no integer multiplication (a float is exact up to kCellsMax), and arrays. max(0, x) is 0 when x is no
-// number.
+// why it has no branch, no integer multiplication (a float is exact up to kCellsMax), and arrays.
+// max(0, x) is 0 when x is no number.
 std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
                                    const Beams& beams) const {
   constexpr std::size_t kAtOnce = 64;

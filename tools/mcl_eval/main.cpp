@@ -1,14 +1,12 @@
 // mcl-eval: how well Monte Carlo localisation does on a recorded drive.
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
-#include "components/localisation/ros_map.h"
+#include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
 #include "tools/mcl_eval/evaluation.h"
 
@@ -31,14 +29,12 @@ struct Wanted {
 };
 
 std::string read_file(const std::string& name) {
-  std::ifstream file(name, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file || std::filesystem::is_directory(name))
-    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", name));
-  if (bytes.starts_with("\xFD"
-                        "7zXZ"))
+  auto bytes = navigation::read_file(name);
+  if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
+  if (bytes->starts_with("\xFD"
+                         "7zXZ"))
     throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
-  return bytes;
+  return std::move(bytes).value();
 }
 
 template <typename T>
@@ -48,10 +44,12 @@ T well(tims::Result<T> result, const std::string& file) {
   return std::move(result).value();
 }
 
-localisation::GridMap read_map_file(const std::string& name) {
-  const auto info = well(localisation::read_ros_yaml(read_file(name)), name);
-  const std::filesystem::path image = std::filesystem::path(name).parent_path() / info.image;
-  return well(localisation::read_ros_map(info, read_file(image)), image);
+localisation::LikelihoodField read_field(const std::string& name) {
+  const auto map = navigation::load_map(name, {});
+  if (!map)
+    throw Failure(map.error() == tims::Errc::kMalformed ? Exit::kNo : Exit::kNoSuch, "bad_file",
+                  map.error().detail());
+  return well(localisation::LikelihoodField::of(*map, {}), name);
 }
 
 // Of this thread alone: others on this machine do not count.
@@ -114,8 +112,7 @@ void print_summary(const std::vector<std::vector<Field>>& all) {
 
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   const auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
-  const auto map = read_map_file(files.map);
-  const auto field = well(localisation::LikelihoodField::of(map, {}), files.map);
+  const auto field = read_field(files.map);
   const Truth truth = well(read_truth(read_file(files.truth), log), files.truth);
   if (truth.beside > 0)
     fmt::print(stderr, "mcl-eval: {}: {} lines of times that no scan has are left out\n",
@@ -161,7 +158,9 @@ constexpr const char* kExits =
 
 void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
   app.add_option("LOG", files.log, "log of CARMEN, .clf")->required();
-  app.add_option("MAP", files.map, "map of ROS, .yaml with its picture beside it")->required();
+  app.add_option("MAP", files.map,
+                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)")
+      ->required();
   app.add_option("TRUTH", files.truth, "poses or relations")->required();
   app.add_option("--particles", trial.settings.filter.particles, "while it knows where it is")
       ->capture_default_str()

@@ -1,0 +1,158 @@
+// A made log of a robot that drives round a room, and its truth.
+#include "tools/mcl_eval/evaluation.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "components/localisation/ros_map.h"
+
+namespace rack::mcl_eval {
+
+namespace {
+
+using localisation::LikelihoodField;
+
+// 30 m x 20 m, in parts that differ.
+DxfDrawing plan() {
+  DxfDrawing drawing;
+  const auto wall = [&](double x, double y, double x2, double y2) {
+    drawing.lines.push_back({{x, y}, {x2, y2}});
+  };
+  wall(0, 0, 30, 0);
+  wall(30, 0, 30, 20);
+  wall(30, 20, 0, 20);
+  wall(0, 20, 0, 0);
+  wall(8, 0, 8, 3);
+  wall(17, 0, 17, 2);
+  wall(0, 13, 3, 13);
+  wall(12, 20, 12, 17);
+  wall(12, 17, 14, 17);
+  wall(25, 14, 30, 14);
+  wall(12, 9, 18, 9);
+  wall(18, 9, 18, 11);
+  return drawing;
+}
+
+struct Made {
+  localisation::CarmenLog log;
+  Truth poses;
+  Truth relations;
+};
+
+Made make() {
+  const FloorMap rays(plan(), 1000, 0, 0);
+  std::string log;
+  std::string poses;
+  std::string relations;
+  for (int i = 0; i < 500; ++i) {
+    // ROS's frame, on an ellipse; the odometry begins elsewhere.
+    const double part = i * 0.15 / 9;
+    const double x = 15 + 10 * std::cos(part);
+    const double y = 10 + 6 * std::sin(part);
+    const double theta = std::atan2(6 * std::cos(part), -10 * std::sin(part));
+    const Pose place = localisation::pose_of_ros(x, y, theta);
+    std::array<double, 181> ranges{};
+    rays.cast({{place.x, place.y}, place.rho - kPi / 2, kPi / 180}, 80000, ranges);
+    log += "FLASER 181";
+    for (std::size_t beam = ranges.size(); beam-- > 0;)
+      log += " " + std::to_string(ranges[beam] / 1000);
+    const std::string odometry =
+        std::to_string(x - 7) + " " + std::to_string(y + 3) + " " + std::to_string(theta);
+    const std::string time = std::to_string(100 + i);
+    log += " " + odometry + " " + odometry + " " + time + " host " + std::to_string(i) + "\n";
+    poses += std::to_string(i) + " " + std::to_string(i) + " " + std::to_string(x) + " " +
+             std::to_string(y) + " " + std::to_string(theta) + "\n";
+    if (i == 0) continue;
+    const Pose step =
+        place - localisation::pose_of_ros(
+                    15 + 10 * std::cos(part - 0.15 / 9), 10 + 6 * std::sin(part - 0.15 / 9),
+                    std::atan2(6 * std::cos(part - 0.15 / 9), -10 * std::sin(part - 0.15 / 9)));
+    relations += std::to_string(99 + i) + " " + time + " " + std::to_string(step.x / 1000) + " " +
+                 std::to_string(-step.y / 1000) + " 0 0 0 " +
+                 std::to_string(-signed_angle(step.rho)) + "\n";
+  }
+  auto read = localisation::read_carmen(log);
+  EXPECT_TRUE(read.ok());
+  auto by_pose = read_truth(poses, *read);
+  auto by_relation = read_truth(relations, *read);
+  EXPECT_TRUE(by_pose.ok() && by_relation.ok());
+  return {std::move(*read), std::move(*by_pose), std::move(*by_relation)};
+}
+
+LikelihoodField field() {
+  auto made = LikelihoodField::of(*localisation::read_map(plan(), 1000, 0, 0, 50), {});
+  EXPECT_TRUE(made.ok());
+  return std::move(made).value();
+}
+
+class EvaluationTest : public testing::Test {
+ protected:
+  Outcome evaluate(const Trial& trial, const Truth& truth) {
+    return run(trial, made_.log, field_, truth, [this] { return us_ += 5; });
+  }
+  Made made_ = make();
+  LikelihoodField field_ = field();
+  double us_ = 0;
+};
+
+TEST_F(EvaluationTest, Poses) {
+  const Outcome outcome = evaluate({}, made_.poses);
+  EXPECT_EQ(outcome.metres.size(), 499U) << "the first was given away";
+  EXPECT_LT(quantile(outcome.metres, 0.5), 0.06);
+  EXPECT_LT(quantile(outcome.degrees, 0.5), 0.6);
+  EXPECT_FALSE(outcome.lost);
+  EXPECT_DOUBLE_EQ(outcome.us_per_update, 5);
+  EXPECT_GT(outcome.updates, 400U);
+}
+
+TEST_F(EvaluationTest, Relations) {
+  const Outcome outcome = evaluate({}, made_.relations);
+  EXPECT_EQ(outcome.metres.size(), 499U);
+  EXPECT_LT(quantile(outcome.metres, 0.5), 0.04);
+  EXPECT_FALSE(outcome.lost);
+}
+
+TEST_F(EvaluationTest, AGlobalStartCountsFromWhereItWasFound) {
+  const Outcome outcome = evaluate({.global = true}, made_.poses);
+  ASSERT_TRUE(outcome.found_after.has_value());
+  EXPECT_LT(*outcome.found_after, 15);
+  EXPECT_LT(quantile(outcome.metres, 0.5), 0.06);
+}
+
+TEST_F(EvaluationTest, CarriedAway) {
+  ASSERT_TRUE(kidnapping(made_.poses).has_value());
+  EXPECT_FALSE(kidnapping(made_.relations).has_value());
+  const Outcome outcome = evaluate({.kidnap = true}, made_.poses);
+  EXPECT_GT(quantile(outcome.metres, 1), 3);
+  ASSERT_TRUE(outcome.refound_after.has_value());
+  EXPECT_LT(*outcome.refound_after, 20);
+  EXPECT_GT(outcome.recoveries, 0U);
+  EXPECT_FALSE(outcome.lost);
+}
+
+TEST_F(EvaluationTest, MadeHarder) {
+  const Outcome outcome =
+      evaluate({.odometry_scale = 1.1, .odometry_drift = 5, .short_beams = 0.3}, made_.poses);
+  EXPECT_GT(quantile(outcome.metres, 0.5), 0.02);
+  EXPECT_FALSE(outcome.lost);
+}
+
+// Of a room that is not this one: it cannot be found.
+TEST_F(EvaluationTest, SaysWhenItIsLost) {
+  for (TruePose& pose : made_.poses.poses) pose.laser.x += 5000;
+  const Outcome outcome = evaluate({}, made_.poses);
+  EXPECT_TRUE(outcome.lost);
+  EXPECT_GT(outcome.share_over_1m, 0.5);
+}
+
+TEST(Quantile, OfManyAndOfNone) {
+  EXPECT_EQ(quantile({}, 0.5), 0);
+  EXPECT_EQ(quantile({3, 1, 2}, 0.5), 2);
+  EXPECT_EQ(quantile({3, 1, 2}, 1), 3);
+  EXPECT_EQ(mean({}), 0);
+}
+
+}  // namespace
+
+}  // namespace rack::mcl_eval
