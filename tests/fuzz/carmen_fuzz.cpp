@@ -1,0 +1,42 @@
+// Any text is refused with a line number, or becomes scans whose beams are finite and whose
+// odometry can be asked at any time; and the same text as the truth about this log.
+#include <cmath>
+#include <vector>
+
+#include "components/localisation/carmen_log.h"
+#include "tests/fuzz/fuzz_input.h"
+#include "tools/mcl_eval/truth.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using tims::fuzz::require;
+  namespace localisation = rack::localisation;
+  const std::string_view text = tims::fuzz::Input(data, size).text();
+  // The truth is behind a line that is none of a log.
+  const auto cut = text.find("\n--\n");
+  const auto log = localisation::read_carmen(text.substr(0, cut));
+  if (!log) {
+    require(!log.error().detail().empty());
+    return 0;
+  }
+  require(!log->scans.empty());
+  std::vector<localisation::BeamEnd> beams;
+  for (const localisation::LogScan& scan : log->scans) {
+    log->beams(scan, beams);
+    require(beams.size() <= scan.count);
+    for (const auto& beam : beams) require(std::isfinite(beam.x) && std::isfinite(beam.y));
+    for (const double lag : {0.0, 0.1, -1e9, 1e9})
+      require(std::isfinite(log->odometry_of(scan, lag).x));
+  }
+  const double lag = localisation::estimate_lag(*log);
+  require(lag >= 0 && lag <= 0.31);
+  if (cut == std::string_view::npos) return 0;
+  const auto truth = rack::mcl_eval::read_truth(text.substr(cut + 4), *log);
+  if (!truth) {
+    require(!truth.error().detail().empty());
+    return 0;
+  }
+  for (const auto& pose : truth->poses) require(pose.scan < log->scans.size());
+  for (const auto& relation : truth->relations)
+    require(relation.from < log->scans.size() && relation.to < log->scans.size());
+  return 0;
+}
