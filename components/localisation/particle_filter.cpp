@@ -131,9 +131,11 @@ void ParticleFilter::add(float x, float y, float rho) {
   set(x_.size() - 1, x, y, rho);
 }
 
+// As many as it takes for the bins that they fall into.
 void ParticleFilter::start_at(const Pose& pose, double deviation, double deviation_rho) {
   clear();
-  for (std::uint32_t i = 0; i < settings_.particles; ++i) {
+  bins_.clear();
+  while (x_.size() < wanted_size()) {
     const auto around = [&](double middle, double by) {
       return static_cast<float>(middle + by * static_cast<double>(random_.normal()));
     };
@@ -141,6 +143,7 @@ void ParticleFilter::start_at(const Pose& pose, double deviation, double deviati
     const float y = around(pose.y, deviation);
     const float rho = around(pose.rho, deviation_rho);
     add(x, y, rho);
+    bins_.add(x, y, rho, 0);
   }
   even_weights();
   slow_ = fast_ = 0;
