@@ -141,26 +141,70 @@ tims::Result<GridMap> read_map(const GridMapData& message) {
   return map;
 }
 
-tims::Result<GridMapData> to_message(const GridMap& map) {
-  GridMapData message;
-  if (map.cells.size() > decltype(message.occupancy)::kMax)
-    return tims::Error(tims::Errc::kTooBig, std::to_string(map.cells.size()) +
-                                                " cells: a grid map has at most " +
-                                                std::to_string(decltype(message.occupancy)::kMax));
-  message.scale = static_cast<i32>(std::lround(map.resolution));
-  message.offsetX = static_cast<i32>(std::lround(map.origin.x + map.resolution / 2));
-  message.offsetY = static_cast<i32>(std::lround(map.origin.y + map.resolution / 2));
-  message.gridNumX = map.rows;
-  message.gridNumY = map.columns;
+namespace {
+
+// Occupied wins over free, free over unknown.
+Cell cell_of(const GridMap& map, std::int32_t row, std::int32_t column, std::int32_t factor) {
+  Cell found = Cell::kUnknown;
+  for (std::int32_t r = row; r < std::min(row + factor, map.rows); ++r)
+    for (std::int32_t c = column; c < std::min(column + factor, map.columns); ++c) {
+      const Cell cell = map.at(r, c);
+      if (cell == Cell::kOccupied) return cell;
+      if (cell == Cell::kFree) found = cell;
+    }
+  return found;
+}
+
+}  // namespace
+
+GridMap coarser(const GridMap& map, std::size_t cells_max) {
+  std::int32_t factor = 1;
+  const auto part = [&](std::int32_t count) { return (count + factor - 1) / factor; };
+  while (static_cast<std::size_t>(part(map.rows)) * static_cast<std::size_t>(part(map.columns)) >
+         cells_max)
+    ++factor;
+  GridMap made{.resolution = map.resolution * factor,
+               .origin = map.origin,
+               .rows = part(map.rows),
+               .columns = part(map.columns)};
+  made.cells.reserve(static_cast<std::size_t>(made.rows) * static_cast<std::size_t>(made.columns));
+  for (std::int32_t row = 0; row < made.rows; ++row)
+    for (std::int32_t column = 0; column < made.columns; ++column)
+      made.cells.push_back(cell_of(map, row * factor, column * factor, factor));
+  return made;
+}
+
+GridPart part_around(const GridMap& map, const MapPoint& around, std::int32_t side) {
+  // Parts begin at multiples of a third of their side.
+  const std::int32_t third = std::max(1, side / 3);
+  const auto first = [&](double at, double origin, std::int32_t count) {
+    const double cell = std::floor((at - origin) / map.resolution / third) * third - third;
+    const double last = std::max(0, count - side);
+    return static_cast<std::int32_t>(std::clamp(std::isfinite(cell) ? cell : 0.0, 0.0, last));
+  };
+  const std::int32_t row = first(around.x, map.origin.x, map.rows);
+  const std::int32_t column = first(around.y, map.origin.y, map.columns);
+  return {row, column, std::min(side, map.rows - row), std::min(side, map.columns - column)};
+}
+
+void to_message(const GridMap& map, const GridPart& part, GridMapData& message) {
+  const auto middle = [&](double origin, std::int32_t cell) {
+    return whole_millimetres(origin + (cell + 0.5) * map.resolution);
+  };
   constexpr u8 kUnknownValue = 127;
-  for (std::int32_t column = 0; column < map.columns; ++column)
-    for (std::int32_t row = 0; row < map.rows; ++row) {
+  message.scale = whole_millimetres(map.resolution);
+  message.offsetX = middle(map.origin.x, part.row);
+  message.offsetY = middle(map.origin.y, part.column);
+  message.gridNumX = part.rows;
+  message.gridNumY = part.columns;
+  message.occupancy.clear();
+  for (std::int32_t column = part.column; column < part.column + part.columns; ++column)
+    for (std::int32_t row = part.row; row < part.row + part.rows; ++row) {
       const Cell cell = map.at(row, column);
       message.occupancy.push_back(cell == Cell::kFree       ? u8{0}
                                   : cell == Cell::kOccupied ? u8{255}
                                                             : kUnknownValue);
     }
-  return message;
 }
 
 }  // namespace rack::localisation

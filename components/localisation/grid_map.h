@@ -51,7 +51,21 @@ tims::Result<GridMap> read_map(const DxfDrawing& drawing, double scale, double o
                                double offset_y, double resolution);
 tims::Result<GridMap> read_map(const FeatureMapData& map, double resolution);
 tims::Result<GridMap> read_map(const GridMapData& map);
-// Occupied from 65 % up, free to 20 %. Refused when it has more cells than a message.
-tims::Result<GridMapData> to_message(const GridMap& map);
+
+// A map with more cells than a message has room for: as a whole with larger cells, of which one is
+// occupied if any part of it is, or a part of it.
+GridMap coarser(const GridMap& map, std::size_t cells_max);
+
+struct GridPart {
+  std::int32_t row = 0;
+  std::int32_t column = 0;
+  std::int32_t rows = 0;
+  std::int32_t columns = 0;
+  bool operator==(const GridPart&) const = default;
+};
+// A square of `side` cells with `around` in its middle third; the same until it leaves that.
+GridPart part_around(const GridMap& map, const MapPoint& around, std::int32_t side);
+// Not more cells than a message has; allocates nothing when it has its room.
+void to_message(const GridMap& map, const GridPart& part, GridMapData& message);
 
 }  // namespace rack::localisation

@@ -31,6 +31,19 @@ tims::Result<std::string> read_file(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
+tims::Result<void> write_file(const std::string& path, std::string_view text) {
+  const std::string fresh = path + ".new";
+  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
+  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file.close();
+  if (!file)
+    return tims::Error(tims::Errc::kSystem, fresh + ": " + std::generic_category().message(errno));
+  std::error_code error;
+  std::filesystem::rename(fresh, path, error);
+  if (error) return tims::Error(tims::Errc::kSystem, path + ": " + error.message());
+  return {};
+}
+
 tims::Result<localisation::GridMap> load_map(const std::string& path,
                                              const PlanPlacement& placement) {
   const auto text = read_file(path);

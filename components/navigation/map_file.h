@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "components/localisation/grid_map.h"
 #include "tims/result.h"
@@ -22,5 +23,8 @@ tims::Result<localisation::GridMap> load_map(const std::string& path,
 
 // All of it; directories and files of more than 512 MB are refused.
 tims::Result<std::string> read_file(const std::string& path);
+
+// Beside the old one first: who reads it sees one of the two.
+tims::Result<void> write_file(const std::string& path, std::string_view text);
 
 }  // namespace rack::navigation
