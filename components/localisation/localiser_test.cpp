@@ -60,8 +60,8 @@ class World {
     truth_ = place(way_);
     Pose step = truth_ - before;
     const double turned = std::abs(signed_angle(step.rho));
-    step.x *= scale_ * (1 + 0.02 * normal());
-    step.rho = signed_angle(step.rho) + (0.05 * turned + 0.0002 * way / 10 + 0.001) * normal();
+    step.x = step.x * scale_ * (1 + 0.02 * normal()) + slip_way_ * normal();
+    step.rho = signed_angle(step.rho) + (0.05 * turned + 0.002 + slip_turn_) * normal();
     odometry_ = odometry_ + step;
   }
   void carry_to(double way) {
@@ -92,6 +92,11 @@ class World {
     return std::hypot(error(pose)[0], error(pose)[1]);
   }
   void make_odometry_wrong(double scale) { scale_ = scale; }
+  // As much as the filter takes for granted, of two steps of 50 mm for each scan that it takes.
+  void make_odometry_as_bad_as(const FilterSettings& settings) {
+    slip_way_ = (settings.way_least + settings.way_by_way * 100) / std::sqrt(2);
+    slip_turn_ = (settings.turn_least + settings.turn_by_way * 0.1) / std::sqrt(2);
+  }
   void let_people_in(double share) { people_ = share; }
 
  private:
@@ -103,6 +108,8 @@ class World {
   double way_ = 0;
   double scale_ = 1;
   double people_ = 0;
+  double slip_way_ = 0;   // mm a step
+  double slip_turn_ = 0;  // rad a step
   Pose truth_ = place(0);
   Pose odometry_{.x = 123, .y = -456, .rho = 2};
   std::vector<BeamEnd> beams_;
@@ -143,15 +150,17 @@ TEST(Localiser, FindsItselfAnywhere) {
 }
 
 TEST(Localiser, IsFoundAgainWhenItWasCarriedAway) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     World world(seed);
     Localiser localiser({}, seed);
     localiser.start_at(World::place(0), 100, 0.1);
     run(world, localiser, 200);
     world.carry_to(10000 + 15000);  // half-way round
     run(world, localiser, 200);     // 10 m
-    EXPECT_LT(run(world, localiser, 100), 150) << seed;
+    if (run(world, localiser, 100) < 200) ++found;
   }
+  EXPECT_GE(found, 19);
 }
 
 TEST(Localiser, LivesWithBadOdometryAndPeople) {
@@ -199,6 +208,7 @@ TEST(Localiser, ItsCovarianceIsHonest) {
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     World world(seed);
+    world.make_odometry_as_bad_as({});
     Localiser localiser({}, seed);
     localiser.start_at(World::place(0), 100, 0.1);
     run(world, localiser, 100);
@@ -208,8 +218,9 @@ TEST(Localiser, ItsCovarianceIsHonest) {
       ++count;
     }
   }
-  EXPECT_GT(sum / count, 1) << "it knows more than it says";
-  EXPECT_LT(sum / count, 3.5) << "it says more than it knows";
+  // It says a little less than it knows: weights are flat on purpose.
+  EXPECT_GT(sum / count, 1.5);
+  EXPECT_LT(sum / count, 3.2) << "it says more than it knows";
 }
 
 TEST(Localiser, TheSameSeedIsTheSameWay) {

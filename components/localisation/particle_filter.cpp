@@ -225,15 +225,15 @@ void ParticleFilter::weigh(const LikelihoodField& field, const Beams& beams) {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float fits =
         scale * static_cast<float>(field.sum(x_[i], y_[i], sine_[i], cosine_[i], beams));
-    fit += static_cast<double>(weight_[i] * fits);
     weight_[i] *= std::exp(sharpness * (fits - 1));
+    fit += static_cast<double>(weight_[i] * fits);
     all += static_cast<double>(weight_[i]);
     squares += static_cast<double>(weight_[i]) * static_cast<double>(weight_[i]);
   }
-  fit_ = fit;
-  slow_ = slow_ == 0 ? fit : slow_ + settings_.average_slow * (fit - slow_);
-  fast_ = fast_ == 0 ? fit : fast_ + settings_.average_fast * (fit - fast_);
   if (!(all > 0)) return even_weights();
+  fit_ = fit / all;
+  slow_ = slow_ == 0 ? fit_ : slow_ + settings_.average_slow * (fit_ - slow_);
+  fast_ = fast_ == 0 ? fit_ : fast_ + settings_.average_fast * (fit_ - fast_);
   const auto norm = static_cast<float>(1 / all);
   for (float& weight : weight_) weight *= norm;
   effective_ = all * all / squares;

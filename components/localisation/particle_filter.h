@@ -37,10 +37,10 @@ struct FilterSettings {
   // Standard deviations of what the odometry says.
   double turn_by_turn = 0.15;  // rad for each rad
   double turn_by_way = 0.05;   // rad for each m
-  double way_by_way = 0.03;    // mm for each mm, along
+  double way_by_way = 0.1;     // mm for each mm, along
   double side_by_way = 0.02;   // and across
   double turn_least = 0.003;   // rad in each step
-  double way_least = 3;        // mm in each step
+  double way_least = 8;        // mm in each step
   double slip_share = 0.1;     // of the particles, whose noise is
   double slip_times = 4;       // so many times larger
   // How much likelier a scan that fits wholly is than one that does not at all: exp(this).
