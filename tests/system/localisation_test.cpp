@@ -1,8 +1,12 @@
-// A robot in a mapped floor plan finds out where it is, by its scanner, and tells its position.
+// A robot in a mapped floor plan finds out where it is, by its scanner, and tells its position;
+// maps are shown and edited.
 #include <cmath>
 
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/grid_map.h"
 #include "rack/proxies/mcl.h"
 #include "rack/proxies/odometry.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
@@ -83,6 +87,78 @@ TEST_F(LocalisationTest, AMapIsLoadedWhileItIsOff) {
   EXPECT_FALSE(mcl.load_map("/nowhere/floor.dxf").ok());
   ASSERT_TRUE(mcl.load_map(FLOOR_PLAN).ok()) << "also while it is on";
   ASSERT_TRUE(found());
+}
+
+class MapsTest : public RobotTest {};
+
+TEST_F(MapsTest, LinesAreEditedAndSaved) {
+  const TemporaryFolder folder;
+  const std::string saved = folder.path() / "saved.dxf";
+  start("FeatureMap", {"--mapFile", FLOOR_PLAN, "--period", "50"});
+  auto map = proxy<rack::FeatureMapProxy>("FeatureMap(0/0)");
+  ASSERT_TRUE(turned_on("FeatureMap(0/0)"));
+  const auto whole = map.get_data();
+  ASSERT_TRUE(whole.ok()) << whole.error().message();
+  const std::size_t count = whole->features.size();
+  ASSERT_GT(count, 10U);
+  ASSERT_TRUE(map.add_line({.feature = {.x = 1, .y = 2, .x2 = 3, .y2 = 4, .layer = 7}}).ok());
+  EXPECT_FALSE(map.add_line({.feature = {.x = 1, .y = 2, .x2 = 3, .y2 = 4, .layer = 70}}).ok());
+  const auto has = [&](std::size_t wanted) {
+    return eventually([&] { return map.get_data()->features.size() == wanted; }, "the edited map");
+  };
+  ASSERT_TRUE(has(count + 1));
+  ASSERT_TRUE(map.displace_line({.feature = {.x = 5, .y = 2, .x2 = 5, .y2 = 4},
+                                 .featureNumTemp = static_cast<rack::i32>(count)})
+                  .ok());
+  ASSERT_TRUE(map.delete_line({.featureNumTemp = 0}).ok());
+  EXPECT_FALSE(map.delete_line({.featureNumTemp = 1000}).ok()) << "nothing was marked";
+  ASSERT_TRUE(has(count));
+  EXPECT_EQ(map.get_data()->features.back().x, 5);
+  ASSERT_TRUE(map.save_map(saved).ok());
+  EXPECT_FALSE(map.save_map("/nowhere/map.dxf").ok());
+
+  rack::FeatureMapLayerData layers;
+  layers.layers = {7};
+  ASSERT_TRUE(map.set_layer(layers).ok());
+  EXPECT_EQ(map.get_layer()->layers.size(), 1U);
+  ASSERT_TRUE(has(1));
+  ASSERT_TRUE(map.load_map(saved).ok());
+  ASSERT_TRUE(has(count)) << "a loaded map shows all layers";
+  EXPECT_FALSE(map.load_map("/nowhere/map.dxf").ok());
+  ASSERT_TRUE(has(count)) << "and the old one stays";
+}
+
+TEST_F(MapsTest, CellsOfTheWholeAndOfAPart) {
+  start("GridMap", {"--mapFile", FLOOR_PLAN, "--mapResolution", "10", "--period", "50"});
+  auto map = proxy<rack::GridMapProxy>("GridMap(0/0)");
+  ASSERT_TRUE(turned_on("GridMap(0/0)"));
+  const auto whole = map.get_data();
+  ASSERT_TRUE(whole.ok()) << whole.error().message();
+  EXPECT_GT(whole->scale, 10) << "1300 x 1100 cells are too many";
+  EXPECT_GE(whole->gridNumX * whole->scale.raw(), 10000);
+
+  start("ChassisSim");
+  start("OdometryChassis");
+  start("Position");
+  start("GridMap", {"--instance", "1", "--mapFile", FLOOR_PLAN, "--mapResolution", "10", "--period",
+                    "50", "--positionInst", "0"});
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  auto near = proxy<rack::GridMapProxy>("GridMap(0/1)");
+  ASSERT_TRUE(turned_on("GridMap(0/1)"));
+  const auto contains = [&](rack::i32 x, rack::i32 y) {
+    const auto part = near.get_data();
+    if (!part) return false;
+    const auto inside = [](rack::i32 at, rack::i32 first, rack::i32 count) {
+      return at >= first && at < first + 10 * count;
+    };
+    return part->scale == 10 && inside(x, part->offsetX, part->gridNumX) &&
+           inside(y, part->offsetY, part->gridNumY);
+  };
+  EXPECT_TRUE(contains(0, 0));
+  EXPECT_FALSE(contains(7000, 9000));
+  ASSERT_TRUE(
+      proxy<rack::PositionProxy>("Position(0/0)").update({.pos = {.x = 7000, .y = 9000}}).ok());
+  EXPECT_TRUE(eventually([&] { return contains(7000, 9000); }, "the part around the robot"));
 }
 
 }  // namespace
