@@ -24,11 +24,17 @@ Pose OdometryHistory::at(double time) const {
   return between(before->pose, after->pose, (time - before->time) / (after->time - before->time));
 }
 
+namespace {
+
+constexpr double kNearest = 0.02;  // m: what is nearer is the scanner itself
+
+}  // namespace
+
 void CarmenLog::beams(const LogScan& scan, std::vector<BeamEnd>& ends) const {
   ends.clear();
   for (std::size_t i = 0; i < scan.count; ++i) {
     const auto range = static_cast<double>(ranges[scan.begin + i]);
-    if (!(range > 0.02 && range < range_max)) continue;
+    if (range <= kNearest || range >= range_max) continue;
     const double angle = scan.laser.rho + scan.first + scan.step * static_cast<double>(i);
     ends.push_back({static_cast<float>(scan.laser.x + 1000 * range * std::cos(angle)),
                     static_cast<float>(scan.laser.y + 1000 * range * std::sin(angle))});
@@ -188,7 +194,7 @@ tims::Result<CarmenLog> read_carmen(std::string_view text) {
 
 namespace {
 
-constexpr double kLagMax = 0.3;            // s
+constexpr int kLagSteps = 30;
 constexpr double kLagStep = 0.01;          // s
 constexpr double kTurnLeast = radians(2);  // between two scans: less says nothing
 constexpr double kTurnMost = radians(25);
@@ -267,7 +273,8 @@ double estimate_lag(const CarmenLog& log) {
   const double without = off(0);
   double least = without;
   double best = 0;
-  for (double lag = kLagStep; lag < kLagMax + kLagStep / 2; lag += kLagStep) {
+  for (int step = 1; step <= kLagSteps; ++step) {
+    const double lag = step * kLagStep;
     const double now = off(lag);
     if (now >= least) continue;
     least = now;

@@ -21,9 +21,9 @@ class Drawing {
 
   void wall(const MapLine& line) {
     const double length = std::hypot(line.to.x - line.from.x, line.to.y - line.from.y);
-    const double steps = std::max(1.0, std::ceil(2 * length / map_.resolution));
-    for (double i = 0; i <= steps; ++i) {
-      const double part = i / steps;
+    const std::int64_t steps = std::max(1L, std::lround(std::ceil(2 * length / map_.resolution)));
+    for (std::int64_t i = 0; i <= steps; ++i) {
+      const double part = static_cast<double>(i) / static_cast<double>(steps);
       cell(line.from.x + part * (line.to.x - line.from.x),
            line.from.y + part * (line.to.y - line.from.y)) = Cell::kOccupied;
     }

@@ -50,7 +50,7 @@ tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resoluti
 tims::Result<GridMap> read_map(const DxfDrawing& drawing, double scale, double offset_x,
                                double offset_y, double resolution);
 tims::Result<GridMap> read_map(const FeatureMapData& map, double resolution);
-tims::Result<GridMap> read_map(const GridMapData& map);
+tims::Result<GridMap> read_map(const GridMapData& message);
 
 // A map with more cells than a message has room for: as a whole with larger cells, of which one is
 // occupied if any part of it is, or a part of it.

@@ -90,8 +90,8 @@ class LikelihoodField {
   [[nodiscard]] std::size_t index(float x, float y) const {
     const float row = std::min(std::max(0.0F, (x - low_x_) * cells_per_mm_), row_max_);
     const float column = std::min(std::max(0.0F, (y - low_y_) * cells_per_mm_), column_max_);
-    return static_cast<std::size_t>(static_cast<std::int32_t>(row) * stride_ +
-                                    static_cast<std::int32_t>(column));
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_) +
+           static_cast<std::size_t>(column);
   }
 
   std::vector<std::uint8_t> table_;

@@ -172,7 +172,7 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
     if (!wrong.empty()) return malformed(at + wrong);
   }
   if (info.image.empty()) return malformed("no `image: FILE`");
-  if (!(info.resolution >= 0.001 && info.resolution <= 10))
+  if (info.resolution < 0.001 || info.resolution > 10)
     return malformed("no `resolution: METRES` between 0.001 and 10");
   if (std::abs(info.origin_x) > 1e6 || std::abs(info.origin_y) > 1e6)
     return malformed("origin: more than 1000 km away");

@@ -177,7 +177,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   Result<void> tell(TimeStamp time) {
     if (position_ && localisation::is_sure(localiser_->estimate(), kUpdateDeviation)) {
-      const auto taken = position_->update(localisation::to_update(*localiser_, time));
+      auto taken = position_->update(localisation::to_update(*localiser_, time));
       if (!taken) return taken;
     }
     localisation::to_message(*localiser_, time, get_local_buffer());

@@ -241,9 +241,9 @@ Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& fie
 
 double quantile(std::vector<double> values, double part) {
   if (values.empty()) return 0;
-  const auto at = static_cast<std::size_t>(part * static_cast<double>(values.size() - 1) + 0.5);
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(at));
-  return values[at];
+  const auto at = values.begin() + std::lround(part * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
 }
 
 double mean(std::span<const double> values) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "components/localisation/ros_map.h"
@@ -55,22 +56,20 @@ Made make() {
     std::array<double, 181> ranges{};
     rays.cast({{place.x, place.y}, place.rho - kPi / 2, kPi / 180}, 80000, ranges);
     log += "FLASER 181";
-    for (std::size_t beam = ranges.size(); beam-- > 0;)
-      log += " " + std::to_string(ranges[beam] / 1000);
-    const std::string odometry =
-        std::to_string(x - 7) + " " + std::to_string(y + 3) + " " + std::to_string(theta);
-    const std::string time = std::to_string(100 + i);
-    log += " " + odometry + " " + odometry + " " + time + " host " + std::to_string(i) + "\n";
-    poses += std::to_string(i) + " " + std::to_string(i) + " " + std::to_string(x) + " " +
-             std::to_string(y) + " " + std::to_string(theta) + "\n";
+    for (std::size_t beam = ranges.size(); beam-- > 0;) {
+      log += ' ';
+      log += std::to_string(ranges[beam] / 1000);
+    }
+    const std::string odometry = fmt::format("{} {} {}", x - 7, y + 3, theta);
+    log += fmt::format(" {0} {0} {1} host {2}\n", odometry, 100 + i, i);
+    poses += fmt::format("{0} {0} {1} {2} {3}\n", i, x, y, theta);
     if (i == 0) continue;
     const Pose step =
         place - localisation::pose_of_ros(
                     15 + 10 * std::cos(part - 0.15 / 9), 10 + 6 * std::sin(part - 0.15 / 9),
                     std::atan2(6 * std::cos(part - 0.15 / 9), -10 * std::sin(part - 0.15 / 9)));
-    relations += std::to_string(99 + i) + " " + time + " " + std::to_string(step.x / 1000) + " " +
-                 std::to_string(-step.y / 1000) + " 0 0 0 " +
-                 std::to_string(-signed_angle(step.rho)) + "\n";
+    relations += fmt::format("{} {} {} {} 0 0 0 {}\n", 99 + i, 100 + i, step.x / 1000,
+                             -step.y / 1000, -signed_angle(step.rho));
   }
   auto read = localisation::read_carmen(log);
   EXPECT_TRUE(read.ok());

@@ -48,7 +48,7 @@ tims::Result<Line> numbers_of(std::string_view text, std::size_t number) {
 class Times {
  public:
   Times(const CarmenLog& log, double LogScan::*time) {
-    for (std::size_t i = 0; i < log.scans.size(); ++i) times_.push_back({log.scans[i].*time, i});
+    for (std::size_t i = 0; i < log.scans.size(); ++i) times_.emplace_back(log.scans[i].*time, i);
     std::ranges::sort(times_);
   }
   [[nodiscard]] std::optional<std::size_t> nearest(double time) const {
