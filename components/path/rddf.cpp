@@ -1,0 +1,124 @@
+#include "components/path/rddf.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "components/geometry/pose.h"
+
+namespace rack::path {
+
+namespace {
+
+constexpr std::size_t kFieldsMin = 5;
+constexpr std::size_t kFieldsMax = 8;
+constexpr double kFoot = 304.8;          // mm
+constexpr double kMilePerHour = 447.04;  // mm/s
+constexpr double kOffsetMax = 10000;     // ft
+constexpr double kSpeedMax = 300;        // mph
+constexpr std::string_view kBlanks = " \t\r";
+
+tims::Error malformed(std::size_t line, std::string_view what) {
+  return {tims::Errc::kMalformed, "line " + std::to_string(line) + ": " + std::string(what)};
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(kBlanks);
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+// The part up to the separator, which is taken from the text with it.
+std::string_view take_until(std::string_view& text, char separator) {
+  const auto end = text.find(separator);
+  const auto part = text.substr(0, end);
+  text.remove_prefix(end == text.npos ? text.size() : end + 1);
+  return part;
+}
+
+// A number from `least` to `most`, and nothing else.
+std::optional<double> number(std::string_view text, double least, double most) {
+  double value = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
+  if (!(value >= least && value <= most)) return std::nullopt;
+  return value;
+}
+
+tims::Result<RddfPoint> read_line(std::string_view text, std::size_t line) {
+  std::array<std::string_view, kFieldsMax> fields;
+  std::size_t count = 0;
+  while (!text.empty() && count < fields.size()) fields[count++] = trimmed(take_until(text, ','));
+  if (count < kFieldsMin || !text.empty())
+    return malformed(line,
+                     "a waypoint has 5 to 8 fields: number, latitude, longitude, lateral "
+                     "boundary offset (ft), speed limit (mph)");
+  const auto id = number(fields[0], 0, 1e9);
+  const auto latitude = number(fields[1], -90, 90);
+  const auto longitude = number(fields[2], -180, 180);
+  const auto offset = number(fields[3], 0, kOffsetMax);
+  const auto speed = number(fields[4], 0, kSpeedMax);
+  if (!id) return malformed(line, "the first field is no number of a waypoint");
+  if (!latitude) return malformed(line, "the second field is no latitude in degrees");
+  if (!longitude) return malformed(line, "the third field is no longitude in degrees");
+  if (!offset) return malformed(line, "the fourth field is no lateral boundary offset in feet");
+  if (!speed) return malformed(line, "the fifth field is no speed in miles an hour");
+  return RddfPoint{static_cast<i32>(*id), radians(*latitude), radians(*longitude), *offset * kFoot,
+                   *speed * kMilePerHour};
+}
+
+bool out_of_range(i32 mm) {
+  return mm == std::numeric_limits<i32>::max() || mm == std::numeric_limits<i32>::min();
+}
+
+}  // namespace
+
+tims::Result<std::vector<RddfPoint>> read_rddf(std::string_view text) {
+  std::vector<RddfPoint> points;
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const auto content = trimmed(take_until(text, '\n'));
+    if (content.empty() || content.front() == '#') continue;
+    if (points.size() == kWaypointsMax)
+      return tims::Error(tims::Errc::kTooBig, "line " + std::to_string(line) + ": more than " +
+                                                  std::to_string(kWaypointsMax) + " waypoints");
+    const auto point = read_line(content, line);
+    if (!point) return point.error();
+    points.push_back(*point);
+  }
+  return points;
+}
+
+tims::Result<std::vector<Waypoint2d>> to_waypoints(std::span<const RddfPoint> points,
+                                                   const ToWorld& to_world) {
+  std::vector<Waypoint2d> waypoints;
+  waypoints.reserve(points.size());
+  for (const RddfPoint& point : points) {
+    // Of the leg that ends here.
+    const RddfPoint& leg = waypoints.empty() ? point : points[waypoints.size() - 1];
+    const auto name = [&] { return "waypoint " + std::to_string(point.number) + ": "; };
+    const auto at = to_world({.latitude = point.latitude, .longitude = point.longitude});
+    if (!at) return tims::Error(at.error().code(), name() + at.error().detail());
+    if (out_of_range(at->pos.x) || out_of_range(at->pos.y))
+      return tims::Error(tims::Errc::kInvalidArgument,
+                         name() +
+                             "it is more than 2000 km from the origin of the world: give "
+                             "Position an offset near the route, or autoOffset=1");
+    if (leg.speed == 0 && points.size() > 1)
+      return tims::Error(
+          tims::Errc::kInvalidArgument,
+          name() + "the leg to it has speed limit 0; only the last line may have it");
+    Waypoint2d waypoint;
+    waypoint.x = at->pos.x;
+    waypoint.y = at->pos.y;
+    waypoint.speed = static_cast<i32>(leg.speed);
+    waypoint.lbo = static_cast<i32>(leg.offset);
+    waypoint.id = point.number;
+    waypoints.push_back(waypoint);
+  }
+  return waypoints;
+}
+
+}  // namespace rack::path

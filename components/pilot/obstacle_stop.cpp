@@ -1,0 +1,182 @@
+#include "components/pilot/obstacle_stop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "components/pilot/drive.h"
+
+namespace rack::pilot {
+
+namespace {
+
+constexpr i32 kLandmark = 1;
+constexpr i32 kDynamicObstacle = 3;
+constexpr double kMoving = 3;  // so much earlier for what moves by itself
+constexpr double kBesides = 4;
+constexpr double kFarAway = 1e9;
+constexpr double kStraightAhead = 1e-7;  // 1/mm
+constexpr int kWhileHolding = 2;
+
+bool counts(const ScanPoint& point) {
+  return (point.type & scan_point::kInvalid) == 0 &&
+         (point.type & scan_point::kClassMask) != kLandmark;
+}
+
+double seconds(std::chrono::milliseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+// It stops before it changes between forward and backward.
+std::span<const PolarSpline> same_sense(std::span<const PolarSpline> path) {
+  std::size_t count = 1;
+  while (count < path.size() && path::sense(path[count]) == path::sense(path[0])) ++count;
+  return path.first(count);
+}
+
+std::string rounded_up(double value) {
+  const auto hundredths = std::lround(std::ceil(value * 100));
+  const std::string rest = std::to_string(100 + hundredths % 100);
+  return std::to_string(hundredths / 100) + "." + rest.substr(1);
+}
+
+}  // namespace
+
+tims::Result<void> check_braking(const ChassisParamData& chassis, double speed_max,
+                                 std::chrono::milliseconds reaction) {
+  const auto refuse = [](std::string text) {
+    return tims::Error(tims::Errc::kInvalidArgument, std::move(text));
+  };
+  if (chassis.decMax <= 0) return refuse("the chassis says that it cannot brake: its decMax is 0");
+  const double needed = seconds(reaction) + speed_max / (2.0 * chassis.decMax);
+  if (chassis.breakConstant >= needed) return {};
+  const double slow = 2.0 * chassis.decMax * (chassis.breakConstant - seconds(reaction));
+  return refuse("with breakConstant " + std::to_string(chassis.breakConstant.raw()) +
+                " it would brake too late at " + std::to_string(std::lround(speed_max)) +
+                " mm/s: decMax " + std::to_string(chassis.decMax.raw()) + " and " +
+                std::to_string(reaction.count()) + " ms of reaction need " + rounded_up(needed) +
+                "; give the chassis that breakConstant, or the pilot a maxSpeed of " +
+                std::to_string(std::max(0L, static_cast<long>(slow))) + " at most");
+}
+
+ObstacleStop::ObstacleStop(const ChassisParamData& chassis, std::chrono::milliseconds reaction)
+    : chassis_(chassis), margins_(chassis), reaction_(seconds(reaction)) {
+  const double fast = chassis.vxMax;
+  const double brakes = fast * reaction_ + fast * fast / (2 * std::max(1.0, 1.0 * chassis.decMax));
+  look_ahead_ = 1000 + kMoving * std::max(brakes, fast * chassis.breakConstant);
+}
+
+// Of v t + v^2 / 2a = free.
+double ObstacleStop::still_stops(double free) const {
+  if (free <= 0) return 0;
+  const double rate = std::max(1.0, 1.0 * chassis_.decMax);
+  const double delay = rate * reaction_;
+  return std::sqrt(delay * delay + 2 * rate * free) - delay;
+}
+
+double ObstacleStop::hull_ahead() const {
+  return sense_ > 0 ? chassis_.boundaryFront : chassis_.boundaryBack;
+}
+
+// As a point before a vehicle that drives straight ahead; false: not in reach.
+bool ObstacleStop::straighten(const ScanPoint& point, const Pose& seen_from, const Way& way,
+                              ScanPoint& straight) const {
+  const Pose at =
+      seen_from + Pose{.x = static_cast<double>(point.x), .y = static_cast<double>(point.y)};
+  double before = -way.from;
+  double nearest = kFarAway;
+  for (std::size_t i = 0; i < way.splines.size() && before < look_ahead_; ++i) {
+    const PolarSpline& spline = way.splines[i];
+    const path::Beside seen = path::beside(spline, at);
+    const double along = path::sense(spline) * seen.along;
+    const bool first = i == 0;
+    const bool last = i + 1 == way.splines.size();
+    const double ahead = before + along;
+    before += path::size(spline);
+    if ((along < 0 && !first) || (along > path::size(spline) && !last)) continue;
+    // Both ends swing out of a bend.
+    const double radius = std::abs(static_cast<double>(spline.radius));
+    const double longest = std::max(chassis_.boundaryFront, chassis_.boundaryBack);
+    const double swing = radius > 0 ? longest * longest / (2 * radius) : 0;
+    const double across = sense_ * seen.across;
+    const bool bends_right = sense_ * spline.radius > 0;
+    const double wider_right = way.right + (bends_right ? 0 : swing);
+    const double wider_left = way.left + (bends_right ? swing : 0);
+    const double narrow =
+        across > 0 ? std::max(0.0, across - wider_right) : std::min(0.0, across + wider_left);
+    const double distance = std::max(ahead, kBesides * std::abs(narrow));
+    if (distance >= nearest || ahead > look_ahead_) continue;
+    nearest = distance;
+    straight = point;
+    straight.x = whole_millimetres(ahead);
+    straight.y = whole_millimetres(narrow);
+  }
+  return nearest < kFarAway;
+}
+
+// The box of drive.h stands around a vehicle that drives forward along the straightened way.
+double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const Way& way,
+                           bool comfort) {
+  const double margin = margins_.safetyMargin;
+  const double ahead = hull_ahead() + margin;
+  const double right = margin + (sense_ > 0 ? margins_.boundaryRight : margins_.boundaryLeft);
+  const double left = margin + (sense_ > 0 ? margins_.boundaryLeft : margins_.boundaryRight);
+  const double behind = sense_ > 0 ? margins_.boundaryBack : margins_.boundaryFront;
+  const double constant = std::max<double>(chassis_.breakConstant, 1e-3);
+  double speed = kFarAway;
+  for (const ScanPoint& point : scan.points) {
+    ScanPoint straight;
+    if (!counts(point) || !straighten(point, seen_from, way, straight)) continue;
+    const double x = straight.x;
+    const double y = straight.y;
+    if (x < -behind) continue;
+    const bool moves = (point.type & scan_point::kClassMask) == kDynamicObstacle;
+    const double earlier = moves ? kMoving : 1;
+    const double besides = std::max({0.0, y - right, -y - left});
+    const double free = std::max(0.0, x - ahead);
+    if (besides <= 0) {
+      speed = std::min(speed, still_stops(free) / earlier);
+      if (comfort) free_way_ = std::min(free_way_, free);
+    }
+    if (!comfort) continue;
+    const double wished = std::max(0.0, free - margins_.safetyMarginMove);
+    speed = std::min(speed, std::max(wished, kBesides * besides) / (constant * earlier));
+  }
+  return speed;
+}
+
+double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
+                               const PathFollower& follower) {
+  free_way_ = look_ahead_;
+  margins_ = chassis_;
+  if (follower.holds()) {
+    margins_.safetyMargin = kWhileHolding * chassis_.safetyMargin;
+    margins_.safetyMarginMove = kWhileHolding * chassis_.safetyMarginMove;
+  }
+  const auto path = follower.path();
+  if (path.empty()) return 0;
+  const PolarSpline& spline = path[follower.index()];
+  sense_ = path::sense(spline) * (follower.reverts() ? -1 : 1);
+
+  // The arc it is on.
+  const PathFollower::Command now = follower.last();
+  const double curve = std::abs(now.speed) < 1 ? 0 : now.omega / now.speed;
+  const PolarSpline arc =
+      std::abs(curve) < kStraightAhead
+          ? path::line(at, sense_ * look_ahead_)
+          : path::arc(at, whole_millimetres(std::clamp(1 / curve, -1e7, 1e7)),
+                      sense_ * std::min(look_ahead_, 0.75 * kPi / std::abs(curve)));
+  double speed = limit(scan, seen_from, {{&arc, 1}, 0, 0, 0}, follower.reverts());
+  if (follower.reverts()) return speed;
+
+  const path::Beside beside = path::beside(spline, at);
+  const double across = sense_ * beside.across;
+  const double turned = hull_ahead() * std::sin(beside.turned);
+  const Way way{same_sense(path.subspan(follower.index())), path::sense(spline) * beside.along,
+                std::max(0.0, -across) + std::max(0.0, -turned),
+                std::max(0.0, across) + std::max(0.0, turned)};
+  speed = std::min(speed, limit(scan, seen_from, way, true));
+  return std::max(0.0, speed);
+}
+
+}  // namespace rack::pilot
