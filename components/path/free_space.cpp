@@ -1,0 +1,228 @@
+#include "components/path/free_space.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace rack::path {
+
+namespace {
+
+constexpr float kNowhere = 1e5;  // cells: farther than any map is wide
+constexpr double kHalfDiagonals =
+    1.4142136;  // of two cells: a place and an obstacle in their cells
+
+// Where the parabolas over two places of a line have the same height.
+double meeting(std::span<const double> line, std::size_t q, std::size_t p) {
+  const auto a = static_cast<double>(q);
+  const auto b = static_cast<double>(p);
+  return ((line[q] + a * a) - (line[p] + b * b)) / (2 * a - 2 * b);
+}
+
+}  // namespace
+
+HullDiscs::HullDiscs(const Size& size) : half_width_(size.half_width + size.margin) {
+  const double front = size.front + size.margin;
+  const double back = size.back + size.margin;
+  const double length = std::max(front + back, 1.0);
+  // Squares or longer ones: few discs, that reach little beyond the hull.
+  const double wanted = std::ceil(length / std::max(half_width_ * 1.2, length / kMax));
+  count_ = static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(kMax)));
+  const double part = length / static_cast<double>(count_);
+  for (std::size_t i = 0; i < count_; ++i)
+    centers_[i] = -back + part * (static_cast<double>(i) + 0.5);
+  radius_ = std::hypot(part / 2, half_width_);
+  turning_radius_ = std::hypot(std::max(front, back), half_width_);
+}
+
+tims::Result<FreeSpace> FreeSpace::empty(const Place& corner, double width, double height,
+                                         double cell) {
+  const bool good = std::isfinite(corner.x) && std::isfinite(corner.y) && width > 0 && height > 0 &&
+                    cell >= kCellMin;
+  if (!good)
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       "a map needs a size, and cells of 10 mm and more");
+  const double rows = std::ceil(width / cell);
+  const double columns = std::ceil(height / cell);
+  if (!(rows * columns <= static_cast<double>(kCellsMax)))
+    return tims::Error(tims::Errc::kTooBig,
+                       "a map of " + std::to_string(std::lround(width / 1000)) + " m by " +
+                           std::to_string(std::lround(height / 1000)) +
+                           " m has more than 4 million cells: make them larger");
+  FreeSpace space;
+  space.corner_ = corner;
+  space.cell_ = cell;
+  space.rows_ = static_cast<std::size_t>(rows);
+  space.columns_ = static_cast<std::size_t>(columns);
+  space.cells_.assign(space.rows_ * space.columns_, 0);
+  space.distances_.assign(space.cells_.size(), 0);
+  space.line_.resize(space.columns_);
+  space.at_.resize(space.columns_);
+  space.begin_.resize(space.columns_ + 1);
+  space.squares_.resize(space.columns_);
+  space.measure();
+  return space;
+}
+
+tims::Result<FreeSpace> FreeSpace::of(const GridMapData& map, std::uint8_t occupied) {
+  const auto size = map.tail_sizes()[0];
+  if (size <= 0 || map.occupancy.size() != static_cast<std::size_t>(size) || map.scale < kCellMin)
+    return tims::Error(tims::Errc::kInvalidArgument, "the grid map has no cells of 10 mm or more");
+  const double cell = map.scale;
+  auto space = empty({static_cast<double>(map.offsetX), static_cast<double>(map.offsetY)},
+                     map.gridNumX * cell, map.gridNumY * cell, cell);
+  if (!space) return space;
+  // x is the outer one.
+  for (std::size_t i = 0; i < map.occupancy.size(); ++i)
+    space->cells_[i] = map.occupancy[i] >= occupied ? 1 : 0;
+  space->measure();
+  return space;
+}
+
+tims::Result<FreeSpace> FreeSpace::of(const DxfDrawing& drawing, double scale, double offset_x,
+                                      double offset_y, double cell, double around) {
+  if (drawing.lines.empty())
+    return tims::Error(tims::Errc::kInvalidArgument, "the drawing has no lines");
+  const auto place = [&](const DxfPoint& point) {
+    return Place{(point.y - offset_x) * scale, (point.x - offset_y) * scale};
+  };
+  Place least = place(drawing.lines[0].from);
+  Place most = least;
+  for (const DxfLine& line : drawing.lines) {
+    for (const Place& end : {place(line.from), place(line.to)}) {
+      least = {std::min(least.x, end.x), std::min(least.y, end.y)};
+      most = {std::max(most.x, end.x), std::max(most.y, end.y)};
+    }
+  }
+  const double rim = around + cell;
+  auto space = empty({least.x - rim, least.y - rim}, most.x - least.x + 2 * rim,
+                     most.y - least.y + 2 * rim, cell);
+  if (!space) return space;
+  for (const DxfLine& line : drawing.lines) space->occupy(place(line.from), place(line.to));
+  space->measure();
+  return space;
+}
+
+// --- cells
+
+bool FreeSpace::contains(const Place& place) const {
+  const double row = (place.x - corner_.x) / cell_;
+  const double column = (place.y - corner_.y) / cell_;
+  return row >= 0 && column >= 0 && row < static_cast<double>(rows_) &&
+         column < static_cast<double>(columns_);
+}
+
+std::size_t FreeSpace::index(const Place& place) const {
+  const auto row = static_cast<std::size_t>((place.x - corner_.x) / cell_);
+  const auto column = static_cast<std::size_t>((place.y - corner_.y) / cell_);
+  return std::min(row, rows_ - 1) * columns_ + std::min(column, columns_ - 1);
+}
+
+Place FreeSpace::center_of(std::size_t row, std::size_t column) const {
+  return {corner_.x + (static_cast<double>(row) + 0.5) * cell_,
+          corner_.y + (static_cast<double>(column) + 0.5) * cell_};
+}
+
+void FreeSpace::occupy(const Place& place) {
+  if (contains(place)) cells_[index(place)] = 1;
+}
+
+void FreeSpace::occupy(const Place& from, const Place& to) {
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  const auto steps = static_cast<std::size_t>(std::ceil(2 * length / cell_)) + 1;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double part = static_cast<double>(i) / static_cast<double>(steps);
+    occupy({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
+  }
+}
+
+void FreeSpace::release(const Place& place) {
+  if (contains(place)) cells_[index(place)] = 0;
+}
+
+// The squared distances to the nearest obstacle along line_, from the squared ones across it.
+void FreeSpace::envelope() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::size_t last = 0;
+  at_[0] = 0;
+  begin_[0] = -kInfinity;
+  begin_[1] = kInfinity;
+  for (std::size_t q = 1; q < columns_; ++q) {
+    double meets = meeting(line_, q, at_[last]);
+    while (meets <= begin_[last]) meets = meeting(line_, q, at_[--last]);
+    at_[++last] = q;
+    begin_[last] = meets;
+    begin_[last + 1] = kInfinity;
+  }
+  std::size_t k = 0;
+  for (std::size_t q = 0; q < columns_; ++q) {
+    while (begin_[k + 1] < static_cast<double>(q)) ++k;
+    const double away = static_cast<double>(q) - static_cast<double>(at_[k]);
+    squares_[q] = away * away + line_[at_[k]];
+  }
+}
+
+void FreeSpace::measure() {
+  // In cells to the nearest one of the same column: from below, then from above.
+  for (std::size_t i = 0; i < rows_; ++i) {
+    for (std::size_t j = 0; j < columns_; ++j) {
+      const std::size_t k = i * columns_ + j;
+      const float before = i == 0 ? kNowhere : distances_[k - columns_];
+      distances_[k] = cells_[k] != 0 ? 0 : before + 1;
+    }
+  }
+  for (std::size_t i = rows_; i-- > 0;) {
+    float* row = &distances_[i * columns_];
+    for (std::size_t j = 0; j < columns_; ++j) {
+      if (i + 1 < rows_) row[j] = std::min(row[j], row[j + columns_] + 1);
+    }
+  }
+  for (std::size_t i = 0; i < rows_; ++i) {
+    float* row = &distances_[i * columns_];
+    for (std::size_t j = 0; j < columns_; ++j) line_[j] = static_cast<double>(row[j]) * row[j];
+    envelope();
+    for (std::size_t j = 0; j < columns_; ++j)
+      row[j] = static_cast<float>(std::sqrt(squares_[j]) * cell_);
+  }
+}
+
+// --- questions
+
+bool FreeSpace::occupied(const Place& place) const {
+  return !contains(place) || cells_[index(place)] != 0;
+}
+
+double FreeSpace::clearance(const Place& place) const {
+  if (!contains(place)) return 0;
+  const double rim = std::min({place.x - corner_.x, place.y - corner_.y,
+                               corner_.x + cell_ * static_cast<double>(rows_) - place.x,
+                               corner_.y + cell_ * static_cast<double>(columns_) - place.y});
+  const double away = distances_[index(place)] - kHalfDiagonals * cell_;
+  return std::max(0.0, std::min(away, rim));
+}
+
+double FreeSpace::clearance(const Place& from, const Place& to) const {
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  double least = std::min(clearance(from), clearance(to));
+  for (double way = 0; way < length && least > 0;) {
+    const double part = way / length;
+    const double here =
+        clearance({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
+    least = std::min(least, here);
+    way += cell_ / 2;
+  }
+  // Between two looks it may be nearer by half of what lies between them.
+  return std::max(0.0, least - cell_ / 4);
+}
+
+double FreeSpace::room(const HullDiscs& hull, const Pose& at) const {
+  const double c = std::cos(at.rho);
+  const double s = std::sin(at.rho);
+  double least = std::numeric_limits<double>::infinity();
+  for (const double ahead : hull.centers())
+    least = std::min(least, clearance({at.x + ahead * c, at.y + ahead * s}));
+  return least - hull.radius();
+}
+
+}  // namespace rack::path

@@ -1,0 +1,95 @@
+#include "components/path/free_space.h"
+
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace rack::path {
+namespace {
+
+TEST(FreeSpace, KnowsHowFarTheNearestObstacleIs) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> any(0, 59);
+  auto space = FreeSpace::empty({-3000, 1000}, 6000, 6000, 100);
+  ASSERT_TRUE(space.ok());
+  std::vector<Place> obstacles;
+  for (int i = 0; i < 30; ++i) {
+    obstacles.push_back(space->center_of(static_cast<std::size_t>(any(random)),
+                                         static_cast<std::size_t>(any(random))));
+    space->occupy(obstacles.back());
+  }
+  space->measure();
+  for (std::size_t row = 0; row < 60; ++row) {
+    for (std::size_t column = 0; column < 60; ++column) {
+      const Place at = space->center_of(row, column);
+      double least = 1e9;
+      for (const Place& obstacle : obstacles)
+        least = std::min(least, std::hypot(at.x - obstacle.x, at.y - obstacle.y));
+      const double rim = std::min({at.x + 3000, at.y - 1000, 3000 - at.x, 7000 - at.y});
+      EXPECT_NEAR(space->clearance(at), std::max(0.0, std::min(least - 141.42, rim)), 0.1);
+    }
+  }
+}
+
+TEST(FreeSpace, IsNowhereFreeOutside) {
+  auto space = FreeSpace::empty({}, 1000, 1000, 50);
+  ASSERT_TRUE(space.ok());
+  EXPECT_GT(space->clearance({500, 500}), 400);
+  EXPECT_EQ(space->clearance({-1, 500}), 0);
+  EXPECT_TRUE(space->occupied({500, 1001}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(space->clearance({nan, 500}), 0);
+  space->occupy({nan, nan});
+}
+
+TEST(FreeSpace, ReadsDrawingsAndMessages) {
+  DxfDrawing drawing;
+  drawing.lines = {{{0, 0}, {2, 0}}, {{2, 0}, {2, 3}}};
+  const auto drawn = FreeSpace::of(drawing, 1000, 0, 0, 50, 500);
+  ASSERT_TRUE(drawn.ok());
+  EXPECT_TRUE(drawn->occupied({10, 1000})) << "x is north";
+  EXPECT_TRUE(drawn->occupied({1500, 2010}));
+  EXPECT_FALSE(drawn->occupied({1500, 1000}));
+  GridMapData map;
+  map.scale = 100;
+  map.offsetX = 1000;
+  map.gridNumX = 3;
+  map.gridNumY = 4;
+  map.occupancy.resize(12);
+  map.occupancy[1 * 4 + 2] = 255;
+  const auto grid = FreeSpace::of(map);
+  ASSERT_TRUE(grid.ok());
+  EXPECT_TRUE(grid->occupied({1150, 250}));
+  EXPECT_FALSE(grid->occupied({1250, 150}));
+}
+
+TEST(FreeSpace, RefusesMapsThatAreNone) {
+  EXPECT_FALSE(FreeSpace::of(GridMapData{}).ok());
+  EXPECT_FALSE(FreeSpace::of(DxfDrawing{}, 1000, 0, 0, 50, 500).ok());
+  EXPECT_FALSE(FreeSpace::empty({}, 0, 1000, 50).ok());
+  EXPECT_FALSE(FreeSpace::empty({}, 1000, 1000, 0).ok());
+  EXPECT_FALSE(FreeSpace::empty({}, 1e12, 1e12, 50).ok());
+  EXPECT_FALSE(FreeSpace::empty({}, std::numeric_limits<double>::quiet_NaN(), 1, 50).ok());
+}
+
+// Whatever the hull: every corner of it is in one of its discs.
+TEST(HullDiscs, CoverTheHull) {
+  for (const HullDiscs::Size& size : {HullDiscs::Size{1700, 600, 600, 50},
+                                      {250, 250, 250, 0},
+                                      {0, 0, 100, 0},
+                                      {5000, 0, 300, 20}}) {
+    const HullDiscs hull(size);
+    for (double x = -size.back; x <= size.front; x += 10) {
+      const double y = size.half_width;
+      bool covered = false;
+      for (const double center : hull.centers())
+        covered = covered || std::hypot(x - center, y) <= hull.radius() + 1e-6;
+      EXPECT_TRUE(covered) << x;
+    }
+    EXPECT_GE(hull.turning_radius(), std::hypot(size.front, size.half_width));
+  }
+}
+
+}  // namespace
+}  // namespace rack::path

@@ -1,0 +1,188 @@
+#include "components/path/goal_planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rack::path {
+
+namespace {
+
+constexpr double kCellsMax = 700;   // of a search over cells, in each direction
+constexpr double kLastLeg = 100;    // mm, of one who turns at rest: shows how it shall stand
+constexpr double kAstray = 150;     // mm beside its path that a car may get at least
+constexpr double kReserve = 1.1;    // of the smallest radius: to get back to the path
+constexpr double kLookEvery = 200;  // mm
+
+std::string place_name(const Pose& at) {
+  return "(" + std::to_string(std::lround(at.x)) + ", " + std::to_string(std::lround(at.y)) + ")";
+}
+
+tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
+
+bool finite(const Pose& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
+}
+
+}  // namespace
+
+GoalPlanner::GoalPlanner(const PlanSettings& settings) : settings_(settings), hull_(settings.hull) {
+  settings_.limits.half_width = settings.hull.half_width;
+  path_.reserve(kSplinesMax);
+  corners_.reserve(kSplinesMax);
+  if (settings_.limits.radius_min == 0)
+    cells_.reserve(static_cast<std::size_t>(kCellsMax * kCellsMax));
+}
+
+tims::Result<void> GoalPlanner::begin(const FreeSpace& space, const Pose& start, const Pose& goal,
+                                      double sense, double speed) {
+  if (auto good = check(settings_.limits); !good) return good;
+  if (!finite(start) || !finite(goal)) return refused("the start or the goal is no place");
+  if (!space.contains({start.x, start.y}))
+    return refused("the vehicle is at " + place_name(start) + ", outside of the map");
+  if (!space.contains({goal.x, goal.y}))
+    return refused("the goal " + place_name(goal) + " is outside of the map");
+  if (space.room(hull_, goal) < 0)
+    return refused("there is no room for the vehicle at the goal " + place_name(goal));
+  space_ = &space;
+  start_ = start;
+  goal_ = goal;
+  sense_ = sense < 0 ? -1 : 1;
+  speed_ = speed;
+  path_.clear();
+  if (settings_.limits.radius_min == 0) return {};
+  HybridSearch::Settings search;
+  search.radius = std::ceil(kReserve * settings_.limits.radius_min);
+  search.hull = hull_;
+  search.change = search.radius;
+  if (sense_ < 0) search.backward = 1 / search.backward;
+  poses_.begin(space, search, start, goal);
+  return {};
+}
+
+GoalPlanner::Progress GoalPlanner::advance(int poses) {
+  if (settings_.limits.radius_min == 0) return over_cells();
+  const Progress progress = poses_.advance(poses);
+  if (progress == Progress::kFailed)
+    return fail("no way was found from " + place_name(start_) + " to " + place_name(goal_));
+  if (progress == Progress::kFound) lay_pieces();
+  return progress;
+}
+
+GoalPlanner::Progress GoalPlanner::fail(std::string why) {
+  why_ = std::move(why);
+  path_.clear();
+  return Progress::kFailed;
+}
+
+// --- over cells
+
+GoalPlanner::Progress GoalPlanner::over_cells() {
+  for (const bool turns_everywhere : {true, false}) {
+    const double room = turns_everywhere ? hull_.turning_radius() : hull_.half_width();
+    if (!corners(room)) continue;
+    if (auto good = lay_waypoints(room, turns_everywhere); !good)
+      return fail(good.error().detail());
+    return Progress::kFound;
+  }
+  return fail("no way with room to turn leads from " + place_name(start_) + " to " +
+              place_name(goal_));
+}
+
+// The corners of a way with that room, from the start to the goal.
+bool GoalPlanner::corners(double room) {
+  const double width = static_cast<double>(std::max(space_->rows(), space_->columns())) / kCellsMax;
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(width)));
+  const Place start{start_.x, start_.y};
+  const Place goal{goal_.x, goal_.y};
+  // From the goal, so that it is traced in the sense it is driven.
+  const GridSearch::Settings settings{room, settings_.comfort, stride};
+  if (!cells_.run(*space_, settings, goal, &start)) return false;
+  cells_.trace(start, way_);
+  way_.front() = start;
+  if (way_.size() == 1)
+    way_.push_back(goal);
+  else
+    way_.back() = goal;
+  corners_.assign(1, start);
+  for (std::size_t i = 0; i + 1 < way_.size();) {
+    i = next_corner(i, room);
+    if (i == 0) return false;
+    corners_.push_back(way_[i]);
+  }
+  return true;
+}
+
+// The farthest place of the way that can be seen from that one, and where it can turn; 0: none.
+std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
+  std::size_t next = 0;
+  double on_the_way = 1e9;
+  for (std::size_t k = from + 1; k < way_.size(); ++k) {
+    const bool last = k + 1 == way_.size();
+    on_the_way = std::min(on_the_way, space_->clearance(way_[k]));
+    const double straight = space_->clearance(way_[from], way_[k]);
+    // At its ends it stands, or shall stand, with what room there is.
+    const bool at_an_end = k == from + 1 && (from == 0 || last);
+    if (straight < room && !at_an_end) break;
+    // No corner is cut that the way keeps away from.
+    if (straight < std::min(on_the_way - space_->cell(), room + settings_.comfort) && next != 0)
+      break;
+    if (last || space_->clearance(way_[k]) >= hull_.turning_radius()) next = k;
+  }
+  return next;
+}
+
+tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
+  std::vector<Waypoint2d> waypoints;
+  // The last leg shows the heading.
+  const Place stands{goal_.x - sense_ * kLastLeg * std::cos(goal_.rho),
+                     goal_.y - sense_ * kLastLeg * std::sin(goal_.rho)};
+  corners_.back() = stands;
+  corners_.push_back({goal_.x, goal_.y});
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    Waypoint2d waypoint;
+    waypoint.x = whole_millimetres(corners_[i].x);
+    waypoint.y = whole_millimetres(corners_[i].y);
+    const double wish = speed_ > 0 ? speed_ : settings_.limits.speed_max;
+    waypoint.speed = static_cast<i32>(sense_ * std::max(wish, 10.0));
+    const double spare = i == 0 ? 0 : space_->clearance(corners_[i - 1], corners_[i]) - room;
+    waypoint.lbo = whole_millimetres(settings_.limits.half_width + std::max(1.0, spare));
+    waypoint.maxRadius = rounds ? 0 : 1;
+    waypoint.id = static_cast<i32>(i);
+    waypoints.push_back(waypoint);
+  }
+  auto made = make_path(waypoints, settings_.limits);
+  if (!made) return made.error();
+  path_.assign(made->begin(), made->end());
+  // Beside it there may be less room than a follower needs to keep to it.
+  for (PolarSpline& spline : path_)
+    spline.lbo =
+        std::max(spline.lbo.raw(), whole_millimetres(settings_.limits.half_width + kAstray));
+  return {};
+}
+
+// --- of pieces
+
+void GoalPlanner::lay_pieces() {
+  Pose at = start_;
+  for (const Piece& piece : poses_.pieces()) {
+    if (path_.size() == kSplinesMax) break;
+    const auto radius =
+        static_cast<i32>(piece.curvature == 0 ? 0 : std::lround(1 / piece.curvature));
+    PolarSpline spline = radius == 0 ? line(at, piece.length) : arc(at, radius, piece.length);
+    double room = space_->room(hull_, at);
+    const double length = std::abs(piece.length);
+    for (double way = kLookEvery; way < length; way += kLookEvery)
+      room = std::min(
+          room, space_->room(hull_, driven(at, {piece.curvature, piece.length * way / length})));
+    at = driven(at, piece);
+    spline.basepoint.x = whole_millimetres(at.x);
+    spline.basepoint.y = whole_millimetres(at.y);
+    spline.basepoint.speed = static_cast<i32>(std::copysign(std::max(10.0, speed_), piece.length));
+    spline.lbo = whole_millimetres(settings_.limits.half_width + std::max(kAstray, room));
+    limit_speed(spline, settings_.limits, speed_ > 0 ? speed_ : settings_.limits.speed_max);
+    path_.push_back(spline);
+  }
+  set_speeds(path_);
+}
+
+}  // namespace rack::path

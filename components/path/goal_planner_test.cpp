@@ -1,0 +1,202 @@
+#include "components/path/goal_planner.h"
+
+#include <ctime>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/patience.h"
+
+namespace rack::path {
+namespace {
+
+using Progress = GoalPlanner::Progress;
+
+constexpr double kWidth = 40000;  // mm
+
+PlanSettings car() {
+  return {.limits = {.speed_max = 2000, .omega_max = 0.8, .radius_min = 3000},
+          .hull = {.front = 1700, .back = 600, .half_width = 600, .margin = 50}};
+}
+PlanSettings robot() {
+  return {.limits = {.speed_max = 1000, .omega_max = 0.8},
+          .hull = {.front = 250, .back = 250, .half_width = 250, .margin = 50}};
+}
+
+// Boxes and walls in a field of 40 m by 40 m.
+FreeSpace field(std::mt19937& random, int obstacles, double cell) {
+  std::uniform_real_distribution<double> any(0, 1);
+  auto space = FreeSpace::empty({}, kWidth, kWidth, cell);
+  for (int i = 0; i < obstacles; ++i) {
+    const Place at{any(random) * kWidth, any(random) * kWidth};
+    const double angle = any(random) * kPi;
+    const double length = 500 + any(random) * 6000;
+    space->occupy(at, {at.x + length * std::cos(angle), at.y + length * std::sin(angle)});
+  }
+  space->measure();
+  return *space;
+}
+
+Pose free_pose(const FreeSpace& space, const HullDiscs& hull, std::mt19937& random) {
+  std::uniform_real_distribution<double> any(0, 1);
+  for (;;) {
+    const Pose at{
+        .x = any(random) * kWidth, .y = any(random) * kWidth, .rho = any(random) * 2 * kPi};
+    if (space.room(hull, at) > 0 && space.clearance({at.x, at.y}) > hull.turning_radius())
+      return at;
+  }
+}
+
+// Every place of the bare hull, on a raster, against every cell.
+bool hits(const FreeSpace& space, const HullDiscs::Size& hull, const Pose& at) {
+  const double c = std::cos(at.rho);
+  const double s = std::sin(at.rho);
+  const double step = space.cell() / 2;
+  for (double x = -hull.back;; x = std::min(x + step, hull.front)) {
+    for (double y = -hull.half_width;; y = std::min(y + step, hull.half_width)) {
+      if (space.occupied({at.x + x * c - y * s, at.y + x * s + y * c})) return true;
+      if (y >= hull.half_width) break;
+    }
+    if (x >= hull.front) return false;
+  }
+}
+
+void expect_free(const std::vector<PolarSpline>& path, const FreeSpace& space,
+                 const PlanSettings& settings, const Pose& start, const Pose& goal) {
+  ASSERT_FALSE(path.empty());
+  Pose before = pose_at(path.front(), 0);
+  EXPECT_LT(std::hypot(before.x - start.x, before.y - start.y), 3);
+  for (const PolarSpline& spline : path) {
+    if (spline.radius != 0) {
+      EXPECT_GE(std::abs(static_cast<double>(spline.radius)), settings.limits.radius_min);
+    }
+    const Pose first = pose_at(spline, 0);
+    EXPECT_LT(std::hypot(first.x - before.x, first.y - before.y), 4);
+    // Turning at rest, where it does.
+    const double turn = signed_angle(first.rho - before.rho);
+    if (settings.limits.radius_min > 0) {
+      EXPECT_LT(std::abs(turn), 0.01);
+    }
+    for (int part = 1; part < 8; ++part)
+      ASSERT_FALSE(hits(space, settings.hull,
+                        {.x = first.x, .y = first.y, .rho = before.rho + turn * part / 8}));
+    for (double way = 0; way < size(spline); way += 100)
+      ASSERT_FALSE(hits(space, settings.hull, pose_at(spline, sense(spline) * way)));
+    before = pose_at(spline, spline.length);
+  }
+  EXPECT_FALSE(hits(space, settings.hull, before));
+  EXPECT_LT(std::hypot(before.x - goal.x, before.y - goal.y), 15);
+  EXPECT_LT(std::abs(signed_angle(before.rho - goal.rho)), 0.02);
+  EXPECT_EQ(path.front().vStart, 0);
+  EXPECT_EQ(path.back().vEnd, 0);
+}
+
+Progress search(GoalPlanner& planner) {
+  Progress progress = planner.advance();
+  for (int i = 0; i < 1000 && progress == Progress::kSearching; ++i) progress = planner.advance();
+  return progress;
+}
+
+struct Figures {
+  int found = 0;
+  std::vector<double> times;  // ms
+  [[nodiscard]] double percentile(double part) {
+    std::sort(times.begin(), times.end());
+    return times[static_cast<std::size_t>(part * static_cast<double>(times.size() - 1))];
+  }
+};
+
+Figures plan_often(const PlanSettings& settings, int rounds, int obstacles, double cell) {
+  std::mt19937 random(11);
+  GoalPlanner planner(settings);
+  const HullDiscs hull(settings.hull);
+  Figures figures;
+  for (int round = 0; round < rounds; ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
+    const FreeSpace space = field(random, obstacles, cell);
+    const Pose start = free_pose(space, hull, random);
+    const Pose goal = free_pose(space, hull, random);
+    const std::clock_t begin = std::clock();
+    const auto good = planner.begin(space, start, goal);
+    EXPECT_TRUE(good.ok()) << good.error().detail();
+    if (!good) continue;
+    const bool found = search(planner) == Progress::kFound;
+    figures.times.push_back(static_cast<double>(std::clock() - begin) * 1000 / CLOCKS_PER_SEC);
+    if (!found) {
+      EXPECT_FALSE(planner.why().empty());
+      continue;
+    }
+    ++figures.found;
+    expect_free(planner.path(), space, settings, start, goal);
+    if (::testing::Test::HasFailure()) break;
+  }
+  return figures;
+}
+
+TEST(GoalPlanner, LeadsACarThroughFreeSpaceOnly) {
+  Figures figures = plan_often(car(), 200, 40, 100);
+  EXPECT_GT(figures.found, 170);
+  EXPECT_LT(figures.percentile(0.95), 100 * tims::test::kSlowdown) << "CPU time, ms";
+  std::cout << "car: " << figures.found << " of 200, ms median " << figures.percentile(0.5)
+            << " p95 " << figures.percentile(0.95) << " max " << figures.percentile(1) << "\n";
+}
+
+TEST(GoalPlanner, LeadsARobotThroughFreeSpaceOnly) {
+  Figures figures = plan_often(robot(), 200, 60, 100);
+  EXPECT_GT(figures.found, 190);
+  std::cout << "robot: " << figures.found << " of 200, ms median " << figures.percentile(0.5)
+            << " p95 " << figures.percentile(0.95) << " max " << figures.percentile(1) << "\n";
+}
+
+TEST(GoalPlanner, SaysWhyThereIsNoPlan) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const PlanSettings& settings : {car(), robot()}) {
+    GoalPlanner planner(settings);
+    auto space = FreeSpace::empty({}, 20000, 20000, 100);
+    // A wall all the way.
+    space->occupy({10000, 0}, {10000, 20000});
+    space->measure();
+    const Pose here{.x = 5000, .y = 10000};
+    EXPECT_FALSE(planner.begin(*space, here, {.x = 50000, .y = 0}).ok());
+    EXPECT_FALSE(planner.begin(*space, {.x = -1}, here).ok());
+    EXPECT_FALSE(planner.begin(*space, here, {.x = nan}).ok());
+    EXPECT_FALSE(planner.begin(*space, here, {.x = 10000, .y = 10000}).ok()) << "in the wall";
+    ASSERT_TRUE(planner.begin(*space, here, {.x = 15000, .y = 10000}).ok());
+    EXPECT_EQ(search(planner), Progress::kFailed);
+    EXPECT_NE(planner.why().find("(15000, 10000)"), std::string::npos);
+    EXPECT_TRUE(planner.path().empty());
+    // A door in it.
+    for (double y = 9000; y < 12000; y += 50) space->release({10000, y});
+    space->measure();
+    ASSERT_TRUE(planner.begin(*space, here, {.x = 15000, .y = 10000}).ok());
+    EXPECT_EQ(search(planner), Progress::kFound) << planner.why();
+  }
+}
+
+TEST(GoalPlanner, GoesThroughADoorWhereItCannotTurn) {
+  auto space = FreeSpace::empty({}, 6000, 6000, 20);
+  space->occupy({3000, 0}, {3000, 2650});
+  space->occupy({3000, 3350}, {3000, 6000});
+  space->measure();
+  GoalPlanner planner(robot());
+  const Pose start{.x = 1000, .y = 1000};
+  const Pose goal{.x = 5000, .y = 5000, .rho = 1};
+  ASSERT_TRUE(planner.begin(*space, start, goal).ok());
+  ASSERT_EQ(search(planner), Progress::kFound) << planner.why();
+  expect_free(planner.path(), *space, robot(), start, goal);
+}
+
+TEST(GoalPlanner, DrivesBackwardWhenItShall) {
+  auto space = FreeSpace::empty({}, 20000, 20000, 100);
+  ASSERT_TRUE(space.ok());
+  for (const PlanSettings& settings : {car(), robot()}) {
+    GoalPlanner planner(settings);
+    ASSERT_TRUE(planner.begin(*space, {.x = 12000, .y = 10000}, {.x = 6000, .y = 10000}, -1).ok());
+    ASSERT_EQ(search(planner), Progress::kFound);
+    for (const PolarSpline& spline : planner.path()) EXPECT_LT(spline.length, 0);
+  }
+}
+
+}  // namespace
+}  // namespace rack::path
