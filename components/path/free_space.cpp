@@ -124,6 +124,12 @@ Place FreeSpace::center_of(std::size_t row, std::size_t column) const {
           corner_.y + (static_cast<double>(column) + 0.5) * cell_};
 }
 
+void FreeSpace::clear(const Place& corner) {
+  corner_ = corner;
+  std::fill(cells_.begin(), cells_.end(), std::uint8_t{0});
+  measure();
+}
+
 void FreeSpace::occupy(const Place& place) {
   if (contains(place)) cells_[index(place)] = 1;
 }

@@ -65,6 +65,8 @@ class FreeSpace {
   static tims::Result<FreeSpace> of(const DxfDrawing& drawing, double scale, double offset_x,
                                     double offset_y, double cell, double around);
 
+  // All of it is free, and lies elsewhere.
+  void clear(const Place& corner);
   void occupy(const Place& place);
   void occupy(const Place& from, const Place& to);
   // Takes away what is occupied there.

@@ -33,6 +33,13 @@ GoalPlanner::GoalPlanner(const PlanSettings& settings) : settings_(settings), hu
     cells_.reserve(static_cast<std::size_t>(kCellsMax * kCellsMax));
 }
 
+void GoalPlanner::set_limits(const PathLimits& limits) {
+  const PathLimits before = settings_.limits;
+  settings_.limits = limits;
+  settings_.limits.radius_min = before.radius_min;
+  settings_.limits.half_width = before.half_width;
+}
+
 tims::Result<void> GoalPlanner::begin(const FreeSpace& space, const Pose& start, const Pose& goal,
                                       double sense, double speed) {
   if (auto good = check(settings_.limits); !good) return good;

@@ -26,6 +26,8 @@ class GoalPlanner {
 
   // What the vehicle is; takes the memory.
   explicit GoalPlanner(const PlanSettings& settings);
+  // Other speeds; the vehicle stays what it is.
+  void set_limits(const PathLimits& limits);
 
   // sense -1: it shall drive backward where it has the choice. `speed`: a limit, 0: none. The
   // error says where there is no room. `space` has to live as long as the search.

@@ -139,6 +139,8 @@ double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const 
       if (comfort) free_way_ = std::min(free_way_, free);
     }
     if (!comfort) continue;
+    // What lies behind the end of the path needs no more room than the hull has there.
+    if (x - ahead >= way.end) continue;
     const double wished = std::max(0.0, free - margins_.safetyMarginMove);
     speed = std::min(speed, std::max(wished, kBesides * besides) / (constant * earlier));
   }
@@ -166,15 +168,18 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
           ? path::line(at, sense_ * look_ahead_)
           : path::arc(at, whole_millimetres(std::clamp(1 / curve, -1e7, 1e7)),
                       sense_ * std::min(look_ahead_, 0.75 * kPi / std::abs(curve)));
-  double speed = limit(scan, seen_from, {{&arc, 1}, 0, 0, 0}, follower.reverts());
+  double speed = limit(scan, seen_from, {{&arc, 1}, 0, 0, 0, kFarAway}, follower.reverts());
   if (follower.reverts()) return speed;
 
   const path::Beside beside = path::beside(spline, at);
   const double across = sense_ * beside.across;
   const double turned = hull_ahead() * std::sin(beside.turned);
-  const Way way{same_sense(path.subspan(follower.index())), path::sense(spline) * beside.along,
-                std::max(0.0, -across) + std::max(0.0, -turned),
-                std::max(0.0, across) + std::max(0.0, turned)};
+  const auto ahead = same_sense(path.subspan(follower.index()));
+  const double from = path::sense(spline) * beside.along;
+  double end = -from;
+  for (const PolarSpline& part : ahead) end += path::size(part);
+  const Way way{ahead, from, std::max(0.0, -across) + std::max(0.0, -turned),
+                std::max(0.0, across) + std::max(0.0, turned), end};
   speed = std::min(speed, limit(scan, seen_from, way, true));
   return std::max(0.0, speed);
 }

@@ -43,6 +43,7 @@ class ObstacleStop {
     double from = 0;  // on the first of them, mm
     double left = 0;  // how much wider the hull is, mm
     double right = 0;
+    double end = 0;  // where it stops, seen from the vehicle, mm
   };
   [[nodiscard]] bool straighten(const ScanPoint& point, const Pose& seen_from, const Way& way,
                                 ScanPoint& straight) const;

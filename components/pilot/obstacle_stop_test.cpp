@@ -96,6 +96,13 @@ TEST_F(OnAPath, LooksAlongTheBend) {
   EXPECT_GT(allowed({{3500, -1000}}), 5000) << "where the path does not lead";
 }
 
+TEST_F(OnAPath, NeedsNoMoreRoomBehindTheEndThanTheHull) {
+  const std::vector<PolarSpline> here = {path::line({}, 500)};
+  follower.take(here, {});
+  EXPECT_NEAR(allowed({{790, 0}}), 340, 2) << "300 hull and margin, 100 more of it where it goes";
+  EXPECT_GT(allowed({{810, 0}}), 400);
+}
+
 TEST_F(OnAPath, IsMoreCarefulWhileItHolds) {
   const double before = allowed({{900, 0}});
   follower.hold(true);

@@ -1,0 +1,521 @@
+// PathRDDF: a path along a route, or to a place.
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <optional>
+
+#include "components/path/detour.h"
+#include "components/path/rddf.h"
+#include "components/path/vehicle.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/grid_map.h"
+#include "rack/proxies/position.h"
+#include "rack/proxies/scan2d.h"
+
+namespace rack::path {
+namespace {
+
+constexpr double kMax = 1e6;
+constexpr int kSilence = 20;              // periods without a position
+constexpr int kPosesAPeriod = 1500;       // that a search looks at
+constexpr double kDirectionOnly = 10;     // mm/s, as in waypoints
+constexpr double kExplained = 150;        // mm: so near to a wall of the map a point is that wall
+constexpr std::size_t kMarksMax = 20000;  // of obstacles that were seen
+constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000, 20000};  // an obstacle, mm
+constexpr i32 kLandmark = 1;
+constexpr std::streamoff kFileMax = 64 << 20;
+
+constexpr std::array<ParameterInfo, 24> kParameters = {{
+    {"rddfFile", "", "a route, as the DARPA Grand Challenge had them; none: SET_RDDF says it"},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis, whose size and limits count", 0, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", 0, "instance of the position", 0, kIdMax},
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", -1, "instance of the scan, -1: none, plans know the map only", -1, kIdMax},
+    {"gridMapSys", 0, "system id of the grid map", 0, kIdMax},
+    {"gridMapInst", -1, "instance of a grid map to plan on, -1: none", -1, kIdMax},
+    {"mapFile", "", "a floor plan to plan on, DXF as text"},
+    {"mapScaleFactor", 1000, "mm for each unit of the plan", 1, kMax},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    {"cellSize", 100, "of the map that is planned on, mm", 10, 1000},
+    {"planWidth", 40000, "without a map: of the field around the robot that is free, mm", 1000,
+     200000},
+    {"vMax", 0, "largest speed, mm/s; 0: that of the chassis", 0, kMax},
+    {"accMax", 0, "acceleration, mm/s2; 0: 70 % of what the chassis can", 0, kMax},
+    {"decMax", 0, "deceleration, mm/s2; 0: 70 % of what the chassis can", 0, kMax},
+    {"omegaMax", 0, "largest turning speed, deg/s; 0: 90 % of what the chassis can", 0, 3600},
+    {"accLateral", 1000, "to the side in bends, mm/s2", 1, kMax},
+    {"lbo", 500,
+     "corridor to each side of waypoints that say none, mm; wide enough for the chassis", 1, kMax},
+    {"comfort", 300, "room that a plan would rather keep, mm", 0, kMax},
+    {"layer", 0, "of the waypoints that are driven"},
+    {"periodTime", 50, "of the data, ms", 1, 60000},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "PathRDDF",
+    .purpose = "A path along a route, or to a place.",
+    .class_id = tims::class_id::kPath,
+    .parameters = kParameters,
+    .command_slots = 8,
+    .command_body_max = body_max<PathRddfData>(),
+};
+
+Result<std::string> read_file(const std::string& path) {
+  const auto failed = [&](const std::string& why) {
+    return tims::Error(tims::Errc::kSystem, path + ": " + why);
+  };
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file || file.tellg() < 0) return failed(std::generic_category().message(errno));
+  if (file.tellg() > kFileMax) return failed("it is larger than 64 MB");
+  file.seekg(0);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+Pose pose_of(const Position2d& pos) {
+  return {.x = static_cast<double>(pos.x),
+          .y = static_cast<double>(pos.y),
+          .rho = static_cast<double>(pos.rho)};
+}
+
+// A component's mailbox takes what Java programs write there, too: a float of 1 or -1.
+double direction_or_speed(i32 field) {
+  constexpr i32 kMinusOne = static_cast<i32>(0xBF800000);
+  constexpr i32 kOne = 0x3F800000;
+  if (field == kMinusOne) return -1;
+  if (field == kOne) return 1;
+  return field;
+}
+
+class PathRddf : public DataModule<PathData> {
+ public:
+  PathRddf() : DataModule(kInfo, {.history = 2}) {
+    reserve_all(scan_);
+    path_.reserve(kSplinesMax);
+    before_.reserve(kSplinesMax);
+    marks_.reserve(kMarksMax);
+    waypoints_.reserve(kWaypointsMax);
+  }
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(4, body_max<GridMapData>());
+    if (!work) return work.error();
+    work_ = *work;
+    const auto position = create_mailbox(10, wire_size<PositionData>());
+    if (!position) return position.error();
+    const auto scan = create_mailbox(2, body_max<Scan2dData>());
+    if (!scan) return scan.error();
+    position_input_.emplace(*work_, **position);
+    scan_input_.emplace(*work_, **scan);
+    return {};
+  }
+
+  // --- on
+
+  Result<void> module_on() override {
+    if (auto good = get_ready(); !good) return good;
+    return DataModule::module_on();
+  }
+
+  Result<void> get_ready() {
+    const std::lock_guard lock(state_mutex_);
+    set_period(std::chrono::milliseconds(integer("periodTime")));
+    layer_ = integer("layer");
+    silence_ = 0;
+    located_ = seen_ = planning_ = false;
+    ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    const auto parameters = chassis.get_parameter();
+    if (!parameters) return parameters.error();
+    chassis_ = *parameters;
+    limits_ = own_limits();
+    planner_.emplace(PlanSettings{limits_, hull_of(chassis_), 1.0 * integer("comfort")});
+    if (auto good = check(limits_); !good) return good;
+    const auto granted = position_input_->start(address_of(tims::class_id::kPosition, "position"));
+    if (!granted) return granted.error();
+    looks_ = integer("scan2dInst") >= 0;
+    if (looks_) {
+      const auto scan = scan_input_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+      if (!scan) return scan.error();
+    }
+    if (auto good = load_map(); !good) return good;
+    return load_route();
+  }
+
+  void module_off() override {
+    position_input_->stop();
+    scan_input_->stop();
+    const std::lock_guard lock(state_mutex_);
+    planning_ = false;
+  }
+
+  [[nodiscard]] PathLimits own_limits() const {
+    PathLimits limits = path::limits_of(chassis_);
+    if (integer("vMax") > 0) limits.speed_max = std::min(limits.speed_max, 1.0 * integer("vMax"));
+    limits.backward_max = std::min(limits.backward_max, limits.speed_max);
+    if (integer("accMax") > 0) limits.acceleration = integer("accMax");
+    if (integer("decMax") > 0) limits.deceleration = integer("decMax");
+    if (integer("omegaMax") > 0) limits.omega_max = radians(integer("omegaMax"));
+    limits.lateral_acceleration = integer("accLateral");
+    limits.corridor = std::max(1.0 * integer("lbo"), limits.half_width + 100);
+    return limits;
+  }
+
+  Result<void> load_map() {
+    const double cell = integer("cellSize");
+    const std::string file = text("mapFile");
+    has_map_ = true;
+    if (!file.empty()) {
+      const auto read = read_file(file);
+      if (!read) return read.error();
+      const auto drawing = read_dxf(*read);
+      if (!drawing)
+        return tims::Error(drawing.error().code(), file + ": " + drawing.error().detail());
+      return take_map(FreeSpace::of(*drawing, integer("mapScaleFactor"), integer("mapOffsetX"),
+                                    integer("mapOffsetY"), cell, 2000));
+    }
+    if (integer("gridMapInst") >= 0) {
+      GridMapProxy map(*work_, address_of(tims::class_id::kGridMap, "gridMap"));
+      if (auto on = map.on(); !on) return on;
+      const auto data = map.get_data();
+      if (!data) return data.error();
+      return take_map(FreeSpace::of(*data));
+    }
+    has_map_ = false;
+    const double width = integer("planWidth");
+    return take_map(FreeSpace::empty({}, width, width, cell));
+  }
+  Result<void> take_map(tims::Result<FreeSpace> map) {
+    if (!map) return map.error();
+    map_ = std::move(*map);
+    space_ = map_;
+    return {};
+  }
+
+  Result<void> load_route() {
+    const std::string file = text("rddfFile");
+    if (!file.empty()) {
+      const auto read = read_file(file);
+      if (!read) return read.error();
+      const auto points = read_rddf(*read);
+      if (!points) return tims::Error(points.error().code(), file + ": " + points.error().detail());
+      PositionProxy position(*work_, address_of(tims::class_id::kPosition, "position"));
+      const auto waypoints = to_waypoints(
+          *points, [&](const PositionWgs84Data& at) { return position.wgs84_to_pos(at); });
+      if (!waypoints)
+        return tims::Error(waypoints.error().code(), file + ": " + waypoints.error().detail());
+      waypoints_.assign(waypoints->begin(), waypoints->end());
+      for (Waypoint2d& waypoint : waypoints_) waypoint.layer = layer_;
+      log().info("%s has %u waypoints", file, static_cast<unsigned>(waypoints_.size()));
+    }
+    return make_route();
+  }
+
+  // --- again and again
+
+  Result<void> module_loop() override {
+    sleep_until_next(period());
+    const auto come = look();
+    if (!come) return come;
+    const std::lock_guard lock(state_mutex_);
+    if (planning_) go_on_planning();
+    PathData& data = get_local_buffer();
+    if (is_new_) {
+      data.splines.assign(path_.begin(), path_.end());
+      // Who reads it knows a path by its time.
+      made_ = made_ == time_stamp() ? made_ + std::chrono::milliseconds(1) : time_stamp();
+      data.recordingTime = made_;
+      is_new_ = false;
+    }
+    return put_local_buffer();
+  }
+
+  Result<void> look() {
+    PositionData position;
+    const auto come = position_input_->newest(position);
+    if (!come) return come.error();
+    silence_ = *come ? 0 : silence_ + 1;
+    if (silence_ >= kSilence) return tims::Error(tims::Errc::kTimeout, "no data of the position");
+    const std::lock_guard lock(state_mutex_);
+    if (*come) {
+      robot_ = Pose::of(position.pos);
+      located_ = true;
+    }
+    if (!looks_) return {};
+    const auto seen = scan_input_->newest(scan_);
+    if (!seen) return seen.error();
+    if (*seen) {
+      seen_from_ = robot_;
+      seen_ = true;
+    }
+    return {};
+  }
+
+  void go_on_planning() {
+    const auto progress = planner_->advance(kPosesAPeriod);
+    if (progress == GoalPlanner::Progress::kSearching) return;
+    planning_ = false;
+    if (progress == GoalPlanner::Progress::kFailed) {
+      log().warning("No plan: %s", planner_->why());
+      if (!detour_) take({});  // the old one led elsewhere
+      return;
+    }
+    if (!detour_) {
+      take(planner_->path());
+      return;
+    }
+    before_ = path_;
+    path_ = planner_->path();
+    append_rest(before_, back_, path_);
+    set_speeds(path_);
+    is_new_ = true;
+  }
+
+  void take(std::span<const PolarSpline> path) {
+    path_.assign(path.begin(), path.end());
+    is_new_ = true;
+  }
+
+  // --- commands
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case PathType::kSetRddf:
+        return answered(message, set_rddf(message));
+      case PathType::kMake:
+        return answered(message, make(message));
+      case PathType::kSetDestination:
+        return answered(message, set_destination(message));
+      case PathType::kReplan:
+        return answered(message, replan(message));
+      case PathType::kSetLayer:
+        return answered(message, set_layer(message));
+      case PathType::kGetLayer: {
+        const std::lock_guard lock(state_mutex_);
+        reply(message.header, PathType::kLayer, PathLayerData{layer_});
+        return {};
+      }
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  Result<void> answered(const tims::MessageView& message, Result<void> done) {
+    if (done) reply(message.header, tims::type::kOk);
+    return done;
+  }
+
+  Result<void> set_rddf(const tims::MessageView& message) {
+    if (auto good = decode(message, rddf_); !good) return good;
+    const std::lock_guard lock(state_mutex_);
+    waypoints_.assign(rddf_.waypoints.begin(), rddf_.waypoints.end());
+    return {};
+  }
+
+  Result<void> make(const tims::MessageView& message) {
+    const auto wish = decode<PathMakeData>(message);
+    if (!wish) return wish.error();
+    if (!is_on()) return refused("turn it on first");
+    const std::lock_guard lock(state_mutex_);
+    // What is not positive is left as it is: the graphical interface sends -1.
+    limits_ = own_limits();
+    if (wish->vMax > 0) limits_.speed_max = std::min<double>(wish->vMax, chassis_.vxMax);
+    limits_.backward_max = std::min(limits_.backward_max, limits_.speed_max);
+    if (wish->accMax > 0) limits_.acceleration = wish->accMax;
+    if (wish->decMax > 0) limits_.deceleration = wish->decMax;
+    if (wish->omegaMax > 0) limits_.omega_max = wish->omegaMax;
+    // After SET_DESTINATION the interface sends this, too: the plan is under way or there.
+    if (destination_) return {};
+    return make_route();
+  }
+
+  Result<void> make_route() {
+    route_.clear();
+    for (const Waypoint2d& waypoint : waypoints_)
+      if (waypoint.layer == layer_) route_.push_back(waypoint);
+    planning_ = false;
+    destination_.reset();
+    const double* start_heading = begin_at_the_robot();
+    if (route_.size() < 2) {
+      take({});
+      return {};
+    }
+    const auto made = make_path(route_, limits_, start_heading);
+    if (!made) return made.error();
+    take(*made);
+    return {};
+  }
+
+  // A list of clicks is a way from where the robot was at the first of them.
+  const double* begin_at_the_robot() {
+    const bool clicks = !route_.empty() && std::abs(1.0 * route_[0].speed) == 1;
+    if (!clicks || !located_) {
+      clicked_.reset();
+      return nullptr;
+    }
+    const Place first{1.0 * route_[0].x, 1.0 * route_[0].y};
+    if (!clicked_ || clicked_->x != first.x || clicked_->y != first.y) {
+      clicked_ = first;
+      began_ = robot_;
+    }
+    Waypoint2d start = route_[0];
+    start.x = whole_millimetres(began_.x);
+    start.y = whole_millimetres(began_.y);
+    route_.insert(route_.begin(), start);
+    return &began_.rho;
+  }
+
+  Result<void> set_destination(const tims::MessageView& message) {
+    const auto wish = decode<PathDestData>(message);
+    if (!wish) return wish.error();
+    if (!is_on()) return refused("turn it on first");
+    const std::lock_guard lock(state_mutex_);
+    if (!located_) return refused("the position is not known yet");
+    marks_.clear();
+    const auto before = destination_;
+    destination_ = *wish;
+    auto good = plan_destination();
+    if (!good) destination_ = before;
+    return good;
+  }
+
+  Result<void> plan_destination() {
+    const double wish = direction_or_speed(destination_->speed);
+    const double speed = std::abs(wish) < kDirectionOnly ? 0 : std::abs(wish);
+    planner_->set_limits(limits_);
+    survey();
+    auto good =
+        planner_->begin(space_, robot_, pose_of(destination_->pos), wish < 0 ? -1 : 1, speed);
+    planning_ = good.ok();
+    detour_ = false;
+    return good;
+  }
+
+  Result<void> replan(const tims::MessageView& message) {
+    const auto from = decode<PathReplanData>(message);
+    if (!from) return from.error();
+    if (!is_on()) return refused("turn it on first");
+    const std::lock_guard lock(state_mutex_);
+    if (!located_) return refused("the position is not known yet");
+    if (planning_) return {};  // it is about to
+    if (destination_) return plan_destination();
+    if (path_.empty()) return refused("there is no path");
+    const auto index = static_cast<std::size_t>(std::max(0, from->currSpline));
+    if (index >= path_.size())
+      return refused("the path has " + std::to_string(path_.size()) + " splines only");
+    const OnPath at{index, std::clamp(std::abs(1.0 * from->splinePos.x), 0.0, size(path_[index]))};
+    return plan_detour(at, std::max(0.0, 1.0 * from->distToObstacle));
+  }
+
+  // Back to the path at the first place behind the obstacle that a plan can begin with.
+  Result<void> plan_detour(const OnPath& at, double to_obstacle) {
+    survey();
+    const double hull = chassis_.boundaryFront + chassis_.boundaryBack;
+    const OnPath end = further(path_, at, to_obstacle + hull + kBehind.back());
+    keep_to_corridor(space_, std::span(path_).subspan(at.index, end.index - at.index + 1),
+                     {robot_.x, robot_.y}, hull);
+    planner_->set_limits(limits_);
+    Result<void> good = refused("the obstacle is as long as the path");
+    for (const double behind : kBehind) {
+      back_ = further(path_, at, to_obstacle + hull + behind);
+      good = planner_->begin(space_, robot_, pose_on(path_, back_));
+      if (good) break;
+    }
+    planning_ = good.ok();
+    detour_ = true;
+    return good;
+  }
+
+  Result<void> set_layer(const tims::MessageView& message) {
+    const auto wish = decode<PathLayerData>(message);
+    if (!wish) return wish.error();
+    const std::lock_guard lock(state_mutex_);
+    layer_ = wish->layer;
+    return {};
+  }
+
+  // --- what is free: the map, and what was seen since the destination was set
+
+  void survey() {
+    if (has_map_)
+      space_ = map_;
+    else
+      space_.clear({robot_.x - integer("planWidth") / 2.0, robot_.y - integer("planWidth") / 2.0});
+    if (seen_) remember_obstacles();
+    for (const Place& mark : marks_) space_.occupy(mark);
+    release_hull();
+    space_.measure();
+  }
+
+  void remember_obstacles() {
+    for (const ScanPoint& point : scan_.points) {
+      if ((point.type & scan_point::kInvalid) != 0 ||
+          (point.type & scan_point::kClassMask) == kLandmark || marks_.size() == kMarksMax)
+        continue;
+      const Pose at = seen_from_ + Pose{.x = 1.0 * point.x, .y = 1.0 * point.y};
+      const Place place{at.x, at.y};
+      if (!space_.contains(place) || space_.occupied(place)) continue;
+      if (has_map_ && map_.clearance(place) < kExplained) continue;
+      space_.occupy(place);
+      marks_.push_back(place);
+    }
+  }
+
+  // Where it stands nothing else is.
+  void release_hull() {
+    const double step = space_.cell() / 2;
+    const double c = std::cos(robot_.rho);
+    const double s = std::sin(robot_.rho);
+    for (double x = -1.0 * chassis_.boundaryBack; x <= 1.0 * chassis_.boundaryFront; x += step)
+      for (double y = -1.0 * chassis_.boundaryLeft; y <= 1.0 * chassis_.boundaryRight; y += step)
+        space_.release({robot_.x + x * c - y * s, robot_.y + x * s + y * c});
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<PositionProxy>> position_input_;
+  std::optional<Input<Scan2dProxy>> scan_input_;
+  PathRddfData rddf_;  // of the command task
+  int silence_ = 0;    // of the data task
+  bool looks_ = false;
+
+  PriorityMutex state_mutex_;  // of what follows
+  ChassisParamData chassis_;
+  PathLimits limits_;
+  std::vector<Waypoint2d> waypoints_;
+  std::vector<Waypoint2d> route_;  // of them, those that are driven
+  i32 layer_ = 0;
+  std::optional<PathDestData> destination_;
+  std::optional<Place> clicked_;  // the first one
+  Pose began_;
+  Pose robot_;
+  bool located_ = false;
+  Scan2dData scan_;
+  Pose seen_from_;
+  bool seen_ = false;
+  FreeSpace map_;
+  bool has_map_ = false;
+  FreeSpace space_;
+  std::vector<Place> marks_;
+  std::optional<GoalPlanner> planner_;
+  bool planning_ = false;
+  bool detour_ = false;
+  OnPath back_;
+  std::vector<PolarSpline> path_;
+  std::vector<PolarSpline> before_;
+  TimeStamp made_ = 0;
+  bool is_new_ = true;
+};
+
+}  // namespace
+}  // namespace rack::path
+
+int main(int argc, char** argv) {
+  rack::path::PathRddf path;
+  return path.run(argc, argv);
+}

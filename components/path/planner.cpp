@@ -1,0 +1,163 @@
+// Planner: tasks as texts, done one after the other.
+#include "rack/proxies/planner.h"
+
+#include <array>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "components/path/tasks.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/path.h"
+
+namespace rack::path {
+namespace {
+
+constexpr std::array<ParameterInfo, 7> kParameters = {{
+    {"pilotSys", 0, "system id of the pilot", 0, kIdMax},
+    {"pilotInst", 0, "instance of the pilot, a PilotPath", 0, kIdMax},
+    {"pathSys", 0, "system id of the path", 0, kIdMax},
+    {"pathInst", 0, "instance of the path", 0, kIdMax},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+    {"periodTime", 200, "ms", 10, 10000},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "Planner",
+    .purpose = "Sends a robot from task to task: goto X Y [HEADING [SPEED]], route, wait SECONDS.",
+    .class_id = tims::class_id::kPlanner,
+    .parameters = kParameters,
+    .command_body_max = PlannerCommand::kWholeSize,
+};
+
+class Planner : public DataModule<PlannerData> {
+ public:
+  Planner() : DataModule(kInfo, {.history = 5}) {}
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(4, 256);
+    if (!work) return work.error();
+    work_ = *work;
+    return {};
+  }
+
+  Result<void> module_on() override {
+    set_period(std::chrono::milliseconds(integer("periodTime")));
+    pilot_.emplace(*work_, address_of(tims::class_id::kPilot, "pilot"));
+    path_.emplace(*work_, address_of(tims::class_id::kPath, "path"));
+    ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    if (auto on = chassis.on(); !on) return on;
+    if (auto active = chassis.set_active_pilot(pilot_->component()); !active) return active;
+    if (auto on = pilot_->on(); !on) return on;
+    {
+      const std::lock_guard lock(tasks_mutex_);
+      tasks_.begin({});
+      stops_ = false;
+    }
+    return DataModule::module_on();
+  }
+
+  void module_off() override {
+    if (pilot_) (void)pilot_->hold_command({1, 0, {}});
+  }
+
+  Result<void> module_loop() override {
+    sleep_until_next(period());
+    const auto pilot = pilot_->get_status();
+    if (!pilot) return pilot.error();
+    std::optional<Task> task;
+    bool stops = false;
+    {
+      const std::lock_guard lock(tasks_mutex_);
+      if (const Task* next = tasks_.next(*pilot, period())) task = *next;
+      stops = std::exchange(stops_, false);
+    }
+    if (stops) {
+      if (auto held = pilot_->hold_command({1, 0, {}}); !held) return held;
+    }
+    if (task) begin(*task);
+    return publish_state();
+  }
+
+  void begin(const Task& task) {
+    auto good = pilot_->hold_command({0, 0, {}});
+    if (good && task.kind == Task::Kind::kGoto) good = pilot_->set_destination(task.destination);
+    if (good && task.kind == Task::Kind::kRoute) good = path_->make({-1, -1, -1, -1.0F});
+    if (good) return;
+    log().warning("%s: %s", task.text, good.error().message());
+    const std::lock_guard lock(tasks_mutex_);
+    tasks_.fail(task.text + ": " + good.error().message());
+  }
+
+  Result<void> publish_state() {
+    const std::lock_guard lock(tasks_mutex_);
+    PlannerData& data = get_local_buffer();
+    data.recordingTime = time_stamp();
+    data.state = static_cast<i32>(tasks_.state());
+    data.messages.clear();
+    for (std::size_t i = 0; i < tasks_.tasks().size() && i < kMessagesMax; ++i) {
+      const char* what = i < tasks_.at() ? "done: " : i == tasks_.at() ? "now: " : "then: ";
+      data.messages.push_back(PlannerString::of(what + tasks_.tasks()[i].text));
+    }
+    if (!tasks_.why().empty()) data.messages.push_back(PlannerString::of(tasks_.why()));
+    return put_local_buffer();
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case PlannerType::kCommand:
+        return command(message);
+      case PlannerType::kGetCommand: {
+        const std::lock_guard lock(tasks_mutex_);
+        reply(message.header, PlannerType::kCommand, commands_);
+        return {};
+      }
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  // A new list in place of the old one; an empty one stops the robot.
+  Result<void> command(const tims::MessageView& message) {
+    const auto wish = decode<PlannerCommand>(message);
+    if (!wish) return wish.error();
+    if (!is_on()) return refused("turn it on first");
+    std::vector<Task> tasks;
+    for (const PlannerString& text : wish->commands) {
+      auto task = read_task(text.text.view());
+      if (!task) return task.error();
+      tasks.push_back(std::move(*task));
+    }
+    {
+      const std::lock_guard lock(tasks_mutex_);
+      stops_ = tasks.empty();
+      tasks_.begin(std::move(tasks));
+      commands_ = *wish;
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  static constexpr std::size_t kMessagesMax = 49;  // and a reason
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PilotProxy> pilot_;
+  std::optional<PathProxy> path_;
+
+  PriorityMutex tasks_mutex_;  // of what follows
+  TaskList tasks_;
+  PlannerCommand commands_;
+  bool stops_ = false;
+};
+
+}  // namespace
+}  // namespace rack::path
+
+int main(int argc, char** argv) {
+  rack::path::Planner planner;
+  return planner.run(argc, argv);
+}

@@ -1,0 +1,122 @@
+#include "components/path/tasks.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "components/geometry/pose.h"
+
+namespace rack::path {
+
+namespace {
+
+constexpr double kFarthest = 1e9;                        // mm
+constexpr std::chrono::milliseconds kTakesNotice{1000};  // until a pilot shows a new path
+
+tims::Error malformed(std::string_view text) {
+  return {tims::Errc::kMalformed, "\"" + std::string(text) +
+                                      "\" is no task; there are: goto X Y [HEADING [SPEED]] (mm, "
+                                      "degrees, mm/s), route, wait SECONDS"};
+}
+
+struct Words {
+  std::array<std::string_view, 5> word;
+  std::size_t count = 0;
+  bool too_many = false;
+};
+
+Words split(std::string_view text) {
+  Words words;
+  while (!text.empty()) {
+    const auto begin = text.find_first_not_of(" \t\r\n");
+    if (begin == text.npos) break;
+    text.remove_prefix(begin);
+    const auto end = std::min(text.find_first_of(" \t\r\n"), text.size());
+    words.too_many = words.count == words.word.size();
+    if (words.too_many) break;
+    words.word[words.count++] = text.substr(0, end);
+    text.remove_prefix(end);
+  }
+  return words;
+}
+
+bool read(std::string_view word, double least, double most, double& value) {
+  const auto end = word.data() + word.size();
+  const auto parsed = std::from_chars(word.data(), end, value);
+  return parsed.ec == std::errc() && parsed.ptr == end && value >= least && value <= most;
+}
+
+}  // namespace
+
+tims::Result<Task> read_task(std::string_view text) {
+  const Words words = split(text);
+  Task task;
+  for (std::size_t i = 0; i < words.count; ++i)
+    task.text += (i == 0 ? "" : " ") + std::string(words.word[i]);
+  if (words.too_many || words.count == 0) return malformed(text);
+  if (words.word[0] == "route" && words.count == 1) {
+    task.kind = Task::Kind::kRoute;
+    return task;
+  }
+  double seconds = 0;
+  if (words.word[0] == "wait" && words.count == 2 && read(words.word[1], 0, 86400, seconds)) {
+    task.time = std::chrono::milliseconds(std::lround(seconds * 1000));
+    return task;
+  }
+  std::array<double, 4> values{};  // x, y, heading, speed
+  if (words.word[0] != "goto" || words.count < 3) return malformed(text);
+  for (std::size_t i = 1; i < words.count; ++i) {
+    const double least = i == 4 ? 0 : -kFarthest;
+    if (!read(words.word[i], least, kFarthest, values[i - 1])) return malformed(text);
+  }
+  task.kind = Task::Kind::kGoto;
+  task.destination.pos.x = whole_millimetres(values[0]);
+  task.destination.pos.y = whole_millimetres(values[1]);
+  task.destination.pos.rho = static_cast<f32>(heading(radians(values[2])));
+  task.destination.speed = static_cast<i32>(values[3]);
+  return task;
+}
+
+void TaskList::begin(std::vector<Task> tasks) {
+  tasks_ = std::move(tasks);
+  at_ = 0;
+  begun_ = false;
+  why_.clear();
+  state_ = tasks_.empty() ? State::kIdle : State::kAtWork;
+}
+
+void TaskList::fail(std::string why) {
+  why_ = std::move(why);
+  state_ = State::kFailed;
+}
+
+bool TaskList::is_done(const PilotStatusData& pilot) const {
+  const Task& task = tasks_[at_];
+  if (task.kind == Task::Kind::kWait) return since_ >= task.time;
+  return since_ >= kTakesNotice && pilot.pilotState == pilot_state::kIdle &&
+         pilot.distanceToDest == 0;
+}
+
+const Task* TaskList::next(const PilotStatusData& pilot, std::chrono::milliseconds passed) {
+  if (state_ != State::kAtWork) return nullptr;
+  if (begun_) {
+    since_ += passed;
+    const bool drives = tasks_[at_].kind != Task::Kind::kWait;
+    if (drives && since_ >= kTakesNotice && pilot.pilotState == pilot_state::kPathError) {
+      fail(tasks_[at_].text + ": the pilot has no path there, or has lost it");
+      return nullptr;
+    }
+    if (!is_done(pilot)) return nullptr;
+    ++at_;
+    begun_ = false;
+  }
+  if (at_ == tasks_.size()) {
+    state_ = State::kIdle;
+    return nullptr;
+  }
+  begun_ = true;
+  since_ = std::chrono::milliseconds(0);
+  return &tasks_[at_];
+}
+
+}  // namespace rack::path

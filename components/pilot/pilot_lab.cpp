@@ -1,0 +1,124 @@
+// PilotLab: an example of a pilot. Copy it, and put your own course in the place of LabCourse.
+#include <array>
+#include <mutex>
+#include <optional>
+
+#include "components/pilot/lab_course.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/position.h"
+
+namespace rack::pilot {
+namespace {
+
+constexpr std::array<ParameterInfo, 6> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
+    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", 0, "instance of the position", 0, kIdMax},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "PilotLab",
+    .purpose = "An example of a pilot: straight to its destination.",
+    .class_id = tims::class_id::kPilot,
+    .parameters = kParameters,
+};
+
+class PilotLab : public DataModule<PilotData> {
+ public:
+  PilotLab() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto scan = create_mailbox(2, body_max<Scan2dData>());
+    if (!scan) return scan.error();
+    const auto work = create_mailbox(10, wire_size<ChassisParamData>());
+    if (!work) return work.error();
+    work_ = *work;
+    scan_.emplace(**work, **scan);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
+    if (auto on = chassis_->on(); !on) return on;
+    const auto limits = chassis_->get_parameter();
+    if (!limits) return limits.error();
+    position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
+    if (auto on = position_->on(); !on) return on;
+    const auto granted = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (!granted) return granted.error();
+    set_period(*granted);
+    {
+      const std::lock_guard lock(course_mutex_);
+      course_.emplace(*limits);
+    }
+    return DataModule::module_on();
+  }
+
+  void module_off() override {
+    if (chassis_) (void)chassis_->move(0, 0, 0);
+    scan_->stop();
+  }
+
+  // Once a scan: look, decide, drive, tell.
+  Result<void> module_loop() override {
+    if (auto come = scan_->next(scan_data_, 2 * period()); !come) return come;
+    const auto position = position_->get_data();
+    if (!position) return position.error();
+    const Pose at = Pose::of(position->pos);
+    Drive drive;
+    {
+      const std::lock_guard lock(course_mutex_);
+      drive = course_->go(at, scan_data_);
+      describe(at, drive);
+    }
+    if (auto moved = chassis_->move(drive.speed, 0, drive.omega); !moved) return moved;
+    return put_local_buffer();
+  }
+
+  void describe(const Pose& at, const Drive& drive) {
+    PilotData& data = get_local_buffer();
+    data.recordingTime = scan_data_.recordingTime;
+    data.pos = at.position();
+    data.dest = course_->destination().pos;
+    data.speed = drive.speed;
+    data.curve = drive.speed == 0 ? 0 : drive.omega / static_cast<f32>(drive.speed);
+    data.distanceToDest = whole_millimetres(course_->distance(at));
+    data.pilotState =
+        course_->state() == LabCourse::State::kIdle ? pilot_state::kIdle : pilot_state::kRunning;
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != PilotType::kSetDestination)
+      return DataModule::module_command(message);
+    const auto wish = decode<PilotDestData>(message);
+    if (!wish) return wish.error();
+    if (!is_on()) return refused("turn it on first");
+    {
+      const std::lock_guard lock(course_mutex_);
+      course_->set_destination(*wish);
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<ChassisProxy> chassis_;
+  std::optional<PositionProxy> position_;
+  std::optional<Input<Scan2dProxy>> scan_;
+  Scan2dData scan_data_;
+  PriorityMutex course_mutex_;  // of what follows
+  std::optional<LabCourse> course_;
+};
+
+}  // namespace
+}  // namespace rack::pilot
+
+int main(int argc, char** argv) {
+  rack::pilot::PilotLab pilot;
+  return pilot.run(argc, argv);
+}

@@ -1,0 +1,210 @@
+// A simulated robot is sent to places, along routes, and round what is in its way.
+#include "rack/proxies/path.h"
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "components/geometry/floor_map.h"
+#include "rack/proxies/planner.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/system/robot_fixture.h"
+
+namespace tims::test {
+namespace {
+
+constexpr const char* kChassis = "Chassis(0/0)";
+constexpr const char* kPosition = "Position(0/0)";
+constexpr const char* kPath = "Path(0/0)";
+constexpr const char* kPilot = "Pilot(0/0)";
+
+class PathTest : public RobotTest {
+ protected:
+  static constexpr auto kLong = 3 * kPatience;
+
+  void start_robot(const std::vector<std::string>& of_position = {}) {
+    start("ChassisSim", {"--omegaMax=90", "--periodTime=50", "--acceleration=1", "--vxMax=1000",
+                         "--accMax=1000", "--decMax=1000"});
+    start("OdometryChassis");
+    start("Position", of_position);
+  }
+  void start_eyes() { start("Scan2dSim", {"--mapFile", FLOOR_PLAN}); }
+  void let_drive(const std::string& pilot = kPilot) {
+    ASSERT_TRUE(turned_on(kPosition));
+    ASSERT_TRUE(turned_on(kChassis));
+    ASSERT_TRUE(proxy<rack::ChassisProxy>(kChassis).set_active_pilot(*Address::parse(pilot)));
+    ASSERT_TRUE(turned_on(pilot));
+  }
+
+  [[nodiscard]] testing::AssertionResult comes_to(double x, double y) {
+    auto position = proxy<rack::PositionProxy>(kPosition);
+    return eventually(
+        [&]() -> std::string {
+          const auto at = position.get_data();
+          if (!at) return at.error().message();
+          const double away = std::hypot(at->pos.x - x, at->pos.y - y);
+          return away < 150 ? "" : "it is " + std::to_string(away) + " mm away";
+        },
+        kLong);
+  }
+  rack::PathRddfData route(const std::vector<std::array<int, 3>>& points) {
+    rack::PathRddfData data;
+    for (const auto& [x, y, speed] : points) {
+      rack::Waypoint2d waypoint;
+      waypoint.x = x;
+      waypoint.y = y;
+      waypoint.speed = speed;
+      data.waypoints.push_back(waypoint);
+    }
+    return data;
+  }
+};
+
+TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
+  start_robot();
+  start_eyes();
+  start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--scan2dInst=0", "--cellSize=50"});
+  start("PilotPath", {"--scan2dInst=0", "--maxSpeed=700"});
+  let_drive();
+  auto pilot = proxy<rack::PilotProxy>(kPilot);
+  rack::PilotDestData goal;
+  goal.pos.x = 3500;
+  goal.pos.y = 4500;
+  goal.pos.rho = 3.0F;
+  const auto sent = pilot.set_destination(goal);
+  ASSERT_TRUE(sent.ok()) << sent.error().message();
+  EXPECT_TRUE(comes_to(3500, 4500));
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.get_status();
+        return status && status->pilotState == rack::pilot_state::kIdle &&
+               status->distanceToDest == 0;
+      },
+      "the pilot has reached its destination"));
+  // In a wall, and outside.
+  goal.pos.x = 1500;
+  const auto walled = pilot.set_destination(goal);
+  ASSERT_FALSE(walled.ok());
+  EXPECT_NE(walled.error().message().find("no room"), std::string::npos)
+      << walled.error().message();
+  goal.pos.x = 900000;
+  EXPECT_FALSE(pilot.set_destination(goal).ok());
+}
+
+// As the graphical interface sends them: the whole list at each click, speed 1 or -1, and MAKE with
+// -1 for what it does not know.
+TEST_F(PathTest, AlongClicksForwardAndBackward) {
+  start_robot();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=-1"});
+  let_drive();
+  auto path = proxy<rack::PathProxy>(kPath);
+  const rack::PathMakeData as_it_is{-1, -1, -1, -1.0F};
+  ASSERT_TRUE(path.set_rddf(route({{2000, 0, 1}})));
+  ASSERT_TRUE(path.make(as_it_is));
+  ASSERT_TRUE(path.set_rddf(route({{2000, 0, 1}, {3000, 1500, 1}})));
+  ASSERT_TRUE(path.make(as_it_is));
+  EXPECT_TRUE(comes_to(3000, 1500));
+  ASSERT_TRUE(path.set_rddf(route({{2000, 0, -1}})));
+  ASSERT_TRUE(path.make(as_it_is));
+  EXPECT_TRUE(comes_to(2000, 0));
+  const auto data = path.get_data();
+  ASSERT_TRUE(data.ok());
+  ASSERT_FALSE(data->splines.empty());
+  EXPECT_LT(data->splines[0].length, 0);
+  ASSERT_TRUE(path.set_rddf({}));
+  ASSERT_TRUE(path.make(as_it_is));
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto empty = path.get_data();
+        return empty && empty->splines.empty();
+      },
+      "no path"));
+}
+
+TEST_F(PathTest, HoldsAndGoesBackOnItsWay) {
+  start_robot();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=-1"});
+  let_drive();
+  auto path = proxy<rack::PathProxy>(kPath);
+  ASSERT_TRUE(path.set_rddf(route({{0, 0, 700}, {30000, 0, 700}})));
+  ASSERT_TRUE(path.make({}));
+  EXPECT_TRUE(comes_to(1000, 0));
+  auto pilot = proxy<rack::PilotProxy>(kPilot);
+  ASSERT_TRUE(pilot.hold_command({1, 0, {}}));
+  auto chassis = proxy<rack::ChassisProxy>(kChassis);
+  const auto speed = [&](auto holds) {
+    return eventually(
+        [&] {
+          const auto data = chassis.get_data();
+          return data && holds(data->vx.raw());
+        },
+        "the speed wanted");
+  };
+  EXPECT_TRUE(speed([](float vx) { return vx == 0; }));
+  ASSERT_TRUE(pilot.hold_command({0, 0, {}}));
+  EXPECT_TRUE(speed([](float vx) { return vx > 300; }));
+  ASSERT_TRUE(pilot.revert_command(3000));
+  EXPECT_TRUE(speed([](float vx) { return vx < -200; }));
+  EXPECT_TRUE(speed([](float vx) { return vx > 300; }));
+}
+
+TEST_F(PathTest, ReadsARouteOfTheEarth) {
+  start_robot({"--positionReference=2", "--autoOffset=1"});
+  start("PathRDDF", {"--rddfFile", std::string(ROUTES) + "/sunlot-rddf.txt", "--vMax=1000"});
+  ASSERT_TRUE(turned_on(kPath));
+  auto path = proxy<rack::PathProxy>(kPath);
+  const auto data = path.get_data();
+  ASSERT_TRUE(data.ok()) << data.error().message();
+  EXPECT_GT(data->splines.size(), 20U);
+  double length = 0;
+  for (const auto& spline : data->splines) length += spline.length;
+  EXPECT_NEAR(length, 400000, 60000);
+  ASSERT_TRUE(path.set_layer(7));
+  EXPECT_EQ(*path.get_layer(), 7);
+}
+
+// A wall across the corridor that no map knows.
+TEST_F(PathTest, FindsAWayRoundAnObstacle) {
+  std::ifstream plan(FLOOR_PLAN);
+  std::string text((std::istreambuf_iterator<char>(plan)), {});
+  const std::string wall =
+      "  0\nLINE\n  8\n1\n 10\n-1.5\n 20\n3.0\n 11\n0.1\n 21\n3.0\n  0\nENDSEC\n  0\nEOF\n";
+  const auto end = text.rfind("ENDSEC");
+  text = text.substr(0, text.rfind('0', end)) + wall.substr(wall.find('0'));
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "obstacle.dxf").string();
+  std::ofstream(file) << text;
+  start_robot();
+  start("Scan2dSim", {"--mapFile", file});
+  start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--scan2dInst=0", "--cellSize=50", "--lbo=1300"});
+  start("PilotPath", {"--scan2dInst=0", "--maxSpeed=700", "--replanTime=300"});
+  let_drive();
+  auto path = proxy<rack::PathProxy>(kPath);
+  ASSERT_TRUE(path.set_rddf(route({{0, 0, 700}, {7000, 0, 700}})));
+  ASSERT_TRUE(path.make({}));
+  EXPECT_TRUE(comes_to(7000, 0));
+}
+
+TEST_F(PathTest, RefusesToBrakeTooLate) {
+  start("ChassisSim", {"--vxMax=4000", "--decMax=1000", "--breakConstant=100"});
+  start("OdometryChassis");
+  start("Position");
+  start_eyes();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=0"});
+  rack::Proxy pilot(*work_, *Address::parse(kPilot));
+  std::string why;
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto on = pilot.on();
+        why = on ? "" : on.error().message();
+        return why.find("breakConstant") != std::string::npos;
+      },
+      "the reason why it does not go on"))
+      << why;
+}
+
+}  // namespace
+}  // namespace tims::test
