@@ -360,7 +360,7 @@ class PathRddf : public DataModule<PathData> {
       return nullptr;
     }
     const Place first{1.0 * route_[0].x, 1.0 * route_[0].y};
-    if (!clicked_ || clicked_->x != first.x || clicked_->y != first.y) {
+    if (route_.size() == 1 || !clicked_ || clicked_->x != first.x || clicked_->y != first.y) {
       clicked_ = first;
       began_ = robot_;
     }

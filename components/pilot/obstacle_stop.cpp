@@ -14,6 +14,7 @@ constexpr i32 kLandmark = 1;
 constexpr i32 kDynamicObstacle = 3;
 constexpr double kMoving = 3;  // so much earlier for what moves by itself
 constexpr double kBesides = 4;
+constexpr double kCrawls = 10;  // mm/s: slower is none
 constexpr double kFarAway = 1e9;
 constexpr double kStraightAhead = 1e-7;  // 1/mm
 constexpr int kWhileHolding = 2;
@@ -169,7 +170,7 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
           : path::arc(at, whole_millimetres(std::clamp(1 / curve, -1e7, 1e7)),
                       sense_ * std::min(look_ahead_, 0.75 * kPi / std::abs(curve)));
   double speed = limit(scan, seen_from, {{&arc, 1}, 0, 0, 0, kFarAway}, follower.reverts());
-  if (follower.reverts()) return speed;
+  if (follower.reverts()) return speed < kCrawls ? 0 : speed;
 
   const path::Beside beside = path::beside(spline, at);
   const double across = sense_ * beside.across;
@@ -181,7 +182,7 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
   const Way way{ahead, from, std::max(0.0, -across) + std::max(0.0, -turned),
                 std::max(0.0, across) + std::max(0.0, turned), end};
   speed = std::min(speed, limit(scan, seen_from, way, true));
-  return std::max(0.0, speed);
+  return speed < kCrawls ? 0 : speed;
 }
 
 }  // namespace rack::pilot

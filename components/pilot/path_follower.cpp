@@ -70,6 +70,14 @@ double PathFollower::rest() const {
 }
 
 void PathFollower::find_place(const Pose& at) {
+  index_ = 0;
+  way_ = 0;
+  // A path that begins here begins at its beginning, however the vehicle stands.
+  const Pose start = path::pose_at(path_[0], 0);
+  if (std::hypot(at.x - start.x, at.y - start.y) < kAsNear) {
+    go_on(at);
+    return;
+  }
   double best = 1e300;
   for (std::size_t i = 0; i < path_.size(); ++i) {
     const PolarSpline& spline = path_[i];
@@ -126,9 +134,10 @@ bool PathFollower::stops_ahead() const {
 double PathFollower::ahead() const { return reverts() ? way_ : path::size(path_[index_]) - way_; }
 
 bool PathFollower::is_astray() const {
-  if (turning_) return false;
   const double room = static_cast<double>(path_[index_].lbo);
-  return (room > 0 && std::abs(beside_.across) > room) || std::abs(beside_.turned) > kLost;
+  if (room > 0 && std::abs(beside_.across) > room) return true;
+  // Who can turns to where the path leads.
+  return settings_.chassis.minTurningRadius > 0 && std::abs(beside_.turned) > kLost;
 }
 
 // --- how fast

@@ -227,6 +227,20 @@ TEST(PathFollower, StandsWithoutAPath) {
   EXPECT_EQ(follower.rest(), 0);
 }
 
+// As a plan leads: first away, then back beside where it stands.
+TEST(PathFollower, BeginsWhereThePathBegins) {
+  const std::vector<Waypoint2d> route = {waypoint(0, 0), waypoint(-1000, 2000), waypoint(600, 2000),
+                                         waypoint(600, 0), waypoint(5000, 0)};
+  const auto path = path::make_path(route, limits_of(indoor_chassis(), 500));
+  ASSERT_TRUE(path.ok());
+  PathFollower follower({.chassis = indoor_chassis(), .speed_max = 1000});
+  follower.take(*path, {});
+  EXPECT_EQ(follower.index(), 0U) << "though it looks where the path ends";
+  const auto command = follower.follow({}, 0, 1e9);
+  EXPECT_EQ(command.speed, 0);
+  EXPECT_GT(command.omega, 0.5);
+}
+
 // A round ends where it begins: it is driven once, from its start.
 TEST(PathFollower, BeginsARoundAtItsStart) {
   const std::vector<Waypoint2d> route = {waypoint(0, 0), waypoint(9000, 0), waypoint(9000, 9000),

@@ -69,11 +69,11 @@ TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
   auto pilot = proxy<rack::PilotProxy>(kPilot);
   rack::PilotDestData goal;
   goal.pos.x = 3500;
-  goal.pos.y = 4500;
+  goal.pos.y = 6000;
   goal.pos.rho = 3.0F;
   const auto sent = pilot.set_destination(goal);
   ASSERT_TRUE(sent.ok()) << sent.error().message();
-  EXPECT_TRUE(comes_to(3500, 4500));
+  EXPECT_TRUE(comes_to(3500, 6000));
   EXPECT_TRUE(eventually(
       [&] {
         const auto status = pilot.get_status();
