@@ -174,6 +174,25 @@ TEST(GoalPlanner, SaysWhyThereIsNoPlan) {
   }
 }
 
+// Wherever it stands and goes in an empty field there is a plan, also to where it is.
+TEST(GoalPlanner, FindsShortWays) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const PlanSettings& settings : {car(), robot()}) {
+    GoalPlanner planner(settings);
+    auto space = FreeSpace::empty({-20000, -20000}, 40000, 40000, 100);
+    ASSERT_TRUE(space.ok());
+    for (int i = 0; i < 300; ++i) {
+      const double far = i % 3 == 0 ? 20 : 3000;
+      const Pose start{.x = any(random) * 100, .y = any(random) * 100, .rho = any(random) * 4};
+      const Pose goal{.x = any(random) * far, .y = any(random) * far, .rho = any(random) * 4};
+      ASSERT_TRUE(planner.begin(*space, start, goal).ok());
+      ASSERT_EQ(search(planner), Progress::kFound) << i << " " << planner.why();
+      expect_free(planner.path(), *space, settings, start, goal);
+    }
+  }
+}
+
 TEST(GoalPlanner, GoesThroughADoorWhereItCannotTurn) {
   auto space = FreeSpace::empty({}, 6000, 6000, 20);
   space->occupy({3000, 0}, {3000, 2650});

@@ -214,16 +214,22 @@ class PathRddf : public DataModule<PathData> {
       for (Waypoint2d& waypoint : waypoints_) waypoint.layer = layer_;
       log().info("%s has %u waypoints", file, static_cast<unsigned>(waypoints_.size()));
     }
-    return make_route();
+    // A destination stays what it was while this was off, or in error.
+    plans_anew_ = destination_.has_value();
+    return plans_anew_ ? Result<void>() : make_route();
   }
 
   // --- again and again
 
   Result<void> module_loop() override {
     sleep_until_next(period());
-    const auto come = look();
-    if (!come) return come;
+    if (auto come = look(); !come) return come;
     const std::lock_guard lock(state_mutex_);
+    if (plans_anew_ && located_) {
+      plans_anew_ = false;
+      if (auto good = plan_destination(); !good)
+        log().warning("No plan: %s", good.error().message());
+    }
     if (planning_) go_on_planning();
     PathData& data = get_local_buffer();
     if (is_new_) {
@@ -339,7 +345,7 @@ class PathRddf : public DataModule<PathData> {
     route_.clear();
     for (const Waypoint2d& waypoint : waypoints_)
       if (waypoint.layer == layer_) route_.push_back(waypoint);
-    planning_ = false;
+    planning_ = plans_anew_ = false;
     destination_.reset();
     const double* start_heading = begin_at_the_robot();
     if (route_.size() < 2) {
@@ -469,12 +475,13 @@ class PathRddf : public DataModule<PathData> {
 
   // Where it stands nothing else is.
   void release_hull() {
-    const double step = space_.cell() / 2;
-    const double c = std::cos(robot_.rho);
-    const double s = std::sin(robot_.rho);
-    for (double x = -1.0 * chassis_.boundaryBack; x <= 1.0 * chassis_.boundaryFront; x += step)
-      for (double y = -1.0 * chassis_.boundaryLeft; y <= 1.0 * chassis_.boundaryRight; y += step)
-        space_.release({robot_.x + x * c - y * s, robot_.y + x * s + y * c});
+    const auto step = static_cast<i32>(space_.cell() / 2);
+    for (i32 x = -chassis_.boundaryBack.raw(); x <= chassis_.boundaryFront; x += step) {
+      for (i32 y = -chassis_.boundaryLeft.raw(); y <= chassis_.boundaryRight; y += step) {
+        const Pose at = robot_ + Pose{.x = 1.0 * x, .y = 1.0 * y};
+        space_.release({at.x, at.y});
+      }
+    }
   }
 
   tims::Mailbox* work_ = nullptr;
@@ -504,6 +511,7 @@ class PathRddf : public DataModule<PathData> {
   std::vector<Place> marks_;
   std::optional<GoalPlanner> planner_;
   bool planning_ = false;
+  bool plans_anew_ = false;  // as soon as it knows where it is
   bool detour_ = false;
   OnPath back_;
   std::vector<PolarSpline> path_;

@@ -2,6 +2,7 @@
 #include <array>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "components/path/vehicle.h"
 #include "components/pilot/obstacle_stop.h"
@@ -344,15 +345,20 @@ class PilotPath : public DataModule<PilotData> {
     return done;
   }
 
-  // The path plans; what it says against it is the answer.
+  // The path plans; what it says against it is the answer. Its plan may come before that.
   Result<void> go_to(const Position3d& pos, i32 speed) {
     if (!is_on()) return refused("turn it on first");
+    const u32 before = begin_planning(pilot_state::kPlanning);
     PathProxy path(*command_work_, address_of(tims::class_id::kPath, "path"));
-    if (auto good = path.set_destination(destination_of(pos, speed)); !good) return good;
+    auto good = path.set_destination(destination_of(pos, speed));
+    if (!good) begin_planning(before);
+    return good;
+  }
+
+  u32 begin_planning(u32 state) {
     const std::lock_guard lock(state_mutex_);
-    state_ = pilot_state::kPlanning;
     reached_ = false;
-    return {};
+    return std::exchange(state_, state);
   }
 
   Result<void> set_destination(const tims::MessageView& message) {

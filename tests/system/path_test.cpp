@@ -187,6 +187,70 @@ TEST_F(PathTest, FindsAWayRoundAnObstacle) {
   EXPECT_TRUE(comes_to(7000, 0));
 }
 
+rack::PlannerCommand tasks(const std::vector<std::string>& texts) {
+  rack::PlannerCommand command;
+  for (const std::string& text : texts) command.commands.push_back(rack::PlannerString::of(text));
+  return command;
+}
+
+TEST_F(PathTest, DoesTaskAfterTask) {
+  start_robot();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=-1"});
+  start("Planner");
+  ASSERT_TRUE(turned_on("Planner(0/0)"));
+  auto planner = proxy<rack::PlannerProxy>("Planner(0/0)");
+  const auto wrong = planner.send_command(tasks({"goto 1000 0", "fly"}));
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message().find("\"fly\" is no task"), std::string::npos);
+  ASSERT_TRUE(planner.send_command(tasks({"goto 1500 0", "wait 0.1", "goto 1500 1200 90 600"})));
+  EXPECT_EQ(planner.get_command()->commands.size(), 3U);
+  const auto ends = [&](int state) {
+    return eventually(
+        [&]() -> std::string {
+          const auto data = planner.get_data();
+          if (!data) return data.error().message();
+          std::string said = "state " + std::to_string(data->state);
+          for (const auto& message : data->messages)
+            said += ", " + std::string(message.text.view());
+          return data->state == state ? "" : said;
+        },
+        kLong);
+  };
+  EXPECT_TRUE(ends(1));
+  // What fails on the way comes back, and goes on.
+  kill("Position");
+  start("Position");
+  EXPECT_TRUE(ends(0));
+  EXPECT_TRUE(comes_to(1500, 1200));
+  ASSERT_TRUE(planner.send_command(tasks({"goto 900000 0"})));
+  EXPECT_TRUE(ends(2)) << "outside of what it may plan on";
+  // An empty list stops it.
+  ASSERT_TRUE(planner.send_command(tasks({"goto 9000 1200"})));
+  EXPECT_TRUE(comes_to(2500, 1200));
+  ASSERT_TRUE(planner.send_command({}));
+  auto chassis = proxy<rack::ChassisProxy>(kChassis);
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto data = chassis.get_data();
+        return data && data->vx == 0.0F;
+      },
+      "standing"));
+}
+
+TEST_F(PathTest, ThePilotOfTheExampleGetsThereToo) {
+  start_robot();
+  start_eyes();
+  start("PilotLab", {"--scan2dInst=0"});
+  let_drive();
+  auto pilot = proxy<rack::PilotProxy>(kPilot);
+  rack::PilotDestData goal;
+  goal.pos.x = 1500;
+  goal.pos.y = -500;
+  ASSERT_TRUE(pilot.set_destination(goal));
+  EXPECT_TRUE(comes_to(1500, -500));
+}
+
 TEST_F(PathTest, RefusesToBrakeTooLate) {
   start("ChassisSim", {"--vxMax=4000", "--decMax=1000", "--breakConstant=100"});
   start("OdometryChassis");
