@@ -158,8 +158,8 @@ class PilotPath : public DataModule<PilotData> {
       command = decide(at);
       describe(at, command);
     }
-    const auto moved = chassis_->proxy().move(static_cast<i32>(std::lround(command.speed)), 0,
-                                              static_cast<f32>(command.omega));
+    auto moved = chassis_->proxy().move(static_cast<i32>(std::lround(command.speed)), 0,
+                                        static_cast<f32>(command.omega));
     if (!moved) return moved;
     if (auto good = go_on(); !good) log().warning("%s", good.error().message());
     return put_local_buffer();
