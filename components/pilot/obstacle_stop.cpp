@@ -35,10 +35,10 @@ std::span<const PolarSpline> same_sense(std::span<const PolarSpline> path) {
   return path.first(count);
 }
 
-std::string rounded_up(double value) {
-  const auto hundredths = std::lround(std::ceil(value * 100));
-  const std::string rest = std::to_string(100 + hundredths % 100);
-  return std::to_string(hundredths / 100) + "." + rest.substr(1);
+// As people write it, with two digits.
+std::string hundredths(double value) {
+  const auto whole = std::lround(value * 100);
+  return std::to_string(whole / 100) + "." + std::to_string(100 + whole % 100).substr(1);
 }
 
 }  // namespace
@@ -52,10 +52,11 @@ tims::Result<void> check_braking(const ChassisParamData& chassis, double speed_m
   const double needed = seconds(reaction) + speed_max / (2.0 * chassis.decMax);
   if (chassis.breakConstant >= needed) return {};
   const double slow = 2.0 * chassis.decMax * (chassis.breakConstant - seconds(reaction));
-  return refuse("with breakConstant " + std::to_string(chassis.breakConstant.raw()) +
+  return refuse("with breakConstant " + hundredths(chassis.breakConstant) +
                 " it would brake too late at " + std::to_string(std::lround(speed_max)) +
                 " mm/s: decMax " + std::to_string(chassis.decMax.raw()) + " and " +
-                std::to_string(reaction.count()) + " ms of reaction need " + rounded_up(needed) +
+                std::to_string(reaction.count()) + " ms of reaction need " +
+                hundredths(std::ceil(needed * 100) / 100) +
                 "; give the chassis that breakConstant, or the pilot a maxSpeed of " +
                 std::to_string(std::max(0L, static_cast<long>(slow))) + " at most");
 }
