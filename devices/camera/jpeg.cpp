@@ -115,7 +115,7 @@ struct Jpeg::Library {
     progress.progress_monitor = [](j_common_ptr library) {
       if (reinterpret_cast<j_decompress_ptr>(library)->input_scan_number <= kScansMax) return;
       auto* const own = reinterpret_cast<Errors*>(library->err);
-      std::snprintf(own->text.data(), own->text.size(), "it has more than %d scans", kScansMax);
+      std::ranges::copy("it has too many scans", own->text.begin());
       std::longjmp(own->back, 1);
     };
     // Never called: the room is all there is.
