@@ -24,15 +24,21 @@ Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
     if (is_turn) ++turns_;
   }
   last_ = counter;
-  const Duration device = tick_ * static_cast<std::int64_t>(turns_ * ticks_of_turn_ + counter);
-  const Duration difference = arrival.time_since_epoch() - device;
+  // Counters may be of any size: only differences count, modulo 2^64.
+  const auto device =
+      static_cast<std::uint64_t>(tick_.count()) * (turns_ * ticks_of_turn_ + counter);
+  const auto heard = static_cast<std::uint64_t>(arrival.time_since_epoch().count());
+  const auto difference = static_cast<std::int64_t>(heard - device);
   if (!now_.least || arrival - now_.begin > kWindow) {
     before_ = now_;
     now_ = {.begin = arrival, .least = difference};
   }
   now_.least = std::min(*now_.least, difference);
-  const Duration offset = before_.least ? std::min(*now_.least, *before_.least) : *now_.least;
-  return Time(device + offset);
+  const std::int64_t offset = std::min(*now_.least, before_.least.value_or(*now_.least));
+  const std::uint64_t late =
+      static_cast<std::uint64_t>(difference) - static_cast<std::uint64_t>(offset);
+  constexpr auto kLatest = static_cast<std::uint64_t>(Duration(kWindow).count());
+  return arrival - Duration(static_cast<std::int64_t>(std::min(late, kLatest)));
 }
 
 }  // namespace rack::device

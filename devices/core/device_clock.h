@@ -43,7 +43,7 @@ class DeviceClock {
  private:
   struct Window {
     Time begin{};
-    std::optional<Duration> least;
+    std::optional<std::int64_t> least;  // arrival less counter, ns
   };
 
   static constexpr Duration kWindow = std::chrono::seconds(5);

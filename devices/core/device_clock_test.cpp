@@ -41,6 +41,17 @@ TEST(DeviceClockTest, FollowsACounterThatTurnsOrBeginsAnew) {
   EXPECT_EQ(clock.to_host(5, Time(200s)), Time(200s));  // switched off and on
 }
 
+TEST(DeviceClockTest, NoCounterLeadsOutOfTheLastSeconds) {
+  std::mt19937_64 random(3);
+  DeviceClock clock(1ns, 0);
+  Time now(1000s);
+  for (int i = 0; i < 10'000; ++i, now += 20ms) {
+    const Time measured = clock.to_host(i % 3 == 0 ? random() % 1000 : random(), now);
+    ASSERT_LE(measured, now);
+    ASSERT_GE(measured, now - 5s);
+  }
+}
+
 TEST(StampedAtTest, AClockThatWasSetMeanwhileMovesNothing) {
   const Time now{1000s};
   const Duration wall = 24h * 365 * 56;
