@@ -3,7 +3,7 @@
 
 #include "devices/camera/camera_frames.h"
 #include "devices/drivers/driver.h"
-#include "devices/io/video.h"
+#include "devices/io/transports.h"
 
 namespace rack::device {
 namespace {

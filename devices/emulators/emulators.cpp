@@ -8,7 +8,6 @@
 #include "devices/chassis/pioneer.h"
 #include "devices/chassis/roomba_robot.h"
 #include "devices/chassis/rover.h"
-#include "devices/emulators/echo.h"
 #include "devices/navigation/cmps03_emulator.h"
 #include "devices/navigation/dcf77_emulator.h"
 #include "devices/navigation/nmea_emulator.h"
@@ -28,6 +27,15 @@
 
 namespace rack::device {
 namespace {
+
+// A device that says what it hears: to try a line with, and `timsctl device record`.
+class Echo final : public Dialogue {
+ public:
+  void start(Time, Output&) override {}
+  void on_arrival(const Arrival& arrival, Output& out) override {
+    out.send(arrival.bytes, arrival.id);
+  }
+};
 
 template <class Emulator>
 std::unique_ptr<Dialogue> make() {

@@ -1,5 +1,7 @@
-#include "devices/io/can.h"
-
+// A CAN interface, raw frames by SocketCAN.
+//
+// Error frames of the controller arrive as frames with the error flag, whatever is wanted. What
+// cannot be sent at once waits in a small queue (CanQueue), 100 ms at most.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -16,6 +18,7 @@
 #include "devices/core/can_bus.h"
 #include "devices/io/can_link.h"
 #include "devices/io/stamped.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 

@@ -1,7 +1,5 @@
 // SocketCAN against the kernel's own virtual interface, two transports at one bus. Skipped where
 // the kernel has no vcan: `tools/dev vm-test` runs it in one that has.
-#include "devices/io/can.h"
-
 #include <array>
 #include <csignal>
 
@@ -19,6 +17,7 @@
 
 #include "devices/io/device.h"
 #include "devices/io/host_devices.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "tests/support/child_process.h"

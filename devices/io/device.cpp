@@ -7,14 +7,8 @@
 
 #include <poll.h>
 
-#include "devices/io/can.h"
-#include "devices/io/gpio.h"
-#include "devices/io/playback.h"
-#include "devices/io/serial.h"
-#include "devices/io/slcan_adapter.h"
-#include "devices/io/socket.h"
-#include "devices/io/usb.h"
-#include "devices/io/video.h"
+#include "devices/core/pieces.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 
 namespace rack::device {
@@ -166,19 +160,11 @@ void Device::hand_over(const Arrival& arrival) {
     capture_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
                   arrival.id, arrival.bytes);
   if (arrival.is_sent) return dialogue_.on_sent(arrival);
-  const std::size_t size = arrival.bytes.size();
-  if (arrival.id != 0 || size <= kSliceBytes) return hear(arrival);
-  const auto when = [&](std::size_t index) {
-    return arrival.first + (arrival.last - arrival.first) * static_cast<std::int64_t>(index) /
-                               static_cast<std::int64_t>(size);
-  };
+  if (arrival.id != 0) return hear(arrival);
   is_other_rate_ = false;
-  for (std::size_t begin = 0; begin < size && !is_other_rate_; begin += kSliceBytes) {
-    const std::size_t end = std::min(begin + kSliceBytes, size);
-    hear({.bytes = arrival.bytes.subspan(begin, end - begin),
-          .first = when(begin),
-          .last = when(end)});
-  }
+  in_pieces(arrival, kSliceBytes, [this](const Arrival& piece) {
+    if (!is_other_rate_) hear(piece);
+  });
 }
 
 // What came at the rate before is noise.

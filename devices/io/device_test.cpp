@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/eventfd.h>
 
-#include "devices/io/slcan_adapter.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 

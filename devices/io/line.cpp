@@ -1,13 +1,9 @@
 #include "devices/io/line.h"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstdlib>
 
 #include <arpa/inet.h>
 #include <asm/termbits.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -15,6 +11,7 @@
 
 #include "devices/core/device_clock.h"
 #include "devices/io/stream.h"
+#include "devices/io/transports.h"
 
 namespace rack::device {
 namespace {
@@ -32,11 +29,11 @@ constexpr Duration kSlice = std::chrono::milliseconds(1);  // of what is sent at
 // device hears noise, and is heard as noise; a rate of 0 is any.
 class EmulatedLine final : public StreamTransport {
  public:
-  EmulatedLine(File own, File other, std::uint32_t baud, std::string link)
-      : StreamTransport(std::move(own), link, 0),
-        other_(std::move(other)),
+  EmulatedLine(Terminal terminal, std::uint32_t baud, const std::string& link)
+      : StreamTransport(std::move(terminal.own), link, 0),
+        other_(std::move(terminal.other)),
         rate_(baud),
-        link_(std::move(link)) {}
+        link_(link) {}
   ~EmulatedLine() override { ::unlink(link_.c_str()); }
 
   [[nodiscard]] Time next_timeout() const override {
@@ -91,7 +88,7 @@ class EmulatedLine final : public StreamTransport {
     return {};
   }
 
-  File other_;  // held open: who opens and closes it is no end
+  File other_;
   std::uint32_t rate_;
   std::uint32_t next_rate_ = 0;
   std::string link_;
@@ -143,27 +140,11 @@ class Listener final : public Transport {
   Time next_look_{};
 };
 
-// Else it would hand back what is sent, as to somebody who types, until a driver has opened it.
-void make_raw(int file) {
-  termios2 settings{};
-  if (::ioctl(file, TCGETS2, &settings) != 0) return;
-  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
-  ::ioctl(file, TCSETS2, &settings);
-}
-
-Result<std::unique_ptr<Transport>> make_terminal(const DeviceAddress& address, std::uint32_t baud) {
-  File own(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  std::array<char, 64> name{};
-  if (!own || ::grantpt(own.get()) != 0 || ::unlockpt(own.get()) != 0 ||
-      ::ptsname_r(own.get(), name.data(), name.size()) != 0)
-    return system_error("cannot make a terminal");
-  File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-  if (!other) return system_error(name.data());
-  make_raw(other.get());
-  ::unlink(address.place.c_str());
-  if (::symlink(name.data(), address.place.c_str()) != 0) return system_error(address.place);
-  return std::unique_ptr<Transport>(std::make_unique<EmulatedLine>(
-      std::move(own), std::move(other), address.baud(baud), address.place));
+Result<std::unique_ptr<Transport>> emulated_line(const DeviceAddress& address, std::uint32_t baud) {
+  auto made = make_terminal(address.place, 0);
+  if (!made) return made.error();
+  return std::unique_ptr<Transport>(
+      std::make_unique<EmulatedLine>(std::move(*made), address.baud(baud), address.place));
 }
 
 Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
@@ -196,7 +177,7 @@ std::size_t Pace::allowed(Time now, std::size_t waiting, std::uint32_t baud) {
 }
 
 Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
-  if (address.kind == TransportKind::kPty) return make_terminal(address, baud);
+  if (address.kind == TransportKind::kPty) return emulated_line(address, baud);
   if (address.kind == TransportKind::kTcp) return listen(address);
   return open_transport(address, baud);
 }

@@ -1,11 +1,14 @@
-#include "devices/io/playback.h"
-
+// A recording instead of a device: what was received comes again, at the pace of then, and what was
+// sent then as such (Arrival::is_sent); what is sent now goes nowhere. Captures, candump logs,
+// packet captures (payloads of UDP and TCP), raw bytes; a folder of pictures (.jpg) as a camera's
+// frames.
 #include <algorithm>
 #include <cmath>
 
 #include <sys/timerfd.h>
 
 #include "devices/io/recording.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 

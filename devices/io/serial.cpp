@@ -1,5 +1,4 @@
-#include "devices/io/serial.h"
-
+// Serial lines, and pseudo terminals that stand in for them.
 #include <array>
 #include <cerrno>
 #include <cstdlib>
@@ -17,6 +16,7 @@
 
 #include "base/text.h"
 #include "devices/io/stream.h"
+#include "devices/io/transports.h"
 
 namespace rack::device {
 namespace {
@@ -80,6 +80,15 @@ Result<void> make_raw(int file, std::uint32_t baud, const std::string& parity) {
   return {};
 }
 
+// Else a terminal would hand back what is sent, as to somebody who types, until a driver has opened
+// it.
+void hand_nothing_back(int file) {
+  termios2 settings{};
+  if (::ioctl(file, TCGETS2, &settings) != 0) return;
+  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
+  ::ioctl(file, TCSETS2, &settings);
+}
+
 // What USB converters call latency timer: 16 ms by default, more than a scan at 75 Hz.
 bool make_low_latency(int file) {
   serial_struct serial{};
@@ -119,15 +128,14 @@ class SerialLine : public StreamTransport {
 // A pseudo terminal whose name goes with it.
 class PseudoTerminal final : public SerialLine {
  public:
-  PseudoTerminal(File own, File other, std::uint32_t baud, std::string link,
-                 std::string description)
-      : SerialLine(std::move(own), std::move(description), baud),
-        other_(std::move(other)),
-        link_(std::move(link)) {}
+  PseudoTerminal(Terminal terminal, std::uint32_t baud, const std::string& link)
+      : SerialLine(std::move(terminal.own), link, baud),
+        other_(std::move(terminal.other)),
+        link_(link) {}
   ~PseudoTerminal() override { ::unlink(link_.c_str()); }
 
  private:
-  File other_;  // held open: who opens and closes it is no end
+  File other_;
   std::string link_;
 };
 
@@ -149,7 +157,7 @@ Result<std::unique_ptr<Transport>> open_serial(const DeviceAddress& address, std
       std::make_unique<SerialLine>(std::move(file), std::move(description), rate));
 }
 
-Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud) {
+Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud) {
   File own(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 64> name{};
   if (!own || ::grantpt(own.get()) != 0 || ::unlockpt(own.get()) != 0 ||
@@ -157,12 +165,21 @@ Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::u
     return system_error("cannot make a terminal");
   File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (!other) return system_error(name.data());
+  if (baud == 0)
+    hand_nothing_back(other.get());
+  else if (auto raw = make_raw(other.get(), baud, ""); !raw)
+    return raw.error();
+  ::unlink(path.c_str());
+  if (::symlink(name.data(), path.c_str()) != 0) return system_error(path);
+  return Terminal{.own = std::move(own), .other = std::move(other)};
+}
+
+Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud) {
   const std::uint32_t rate = address.baud(baud);
-  if (auto raw = make_raw(other.get(), rate, ""); !raw) return raw.error();
-  ::unlink(address.place.c_str());
-  if (::symlink(name.data(), address.place.c_str()) != 0) return system_error(address.place);
-  return std::unique_ptr<Transport>(std::make_unique<PseudoTerminal>(
-      std::move(own), std::move(other), rate, address.place, address.place));
+  auto made = make_terminal(address.place, rate);
+  if (!made) return made.error();
+  return std::unique_ptr<Transport>(
+      std::make_unique<PseudoTerminal>(std::move(*made), rate, address.place));
 }
 
 }  // namespace rack::device

@@ -1,6 +1,6 @@
-#include "devices/io/slcan_adapter.h"
-
+// A CAN bus behind a USB adapter that speaks text (core/slcan.h): "serial:/dev/ttyACM0?can=500000".
 #include "devices/core/slcan.h"
+#include "devices/io/transports.h"
 
 namespace rack::device {
 namespace {

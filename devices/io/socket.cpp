@@ -1,5 +1,4 @@
-#include "devices/io/socket.h"
-
+// Devices in the network: a TCP connection, or datagrams of UDP.
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -14,6 +13,7 @@
 
 #include "devices/io/stamped.h"
 #include "devices/io/stream.h"
+#include "devices/io/transports.h"
 
 namespace rack::device {
 namespace {

@@ -1,5 +1,9 @@
-#include "devices/io/usb.h"
-
+// Devices at USB without a driver of the kernel: bytes by bulk transfers of libusb.
+//
+//   usb:15d1:0000            usb:15d1:0000/H0712345   (vendor:product, serial number)
+//
+// The first interface that has a bulk endpoint for each direction is used; a driver of the kernel
+// that holds it is sent away while we are there.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -12,6 +16,7 @@
 #include <sys/epoll.h>
 
 #include "base/text.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 

@@ -1,5 +1,11 @@
-#include "devices/io/video.h"
-
+// Cameras of Linux (V4L2): frames in memory that is shared with the driver, with the time at which
+// they were taken. Webcams, depth cameras, grabbers.
+//
+//   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30
+//
+// format: the first of them that the camera has; size and rate: the nearest it has. What arrives is
+// said in core/video_frame.h. Who is slow gets the newest frame. What is sent with the id of a
+// control sets it.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -15,6 +21,7 @@
 
 #include "base/text.h"
 #include "devices/core/video_frame.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
 

@@ -1,7 +1,5 @@
 // A real camera, or vivid (modprobe vivid): left out where there is no /dev/video0. What a missing
 // device says, always.
-#include "devices/io/video.h"
-
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 
 #include "devices/core/video_frame.h"
 #include "devices/io/transport.h"
+#include "devices/io/transports.h"
 #include "os/clock.h"
 
 namespace rack::device {
