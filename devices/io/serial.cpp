@@ -47,7 +47,7 @@ std::string holder_of(int file) {
     const std::size_t colon = place.rfind(':');
     if (place.substr(colon + 1) != std::to_string(status.st_ino)) continue;
     const std::string& pid = (*words)[4];
-    return first_line("/proc/" + pid + "/comm") + " (pid " + pid + ")";
+    return first_line("/proc/" + pid + "/comm").append(" (pid ").append(pid).append(")");
   }
   return "another program";
 }

@@ -87,7 +87,7 @@ Result<Wish> wish_of(const DeviceAddress& address) {
 
 Error cannot_open(const std::string& path) {
   const int error = errno;
-  const Error all = system_error(path);
+  Error all = system_error(path);
   if (error == EACCES)
     return {Errc::kSystem, all.detail() + "; add the user to the group of the device (video)"};
   if (error == ENOENT)
@@ -277,7 +277,8 @@ class VideoCapture final : public Transport {
   void tell(Time now, const Receive& receive) {
     const VideoBytes head = bytes_of(head_);
     receive({.bytes = head, .first = now, .last = now, .id = video::kHead});
-    for (const std::uint32_t id : {V4L2_CID_BRIGHTNESS, V4L2_CID_GAIN}) {
+    for (const std::uint32_t id :
+         {std::uint32_t{V4L2_CID_BRIGHTNESS}, std::uint32_t{V4L2_CID_GAIN}}) {
       v4l2_queryctrl range{};
       range.id = id;
       v4l2_control value{.id = id, .value = 0};

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 
@@ -19,7 +20,7 @@ using namespace std::chrono_literals;
 
 // RACK_TEST_VIDEO: another camera than the first.
 std::string camera() {
-  const char* const other = std::getenv("RACK_TEST_VIDEO");
+  const char* const other = std::getenv("RACK_TEST_VIDEO");  // NOLINT(concurrency-mt-unsafe)
   return other == nullptr ? "/dev/video0" : other;
 }
 
