@@ -5,9 +5,10 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
     {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
     {"baudrate", 115200, "of the line", 9600, 4000000},
+    {"periodTime", 10, "of the data, ms", 5, 1000},
     {"mounting", 0,
      "0 as the original: what the device says; 1 label up, 2 label down: angles of the robot", 0,
      2},
@@ -31,10 +32,10 @@ class GyroXsens : public Driver<GyroData, Xsens> {
   }
 
   Result<std::unique_ptr<Xsens>> make_dialogue() override {
-    constexpr std::chrono::milliseconds kPeriod(10);
-    set_period(kPeriod);
+    const std::chrono::milliseconds period(integer("periodTime"));
+    set_period(period);
     return std::make_unique<Xsens>(
-        XsensSettings{.period = kPeriod,
+        XsensSettings{.period = period,
                       .mounting = static_cast<XsensMounting>(integer("mounting")),
                       .baud = static_cast<std::uint32_t>(integer("baudrate")),
                       .serial_number = text("serialNumber"),

@@ -177,7 +177,11 @@ std::size_t Pace::allowed(Time now, std::size_t waiting, std::uint32_t baud) {
 }
 
 Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
-  if (address.kind == TransportKind::kPty) return emulated_line(address, baud);
+  if (address.kind == TransportKind::kPty) {
+    const std::uint32_t bit_rate = address.can_bit_rate();
+    auto line = emulated_line(address, baud);
+    return line && bit_rate != 0 ? slcan_frames(std::move(*line), bit_rate) : std::move(line);
+  }
   if (address.kind == TransportKind::kTcp) return listen(address);
   return open_transport(address, baud);
 }

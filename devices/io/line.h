@@ -11,7 +11,8 @@
 
 namespace rack::device {
 
-// "pty:/tmp/lms", "tcp:127.0.0.1:2111" (listens there), "can:vcan0", "udp:127.0.0.1:2368".
+// "pty:/tmp/lms", "pty:/tmp/bus?can=500000" (motors behind an adapter that speaks text),
+// "tcp:127.0.0.1:2111" (listens there), "can:vcan0", "udp:127.0.0.1:2368".
 tims::Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address,
                                                    std::uint32_t baud);
 

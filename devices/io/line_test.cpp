@@ -121,6 +121,30 @@ TEST_F(LineTest, DriversComeAndGo) {
   }
 }
 
+// Motors behind an adapter that speaks text: frames on both sides.
+TEST_F(LineTest, ABusBehindATextLineCarriesFrames) {
+  device_.reset();
+  device_ = opened("pty:" + path_ + "?can=500000", 0, true);
+  const auto driver = opened("serial:" + path_ + "?can=500000", 115200);
+  const auto heard = [](Transport& from, Transport& to, std::uint32_t id, std::string_view text) {
+    EXPECT_TRUE(*from.send(tims::os::now(), bytes_of(text), id));
+    std::uint32_t come = 0;
+    std::string bytes;
+    for (const Time end = tims::os::now() + 20s; come == 0 && tims::os::now() < end;) {
+      pollfd wait{.fd = to.descriptor(), .events = POLLIN, .revents = 0};
+      ::poll(&wait, 1, 1);
+      EXPECT_TRUE(to.receive(tims::os::now(), [&](const Arrival& frame) {
+        come = frame.id;
+        for (const std::byte byte : frame.bytes) bytes += static_cast<char>(byte);
+      }));
+    }
+    EXPECT_EQ(come, id);
+    EXPECT_EQ(bytes, text);
+  };
+  heard(*driver, *device_, 0x201, "driving");
+  heard(*device_, *driver, 0x181, "turned");
+}
+
 TEST_F(LineTest, ItsNameGoesWithIt) {
   device_.reset();
   EXPECT_NE(::access(path_.c_str(), F_OK), 0);

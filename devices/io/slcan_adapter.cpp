@@ -90,7 +90,11 @@ Result<std::unique_ptr<Transport>> open_slcan(std::unique_ptr<Transport> line,
                                              "250000, 500000, 800000 and 1000000 bit/s");
   if (auto sent = line->send(Time{}, std::as_bytes(std::span(*opening)), 0); !sent)
     return sent.error();
-  return std::unique_ptr<Transport>(std::make_unique<SlcanAdapter>(std::move(line), bit_rate));
+  return slcan_frames(std::move(line), bit_rate);
+}
+
+std::unique_ptr<Transport> slcan_frames(std::unique_ptr<Transport> line, std::uint32_t bit_rate) {
+  return std::make_unique<SlcanAdapter>(std::move(line), bit_rate);
 }
 
 }  // namespace rack::device

@@ -29,6 +29,8 @@ tims::Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud
 // line: to the adapter.
 tims::Result<std::unique_ptr<Transport>> open_slcan(std::unique_ptr<Transport> line,
                                                     std::uint32_t bit_rate);
+// The same from the adapter's side, with the bus behind it: frames come and go as text.
+std::unique_ptr<Transport> slcan_frames(std::unique_ptr<Transport> line, std::uint32_t bit_rate);
 
 // --- socket.cpp
 
