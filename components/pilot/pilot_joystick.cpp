@@ -61,7 +61,6 @@ class PilotJoystick : public DataModule<PilotData> {
     if (auto good = turn_on_joystick(); !good) return good;
     looks_ = integer("scan2dInst") >= 0;
     seen_ = false;
-    scan_silence_ = 0;
     if (looks_) {
       const auto scan = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
       if (!scan) return scan.error();
@@ -91,7 +90,6 @@ class PilotJoystick : public DataModule<PilotData> {
     const JoystickAxes& at = stick_.position;
     if (at.x != 0 || at.y != 0 || (settings_.side_speed_max > 0 && at.z != 0))
       return refused("let go of the joystick first");
-    joystick_silence_ = 0;
     const auto granted = joystick_->subscribe();
     return granted ? Result<void>() : granted.error();
   }
@@ -104,9 +102,9 @@ class PilotJoystick : public DataModule<PilotData> {
 
   Result<void> module_loop() override {
     sleep_until_next(kPeriod);
-    if (auto good = look(*joystick_, stick_, joystick_silence_); !good) return good.error();
+    if (auto good = joystick_->newest(stick_, kSilence); !good) return good.error();
     if (looks_) {
-      const auto come = look(*scan_, scan_data_, scan_silence_);
+      const auto come = scan_->newest(scan_data_, kSilence);
       if (!come) return come.error();
       seen_ = seen_ || *come;
     }
@@ -121,17 +119,6 @@ class PilotJoystick : public DataModule<PilotData> {
     data.recordingTime = time_stamp();
     describe(drive, data);
     return put_local_buffer();
-  }
-
-  template <typename Proxy, typename Data>
-  Result<bool> look(Input<Proxy>& input, Data& data, int& silence) {
-    auto come = input.newest(data);
-    if (!come) return come;
-    silence = *come ? 0 : silence + 1;
-    if (silence >= kSilence)
-      return tims::Error(tims::Errc::kTimeout,
-                         "no data of " + input.proxy().component().to_string(address_widths()));
-    return come;
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -150,8 +137,6 @@ class PilotJoystick : public DataModule<PilotData> {
   Scan2dData scan_data_;
   bool looks_ = false;
   bool seen_ = false;
-  int joystick_silence_ = 0;
-  int scan_silence_ = 0;
 };
 
 }  // namespace

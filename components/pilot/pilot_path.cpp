@@ -119,7 +119,6 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> start_inputs() {
     looks_ = integer("scan2dInst") >= 0;
     seen_ = located_ = false;
-    silences_ = {};
     const auto chassis = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
     if (!chassis) return chassis.error();
     const auto limits = chassis_->proxy().get_parameter();
@@ -166,34 +165,23 @@ class PilotPath : public DataModule<PilotData> {
   }
 
   Result<void> look_at_all() {
-    auto good = look(*position_, position_data_, silences_[0], kSilence);
+    auto good = position_->newest(position_data_, kSilence);
     if (!good) return good.error();
     located_ = located_ || *good;
-    good = look(*chassis_, chassis_data_, silences_[1], kSilence);
+    good = chassis_->newest(chassis_data_, kSilence);
     if (!good) return good.error();
     const int path_silence = kSilence + static_cast<int>(kSilence * path_period_ / period());
-    good = look(*path_, path_data_, silences_[2], path_silence);
+    good = path_->newest(path_data_, path_silence);
     if (!good) return good.error();
     if (!looks_) return {};
     const int scan_silence = kSilence + static_cast<int>(kSilence * scan_period_ / period());
-    good = look(*scan_, scan_data_, silences_[3], scan_silence);
+    good = scan_->newest(scan_data_, scan_silence);
     if (!good) return good.error();
     if (*good) {
       seen_ = true;
       seen_from_ = pose_at(scan_data_.recordingTime);
     }
     return {};
-  }
-
-  template <typename Input, typename Data>
-  Result<bool> look(Input& input, Data& data, int& silence, int silence_max) {
-    auto come = input.newest(data);
-    if (!come) return come;
-    silence = *come ? 0 : silence + 1;
-    if (silence >= silence_max)
-      return tims::Error(tims::Errc::kTimeout,
-                         "no data of " + input.proxy().component().to_string(address_widths()));
-    return come;
   }
 
   // Where it is by the newest position and how it moves.
@@ -244,7 +232,7 @@ class PilotPath : public DataModule<PilotData> {
   double allowed(const Pose& at) {
     if (!looks_) return limits_.vxMax;
     const milliseconds old = time_stamp() - scan_data_.recordingTime;
-    if (!seen_ || silences_[3] * period() > kScansMissing * scan_period_ ||
+    if (!seen_ || scan_->silence() * period() > kScansMissing * scan_period_ ||
         old > kScansMissing * scan_period_ + period())
       return 0;
     return stop_->speed_max(scan_data_, seen_from_, at, *follower_);
@@ -413,7 +401,6 @@ class PilotPath : public DataModule<PilotData> {
   PathData path_data_;
   milliseconds scan_period_{0};
   milliseconds path_period_{50};
-  std::array<int, 4> silences_{};
   Pose seen_from_;
   bool looks_ = false;
   bool seen_ = false;

@@ -41,6 +41,7 @@ class Input {
   }
   Result<std::chrono::milliseconds> subscribe(std::chrono::milliseconds period = {}) {
     stream_->clean();  // the end of an earlier stream
+    silence_ = 0;
     const auto granted =
         proxy_->get_cont_data(static_cast<u32>(period.count()), stream_->address());
     if (!granted) return granted.error();
@@ -77,17 +78,31 @@ class Input {
       any = any || good;
     }
   }
+  // The same, for who looks again and again: kTimeout when nothing has come `looks` times in a row.
+  Result<bool> newest(Data& data, int looks) {
+    auto come = newest(data);
+    if (!come) return come;
+    silence_ = *come ? 0 : silence_ + 1;
+    if (silence_ >= looks)
+      return tims::Error(tims::Errc::kTimeout, "no data of " + producer_name());
+    return come;
+  }
+  // How often in a row that one found nothing.
+  [[nodiscard]] int silence() const { return silence_; }
 
  private:
   [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) const {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(waited).count();
-    return {error.code(), "no data of " + proxy_->component().to_string(work_->address_widths()) +
-                              " for " + std::to_string(ms) + " ms"};
+    return {error.code(), "no data of " + producer_name() + " for " + std::to_string(ms) + " ms"};
+  }
+  [[nodiscard]] std::string producer_name() const {
+    return proxy_->component().to_string(work_->address_widths());
   }
 
   tims::Mailbox* work_;
   tims::Mailbox* stream_;
   std::optional<ProxyType> proxy_;
+  int silence_ = 0;
 };
 
 }  // namespace rack
