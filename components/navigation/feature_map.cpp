@@ -113,9 +113,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   Result<void> with(const tims::MessageView& message, const Do& what) {
     const auto body = decode<Body>(message);
     if (!body) return body.error();
-    if (auto done = what(*body); !done) return done;
-    reply(message.header, tims::type::kOk);
-    return {};
+    return answered(message, what(*body));
   }
   template <typename Do>
   Result<void> edit(const tims::MessageView& message, const Do& what) {

@@ -188,9 +188,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (message.header.type != MclType::kLoadMap) return DataModule::module_command(message);
     const auto file = decode<FileName>(message);
     if (!file) return file.error();
-    if (auto taken = take_map(std::string(file->view()), true); !taken) return taken;
-    reply(message.header, tims::type::kOk);
-    return {};
+    return answered(message, take_map(std::string(file->view()), true));
   }
 
   tims::Mailbox* work_ = nullptr;

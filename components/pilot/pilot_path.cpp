@@ -328,11 +328,6 @@ class PilotPath : public DataModule<PilotData> {
     }
   }
 
-  Result<void> answered(const tims::MessageView& message, Result<void> done) {
-    if (done) reply(message.header, tims::type::kOk);
-    return done;
-  }
-
   // The path plans; what it says against it is the answer. Its plan may come before that.
   Result<void> go_to(const Position3d& pos, i32 speed) {
     if (!is_on()) return refused("turn it on first");

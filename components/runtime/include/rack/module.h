@@ -113,6 +113,11 @@ class Module {
   bool reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
   template <Struct Body>
   void reply(const tims::Header& request, std::int8_t type, const Body& body);
+  // What module_command() returns of a command whose answer is OK once it is done.
+  Result<void> answered(const tims::MessageView& command, Result<void> done) {
+    if (done) reply(command.header, tims::type::kOk);
+    return done;
+  }
   // Why it does not do what it is asked, for the log.
   static tims::Error refused(std::string text) {
     return {tims::Errc::kInvalidArgument, std::move(text)};
