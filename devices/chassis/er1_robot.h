@@ -7,20 +7,20 @@
 
 namespace rack::device {
 
-class Er1Emulator final : public Dialogue {
+class Er1Emulator final : public WheeledRobot {
  public:
   static constexpr double kTicksOfMillimetre = 20;
+
+  Er1Emulator() : WheeledRobot(WheeledModel{380, 1500}) {}
 
   void start(Time, Output&) override {}
   void on_arrival(const Arrival& arrival, Output& out) override;
 
-  [[nodiscard]] const WheeledModel& body() const { return body_; }
   [[nodiscard]] bool is_powered() const { return power_[0] > 0 && power_[1] > 0; }
 
  private:
   void on_command(std::span<const std::byte> bytes, Output& out);
 
-  WheeledModel body_{380, 1500};
   StreamBuffer heard_{128};
   std::array<std::int32_t, 2> velocity_{};  // set, and in force after Update
   std::array<std::int32_t, 2> in_force_{};

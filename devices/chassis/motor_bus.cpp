@@ -42,7 +42,9 @@ std::int32_t rounded(double value) { return static_cast<std::int32_t>(std::llrou
 }  // namespace
 
 void ShaftModel::step(Time now) {
+  // What came is of the time when it was on the line, which may be before the last step.
   if (last_ == Time{}) last_ = now;
+  if (now < last_) return;
   const double seconds = std::chrono::duration<double>(now - last_).count();
   last_ = now;
   if (target_) {
@@ -85,6 +87,13 @@ Time MotorBus::next_timeout() const {
   Time next = tims::kNever;
   for (const auto& motor : motors_) next = std::min(next, motor->next_timeout());
   return next;
+}
+
+void MotorBus::turned(Time now, std::span<double> ways) {
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    motors_[i]->step(now);
+    ways[i] = motors_[i]->shaft().position();
+  }
 }
 
 bool MotorBus::stands() const {

@@ -11,6 +11,7 @@
 #include "devices/chassis/cia402.h"
 #include "devices/chassis/odrive.h"
 #include "devices/chassis/vesc.h"
+#include "devices/core/scene.h"
 
 namespace rack::device {
 
@@ -52,6 +53,7 @@ class EmulatedMotor {
   virtual void on_timeout(Time now, Output& out) = 0;
   [[nodiscard]] virtual Time next_timeout() const = 0;
 
+  void step(Time now) { shaft_.step(now); }
   [[nodiscard]] const ShaftModel& shaft() const { return shaft_; }
   [[nodiscard]] bool is_enabled() const { return enabled_; }
 
@@ -60,7 +62,7 @@ class EmulatedMotor {
   bool enabled_ = false;
 };
 
-class MotorBus final : public Dialogue {
+class MotorBus final : public Dialogue, public emulator::Wheelwork {
  public:
   EmulatedMotor& add(std::unique_ptr<EmulatedMotor> motor) {
     return *motors_.emplace_back(std::move(motor));
@@ -74,6 +76,10 @@ class MotorBus final : public Dialogue {
   [[nodiscard]] bool stands() const;
   // Nobody hears this one any more; it hears.
   void cut_off(std::size_t index) { silent_ = index; }
+
+  [[nodiscard]] std::size_t motor_count() const override { return motors_.size(); }
+  void turned(Time now, std::span<double> ways) override;
+  [[nodiscard]] bool tells_shafts() const override { return true; }
 
  private:
   std::vector<std::unique_ptr<EmulatedMotor>> motors_;

@@ -7,17 +7,18 @@
 
 namespace rack::device {
 
-class PioneerEmulator final : public Dialogue {
+class PioneerEmulator final : public WheeledRobot {
  public:
   static constexpr double kTicksOfMillimetre = 48.5;
   static constexpr Duration kWatchdog = std::chrono::seconds(2);
+
+  PioneerEmulator() : WheeledRobot(WheeledModel{400, 1000}) {}
 
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_packet_; }
 
-  [[nodiscard]] const WheeledModel& body() const { return body_; }
   [[nodiscard]] bool is_enabled() const { return enabled_; }
   [[nodiscard]] bool is_open() const { return opened_; }
 
@@ -27,7 +28,6 @@ class PioneerEmulator final : public Dialogue {
   void send_state(Output& out);
   void send_encoders(Output& out);
 
-  WheeledModel body_{400, 1000};
   P2osPackets packets_;
   bool opened_ = false;
   bool enabled_ = false;

@@ -6,17 +6,19 @@
 
 namespace rack::device {
 
-class RoombaEmulator final : public Dialogue {
+class RoombaEmulator final : public WheeledRobot {
  public:
   explicit RoombaEmulator(RoombaModel model)
-      : model_(model), body_(model == RoombaModel::kRoomba ? 258 : 235, 2000) {}
+      : WheeledRobot(WheeledModel(model == RoombaModel::kRoomba ? 258 : 235, 2000)),
+        model_(model) {}
 
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_frame_; }
 
-  [[nodiscard]] const WheeledModel& body() const { return body_; }
+  void touch(bool is_touching) override { bumps = is_touching ? 3 : 0; }
+
   [[nodiscard]] int motors() const { return motors_; }
   [[nodiscard]] bool is_in_control() const { return full_; }
   std::uint8_t bumps = 0;  // what it shall tell
@@ -28,7 +30,6 @@ class RoombaEmulator final : public Dialogue {
   void send_frame(Output& out);
 
   RoombaModel model_;
-  WheeledModel body_;
   StreamBuffer heard_{256};
   bool started_ = false;
   bool full_ = false;

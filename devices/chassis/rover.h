@@ -7,18 +7,19 @@
 
 namespace rack::device {
 
-class RoverEmulator final : public Dialogue {
+class RoverEmulator final : public WheeledRobot {
  public:
   static constexpr std::uint8_t kSystem = 3;
   static constexpr Duration kVelocityTimeout = std::chrono::seconds(3);
   static constexpr std::uint32_t kGuided = 15;
+
+  RoverEmulator() : WheeledRobot(WheeledModel{500, 2000}) {}
 
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
-  [[nodiscard]] const WheeledModel& body() const { return body_; }
   [[nodiscard]] bool is_armed() const { return armed_; }
   [[nodiscard]] int intervals() const { return intervals_; }  // that it was asked for
   bool sends_odometry = false;
@@ -29,7 +30,6 @@ class RoverEmulator final : public Dialogue {
   void send_motion(Time now, Output& out);
   mavlink::Writer writer(mavlink::Message message) { return {message, sequence_++, kSystem, 1}; }
 
-  WheeledModel body_{500, 2000};
   mavlink::Packets packets_;
   mavlink::Packet packet_;
   std::uint8_t sequence_ = 0;

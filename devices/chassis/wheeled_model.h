@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tims/time.h"
+#include "devices/core/scene.h"
 
 namespace rack::device {
 
@@ -58,6 +58,24 @@ class WheeledModel {
   double y_ = 0;
   double heading_ = 0;
   tims::Time last_{};
+};
+
+// What robots with such a body have in common.
+class WheeledRobot : public Dialogue, public emulator::Wheelwork {
+ public:
+  [[nodiscard]] const WheeledModel& body() const { return body_; }
+
+  [[nodiscard]] std::size_t motor_count() const override { return 2; }
+  void turned(Time now, std::span<double> ways) override {
+    body_.step(now);
+    ways[0] = body_.left_way();
+    ways[1] = body_.right_way();
+  }
+
+ protected:
+  explicit WheeledRobot(const WheeledModel& body) : body_(body) {}
+
+  WheeledModel body_;
 };
 
 }  // namespace rack::device

@@ -24,7 +24,7 @@ TEST(EmulatorsTest, EachIsFoundByItsNameAndStartsTwice) {
     EXPECT_FALSE(info.device.empty()) << info.name;
     Nobody out;
     for (int i = 0; i < 2; ++i) {
-      const auto emulator = info.make();
+      const auto emulator = info.make({});
       ASSERT_TRUE(emulator) << info.name;
       emulator->start(Time{std::chrono::seconds(1000)}, out);
       EXPECT_FALSE(emulator->failure()) << info.name;
@@ -53,7 +53,7 @@ class Sent final : public Output {
 };
 
 TEST(EchoTest, SaysWhatItHearsWithItsIdentifier) {
-  const auto echo = find_emulator("echo")->make();
+  const auto echo = find_emulator("echo")->make({});
   Sent out;
   echo->start(Time{}, out);
   EXPECT_TRUE(out.bytes_.empty());

@@ -288,7 +288,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
     const EmulatorInfo& info = *find_emulator(GetParam().emulator);
     const auto address = DeviceAddress::parse(info.address);
     is_bus_ = address->kind == TransportKind::kCan || address->kind == TransportKind::kUdp;
-    device_ = info.make();
+    device_ = info.make({});
     line_.emplace(host, *device_,
                   emulator::LineSettings{.has_rate = info.baud != 0,
                                          .is_bus = is_bus_,

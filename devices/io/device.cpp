@@ -119,7 +119,7 @@ void Device::close() {
 
 Result<void> Device::wait(Time until, int also) {
   if (auto good = state(); !good) return good;
-  const Time next = std::min({until, dialogue_.next_timeout(), transport_->next_timeout()});
+  const Time next = std::min(until, next_timeout());
   std::array<pollfd, 2> there{{{.fd = transport_->descriptor(), .events = POLLIN, .revents = 0},
                                {.fd = also, .events = POLLIN, .revents = 0}}};
   const Time now = tims::os::now();

@@ -2,6 +2,7 @@
 // is to be sent, keeps a capture of both.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -39,6 +40,13 @@ class Device final : private Output {
   // Until something came, a time of the dialogue has passed, `also` can be read, or `until`. An
   // error says why the device has to be opened again: it is gone, or the dialogue gave it up.
   tims::Result<void> wait(Time until, int also = -1);
+
+  // For who waits for several at once, and calls wait() with a time that is past: when this can be
+  // read, or at this time.
+  [[nodiscard]] int descriptor() const { return transport_->descriptor(); }
+  [[nodiscard]] Time next_timeout() const {
+    return std::min(dialogue_.next_timeout(), transport_->next_timeout());
+  }
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
   // As those of the transport, and of the recording.

@@ -29,8 +29,8 @@ void Cmps03Emulator::on_arrival(const Arrival& arrival, Output& out) {
 
 void Cmps03Emulator::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
-  const double degrees = kTurn * std::chrono::duration<double>(next_ - began_).count();
-  auto tenths = static_cast<int>(std::fmod(degrees, 360) * 10);
+  const double degrees = std::fmod(heading_(next_, next_ - began_), 360);
+  auto tenths = static_cast<int>((degrees < 0 ? degrees + 360 : degrees) * 10) % 3600;
   std::array<char, 6> line{'$', '0', '0', '0', '0', '\n'};
   for (std::size_t i = 4; i > 0; --i, tenths /= 10) line[i] = static_cast<char>('0' + tenths % 10);
   out.send(std::as_bytes(std::span(line)));

@@ -1,12 +1,25 @@
-// A compass CMPS03 behind its board, which turns by some degrees a second.
+// A compass CMPS03 behind its board, which turns by some degrees a second, or as its scene does.
 #pragma once
 
-#include "devices/core/dialogue.h"
+#include <cmath>
+#include <utility>
+
+#include "devices/core/scene.h"
 
 namespace rack::device::emulator {
 
+// By default clockwise, deg/s.
+struct SlowTurn {
+  double speed = 15;
+  double operator()(Time /*when*/, Duration since_start) const {
+    return std::fmod(speed * std::chrono::duration<double>(since_start).count(), 360);
+  }
+};
+
 class Cmps03Emulator final : public Dialogue {
  public:
+  explicit Cmps03Emulator(Heading heading = SlowTurn{}) : heading_(std::move(heading)) {}
+
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
@@ -17,8 +30,8 @@ class Cmps03Emulator final : public Dialogue {
 
  private:
   static constexpr Duration kPeriod = std::chrono::milliseconds(100);
-  static constexpr double kTurn = 15;  // deg/s
 
+  Heading heading_;
   bool is_confirming_ = false;  // it has said OK
   int directions_ = 0;
   Time began_{};

@@ -5,20 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "devices/core/dialogue.h"
+#include "devices/core/scene.h"
 
 namespace rack::device::emulator {
-
-struct CoursePoint {
-  Duration utc{};  // since 1970
-  bool is_fixed = false;
-  double latitude = 0;   // deg
-  double longitude = 0;  // deg
-  double altitude = 0;   // m
-  double course = 0;     // deg, 0: north
-  double speed = 0;      // m/s
-  int satellites = 0;
-};
 
 struct GpsCourse {
   double latitude = 52.382;  // of the middle, deg
@@ -50,6 +39,8 @@ struct GpsCourse {
     point.satellites = point.is_fixed ? 8 + static_cast<int>(seconds) % 5 : 2;
     return point;
   }
+  // As its Course.
+  CoursePoint operator()(Time /*when*/, Duration since_start) const { return at(since_start); }
 };
 
 }  // namespace rack::device::emulator

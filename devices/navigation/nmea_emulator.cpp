@@ -66,7 +66,7 @@ void NmeaEmulator::start(Time now, Output&) { began_ = fix_ = now; }
 void NmeaEmulator::on_timeout(Time now, Output& out) {
   if (next_timeout() > now) return;
   burst_.clear();
-  append_sentences(burst_, settings_.course.at(fix_ - began_), settings_.talker);
+  append_sentences(burst_, settings_.course(fix_, fix_ - began_), settings_.talker);
   out.send(burst_);
   fix_ += settings_.period;
 }

@@ -9,7 +9,7 @@
 namespace rack::device::emulator {
 
 struct NmeaEmulatorSettings {
-  GpsCourse course{};
+  Course course = GpsCourse{};
   Duration period = std::chrono::seconds(1);
   Duration delay = std::chrono::milliseconds(80);  // from the fix to its first byte
   std::string talker = "GN";

@@ -61,7 +61,7 @@ void UbloxEmulator::start(Time now, Output& out) {
 
 void UbloxEmulator::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
-  const CoursePoint point = settings_.course.at(next_ - began_);
+  const CoursePoint point = settings_.course(next_, next_ - began_);
   burst_.clear();
   if (sends_pvt_) append_pvt(burst_, point);
   append_sentences(burst_, point, "GN");

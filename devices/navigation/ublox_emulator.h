@@ -10,7 +10,7 @@ namespace rack::device::emulator {
 struct UbloxEmulatorSettings {
   int generation = 9;
   std::uint32_t baud = 38400;
-  GpsCourse course{};
+  Course course = GpsCourse{};
 };
 
 void append_pvt(std::vector<std::byte>& out, const CoursePoint& point);
@@ -43,11 +43,6 @@ class UbloxEmulator : public Dialogue {
   std::uint32_t baud_ = 0;
   std::uint32_t next_baud_ = 0;  // after its answer
   std::vector<std::byte> burst_;
-};
-
-class UbloxM8Emulator final : public UbloxEmulator {
- public:
-  UbloxM8Emulator() : UbloxEmulator({.generation = 8, .baud = 9600}) {}
 };
 
 }  // namespace rack::device::emulator

@@ -23,22 +23,29 @@ void put_float(std::vector<std::byte>& out, double number) {
   put(out, std::bit_cast<std::uint32_t>(static_cast<float>(number)));
 }
 
-struct Motion {
-  double roll = 0;
-  double yaw = 0;
-  double roll_rate = 0;
-  double yaw_rate = 0;
-};
-
-Motion motion_at(const XsensEmulatorSettings& settings, double seconds) {
-  constexpr double kSways = 2 * std::numbers::pi * 0.5;  // 1/s
-  return {.roll = settings.sway * std::sin(kSways * seconds),
-          .yaw = std::remainder(settings.turn * seconds, 2 * std::numbers::pi),
-          .roll_rate = settings.sway * kSways * std::cos(kSways * seconds),
-          .yaw_rate = settings.turn};
+// Yaw, then pitch, then roll.
+std::array<double, 4> quaternion(const Motion& motion) {
+  const double cr = std::cos(motion.roll / 2);
+  const double sr = std::sin(motion.roll / 2);
+  const double cp = std::cos(motion.pitch / 2);
+  const double sp = std::sin(motion.pitch / 2);
+  const double cy = std::cos(motion.yaw / 2);
+  const double sy = std::sin(motion.yaw / 2);
+  return {cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+          cr * cp * sy - sr * sp * cy};
 }
 
 }  // namespace
+
+Motion Swaying::operator()(Time /*when*/, Duration since_start) const {
+  constexpr double kSways = 2 * std::numbers::pi * 0.5;  // 1/s
+  const double seconds = std::chrono::duration<double>(since_start).count();
+  const double roll = sway * std::sin(kSways * seconds);
+  return {.roll = roll,
+          .yaw = std::remainder(turn * seconds, 2 * std::numbers::pi),
+          .rates = {sway * kSways * std::cos(kSways * seconds), 0, turn},
+          .accelerations = {0, kGravity * std::sin(roll), kGravity * std::cos(roll)}};
+}
 
 void XsensEmulator::start(Time now, Output&) {
   messages_.clear();
@@ -105,32 +112,32 @@ bool XsensEmulator::configure(const XsensMessage& message) {
 
 void XsensEmulator::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
-  const double seconds = std::chrono::duration<double>(next_ - began_).count();
+  const Motion motion = settings_.inertia(next_, next_ - began_);
   body_.clear();
   answer_.clear();
   if (settings_.is_old)
-    append_data(seconds);
+    append_data(motion);
   else
-    append_data2(seconds);
+    append_data2(motion);
   append_xsens(answer_, settings_.is_old ? xsens::kData : xsens::kData2, body_);
   out.send(answer_);
   ++counter_;
   next_ += period_;
 }
 
-void XsensEmulator::append_data(double seconds) {
-  const Motion motion = motion_at(settings_, seconds);
+void XsensEmulator::append_data(const Motion& motion) {
   constexpr double kDegrees = 180 / std::numbers::pi;
-  for (const double number :
-       {0.0, kGravity * std::sin(motion.roll), kGravity * std::cos(motion.roll), motion.roll_rate,
-        0.0, motion.yaw_rate, 0.4, 0.0, -0.8, motion.roll * kDegrees, 0.0, motion.yaw * kDegrees})
-    put_float(body_, number);
+  constexpr std::array kMagneticField = {0.4, 0.0, -0.8};
+  for (const double number : motion.accelerations) put_float(body_, number);
+  for (const double number : motion.rates) put_float(body_, number);
+  for (const double number : kMagneticField) put_float(body_, number);
+  for (const double angle : {motion.roll, motion.pitch, motion.yaw})
+    put_float(body_, angle * kDegrees);
   put(body_, counter_);
 }
 
-void XsensEmulator::append_data2(double seconds) {
-  const Motion motion = motion_at(settings_, seconds);
-  const auto item = [this](std::uint16_t id, std::initializer_list<double> numbers) {
+void XsensEmulator::append_data2(const Motion& motion) {
+  const auto item = [this](std::uint16_t id, std::span<const double> numbers) {
     put(body_, id);
     put(body_, static_cast<std::uint8_t>(numbers.size() * sizeof(float)));
     for (const double number : numbers) put_float(body_, number);
@@ -141,14 +148,9 @@ void XsensEmulator::append_data2(double seconds) {
   put(body_, xsens::kSampleTime);
   put(body_, std::uint8_t{4});
   put(body_, static_cast<std::uint32_t>((next_ - began_) / kTick));
-  const double roll = motion.roll / 2;
-  const double yaw = motion.yaw / 2;
-  item(xsens::kQuaternion | xsens::kNorthWestUp,
-       {std::cos(yaw) * std::cos(roll), std::cos(yaw) * std::sin(roll),
-        std::sin(yaw) * std::sin(roll), std::sin(yaw) * std::cos(roll)});
-  item(xsens::kAcceleration,
-       {0, kGravity * std::sin(motion.roll), kGravity * std::cos(motion.roll)});
-  item(xsens::kRateOfTurn, {motion.roll_rate, 0, motion.yaw_rate});
+  item(xsens::kQuaternion | xsens::kNorthWestUp, quaternion(motion));
+  item(xsens::kAcceleration, motion.accelerations);
+  item(xsens::kRateOfTurn, motion.rates);
 }
 
 }  // namespace rack::device::emulator

@@ -1,14 +1,23 @@
-// An Xsens device, label up, on a robot that turns and sways: MTData2, or MTData as older ones.
+// An Xsens device, label up, on a robot that turns and sways, or moves as its scene does: MTData2,
+// or MTData as older ones.
 #pragma once
 
+#include "devices/core/scene.h"
 #include "devices/navigation/xsens.h"
 
 namespace rack::device::emulator {
 
+// Turns at one place, and sways by that angle to both sides, once in two seconds.
+struct Swaying {
+  double turn = 0.2;   // rad/s
+  double sway = 0.05;  // rad
+
+  Motion operator()(Time when, Duration since_start) const;
+};
+
 struct XsensEmulatorSettings {
   bool is_old = false;  // knows no MTData2
-  double turn = 0.2;    // rad/s, counter-clockwise as it sees it
-  double sway = 0.05;   // rad
+  Inertia inertia = Swaying{};
   std::uint32_t id = 0x03780F4A;
 };
 
@@ -27,8 +36,8 @@ class XsensEmulator : public Dialogue {
  private:
   void on_message(const XsensMessage& message, Time now, Output& out);
   bool configure(const XsensMessage& message);
-  void append_data(double seconds);
-  void append_data2(double seconds);
+  void append_data(const Motion& motion);
+  void append_data2(const Motion& motion);
 
   XsensEmulatorSettings settings_;
   XsensMessages messages_;

@@ -35,8 +35,8 @@ void SpinningScanner::on_timeout(Time now, Output& out) {
   }
 }
 
-VelodyneScanner::VelodyneScanner(const Room& room)
-    : SpinningScanner(kVelodynePeriod), room_(room) {}
+VelodyneScanner::VelodyneScanner(Sight sight)
+    : SpinningScanner(kVelodynePeriod), sight_(std::move(sight)) {}
 
 void VelodyneScanner::make(std::uint64_t index, Time began, std::vector<std::byte>& packet) {
   using namespace velodyne;
@@ -44,11 +44,12 @@ void VelodyneScanner::make(std::uint64_t index, Time began, std::vector<std::byt
   packet.resize(kBytes);
   const double turn_us = kTurnSeconds * 1e6;
   const double packet_us = layout.sequence_us * 24;
+  const double start_us = packet_us * static_cast<double>(index);
+  constexpr double kFarthest = 65535;
   for (std::size_t block = 0; block < kBlocks; ++block) {
     const std::size_t at = block * kBlockBytes;
     const auto head_at = [&](double us) { return std::fmod(us, turn_us) / turn_us * kTurn; };
-    const double since = packet_us * static_cast<double>(index) +
-                         2 * layout.sequence_us * static_cast<double>(block);
+    const double since = start_us + 2 * layout.sequence_us * static_cast<double>(block);
     put(packet, at, std::uint16_t{0xEEFF});
     put(packet, at + 2, static_cast<std::uint16_t>(head_at(since)));
     for (std::size_t i = 0; i < kReturns; ++i) {
@@ -57,9 +58,11 @@ void VelodyneScanner::make(std::uint64_t index, Time began, std::vector<std::byt
       const double fired = since + layout.sequence_us * static_cast<double>(sequence) +
                            layout.firing_us * static_cast<double>(laser);
       const double angle = head_at(fired) / 100 * kRadians;
-      const double range =
-          room_.distance(angle) / std::cos(layout.lasers[laser].elevation * kRadians);
-      put(packet, at + 4 + 3 * i, static_cast<std::uint16_t>(range / layout.range_unit));
+      const Time when = began + std::chrono::nanoseconds(std::llround((fired - start_us) * 1000));
+      const double units =
+          sight_(angle, layout.lasers[laser].elevation * kRadians, when) / layout.range_unit;
+      put(packet, at + 4 + 3 * i,
+          static_cast<std::uint16_t>(units > kFarthest ? 0 : units));  // 0: no echo
       packet[at + 6 + 3 * i] = std::byte{50};
     }
   }
@@ -70,8 +73,10 @@ void VelodyneScanner::make(std::uint64_t index, Time began, std::vector<std::byt
   packet[kBytes - 1] = static_cast<std::byte>(VelodyneModel::kVlp16);
 }
 
-OusterScanner::OusterScanner(const Room& room)
-    : SpinningScanner(kOusterPeriod), room_(room), metadata_(*OusterMetadata::parse(metadata())) {}
+OusterScanner::OusterScanner(Sight sight)
+    : SpinningScanner(kOusterPeriod),
+      sight_(std::move(sight)),
+      metadata_(*OusterMetadata::parse(metadata())) {}
 
 std::string_view OusterScanner::metadata() {
   return R"({"prod_line": "OS-0-16", "lidar_mode": "1024x10",
@@ -102,7 +107,8 @@ void OusterScanner::make(std::uint64_t index, Time began, std::vector<std::byte>
                         std::numbers::pi;
     for (std::size_t i = 0; i < layout.beams; ++i) {
       const double angle = head + metadata_.azimuths[i] * kRadians;
-      const double range = room_.distance(angle) / std::cos(metadata_.altitudes[i] * kRadians);
+      const double seen = sight_(angle, metadata_.altitudes[i] * kRadians, when);
+      const double range = seen < kNothing ? seen : 0;  // 0: no echo
       const std::size_t pixel = at + layout.column_head_bytes + i * layout.pixel_bytes;
       put(packet, pixel, static_cast<std::uint32_t>(range));
       packet[pixel + layout.reflectivity_at] = std::byte{60};

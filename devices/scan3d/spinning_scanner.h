@@ -1,5 +1,5 @@
 // Scanners of space from their side: a Velodyne VLP-16 and an Ouster OS-0-32, both at ten turns a
-// second in a room, sending datagrams as soon as they are switched on.
+// second in a room, or what else they see, sending datagrams as soon as they are switched on.
 #pragma once
 
 #include <string>
@@ -36,17 +36,17 @@ class SpinningScanner : public Dialogue {
 
 class VelodyneScanner final : public SpinningScanner {
  public:
-  explicit VelodyneScanner(const Room& room = {});
+  explicit VelodyneScanner(Sight sight = Room{});
 
  private:
   void make(std::uint64_t index, Time began, std::vector<std::byte>& packet) override;
 
-  Room room_;
+  Sight sight_;
 };
 
 class OusterScanner final : public SpinningScanner {
  public:
-  explicit OusterScanner(const Room& room = {});
+  explicit OusterScanner(Sight sight = Room{});
 
   // What it says of itself.
   static std::string_view metadata();
@@ -54,7 +54,7 @@ class OusterScanner final : public SpinningScanner {
  private:
   void make(std::uint64_t index, Time began, std::vector<std::byte>& packet) override;
 
-  Room room_;
+  Sight sight_;
   OusterMetadata metadata_;
 };
 

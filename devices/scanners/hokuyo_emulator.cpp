@@ -207,15 +207,16 @@ void Hokuyo::on_timeout(Time now, Output& out) {
   next_ = left_ == 0 ? tims::kNever : next_ + skipped_ * turn();
 }
 
-void Hokuyo::append_scan(const ScipRange& range, Time now, bool has_sums) {
+void Hokuyo::append_scan(const ScipRange& range, Time end, bool has_sums) {
   std::string time;
-  append_scip_number(time, counter(now), 4);
+  append_scip_number(time, counter(end), 4);
   if (has_sums) append_scip_line(answer_, time);
   characters_.clear();
   for (int step = range.first; step <= range.last; step += range.cluster) {
-    std::uint32_t least = distance(step);
+    const Time when = end - turn() * (range.last - step) / settings_.parameters.steps_of_turn;
+    std::uint32_t least = distance(step, when);
     for (int i = 1; i < range.cluster && step + i <= range.last; ++i) {
-      const std::uint32_t next = distance(step + i);
+      const std::uint32_t next = distance(step + i, when);
       const auto code_max = static_cast<std::uint32_t>(settings_.parameters.range_min);
       if (next >= code_max && (next < least || least < code_max)) least = next;
     }
@@ -233,7 +234,7 @@ void Hokuyo::append_scan(const ScipRange& range, Time now, bool has_sums) {
   ++sent_;
 }
 
-std::uint32_t Hokuyo::distance(int step) const {
+std::uint32_t Hokuyo::distance(int step, Time when) const {
   const ScipParameters& all = settings_.parameters;
   if (!settings_.scans.empty()) {
     const auto& scan = settings_.scans[sent_ % settings_.scans.size()];
@@ -241,7 +242,7 @@ std::uint32_t Hokuyo::distance(int step) const {
     return index < scan.size() ? scan[index] : 0;
   }
   const double angle = (all.front - step) * 2 * std::numbers::pi / all.steps_of_turn;
-  const double seen = settings_.room.distance(angle);
+  const double seen = settings_.sight(angle, 0, when);
   return seen > all.range_max ? 0 : static_cast<std::uint32_t>(std::lround(seen));
 }
 

@@ -17,9 +17,9 @@ struct HokuyoSettings {
   std::uint32_t baud = 19200;
   ScipParameters parameters{.model = "URG-04LX(Hokuyo Automatic Co.,Ltd.)"};
   std::string serial_number = "H0614967";
-  // One after the other, from step parameters.first on; none: the room.
+  // One after the other, from step parameters.first on; none: what it sees.
   std::vector<std::vector<std::uint16_t>> scans{};
-  Room room{};
+  Sight sight = Room{};
 };
 
 // Lines of numbers, one scan each: 24 columns of other things, then distances (BreezySLAM's logs of
@@ -48,8 +48,8 @@ class Hokuyo final : public Dialogue {
   void send(Output& out);
   void say(std::string_view question, std::string_view status);
   void append_fields(std::initializer_list<std::pair<std::string_view, std::string>> fields);
-  void append_scan(const ScipRange& range, Time now, bool has_sums);
-  [[nodiscard]] std::uint32_t distance(int step) const;
+  void append_scan(const ScipRange& range, Time end, bool has_sums);
+  [[nodiscard]] std::uint32_t distance(int step, Time when) const;
   [[nodiscard]] std::uint32_t counter(Time now) const;
   [[nodiscard]] Duration turn() const;
 

@@ -72,7 +72,7 @@ TEST(HokuyoTest, AnotherScannerIsRefusedByItsNumber) {
 
 TEST(HokuyoTest, SeesTheRoom) {
   const emulator::Room room;
-  emulator::Hokuyo scanner({.room = room});
+  emulator::Hokuyo scanner({.sight = room});
   Hokuyo driver({.cluster = 1, .intensities = true});
   VirtualLine line(driver, scanner, {});
   line.start();
@@ -99,7 +99,7 @@ TEST(HokuyoTest, AScannerOfScip1IsSwitchedWhereItCanBe) {
 
 TEST(HokuyoTest, AnOldScannerIsAskedScanByScan) {
   const emulator::Room room;
-  emulator::Hokuyo scanner({.language = HokuyoLanguage::kScip1Only, .room = room});
+  emulator::Hokuyo scanner({.language = HokuyoLanguage::kScip1Only, .sight = room});
   Hokuyo driver({.start_angle = 120 * std::numbers::pi / 180});
   VirtualLine line(driver, scanner, serial_line(19200));
   line.start();

@@ -13,9 +13,12 @@ constexpr int kStep = 8;  // half a degree
 constexpr int kFirst = -120;
 constexpr int kMiddle = 0;
 constexpr int kLast = 120;
+constexpr double kRange = 200;  // m
 
 // When it looks there, since behind.
-Duration time_at(int degrees) { return kTurnTime * (degrees + 180) / 360; }
+Duration time_at(double degrees) {
+  return std::chrono::duration_cast<Duration>(kTurnTime * ((degrees + 180) / 360));
+}
 
 }  // namespace
 
@@ -118,8 +121,9 @@ void Ibeo::append_sector(int from, int to, Time begin) {
   append(static_cast<unsigned>((from + 180) * kSixteenths));
   for (int i = 0; i < points; ++i) {
     const double degrees = from + static_cast<double>(i) * kStep / kSixteenths;
-    const double metres = settings_.room.distance(degrees * std::numbers::pi / 180) / 1000;
-    append(static_cast<unsigned>(std::lround(metres * 256)));
+    const double metres =
+        settings_.sight(degrees * std::numbers::pi / 180, 0, begin + time_at(degrees)) / 1000;
+    append(metres < kRange ? static_cast<unsigned>(std::lround(metres * 256)) : 0);
   }
   append(counter(begin + time_at(to)));
 }

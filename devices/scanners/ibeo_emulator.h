@@ -14,7 +14,7 @@ struct IbeoSettings {
   Duration spin_up = std::chrono::seconds(3);
   unsigned measure_error = 0;
   bool is_broken = false;
-  Room room{};
+  Sight sight = Room{};
 };
 
 class Ibeo final : public Dialogue {

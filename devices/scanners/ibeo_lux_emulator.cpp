@@ -8,7 +8,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kTicks = 11520;  // of a turn
+constexpr int kTicks = 11520;       // of a turn
+constexpr double kRange = 200'000;  // mm
 constexpr int kFirst = 50 * kTicks / 360;
 constexpr int kLast = -50 * kTicks / 360;
 constexpr int kStep = 16;  // half a degree
@@ -80,7 +81,9 @@ void IbeoLux::append_scan(Time begin, Time end, Time now) {
     append(i % kLayers, 1);  // of the first echo
     append(0, 1);
     append(tick, 2);
-    append(std::lround(settings_.room.distance(angle) / 10), 2);
+    const Time when = begin + (end - begin) * (kFirst - tick) / (kFirst - kLast);
+    const double distance = settings_.sight(angle, 0, when);
+    append(distance > kRange ? 0 : std::lround(distance / 10), 2);
     append(30, 2);
     append(0, 2);
   }

@@ -12,7 +12,7 @@ struct IbeoLuxSettings {
   Duration period = std::chrono::milliseconds(80);
   std::uint64_t ntp = 0xE8D5'0000'0000'0000;  // when it is switched on
   bool has_contour_fault = false;             // FFFF points
-  Room room{};
+  Sight sight = Room{};
 };
 
 class IbeoLux final : public Dialogue {

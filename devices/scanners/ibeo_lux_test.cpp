@@ -59,7 +59,7 @@ TEST(IbeoLuxTest, TimesOfNtp) {
 
 TEST(IbeoLuxTest, SeesTheRoomInFourLayers) {
   const emulator::Room room;
-  emulator::IbeoLux scanner({.room = room});
+  emulator::IbeoLux scanner({.sight = room});
   IbeoLux driver({});
   VirtualLine line(driver, scanner, {.piece = 1460, .delay = 3ms});
   line.start();

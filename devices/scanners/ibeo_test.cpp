@@ -103,7 +103,7 @@ emulator::LineSettings bus() { return {.is_bus = true, .delay = 500us}; }
 
 TEST(IbeoTest, SeesTheRoomInSectors) {
   const emulator::Room room;
-  emulator::Ibeo scanner({.sensor = 3, .room = room});
+  emulator::Ibeo scanner({.sensor = 3, .sight = room});
   Ibeo driver({.sensor = 3});
   VirtualLine line(driver, scanner, bus());
   line.start();

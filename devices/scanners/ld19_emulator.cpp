@@ -37,7 +37,7 @@ void Ld19::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
   constexpr std::uint32_t kIntensity = 200;
   constexpr std::uint32_t kTimeEnd = 30'000;
-  constexpr std::uint32_t kRange = 12'000;
+  constexpr double kRange = 12'000;
   const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(next_ - began_).count();
   packet_.clear();
   append(packet_, 0x2C54, 2);
@@ -45,8 +45,10 @@ void Ld19::on_timeout(Time now, Output& out) {
   append(packet_, hundredths(angle_of(point_)), 2);
   for (std::uint64_t i = 0; i < kLd19Points; ++i) {
     const double angle = angle_of(point_ + i) * std::numbers::pi / 180;
-    const auto distance = static_cast<std::uint32_t>(std::lround(settings_.room.distance(angle)));
-    append(packet_, distance > kRange ? 0 : distance, 2);
+    const Time when = next_ - packet_time() * static_cast<std::int64_t>(kLd19Points - i) /
+                                  static_cast<std::int64_t>(kLd19Points);
+    const double distance = settings_.sight(angle, 0, when);
+    append(packet_, distance > kRange ? 0 : static_cast<std::uint32_t>(std::lround(distance)), 2);
     append(packet_, kIntensity, 1);
   }
   append(packet_, hundredths(angle_of(point_ + kLd19Points - 1)), 2);

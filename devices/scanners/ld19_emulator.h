@@ -11,7 +11,7 @@ namespace rack::device::emulator {
 struct Ld19Settings {
   int points_a_second = 4500;
   int turns_a_second = 10;
-  Room room{};
+  Sight sight = Room{};
 };
 
 class Ld19 final : public Dialogue {

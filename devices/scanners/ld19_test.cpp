@@ -62,7 +62,7 @@ TEST(Ld19Test, EverySplitAndEveryFlippedBit) {
 
 TEST(Ld19Test, SeesTheRoom) {
   const emulator::Room room;
-  emulator::Ld19 scanner({.room = room});
+  emulator::Ld19 scanner({.sight = room});
   Ld19 driver({});
   VirtualLine line(driver, scanner, {.has_rate = true, .piece = 16});
   line.start();

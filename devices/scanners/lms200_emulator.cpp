@@ -124,12 +124,13 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
   telegram_.clear();
   body_.clear();
   const bool is_second = scans_sent_ % 2 != 0;
+  const Time end = scan_at_;
   if (mode_ == Mode::kWhole)
-    append_scan(361, 0, -90, 0.5);
+    append_scan(361, 0, -90, 0.5, end);
   else if (is_second)
-    append_scan(180, 2U << 11 | 1U << 13, -89.5, 1);
+    append_scan(180, 2U << 11 | 1U << 13, -89.5, 1, end);
   else
-    append_scan(181, 1U << 13, -90, 1);
+    append_scan(181, 1U << 13, -90, 1, end);
   append_lms200(telegram_, body_, kAddress);
   out.send(telegram_);
   ++scans_sent_;
@@ -139,15 +140,21 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
   while (scan_at_ <= now) scan_at_ += between;
 }
 
-// `first`: counter-clockwise from ahead, degrees.
-void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double first, double step) {
+// `first`: counter-clockwise from ahead, degrees. `end`: when its last value was measured; of
+// values half a degree apart every second one is of the turn before.
+void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double first, double step,
+                                 Time end) {
   const unsigned unit = settings_.is_indoor ? 1U << 14 : 0;
   const unsigned word = static_cast<unsigned>(values) | flags | unit;
   const double most = settings_.is_indoor ? 0x7FF7 : 0x1FF7;
+  const double last = static_cast<double>(values - 1) * step;
   body_ = {kMeasurement, static_cast<std::byte>(word), static_cast<std::byte>(word >> 8)};
   for (std::size_t i = 0; i < values; ++i) {
-    const double angle = -(first + static_cast<double>(i) * step) * std::numbers::pi / 180;
-    const double distance = settings_.room.distance(angle) / (settings_.is_indoor ? 1 : 10);
+    const double degrees = static_cast<double>(i) * step;
+    const double angle = -(first + degrees) * std::numbers::pi / 180;
+    const double back = last - degrees + (step < 1 && i % 2 != 0 ? 360 : 0);
+    const Time when = end - std::chrono::duration_cast<Duration>(kTurn * (back / 360));
+    const double distance = settings_.sight(angle, 0, when) / (settings_.is_indoor ? 1 : 10);
     const auto value = static_cast<unsigned>(std::lround(std::min(distance, most)));
     body_.push_back(static_cast<std::byte>(value));
     body_.push_back(static_cast<std::byte>(value >> 8));

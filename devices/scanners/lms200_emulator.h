@@ -1,5 +1,5 @@
 // A SICK LMS200 from its side: answers at its own rate only, changes it when told, and sends the
-// scans of a made room, 75 turns of its mirror a second as far as the line carries them.
+// scans of what it sees, 75 turns of its mirror a second as far as the line carries them.
 #pragma once
 
 #include <deque>
@@ -14,7 +14,7 @@ struct Lms200EmulatorSettings {
   Duration answer_time = std::chrono::milliseconds(20);
   bool is_indoor = true;  // millimetres, else centimetres with 13 bits
   bool refuses_rates = false;
-  Room room{};
+  Sight sight = Room{};
 };
 
 class Lms200Emulator final : public Dialogue {
@@ -38,7 +38,7 @@ class Lms200Emulator final : public Dialogue {
   void carry_out(std::span<const std::byte> body);
   [[nodiscard]] bool switch_mode(std::span<const std::byte> body);
   void send_scan(Time now, Output& out);
-  void append_scan(std::size_t values, unsigned flags, double first, double step);
+  void append_scan(std::size_t values, unsigned flags, double first, double step, Time end);
 
   Lms200EmulatorSettings settings_;
   std::uint32_t baud_ = 0;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "devices/core/scene.h"
+
 namespace rack::device::emulator {
 
 struct Room {
@@ -17,12 +19,16 @@ struct Room {
     const double forward = std::cos(angle);
     const double sideways = std::sin(angle);
     constexpr double kParallel = 1e-9;
-    double nearest = 1e9;
+    double nearest = kNothing;
     if (forward > kParallel) nearest = std::min(nearest, ahead / forward);
     if (forward < -kParallel) nearest = std::min(nearest, behind / -forward);
     if (sideways > kParallel) nearest = std::min(nearest, right / sideways);
     if (sideways < -kParallel) nearest = std::min(nearest, left / -sideways);
     return nearest;
+  }
+  // As its Sight: the walls have no end above and below.
+  double operator()(double angle, double elevation, Time /*when*/) const {
+    return distance(angle) / std::cos(elevation);
   }
 };
 

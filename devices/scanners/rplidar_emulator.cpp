@@ -195,8 +195,11 @@ double Rplidar::angle_of(std::uint64_t point) const {
   return 360 * turns_a_second * static_cast<double>(point) / settings_.points_a_second;
 }
 
-std::int32_t Rplidar::seen(double degrees) const {
-  const double distance = settings_.room.distance(degrees * std::numbers::pi / 180);
+// What is sent at next_ was measured until then.
+std::int32_t Rplidar::seen(double degrees, std::uint64_t point) const {
+  const auto left = points_of(type_) - static_cast<std::int64_t>(point - point_);
+  const Time when = next_ - Duration(std::chrono::seconds(1)) * left / settings_.points_a_second;
+  const double distance = settings_.sight(degrees * std::numbers::pi / 180, 0, when);
   return distance > 1000 * settings_.range ? 0 : static_cast<std::int32_t>(std::lround(distance));
 }
 
@@ -206,7 +209,7 @@ void Rplidar::append_point() {
   const bool begins = point_ == 0 || angle < std::fmod(angle_of(point_ - 1), 360);
   append(packet_, kQuality << 2 | (begins ? 1 : 2), 1);
   append(packet_, static_cast<std::uint32_t>(angle * 64) << 1 | 1, 2);
-  append(packet_, static_cast<std::uint32_t>(4 * seen(angle)), 2);
+  append(packet_, static_cast<std::uint32_t>(4 * seen(angle, point_)), 2);
 }
 
 // The sum, which is filled in later, and the angle of the first point.
@@ -222,7 +225,8 @@ void Rplidar::append_pairs() {
   for (std::uint64_t i = 0; i < 32; i += 2) {
     for (std::uint64_t j = i; j < i + 2; ++j)
       append(packet_,
-             static_cast<std::uint32_t>(seen(angle_of(point_ + j) - kOffset)) << 2 | kEighths >> 4,
+             static_cast<std::uint32_t>(seen(angle_of(point_ + j) - kOffset, point_ + j)) << 2 |
+                 kEighths >> 4,
              2);
     append(packet_, (kEighths & 0xF) << 4 | (kEighths & 0xF), 1);
   }
@@ -235,7 +239,7 @@ void Rplidar::append_triples() {
   for (std::size_t i = 0; i < kPoints; ++i) {
     double distance = 1000;
     for (int again = 0; again < 8; ++again)
-      distance = seen(angle_of(point_ + i) - triple_offset(distance));
+      distance = seen(angle_of(point_ + i) - triple_offset(distance), point_ + i);
     distances[i] = static_cast<std::int32_t>(distance);
   }
   append_head();
@@ -254,7 +258,7 @@ void Rplidar::append_triples() {
 void Rplidar::append_dense() {
   append_head();
   for (std::uint64_t i = 0; i < 40; ++i)
-    append(packet_, static_cast<std::uint32_t>(seen(angle_of(point_ + i))), 2);
+    append(packet_, static_cast<std::uint32_t>(seen(angle_of(point_ + i), point_ + i)), 2);
   seal_rplidar_capsule(packet_);
 }
 

@@ -1,5 +1,5 @@
-// An RPLIDAR, from its side: who it is, how it feels, its modes, and a room measured in any of the
-// four kinds of packets.
+// An RPLIDAR, from its side: who it is, how it feels, its modes, and what it sees, measured in any
+// of the four kinds of packets.
 #pragma once
 
 #include <vector>
@@ -21,7 +21,7 @@ struct RplidarSettings {
   Duration spin_up = std::chrono::milliseconds(500);
   double range = 12;               // m
   std::uint8_t serial_number = 6;  // the last byte of it
-  Room room{};
+  Sight sight = Room{};
 };
 
 class Rplidar final : public Dialogue {
@@ -49,7 +49,8 @@ class Rplidar final : public Dialogue {
   void append_dense();
   void append_head();
   [[nodiscard]] double angle_of(std::uint64_t point) const;  // degrees, in many turns
-  [[nodiscard]] std::int32_t seen(double degrees) const;
+  // `point`: whose direction is `degrees`, or nearly.
+  [[nodiscard]] std::int32_t seen(double degrees, std::uint64_t point) const;
   [[nodiscard]] Duration packet_time() const;
 
   RplidarSettings settings_;

@@ -230,7 +230,7 @@ TEST(RplidarTest, SeesTheRoomInEachKindOfPackets) {
   for (const std::uint8_t type : kTypes) {
     const emulator::Room room;
     emulator::Rplidar scanner(
-        {.baud = 1'000'000, .type = type, .points_a_second = 8000, .room = room});
+        {.baud = 1'000'000, .type = type, .points_a_second = 8000, .sight = room});
     Rplidar driver({.baud = 1'000'000, .only_points = type == rplidar::kPoints});
     VirtualLine line(driver, scanner, {.has_rate = true, .device_baud = 1'000'000});
     line.start();

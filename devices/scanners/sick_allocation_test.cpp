@@ -81,7 +81,7 @@ TEST(SickAllocationTest, Compact) {
 
 TEST(SickAllocationTest, SafetyScanner) {
   std::vector<std::byte> blocks;
-  emulator::append_sick_s_scan(blocks, SickSDevice::kS300, {});
+  emulator::append_sick_s_scan(blocks, SickSDevice::kS300, emulator::Room{}, {});
   std::vector<std::byte> telegram;
   append_sick_s(telegram, {.address = 7, .scan_number = 1, .blocks = blocks});
   SickS dialogue({});

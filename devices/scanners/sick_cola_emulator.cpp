@@ -216,9 +216,12 @@ void SickColaEmulator::make_scan(Time started) {
     for (std::size_t i = 0; i < settings_.values; ++i) {
       const double degrees =
           90 - (settings_.start_angle + static_cast<double>(i) * settings_.step) / 10000;
-      const double distance = settings_.room.distance(degrees * std::numbers::pi / 180);
+      const Time when = started + scan_time() * static_cast<std::int64_t>(i) /
+                                      std::max<std::int64_t>(1, settings_.values - 1);
+      const double distance = settings_.sight(degrees * std::numbers::pi / 180, 0, when);
+      constexpr double kRange = 65535;
       scan_.channels[0].values[i] =
-          static_cast<std::uint16_t>(std::lround(std::min(distance, 65535.0)));
+          distance > kRange ? 0 : static_cast<std::uint16_t>(std::lround(distance));
       if (has_remission_) scan_.channels[1].values[i] = is_wide_ ? 500 : 100;
     }
   }

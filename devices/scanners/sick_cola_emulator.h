@@ -1,6 +1,6 @@
 // A scanner that speaks CoLa, from its side: knows its password, its variables and methods, says
-// sFA to what it does not know, and sends the scans of a made room, or those of a recording, at its
-// own pace and with its own counters.
+// sFA to what it does not know, and sends the scans of what it sees, or those of a recording, at
+// its own pace and with its own counters.
 #pragma once
 
 #include "devices/scanners/cola_scan.h"
@@ -23,8 +23,8 @@ struct SickColaEmulatorSettings {
   Duration answer_time = std::chrono::milliseconds(2);
   Duration spin_up = std::chrono::milliseconds(500);        // from the start to the first scan
   Duration transmits_after = std::chrono::milliseconds(3);  // the end of a scan
-  Room room{};
-  // One after the other instead of the room, again and again; their counters count on.
+  Sight sight = Room{};
+  // One after the other instead of it, again and again; their counters count on.
   std::vector<ColaScan> scans{};
 };
 

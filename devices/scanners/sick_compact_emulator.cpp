@@ -20,9 +20,11 @@ void append_float(std::vector<std::byte>& out, double number) {
 
 // Remission 1000 and an azimuth for each beam, no flags but that of reflectors.
 void append_beam(std::vector<std::byte>& out, const SickCompactEmulatorSettings& settings,
-                 double azimuth, double elevation) {
-  const double distance =
-      settings.room.distance(-azimuth) / std::cos(elevation) / static_cast<double>(settings.factor);
+                 double azimuth, double elevation, Time when) {
+  constexpr double kRange = 65535;
+  const double seen =
+      settings.sight(-azimuth, elevation, when) / static_cast<double>(settings.factor);
+  const double distance = seen > kRange ? 0 : seen;
   for (int echo = 0; echo < settings.echoes; ++echo) {
     append_little(out, static_cast<std::uint16_t>(echo == 0 ? std::lround(distance) : 0));
     append_little(out, static_cast<std::uint16_t>(1000));
@@ -74,7 +76,10 @@ void append_compact(std::vector<std::byte>& out, const SickCompactEmulatorSettin
   append_little(out, std::uint32_t{0x00030300});  // all of an echo, all of a beam
   for (int beam = 0; beam < settings.beams; ++beam)
     for (const float elevation : settings.elevations)
-      append_beam(out, settings, first + beam * step * kRadian, static_cast<double>(elevation));
+      append_beam(
+          out, settings, first + beam * step * kRadian, static_cast<double>(elevation),
+          Time(std::chrono::microseconds(begin + took * static_cast<std::uint64_t>(beam) /
+                                                     static_cast<std::uint64_t>(settings.beams))));
   const auto size = static_cast<std::uint32_t>(out.size() - module_at);
   for (std::size_t i = 0; i < 4; ++i) out[size_at + i] = static_cast<std::byte>(size >> 8 * i);
   append_little(out, crc32(std::span(out).subspan(at)));

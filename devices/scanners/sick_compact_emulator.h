@@ -1,4 +1,4 @@
-// A SICK picoScan or multiScan from its side: sends the turns of a made room in segments, a
+// A SICK picoScan or multiScan from its side: sends the turns of what it sees in segments, a
 // datagram each, and hears nothing.
 #pragma once
 
@@ -18,7 +18,7 @@ struct SickCompactEmulatorSettings {
   std::vector<float> elevations = {0};  // of its layers, rad
   int echoes = 1;
   float factor = 1;  // of distances
-  Room room{};
+  Sight sight = Room{};
 };
 
 // Segment `number` of the turn `frame`, which began at `started`, us; sent `transmitted`.

@@ -1,4 +1,4 @@
-// A SICK S300 or S3000 from its side: sends scans of a made room, one every 40 or 30 ms as far as
+// A SICK S300 or S3000 from its side: sends scans of what it sees, one every 40 or 30 ms as far as
 // the line carries them, and hears nothing.
 #pragma once
 
@@ -12,7 +12,7 @@ struct SickSEmulatorSettings {
   bool is_slave = false;
   std::uint32_t baud = 500000;
   bool sends_inputs = false;  // a block of inputs and outputs between the scans
-  Room room{};
+  Sight sight = Room{};
 };
 
 class SickSEmulator final : public Dialogue {
@@ -36,7 +36,8 @@ class SickSEmulator final : public Dialogue {
   Time scan_at_ = tims::kNever;
 };
 
-// Distances of a room, as a scanner sends them.
-void append_sick_s_scan(std::vector<std::byte>& blocks, SickSDevice device, const Room& room);
+// Distances as a scanner sends them, measured until `end`.
+void append_sick_s_scan(std::vector<std::byte>& blocks, SickSDevice device, const Sight& sight,
+                        Time end);
 
 }  // namespace rack::device::emulator

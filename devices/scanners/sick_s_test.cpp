@@ -26,7 +26,7 @@ std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
 
 std::vector<std::byte> blocks_of(SickSDevice device) {
   std::vector<std::byte> blocks;
-  emulator::append_sick_s_scan(blocks, device, {});
+  emulator::append_sick_s_scan(blocks, device, emulator::Room{}, {});
   return blocks;
 }
 

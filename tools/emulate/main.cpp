@@ -51,7 +51,7 @@ int emulate(const std::string& name, const std::string& where, const std::string
   action.sa_handler = on_signal;
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
-  const auto emulator = info->make();
+  const auto emulator = info->make({});
   const auto device = Device::with(std::move(*line), std::move(capture), *emulator);
   fmt::print("{} at {}; {} speaks with it\n", info->device, address->to_string(), info->driver);
   std::fflush(stdout);
