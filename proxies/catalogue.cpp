@@ -33,6 +33,7 @@
 #include "rack/proxies/scan3d.h"
 #include "rack/proxies/servo_drive.h"
 #include "rack/proxies/vehicle.h"
+#include "rack/proxies/world.h"
 
 namespace rack {
 
@@ -145,6 +146,20 @@ constexpr MessageInfo kPerception[] = {
     {kScan3d, Scan3dType::kRangeImage, "RANGE_IMAGE", kBody<Scan3dRangeImageData>},
 };
 
+// --- a simulated world
+
+constexpr MessageInfo kSimulation[] = {
+    {kWorld, kData, "DATA", kBody<WorldData>},
+    {kWorld, WorldType::kPlace, "PLACE", kBody<WorldPlace>},
+    {kWorld, WorldType::kPut, "PUT", kBody<WorldObstacle>},
+    {kWorld, WorldType::kRemove, "REMOVE", kBody<WorldRemove>},
+    {kWorld, WorldType::kPeople, "PEOPLE", kBody<WorldPeople>},
+    {kWorld, WorldType::kPlug, "PLUG", kBody<WorldPlug>},
+    {kWorld, WorldType::kGetLines, "GET_LINES"},
+    {kWorld, WorldType::kObstacle, "OBSTACLE", kBody<WorldObstacle>},
+    {kWorld, WorldType::kLines, "LINES", kBody<WorldLines>},
+};
+
 // --- position, path, pilot; datalog, planner
 
 constexpr MessageInfo kNavigation[] = {
@@ -210,8 +225,11 @@ template <typename Fits>
 const MessageInfo* find(u32 class_id, const Fits& fits) {
   for (const u32 of_class : {class_id, kEveryClass}) {
     const auto same = [&](const MessageInfo& m) { return m.class_id == of_class && fits(m); };
-    for (const std::span<const MessageInfo> table :
-         {std::span<const MessageInfo>(kFramework), {kDrivers}, {kPerception}, {kNavigation}}) {
+    for (const std::span<const MessageInfo> table : {std::span<const MessageInfo>(kFramework),
+                                                     {kDrivers},
+                                                     {kPerception},
+                                                     {kNavigation},
+                                                     {kSimulation}}) {
       const auto found = std::ranges::find_if(table, same);
       if (found != table.end()) return &*found;
     }
@@ -226,7 +244,8 @@ const MessageInfo* find(u32 class_id, const Fits& fits) {
 }  // namespace
 
 std::vector<std::span<const MessageInfo>> message_tables() {
-  std::vector<std::span<const MessageInfo>> tables{kFramework, kDrivers, kPerception, kNavigation};
+  std::vector<std::span<const MessageInfo>> tables{kFramework, kDrivers, kPerception, kNavigation,
+                                                   kSimulation};
   for (const ClassInfo& own : classes()) tables.push_back(own.messages);
   return tables;
 }

@@ -25,6 +25,7 @@
 #include "rack/proxies/scan3d.h"
 #include "rack/proxies/servo_drive.h"
 #include "rack/proxies/vehicle.h"
+#include "rack/proxies/world.h"
 
 namespace rack {
 namespace {
@@ -68,6 +69,11 @@ static_assert(wire_size<CameraFormatData>() == 16);
 static_assert(wire_size<ClockData>() == 48);
 
 static_assert(wire_size<CompassData>() == 12);
+
+static_assert(wire_size<WorldData>() == 12);
+static_assert(wire_size<WorldThing>() == 96);
+static_assert(wire_size<WorldObstacle>() == 20);
+static_assert(wire_size<WorldLine>() == 228);
 
 static_assert(wire_size<DatalogData>() == 48);
 static_assert(wire_size<DatalogLogInfo>() == 64);

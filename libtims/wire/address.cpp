@@ -13,7 +13,7 @@ struct ClassName {
   std::string_view name;
 };
 
-// Printed names of the original (specification, section 2.2) and our own "Tool".
+// Printed names of the original (specification, section 2.2) and our own "Tool" and "World".
 constexpr ClassName kClassNames[] = {
     {0x00, "Tims"},       {0x01, "GDOS"},    {0x02, "GUI"},      {0x0F, "Tool"},
     {0x10, "Test"},       {0x11, "Chassis"}, {0x12, "Odometry"}, {0x13, "Position"},
@@ -22,7 +22,7 @@ constexpr ClassName kClassNames[] = {
     {0x1C, "Clock"},      {0x1D, "Vehicle"}, {0x1E, "Gyro"},     {0x1F, "Io"},
     {0x20, "ServoDrive"}, {0x21, "Scan3d"},  {0x22, "Planner"},  {0x23, "FeatureMap"},
     {0x24, "GridMap"},    {0x25, "Path"},    {0x26, "Mcl"},      {0x27, "PtzDrive"},
-    {0x28, "Compass"},
+    {0x28, "Compass"},    {0x7F, "World"},
 };
 
 // The only variable of this library: what people call a class is the same in all of a program.

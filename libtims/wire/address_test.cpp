@@ -136,7 +136,7 @@ TEST(ClassName, TableOfTheSpecification) {
       {0x1C, "Clock"},      {0x1D, "Vehicle"}, {0x1E, "Gyro"},     {0x1F, "Io"},
       {0x20, "ServoDrive"}, {0x21, "Scan3d"},  {0x22, "Planner"},  {0x23, "FeatureMap"},
       {0x24, "GridMap"},    {0x25, "Path"},    {0x26, "Mcl"},      {0x27, "PtzDrive"},
-      {0x28, "Compass"},
+      {0x28, "Compass"},    {0x7F, "World"},
   };
   std::size_t named = 0;
   for (std::uint32_t id = 0; id < 256; ++id) named += class_name(id).empty() ? 0 : 1;

@@ -1,0 +1,150 @@
+// A simulated world: what is true in it, and commands to change it (devices/world). Only its own
+// programs have this class; the original has none like it.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "rack/proxies/geometry.h"
+#include "rack/proxies/proxy.h"
+
+namespace rack {
+
+// Of the class in addresses: beside those of the original, below those of others.
+inline constexpr u32 kWorld = 0x7F;
+
+struct WorldType {
+  enum : i8 {
+    kPlace = kFirstCommand,  // WorldPlace
+    kPut,                    // WorldObstacle; answered by kObstacle: the same with its number
+    kRemove,                 // WorldRemove
+    kPeople,                 // WorldPeople
+    kPlug,                   // WorldPlug
+    kGetLines,               // answered by kLines
+    kObstacle = -kFirstCommand,
+    kLines = -kFirstCommand - 1,
+  };
+};
+
+using WorldName = Text<32>;
+
+namespace world_thing {
+inline constexpr i32 kRobot = 0;
+inline constexpr i32 kPerson = 1;
+inline constexpr i32 kObstacle = 2;  // that was put there
+}  // namespace world_thing
+
+// One that moves, or was put there. x to the north, y to the east.
+struct WorldThing {
+  i32 kind = world_thing::kRobot;
+  i32 id = 0;  // of robots and people from 0 on; numbers of obstacles are never given again
+  WorldName name = {};  // of robots
+  Position2d pos = {};
+  // Over ground: of robots forward and to the right, of people to the north and to the east.
+  MillimetresPerSecond<i32> vx = 0;
+  MillimetresPerSecond<i32> vy = 0;
+  RadiansPerSecond<f32> omega = 0;
+  Millimetres<i32> radius = 0;  // of obstacles
+  Millimetres<i32> way = 0;     // of robots: over ground, since the world was turned on
+  i32 isBlocked = 0;            // 1: it drives against something
+  // How often a robot has touched what; `bumped`: people who walked against it.
+  u32 walls = 0;
+  u32 obstacles = 0;
+  u32 people = 0;
+  u32 robots = 0;
+  u32 bumped = 0;
+
+  // Of its own doing.
+  [[nodiscard]] u32 contacts() const { return walls + obstacles + people + robots; }
+};
+
+// The truth of one moment: robots, then people, then obstacles.
+struct WorldData {
+  TimeStamp recordingTime = 0;
+  i32 peopleMove = 1;  // 0: they stand still
+  Count thingNum = {};
+  Sequence<WorldThing, 512> things = {};
+
+  [[nodiscard]] const WorldThing* find(i32 kind, std::string_view name) const {
+    for (const WorldThing& thing : things)
+      if (thing.kind == kind && thing.name.view() == name) return &thing;
+    return nullptr;
+  }
+};
+
+struct WorldPlace {
+  WorldName robot = {};
+  Position2d pos = {};
+};
+
+// A post.
+struct WorldObstacle {
+  i32 id = 0;  // of the answer
+  Point2d pos = {};
+  Millimetres<i32> radius = 250;
+  Millimetres<i32> height = 1000;
+};
+
+struct WorldRemove {
+  i32 id = 0;
+};
+
+struct WorldPeople {
+  i32 move = 1;  // 0: they stand still until they are told to go on
+};
+
+struct WorldPlug {
+  WorldName robot = {};
+  WorldName sensor = {};  // "base": what drives it
+  i32 isPlugged = 1;      // 0: pulled out
+};
+
+// A device of a robot, and where its driver finds it.
+struct WorldLine {
+  WorldName robot = {};
+  WorldName sensor = {};
+  WorldName device = {};  // as rack-emulate calls it
+  Text<128> line = {};
+  i32 isPlugged = 0;
+};
+
+struct WorldLines {
+  Count lineNum = {};
+  Sequence<WorldLine, 128> lines = {};
+};
+
+class WorldProxy : public DataProxy<WorldData> {
+ public:
+  using DataProxy::DataProxy;
+
+  Result<void> place(std::string_view robot, const Position2d& pos) {
+    WorldPlace wish{.pos = pos};
+    if (!wish.robot.assign(robot)) return nobody(robot);
+    return command(WorldType::kPlace, wish);
+  }
+  // With its number.
+  Result<WorldObstacle> put(const WorldObstacle& obstacle) {
+    return query<WorldObstacle>(WorldType::kPut, obstacle, WorldType::kObstacle);
+  }
+  Result<void> remove(i32 id) { return command(WorldType::kRemove, WorldRemove{id}); }
+  Result<void> let_people_move(bool move) {
+    return command(WorldType::kPeople, WorldPeople{move ? 1 : 0});
+  }
+  Result<void> plug(std::string_view robot, std::string_view sensor, bool is_plugged) {
+    WorldPlug wish{.isPlugged = is_plugged ? 1 : 0};
+    if (!wish.robot.assign(robot)) return nobody(robot);
+    if (!wish.sensor.assign(sensor)) return nobody(sensor);
+    return command(WorldType::kPlug, wish);
+  }
+  Result<WorldLines> get_lines() {
+    return query<WorldLines>(WorldType::kGetLines, WorldType::kLines);
+  }
+
+ private:
+  static tims::Error nobody(std::string_view name) {
+    return {tims::Errc::kInvalidArgument,
+            "\"" + std::string(name) + "\": no name in a world is so long"};
+  }
+};
+
+}  // namespace rack
