@@ -118,6 +118,10 @@ struct RobotDescription {
   double track = 400;
   double base = 1200;
   double steer_max = 0.4;  // rad
+  // Between its motors and the wheels, where emulated motors tell turns of their shafts.
+  double wheel_radius = 110;
+  double gear_ratio = 1;   // turns of a motor for one of its wheel
+  double steer_ratio = 1;  // turns of a motor for one of the steering
   // Its hull, from the reference point.
   double front = 250;
   double back = 250;
