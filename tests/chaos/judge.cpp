@@ -42,7 +42,8 @@ std::size_t own_memory(const std::string& pid) {
 
 }  // namespace
 
-Judge::Judge(const Shape& shape, const Fleet& fleet, const timsctl::Signals& signals, Wrong wrong)
+Judge::Judge(const Shape& shape, const timsctl::sim::RunningFleet& fleet,
+             const timsctl::Signals& signals, Wrong wrong)
     : shape_(shape), wrong_(std::move(wrong)) {
   for (const Host& host : shape.hosts) {
     auto connection = timsctl::connect_local({fleet.socket(host.name)}, {}, test::kPatience,

@@ -9,9 +9,9 @@
 
 #include "router/core/types.h"
 #include "tests/chaos/board.h"
-#include "tests/chaos/fleet.h"
 #include "tests/chaos/plan.h"
 #include "tools/cli/admin_client.h"
+#include "tools/sim/running_fleet.h"
 
 namespace tims::chaos {
 
@@ -22,7 +22,8 @@ class Judge {
  public:
   using Wrong = std::function<void(const std::string&)>;
   // The routers run.
-  Judge(const Shape& shape, const Fleet& fleet, const timsctl::Signals& signals, Wrong wrong);
+  Judge(const Shape& shape, const timsctl::sim::RunningFleet& fleet,
+        const timsctl::Signals& signals, Wrong wrong);
 
   // What must be true at any time. A router that does not answer now is passed over.
   void look();

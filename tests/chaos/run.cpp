@@ -57,7 +57,11 @@ bool Run::go() {
   const std::string file = folder_ + "/fleet.toml";
   std::ofstream(file) << fleet_file(shape_,
                                     fmt::format("{} client {{}} {}/board", own_program(), folder_));
-  fleet_.emplace(fmt::format("chaos{}", ::getpid()), file, folder_);
+  fleet_.emplace(timsctl::sim::RunningFleet::Options{.name = fmt::format("chaos{}", ::getpid()),
+                                                     .file = file,
+                                                     .log = folder_ + "/fleet.log",
+                                                     .timsctl = TIMSCTL_PROGRAM,
+                                                     .patience = test::kPatience});
   judge_.emplace(shape_, *fleet_, signals_, [this](const std::string& text) { wrong(text); });
   settle();
   for (std::size_t number = 1; wrongs_ == 0; ++number) {

@@ -56,7 +56,7 @@ class Run {
   const Shape shape_;
   const std::string folder_;
   const SharedBoard board_;
-  std::optional<Fleet> fleet_;
+  std::optional<timsctl::sim::RunningFleet> fleet_;
   std::optional<Judge> judge_;
   std::size_t wrongs_ = 0;
   std::size_t steps_ = 0;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace rack::mcl_eval {
 
@@ -237,18 +236,6 @@ std::optional<Kidnapping> kidnapping(const Truth& truth) {
 Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
             const Truth& truth, const Stopwatch& stopwatch) {
   return Evaluation(trial, log, field, truth, stopwatch).run();
-}
-
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::lround(part * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
-}
-
-double mean(std::span<const double> values) {
-  if (values.empty()) return 0;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace rack::mcl_eval

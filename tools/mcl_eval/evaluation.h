@@ -15,6 +15,7 @@
 #include <functional>
 #include <optional>
 
+#include "base/statistics.h"
 #include "components/localisation/localiser.h"
 #include "tools/mcl_eval/truth.h"
 
@@ -57,8 +58,7 @@ Outcome run(const Trial& trial, const localisation::CarmenLog& log,
             const localisation::LikelihoodField& field, const Truth& truth,
             const Stopwatch& stopwatch);
 
-// `part` 0.5: the median. 0 of nothing.
-double quantile(std::vector<double> values, double part);
-double mean(std::span<const double> values);
+using tims::base::mean;
+using tims::base::quantile;
 
 }  // namespace rack::mcl_eval

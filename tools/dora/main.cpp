@@ -1,0 +1,73 @@
+// rack-dora: the robot Dora on her three hosts, and whether she does what she shall.
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include "base/measure.h"
+#include "tools/cli/failure.h"
+#include "tools/dora/scenario.h"
+
+namespace rack::dora {
+namespace {
+
+using timsctl::Exit;
+
+constexpr const char* kAbout =
+    "The robot Dora of RACK's paper: her ten components on three hosts, in network namespaces of\n"
+    "this machine (root), at the paper's periods and priorities. She drives her round while she\n"
+    "is measured and things are done to her; at the end a table says what was wanted, what was\n"
+    "measured, and whether it held. tools/dora/README.md has the list.";
+constexpr const char* kExits =
+    "Exit status: 0 all of it held, 1 something did not (the table says what to look at), 2 wrong\n"
+    "command line, 3 only what this machine's timers are too late for, 5 no fleet can be made "
+    "here.";
+
+int run(const Settings& settings, bool json, const timsctl::Signals& signals) {
+  try {
+    const Outcome outcome = Scenario(settings, signals).run();
+    if (json)
+      fmt::print("{}\n", to_json(outcome.rows, outcome.timer));
+    else
+      fmt::print("\n{}", table(outcome.rows, outcome.timer, ::isatty(STDOUT_FILENO) != 0));
+    return exit_status(outcome.rows);
+  } catch (const timsctl::Interrupted&) {
+    fmt::print(stderr, "rack-dora: interrupted\n");
+    return static_cast<int>(Exit::kInterrupted);
+  } catch (const timsctl::Failure& failure) {
+    fmt::print(stderr, "rack-dora: {}{}{}\n", failure.message,
+               failure.hint.empty() ? "" : "\n  -> ", failure.hint);
+    return static_cast<int>(failure.exit);
+  }
+}
+
+}  // namespace
+}  // namespace rack::dora
+
+int main(int argc, char** argv) {
+  using namespace rack::dora;
+  Settings settings{.fleet_file = "deploy/fleets/dora.toml"};
+  std::string length = "60s";
+  bool json = false;
+  CLI::App app(kAbout, "rack-dora");
+  app.add_option("--for", length, "how long in all, about (60s, 10min)")->capture_default_str();
+  app.add_option("--fleet-file", settings.fleet_file, "her fleet")->capture_default_str();
+  app.add_flag("--json", json, "the table as JSON, and nothing else on stdout");
+  app.set_version_flag("--version", TIMS_VERSION);
+  app.footer(kExits);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(timsctl::Exit::kUsage);
+  }
+  const auto parsed = tims::base::parse_duration(length);
+  if (!parsed || *parsed < std::chrono::seconds(1)) {
+    fmt::print(stderr, "rack-dora: --for: \"{}\" is no duration; write 60s or 10min\n", length);
+    return static_cast<int>(timsctl::Exit::kUsage);
+  }
+  settings.length = *parsed;
+  settings.quiet = json;
+  const timsctl::Signals signals;  // before any thread
+  return run(settings, json, signals);
+}

@@ -1,0 +1,102 @@
+#include "tools/sim/running_fleet.h"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "tools/cli/failure.h"
+#include "tools/sim/plan.h"
+#include "tools/sim/supervisor.h"
+
+namespace timsctl::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace
+
+RunningFleet::RunningFleet(Options options)
+    : options_(std::move(options)),
+      child_(start({.command = {options_.timsctl, "sim", "up", options_.file, "--fleet",
+                                options_.name, "--json"},
+                    .log = options_.log})) {
+  for (;;) {
+    const bool gone = child_.has_ended(std::chrono::milliseconds(20));
+    if (content_of(options_.log).find("\"linked\"") != std::string::npos) return;
+    if (!gone) continue;
+    const int code = child_.reap().as_shell();
+    throw Failure(code == static_cast<int>(Exit::kDenied) ? Exit::kDenied : Exit::kNo, "no_fleet",
+                  content_of(options_.log));
+  }
+}
+
+RunningFleet::~RunningFleet() {
+  if (up_) take_down();
+}
+
+Ran RunningFleet::run_timsctl(std::vector<std::string> words) const {
+  words.insert(words.begin(), options_.timsctl);
+  return run({.command = std::move(words), .environment = {"TIMS_HOST="}});
+}
+
+void RunningFleet::sim(std::vector<std::string> words) const {
+  words.insert(words.begin(), "sim");
+  words.insert(words.end(), {"--fleet", options_.name});
+  const std::string text = fmt::format("timsctl {}", fmt::join(words, " "));
+  const Ran ran = run_timsctl(std::move(words));
+  if (!ran.status.success()) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
+}
+
+std::vector<std::string> RunningFleet::ended() const {
+  std::vector<std::string> lines;
+  std::ifstream file(options_.log);
+  for (std::string line; std::getline(file, line);)
+    if (line.find(R"("event":"ended")") != std::string::npos) lines.push_back(line);
+  return lines;
+}
+
+std::vector<pid_t> RunningFleet::processes() const {
+  std::vector<pid_t> all;
+  for (const std::string& network : networks_of(options_.name))
+    for (const pid_t pid : tims::os::processes_in(network)) all.push_back(pid);
+  return all;
+}
+
+void RunningFleet::save(const std::string& folder) const {
+  const std::string from = folder_of(options_.name);
+  for (const auto& entry : fs::recursive_directory_iterator(from)) {
+    if (!entry.is_regular_file()) continue;
+    const fs::path to = folder / fs::relative(entry.path(), from);
+    fs::create_directories(to.parent_path());
+    fs::copy(entry.path(), to, fs::copy_options::overwrite_existing);
+  }
+}
+
+std::vector<std::string> RunningFleet::take_down() {
+  up_ = false;
+  std::vector<std::string> left;
+  const std::vector<pid_t> pids = processes();
+  const Ran down = run_timsctl({"sim", "down", options_.name});
+  if (!down.status.success()) left.push_back("timsctl sim down: " + down.output);
+  if (!child_.has_ended(options_.patience))
+    left.emplace_back("the process of the fleet does not end");
+  for (const std::string& network : networks_of(options_.name))
+    left.push_back("namespace " + network);
+  if (fs::exists(folder_of(options_.name))) left.push_back(folder_of(options_.name));
+  for (const pid_t pid : pids)
+    if (::kill(pid, 0) == 0) left.push_back(fmt::format("process {}", pid));
+  return left;
+}
+
+std::string RunningFleet::socket(const std::string& host) const {
+  return fmt::format("{}/{}/router.sock", folder_of(options_.name), host);
+}
+
+}  // namespace timsctl::sim
