@@ -50,6 +50,7 @@ constexpr ModuleInfo kInfo{
 };
 
 constexpr double kUpdateDeviation = 500;  // mm: less sure ones are not told
+constexpr i32 kLostDeviation = 5000;      // mm, at least
 constexpr int kMissesMax = 20;            // scans in a row of which the odometry knows nothing
 constexpr double kDeviationTurn = radians(0.03);  // for each mm
 
@@ -77,6 +78,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     range_max_ = integer("maxRange");
     misses_ = 0;
     published_.reset();
+    was_sure_ = false;
     odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
     if (auto on = odometry_->on(); !on) return on;
     position_.reset();
@@ -170,18 +172,44 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       const std::lock_guard lock(field_mutex_);
       localiser_->take(*field_, Pose::of(odometry->pos), beams_);
     }
-    if (published_ && scan_.recordingTime - *published_ < data_period_) return {};
-    published_ = scan_.recordingTime;
+    if (!is_due()) return {};
     return tell(time);
   }
 
+  // On average each period, whichever scan that is.
+  bool is_due() {
+    if (published_ && scan_.recordingTime - *published_ < data_period_) return false;
+    const bool follows = published_ && scan_.recordingTime - *published_ < 2 * data_period_;
+    published_ = follows ? *published_ + data_period_ : scan_.recordingTime;
+    return true;
+  }
+
   Result<void> tell(TimeStamp time) {
-    if (position_ && localisation::is_sure(localiser_->estimate(), kUpdateDeviation)) {
-      auto taken = position_->update(localisation::to_update(*localiser_, time));
+    if (position_) {
+      auto taken = tell_position(time);
       if (!taken) return taken;
     }
     localisation::to_message(*localiser_, time, get_local_buffer());
     return put_local_buffer();
+  }
+
+  // Where it was; or, that nobody is sure any more: Position stays where it believes to be then.
+  Result<void> tell_position(TimeStamp time) {
+    PositionData known = localisation::to_update(*localiser_, time);
+    const bool is_sure = localisation::is_sure(localiser_->estimate(), kUpdateDeviation);
+    if (is_sure != was_sure_)
+      log().print(is_sure ? "It is sure where it is" : "It is no longer sure where it is");
+    const bool has_lost = was_sure_ && !is_sure;
+    was_sure_ = is_sure;
+    if (!is_sure && !has_lost) return {};
+    if (has_lost) {
+      const auto believed = position_->get_data(time);
+      if (!believed) return believed.error();
+      known.pos = believed->pos;
+      known.var.x = std::max<i32>(known.var.x, kLostDeviation);
+      known.var.y = std::max<i32>(known.var.y, kLostDeviation);
+    }
+    return position_->update(known);
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -204,6 +232,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   i32 range_max_ = 0;
   int misses_ = 0;
   std::optional<TimeStamp> published_;
+  bool was_sure_ = false;
   PriorityMutex field_mutex_;  // of the two below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   bool commanded_ = false;

@@ -21,13 +21,13 @@ using State = PathFollower::State;
 using std::chrono::milliseconds;
 
 constexpr int kSilence = 10;                // periods without a message of an input
-constexpr int kScansMissing = 3;            // of them, then it stops
+constexpr int kMissing = 3;                 // messages of an input, then it stops
 constexpr milliseconds kExtrapolated{500};  // at most: how old a position may be
 constexpr std::size_t kSplinesShown = 10;
 constexpr std::size_t kDestinationsMax = 1000;  // of a message
 constexpr double kStands = 20;                  // mm/s
 
-constexpr std::array<ParameterInfo, 13> kParameters = {{
+constexpr std::array<ParameterInfo, 14> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
     {"scan2dInst", 0, "instance of the scan, -1: none, it stops before nothing", -1, kIdMax, true},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
@@ -39,6 +39,8 @@ constexpr std::array<ParameterInfo, 13> kParameters = {{
     {"maxSpeed", 4000, "mm/s", 1, 1e6},
     {"periodTime", 50, "ms", 10, 1000},
     {"lag", 100, "from a command to the wheels, ms", 0, 1000},
+    {"deviationMax", 0,
+     "it stops while the standard deviation of the position is larger, mm; 0: never", 0, 1e6},
     {"steeringRate", 0, "of steered wheels, deg/s; 0: they need no time", 0, 3600},
     {"replanTime", 3000,
      "how long it waits before an obstacle until it asks for another path, ms; 0: "
@@ -118,14 +120,16 @@ class PilotPath : public DataModule<PilotData> {
 
   Result<void> start_inputs() {
     looks_ = integer("scan2dInst") >= 0;
-    seen_ = located_ = false;
+    seen_ = located_ = is_unsure_ = false;
     const auto chassis = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
     if (!chassis) return chassis.error();
     const auto limits = chassis_->proxy().get_parameter();
     if (!limits) return limits.error();
     limits_ = *limits;
+    chassis_period_ = *chassis;
     const auto position = position_->start(address_of(tims::class_id::kPosition, "position"));
     if (!position) return position.error();
+    position_period_ = *position;
     const auto path = path_->start(address_of(tims::class_id::kPath, "path"));
     if (!path) return path.error();
     path_period_ = std::max(milliseconds(1), *path);
@@ -215,11 +219,13 @@ class PilotPath : public DataModule<PilotData> {
   PathFollower::Command decide(const Pose& at) {
     if (!located_) return {};
     mind_the_time();
-    const double safe = allowed(at);
+    mind_the_deviation(at);
+    const bool knows = knows_enough();
+    const double safe = knows ? allowed(at) : 0;
     const auto command = follower_->follow(at, chassis_data_.vx, safe);
     const bool wants = follower_->state() == State::kRunning && !follower_->holds();
     const bool stands = std::abs(static_cast<double>(chassis_data_.vx)) < kStands;
-    blocked_ = wants && safe <= 0 && stands ? blocked_ + period() : milliseconds(0);
+    blocked_ = wants && knows && safe <= 0 && stands ? blocked_ + period() : milliseconds(0);
     if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
     if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
       state_ = pilot_state::kIdle;
@@ -228,13 +234,37 @@ class PilotPath : public DataModule<PilotData> {
     return command;
   }
 
-  // Before its first scan, and after too many that are missing, it does not know what is there.
+  // When messages are missing it does not know what is there, where it is, or where to go; it goes
+  // on when they come again. And a position that nobody is sure of is none to steer by.
+  [[nodiscard]] bool knows_enough() const {
+    const auto is_missing = [&](int silence, milliseconds period_of_input) {
+      return silence * period() >= kMissing * std::max(period_of_input, period());
+    };
+    if (is_unsure_ || is_missing(position_->silence(), position_period_) ||
+        is_missing(chassis_->silence(), chassis_period_) ||
+        is_missing(path_->silence(), path_period_))
+      return false;
+    if (!looks_) return true;
+    const milliseconds old = time_stamp() - scan_data_.recordingTime;
+    return seen_ && scan_->silence() * period() <= kMissing * scan_period_ &&
+           old <= kMissing * scan_period_ + period();
+  }
+
+  // Once it is known again where it is, that may be elsewhere on the path.
+  void mind_the_deviation(const Pose& at) {
+    const i32 most = integer("deviationMax");
+    const bool was_unsure = is_unsure_;
+    is_unsure_ = most > 0 && std::max(position_data_.var.x, position_data_.var.y) > most;
+    if (is_unsure_ && !was_unsure) log().warning("It stops: nobody is sure where it is");
+    if (is_unsure_ || !was_unsure || path_data_.splines.empty()) return;
+    log().print("It is known again where it is");
+    if (state_ != pilot_state::kRunning && state_ != pilot_state::kPathError) return;
+    follower_->take(path_data_.splines, at);
+    state_ = pilot_state::kRunning;
+  }
+
   double allowed(const Pose& at) {
     if (!looks_) return limits_.vxMax;
-    const milliseconds old = time_stamp() - scan_data_.recordingTime;
-    if (!seen_ || scan_->silence() * period() > kScansMissing * scan_period_ ||
-        old > kScansMissing * scan_period_ + period())
-      return 0;
     return stop_->speed_max(scan_data_, seen_from_, at, *follower_);
   }
 
@@ -396,10 +426,13 @@ class PilotPath : public DataModule<PilotData> {
   PathData path_data_;
   milliseconds scan_period_{0};
   milliseconds path_period_{50};
+  milliseconds position_period_{0};
+  milliseconds chassis_period_{0};
   Pose seen_from_;
   bool looks_ = false;
   bool seen_ = false;
   bool located_ = false;
+  bool is_unsure_ = false;  // of where it is
 
   PriorityMutex state_mutex_;  // of what follows
   std::optional<PathFollower> follower_;

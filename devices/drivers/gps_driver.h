@@ -2,6 +2,7 @@
 // Position where that is in the robot's world, and who needs the time gets it.
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "components/clock/calendar.h"
@@ -15,10 +16,12 @@
 
 namespace rack::device {
 
-inline constexpr std::array<ParameterInfo, 8> kGpsParameters = {{
+inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
     {"positionSys", 0, "system id of the Position that makes robot coordinates of places", 0,
      kIdMax},
     {"positionInst", 0, "its instance; -1: none", -1, kIdMax},
+    {"positionUpdate", 0,
+     "1: Position is told where it is by each fix that is surer than what Position knows", 0, 1},
     {"clockRelaySys", 0, "system id of the clock relay that gets the time", 0, kIdMax},
     {"clockRelayInst", -1, "its instance; -1: none", -1, kIdMax},
     {"realtimeClockUpdate", 0, "1: sets the time of this host, which needs CAP_SYS_TIME", 0, 1},
@@ -115,6 +118,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     if (position) {
       data.pos = position->pos;
       position_asked_.reset();
+      if (this->integer("positionUpdate") != 0) tell_position(data);
       return;
     }
     if (!position_asked_)
@@ -123,6 +127,24 @@ class GpsDriver : public Driver<GpsData, Dialog> {
           "none are wanted)",
           position.error().message());
     position_asked_ = now();
+  }
+
+  // A course says where the robot heads only while it moves. Position may not know that time.
+  void tell_position(const GpsData& data) {
+    constexpr i32 kMoves = 1000;  // mm/s
+    const auto known = position_->get_data(data.recordingTime);
+    if (!known || std::max(known->var.x, known->var.y) <= std::max(data.var.x, data.var.y)) return;
+    PositionData fix{.recordingTime = data.recordingTime, .pos = known->pos, .var = known->var};
+    fix.pos.x = data.pos.x;
+    fix.pos.y = data.pos.y;
+    fix.var.x = data.var.x;
+    fix.var.y = data.var.y;
+    if (data.speed >= kMoves) {
+      fix.pos.rho = data.pos.rho;
+      fix.var.rho = data.var.rho;
+    }
+    if (const auto told = position_->update(fix); !told)
+      this->log().warning("%s", told.error().message());
   }
 
   void open_pulse() {

@@ -47,6 +47,14 @@ class PathTest : public RobotTest {
         },
         kLong);
   }
+  testing::AssertionResult drives(bool wanted) {
+    return eventually(
+        [&] {
+          const auto status = proxy<rack::PilotProxy>(kPilot).get_status();
+          return status && (status->speed != 0) == wanted;
+        },
+        wanted ? "it drives" : "it is told to stand");
+  }
   rack::PathRddfData route(const std::vector<std::array<int, 3>>& points) {
     rack::PathRddfData data;
     for (const auto& [x, y, speed] : points) {
@@ -236,6 +244,53 @@ TEST_F(PathTest, DoesTaskAfterTask) {
         return data && data->vx == 0.0F;
       },
       "standing"));
+}
+
+// A vehicle that was carried away: its localisation has noticed, searches, and has found it.
+TEST_F(PathTest, StandsWhileNobodyIsSureWhereItIs) {
+  start_robot();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=-1", "--deviationMax=500"});
+  let_drive();
+  ASSERT_TRUE(proxy<rack::PathProxy>(kPath).set_rddf(route({{0, 0, 700}, {5000, 0, 700}})));
+  ASSERT_TRUE(proxy<rack::PathProxy>(kPath).make({}));
+  ASSERT_TRUE(comes_to(1000, 0));
+  auto position = proxy<rack::PositionProxy>(kPosition);
+  auto known = position.get_data();
+  ASSERT_TRUE(known) << known.error().message();
+  known->var.x = 5000;
+  ASSERT_TRUE(position.update(*known));
+  ASSERT_TRUE(drives(false));
+  known = position.get_data();
+  ASSERT_TRUE(known);
+  known->pos = {.x = 500, .y = 300, .rho = known->pos.rho};  // behind where it was
+  known->var.x = 50;
+  ASSERT_TRUE(position.update(*known));
+  ASSERT_TRUE(drives(true));
+  EXPECT_TRUE(comes_to(5000, 0));
+}
+
+TEST_F(PathTest, StandsWithoutAPathAndGoesOnWithTheNext) {
+  start_robot();
+  start("PathRDDF");
+  start("PilotPath", {"--scan2dInst=-1"});
+  let_drive();
+  const auto onward = [&] {
+    auto path = proxy<rack::PathProxy>(kPath);
+    return path.set_rddf(route({{0, 0, 700}, {5000, 0, 700}})).ok() && path.make({}).ok();
+  };
+  ASSERT_TRUE(onward());
+  ASSERT_TRUE(comes_to(1000, 0));
+  kill("PathRDDF");
+  const auto began = std::chrono::steady_clock::now();
+  ASSERT_TRUE(drives(false));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, kSlowdown * 900ms)
+      << "it stands before it gives up";
+  start("PathRDDF");
+  ASSERT_TRUE(turned_on(kPath));
+  ASSERT_TRUE(onward());
+  ASSERT_TRUE(drives(true));
+  EXPECT_TRUE(comes_to(5000, 0));
 }
 
 TEST_F(PathTest, ThePilotOfTheExampleGetsThereToo) {

@@ -1,5 +1,7 @@
 // rack-dora: the robot Dora on her three hosts, and whether she does what she shall.
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
@@ -23,6 +25,13 @@ constexpr const char* kExits =
     "Exit status: 0 all of it held, 1 something did not (the table says what to look at), 2 wrong\n"
     "command line, 3 only what this machine's timers are too late for, 5 no fleet can be made "
     "here.";
+
+// Robot files call programs by their names.
+void find_own_programs() {
+  const std::string folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const char* const path = std::getenv("PATH");
+  ::setenv("PATH", (folder + ":" + (path != nullptr ? path : "/usr/bin:/bin")).c_str(), 1);
+}
 
 int run(const Settings& settings, bool json, const timsctl::Signals& signals) {
   try {
@@ -68,6 +77,7 @@ int main(int argc, char** argv) {
   }
   settings.length = *parsed;
   settings.quiet = json;
+  find_own_programs();
   const timsctl::Signals signals;  // before any thread
   return run(settings, json, signals);
 }

@@ -125,8 +125,8 @@ void Scenario::begin_to_drive() {
   say("she drives");
 }
 
-std::optional<Duration> Scenario::drives_within(Duration limit) {
-  const Time since = tims::os::now();
+std::optional<Duration> Scenario::drives_within(Duration limit, std::optional<Time> since_when) {
+  const Time since = since_when.value_or(tims::os::now());
   std::optional<PilotNote> note;
   await(limit, [&] {
     note = notes_.pilot(since, [](const PilotNote& pilot) { return pilot.speed >= kDrives; });
@@ -163,8 +163,7 @@ void Scenario::kill_router(std::string_view host) {
   (void)drives_within(kPatience);
   pause(kSettles);
   say(fmt::format("(f) the router of {} is killed", host));
-  const Time killed = tims::os::now();
-  fleet_->sim({"kill", std::string(host), "router"});
+  const Time killed = fleet_->kill_router(std::string(host));
   std::optional<PilotNote> stop;
   await(kStopsMax, [&] {
     stop = notes_.pilot(killed, [](const PilotNote& pilot) { return pilot.speed == 0; });
@@ -174,8 +173,9 @@ void Scenario::kill_router(std::string_view host) {
   say(stop ? fmt::format("    told to stand after {:.0f} ms", stops_ms_.back())
            : std::string("    she goes on"));
   if (!stop) stops_ms_.push_back(milliseconds(kStopsMax));
+  const Time returned = tims::os::now();
   fleet_->sim({"start", std::string(host)});
-  const auto back = drives_within(2 * kPatience / 3);
+  const auto back = drives_within(2 * kPatience / 3, returned);
   returns_ms_.push_back(milliseconds(back.value_or(2 * kPatience / 3)));
   say(back
           ? fmt::format("    on her way again {:.1f} s after its return", returns_ms_.back() / 1000)

@@ -47,8 +47,8 @@ class Scenario {
 
   void turn_on(std::string_view component);
   [[nodiscard]] tims::Mailbox& work() { return ears_.front()->work(); }
-  // Whether she drives again within that time.
-  std::optional<Duration> drives_within(Duration limit);
+  // How long it takes until she drives, counted from that time (now).
+  std::optional<Duration> drives_within(Duration limit, std::optional<Time> since_when = {});
   // Until it is so, or the limit; ears are kept meanwhile.
   bool await(Duration limit, const std::function<bool()>& so);
   void pause(Duration length);

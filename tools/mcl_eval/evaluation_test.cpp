@@ -145,13 +145,6 @@ TEST_F(EvaluationTest, SaysWhenItIsLost) {
   EXPECT_GT(outcome.share_over_1m, 0.5);
 }
 
-TEST(Quantile, OfManyAndOfNone) {
-  EXPECT_EQ(quantile({}, 0.5), 0);
-  EXPECT_EQ(quantile({3, 1, 2}, 0.5), 2);
-  EXPECT_EQ(quantile({3, 1, 2}, 1), 3);
-  EXPECT_EQ(mean({}), 0);
-}
-
 }  // namespace
 
 }  // namespace rack::mcl_eval

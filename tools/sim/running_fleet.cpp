@@ -5,7 +5,11 @@
 #include <fstream>
 
 #include <fmt/format.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include "os/clock.h"
+#include "os/wakeup.h"
 #include "tools/cli/failure.h"
 #include "tools/sim/plan.h"
 #include "tools/sim/supervisor.h"
@@ -52,6 +56,27 @@ void RunningFleet::sim(std::vector<std::string> words) const {
   const std::string text = fmt::format("timsctl {}", fmt::join(words, " "));
   const Ran ran = run_timsctl(std::move(words));
   if (!ran.status.success()) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
+}
+
+tims::Time RunningFleet::kill_router(const std::string& host) const {
+  const json::object state = read_state(options_.name);
+  pid_t pid = 0;
+  for (const json::object& item : objects(items_of(state, "hosts")))
+    if (text_at(item, "name") == host)
+      for (const json::object& program : objects(items_of(item, "programs")))
+        if (text_at(program, "name").find("router") != std::string::npos)
+          pid = static_cast<pid_t>(number_or_zero(program, "pid"));
+  const tims::os::File router(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0U)));
+  const Process command =
+      start({.command = {options_.timsctl, "sim", "kill", host, "router", "--fleet", options_.name},
+             .environment = {"TIMS_HOST="},
+             .log = options_.log});
+  const bool gone = router && tims::os::is_readable(router.get(), options_.patience);
+  const tims::Time when = tims::os::now();
+  if (!gone || !command.has_ended(options_.patience) || !command.reap().success())
+    throw Failure(Exit::kNo, "sim", fmt::format("the router of {} cannot be killed", host),
+                  options_.log);
+  return when;
 }
 
 std::vector<std::string> RunningFleet::ended() const {

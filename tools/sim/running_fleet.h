@@ -26,6 +26,8 @@ class RunningFleet {
 
   // `timsctl sim WORDS --fleet NAME`; throws Failure with its words.
   void sim(std::vector<std::string> words) const;
+  // The same for its router: when it was gone, not when the command was given.
+  [[nodiscard]] tims::Time kill_router(const std::string& host) const;
   // What ended by itself.
   [[nodiscard]] std::vector<std::string> ended() const;
   // Every process of it.
