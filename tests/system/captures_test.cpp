@@ -11,7 +11,6 @@
 #include <sstream>
 #include <thread>
 
-#include <arpa/inet.h>
 #include <boost/json.hpp>
 #include <gmock/gmock.h>
 #include <sys/socket.h>
@@ -22,7 +21,6 @@
 #include "devices/scanners/cola_scan.h"
 #include "devices/scanners/hokuyo_emulator.h"
 #include "os/clock.h"
-#include "os/file.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/ladar.h"
@@ -51,18 +49,6 @@ class Counter : public rack::Proxy {
     return told ? told->dataSets : -1;
   }
 };
-
-// Nobody else has it at this moment.
-std::string free_port(int kind) {
-  const os::File socket(::socket(AF_INET, kind, 0));
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof any;
-  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), size), 0);
-  EXPECT_EQ(::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&any), &size), 0);
-  return std::to_string(ntohs(any.sin_port));
-}
 
 std::vector<std::string> words_of(const std::string& text) {
   std::istringstream stream(text);

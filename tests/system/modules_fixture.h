@@ -7,6 +7,10 @@
 #include <string>
 #include <vector>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
+
+#include "os/file.h"
 #include "tests/support/child_process.h"
 #include "tests/system/local_fixture.h"
 
@@ -35,6 +39,25 @@ class ModulesTest : public LocalTest {
     const auto ready = kept.wait_for_line("Init");
     EXPECT_TRUE(ready) << ready.error().message();
     return kept;
+  }
+  // rack-emulate NAME ADDRESS, until it can be spoken with.
+  static ChildProcess emulate(const std::string& name, const std::string& address) {
+    auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
+    EXPECT_TRUE(child) << child.error().message();
+    const auto ready = child->wait_for_line("speaks with it");
+    EXPECT_TRUE(ready) << ready.error().message();
+    return std::move(*child);
+  }
+  // For SOCK_STREAM or SOCK_DGRAM; nobody else has it at this moment.
+  static std::string free_port(int kind) {
+    const os::File socket(::socket(AF_INET, kind, 0));
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof any;
+    EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), size), 0);
+    EXPECT_EQ(::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&any), &size), 0);
+    return std::to_string(ntohs(any.sin_port));
   }
   void kill(const std::string& program) {
     const auto oldest = programs_.find(program);

@@ -100,11 +100,7 @@ class OriginalWindowsTest : public ModulesTest {
   // An emulated device at the end of a terminal; its address for the driver.
   std::string emulate(const std::string& name) {
     const std::string path = folder_.path() / name;
-    auto child =
-        ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, "pty:" + path});
-    EXPECT_TRUE(child) << child.error().message();
-    EXPECT_TRUE(child->wait_for_line("speaks with it"));
-    devices_.push_back(std::move(*child));
+    devices_.push_back(ModulesTest::emulate(name, "pty:" + path));
     return "--device=serial:" + path;
   }
 

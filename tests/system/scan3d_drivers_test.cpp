@@ -1,10 +1,8 @@
 // Drivers of scanners of space, real programs, with emulated scanners in the network.
 #include <fstream>
 
-#include <arpa/inet.h>
 #include <sys/socket.h>
 
-#include "os/file.h"
 #include "rack/proxies/scan3d.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -17,29 +15,9 @@ using rack::Scan3dProxy;
 
 constexpr std::uint32_t kScan3d = tims::class_id::kScan3d << 16;
 
-// Nobody else has it at this moment.
-std::string free_port(int kind) {
-  const os::File socket(::socket(AF_INET, kind, 0));
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof any;
-  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), size), 0);
-  EXPECT_EQ(::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&any), &size), 0);
-  return std::to_string(ntohs(any.sin_port));
-}
-
 class Scan3dDriversTest : public ModulesTest {
  protected:
   Scan3dProxy scanner() { return proxy<Scan3dProxy>(kScan3d); }
-
-  ChildProcess emulate(const std::string& name, const std::string& address) {
-    auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
-    EXPECT_TRUE(child) << child.error().message();
-    const auto ready = child->wait_for_line("speaks with it");
-    EXPECT_TRUE(ready) << ready.error().message();
-    return std::move(*child);
-  }
 
   TemporaryFolder folder_;
 };

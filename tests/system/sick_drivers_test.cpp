@@ -12,6 +12,7 @@
 #include "rack/proxies/ladar.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/system/becomes.h"
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
@@ -22,38 +23,11 @@ using rack::LadarProxy;
 
 constexpr std::uint32_t kLadar = 0x00140000;
 
-// Nobody else has it at this moment.
-std::string free_port() {
-  const os::File socket(::socket(AF_INET, SOCK_STREAM, 0));
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof any;
-  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), size), 0);
-  EXPECT_EQ(::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&any), &size), 0);
-  return std::to_string(ntohs(any.sin_port));
-}
-
 class SickDriversTest : public ModulesTest {
  protected:
   LadarProxy ladar() { return proxy<LadarProxy>(kLadar); }
-  bool has_failed() {
-    const auto status = ladar().status();
-    return status && *status == rack::Status::kError;
-  }
-
-  bool is_on() {
-    const auto status = ladar().status();
-    return status && *status == rack::Status::kEnabled;
-  }
-
-  // rack-emulate NAME ADDRESS, until it can be spoken with.
-  ChildProcess emulate(const std::string& name, const std::string& address) {
-    auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
-    EXPECT_TRUE(child) << child.error().message();
-    const auto ready = child->wait_for_line("speaks with it");
-    EXPECT_TRUE(ready) << ready.error().message();
-    return std::move(*child);
+  testing::AssertionResult becomes(rack::Status wanted) {
+    return tims::test::becomes(*work_, "Ladar(0/0)", wanted);
   }
 
   // That its scans show the emulators' room.
@@ -71,7 +45,7 @@ class SickDriversTest : public ModulesTest {
     ASSERT_TRUE(ladar().on());
     expect_room(exactness);
     ASSERT_TRUE(emulator.stop(SIGKILL));
-    EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+    EXPECT_TRUE(becomes(rack::Status::kError));
     emulator = emulate(name, address);
     EXPECT_TRUE(eventually([&] { return ladar().get_data().ok(); }, "scans again", 3s));
     expect_room(exactness);
@@ -87,13 +61,13 @@ TEST_F(SickDriversTest, Lms200AtATerminal) {
 }
 
 TEST_F(SickDriversTest, ColaAtAPort) {
-  const std::string port = free_port();
+  const std::string port = free_port(SOCK_STREAM);
   start("LadarSickCola", {"--device=tcp:127.0.0.1:" + port});
   expect_to_come_back("sick-cola", "tcp:127.0.0.1:" + port, 1);
 }
 
 TEST_F(SickDriversTest, Lms100) {
-  const std::string port = free_port();
+  const std::string port = free_port(SOCK_STREAM);
   start("LadarSickLms100", {"--lmsIp=127.0.0.1", "--lmsPort=" + port});
   auto emulator = emulate("sick-cola-a", "tcp:127.0.0.1:" + port);
   ASSERT_TRUE(ladar().on());
@@ -136,26 +110,26 @@ std::jthread pico_scan(const std::string& port, std::uint32_t serial_number) {
 }
 
 TEST_F(SickDriversTest, PicoScan) {
-  const std::string port = free_port();
+  const std::string port = free_port(SOCK_STREAM);
   start("LadarSickPicoScan", {"--device=udp::" + port});
   auto scanner = pico_scan(port, 1);
   ASSERT_TRUE(ladar().on());
   expect_room(4);
   scanner = {};
-  EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+  EXPECT_TRUE(becomes(rack::Status::kError));
 }
 
 // It is used, and people are told: once, each time it changes.
 TEST_F(SickDriversTest, AnotherScannerInsteadIsSaid) {
-  const std::string port = free_port();
+  const std::string port = free_port(SOCK_STREAM);
   auto& program = start("LadarSickPicoScan", {"--device=udp::" + port});
   auto scanner = pico_scan(port, 101);
   ASSERT_TRUE(ladar().on());
   for (const std::uint32_t serial_number : {101U, 102U, 102U, 101U}) {
     scanner = {};
-    EXPECT_TRUE(eventually([&] { return has_failed(); }, "an error"));
+    EXPECT_TRUE(becomes(rack::Status::kError));
     scanner = pico_scan(port, serial_number);
-    EXPECT_TRUE(eventually([&] { return is_on(); }, "scans again")) << program.output();
+    EXPECT_TRUE(becomes(rack::Status::kEnabled)) << program.output();
   }
   const auto said = program.wait_for_line("another device than before: serial number 101, not 102");
   ASSERT_TRUE(said) << said.error().message();
