@@ -1,5 +1,6 @@
-// What a chassis driver lets its wheels do: the speed that the active pilot wants, within the
-// limits of the vehicle, and nothing once the pilot is silent.
+// How a chassis driver talks with its vehicle, whichever it is, and what it lets its wheels do: the
+// speed that the active pilot wants, within the limits of the vehicle, and nothing once the pilot
+// is silent.
 //
 // A vehicle whose pilot has died must not go on. So a MOVE holds for three periods of the pilot
 // that sent it, which are learnt from its MOVEs, and then the speed becomes 0 at once. It also does
@@ -8,6 +9,7 @@
 #pragma once
 
 #include "devices/chassis/move_deadline.h"
+#include "devices/core/dialogue.h"
 #include "rack/proxies/chassis.h"
 
 namespace rack::device {
@@ -18,6 +20,16 @@ struct ChassisSpeed {
   float omega = 0;  // rad/s, clockwise
 
   bool operator==(const ChassisSpeed&) const = default;
+};
+
+class ChassisDialogue : public Dialogue {
+ public:
+  // From now on; sent as soon as the device may be told. What was wanted before is forgotten.
+  virtual void drive(const ChassisSpeed& speed, Time now) = 0;
+
+  [[nodiscard]] virtual bool is_ready() const = 0;
+  // All but the active pilot.
+  virtual bool take(ChassisData& data, Time& recorded) = 0;
 };
 
 struct ChassisRules {

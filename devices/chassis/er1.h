@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/core/stream_buffer.h"
 
 namespace rack::device {

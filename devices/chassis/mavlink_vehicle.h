@@ -10,7 +10,7 @@
 // Its frames are those of RACK: north, east, down; forward, to the right, clockwise.
 #pragma once
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/chassis/mavlink.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/gyro.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/chassis/cia402.h"
 #include "devices/chassis/motor.h"
 #include "devices/chassis/wheels.h"

@@ -15,7 +15,7 @@
 #include <optional>
 #include <string>
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/core/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 

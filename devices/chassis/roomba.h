@@ -15,7 +15,7 @@
 #include <array>
 #include <optional>
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/core/stream_buffer.h"
 #include "rack/proxies/scan2d.h"
 

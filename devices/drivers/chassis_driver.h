@@ -15,7 +15,7 @@
 #include <numbers>
 #include <optional>
 
-#include "devices/chassis/chassis_dialogue.h"
+#include "devices/chassis/chassis_control.h"
 #include "devices/drivers/driver.h"
 
 namespace rack::device {
