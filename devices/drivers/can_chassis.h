@@ -9,9 +9,8 @@
 
 namespace rack::device {
 
-inline constexpr std::size_t kCanChassisParameters = 9;
 // steering: 0 differential, 1 steered before, 2 on both axles.
-constexpr std::array<ParameterInfo, kCanChassisParameters> can_chassis_parameters(i32 steering) {
+constexpr std::array<ParameterInfo, 9> can_chassis_parameters(i32 steering) {
   return {{
       {"canDev", 0, "N of canN", 0, 255},
       {"steering", steering, "0 differential, 1 steered before, 2 before and behind", 0, 2},

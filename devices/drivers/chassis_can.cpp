@@ -6,15 +6,12 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kOwn = [] {
-  std::array<ParameterInfo, kCanChassisParameters + 2> own{};
-  std::ranges::copy(can_chassis_parameters(0), own.begin());
-  own[kCanChassisParameters] = {"controller", 0, "0 ODrive, 1 VESC", 0, 1};
-  own[kCanChassisParameters + 1] = {"polePairs", 7, "of a motor at a VESC", 1, 100};
-  return own;
-}();
-
-constexpr auto kParameters = chassis_parameters(kOwn, ChassisDefaults{.wheelRadius = 85});
+constexpr auto kParameters = chassis_parameters(
+    joined(can_chassis_parameters(0), std::array<ParameterInfo, 2>{{
+                                          {"controller", 0, "0 ODrive, 1 VESC", 0, 1},
+                                          {"polePairs", 7, "of a motor at a VESC", 1, 100},
+                                      }}),
+    ChassisDefaults{.wheelRadius = 85});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisCan",

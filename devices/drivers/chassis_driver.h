@@ -46,9 +46,7 @@ struct ChassisDefaults {
   i32 pilotVTransMax = 200;
 };
 
-inline constexpr std::size_t kChassisLimits = 21;
-
-constexpr std::array<ParameterInfo, kChassisLimits> chassis_limits(const ChassisDefaults& of) {
+constexpr std::array<ParameterInfo, 21> chassis_limits(const ChassisDefaults& of) {
   constexpr double kMost = 1e6;
   return {{
       {"vxMax", of.vxMax, "largest speed, mm/s", 0, kMost},
@@ -80,9 +78,7 @@ constexpr std::array<ParameterInfo, kChassisLimits> chassis_limits(const Chassis
 template <std::size_t N>
 constexpr auto chassis_parameters(const std::array<ParameterInfo, N>& own,
                                   const ChassisDefaults& defaults) {
-  std::array<ParameterInfo, N + kChassisLimits> all{};
-  std::ranges::copy(chassis_limits(defaults), std::ranges::copy(own, all.begin()).out);
-  return driver_parameters(all);
+  return driver_parameters(joined(own, chassis_limits(defaults)));
 }
 
 // --- the driver

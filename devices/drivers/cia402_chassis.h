@@ -5,17 +5,15 @@
 
 namespace rack::device {
 
-inline constexpr std::size_t kCia402Parameters = kCanChassisParameters + 3;
-constexpr std::array<ParameterInfo, kCia402Parameters> cia402_parameters(i32 steering) {
-  std::array<ParameterInfo, kCia402Parameters> own{};
-  std::ranges::copy(can_chassis_parameters(steering), own.begin());
-  own[kCanChassisParameters] = {"increments", 4096, "of a motor's encoder for a turn", 1, 1e9};
-  own[kCanChassisParameters + 1] = {
-      "velocityUnits", 0, "of a drive for a turn each second; 60 where it is rpm; 0: increments", 0,
-      1e9};
-  own[kCanChassisParameters + 2] = {"quickStop", 2000, "deceleration of a quick stop, mm/s2", 1,
-                                    1e6};
-  return own;
+constexpr auto cia402_parameters(i32 steering) {
+  return joined(
+      can_chassis_parameters(steering),
+      std::array<ParameterInfo, 3>{{
+          {"increments", 4096, "of a motor's encoder for a turn", 1, 1e9},
+          {"velocityUnits", 0,
+           "of a drive for a turn each second; 60 where it is rpm; 0: increments", 0, 1e9},
+          {"quickStop", 2000, "deceleration of a quick stop, mm/s2", 1, 1e6},
+      }});
 }
 
 class Cia402Chassis : public CanChassis {

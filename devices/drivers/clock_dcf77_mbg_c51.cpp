@@ -1,6 +1,5 @@
 // ClockDcf77MbgC51: a Meinberg C51, which hears DCF77, or another clock with its telegram.
 #include "devices/drivers/clock_dcf77.h"
-#include "devices/drivers/parameters.h"
 
 namespace rack::device {
 namespace {

@@ -12,6 +12,7 @@
 // one that has serial_number(), whether this is the device that it was before.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -32,13 +33,19 @@ inline constexpr std::array<ParameterInfo, 3> kDriverParameters = {{
     {"errorTimeout", 500, "after an error it is tried again, ms", 0, 60000},
 }};
 
+// One list behind another.
+template <std::size_t N, std::size_t M>
+constexpr std::array<ParameterInfo, N + M> joined(const std::array<ParameterInfo, N>& first,
+                                                  const std::array<ParameterInfo, M>& second) {
+  std::array<ParameterInfo, N + M> all{};
+  std::ranges::copy(second, std::ranges::copy(first, all.begin()).out);
+  return all;
+}
+
 // Those and the driver's own.
 template <std::size_t N>
-constexpr std::array<ParameterInfo, N + kDriverParameters.size()> driver_parameters(
-    const std::array<ParameterInfo, N>& own) {
-  std::array<ParameterInfo, N + kDriverParameters.size()> all{};
-  std::ranges::copy(own, std::ranges::copy(kDriverParameters, all.begin()).out);
-  return all;
+constexpr auto driver_parameters(const std::array<ParameterInfo, N>& own) {
+  return joined(kDriverParameters, own);
 }
 
 // The wall-clock time of what was measured then: by the clock on the wall as it is set now.

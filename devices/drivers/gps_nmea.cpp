@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include "devices/drivers/gps_driver.h"
-#include "devices/drivers/parameters.h"
 #include "devices/navigation/nmea_receiver.h"
 
 namespace rack::device {

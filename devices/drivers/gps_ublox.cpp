@@ -1,6 +1,5 @@
 // GpsUblox: a u-blox receiver, by UBX beside NMEA.
 #include "devices/drivers/gps_driver.h"
-#include "devices/drivers/parameters.h"
 #include "devices/navigation/ublox.h"
 
 namespace rack::device {

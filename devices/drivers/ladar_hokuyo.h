@@ -23,9 +23,7 @@ inline constexpr std::array<ParameterInfo, 6> kHokuyoParameters = {{
 
 template <std::size_t N>
 constexpr auto hokuyo_parameters(const std::array<ParameterInfo, N>& own) {
-  std::array<ParameterInfo, N + kHokuyoParameters.size()> all{};
-  std::ranges::copy(kHokuyoParameters, std::ranges::copy(own, all.begin()).out);
-  return driver_parameters(all);
+  return driver_parameters(joined(own, kHokuyoParameters));
 }
 
 class LadarHokuyo : public Driver<LadarData, Hokuyo> {

@@ -24,11 +24,8 @@ inline constexpr std::array<ParameterInfo, 7> kSpinParameters = {{
 }};
 
 template <std::size_t N>
-constexpr std::array<ParameterInfo, N + kSpinParameters.size()> spin_parameters(
-    const std::array<ParameterInfo, N>& own) {
-  std::array<ParameterInfo, N + kSpinParameters.size()> all{};
-  std::ranges::copy(kSpinParameters, std::ranges::copy(own, all.begin()).out);
-  return all;
+constexpr auto spin_parameters(const std::array<ParameterInfo, N>& own) {
+  return joined(own, kSpinParameters);
 }
 
 template <class Dialog>
