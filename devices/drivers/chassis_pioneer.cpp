@@ -45,12 +45,9 @@ class ChassisPioneer : public ChassisDriver<P2os> {
 
   Result<std::unique_ptr<P2os>> make_dialogue() override {
     set_period(std::chrono::milliseconds(100));
-    if (integer("sonar") != 0 && integer("ladarSonarInst") >= 0) {
-      sonars_.aim(*work_, address_of(tims::class_id::kLadar, "ladarSonar"));
-      if (auto on = sonars_.turn_on(); !on) return on.error();
-    } else {
-      sonars_.stop();
-    }
+    sonars_.stop();
+    if (integer("sonar") != 0) aim(sonars_, *work_, tims::class_id::kLadar, "ladarSonar");
+    if (auto on = sonars_.turn_on(); !on) return on.error();
     return std::make_unique<P2os>(
         P2osSettings{.sonar = integer("sonar") != 0,
                      .ticks_per_mm = integer("ticksPerMetre") / 1000.0,
@@ -63,7 +60,7 @@ class ChassisPioneer : public ChassisDriver<P2os> {
 
   Result<void> complete(ChassisData& data) override {
     tims::Time measured{};
-    if (sonars_.is_on() && dialogue().take_sonars(rays_, measured)) {
+    if (sonars_.is_aimed() && dialogue().take_sonars(rays_, measured)) {
       rays_.recordingTime = time_stamp_of(measured);
       sonars_.send(*work_, rays_);
     }

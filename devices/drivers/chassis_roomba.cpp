@@ -60,8 +60,10 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
 
   Result<std::unique_ptr<Roomba>> make_dialogue() override {
     set_period(std::chrono::milliseconds(100));
-    if (auto aimed = aim(scan_, tims::class_id::kScan2d, "scan2d"); !aimed) return aimed.error();
-    if (auto aimed = aim(io_, tims::class_id::kIo, "io"); !aimed) return aimed.error();
+    aim(scan_, *work_, tims::class_id::kScan2d, "scan2d");
+    aim(io_, *work_, tims::class_id::kIo, "io");
+    if (auto on = scan_.turn_on(); !on) return on.error();
+    if (auto on = io_.turn_on(); !on) return on.error();
     return std::make_unique<Roomba>(
         RoombaSettings{.model = model(),
                        .track = static_cast<double>(integer("trackWidth")),
@@ -72,23 +74,15 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
                        .only_listen = is_recording()});
   }
 
-  template <class Data>
-  Result<void> aim(Relay<Data>& relay, std::uint32_t class_id, const std::string& name) {
-    relay.stop();
-    if (integer(name + "Inst") < 0) return {};
-    relay.aim(*work_, address_of(class_id, name));
-    return relay.turn_on();
-  }
-
   Result<void> complete(ChassisData& data) override {
-    if (scan_.is_on()) {
+    if (scan_.is_aimed()) {
       dialogue().look(points_);
       points_.recordingTime = data.recordingTime;
       points_.duration = static_cast<u32>(period().count());
       points_.sectorNum = 1;
       scan_.send(*work_, points_);
     }
-    if (io_.is_on()) {
+    if (io_.is_aimed()) {
       const RoombaSensors& sensors = dialogue().sensors();
       values_.recordingTime = data.recordingTime;
       values_.values.clear();

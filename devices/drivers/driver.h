@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 
+#include "devices/drivers/relay.h"
 #include "devices/io/device.h"
 #include "os/wakeup.h"
 #include "rack/clock.h"
@@ -86,6 +87,14 @@ class Driver : public DataModule<Data> {
     if (!parsed) return parsed.error();
     options.address = *parsed;
     return options;
+  }
+
+  // At the component that NAMESys and NAMEInst say; -1: at none.
+  template <class Other>
+  void aim(Relay<Other>& relay, tims::Mailbox& work, std::uint32_t class_id,
+           const std::string& name) const {
+    relay.stop();
+    if (this->integer(name + "Inst") >= 0) relay.aim(work, this->address_of(class_id, name));
   }
 
   Result<void> module_init() override {

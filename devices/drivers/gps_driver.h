@@ -53,9 +53,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     position_asked_.reset();
     if (this->integer("positionInst") >= 0)
       position_.emplace(*work_, this->address_of(tims::class_id::kPosition, "position"));
-    relay_.stop();
-    if (this->integer("clockRelayInst") >= 0)
-      relay_.aim(*work_, this->address_of(tims::class_id::kClock, "clockRelay"));
+    this->aim(relay_, *work_, tims::class_id::kClock, "clockRelay");
     open_pulse();
     return Driver<GpsData, Dialog>::module_on();
   }

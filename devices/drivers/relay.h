@@ -14,14 +14,14 @@ namespace rack::device {
 template <class Data>
 class Relay {
  public:
-  // work: for its commands. From now on it is on, or try_on() says why not.
+  // work: for its commands.
   void aim(tims::Mailbox& work, tims::Address component) {
     proxy_.emplace(work, component);
     to_ = tims::Address(component.raw() + 1);
   }
   void stop() { proxy_.reset(); }
-  [[nodiscard]] bool is_on() const { return proxy_.has_value(); }
-  Result<void> turn_on() { return proxy_->on(); }
+  [[nodiscard]] bool is_aimed() const { return proxy_.has_value(); }
+  Result<void> turn_on() { return proxy_ ? proxy_->on() : Result<void>(); }
 
   // Whoever is not there hears nothing.
   void send(tims::Mailbox& from, const Data& data) {
