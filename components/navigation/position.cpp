@@ -3,7 +3,7 @@
 #include <mutex>
 #include <optional>
 
-#include "components/navigation/coordinates.h"
+#include "components/geometry/coordinates.h"
 #include "components/navigation/reckoning.h"
 #include "rack/data_module.h"
 #include "rack/input.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "components/navigation/coordinates.h"
+#include "components/geometry/coordinates.h"
 #include "components/path/path_maker.h"
 #include "components/path/rddf.h"
 

@@ -160,7 +160,7 @@ class World {
   // its step, with the next one.
 
   // One number a motor, in the order of the robot's Wheels: mm/s of each rim (differential: left,
-  // right), and rad of each steering. What is not finite counts as 0; motors left out keep theirs.
+  // right), and rad of each steering. What is no number stays as it was, and so do motors left out.
   void drive(std::size_t robot, std::span<const double> motors, tims::Time at);
   // The same by a movement, for a base that is told one.
   void drive(std::size_t robot, const device::ChassisSpeed& speed, tims::Time at);

@@ -2,7 +2,7 @@
 // or become a path that keeps to its limits, goes on where it was, and ends at rest.
 #include <cmath>
 
-#include "components/navigation/coordinates.h"
+#include "components/geometry/coordinates.h"
 #include "components/path/path_maker.h"
 #include "components/path/rddf.h"
 #include "tests/fuzz/fuzz_input.h"

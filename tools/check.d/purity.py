@@ -26,7 +26,7 @@ ALLOWED = [re.compile(p) for p in (
     r"fmt::v9::vformat.*",
     r"jpeg_\w+|_setjmp|longjmp",  # devices/camera/jpeg.cpp: libjpeg, and its errors
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
-    r"(sin|cos|tan|asin|acos|atan|atan2|sincos)f?",
+    r"(sin|cos|tan|asin|acos|atan|atan2|sincos|sinh|cosh|tanh|atanh)f?",
 )]
 # Sanitizer builds call their own runtime.
 INSTRUMENTED = re.compile(r"__(asan|ubsan|tsan|sanitizer)_.*")

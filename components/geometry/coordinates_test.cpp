@@ -1,4 +1,4 @@
-#include "components/navigation/coordinates.h"
+#include "components/geometry/coordinates.h"
 
 #include <array>
 #include <cmath>
