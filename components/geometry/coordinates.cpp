@@ -254,7 +254,7 @@ bool Coordinates::find_offset(const Plane& plane) {
   return true;
 }
 
-PositionData Coordinates::on_plane(const Plane& plane, i32 altitude, f32 heading) {
+PositionData Coordinates::on_plane(const Plane& plane, i32 altitude, f32 heading) const {
   PositionData position;
   position.pos = position_of(plane.northing - settings_.offset_northing,
                              plane.easting - settings_.offset_easting, altitude, heading);

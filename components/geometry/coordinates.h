@@ -98,7 +98,7 @@ class Coordinates {
   };
   // Whether that place is the first one, and becomes the offset.
   bool find_offset(const Plane& plane);
-  PositionData on_plane(const Plane& plane, i32 altitude, f32 heading);
+  [[nodiscard]] PositionData on_plane(const Plane& plane, i32 altitude, f32 heading) const;
   [[nodiscard]] Plane plane_of(const PositionData& position) const;
   [[nodiscard]] PositionGkData gk_of(const PositionData& position) const;
   [[nodiscard]] PositionUtmData utm_of(const PositionData& position) const;

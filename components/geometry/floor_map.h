@@ -67,6 +67,12 @@ class FloorMap {
   // x = (drawing's y - offset_x) * scale, y = (drawing's x - offset_y) * scale.
   FloorMap(const DxfDrawing& drawing, double scale, double offset_x, double offset_y);
 
+  struct Wall {
+    MapPoint from;
+    MapPoint way;  // to its end
+    double length;
+  };
+  [[nodiscard]] std::span<const Wall> walls() const { return walls_; }
   [[nodiscard]] std::size_t size() const { return walls_.size(); }
 
   // The way to the nearest wall along each ray, at most max_range.
@@ -75,11 +81,6 @@ class FloorMap {
   [[nodiscard]] double clearance(const MapPoint& at) const;
 
  private:
-  struct Wall {
-    MapPoint from;
-    MapPoint way;  // to its end
-    double length;
-  };
   static void cast(const Wall& wall, const RayFan& fan, std::span<double> ranges);
   static double range(const Wall& wall, const MapPoint& from, double angle, double otherwise);
 

@@ -14,7 +14,7 @@ namespace {
 
 // Nobody in walls, tables or each other for hours; everybody gets about.
 TEST(People, WalkForHoursWhereThereIsRoom) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const Scenery scenery(two_rooms(), kTable);
     const std::vector<Box> robots = {Box::of({1000, 1000}, 0.3, 600, 500)};
     const std::vector<Solid> obstacles = {Solid::of({.at = {4000, 2000}})};
@@ -25,7 +25,7 @@ TEST(People, WalkForHoursWhereThereIsRoom) {
     std::vector<std::set<bool>> rooms(people.size());
     double way = 0;
     double nearest = kNoHit;
-    constexpr int kSteps = 1800 * 200;
+    constexpr int kSteps = 1200 * 200;
     for (int step = 0; step < kSteps; ++step) {
       people.step(around, contacts);
       for (std::size_t i = 0; i < people.size(); ++i) {
@@ -40,7 +40,7 @@ TEST(People, WalkForHoursWhereThereIsRoom) {
     }
     EXPECT_GE(nearest, kPersonRadius - 1e-6);
     for (const auto& been_in : rooms) EXPECT_EQ(been_in.size(), 2U);
-    EXPECT_GT(way / 8, 300e3) << "half an hour is 2 km, but for pauses and waiting";
+    EXPECT_GT(way / 8, 200e3) << "20 minutes are 1.4 km, but for pauses and waiting";
     EXPECT_GT(contacts[0].bumped, 0U);
   }
 }

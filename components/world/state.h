@@ -30,7 +30,7 @@ class World::State {
   Vehicle& vehicle(std::size_t robot) { return robots_[robot].vehicle; }
   [[nodiscard]] const Vehicle& vehicle(std::size_t robot) const { return robots_[robot].vehicle; }
 
-  tims::Result<void> place(std::size_t robot, const Pose& pose);
+  tims::Result<void> place(std::size_t number, const Pose& pose);
   tims::Result<std::size_t> put(const ObstacleDescription& obstacle);
   bool remove(std::size_t obstacle);
   void freeze_people(bool frozen) { frozen_ = frozen; }
@@ -38,12 +38,13 @@ class World::State {
 
   // --- seeing (sensing.cpp)
 
-  [[nodiscard]] RayHit look(const SensorId& sensor, const RayDirection& ray, tims::Time at) const;
-  [[nodiscard]] Echo measure(const SensorId& sensor, const RayDirection& ray, tims::Time at) const;
-  [[nodiscard]] SatelliteFix satellite_fix(const SensorId& sensor, tims::Time at) const;
-  [[nodiscard]] InertialMeasurement inertial(const SensorId& sensor, tims::Time at) const;
-  [[nodiscard]] double compass(const SensorId& sensor, tims::Time at) const;
-  [[nodiscard]] Pose sensor_pose(const SensorId& sensor, tims::Time at) const;
+  [[nodiscard]] RayHit look(const SensorId& id, const RayDirection& direction, tims::Time at) const;
+  [[nodiscard]] Echo measure(const SensorId& id, const RayDirection& direction,
+                             tims::Time at) const;
+  [[nodiscard]] SatelliteFix satellite_fix(const SensorId& id, tims::Time at) const;
+  [[nodiscard]] InertialMeasurement inertial(const SensorId& id, tims::Time at) const;
+  [[nodiscard]] double compass(const SensorId& id, tims::Time at) const;
+  [[nodiscard]] Pose sensor_pose(const SensorId& id, tims::Time at) const;
   [[nodiscard]] Pose pose(std::size_t robot, tims::Time at) const;
   void plug(const SensorId& sensor, bool plugged) { sensor_at(sensor).is_plugged = plugged; }
   [[nodiscard]] bool is_plugged(const SensorId& sensor) const {
@@ -87,19 +88,19 @@ class World::State {
   [[nodiscard]] People::Surroundings surroundings() const { return {scenery_, hulls_, solids_}; }
   [[nodiscard]] Box hull(std::size_t robot, const MapPoint& at, double rho) const;
   void step();
-  void step_robot(std::size_t robot, tims::Time begin);
-  void block(std::size_t robot, Met met);
+  void step_robot(std::size_t number, tims::Time begin);
+  void block(std::size_t number, Met met);
   // What is in the way of a hull; of another robot's only where it is now.
   [[nodiscard]] Met in_the_way(std::size_t robot, const Box& hull) const;
   [[nodiscard]] bool is_on_ground(const Box& hull) const;
-  void settle(std::size_t robot, const RobotSample& next);
+  void settle(std::size_t number, const RobotSample& next);
   void collect_obstacles();
   void forget_obstacles();
 
   // What of that which moves or was put a ray meets before `best`.
   void meet_obstacles(const Ray& ray, tims::Time at, RayHit& best) const;
-  void meet_people(const Ray& ray, const History::Moment& moment, RayHit& best) const;
-  void meet_robots(const Ray& ray, std::size_t own, const History::Moment& moment,
+  void meet_people(const Ray& ray, const History::Moment& when, RayHit& best) const;
+  void meet_robots(const Ray& ray, std::size_t own, const History::Moment& when,
                    RayHit& best) const;
 
   WorldDescription description_;

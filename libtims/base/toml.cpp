@@ -74,16 +74,18 @@ void append_children(const TextFile& file, const toml::node& node, int depth, To
 
 std::string label(const TomlNode& node) { return node.key.empty() ? "an item" : node.key; }
 
+std::string real_text(double number) {
+  std::array<char, 32> text{};  // the longest double has 24 characters
+  return {text.data(), std::to_chars(text.begin(), text.end(), number).ptr};
+}
+
 std::string as_written(const TomlNode& node) {
   if (node.form == TomlNode::Form::kTable) return "a table";
   if (node.form == TomlNode::Form::kArray) return "an array";
   if (const auto* text = std::get_if<std::string>(&node.value)) return "\"" + *text + "\"";
   if (const auto* flag = std::get_if<bool>(&node.value)) return *flag ? "true" : "false";
   if (const auto* number = std::get_if<std::int64_t>(&node.value)) return std::to_string(*number);
-  if (const auto* number = std::get_if<double>(&node.value)) {
-    std::array<char, 32> text{};  // the longest double has 24 characters
-    return {text.data(), std::to_chars(text.begin(), text.end(), *number).ptr};
-  }
+  if (const auto* number = std::get_if<double>(&node.value)) return real_text(*number);
   return std::string(std::get<Foreign>(node.value).what);
 }
 
@@ -189,6 +191,18 @@ void TomlReader::number(const TomlNode& node, std::int64_t min, std::int64_t max
   else
     refuse(node,
            wants(node, "a number from " + std::to_string(min) + " to " + std::to_string(max)));
+}
+
+void TomlReader::real(const TomlNode& node, double min, double max, double& out) {
+  const auto* whole = std::get_if<std::int64_t>(&node.value);
+  const auto* real = std::get_if<double>(&node.value);
+  const bool is_number =
+      node.form == TomlNode::Form::kValue && (whole != nullptr || real != nullptr);
+  const double value = whole != nullptr ? static_cast<double>(*whole) : real != nullptr ? *real : 0;
+  if (is_number && value >= min && value <= max)
+    out = value;
+  else
+    refuse(node, wants(node, "a number from " + real_text(min) + " to " + real_text(max)));
 }
 
 void TomlReader::duration(const TomlNode& node, bool zero, Duration& out) {

@@ -89,6 +89,8 @@ class TomlReader {
   // Whatever stands there, as a program's argument: true is 1.
   void plain(const TomlNode& node, std::string& out);
   void number(const TomlNode& node, std::int64_t min, std::int64_t max, std::int64_t& out);
+  // Whole or not, but a number.
+  void real(const TomlNode& node, double min, double max, double& out);
   // Above zero unless `zero` is allowed.
   void duration(const TomlNode& node, bool zero, Duration& out);
   // The value is a text, and not as it should be.

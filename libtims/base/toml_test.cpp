@@ -72,6 +72,7 @@ struct Sample {
   std::string text;
   std::string plain;
   std::int64_t number = 0;
+  double real = 0;
   Duration duration{};
   std::vector<std::string> list;
   std::vector<std::string> names;
@@ -87,6 +88,7 @@ Sample read(const std::string& text) {
       {{"text", [&](const TomlNode& node) { reader.text(node, out.text); }},
        {"plain", [&](const TomlNode& node) { reader.plain(node, out.plain); }},
        {"number", [&](const TomlNode& node) { reader.number(node, 1, 9, out.number); }},
+       {"real", [&](const TomlNode& node) { reader.real(node, -1.5, 9, out.real); }},
        {"duration", [&](const TomlNode& node) { reader.duration(node, false, out.duration); }},
        {"list",
         [&](const TomlNode& node) {
@@ -119,6 +121,19 @@ TEST(TomlReader, EveryKeyGoesToItsFunction) {
   EXPECT_EQ(read("plain = \"t\"\n").plain, "t");
 }
 
+TEST(TomlReader, RealNumbersAreWholeOnesToo) {
+  EXPECT_EQ(read("real = -1.5\n").real, -1.5);
+  EXPECT_EQ(read("real = 9\n").real, 9);
+  for (const char* wrong : {"-1.6", "9.1", "10", "nan", "inf", "true"}) {
+    const Sample sample = read(std::string("real = ") + wrong + "\n");
+    EXPECT_THAT(
+        sample.problems,
+        ElementsAre(std::string("f:1:8: real wants a number from -1.5 to ") + "9, not " + wrong));
+  }
+  EXPECT_THAT(read("real = [1]\n").problems,
+              ElementsAre("f:1:8: real wants a number from -1.5 to 9, not an array"));
+}
+
 TEST(TomlReader, EveryProblemHasItsPlace) {
   const Sample sample = read(
       "text = 1\nplain = []\nnumber = 10\nduration = \"0s\"\nlist = [1]\nitem = 1\nnamed = 2\n"
@@ -133,7 +148,7 @@ TEST(TomlReader, EveryProblemHasItsPlace) {
                   "f:6:8: item wants [[item]] above the keys of each, not 1",
                   "f:7:9: named wants [named.NAME] above the keys of each, not 2",
                   "f:8:1: unknown key of a sample \"txet\"; did you mean text?",
-                  "f:9:1: unknown key of a sample \"colour\"; there are text, plain, number, "
+                  "f:9:1: unknown key of a sample \"colour\"; there are text, plain, number, real, "
                   "duration, list, item, named"));
 }
 
