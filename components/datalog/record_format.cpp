@@ -24,6 +24,7 @@
 #include "rack/proxies/position.h"
 #include "rack/proxies/scan2d.h"
 #include "rack/proxies/scan3d.h"
+#include "rack/proxies/scan3d_compression.h"
 #include "rack/proxies/servo_drive.h"
 #include "rack/proxies/vehicle.h"
 
@@ -131,6 +132,15 @@ Record record_of(const Scan2dData& data, u32 file_number, bool /*binary_io*/) {
 }
 
 Record record_of(const Scan3dData& data, u32 file_number, bool binary_io) {
+  if (data.compressed != 0) {  // files have points; what cannot be understood is recorded as none
+    Scan3dData scan = data;
+    if (!Scan3dCompression().decompress(scan)) {
+      scan.compressed = 0;
+      scan.pointNum = 0;
+      scan.compressedPoints.clear();
+    }
+    return record_of(scan, file_number, binary_io);
+  }
   RecordLine line;
   add_fields(line, data.recordingTime, data.duration, data.maxRange, data.scanNum,
              data.scanPointNum, data.scanMode, data.scanHardware, data.sectorNum, data.sectorIndex,

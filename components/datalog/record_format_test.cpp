@@ -14,6 +14,7 @@
 #include "rack/proxies/position.h"
 #include "rack/proxies/scan2d.h"
 #include "rack/proxies/scan3d.h"
+#include "rack/proxies/scan3d_compression.h"
 
 namespace rack::datalog {
 
@@ -70,6 +71,18 @@ TEST(RecordFormat, PointsHaveAFileOfTheirOwn) {
   EXPECT_EQ(binary.suffix, ".3d");
   EXPECT_EQ(binary.raw_suffix, ".3d.raw");
   EXPECT_EQ(binary.raw.size(), 68U);
+}
+
+TEST(RecordFormat, CompressedPointsAreRecordedAsPoints) {
+  Scan3dData scan{.pointNum = 100};
+  scan.points.resize(100, {.x = 5, .y = -6, .intensity = 7});
+  const std::string plain = recorded(tims::class_id::kScan3d, scan, true).file;
+  ASSERT_TRUE(Scan3dCompression().compress(scan));
+  const Record record = recorded(tims::class_id::kScan3d, scan, true);
+  EXPECT_EQ(record.file, plain);
+  EXPECT_EQ(record.raw.size(), 68U + 100 * 20);
+  scan.compressedPoints[0] = std::byte{};
+  EXPECT_EQ(recorded(tims::class_id::kScan3d, scan, true).file, "");
 }
 
 TEST(RecordFormat, Pictures) {
