@@ -30,8 +30,8 @@ Scan3dData room(std::size_t lines, std::size_t line_points, unsigned seed = 1) {
   std::normal_distribution<double> noise(0, 8);
   std::vector<ScanPoint> points;
   for (std::size_t i = 0; i < lines * line_points; ++i) {
-    const double across =
-        std::numbers::pi * static_cast<double>(i / line_points) / static_cast<double>(lines);
+    const std::size_t line = i / line_points;
+    const double across = std::numbers::pi * static_cast<double>(line) / static_cast<double>(lines);
     const double up = 2 * std::numbers::pi * static_cast<double>(i % line_points) /
                       static_cast<double>(line_points);
     const double x = std::cos(up) * std::cos(across);

@@ -44,7 +44,7 @@ class RecordLine {
   template <std::size_t I, typename T, typename Field>
   void add_field(const T& value, const Field& field) {
     if constexpr (kIsCount<Field>) {
-      number(boost::pfr::get<sequence_of_count<T, I>()>(value).size());
+      number(reflect::field_of<sequence_of_count<T, I>()>(value).size());
     } else {
       add(field);
     }
