@@ -4,6 +4,7 @@
 
 #include "components/geometry/pose.h"
 #include "components/scan2d/ladar_scan.h"
+#include "components/scan2d/picture_intensity.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/camera.h"
@@ -12,16 +13,13 @@
 namespace rack::scan2d {
 namespace {
 
-// A word for each point.
-constexpr std::uint32_t kPictureMax =
-    wire_size<CameraData>() + 2 * decltype(LadarData::points)::kMax;
-
-// The original's, in its order.
-constexpr std::array<ParameterInfo, 17> kParameters = {{
+// The original's, in its order, and behind them where a camera of pictures is.
+constexpr std::array<ParameterInfo, 23> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
     {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
     {"cameraSys", 0, "system id of the camera", 0, kIdMax},
-    {"cameraInst", -1, "instance of the camera that has the intensities; -1: none", -1, kIdMax},
+    {"cameraInst", -1,
+     "instance of the camera that has the intensities (given at the start); -1: none", -1, kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
     {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
@@ -35,6 +33,12 @@ constexpr std::array<ParameterInfo, 17> kParameters = {{
     {"angleMax", 180, "of the ladar as if it stood upright, deg", -360, 360},
     {"reflectorFilterMode", 0, "1: a wall seen at right angles is no reflector", 0, 1},
     {"medianFilter", 0, "1: single points that stick out are noise", 0, 1},
+    {"cameraX", 0, "where a camera of pictures is on the robot, mm"},
+    {"cameraY", 0, "mm"},
+    {"cameraZ", 0, "below the plane of the ladar, mm; above it: negative"},
+    {"cameraPhi", 0.0F, "how it leans to the right, deg", -360, 360},
+    {"cameraPsi", 0.0F, "how far it looks up, deg", -360, 360},
+    {"cameraRho", 0.0F, "where it looks, clockwise, deg", -360, 360},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -46,14 +50,14 @@ constexpr ModuleInfo kInfo{
 
 class Scan2d : public DataModule<Scan2dData> {
  public:
-  Scan2d() : DataModule(kInfo, {.history = 10}) {
-    reserve_all(ladar_data_);
-    picture_.image.reserve(kPictureMax);
-  }
+  Scan2d() : DataModule(kInfo, {.history = 10}) { reserve_all(ladar_data_); }
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, kPictureMax);
+    const bool has_camera = integer("cameraInst") >= 0;
+    if (has_camera) picture_.image.reserve_all();
+    const auto work =
+        create_mailbox(1, has_camera ? body_max<CameraData>() : std::uint32_t{kReasonMax});
     if (!work) return work.error();
     const auto stream = create_mailbox(1, body_max<LadarData>());
     if (!stream) return stream.error();
@@ -69,8 +73,11 @@ class Scan2d : public DataModule<Scan2dData> {
     set_period(*granted);
     camera_.reset();
     if (integer("cameraInst") >= 0) {
+      if (picture_.image.capacity() == 0)
+        return refused("cameraInst has to be given when Scan2d is started");
       camera_.emplace(*work_, address_of(tims::class_id::kCamera, "camera"));
       if (auto on = camera_->on(); !on) return on;
+      view_ = camera_view();
     }
     position_.reset();
     get_local_buffer().refPos = {};
@@ -79,6 +86,21 @@ class Scan2d : public DataModule<Scan2dData> {
       if (auto on = position_->on(); !on) return on;
     }
     return DataModule::module_on();
+  }
+
+  // A ladar that is a camera, too, need not say what it sees.
+  Result<CameraView> camera_view() {
+    const auto camera = camera_->get_parameter();
+    if (!camera) return camera.error();
+    const auto angle = [this](std::string_view name) {
+      return radians(static_cast<double>(real(name)));
+    };
+    return CameraView::make(*camera, {.x = static_cast<double>(integer("cameraX")),
+                                      .y = static_cast<double>(integer("cameraY")),
+                                      .z = static_cast<double>(integer("cameraZ")),
+                                      .phi = angle("cameraPhi"),
+                                      .psi = angle("cameraPsi"),
+                                      .rho = angle("cameraRho")});
   }
 
   void read_parameters() {
@@ -102,21 +124,34 @@ class Scan2d : public DataModule<Scan2dData> {
     if (auto come = ladar_->next(ladar_data_, 2 * period()); !come) return come;
     Scan2dData& scan = get_local_buffer();
     convert(ladar_data_, mounting_, filter_, scan);
-    if (camera_) {
-      if (auto seen = camera_->get_data(picture_, scan.recordingTime); !seen) return seen;
-      if (auto added = add_intensities(picture_, scan); !added) return added;
-    }
     if (position_) {
       const auto position = position_->get_data(scan.recordingTime);
       if (!position) return position.error();
       scan.refPos = position->pos;
     }
+    if (camera_) {
+      if (auto seen = camera_->get_data(picture_, scan.recordingTime); !seen) return seen;
+      if (auto added = add_picture(scan); !added) return added;
+    }
     return put_local_buffer();
+  }
+
+  Result<void> add_picture(Scan2dData& scan) {
+    if (picture_.width == 1 || picture_.height == 1) return add_intensities(picture_, scan);
+    if (!view_) return view_.error();
+    Pose moved;
+    if (position_) {
+      const auto then = position_->get_data(picture_.recordingTime);
+      if (!then) return then.error();
+      moved = Pose::of(scan.refPos) - Pose::of(then->pos);
+    }
+    return add_brightness(*view_, picture_, moved, scan);
   }
 
   tims::Mailbox* work_ = nullptr;
   std::optional<Input<LadarProxy>> ladar_;
   std::optional<CameraProxy> camera_;
+  Result<CameraView> view_ = refused("it was not asked");
   std::optional<PositionProxy> position_;
   LadarData ladar_data_;
   CameraData picture_;

@@ -22,16 +22,16 @@ struct Plane {
   }
 };
 
-// 20 x 8 x 3 m, one corner of it cut off; the robot's origin is 0.6 m above the floor.
-inline std::vector<Plane> hall() {
+// 8 m wide, 3 m high, one corner of it cut off; the robot's origin is 0.6 m above the floor.
+inline std::vector<Plane> hall(double ahead = 10000) {
   const double slope = radians(40);
-  return {{{1, 0, 0}, 10000},
+  return {{{1, 0, 0}, ahead},
           {{-1, 0, 0}, 10000},
           {{0, 1, 0}, 4000},
           {{0, -1, 0}, 4000},
           {{0, 0, 1}, 600},
           {{0, 0, -1}, 2400},
-          {{std::cos(slope), std::sin(slope), 0}, 9000}};
+          {{std::cos(slope), std::sin(slope), 0}, std::cos(slope) * ahead + 1340}};
 }
 
 struct Ride {

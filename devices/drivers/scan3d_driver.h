@@ -2,11 +2,10 @@
 // of the class.
 #pragma once
 
-#include <cmath>
-#include <fstream>
 #include <numbers>
 #include <optional>
 
+#include "components/scan2d/scan3d_commands.h"
 #include "devices/drivers/driver.h"
 #include "devices/scan3d/spinning_scan.h"
 #include "rack/proxies/position.h"
@@ -20,7 +19,7 @@ inline constexpr std::array<ParameterInfo, 7> kSpinParameters = {{
     {"direction", 0, "where its front looks on the robot, clockwise, deg", -360, 360},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
-    {"storePath", "", "STORE_DATA writes the scan to this and a number, as text (.3d)"},
+    kStorePath,
 }};
 
 template <std::size_t N>
@@ -29,13 +28,13 @@ constexpr auto spin_parameters(const std::array<ParameterInfo, N>& own) {
 }
 
 template <class Dialog>
-class Scan3dDriver : public Driver<Scan3dData, Dialog> {
+class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
  public:
   explicit Scan3dDriver(const ModuleInfo& info)
-      : Driver<Scan3dData, Dialog>(info, {.history = 4}) {}
+      : Scan3dCommands<Driver<Scan3dData, Dialog>>(info, {.history = 4}) {}
 
  protected:
-  using Base = Driver<Scan3dData, Dialog>;
+  using Base = Scan3dCommands<Driver<Scan3dData, Dialog>>;
 
   SpinSettings spin_settings() const {
     return {.sectors = this->integer("sectors"),
@@ -69,62 +68,9 @@ class Scan3dDriver : public Driver<Scan3dData, Dialog> {
     return {};
   }
 
-  Result<void> module_command(const tims::MessageView& message) override {
-    switch (message.header.type) {
-      case Scan3dType::kGetRangeImage:
-        return send_range_image(message);
-      case Scan3dType::kStoreData:
-        return store(message);
-      default:
-        return Base::module_command(message);
-    }
-  }
-
  private:
-  // For people: it is not asked for often.
-  Result<Scan3dData> newest() const {
-    const std::lock_guard lock(this->mutex_);
-    if (this->history().size() == 0) return this->refused("there is no scan yet");
-    return decode<Scan3dData>(this->history().newest().body);
-  }
-
-  Result<void> send_range_image(const tims::MessageView& message) {
-    const auto scan = newest();
-    if (!scan) return scan.error();
-    Scan3dRangeImageData image{.recordingTime = scan->recordingTime,
-                               .scanMode = scan->scanMode,
-                               .maxRange = scan->maxRange,
-                               .scanNum = static_cast<i16>(scan->scanNum),
-                               .scanPointNum = static_cast<i16>(scan->scanPointNum)};
-    constexpr double kFarthest = 32767;  // of its numbers
-    for (const ScanPoint& point : scan->points) {
-      const double range = std::hypot(point.x.raw(), point.y.raw(), point.z.raw());
-      image.points.push_back({.range = static_cast<i16>(std::min(range, kFarthest)),
-                              .type = static_cast<i16>(point.type)});
-    }
-    this->reply(message.header, Scan3dType::kRangeImage, image);
-    return {};
-  }
-
-  Result<void> store(const tims::MessageView& message) {
-    const std::string path = this->text("storePath");
-    if (path.empty()) return this->refused("storePath says where to, and is empty");
-    const auto scan = newest();
-    if (!scan) return scan.error();
-    const std::string name = path + "_" + std::to_string(++stored_) + ".3d";
-    std::ofstream file(name);
-    for (const ScanPoint& point : scan->points)
-      file << point.x.raw() << ' ' << point.y.raw() << ' ' << point.z.raw() << ' ' << point.type
-           << ' ' << point.segment << ' ' << point.intensity << '\n';
-    file.close();
-    if (!file) return tims::Error(tims::Errc::kSystem, "cannot write " + name);
-    this->reply(message.header, tims::type::kOk);
-    return {};
-  }
-
   tims::Mailbox* work_ = nullptr;
   std::optional<PositionProxy> position_;
-  int stored_ = 0;
 };
 
 }  // namespace rack::device

@@ -1,0 +1,61 @@
+// What every component with scans of space is asked for beside its data: the newest scan as a
+// picture (GET_RANGE_IMAGE), and to write it to a file (STORE_DATA).
+#pragma once
+
+#include <fstream>
+#include <mutex>
+#include <string>
+
+#include "components/scan3d/range_image.h"
+#include "rack/data_module.h"
+#include "rack/proxies/scan3d.h"
+#include "rack/proxies/scan3d_compression.h"
+
+namespace rack {
+
+inline constexpr ParameterInfo kStorePath{
+    "storePath", "", "STORE_DATA writes the scan to this and a number, as text (.3d)"};
+
+// `Base` is a DataModule<Scan3dData> with the parameter kStorePath. Commands of people: they may
+// allocate.
+template <class Base>
+class Scan3dCommands : public Base {
+ public:
+  using Base::Base;
+
+ protected:
+  // The scan that is shown; its points may be compressed.
+  virtual Result<Scan3dData> shown() const {
+    const std::lock_guard lock(this->mutex_);
+    if (this->history().size() == 0) return this->refused("there is no scan yet");
+    return decode<Scan3dData>(this->history().newest().body);
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != Scan3dType::kGetRangeImage &&
+        message.header.type != Scan3dType::kStoreData)
+      return Base::module_command(message);
+    auto scan = shown();
+    if (!scan) return scan.error();
+    if (auto good = Scan3dCompression().decompress(*scan); !good) return good;
+    if (message.header.type == Scan3dType::kStoreData) return this->answered(message, store(*scan));
+    this->reply(message.header, Scan3dType::kRangeImage, scan3d::range_image(*scan));
+    return {};
+  }
+
+ private:
+  Result<void> store(const Scan3dData& scan) {
+    const std::string path = this->text("storePath");
+    if (path.empty()) return this->refused("storePath says where to, and is empty");
+    const std::string name = path + "_" + std::to_string(++stored_) + ".3d";
+    std::ofstream file(name);
+    file << scan3d::point_lines(scan);
+    file.close();
+    if (!file) return tims::Error(tims::Errc::kSystem, "cannot write " + name);
+    return {};
+  }
+
+  int stored_ = 0;
+};
+
+}  // namespace rack
