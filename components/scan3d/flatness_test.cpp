@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include "components/scan3d/hall_fixture.h"
+#include "tests/support/patience.h"
 
 namespace rack::scan3d {
 namespace {
 
 constexpr double kFlat = 20;  // mm, p95
 constexpr double kSeconds = 3.5;
+constexpr unsigned kRides = 100 / tims::test::kSlowdown;
 
 // Bends to the right and left at 2 m/s, a tilting LMS200 at 75 Hz on the front of the robot.
 Ride tilting(unsigned seed) {
@@ -66,7 +68,7 @@ SweepSettings settings_of(const Ride& ride) {
 TEST(Flatness, WallsAreFlatAtTwoMetresASecond) {
   Worst worst;
   Worst quiet;
-  for (unsigned seed = 0; seed < 100; ++seed) {
+  for (unsigned seed = 0; seed < kRides; ++seed) {
     Ride ride = tilting(seed);
     const Worst without = seed % 5 == 0 ? worst_of(ride, settings_of(ride), kSeconds) : Worst{};
     EXPECT_LE(without.p95, kFlat / 2) << seed;
