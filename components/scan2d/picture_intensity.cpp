@@ -81,7 +81,8 @@ std::optional<Pixel> CameraView::pixel(const Place& place, double width, double 
   const double row =
       (y / f * static_cast<double>(camera_.fy.raw()) + static_cast<double>(camera_.n0.raw())) *
       height / camera_.calibration_height.raw();
-  if (!(column >= 0 && column < width && row >= 0 && row < height)) return {};
+  const bool is_inside = column >= 0 && column < width && row >= 0 && row < height;  // no NaN
+  if (!is_inside) return {};
   return Pixel{static_cast<std::size_t>(column), static_cast<std::size_t>(row)};
 }
 

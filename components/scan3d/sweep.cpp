@@ -60,7 +60,8 @@ Sweep::Sweep(const SweepSettings& settings)
 
 void Sweep::add(const LadarData& scan) {
   const double half = half_of(scan);
-  if (scan.points.empty() || !(half >= 0 && 2 * half <= kLongest)) {
+  const bool is_sane = half >= 0 && 2 * half <= kLongest;  // no NaN
+  if (scan.points.empty() || !is_sane) {
     ++losses_.broken;
     return;
   }
