@@ -33,13 +33,14 @@ expect_line "$units/tims-router.service" "^ExecStart=$own/bin/tims-router --conf
 expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/etc/tims/robots/%i.toml"
 expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
 if grep -n '@[A-Z_]*@' "$units"/*; then fail "names that nobody replaced"; fi
-for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate; do expect "$own/bin/$program"; done
+for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
 for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found there
 expect_line "$own/share/man/man1/tims-router.1" '^tims-router .* routes messages'
 expect_line "$own/share/man/man1/timsctl-msg-echo.1" '^\\fB\\-\\-filter'
 expect_line "$own/lib/udev/rules.d/60-rack.rules" '^LABEL="rack_end"$'
 for robot in sim base pioneer outdoor; do expect "$own/share/tims/robots/$robot.toml"; done
+expect "$own/share/tims/worlds/floor.toml"
 [[ $(readlink "$own/bin/tims_router_tcp") == tims-router ]] || fail "no link tims_router_tcp"
 echo "# mine" >"$own/etc/tims/router.toml"
 install "$own" >"$work/installed"

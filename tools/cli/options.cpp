@@ -162,6 +162,8 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.system = byte("a system from 0 to 255", v); }},
     {"on", 0, "HOST", "only what the file has for this host, here",
      [](Options& o, string_view v) { o.on = v; }},
+    {"world", 0, "ADDR", "which World; needed when the router knows several",
+     [](Options& o, string_view v) { o.world = v; }},
     {"wait", 0, "[30s]", "try again until it is so, at most 30 seconds or as long as said",
      [](Options& o, string_view v) { o.wait = duration(v); }},
     {"component", 'c', "GLOB", "only texts of these components",

@@ -63,6 +63,7 @@ struct Options {
   std::string since;
   std::string until;
   std::string directory;
+  std::string world;
   std::string filter;  // of msg echo
   bool fields = false;
   bool si = false;

@@ -57,7 +57,7 @@ function(tims_install_host)
   set(programs ${ARGN})
   if(TARGET tims-router)  # not with TIMS_LIBRARY_ONLY
     programs_of(drivers devices/drivers)
-    list(APPEND programs rack-emulate ${drivers})
+    list(APPEND programs rack-emulate World ${drivers})
   endif()
   foreach(program ${programs})
     if(TARGET ${program})
@@ -73,7 +73,7 @@ function(tims_install_host)
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(FILES ${deploy}/udev/60-rack.rules DESTINATION ${TIMS_UDEV_DIR})
-  install(DIRECTORY ${deploy}/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
+  install(DIRECTORY ${deploy}/robots ${deploy}/worlds DESTINATION ${CMAKE_INSTALL_DATADIR}/tims
     FILES_MATCHING PATTERN *.toml PATTERN *.dxf)
   foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR CMAKE_INSTALL_MANDIR)
     install(CODE "set(${name} \"${${name}}\")")

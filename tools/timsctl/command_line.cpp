@@ -189,6 +189,28 @@ constexpr Verb kOwnVerbs[] = {
      "?port=N one port of a packet capture.",
      "timsctl device play gps.cap pty:/tmp/gps", device_play},
 
+    {"world", "show", "", 0, 0, "watch count once sort world body-max", false,
+     "What is true in a simulated world: where robots and people are, what robots have touched, "
+     "what is pulled out of them.",
+     "timsctl world -w", world_show, kRows},
+    {"world", "place", "ROBOT X Y [RHO]", 3, 4, "world si", false,
+     "Puts a robot elsewhere: mm to the north and to the east, rad clockwise from north; or with a "
+     "unit, as 1.5m.",
+     "timsctl world place scout 1500 -2000 1.57", world_place},
+    {"world", "put", "X Y RADIUS", 3, 3, "world si", false,
+     "Puts a post into the world, 1 m high, and prints its number.", "timsctl world put 4m 0 200",
+     world_put},
+    {"world", "remove", "ID", 1, 1, "world", false, "Takes it away again.",
+     "timsctl world remove 3", world_remove},
+    {"world", "people", "on|off", 1, 1, "world", false,
+     "off: all people stand still until they are turned on.", "timsctl world people off",
+     world_people},
+    {"world", "unplug", "ROBOT SENSOR", 2, 2, "world", false,
+     "Pulls a device out of its line, as somebody pulls a cable; `base` is what drives the robot.",
+     "timsctl world unplug scout laser", world_unplug},
+    {"world", "plug", "ROBOT SENSOR", 2, 2, "world", false, "Plugs it in again.",
+     "timsctl world plug scout laser", world_plug},
+
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
      "nagios exits with 0 to 3, as monitoring expects.",

@@ -92,6 +92,14 @@ Exit device_watch(Context& context);
 Exit device_record(Context& context);
 Exit device_play(Context& context);
 
+Exit world_show(Context& context);
+Exit world_place(Context& context);
+Exit world_put(Context& context);
+Exit world_remove(Context& context);
+Exit world_people(Context& context);
+Exit world_unplug(Context& context);
+Exit world_plug(Context& context);
+
 Exit doctor(Context& context);
 Exit completion(Context& context);
 Exit complete(Context& context);

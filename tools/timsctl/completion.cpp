@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "devices/io/host_devices.h"
 #include "rack/codec/message_text.h"
+#include "rack/proxies/world.h"
 #include "tools/cli/admin_client.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
@@ -16,6 +17,7 @@
 #include "tools/cli/service.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/component_client.h"
+#include "tools/timsctl/world.h"
 
 namespace timsctl {
 
@@ -191,6 +193,14 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
   if (name == "CLASS") return classes();
   if (name == "TYPE") return messages(class_before(), true);
   if (name == "FIELD=VALUE" && before.size() > 1) return fields(class_before(), before[1]);
+  if (name == "ROBOT" || name == "SENSOR") {
+    Candidates out;
+    for (const auto& [robot, sensor] : world_devices(context)) {
+      if (name == "ROBOT") out.push_back(robot);
+      if (name == "SENSOR" && robot == before.front()) out.push_back(sensor);
+    }
+    return out;
+  }
   if (name == "CODE") {
     Candidates out;
     for (const CatalogueEntry& entry : catalogue()) out.emplace_back(entry.code);
@@ -207,6 +217,7 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
   if (option == "link") return peers(context);
   if (option == "from" || option == "component" || option == "listen")
     return living_addresses(context);
+  if (option == "world") return living_addresses(context, rack::kWorld);
   if (option == "type") return messages(rack::kEveryClass, false);
   if (option == "level") return {"print", "error", "warning", "info", "detail"};
   if (option == "by") return {"reason", "port", "class"};

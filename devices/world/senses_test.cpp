@@ -1,0 +1,238 @@
+// Drivers' dialogues, emulators and a world between them, on a clock of their own: what drivers
+// tell is what is true, and what they want is done.
+#include "devices/world/senses.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "devices/chassis/motor_bus.h"
+#include "devices/chassis/motor_chassis.h"
+#include "devices/chassis/p2os.h"
+#include "devices/chassis/pioneer.h"
+#include "devices/core/virtual_line.h"
+#include "devices/navigation/cmps03.h"
+#include "devices/navigation/nmea_receiver.h"
+#include "devices/navigation/xsens.h"
+#include "devices/scanners/lms200.h"
+
+namespace rack::device {
+namespace {
+
+using namespace std::chrono_literals;
+using world::SensorKind;
+
+constexpr Time kBegin{1000s};  // of virtual lines
+
+world::SensorDescription sensor(std::string name, SensorKind kind) {
+  return {.name = std::move(name), .kind = kind};
+}
+
+// A hall of 20 m by 20 m, and a robot in its middle that looks to the north.
+world::WorldDescription hall() {
+  world::WorldDescription hall;
+  constexpr double kFar = 10000;
+  hall.ground = {{-kFar, -kFar}, {kFar, kFar}};
+  const std::array<MapPoint, 5> corners = {
+      {{-kFar, -kFar}, {-kFar, kFar}, {kFar, kFar}, {kFar, -kFar}, {-kFar, -kFar}}};
+  for (std::size_t i = 0; i < 4; ++i) hall.walls.push_back({corners[i], corners[i + 1]});
+  hall.origin = {.latitude = radians(52), .longitude = radians(9)};
+  world::RobotDescription robot{.name = "scout", .track = 400, .device = "pioneer"};
+  robot.sensors = {sensor("laser", SensorKind::kScanner), sensor("gps", SensorKind::kSatellite),
+                   sensor("gyro", SensorKind::kInertial), sensor("compass", SensorKind::kCompass)};
+  hall.robots.push_back(robot);
+  return hall;
+}
+
+// An emulated device, whose world goes on with its clock.
+class InWorld final : public Dialogue {
+ public:
+  InWorld(Dialogue& device, world::World& world, std::span<Drivetrain> trains)
+      : device_(device), world_(world), trains_(trains), truth_(world.make_truth()) {}
+
+  void start(Time now, Output& out) override { device_.start(now, out); }
+  void on_arrival(const Arrival& arrival, Output& out) override {
+    go_on(world_, trains_, arrival.last, truth_);
+    device_.on_arrival(arrival, out);
+  }
+  void on_timeout(Time now, Output& out) override {
+    go_on(world_, trains_, now, truth_);
+    if (device_.next_timeout() <= now) device_.on_timeout(now, out);
+  }
+  [[nodiscard]] Time next_timeout() const override {
+    return std::min(device_.next_timeout(), world_.now() + Duration(1));
+  }
+
+ private:
+  Dialogue& device_;
+  world::World& world_;
+  std::span<Drivetrain> trains_;
+  world::Truth truth_;
+};
+
+class SensesTest : public testing::Test {
+ protected:
+  explicit SensesTest(world::WorldDescription description = hall())
+      : world_(std::move(*world::World::make(std::move(description), kBegin))) {}
+
+  [[nodiscard]] std::unique_ptr<Dialogue> sensing(const char* emulator, const char* name) const {
+    return find_emulator(emulator)->make(
+        scene_of(world_, *world_.find_sensor("scout", name), 20454 * 24h));
+  }
+  void turn(double omega) {
+    world_.drive(0, ChassisSpeed{.omega = static_cast<float>(omega)}, world_.now());
+  }
+  [[nodiscard]] world::RobotTruth robot() const {
+    auto truth = world_.make_truth();
+    world_.truth(truth);
+    return truth.robots[0];
+  }
+  // What the driver's dialogue has told last within that time.
+  template <class Data, class Dialog>
+  Data newest(Dialog& driver, Dialogue& emulator, const emulator::LineSettings& settings,
+              Duration within) {
+    InWorld device(emulator, world_, trains_);
+    emulator::VirtualLine line(driver, device, settings);
+    line.start();
+    Data newest{};
+    Time recorded{};
+    bool has_any = false;
+    line.run(within, [&] {
+      has_any = driver.take(newest, recorded) || has_any;
+      return false;
+    });
+    EXPECT_TRUE(has_any);
+    return newest;
+  }
+
+  world::World world_;
+  std::vector<Drivetrain> trains_;
+};
+
+constexpr emulator::LineSettings serial(std::uint32_t baud) {
+  return {.has_rate = true, .host_baud = baud, .device_baud = baud};
+}
+
+TEST_F(SensesTest, APioneerIsWhereItsOdometryIs) {
+  PioneerEmulator pioneer;
+  trains_.push_back(*Drivetrain::make(world_, 0, pioneer));
+  P2os driver{P2osSettings{}};
+  InWorld device(pioneer, world_, trains_);
+  emulator::VirtualLine line(driver, device, serial(9600));
+  line.start();
+  ASSERT_TRUE(line.run(20s, [&] { return driver.is_ready(); }));
+  Pose reckoned;
+  ChassisData data;
+  Time recorded{};
+  const auto drive = [&](const ChassisSpeed& speed, Duration how_long) {
+    const Time end = line.now() + how_long;
+    while (line.now() < end) {
+      driver.drive(speed, line.now());
+      line.run(50ms);
+      while (driver.take(data, recorded))
+        reckoned = reckoned + Pose{.x = static_cast<double>(data.deltaX.raw()),
+                                   .rho = static_cast<double>(data.deltaRho.raw())};
+    }
+  };
+  drive({.vx = 400}, 5s);
+  drive({.vx = 200, .omega = 0.4F}, 5s);
+  drive({}, 3s);
+  const world::RobotTruth truth = robot();
+  EXPECT_GT(truth.pose.x, 1500);
+  EXPECT_GT(truth.pose.rho, 1.5) << "clockwise";
+  EXPECT_NEAR(truth.pose.x, reckoned.x, 60);
+  EXPECT_NEAR(truth.pose.y, reckoned.y, 60);
+  EXPECT_NEAR(truth.pose.rho, reckoned.rho, 0.05);
+  EXPECT_NEAR(truth.vx, 0, 1e-6);
+}
+
+// Behind gears: shafts tell turns, rims move.
+TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
+  world::WorldDescription field = hall();
+  field.robots[0].kind = world::DriveKind::kDoubleAckermann;
+  field.robots[0].wheel_radius = 200;
+  field.robots[0].gear_ratio = 20;
+  field.robots[0].steer_ratio = 10;
+  field.robots[0].device = "robucar";
+  auto made = world::World::make(field, kBegin);
+  ASSERT_TRUE(made) << made.error().message();
+  class Motors final : public emulator::Wheelwork {
+   public:
+    [[nodiscard]] std::size_t motor_count() const override { return 6; }
+    [[nodiscard]] bool tells_shafts() const override { return true; }
+    void turned(Time now, std::span<double> ways) override {
+      const double seconds = std::chrono::duration<double>(now - kBegin).count();
+      std::ranges::fill(ways.first(4), 100 * seconds);  // 1000 mm/s of the rims
+      ways[4] = 2;                                      // 0.2 rad of the steering
+      ways[5] = -2;
+    }
+  } motors;
+  std::vector trains{*Drivetrain::make(*made, 0, motors)};
+  auto truth = made->make_truth();
+  for (Time now = kBegin; now < kBegin + 2s; now += 7ms) go_on(*made, trains, now, truth);
+  EXPECT_NEAR(truth.robots[0].way, 2000, 80);
+  EXPECT_NEAR(truth.robots[0].vx, 1000, 60);
+  EXPECT_NEAR(truth.robots[0].omega, 1000 * 2 * std::tan(0.2) / 1200, 0.05) << "to the right";
+
+  PioneerEmulator two;
+  EXPECT_FALSE(Drivetrain::make(*made, 0, two)) << "six wheels to turn, and two motors";
+}
+
+TEST_F(SensesTest, AScannerSeesTheWallComeNearer) {
+  const auto emulated = sensing("lms200", "laser");
+  Lms200 driver({.baud = 38400});
+  world_.drive(0, ChassisSpeed{.vx = 500}, kBegin);
+  const auto scan = newest<LadarData>(driver, *emulated, serial(38400), 12s);
+  ASSERT_EQ(scan.points.size(), 361U);
+  const double ahead = 10000 - robot().pose.x;
+  EXPECT_LT(ahead, 4500);
+  EXPECT_NEAR(scan.points[180].distance.raw(), ahead, 500) << "of some moments ago";
+  EXPECT_NEAR(scan.points[0].distance.raw(), 10000, 5);
+}
+
+TEST_F(SensesTest, AnInertialSensorTurnsClockwiseAsTheRobotDoes) {
+  const auto emulated = sensing("xsens", "gyro");
+  Xsens driver{XsensSettings{.mounting = XsensMounting::kLabelUp}};
+  turn(0.3);
+  const auto gyro = newest<GyroData>(driver, *emulated, serial(115200), 3s);
+  EXPECT_NEAR(static_cast<double>(gyro.wYaw.raw()), 0.3, 0.01);
+  EXPECT_NEAR(signed_angle(static_cast<double>(gyro.yaw.raw()) - robot().pose.rho), 0, 0.05);
+  EXPECT_NEAR(static_cast<double>(gyro.roll.raw()), 0, 0.01);
+}
+
+TEST_F(SensesTest, ACompassPointsWhereTheRobotLooks) {
+  const auto emulated = sensing("cmps03", "compass");
+  Cmps03 driver{Cmps03Settings{}};
+  turn(0.3);
+  const auto compass = newest<CompassData>(driver, *emulated, serial(57600), 3s);
+  EXPECT_NEAR(signed_angle(static_cast<double>(compass.orientation.raw()) - robot().pose.rho), 0,
+              0.06);
+}
+
+TEST_F(SensesTest, AReceiverIsToldWhereTheRobotIsOnEarth) {
+  const auto emulated = sensing("nmea", "gps");
+  NmeaReceiver driver{NmeaSettings{}};
+  world_.drive(0, ChassisSpeed{.vx = 1000}, kBegin);
+  const auto fix = newest<GpsData>(driver, *emulated, serial(4800), 6s);
+  EXPECT_GT(fix.mode, 1);
+  const double north = (degrees(fix.latitude.raw()) - 52) * 111195;
+  EXPECT_NEAR(north, robot().pose.x / 1000, 3);
+  EXPECT_GT(north, 2);
+  EXPECT_NEAR(static_cast<double>(fix.speed.raw()), 1000, 20);
+}
+
+// What a lag of its sensor makes late.
+TEST_F(SensesTest, WhatLagsIsOfThePast) {
+  auto description = hall();
+  description.robots[0].sensors[0].lag = 200ms;
+  auto made = world::World::make(description, kBegin);
+  ASSERT_TRUE(made);
+  made->drive(0, ChassisSpeed{.vx = 1000}, kBegin);
+  made->advance(kBegin + 2s);
+  const auto sight = scene_of(*made, {0, 0}, {}).sight;
+  EXPECT_NEAR(sight(0, 0, kBegin + 2s), 10000 - 1800, 8);
+  EXPECT_NEAR(sight(0, 0, kBegin + 1900ms), 10000 - 1700, 8);
+}
+
+}  // namespace
+}  // namespace rack::device
