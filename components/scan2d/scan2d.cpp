@@ -121,7 +121,10 @@ class Scan2d : public DataModule<Scan2dData> {
   void module_off() override { ladar_->stop(); }
 
   Result<void> module_loop() override {
-    if (auto come = ladar_->next(ladar_data_, 2 * period()); !come) return come;
+    // As long as drivers wait for a device; who drives stops long before.
+    constexpr std::chrono::milliseconds kSilenceMin{200};
+    const auto patience = std::max<std::chrono::milliseconds>(3 * period(), kSilenceMin);
+    if (auto come = ladar_->next(ladar_data_, patience); !come) return come;
     Scan2dData& scan = get_local_buffer();
     convert(ladar_data_, mounting_, filter_, scan);
     if (position_) {

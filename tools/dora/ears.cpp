@@ -4,6 +4,7 @@
 
 #include "os/clock.h"
 #include "rack/proxies/proxy.h"
+#include "rack/proxies/world.h"
 #include "tools/cli/failure.h"
 
 namespace rack::dora {
@@ -39,6 +40,15 @@ tims::Mailbox open(tims::Session& session, tims::MailboxOptions options) {
 
 }  // namespace
 
+tims::Address address_of(std::string_view component) {
+  constexpr std::string_view kOfWorld = "World(";  // no class of the original
+  if (component.starts_with(kOfWorld)) return tims::Address::of({.system = 1, .class_id = kWorld});
+  const auto address = tims::Address::parse(component);
+  if (!address)
+    throw timsctl::usage_error(std::string(component) + " is no address of a component");
+  return *address;
+}
+
 Ears::Ears(std::string_view host, const std::string& socket, Hear hear)
     : hear_(std::move(hear)), session_(connect(socket)) {
   work_.emplace(open(session_, {.slots = 16, .body_max = 1U << 20}));
@@ -47,7 +57,7 @@ Ears::Ears(std::string_view host, const std::string& socket, Hear hear)
     if (kStreams.at(i).host != host) continue;
     auto heard = std::make_unique<Heard>();
     heard->stream = i;
-    heard->component = *tims::Address::parse(kStreams.at(i).component, session_.address_widths());
+    heard->component = address_of(kStreams.at(i).component);
     const auto period = std::chrono::duration<double, std::milli>(kStreams.at(i).period_ms);
     heard->patience = std::max(kAskAgain, std::chrono::duration_cast<Duration>(period) * 5 / 2);
     heard_.push_back(std::move(heard));
@@ -73,7 +83,8 @@ void Ears::listen() {
         heard_, [&](const auto& heard) { return heard->component == view.header.src; });
     if (from == heard_.end()) continue;
     (*from)->last = now.time_since_epoch().count();
-    if (view.header.type == tims::type::kData) hear_((*from)->stream, view, now);
+    if (view.header.type == tims::type::kData || view.header.type == tims::type::kError)
+      hear_((*from)->stream, view, now);
   }
 }
 

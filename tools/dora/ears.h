@@ -20,13 +20,14 @@ namespace rack::dora {
 using tims::Duration;
 using tims::Time;
 
-// Table III of the paper.
+// Table III of the paper, and the truth.
 struct Stream {
   std::string_view component;
   std::string_view host;
   double period_ms;
 };
-inline constexpr std::array<Stream, 10> kStreams = {{
+inline constexpr std::size_t kComponents = 10;
+inline constexpr std::array<Stream, kComponents + 1> kStreams = {{
     {"Chassis(1/0)", "robot1-drive", 50},
     {"Odometry(1/0)", "robot1-drive", 50},
     {"Position(1/0)", "robot1-drive", 50},
@@ -37,14 +38,20 @@ inline constexpr std::array<Stream, 10> kStreams = {{
     {"Scan2d(1/0)", "robot1-laser", 1000.0 / 75},
     {"Path(1/0)", "robot1-nav", 50},
     {"Mcl(1/0)", "robot1-nav", 1000},
+    {"World(1/0)", "base", 20},
 }};
 inline constexpr std::array<std::string_view, 3> kHosts = {"robot1-drive", "robot1-laser",
                                                            "robot1-nav"};
+inline constexpr std::string_view kBase = "base";
+
+// Throws timsctl::Failure when it is none.
+tims::Address address_of(std::string_view component);
 
 // Of one host.
 class Ears {
  public:
-  // Any number of streams. Called by its thread; what it is given is gone afterwards.
+  // Data, and that its producer went off or failed (type::kError). Called by its thread; what it is
+  // given is gone afterwards.
   using Hear = std::function<void(std::size_t stream, const tims::MessageView&, Time)>;
 
   // At the router of that socket. Throws timsctl::Failure.

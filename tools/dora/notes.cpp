@@ -9,6 +9,7 @@ namespace rack::dora {
 namespace {
 
 constexpr std::size_t kRoom = 1 << 16;
+constexpr std::string_view kRobot = "dora";  // in her world
 
 }  // namespace
 
@@ -24,17 +25,25 @@ Notes::Notes() {
   reserve_all(scan_);
   reserve_all(pilot_);
   reserve_all(path_);
+  reserve_all(world_);
+  truths_.reserve(kRoom);
 }
 
 void Notes::take(std::size_t stream, const tims::MessageView& message, Time at) {
   const std::lock_guard lock(mutex_);
+  const std::string_view component = kStreams.at(stream).component;
+  if (message.header.type != tims::type::kData) {
+    // It has told its chassis to stand before.
+    if (component == "Pilot(1/0)") pilots_.push_back({at, 0, pilot_state::kPathError});
+    return;
+  }
   last_.at(stream) = at;
   if (counts_) spans_.at(stream).back().push_back(at);
-  const std::string_view component = kStreams.at(stream).component;
   if (component == "Pilot(1/0)" && decode(message, pilot_))
     pilots_.push_back({at, pilot_.speed, pilot_.pilotState});
   if (component == "Position(1/0)")
-    if (const auto position = decode<PositionData>(message)) positions_.push_back(*position);
+    if (const auto position = decode<PositionData>(message)) positions_.push_back({at, *position});
+  if (component == "World(1/0)") take_truth(message, at);
   if (component == "Path(1/0)") (void)decode(message, path_);
   if (component == "Scan2d(1/0)" && region_radius_ > 0) take_scan(message, at);
 }
@@ -85,7 +94,7 @@ std::optional<PilotNote> Notes::newest_pilot() const {
 
 PositionData Notes::position() const {
   const std::lock_guard lock(mutex_);
-  return positions_.empty() ? PositionData{} : positions_.back();
+  return positions_.empty() ? PositionData{} : positions_.back().data;
 }
 
 PathData Notes::path() const {
@@ -108,9 +117,58 @@ std::optional<ScanNote> Notes::seen(TimeStamp after) const {
   return {};
 }
 
-std::vector<PositionData> Notes::positions() const {
+// --- the truth
+
+void Notes::take_truth(const tims::MessageView& message, Time at) {
+  if (!decode(message, world_)) return;
+  const WorldThing* const dora = world_.find(world_thing::kRobot, kRobot);
+  if (dora == nullptr) return;
+  truths_.push_back({.at = at,
+                     .recorded = world_.recordingTime,
+                     .pose = {.x = static_cast<double>(dora->pos.x),
+                              .y = static_cast<double>(dora->pos.y),
+                              .rho = static_cast<double>(dora->pos.rho)},
+                     .speed = static_cast<double>(dora->vx),
+                     .way = static_cast<double>(dora->way),
+                     .contacts = dora->contacts()});
+}
+
+TruthNote Notes::truth() const {
   const std::lock_guard lock(mutex_);
-  return positions_;
+  return truths_.empty() ? TruthNote{} : truths_.back();
+}
+
+std::vector<TruthNote> Notes::truths(Time since) const {
+  const std::lock_guard lock(mutex_);
+  const auto first = std::ranges::lower_bound(truths_, since, {}, &TruthNote::at);
+  return {first, truths_.end()};
+}
+
+// Between two that are not far apart.
+std::optional<Pose> Notes::truth_of(TimeStamp time) const {
+  constexpr std::chrono::milliseconds kApart(200);
+  const auto after =
+      std::ranges::lower_bound(truths_, std::chrono::milliseconds(0), {},
+                               [&](const TruthNote& note) { return note.recorded - time; });
+  if (after == truths_.begin() || after == truths_.end()) return {};
+  const TruthNote& before = *std::prev(after);
+  const auto apart = after->recorded - before.recorded;
+  if (apart > kApart || apart.count() == 0) return {};
+  const double part = std::chrono::duration<double>(time - before.recorded) / apart;
+  return between(before.pose, after->pose, part);
+}
+
+std::vector<double> Notes::position_errors(Time since) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<double> errors;
+  for (const Believed& believed : positions_) {
+    if (believed.at < since) continue;
+    const auto truth = truth_of(believed.data.recordingTime);
+    if (!truth) continue;
+    const Pose pose = Pose::of(believed.data.pos);
+    errors.push_back(std::hypot(pose.x - truth->x, pose.y - truth->y));
+  }
+  return errors;
 }
 
 }  // namespace rack::dora

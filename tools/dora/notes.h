@@ -7,10 +7,12 @@
 #include <optional>
 #include <vector>
 
+#include "components/geometry/pose.h"
 #include "rack/proxies/path.h"
 #include "rack/proxies/pilot.h"
 #include "rack/proxies/position.h"
 #include "rack/proxies/scan2d.h"
+#include "rack/proxies/world.h"
 #include "tools/dora/ears.h"
 
 namespace rack::dora {
@@ -20,7 +22,14 @@ struct PilotNote {
   i32 speed = 0;  // that it commanded; the chassis had it before
   u32 state = 0;
 };
-// Of one scan: the points that are something.
+struct TruthNote {
+  Time at;
+  TimeStamp recorded = 0;
+  Pose pose;
+  double speed = 0;  // mm/s, forward
+  double way = 0;    // mm, since the world began
+  u32 contacts = 0;
+};
 struct ScanNote {
   Time at;
   TimeStamp recorded = 0;
@@ -49,11 +58,16 @@ class Notes {
   void look_at(double x, double y, double radius);
   [[nodiscard]] std::optional<ScanNote> seen(TimeStamp after) const;
 
-  // Every position that was heard, with the time it is of.
-  [[nodiscard]] std::vector<PositionData> positions() const;
+  // What was true and what was believed, since then.
+  [[nodiscard]] TruthNote truth() const;
+  [[nodiscard]] std::vector<TruthNote> truths(Time since) const;
+  // How far positions were off, mm, of those since then.
+  [[nodiscard]] std::vector<double> position_errors(Time since) const;
 
  private:
   void take_scan(const tims::MessageView& message, Time at);
+  void take_truth(const tims::MessageView& message, Time at);
+  [[nodiscard]] std::optional<Pose> truth_of(TimeStamp time) const;
 
   mutable std::mutex mutex_;
   bool counts_ = false;
@@ -61,7 +75,13 @@ class Notes {
   std::array<std::optional<Time>, kStreams.size()> last_;
   std::vector<PilotNote> pilots_;
   std::vector<ScanNote> scans_;
-  std::vector<PositionData> positions_;
+  struct Believed {
+    Time at;
+    PositionData data;
+  };
+  std::vector<Believed> positions_;
+  std::vector<TruthNote> truths_;
+  WorldData world_;
   PathData path_;
   Scan2dData scan_;
   PilotData pilot_;

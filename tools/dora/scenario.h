@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "components/localisation/random.h"
 #include "tools/cli/connection.h"
 #include "tools/dora/ears.h"
 #include "tools/dora/judgement.h"
@@ -18,7 +19,8 @@ namespace rack::dora {
 
 struct Settings {
   Duration length = std::chrono::seconds(60);
-  std::string fleet_file;
+  std::string fleet_file{};
+  std::string logs{};  // folder that the logs of all programs are copied to; empty: none
   bool quiet = false;  // without a line for each step
 };
 
@@ -40,12 +42,29 @@ class Scenario {
   void begin_to_drive();
   void measure_periods(Duration length);
   void kill_routers();
+  void try_obstacles(Time until);
+  void step_before_her();
+  void appear_before_her();
+  void pull_out_her_eyes();
+  void carry_her_away();
+  void drive_by_satellites(Duration length);
+  void note_track(Time since);
   void kill_router(std::string_view host);
   void judge_periods(const TimerQuality& timer);
+  void judge_trials(const TimerQuality& timer);
 
   // --- what it does
 
   void turn_on(std::string_view component);
+  // To the beginning of her round, and off.
+  void begin_round();
+  // When she has come to its end, or has lost her path: another round.
+  void keep_driving();
+  std::optional<i32> put_post(double ahead);
+  void remove_post(i32 id);
+  [[nodiscard]] static tims::Address world();
+  [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);
+  [[nodiscard]] static TimeStamp wall_of(Time time);
   [[nodiscard]] tims::Mailbox& work() { return ears_.front()->work(); }
   // How long it takes until she drives, counted from that time (now).
   std::optional<Duration> drives_within(Duration limit, std::optional<Time> since_when = {});
@@ -62,8 +81,17 @@ class Scenario {
   std::string log_;
   std::optional<timsctl::sim::RunningFleet> fleet_;
   Notes notes_;
-  std::vector<std::unique_ptr<Ears>> ears_;  // in the order of kHosts
+  std::vector<std::unique_ptr<Ears>> ears_;  // in the order of kHosts, then the base
   std::vector<Row> rows_;
+  localisation::Random random_{17};
+  int posts_ = 0;
+  u32 contacts_ = 0;
+  std::vector<double> reactions_ms_;
+  std::vector<double> unplugged_ms_;
+  std::vector<double> plugged_ms_;
+  std::vector<double> lateral_mm_;
+  std::vector<double> position_mm_;
+  std::vector<double> satellite_errors_;
   std::vector<double> stops_ms_;
   std::vector<double> returns_ms_;
 };

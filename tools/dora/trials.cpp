@@ -1,0 +1,216 @@
+// What is done to Dora in her world: things before her feet, her eyes pulled out, carried away.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "os/clock.h"
+#include "rack/clock.h"
+#include "rack/proxies/generic.h"
+#include "tools/cli/failure.h"
+#include "tools/dora/scenario.h"
+#include "tools/dora/track.h"
+
+namespace rack::dora {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kFront = 1150;        // of her hull
+constexpr double kPost = 250;          // radius
+constexpr double kTight = 600;         // from her to a post that wants MOVE 0 at once, mm
+constexpr double kDecelerates = 2000;  // mm/s2
+constexpr double kReaction = 0.2;      // s
+constexpr double kMargins = 900;       // she keeps, and half a metre more
+constexpr double kStraysMax = 4000;    // further than that things are put behind, mm
+constexpr Duration kPatience = 20s;
+constexpr double kStandsStill = 20;  // mm/s
+constexpr double kFast = 3000;       // mm/s
+constexpr double kCarried = 20000;   // mm
+constexpr double kFound = 500;       // mm off
+
+double milliseconds(Duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+}  // namespace
+
+// --- obstacles: (b) and (c)
+
+// On her path, so far before her reference point. Its number.
+std::optional<i32> Scenario::put_post(double ahead) {
+  const PathData path = notes_.path();
+  const TruthNote truth = notes_.truth();
+  const auto place = place_on(path.splines, truth.pose);
+  if (!place || rest_of(path.splines, *place) < ahead + kStraysMax) return {};
+  const Pose at = ahead_of(path.splines, *place, ahead);
+  const Pose seen = at - truth.pose;
+  notes_.look_at(seen.x, seen.y, kPost + kReaction * truth.speed + 400);
+  WorldObstacle post{.radius = static_cast<i32>(kPost)};
+  post.pos = {.x = whole_millimetres(at.x), .y = whole_millimetres(at.y)};
+  const auto put = WorldProxy(work(), world()).put(post);
+  if (!put) return {};
+  return put->id;
+}
+
+void Scenario::remove_post(i32 id) {
+  WorldProxy world_proxy(work(), world());
+  await(kPatience, [&] { return world_proxy.remove(id).ok(); });
+}
+
+// From a stand: something is right before her.
+void Scenario::step_before_her() {
+  const auto is_slow = [&] {
+    const double speed = notes_.truth().speed;
+    return speed > 400 && speed < 900;
+  };
+  if (!await(kPatience, is_slow)) return;
+  const TimeStamp put_at = time_stamp();
+  const Time since = tims::os::now();
+  const auto post = put_post(kFront + kPost + kTight);
+  if (!post) return;
+  std::optional<ScanNote> seen;
+  std::optional<PilotNote> stop;
+  await(1s, [&] {
+    seen = notes_.seen(put_at);
+    stop = notes_.pilot(since, [](const PilotNote& pilot) { return pilot.speed == 0; });
+    return seen && stop;
+  });
+  if (seen && stop) {
+    // The scan is of its recording time; it came when it was whole.
+    const auto age = wall_of(stop->at) - seen->recorded;
+    reactions_ms_.push_back(static_cast<double>(age.count()));
+  } else if (seen) {
+    reactions_ms_.push_back(1000);
+  }
+  await(2s, [&] { return notes_.truth().speed < kStandsStill; });
+  remove_post(*post);
+}
+
+// At speed: something appears as near as she can still stop.
+void Scenario::appear_before_her() {
+  if (!await(6s, [&] { return notes_.truth().speed > kFast; }) && notes_.truth().speed < 1000)
+    return;
+  const double speed = notes_.truth().speed;
+  const double stops_in = speed * kReaction + speed * speed / (2 * kDecelerates);
+  const auto post = put_post(kFront + kPost + stops_in + kMargins + random_.uniform() * kStraysMax);
+  if (!post) return;
+  ++posts_;
+  const Time since = tims::os::now();
+  const auto contacts = notes_.truth().contacts;
+  await(5s, [&] { return tims::os::now() - since > 1s && notes_.truth().speed < kStandsStill; });
+  contacts_ += notes_.truth().contacts - contacts;
+  remove_post(*post);
+}
+
+void Scenario::try_obstacles(Time until) {
+  say("(b) (c) posts before her feet");
+  do {
+    keep_driving();
+    step_before_her();
+    appear_before_her();
+  } while (tims::os::now() < until);
+  say(fmt::format("    {} posts, {} contacts; {} stops from a stand", posts_, contacts_,
+                  reactions_ms_.size()));
+}
+
+// --- (g)
+
+void Scenario::pull_out_her_eyes() {
+  keep_driving();
+  await(6s, [&] { return notes_.truth().speed > kFast; });
+  say("(g) her laser is pulled out, and plugged in again");
+  WorldProxy world_proxy(work(), world());
+  const Time pulled = tims::os::now();
+  timsctl::value_or_fail(world_proxy.plug("dora", "laser", false), "World(1/0)");
+  std::optional<PilotNote> stop;
+  await(2s, [&] {
+    stop = notes_.pilot(pulled, [](const PilotNote& pilot) { return pilot.speed == 0; });
+    return stop.has_value();
+  });
+  unplugged_ms_.push_back(stop ? milliseconds(stop->at - pulled) : 2000);
+  pause(2s);
+  const Time plugged = tims::os::now();
+  timsctl::value_or_fail(world_proxy.plug("dora", "laser", true), "World(1/0)");
+  const auto back = drives_within(kPatience, plugged);
+  plugged_ms_.push_back(milliseconds(back.value_or(kPatience)));
+  say(fmt::format("    told to stand after {:.0f} ms, on her way {:.0f} ms after it is back",
+                  unplugged_ms_.back(), plugged_ms_.back()));
+}
+
+// --- (e)
+
+void Scenario::carry_her_away() {
+  keep_driving();
+  await(6s, [&] { return notes_.truth().speed > kFast; });
+  const PathData path = notes_.path();
+  const TruthNote before = notes_.truth();
+  const auto place = place_on(path.splines, before.pose);
+  if (!place || rest_of(path.splines, *place) < kCarried + 2 * kStraysMax) {
+    rows_.push_back(left_out("e", "carried away", "she was too near to the end of her round"));
+    return;
+  }
+  say("(e) she is carried 20 m on");
+  const Pose there = ahead_of(path.splines, *place, kCarried);
+  const Time carried = tims::os::now();
+  timsctl::value_or_fail(WorldProxy(work(), world())
+                             .place("dora", {.x = whole_millimetres(there.x),
+                                             .y = whole_millimetres(there.y),
+                                             .rho = static_cast<f32>(there.rho)}),
+                         "World(1/0)");
+  std::optional<PilotNote> held;
+  std::optional<Time> found;
+  await(kPatience, [&] {
+    if (!held) held = notes_.pilot(carried, [](const PilotNote& note) { return note.speed == 0; });
+    const auto errors = notes_.position_errors(tims::os::now() - 500ms);
+    const bool is_near = !errors.empty() && std::ranges::max(errors) < kFound;
+    if (is_near && tims::os::now() - carried > 2s) found = tims::os::now();
+    return found.has_value();
+  });
+  const double way = (notes_.truth().way - before.way) / 1000;
+  rows_.push_back(judge_fact(
+      "e", "carried 20 m away: found again", "within 30 m",
+      found ? fmt::format("after {:.1f} m, {:.1f} s", way, milliseconds(*found - carried) / 1000)
+            : fmt::format("not within {:.0f} s", milliseconds(kPatience) / 1000),
+      found && way <= 30, "the log of Mcl(1/0)"));
+  rows_.push_back(
+      judge_fact("e", "carried away: the pilot holds meanwhile", "it holds",
+                 held ? fmt::format("after {:.1f} s", milliseconds(held->at - carried) / 1000)
+                      : std::string("it drives on"),
+                 held.has_value(), "deviationMax of Pilot(1/0); the log of Mcl(1/0)"));
+  say(found ? "    found again" : "    lost");
+}
+
+void Scenario::drive_by_satellites(Duration length) {
+  keep_driving();
+  say("(e) satellites alone");
+  Proxy mcl(work(), address_of("Mcl(1/0)"));
+  Proxy pilot(work(), address_of("Pilot(1/0)"));
+  (void)mcl.off();
+  (void)pilot.set_param(integer_parameter("deviationMax", 0));
+  pause(5s);  // she has to miss it first
+  const Time since = tims::os::now();
+  pause(length);
+  satellite_errors_ = notes_.position_errors(since);
+  turn_on("Mcl(1/0)");
+  await(kPatience, [&] {
+    const PositionData now = notes_.position();
+    return now.var.x < 500 && now.var.y < 500;
+  });
+  (void)pilot.set_param(integer_parameter("deviationMax", 1000));
+}
+
+// --- (d), and (e) with her laser
+
+void Scenario::note_track(Time since) {
+  const PathData path = notes_.path();
+  for (const TruthNote& note : notes_.truths(since)) {
+    if (note.speed < kFast) continue;
+    const auto place = place_on(path.splines, note.pose);
+    if (place) lateral_mm_.push_back(std::abs(place->across));
+  }
+  const auto errors = notes_.position_errors(since);
+  position_mm_.insert(position_mm_.end(), errors.begin(), errors.end());
+}
+
+}  // namespace rack::dora
