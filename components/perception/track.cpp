@@ -1,0 +1,194 @@
+#include "components/perception/track.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace rack::perception {
+namespace {
+
+constexpr double kAcceleration = 800;  // mm/s^2, of a person that starts or turns
+constexpr double kAccelerationBox = 2000;
+constexpr double kFirstSpeed = 1000;   // mm/s, standard deviation
+constexpr double kShrinks = 0.995;     // a scan: one that was seen too large
+constexpr double kPersonLength = 800;  // mm: room for a stride
+constexpr double kPersonWidth = 600;
+constexpr unsigned kConfirmOf = 5;  // scans
+constexpr int kConfirm = 3;
+constexpr double kLostAfter = 1;       // s
+constexpr double kGivenUpAfter = 0.5;  // s, if not confirmed
+
+constexpr double kMovesFrom = 250;    // mm/s
+constexpr double kMovesUntil = 120;   // mm/s
+constexpr double kMovesSurely = 2.5;  // standard deviations
+constexpr double kLeft = 500;         // mm from where it stood
+constexpr double kEvidence = 0.6;     // share of points that have moved
+constexpr int kHitsToMove = 7;        // scans that showed it, before it is said to move
+constexpr double kEvidenceGain = 0.2;
+constexpr double kJustCome = 1.5;  // s: somebody else may have stood there before
+
+constexpr double kOddsHit = 0.7;
+constexpr double kOddsMiss = 0.4;
+constexpr double kOddsMost = 4;
+
+constexpr double kBike = 3000;       // mm/s: people run slower than they cycle
+constexpr double kBikeWidth = 1000;  // mm
+constexpr double kBig = 1000;
+constexpr double kCarLength = 2000;
+constexpr double kTruckLength = 6500;
+
+double square(double value) { return value * value; }
+
+}  // namespace
+
+Track::Track(std::int32_t id, const Sighting& sighting, double seconds)
+    : id_(id),
+      x_{.value = sighting.box.centre.x},
+      y_{.value = sighting.box.centre.y},
+      p_place_(square(sighting.deviation)),
+      p_rate_(square(kFirstSpeed)),
+      heading_(sighting.box.heading),
+      stood_(sighting.box.centre),
+      now_(seconds),
+      seen_(seconds),
+      moved_(seconds),
+      came_(seconds),
+      evidence_(sighting.moved),
+      pairs_(sighting.pair ? 1 : 0),
+      person_(sighting.person) {
+  learn_size(sighting.box);
+}
+
+void Track::predict(double seconds) {
+  const double dt = std::max(seconds - now_, 0.0);
+  now_ = seconds;
+  x_.value += x_.rate * dt;
+  y_.value += y_.rate * dt;
+  const double q = square(person_ ? kAcceleration : kAccelerationBox) * dt;  // (mm/s)^2 each second
+  p_place_ += 2 * dt * p_both_ + dt * dt * p_rate_ + q * dt * dt / 3;
+  p_both_ += dt * p_rate_ + q * dt / 2;
+  p_rate_ += q;
+}
+
+void Track::correct(const MapPoint& measured, double deviation) {
+  const double innovation = p_place_ + square(deviation);
+  const double gain = p_place_ / innovation;
+  const double gain_rate = p_both_ / innovation;
+  const double dx = measured.x - x_.value;
+  const double dy = measured.y - y_.value;
+  x_.value += gain * dx;
+  y_.value += gain * dy;
+  x_.rate += gain_rate * dx;
+  y_.rate += gain_rate * dy;
+  p_rate_ -= gain_rate * p_both_;
+  p_both_ *= 1 - gain;
+  p_place_ *= 1 - gain;
+}
+
+void Track::update(const Sighting& sighting) {
+  hits_ = hits_ << 1U | 1U;
+  ++scans_;
+  seen_ = now_;
+  person_ = sighting.person;
+  if (sighting.pair) ++pairs_;
+  one_leg_ += kEvidenceGain * ((sighting.leg && !sighting.pair ? 1 : 0) - one_leg_);
+  const Box aligned = person_ ? sighting.box : align(sighting.box);
+  learn_size(aligned);
+  correct(person_ ? aligned.centre : centre_of(aligned, sighting.scanner), sighting.deviation);
+  if (!person_) heading_ = aligned.heading;
+  confirmed_ = confirmed_ || std::popcount(hits_ & ((1U << kConfirmOf) - 1)) >= kConfirm;
+  log_odds_ = std::min(log_odds_ + kOddsHit, kOddsMost);
+  judge_movement(sighting.moved);
+}
+
+void Track::miss() {
+  hits_ <<= 1U;
+  ++scans_;
+  log_odds_ = std::max(log_odds_ - kOddsMiss, -kOddsMost);
+}
+
+// The same rectangle, its length along the side that is nearest to where it headed.
+Box Track::align(const Box& box) const {
+  const double quarter = kPi / 2;
+  const double turn = signed_angle(heading_ - box.heading);
+  const auto quarters = static_cast<int>(std::lround(turn / quarter));
+  Box aligned = box;
+  aligned.heading = rack::heading(box.heading + quarters * quarter);
+  if (quarters % 2 != 0) std::swap(aligned.length, aligned.width);
+  return aligned;
+}
+
+MapPoint Track::centre_of(const Box& aligned, const MapPoint& scanner) const {
+  const double c = std::cos(aligned.heading);
+  const double s = std::sin(aligned.heading);
+  const double dx = aligned.centre.x - scanner.x;
+  const double dy = aligned.centre.y - scanner.y;
+  // Away from the scanner along each axis, as far as the unseen part goes.
+  const double along = std::copysign((length_ - aligned.length) / 2, dx * c + dy * s);
+  const double across = std::copysign((width_ - aligned.width) / 2, dy * c - dx * s);
+  return {aligned.centre.x + along * c - across * s, aligned.centre.y + along * s + across * c};
+}
+
+void Track::learn_size(const Box& aligned) {
+  length_ = std::max(length_ * kShrinks, aligned.length);
+  width_ = std::max(width_ * kShrinks, aligned.width);
+}
+
+void Track::judge_movement(double moved) {
+  evidence_ += kEvidenceGain * (moved - evidence_);
+  if (moved > kEvidence) moved_ = now_;
+  const double fast = speed();
+  if (moving_ && fast < kMovesUntil) {
+    moving_ = false;
+    stood_ = at();
+  }
+  // What has moved once can do it again.
+  const bool can =
+      ever_moved_ || (std::hypot(x_.value - stood_.x, y_.value - stood_.y) > kLeft &&
+                      std::popcount(hits_) >= kHitsToMove &&
+                      fast > kMovesSurely * speed_deviation() && evidence_ > kEvidence);
+  if (!moving_ && confirmed_ && can && fast > kMovesFrom) moving_ = true;
+  if (!moving_) return;
+  ever_moved_ = true;
+  came_ = now_;
+  fastest_ = std::max(fastest_, fast);
+  if (person_) heading_ = rack::heading(std::atan2(y_.rate, x_.rate));
+}
+
+double Track::length() const { return person_ ? std::max(length_, kPersonLength) : length_; }
+double Track::width() const { return person_ ? std::max(width_, kPersonWidth) : width_; }
+double Track::speed() const { return std::hypot(x_.rate, y_.rate); }
+double Track::deviation() const { return std::sqrt(p_place_); }
+double Track::speed_deviation() const { return std::sqrt(p_rate_); }
+double Track::probability() const { return 1 / (1 + std::exp(-log_odds_)); }
+
+bool Track::is_other(const Cluster& cluster) const {
+  return cluster.stood > now_ - came_ + kJustCome;
+}
+
+bool Track::lost() const {
+  if (confirmed_) return unseen() > kLostAfter;
+  return unseen() > kGivenUpAfter || (scans_ >= kConfirmOf && !seen_now());
+}
+
+double Track::mahalanobis(const Cluster& cluster, double deviation) const {
+  const double dx = cluster.box.centre.x - x_.value;
+  const double dy = cluster.box.centre.y - y_.value;
+  return (dx * dx + dy * dy) / (p_place_ + square(deviation));
+}
+
+ObjectKind Track::kind() const {
+  if (!confirmed_) return ObjectKind::kUnclassified;
+  const double longer = std::max(length_, width_);
+  const double narrower = std::min(length_, width_);
+  if (ever_moved_) {
+    if (fastest_ > kBike && narrower < kBikeWidth && longer < kCarLength) return ObjectKind::kBike;
+    if (person_) return ObjectKind::kPedestrian;
+    if (longer > kTruckLength) return ObjectKind::kTruck;
+    if (longer > kCarLength) return ObjectKind::kCar;
+  }
+  if (person_ && pairs_ * 2 > scans_) return ObjectKind::kPedestrian;
+  return longer > kBig ? ObjectKind::kBig : ObjectKind::kSmall;
+}
+
+}  // namespace rack::perception

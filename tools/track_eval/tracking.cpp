@@ -1,0 +1,253 @@
+#include "tools/track_eval/tracking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "components/localisation/localiser.h"
+
+namespace rack::track_eval {
+
+using localisation::CarmenLog;
+using localisation::LikelihoodField;
+using localisation::Localiser;
+using localisation::LogScan;
+using perception::ObjectRecogniser;
+using perception::RecogniserSettings;
+using perception::Track;
+
+namespace {
+
+constexpr std::uint32_t kBeamsToBeSeen = 2;
+constexpr double kBelongs = 500;  // mm
+constexpr std::int32_t kNobody = 0;
+
+double distance(const MapPoint& a, const MapPoint& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+// An object as it truly would be, if the robot's frame were right.
+struct Told {
+  std::int32_t id;
+  MapPoint at;
+  MapPoint velocity;
+  bool taken = false;
+};
+
+class People {
+ public:
+  People(Score& score, std::size_t count) : score_(score), last_(count, kNobody) {}
+
+  void compare(const Hall& hall, const ObjRecogData& data) {
+    tell(hall.robot(), data);
+    const auto& people = hall.people();
+    found_.assign(people.size(), nullptr);
+    // Who had a number keeps it, as long as that is near enough.
+    for (std::size_t i = 0; i < people.size(); ++i)
+      for (Told& told : told_)
+        if (told.id == last_[i] && distance(told.at, people[i].at) < kBelongs) give(i, told);
+    for (std::size_t i = 0; i < people.size(); ++i)
+      if (found_[i] == nullptr) give_nearest(i, people[i].at);
+    for (std::size_t i = 0; i < people.size(); ++i) judge(i, people[i]);
+    for (const Told& told : told_) {
+      if (told.taken) continue;
+      ++score_.wrong;
+      if (std::hypot(told.velocity.x, told.velocity.y) > 0 && ghosts_.insert(told.id).second)
+        ++score_.ghosts;
+    }
+  }
+
+ private:
+  void tell(const Pose& robot, const ObjRecogData& data) {
+    told_.clear();
+    const double c = std::cos(robot.rho);
+    const double s = std::sin(robot.rho);
+    for (const ObjRecogObject& object : data.objects) {
+      const double x = object.pos.x;
+      const double y = object.pos.y;
+      const double vx = object.vel.x;
+      const double vy = object.vel.y;
+      told_.push_back({.id = object.objectId,
+                       .at = {robot.x + x * c - y * s, robot.y + x * s + y * c},
+                       .velocity = {vx * c - vy * s, vx * s + vy * c}});
+    }
+  }
+  void give(std::size_t person, Told& told) {
+    if (told.taken || found_[person] != nullptr) return;
+    told.taken = true;
+    found_[person] = &told;
+  }
+  void give_nearest(std::size_t person, const MapPoint& at) {
+    Told* nearest = nullptr;
+    for (Told& told : told_)
+      if (!told.taken && distance(told.at, at) < kBelongs &&
+          (nearest == nullptr || distance(told.at, at) < distance(nearest->at, at)))
+        nearest = &told;
+    if (nearest != nullptr) give(person, *nearest);
+  }
+  void judge(std::size_t i, const Person& person) {
+    const bool seen = person.beams >= kBeamsToBeSeen;
+    const Told* told = found_[i];
+    if (seen) ++score_.people;
+    if (told == nullptr) {
+      if (seen) ++score_.missed;
+      return;
+    }
+    if (seen) {
+      if (last_[i] != kNobody && last_[i] != told->id) ++score_.switches;
+      score_.off.push_back(distance(told->at, person.at));
+      score_.speed.push_back(distance(told->velocity, person.velocity));
+    }
+    last_[i] = told->id;
+  }
+
+  Score& score_;
+  std::vector<std::int32_t> last_;  // number of each person
+  std::vector<Told> told_;
+  std::vector<Told*> found_;
+  std::set<std::int32_t> ghosts_;
+};
+
+}  // namespace
+
+double Score::mota() const {
+  if (people == 0) return 0;
+  return 1 - static_cast<double>(missed + wrong + switches) / static_cast<double>(people);
+}
+
+Score follow_people(const HallSettings& settings, double seconds, const LikelihoodField* map,
+                    const Stopwatch& stopwatch) {
+  Hall hall(settings);
+  ObjectRecogniser recogniser({.range_max = settings.range_max}, map);
+  Score score;
+  People people(score, hall.people().size());
+  Scan2dData scan;
+  ObjRecogData data;
+  std::size_t scans = 0;
+  double us = 0;
+  for (double t = 0; t < seconds; t += settings.period) {
+    hall.step();
+    hall.scan(scan);
+    const double before = stopwatch();
+    if (!recogniser.take(scan, hall.position())) continue;
+    recogniser.to_message(data);
+    us += stopwatch() - before;
+    ++scans;
+    people.compare(hall, data);
+  }
+  score.minutes = seconds / 60;
+  if (scans > 0) score.us_per_scan = us / static_cast<double>(scans);
+  return score;
+}
+
+namespace {
+
+constexpr double kSureShare = 0.95;  // as mcl-eval has it
+constexpr std::uint32_t kSureUpdates = 20;
+constexpr double kOnMap = 300;  // mm
+
+class Drive {
+ public:
+  Drive(const CarmenLog& log, const DriveSettings& settings, const Stopwatch& stopwatch)
+      : log_(log),
+        settings_(settings),
+        stopwatch_(stopwatch),
+        localiser_({}, settings.seed),
+        recogniser_({.scanner = log.scans.front().laser, .range_max = log.range_max * 1000},
+                    settings.subtract ? settings.map : nullptr) {}
+
+  DriveScore run() {
+    localiser_.start_anywhere();
+    for (const LogScan& scan : log_.scans) step(scan);
+    if (score_.scans > 0) score_.us_per_scan = us_ / static_cast<double>(score_.scans);
+    for (Mover& mover : score_.movers) {
+      const auto places = static_cast<double>(std::max(1U, places_[&mover - score_.movers.data()]));
+      mover.on_map /= places;
+      mover.speed /= places;
+    }
+    return std::move(score_);
+  }
+
+ private:
+  void step(const LogScan& scan) {
+    const Pose odometry = log_.odometry_of(scan, settings_.lag);
+    Pose robot = odometry;
+    if (settings_.map != nullptr) {
+      log_.beams(scan, beams_);
+      if (localiser_.take(*settings_.map, odometry, beams_) && sure_ < kSureUpdates)
+        sure_ = localiser_.estimate().share > kSureShare ? sure_ + 1 : 0;
+      if (sure_ < kSureUpdates) return;
+      robot = localiser_.pose();
+    }
+    make(scan);
+    const double before = stopwatch_();
+    if (!recogniser_.take(scan_, {.pos = robot.position()})) return;
+    recogniser_.to_message(data_);
+    us_ += stopwatch_() - before;
+    ++score_.scans;
+    if (last_ && scan.time > *last_ && scan.time < *last_ + 2)
+      score_.minutes += (scan.time - *last_) / 60;
+    last_ = scan.time;
+    for (const Track& track : recogniser_.tracks()) {
+      if (track.confirmed()) ++score_.objects;
+      if (track.moving()) note(track, scan);
+    }
+  }
+
+  void make(const LogScan& scan) {
+    const auto ms = static_cast<std::int64_t>(std::llround(scan.time * 1000));
+    scan_.recordingTime = static_cast<std::uint32_t>(ms);
+    scan_.maxRange = whole_millimetres(log_.range_max * 1000);
+    scan_.points.clear();
+    for (std::size_t i = 0; i < scan.count; ++i) {
+      const double range = 1000 * static_cast<double>(log_.ranges[scan.begin + i]);
+      const double angle = scan.laser.rho + scan.first + scan.step * static_cast<double>(i);
+      const bool nothing = range >= log_.range_max * 1000;
+      if (scan_.points.size() == decltype(scan_.points)::kMax) break;
+      scan_.points.push_back({.x = whole_millimetres(scan.laser.x + range * std::cos(angle)),
+                              .y = whole_millimetres(scan.laser.y + range * std::sin(angle)),
+                              .z = whole_millimetres(range),
+                              .type = nothing ? scan_point::kInvalid | scan_point::kMaxRange : 0});
+    }
+  }
+
+  void note(const Track& track, const LogScan& scan) {
+    const double now = scan.time - log_.scans.front().time;
+    auto mover = std::ranges::find(score_.movers, track.id(), &Mover::id);
+    if (mover == score_.movers.end()) {
+      score_.movers.push_back({.id = track.id(), .from = now, .first = track.at()});
+      places_.push_back(0);
+      mover = score_.movers.end() - 1;
+    }
+    ++places_[static_cast<std::size_t>(mover - score_.movers.begin())];
+    mover->to = now;
+    mover->last = track.at();
+    mover->way = std::max(mover->way, distance(mover->first, track.at()));
+    mover->speed += track.speed();
+    mover->size = std::max(track.length(), track.width());
+    mover->kind = track.kind();
+    if (settings_.map != nullptr && settings_.map->distance(track.at().x, track.at().y) < kOnMap)
+      mover->on_map += 1;
+  }
+
+  const CarmenLog& log_;
+  const DriveSettings& settings_;
+  const Stopwatch& stopwatch_;
+  Localiser localiser_;
+  ObjectRecogniser recogniser_;
+  DriveScore score_;
+  std::vector<unsigned> places_;  // of each mover
+  std::vector<localisation::BeamEnd> beams_;
+  Scan2dData scan_;
+  ObjRecogData data_;
+  std::optional<double> last_;
+  std::uint32_t sure_ = 0;
+  double us_ = 0;
+};
+
+}  // namespace
+
+DriveScore follow_drive(const CarmenLog& log, const DriveSettings& settings,
+                        const Stopwatch& stopwatch) {
+  return Drive(log, settings, stopwatch).run();
+}
+
+}  // namespace rack::track_eval
