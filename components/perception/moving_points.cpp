@@ -12,9 +12,7 @@ constexpr double kBesideMax = 1;  // s
 bool is_pose(const Pose& pose) { return std::isfinite(pose.x + pose.y + pose.rho); }
 
 // Both say where their robot was, or neither does.
-Pose objects_in_scan(const ObjRecogData& objects, const Scan2dData& scan) {
-  const Pose then = Pose::of(objects.refPos);
-  const Pose now = Pose::of(scan.refPos);
+Pose objects_in_scan(const Pose& then, const Pose& now) {
   const Pose zero = Pose::of(Position3d{});
   const auto is_zero = [&](const Pose& p) {
     return p.x == zero.x && p.y == zero.y && p.rho == zero.rho;
@@ -28,18 +26,20 @@ std::size_t mark_moving(const ObjRecogData& objects, const MovingPoints& setting
                         Scan2dData& scan) {
   const double later =
       std::chrono::duration<double>(scan.recordingTime - objects.recordingTime).count();
-  const Pose frame = objects_in_scan(objects, scan);
-  if (std::abs(later) > kBesideMax || !is_pose(frame)) return 0;
+  const Pose then = Pose::of(objects.refPos);
+  const Pose now = Pose::of(scan.refPos);
+  if (std::abs(later) > kBesideMax || !is_pose(then) || !is_pose(now)) return 0;
+  const Pose frame = objects_in_scan(then, now);
   std::size_t marked = 0;
   for (const ObjRecogObject& object : objects.objects) {
     const double vx = object.vel.x;
     const double vy = object.vel.y;
     if (std::hypot(vx, vy) < settings.speed_min) continue;
     Pose box = Pose::of(object.pos);
+    if (!is_pose(box)) continue;
     box.x += vx * later;
     box.y += vy * later;
     box = frame + box;
-    if (!is_pose(box)) continue;
     const double c = std::cos(box.rho);
     const double s = std::sin(box.rho);
     for (ScanPoint& point : scan.points) {

@@ -22,6 +22,7 @@ constexpr double kMovesFrom = 250;    // mm/s
 constexpr double kMovesUntil = 120;   // mm/s
 constexpr double kMovesSurely = 2.5;  // standard deviations
 constexpr double kLeft = 500;         // mm from where it stood
+constexpr double kLeftSurely = 1500;  // mm
 constexpr double kEvidence = 0.6;     // share of points that have moved
 constexpr int kHitsToMove = 7;        // scans that showed it, before it is said to move
 constexpr double kEvidenceGain = 0.2;
@@ -143,10 +144,10 @@ void Track::judge_movement(double moved) {
     stood_ = at();
   }
   // What has moved once can do it again.
-  const bool can =
-      ever_moved_ || (std::hypot(x_.value - stood_.x, y_.value - stood_.y) > kLeft &&
-                      std::popcount(hits_) >= kHitsToMove &&
-                      fast > kMovesSurely * speed_deviation() && evidence_ > kEvidence);
+  const double left = std::hypot(x_.value - stood_.x, y_.value - stood_.y);
+  const bool surely = left > kLeftSurely || fast > kMovesSurely * speed_deviation();
+  const bool can = ever_moved_ || (left > kLeft && surely && evidence_ > kEvidence &&
+                                   std::popcount(hits_) >= kHitsToMove);
   if (!moving_ && confirmed_ && can && fast > kMovesFrom) moving_ = true;
   if (!moving_) return;
   ever_moved_ = true;

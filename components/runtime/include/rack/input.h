@@ -30,13 +30,14 @@ class Input {
 
   // Turns the producer on, and makes it send; returns how often it will.
   Result<std::chrono::milliseconds> start(tims::Address producer,
-                                          std::chrono::milliseconds period = {}) {
-    if (const auto on = turn_on(producer); !on) return on.error();
+                                          std::chrono::milliseconds period = {},
+                                          const ProxyTimeouts& timeouts = {}) {
+    if (const auto on = turn_on(producer, timeouts); !on) return on.error();
     return subscribe(period);
   }
   // The two halves of it, for who has to ask the producer something in between.
-  Result<void> turn_on(tims::Address producer) {
-    proxy_.emplace(*work_, producer);
+  Result<void> turn_on(tims::Address producer, const ProxyTimeouts& timeouts = {}) {
+    proxy_.emplace(*work_, producer, timeouts);
     return proxy_->on();
   }
   Result<std::chrono::milliseconds> subscribe(std::chrono::milliseconds period = {}) {
@@ -64,18 +65,27 @@ class Input {
       if (good || good.error().code() != tims::Errc::kInvalidArgument) return good;
     }
   }
-  // The newest of what has come meanwhile; false: nothing has.
-  Result<bool> newest(Data& data) {
-    bool any = false;
+  // The next of what has come meanwhile; false: nothing has.
+  Result<bool> another(Data& data) {
     for (;;) {
       const auto message = stream_->try_peek();
       if (!message) {
-        if (message.error().code() == tims::Errc::kEmpty) return any;
+        if (message.error().code() == tims::Errc::kEmpty) return false;
         return message.error();
       }
       const auto good = proxy_->decode_stream(*message, data);
-      if (!good && good.error().code() != tims::Errc::kInvalidArgument) return good.error();
-      any = any || good;
+      if (good) return true;
+      if (good.error().code() != tims::Errc::kInvalidArgument) return good.error();
+    }
+  }
+  // The newest of it.
+  Result<bool> newest(Data& data) {
+    bool any = false;
+    for (;;) {
+      const auto come = another(data);
+      if (!come) return come.error();
+      if (!*come) return any;
+      any = true;
     }
   }
   // The same, for who looks again and again: kTimeout when nothing has come `looks` times in a row.

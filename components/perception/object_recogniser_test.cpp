@@ -1,0 +1,345 @@
+// People and boxes that move past a robot in a bare room, scan by scan.
+#include "components/perception/object_recogniser.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "components/localisation/random.h"
+#include "tests/support/counted_new.h"
+
+namespace rack::perception {
+namespace {
+
+DxfDrawing room() {
+  DxfDrawing drawing;
+  drawing.lines = {{{-6, -6}, {6, -6}}, {{6, -6}, {6, 6}}, {{6, 6}, {-6, 6}}, {{-6, 6}, {-6, -6}}};
+  return drawing;
+}
+
+// The robot stands at the origin unless it is moved; beams of half a degree, all around.
+class Room {
+ public:
+  explicit Room(std::uint64_t seed = 1) : walls_(room(), 1000, 0, 0), random_(seed) {}
+
+  struct Circle {
+    MapPoint at{};
+    double radius = 60;
+  };
+  Scan2dData scan(const std::vector<Circle>& circles, const Pose& robot = {}) {
+    Scan2dData scan{.recordingTime = time, .maxRange = 20000};
+    std::array<double, 720> ranges{};
+    walls_.cast({.from = {robot.x, robot.y}, .first = robot.rho - kPi, .step = radians(0.5)}, 20000,
+                ranges);
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      const double local = -kPi + radians(0.5) * static_cast<double>(i);
+      for (const Circle& circle : circles) {
+        const double dx = circle.at.x - robot.x;
+        const double dy = circle.at.y - robot.y;
+        const double along = dx * std::cos(local + robot.rho) + dy * std::sin(local + robot.rho);
+        const double beside = dx * dx + dy * dy - along * along;
+        const double r2 = circle.radius * circle.radius;
+        if (along > 0 && beside < r2)
+          ranges[i] = std::min(ranges[i], along - std::sqrt(r2 - beside));
+      }
+      const double range = ranges[i] + 10 * static_cast<double>(random_.normal());
+      scan.points.push_back({.x = whole_millimetres(range * std::cos(local)),
+                             .y = whole_millimetres(range * std::sin(local)),
+                             .z = whole_millimetres(range)});
+    }
+    return scan;
+  }
+  static std::vector<Circle> person(double x, double y) { return {{{x, y - 120}}, {{x, y + 120}}}; }
+
+  u32 time = 1000;
+
+ private:
+  FloorMap walls_;
+  localisation::Random random_;
+};
+
+ObjRecogData told(ObjectRecogniser& recogniser) {
+  ObjRecogData data;
+  recogniser.to_message(data);
+  return data;
+}
+
+// Walks from x = -3 m at 1 m/s along y = 2 m, ten scans a second.
+void walk(Room& world, ObjectRecogniser& recogniser, int scans, const Pose& robot = {}) {
+  for (int i = 0; i < scans; ++i, world.time += 100)
+    ASSERT_TRUE(recogniser.take(world.scan(Room::person(-3000 + i * 100.0, 2000), robot),
+                                {.pos = robot.position()}));
+}
+
+TEST(ObjectRecogniser, APersonWalks) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  walk(world, recogniser, 50);
+  const ObjRecogData data = told(recogniser);
+  ASSERT_EQ(data.objects.size(), 1U);
+  const ObjRecogObject& person = data.objects[0];
+  EXPECT_EQ(data.recordingTime, TimeStamp(world.time - 100));
+  EXPECT_EQ(person.type, object_type::kPedestrian);
+  EXPECT_NEAR(person.pos.x, 1900, 100);
+  EXPECT_NEAR(person.pos.y, 2000, 100);
+  EXPECT_NEAR(person.vel.x, 1000, 150);
+  EXPECT_NEAR(person.vel.y, 0, 150);
+  EXPECT_GT(person.prob, 0.9F);
+  EXPECT_GE(person.dim.x, 600);
+  EXPECT_GT(person.varPos.x, 0);
+  EXPECT_GT(person.varVel.x, 0);
+}
+
+TEST(ObjectRecogniser, ToldInTheRobotsFrame) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  const Pose robot{.x = 1000, .y = -1000, .rho = radians(90)};
+  walk(world, recogniser, 50, robot);
+  const ObjRecogData data = told(recogniser);
+  ASSERT_EQ(data.objects.size(), 1U);
+  EXPECT_EQ(data.refPos.x, 1000);
+  EXPECT_NEAR(data.objects[0].pos.x, 3000, 150);
+  EXPECT_NEAR(data.objects[0].pos.y, -900, 150);
+  EXPECT_NEAR(data.objects[0].vel.y, -1000, 150);
+}
+
+TEST(ObjectRecogniser, WhoStopsKeepsItsNumberAndHasNoSpeed) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  walk(world, recogniser, 40);
+  const i32 id = told(recogniser).objects.at(0).objectId;
+  for (int i = 0; i < 100; ++i, world.time += 100)
+    recogniser.take(world.scan(Room::person(900, 2000)), {});
+  const ObjRecogData data = told(recogniser);
+  ASSERT_EQ(data.objects.size(), 1U);
+  EXPECT_EQ(data.objects[0].objectId, id);
+  EXPECT_EQ(data.objects[0].vel.x, 0);
+}
+
+TEST(ObjectRecogniser, WhoIsGoneIsForgottenAfterASecond) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  walk(world, recogniser, 40);
+  for (int i = 0; i < 8; ++i, world.time += 100) recogniser.take(world.scan({}), {});
+  EXPECT_EQ(told(recogniser).objects.size(), 1U);
+  for (int i = 0; i < 4; ++i, world.time += 100) recogniser.take(world.scan({}), {});
+  EXPECT_TRUE(told(recogniser).objects.empty());
+}
+
+TEST(ObjectRecogniser, WhatAlwaysStoodThereIsNoObjectWithoutAMap) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  for (int i = 0; i < 100; ++i, world.time += 100) {
+    const Pose robot{.x = -2000 + i * 40.0, .y = -500, .rho = heading(i * 0.02)};
+    auto things = Room::person(2000, 2000);
+    things.push_back({{-1500, 2500}, 200});
+    recogniser.take(world.scan(things, robot), {.pos = robot.position()});
+    EXPECT_TRUE(told(recogniser).objects.empty()) << i;
+  }
+}
+
+TEST(ObjectRecogniser, WithAMapWhatItDoesNotHaveIsOne) {
+  const auto map = localisation::read_map(room(), 1000, 0, 0, 50);
+  ASSERT_TRUE(map.ok());
+  const auto field = localisation::LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  Room world;
+  ObjectRecogniser recogniser({}, &*field);
+  for (int i = 0; i < 20; ++i, world.time += 100)
+    recogniser.take(world.scan({{{2000, 1000}, 300}}), {});
+  const ObjRecogData data = told(recogniser);
+  ASSERT_EQ(data.objects.size(), 1U);
+  EXPECT_NE(data.objects[0].type, object_type::kPedestrian);
+  EXPECT_EQ(data.objects[0].vel.x, 0);
+  EXPECT_NEAR(data.objects[0].pos.x, 2000, 250);
+}
+
+// The position is wrong by as much as odometry is after some metres of turning.
+TEST(ObjectRecogniser, APositionThatDriftsMakesNoObjects) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  for (int i = 0; i < 200; ++i, world.time += 100) {
+    const Pose robot{.x = i * 10.0, .y = -500, .rho = heading(i * 0.05)};
+    const Pose known{.x = i * 10.4, .y = -500 + i * 2.0, .rho = heading(i * 0.054)};
+    auto things = Room::person(2000, 2000);
+    recogniser.take(world.scan(things, robot), {.pos = known.position()});
+    EXPECT_TRUE(told(recogniser).objects.empty()) << i;
+  }
+}
+
+TEST(ObjectRecogniser, HostileScansAndPositions) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  PositionData wrong;
+  wrong.pos.rho = std::numeric_limits<f32>::quiet_NaN();
+  EXPECT_FALSE(recogniser.take(world.scan({}), wrong));
+  Scan2dData scan = world.scan({});
+  EXPECT_TRUE(recogniser.take(scan, {}));
+  EXPECT_FALSE(recogniser.take(scan, {})) << "the same again";
+  scan.recordingTime = world.time += 100;
+  scan.points.clear();
+  EXPECT_TRUE(recogniser.take(scan, {})) << "empty";
+  scan = world.scan({});
+  scan.recordingTime = world.time += 100;
+  for (ScanPoint& point : scan.points) point.type = scan_point::kInvalid;
+  EXPECT_TRUE(recogniser.take(scan, {})) << "nothing valid";
+  scan.recordingTime = world.time += 100;
+  for (std::size_t i = 0; i < scan.points.size(); ++i)
+    scan.points[i] = {.x = i % 2 == 0 ? 2147483647 : -2147483647, .y = 2147483647};
+  EXPECT_TRUE(recogniser.take(scan, {})) << "as far as numbers go";
+  EXPECT_TRUE(told(recogniser).objects.empty());
+}
+
+TEST(ObjectRecogniser, TimeGoesBackAndEverythingBeginsAnew) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  walk(world, recogniser, 40);
+  ASSERT_EQ(told(recogniser).objects.size(), 1U);
+  world.time -= 3600000;
+  ASSERT_TRUE(recogniser.take(world.scan(Room::person(1000, 2000)), {}));
+  EXPECT_TRUE(told(recogniser).objects.empty());
+  world.time += 100;
+  walk(world, recogniser, 40);
+  EXPECT_EQ(told(recogniser).objects.size(), 1U);
+  ASSERT_TRUE(recogniser.take(world.scan({}), {.pos = Pose{.x = 50000}.position()}))
+      << "carried away";
+  EXPECT_TRUE(told(recogniser).objects.empty());
+}
+
+TEST(ObjectRecogniser, ManyObjectsAndPointsFitAndAllocateNothing) {
+  const std::array<localisation::MapLine, 2> walls = {
+      {{{-20000, -20000}, {20000, -20000}}, {{-20000, 20000}, {20000, 20000}}}};
+  const auto map = localisation::draw_walls(walls, 100);
+  ASSERT_TRUE(map.ok());
+  const auto field = localisation::LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  ObjectRecogniser recogniser({.objects_max = 100}, &*field);
+  ObjRecogData data;
+  reserve_all(data);
+  Scan2dData scan;
+  reserve_all(scan);
+  std::uint64_t before = 0;
+  // 122 poles around, seen by as many beams as a scan has.
+  for (u32 n = 0; n < 10; ++n) {
+    scan.recordingTime = 1000 + 100 * n;
+    scan.points.clear();
+    for (int i = 0; i < 8000; ++i) {
+      const bool pole = i % 66 < 20;
+      const double range = pole ? 15000 : 30000;
+      const double angle = radians(i * 360.0 / 8000);
+      scan.points.push_back({.x = whole_millimetres(range * std::cos(angle)),
+                             .y = whole_millimetres(range * std::sin(angle)),
+                             .type = pole ? 0 : 0x30});
+    }
+    if (n == 5) before = tims::test::allocations();
+    ASSERT_TRUE(recogniser.take(scan, {}));
+    recogniser.to_message(data);
+  }
+  EXPECT_EQ(tims::test::allocations(), before);
+  EXPECT_EQ(data.objects.size(), 100U);
+  EXPECT_GT(recogniser.tracks().size(), 100U);
+  EXPECT_LE(recogniser.tracks().size(), ObjectTracker::kTracksMax);
+}
+
+TEST(ObjectRecogniser, AnObjectIsStopped) {
+  Room world;
+  ObjectRecogniser recogniser({}, nullptr);
+  walk(world, recogniser, 40);
+  const i32 id = told(recogniser).objects.at(0).objectId;
+  EXPECT_FALSE(recogniser.stop(id + 1));
+  EXPECT_TRUE(recogniser.stop(id));
+  EXPECT_TRUE(told(recogniser).objects.empty());
+}
+
+// --- one track alone
+
+Sighting sighting(double x, double y) {
+  return {.box = {.centre = {x, y}, .length = 300, .width = 150},
+          .deviation = 60,
+          .moved = 1,
+          .person = true,
+          .pair = true};
+}
+
+// A walk with the accelerations and the noise that the filter believes in: how far it is off, in
+// standard deviations, is what chance allows (normalised estimation error squared, 2 axes).
+TEST(Track, ItsDeviationsAreHonest) {
+  localisation::Random random(5);
+  double place = 0;
+  double speed = 0;
+  int count = 0;
+  for (int run = 0; run < 50; ++run) {
+    std::array<double, 2> at{};
+    std::array<double, 2> v{};
+    Track track(1,
+                sighting(60 * static_cast<double>(random.normal()),
+                         60 * static_cast<double>(random.normal())),
+                0);
+    for (int i = 1; i <= 100; ++i) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double a = 800 * std::sqrt(10.0) * static_cast<double>(random.normal());
+        at[axis] += v[axis] * 0.1 + a * 0.005;
+        v[axis] += a * 0.1;
+      }
+      track.predict(i * 0.1);
+      track.update(sighting(at[0] + 60 * static_cast<double>(random.normal()),
+                            at[1] + 60 * static_cast<double>(random.normal())));
+      if (i < 20) continue;
+      const auto squared = [](double x, double y, double deviation) {
+        return (x * x + y * y) / (2 * deviation * deviation);
+      };
+      place += squared(track.at().x - at[0], track.at().y - at[1], track.deviation());
+      speed +=
+          squared(track.velocity().x - v[0], track.velocity().y - v[1], track.speed_deviation());
+      ++count;
+    }
+  }
+  EXPECT_NEAR(place / count, 1, 0.15);
+  EXPECT_NEAR(speed / count, 1, 0.2);
+}
+
+TEST(Track, ThreeOfFiveConfirm) {
+  Track track(1, sighting(0, 0), 0);
+  EXPECT_FALSE(track.confirmed());
+  track.predict(0.1);
+  track.miss();
+  track.predict(0.2);
+  track.update(sighting(0, 0));
+  EXPECT_FALSE(track.confirmed());
+  track.predict(0.3);
+  track.update(sighting(0, 0));
+  EXPECT_TRUE(track.confirmed());
+  track.predict(1.25);
+  track.miss();
+  EXPECT_FALSE(track.lost());
+  track.predict(1.35);
+  track.miss();
+  EXPECT_TRUE(track.lost());
+}
+
+TEST(Track, AVanKeepsItsMiddleWhenOneSideIsSeen) {
+  const auto seen = [](double from, double to, double x) {
+    return Sighting{
+        .box = {.centre = {x + (from + to) / 2, 3000}, .length = to - from, .width = 100},
+        .deviation = 100,
+        .moved = 1,
+        .scanner = {0, 0}};
+  };
+  Track track(1, seen(-2500, 2500, 8000), 0);
+  for (int i = 1; i < 30; ++i) {
+    track.predict(i * 0.1);
+    // It drives away at 5 m/s; after a second only its rear 2 m are seen.
+    track.update(i < 10 ? seen(-2500, 2500, 8000 + i * 500.0)
+                        : seen(-2500, -500, 8000 + i * 500.0));
+  }
+  EXPECT_NEAR(track.at().x, 8000 + 29 * 500, 500);
+  EXPECT_NEAR(track.velocity().x, 5000, 500);
+  EXPECT_TRUE(track.moving());
+  EXPECT_EQ(track.kind(), ObjectKind::kCar);
+}
+
+}  // namespace
+}  // namespace rack::perception

@@ -1,0 +1,199 @@
+// ObjRecogScan2d: people and other things that a scanner sees and a map does not have.
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "components/navigation/map_file.h"
+#include "components/perception/object_recogniser.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/grid_map.h"
+
+namespace rack::scan2d {
+namespace {
+
+using localisation::LikelihoodField;
+using perception::ObjectRecogniser;
+
+constexpr std::array<ParameterInfo, 18> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position; -1: what the scan says (refPos)", -1, kIdMax},
+    {"mapFile", "", "what it has is no object: floor plan (DXF) or map of ROS (.yaml)"},
+    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
+    {"gridMapSys", 0, "system id of the GridMap", 0, kIdMax},
+    {"gridMapInst", -1, "instance of the GridMap that has the map; -1: none", -1, kIdMax},
+    {"featureMapSys", 0, "system id of the FeatureMap", 0, kIdMax},
+    {"featureMapInst", -1, "instance of the FeatureMap that has the map; -1: none", -1, kIdMax},
+    {"mapTolerance", 250, "how far from what the map has a point may be, mm", 0, 10000},
+    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
+    {"ladarOffsetY", 0, "mm"},
+    {"maxRange", 30000, "mm", 1, 1e9},
+    {"maxObjects", 100, "that are sent; the original's programs take up to 100", 1, 300},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "ObjRecogScan2d",
+    .purpose = "People and other things that a scanner sees and a map does not have.",
+    .class_id = tims::class_id::kObjRecog,
+    .parameters = kParameters,
+};
+
+constexpr int kMissesMax = 20;  // scans in a row of which the position knows nothing
+
+class ObjRecogScan2d : public DataModule<ObjRecogData> {
+ public:
+  ObjRecogScan2d() : DataModule(kInfo, {.history = 20}) { reserve_all(scan_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, body_max<GridMapData>());
+    if (!work) return work.error();
+    work_ = *work;
+    const auto stream = create_mailbox(2, body_max<Scan2dData>());
+    if (!stream) return stream.error();
+    scan2d_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    if (auto map = take_map(); !map) return map;
+    position_.reset();
+    if (integer("positionInst") >= 0) {
+      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
+      if (auto on = position_->on(); !on) return on;
+    }
+    misses_ = 0;
+    {
+      const std::lock_guard lock(recogniser_mutex_);
+      recogniser_.reset();
+      recogniser_ = std::make_unique<ObjectRecogniser>(settings(), field_.get());
+    }
+    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (!granted) return granted.error();
+    set_period(*granted);
+    return DataModule::module_on();
+  }
+
+  [[nodiscard]] perception::RecogniserSettings settings() const {
+    return {.scanner = {.x = static_cast<double>(integer("ladarOffsetX")),
+                        .y = static_cast<double>(integer("ladarOffsetY"))},
+            .range_max = static_cast<double>(integer("maxRange")),
+            .tolerance = static_cast<double>(integer("mapTolerance")),
+            .objects_max = static_cast<std::size_t>(integer("maxObjects"))};
+  }
+
+  void module_off() override { scan2d_->stop(); }
+
+  // --- the map, if one is wanted
+
+  Result<void> take_map() {
+    std::unique_ptr<LikelihoodField> field;
+    const std::string path = text("mapFile");
+    const bool wanted =
+        !path.empty() || integer("gridMapInst") >= 0 || integer("featureMapInst") >= 0;
+    if (wanted) {
+      const auto map = read_map(path);
+      if (!map) return map.error();
+      auto made = LikelihoodField::of(*map, {});
+      if (!made) return made.error();
+      field = std::make_unique<LikelihoodField>(std::move(made).value());
+      log().info("map: %u x %u cells of %u mm", static_cast<unsigned>(map->rows),
+                 static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution));
+    }
+    const std::lock_guard lock(recogniser_mutex_);
+    recogniser_.reset();  // it looks at the old one
+    field_ = std::move(field);
+    return {};
+  }
+
+  Result<localisation::GridMap> read_map(const std::string& path) {
+    const auto resolution = static_cast<double>(integer("mapResolution"));
+    if (!path.empty())
+      return navigation::load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                                         .offset_x = static_cast<double>(integer("mapOffsetX")),
+                                         .offset_y = static_cast<double>(integer("mapOffsetY")),
+                                         .resolution = resolution});
+    if (integer("gridMapInst") >= 0) {
+      const auto cells = asked<GridMapProxy>(tims::class_id::kGridMap, "gridMap");
+      if (!cells) return cells.error();
+      return localisation::read_map(*cells);
+    }
+    const auto lines = asked<FeatureMapProxy>(tims::class_id::kFeatureMap, "featureMap");
+    if (!lines) return lines.error();
+    return localisation::read_map(*lines, resolution);
+  }
+
+  template <typename ProxyType>
+  Result<typename ProxyType::Data> asked(std::uint32_t class_id, std::string_view name) {
+    ProxyType proxy(*work_, address_of(class_id, name));
+    if (auto on = proxy.on(); !on) return on.error();
+    return proxy.get_data();
+  }
+
+  // --- scan by scan
+
+  Result<void> module_loop() override {
+    if (auto come = scan2d_->next(scan_, 5 * period()); !come) return come;
+    PositionData at{.recordingTime = scan_.recordingTime, .pos = scan_.refPos};
+    if (position_) {
+      const auto known = position_->get_data(scan_.recordingTime);
+      if (!known) {
+        // It may be a moment behind or have just begun.
+        if (++misses_ > kMissesMax) return known.error();
+        return {};
+      }
+      at = *known;
+    }
+    misses_ = 0;
+    {
+      const std::lock_guard lock(recogniser_mutex_);
+      if (!recogniser_->take(scan_, at)) return {};
+      recogniser_->to_message(get_local_buffer());
+    }
+    return put_local_buffer();
+  }
+
+  // --- commands. SET_ESTIMATE is answered by ERROR: it tells what it sees itself.
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type == ObjRecogType::kStopRecog) return answered(message, stop(message));
+    return DataModule::module_command(message);
+  }
+
+  // Without objects: all of them. What still moves is found again, with another number.
+  Result<void> stop(const tims::MessageView& message) {
+    const auto which = decode<ObjRecogData>(message);
+    if (!which) return which.error();
+    const std::lock_guard lock(recogniser_mutex_);
+    if (!recogniser_) return refused("there are no objects before it was on");
+    if (which->objects.empty()) recogniser_->forget();
+    for (const ObjRecogObject& object : which->objects)
+      if (!recogniser_->stop(object.objectId))
+        return refused("there is no object " + std::to_string(object.objectId));
+    return {};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<Scan2dProxy>> scan2d_;
+  std::optional<PositionProxy> position_;
+  Scan2dData scan_;
+  int misses_ = 0;
+  PriorityMutex recogniser_mutex_;  // of both, for commands
+  std::unique_ptr<LikelihoodField> field_;
+  std::unique_ptr<ObjectRecogniser> recogniser_;
+};
+
+}  // namespace
+}  // namespace rack::scan2d
+
+int main(int argc, char** argv) {
+  rack::scan2d::ObjRecogScan2d recognition;
+  return recognition.run(argc, argv);
+}

@@ -1,0 +1,98 @@
+// Scan2dDynObjRecog: a scan whose points know whether they lie on something that moves.
+#include <array>
+#include <optional>
+
+#include "components/perception/moving_points.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+
+namespace rack::scan2d {
+namespace {
+
+// The original's, in its order.
+constexpr std::array<ParameterInfo, 5> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
+    {"objRecogSys", 0, "system id of the object recognition", 0, kIdMax},
+    {"objRecogInst", 0, "instance of the object recognition", 0, kIdMax, true},
+    {"vMin", 300, "slower objects do not count, mm/s", 0, 1e6},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "Scan2dDynObjRecog",
+    .purpose = "A scan whose points on moving objects are dynamic obstacles.",
+    .class_id = tims::class_id::kScan2d,
+    .parameters = kParameters,
+};
+
+constexpr tims::Duration kAskFor = std::chrono::milliseconds(30);  // who waits is late
+constexpr tims::Duration kAskAgain = std::chrono::seconds(1);
+
+class Scan2dDynObjRecog : public DataModule<Scan2dData> {
+ public:
+  Scan2dDynObjRecog() : DataModule(kInfo, {.history = 10}) { reserve_all(objects_); }
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, body_max<ObjRecogData>());
+    if (!work) return work.error();
+    work_ = *work;
+    const auto stream = create_mailbox(1, body_max<Scan2dData>());
+    if (!stream) return stream.error();
+    scan2d_.emplace(**work, **stream);
+    return {};
+  }
+
+  Result<void> module_on() override {
+    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (!granted) return granted.error();
+    const tims::Address recogniser = address_of(tims::class_id::kObjRecog, "objRecog");
+    if (auto on = ObjRecogProxy(*work_, recogniser).on(); !on) return on;
+    recogniser_.emplace(*work_, recogniser, ProxyTimeouts{.data = kAskFor});
+    settings_.speed_min = integer("vMin");
+    silent_since_.reset();
+    set_period(*granted);
+    return DataModule::module_on();
+  }
+
+  void module_off() override { scan2d_->stop(); }
+
+  // Scans go on without a recogniser: who lives on them must not stand still for that.
+  Result<void> module_loop() override {
+    Scan2dData& scan = get_local_buffer();
+    if (auto come = scan2d_->next(scan, 2 * period()); !come) return come;
+    if (know_objects(scan.recordingTime)) perception::mark_moving(objects_, settings_, scan);
+    return put_local_buffer();
+  }
+
+  bool know_objects(TimeStamp time) {
+    const tims::Time before = now();
+    if (silent_since_ && before - *silent_since_ < kAskAgain) return false;
+    const auto come = recogniser_->get_data(objects_, time);
+    if (!come) {
+      if (!silent_since_)
+        log().warning("%s; until it is back no point is dynamic", come.error().message());
+      silent_since_ = before;
+      return false;
+    }
+    if (silent_since_) log().info("the object recognition is back");
+    silent_since_.reset();
+    return true;
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<Scan2dProxy>> scan2d_;
+  std::optional<ObjRecogProxy> recogniser_;
+  ObjRecogData objects_;
+  perception::MovingPoints settings_;
+  std::optional<tims::Time> silent_since_;
+};
+
+}  // namespace
+}  // namespace rack::scan2d
+
+int main(int argc, char** argv) {
+  rack::scan2d::Scan2dDynObjRecog scan;
+  return scan.run(argc, argv);
+}

@@ -1,0 +1,199 @@
+// Scan2dMerge: the scans of several scanners as one.
+#include <array>
+#include <optional>
+
+#include "components/perception/scan_merger.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/position.h"
+
+namespace rack::scan2d {
+namespace {
+
+using perception::ScanMerger;
+
+// The original's, in its order.
+constexpr std::array<ParameterInfo, 12> kParameters = {{
+    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
+    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+    {"scan2dSysA", 0, "system id of the first scan", 0, kIdMax},
+    {"scan2dInstA", 0, "instance of the first scan", 0, kIdMax, true},
+    {"scan2dSysB", 0, "system id of the second scan", 0, kIdMax},
+    {"scan2dInstB", -1, "instance of the second scan; -1: none", -1, kIdMax},
+    {"scan2dSysC", 0, "system id of the third scan", 0, kIdMax},
+    {"scan2dInstC", -1, "instance of the third scan; -1: none", -1, kIdMax},
+    {"scan2dSysD", 0, "system id of the fourth scan", 0, kIdMax},
+    {"scan2dInstD", -1, "instance of the fourth scan; -1: none", -1, kIdMax},
+}};
+constexpr std::array<std::string_view, ScanMerger::kSourcesMax> kSystems = {
+    "scan2dSysA", "scan2dSysB", "scan2dSysC", "scan2dSysD"};
+constexpr std::array<std::string_view, ScanMerger::kSourcesMax> kInstances = {
+    "scan2dInstA", "scan2dInstB", "scan2dInstC", "scan2dInstD"};
+
+constexpr ModuleInfo kInfo{
+    .program = "Scan2dMerge",
+    .purpose = "The scans of several scanners as one, whenever the odometry has moved.",
+    .class_id = tims::class_id::kScan2d,
+    .parameters = kParameters,
+};
+
+constexpr int kSilence = 5;  // periods, until a scanner counts as away
+constexpr tims::Duration kSilenceLeast = std::chrono::milliseconds(500);
+constexpr tims::Duration kTryAgain = std::chrono::seconds(1);
+// The others wait as long as that for one that is away.
+constexpr tims::Duration kTryFor = std::chrono::milliseconds(30);
+
+class Scan2dMerge : public DataModule<Scan2dData> {
+ public:
+  Scan2dMerge() : DataModule(kInfo, {.history = 10}) { reserve_all(scan_); }
+
+ private:
+  struct Source {
+    std::optional<Input<Scan2dProxy>> input{};
+    tims::Address address{};
+    bool wanted = false;
+    bool here = false;
+    tims::Duration silence_most{};
+    tims::Time heard{};  // when it last sent, or was last called
+  };
+
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, body_max<PositionData>());
+    if (!work) return work.error();
+    work_ = *work;
+    const auto stream = create_mailbox(4, wire_size<OdometryData>());
+    if (!stream) return stream.error();
+    odometry_.emplace(**work, **stream);
+    for (Source& source : sources_) {
+      const auto scans = create_mailbox(2, body_max<Scan2dData>());
+      if (!scans) return scans.error();
+      source.input.emplace(**work, **scans);
+    }
+    return {};
+  }
+
+  Result<void> module_on() override {
+    const auto granted = odometry_->start(address_of(tims::class_id::kOdometry, "odometry"));
+    if (!granted) return granted.error();
+    position_.reset();
+    get_local_buffer().refPos = {};
+    if (integer("positionInst") >= 0) {
+      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
+      if (auto on = position_->on(); !on) return on;
+    }
+    if (auto any = start_sources(); !any) return any;
+    told_left_out_ = false;
+    set_period(*granted);
+    return DataModule::module_on();
+  }
+
+  // One is enough: the others are called again and again.
+  Result<void> start_sources() {
+    Result<void> none = refused("no scan2dInst is given");
+    bool any = false;
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      Source& source = sources_[i];
+      merger_.forget(i);
+      source.wanted = integer(kInstances[i]) >= 0;
+      source.here = false;
+      if (!source.wanted) continue;
+      source.address =
+          address_of(tims::class_id::kScan2d, integer(kSystems[i]), integer(kInstances[i]));
+      const auto called = call(source, {});
+      if (!called) log().warning("%s; left out until it is there", called.error().message());
+      if (!called && !any) none = called;
+      any = any || called;
+    }
+    return any ? Result<void>() : none;
+  }
+
+  Result<void> call(Source& source, const ProxyTimeouts& timeouts) {
+    const auto granted = source.input->start(source.address, {}, timeouts);
+    source.heard = now();
+    source.here = granted.ok();
+    if (!granted) return granted.error();
+    source.silence_most = std::max<tims::Duration>(kSilence * *granted, kSilenceLeast);
+    return {};
+  }
+
+  void module_off() override {
+    odometry_->stop();
+    for (Source& source : sources_) source.input->stop();
+  }
+
+  Result<void> module_loop() override {
+    if (auto come = odometry_->next(odometry_data_, kSilence * period()); !come) return come;
+    bool any = false;
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      if (!sources_[i].wanted) continue;
+      look_at(i);
+      any = any || sources_[i].here;
+    }
+    if (!any) return tims::Error(tims::Errc::kTimeout, "no scan of any scanner");
+    Scan2dData& merged = get_local_buffer();
+    if (position_) {
+      const auto position = position_->get_data(odometry_data_.recordingTime);
+      if (!position) return position.error();
+      merged.refPos = position->pos;
+    }
+    if (!merger_.merge(odometry_data_.recordingTime, Pose::of(odometry_data_.pos), merged))
+      return {};  // at first there is none
+    tell_left_out();
+    return put_local_buffer();
+  }
+
+  void look_at(std::size_t i) {
+    Source& source = sources_[i];
+    const tims::Time time = now();
+    if (!source.here) {
+      if (time - source.heard < kTryAgain) return;
+      if (call(source, {.on = kTryFor, .off = kTryFor, .data = kTryFor}))
+        log().info("%n is back", source.address);
+      return;
+    }
+    for (;;) {
+      const auto come = source.input->another(scan_);
+      if (come && !*come) break;
+      if (!come) return leave_out(i, come.error().message());
+      const auto odometry = odometry_->proxy().get_data(scan_.recordingTime);
+      // Of a time that the odometry does not know: as if it had not come.
+      if (odometry && merger_.take(i, scan_, Pose::of(odometry->pos))) source.heard = time;
+    }
+    if (time - source.heard > source.silence_most) leave_out(i, "it is silent");
+  }
+
+  void leave_out(std::size_t i, std::string_view why) {
+    log().warning("%n is left out until it is back: %s", sources_[i].address, why);
+    sources_[i].here = false;
+    sources_[i].heard = now();
+    merger_.forget(i);
+  }
+
+  void tell_left_out() {
+    if (merger_.left_out() > 0 && !told_left_out_)
+      log().warning("more points than a scan has room for: %u are left out, all around alike",
+                    static_cast<unsigned>(merger_.left_out()));
+    told_left_out_ = merger_.left_out() > 0;
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<OdometryProxy>> odometry_;
+  std::optional<PositionProxy> position_;
+  std::array<Source, ScanMerger::kSourcesMax> sources_{};
+  ScanMerger merger_;
+  OdometryData odometry_data_;
+  Scan2dData scan_;
+  bool told_left_out_ = false;
+};
+
+}  // namespace
+}  // namespace rack::scan2d
+
+int main(int argc, char** argv) {
+  rack::scan2d::Scan2dMerge merge;
+  return merge.run(argc, argv);
+}
