@@ -1,7 +1,6 @@
 #include "components/perception/track.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace rack::perception {
@@ -13,6 +12,7 @@ constexpr double kFirstSpeed = 1000;   // mm/s, standard deviation
 constexpr double kShrinks = 0.995;     // a scan: one that was seen too large
 constexpr double kPersonLength = 800;  // mm: room for a stride
 constexpr double kPersonWidth = 600;
+constexpr unsigned kHistory = 32;
 constexpr unsigned kConfirmOf = 5;  // scans
 constexpr int kConfirm = 3;
 constexpr double kLostAfter = 1;       // s
@@ -97,9 +97,15 @@ void Track::update(const Sighting& sighting) {
   learn_size(aligned);
   correct(person_ ? aligned.centre : centre_of(aligned, sighting.scanner), sighting.deviation);
   if (!person_) heading_ = aligned.heading;
-  confirmed_ = confirmed_ || std::popcount(hits_ & ((1U << kConfirmOf) - 1)) >= kConfirm;
+  confirmed_ = confirmed_ || hits_of(kConfirmOf) >= kConfirm;
   log_odds_ = std::min(log_odds_ + kOddsHit, kOddsMost);
   judge_movement(sighting.moved);
+}
+
+int Track::hits_of(unsigned scans) const {
+  int count = 0;
+  for (unsigned i = 0; i < scans; ++i) count += static_cast<int>(hits_ >> i & 1U);
+  return count;
 }
 
 void Track::miss() {
@@ -147,7 +153,7 @@ void Track::judge_movement(double moved) {
   const double left = std::hypot(x_.value - stood_.x, y_.value - stood_.y);
   const bool surely = left > kLeftSurely || fast > kMovesSurely * speed_deviation();
   const bool can = ever_moved_ || (left > kLeft && surely && evidence_ > kEvidence &&
-                                   std::popcount(hits_) >= kHitsToMove);
+                                   hits_of(kHistory) >= kHitsToMove);
   if (!moving_ && confirmed_ && can && fast > kMovesFrom) moving_ = true;
   if (!moving_) return;
   ever_moved_ = true;

@@ -85,6 +85,8 @@ class Track {
   void correct(const MapPoint& measured, double deviation);
   [[nodiscard]] Box align(const Box& box) const;
   [[nodiscard]] MapPoint centre_of(const Box& aligned, const MapPoint& scanner) const;
+  // How many of the last scans showed it, at most 32.
+  [[nodiscard]] int hits_of(unsigned scans) const;
   void learn_size(const Box& aligned);
   void judge_movement(double moved);
 

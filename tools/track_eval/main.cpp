@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
+#include "base/statistics.h"
 #include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
 #include "tools/track_eval/tracking.h"
@@ -53,19 +54,6 @@ void print_line(const std::vector<Field>& fields, bool json) {
   std::fflush(stdout);
 }
 
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::lround(part * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
-
 // --- people in a hall
 
 LikelihoodField hall_field() {
@@ -89,9 +77,9 @@ Exit evaluate_people(Wanted wanted) {
                 {"missed", share(score.missed), 4},
                 {"wrong", share(score.wrong), 4},
                 {"switches", static_cast<double>(score.switches), 0},
-                {"mean_m", mean(score.off) / 1000, 3},
-                {"mean_m_s", mean(score.speed) / 1000, 3},
-                {"p95_m_s", quantile(score.speed, 0.95) / 1000, 3},
+                {"mean_m", tims::base::mean(score.off) / 1000, 3},
+                {"mean_m_s", tims::base::mean(score.speed) / 1000, 3},
+                {"p95_m_s", tims::base::quantile(score.speed, 0.95) / 1000, 3},
                 {"ghosts_per_minute", score.ghosts / score.minutes, 2},
                 {"us_per_scan", score.us_per_scan, 1}},
                wanted.json);

@@ -13,7 +13,6 @@ using localisation::LikelihoodField;
 using localisation::Localiser;
 using localisation::LogScan;
 using perception::ObjectRecogniser;
-using perception::RecogniserSettings;
 using perception::Track;
 
 namespace {
@@ -123,7 +122,8 @@ Score follow_people(const HallSettings& settings, double seconds, const Likeliho
   ObjRecogData data;
   std::size_t scans = 0;
   double us = 0;
-  for (double t = 0; t < seconds; t += settings.period) {
+  const auto steps = static_cast<std::size_t>(seconds / settings.period);
+  for (std::size_t step = 0; step < steps; ++step) {
     hall.step();
     hall.scan(scan);
     const double before = stopwatch();
@@ -158,10 +158,9 @@ class Drive {
     localiser_.start_anywhere();
     for (const LogScan& scan : log_.scans) step(scan);
     if (score_.scans > 0) score_.us_per_scan = us_ / static_cast<double>(score_.scans);
-    for (Mover& mover : score_.movers) {
-      const auto places = static_cast<double>(std::max(1U, places_[&mover - score_.movers.data()]));
-      mover.on_map /= places;
-      mover.speed /= places;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      score_.movers[i].on_map /= std::max(1U, places_[i]);
+      score_.movers[i].speed /= std::max(1U, places_[i]);
     }
     return std::move(score_);
   }

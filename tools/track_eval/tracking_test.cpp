@@ -4,16 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include "base/statistics.h"
+
 namespace rack::track_eval {
 namespace {
 
 double no_clock() { return 0; }
-
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value / static_cast<double>(values.size());
-  return sum;
-}
 
 class PeopleTest : public testing::TestWithParam<bool> {};
 
@@ -29,8 +25,8 @@ TEST_P(PeopleTest, AreFollowed) {
                                       localised ? &*field : nullptr, no_clock);
     EXPECT_GT(score.people, 2000U);
     EXPECT_GE(score.mota(), localised ? 0.97 : 0.9) << seed;
-    EXPECT_LT(mean(score.speed), 200) << seed;
-    EXPECT_LT(mean(score.off), 60) << seed;
+    EXPECT_LT(tims::base::mean(score.speed), 200) << seed;
+    EXPECT_LT(tims::base::mean(score.off), 60) << seed;
   }
 }
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutAMap, PeopleTest, testing::Bool());

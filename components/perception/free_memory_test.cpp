@@ -1,0 +1,109 @@
+#include "components/perception/free_memory.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace rack::perception {
+namespace {
+
+// A round room of 5 m, with something 300 mm wide at x, 0; half a degree between beams.
+ScanView room(double x, const Pose& robot = {}) {
+  Scan2dData scan;
+  for (int i = -360; i < 360; ++i) {
+    const double angle = radians(i * 0.5) + robot.rho;
+    const double along = -robot.x * std::cos(angle) - robot.y * std::sin(angle);
+    const double beside = robot.x * robot.x + robot.y * robot.y - along * along;
+    double range = along + std::sqrt(25e6 - beside);
+    const double to = (x - robot.x) / std::cos(angle);
+    if (x > 0 && to > 0 && std::abs(robot.y + to * std::sin(angle)) < 150) range = to;
+    scan.points.push_back({.x = whole_millimetres(range * std::cos(angle - robot.rho)),
+                           .y = whole_millimetres(range * std::sin(angle - robot.rho))});
+  }
+  ScanView view;
+  view.take(scan, {}, 20000);
+  view.place(robot);
+  return view;
+}
+
+long moved(const ScanView& view) { return std::ranges::count_if(view.sights(), &Sight::moved); }
+
+TEST(FreeMemory, WhatComesWhereItWasFreeHasMoved) {
+  FreeMemory memory;
+  double t = 0;
+  for (; t < 2; t += 0.1) {
+    ScanView empty = room(0);
+    memory.look(empty, t);
+    EXPECT_EQ(moved(empty), 0);
+  }
+  ScanView come = room(2000);
+  memory.look(come, t);
+  EXPECT_GT(moved(come), 10);
+  const auto thing = std::ranges::find_if(come.sights(), &Sight::moved);
+  EXPECT_EQ(thing->stood, 0);
+  EXPECT_NEAR(thing->away, 2000, 20);
+}
+
+TEST(FreeMemory, WhatStaysBecomesPartOfTheRoom) {
+  FreeMemory memory;
+  double t = 0;
+  for (; t < 2; t += 0.1) {
+    ScanView empty = room(0);
+    memory.look(empty, t);
+  }
+  long last = 1;
+  for (; t < 12; t += 0.1) {
+    ScanView stays = room(2000);
+    memory.look(stays, t);
+    last = moved(stays);
+  }
+  EXPECT_EQ(last, 0);
+  ScanView stays = room(2000);
+  memory.look(stays, t);
+  const auto& sights = stays.sights();
+  EXPECT_GT(std::ranges::min_element(sights, {}, &Sight::away)->stood, 3);
+}
+
+TEST(FreeMemory, WhatIsRevealedHasNotMoved) {
+  FreeMemory memory;
+  double t = 0;
+  for (; t < 2; t += 0.1) {
+    ScanView there = room(2000);
+    memory.look(there, t);
+  }
+  ScanView gone = room(0);
+  memory.look(gone, t);
+  EXPECT_EQ(moved(gone), 0);
+}
+
+TEST(FreeMemory, AScanIsLaidOnThoseBefore) {
+  FreeMemory memory;
+  double t = 0;
+  const Pose at{.x = 1500, .y = 800, .rho = 0.3};
+  for (; t < 2; t += 0.1) {
+    ScanView view = room(3000, at);
+    memory.look(view, t);
+  }
+  const ScanView view = room(3000, at);
+  const Pose wrong = at + Pose{.x = 90, .y = -70, .rho = radians(0.5)};
+  const Pose found = memory.lay_on(view, wrong);
+  EXPECT_LT(std::hypot(found.x - at.x, found.y - at.y), 60);
+  EXPECT_LT(std::hypot(found.x - at.x, found.y - at.y),
+            std::hypot(wrong.x - at.x, wrong.y - at.y) / 2);
+}
+
+TEST(FreeMemory, AfterForgettingNothingIsKnown) {
+  FreeMemory memory;
+  for (double t = 0; t < 2; t += 0.1) {
+    ScanView empty = room(0);
+    memory.look(empty, t);
+  }
+  memory.forget();
+  ScanView come = room(2000);
+  memory.look(come, 2);
+  EXPECT_EQ(moved(come), 0);
+}
+
+}  // namespace
+}  // namespace rack::perception
