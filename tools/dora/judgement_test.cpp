@@ -11,6 +11,7 @@ using testing::HasSubstr;
 
 std::vector<Time> every(Duration period, int count) {
   std::vector<Time> times;
+  times.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) times.push_back(Time(1s) + i * period);
   return times;
 }

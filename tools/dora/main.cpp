@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/measure.h"
+#include "os/environment.h"
 #include "tools/cli/failure.h"
 #include "tools/dora/scenario.h"
 
@@ -29,8 +30,9 @@ constexpr const char* kExits =
 // Robot files call programs by their names.
 void find_own_programs() {
   const std::string folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  const char* const path = std::getenv("PATH");
-  ::setenv("PATH", (folder + ":" + (path != nullptr ? path : "/usr/bin:/bin")).c_str(), 1);
+  const std::string path = tims::os::environment("PATH");
+  const std::string all = folder + ":" + (path.empty() ? "/usr/bin:/bin" : path);
+  ::setenv("PATH", all.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): before any thread
 }
 
 int run(const Settings& settings, bool json, const timsctl::Signals& signals) {
