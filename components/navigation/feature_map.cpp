@@ -79,8 +79,11 @@ class FeatureMap : public DataModule<FeatureMapData> {
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case FeatureMapType::kLoadMap:
-        return with<FileName>(message,
-                              [&](const FileName& file) { return load(std::string(file.view())); });
+        return with<FileName>(message, [&](const FileName& file) {
+          auto loaded = load(std::string(file.view()));
+          if (loaded) set_parameter("mapFile", file.view());
+          return loaded;
+        });
       case FeatureMapType::kSaveMap:
         return with<FileName>(message,
                               [&](const FileName& file) { return save(std::string(file.view())); });

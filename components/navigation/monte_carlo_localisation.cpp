@@ -216,7 +216,9 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (message.header.type != MclType::kLoadMap) return DataModule::module_command(message);
     const auto file = decode<FileName>(message);
     if (!file) return file.error();
-    return answered(message, take_map(std::string(file->view()), true));
+    auto taken = take_map(std::string(file->view()), true);
+    if (taken) set_parameter("mapFile", file->view());
+    return answered(message, taken);
   }
 
   tims::Mailbox* work_ = nullptr;

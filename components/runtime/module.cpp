@@ -322,6 +322,11 @@ void Module::set_parameter(std::string_view name, std::int32_t value) {
   (void)parameters_.set(name, std::to_string(value));
 }
 
+void Module::set_parameter(std::string_view name, std::string_view value) {
+  const std::lock_guard lock(mutex_);
+  if (!parameters_.set(name, value)) (void)parameters_.set(name, "");
+}
+
 tims::Address Module::address() const { return runtime_->address_; }
 
 tims::Mailbox& Module::command_mailbox() { return *runtime_->command_mailbox_; }

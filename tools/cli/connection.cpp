@@ -36,6 +36,12 @@ Signals::WaitResult Signals::wait(int fd, tims::Time deadline) const {
   return ready ? WaitResult::kReadable : WaitResult::kTimeout;
 }
 
+void Signals::forget() const {
+  signalfd_siginfo come{};
+  while (::read(file_.get(), &come, sizeof come) == sizeof come) {
+  }
+}
+
 tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,
                               const tims::AddressWidths& widths) {
   if (!request.address.empty()) return need_address(request.address, widths);

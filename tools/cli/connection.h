@@ -29,6 +29,9 @@ class Signals {
   // Until `fd` can be read (-1: none), the deadline, or a signal: then throws Interrupted.
   WaitResult wait(int fd, tims::Time deadline) const;
   void sleep_until(tims::Time deadline) const { (void)wait(-1, deadline); }
+  // The signals that have come, so that there can be waited again: for what has to be done at the
+  // end.
+  void forget() const;
 
  private:
   tims::os::File file_;

@@ -178,6 +178,16 @@ constexpr OptionRow kOptions[] = {
     {"until", 'U', "TIME", "not later than this", [](Options& o, string_view v) { o.until = v; }},
     {"directory", 'D', "DIR", "where gdos-log keeps its files",
      [](Options& o, string_view v) { o.directory = v; }},
+    {"robot", 0, "ROBOT",
+     "which robot: the number of its system, or the name of its router; needed when there are "
+     "several",
+     [](Options& o, string_view v) { o.robot = v; }},
+    {"gps", 0, "", "degrees north and east in place of X and Y",
+     [](Options& o, string_view) { o.gps = true; }},
+    {"patience", 0, "DUR", "how long it may stand before that is an error (default 30s)",
+     [](Options& o, string_view v) { o.patience = pause(v); }},
+    {"plot", 0, "FILE", "also as a picture, .svg or .png",
+     [](Options& o, string_view v) { o.plot = v; }},
     {"detach", 0, "", "go on in the background once it is up",
      [](Options& o, string_view) { o.detach = true; }},
 };

@@ -64,7 +64,10 @@ struct Options {
   std::string until;
   std::string directory;
   std::string world;
-  std::string filter;  // of msg echo
+  std::string filter;                      // of msg echo
+  std::string robot;                       // of nav: a system's number, or the name of a router
+  std::string plot;                        // of nav: a picture
+  std::optional<tims::Duration> patience;  // of nav goto
   bool fields = false;
   bool si = false;
   bool yes = false;
@@ -75,6 +78,7 @@ struct Options {
   bool all_routers = false;
   bool hops = false;
   bool detach = false;
+  bool gps = false;  // of nav goto
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
   // Of a verb that repeats something until it is stopped: the number of times it was told.

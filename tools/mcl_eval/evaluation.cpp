@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace rack::mcl_eval {
 
 using localisation::BeamEnd;
@@ -160,6 +162,7 @@ class Evaluation {
       ++outcome_.updates;
       if (localiser_.filter().injected() > 0) ++outcome_.recoveries;
     }
+    if (trial_.keep_poses) keep(i, odometry);
     const Pose laser = localiser_.pose() + log_.scans[i].laser;
     if (!truth_.relations.empty()) {
       sure_ = sure_ || !trial_.global || localiser_.estimate().share > kSureShare;
@@ -169,6 +172,15 @@ class Evaluation {
     for (; at_ < truth_.poses.size() && truth_.poses[at_].scan <= i; ++at_)
       if (truth_.poses[at_].scan == i && (trial_.global || i > first_))
         compare(error_of(laser, truth_.poses[at_].laser));
+  }
+
+  void keep(std::size_t i, const Pose& odometry) {
+    PoseRow row{log_.scans[i].logger_time, localiser_.pose(), odometry, {}};
+    const auto known = std::ranges::lower_bound(truth_.poses, i, {}, &TruePose::scan);
+    if (known != truth_.poses.end() && known->scan == i) row.truth = robot(known->laser, i);
+    if (outcome_.poses.empty()) placed_ = row.truth.value_or(row.estimate) + (Pose{} - odometry);
+    row.odometry = placed_ + odometry;
+    outcome_.poses.push_back(row);
   }
 
   void compare(const PoseError& error) {
@@ -217,6 +229,7 @@ class Evaluation {
   std::size_t first_ = 0;
   std::size_t at_ = 0;                // the next of the true poses
   std::optional<double> carried_at_;  // mm driven
+  Pose placed_{};                     // the frame of the odometry
   bool sure_ = false;
   double us_ = 0;
 };
@@ -236,6 +249,28 @@ std::optional<Kidnapping> kidnapping(const Truth& truth) {
 Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
             const Truth& truth, const Stopwatch& stopwatch) {
   return Evaluation(trial, log, field, truth, stopwatch).run();
+}
+
+std::string to_csv(std::span<const PoseRow> poses) {
+  std::string text = "time_s";
+  for (const char* name : {"", "odometry_", "truth_"})
+    text += fmt::format(",{0}x_m,{0}y_m,{0}heading_deg", name);
+  text += ",error_m,error_deg\n";
+  const auto fields = [](const Pose& pose) {
+    return fmt::format(",{:.3f},{:.3f},{:.2f}", pose.x / 1000, pose.y / 1000,
+                       degrees(heading(pose.rho)));
+  };
+  for (const PoseRow& row : poses) {
+    text += fmt::format("{:.3f}", row.time) + fields(row.estimate) + fields(row.odometry);
+    if (!row.truth) {
+      text += ",,,,,\n";
+      continue;
+    }
+    const PoseError error = error_of(row.estimate, *row.truth);
+    text +=
+        fields(*row.truth) + fmt::format(",{:.4f},{:.3f}\n", error.way / 1000, degrees(error.turn));
+  }
+  return text;
 }
 
 }  // namespace rack::mcl_eval

@@ -14,6 +14,9 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "base/statistics.h"
 #include "components/localisation/localiser.h"
@@ -30,6 +33,15 @@ struct Trial {
   double odometry_scale = 1;  // of ways
   double odometry_drift = 0;  // deg/m
   double short_beams = 0;     // share
+  bool keep_poses = false;
+};
+
+// At one scan, of the robot; the odometry begins where the truth does, or else the estimate.
+struct PoseRow {
+  double time = 0;  // s, of the log
+  Pose estimate{};
+  Pose odometry{};
+  std::optional<Pose> truth{};
 };
 
 struct Outcome {
@@ -42,7 +54,11 @@ struct Outcome {
   std::size_t updates = 0;
   std::size_t recoveries = 0;  // updates in which particles were drawn anew
   double us_per_update = 0;
+  std::vector<PoseRow> poses{};  // of all scans, if they are wanted
 };
+
+// As columns with names between commas: tracks, and errors where there is a truth.
+std::string to_csv(std::span<const PoseRow> poses);
 
 // Where it is carried away and where it goes on, of the log's scans; nothing: its truth has no two
 // poses that are far enough apart.

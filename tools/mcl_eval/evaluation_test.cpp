@@ -1,6 +1,7 @@
 // A made log of a robot that drives round a room, and its truth.
 #include "tools/mcl_eval/evaluation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -143,6 +144,21 @@ TEST_F(EvaluationTest, SaysWhenItIsLost) {
   const Outcome outcome = evaluate({}, made_.poses);
   EXPECT_TRUE(outcome.lost);
   EXPECT_GT(outcome.share_over_1m, 0.5);
+}
+
+TEST_F(EvaluationTest, KeepsPosesWhenTheyAreWanted) {
+  EXPECT_TRUE(evaluate({}, made_.poses).poses.empty());
+  const Outcome outcome = evaluate({.keep_poses = true}, made_.poses);
+  ASSERT_GE(outcome.poses.size(), 499U);
+  const PoseRow& first = outcome.poses.front();
+  ASSERT_TRUE(first.truth);
+  EXPECT_NEAR(first.odometry.x, first.truth->x, 1e-6) << "it begins where the truth does";
+  const std::string text = to_csv(outcome.poses);
+  EXPECT_TRUE(text.starts_with("time_s,x_m,y_m,heading_deg,odometry_x_m,"));
+  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')), outcome.poses.size() + 1);
+  EXPECT_EQ(to_csv({}).back(), '\n');
+  PoseRow alone;
+  EXPECT_TRUE(to_csv({&alone, 1}).ends_with(",,,,,\n")) << "no truth";
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ struct Wanted {
   std::uint64_t seeds = 1;
   std::optional<double> lag;
   bool json = false;
+  std::string poses;  // file
 };
 
 std::string read_file(const std::string& name) {
@@ -110,6 +111,11 @@ void print_summary(const std::vector<std::vector<Field>>& all) {
   fmt::print("most  {}\n", line_of(most, false));
 }
 
+void write_poses(const std::string& file, const Outcome& outcome) {
+  if (const auto written = navigation::write_file(file, to_csv(outcome.poses)); !written)
+    throw Failure(Exit::kDenied, "not_written", written.error().detail());
+}
+
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   const auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
   const auto field = read_field(files.map);
@@ -127,7 +133,9 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   bool lost = false;
   std::vector<std::vector<Field>> all;
   for (std::uint64_t i = 0; i < wanted.seeds; ++i, ++trial.seed) {
+    trial.keep_poses = i == 0 && !wanted.poses.empty();
     const Outcome outcome = run(trial, log, field, truth, stopwatch_us);
+    if (trial.keep_poses) write_poses(wanted.poses, outcome);
     const auto fields = fields_of(outcome);
     const std::string numbers = line_of(fields, wanted.json);
     fmt::print("{}\n", wanted.json ? fmt::format("{{\"seed\":{}{}}}", trial.seed, numbers)
@@ -154,7 +162,7 @@ constexpr const char* kAbout =
     "a global start on the same log says that it began.";
 constexpr const char* kExits =
     "Exit status: 0 done, 1 lost, or a file is broken (FILE: line N: what), 2 wrong command line,\n"
-    "4 no such file.";
+    "4 no such file, 5 a file cannot be written.";
 
 void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
   app.add_option("LOG", files.log, "log of CARMEN, .clf")->required();
@@ -180,6 +188,9 @@ void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
   app.add_option("--odometry-drift", trial.odometry_drift, "deg/m")->check(CLI::Range(-90.0, 90.0));
   app.add_option("--short-beams", trial.short_beams, "share of beams that people cut short")
       ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--poses", wanted.poses,
+                 "file for what was said at each scan, and how far off: columns with names between "
+                 "commas, of\nthe first seed; `timsctl nav plot` draws it");
   app.add_flag("--json", wanted.json, "a JSON object a line");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);

@@ -211,6 +211,30 @@ constexpr Verb kOwnVerbs[] = {
     {"world", "plug", "ROBOT SENSOR", 2, 2, "world", false, "Plugs it in again.",
      "timsctl world plug scout laser", world_plug},
 
+    {"nav", "where", "[ROBOT]", 0, 1, "robot watch count once", false,
+     "Where a robot is: x (north) and y (east), heading, how sure it is of that, and who says so; "
+     "what is missing, and what to do about it. Exit status 1: it does not know.",
+     "timsctl nav where", nav_where},
+    {"nav", "goto", "X Y [HEADING]", 2, 3, "robot gps no-wait for patience", false,
+     "Sends a robot to a place on its map, in m and degrees (clockwise from x), and shows how it "
+     "gets on until it is there: turns on what is needed for that and off the pilot that was "
+     "driving. Without HEADING it arrives as it comes. Ctrl-C, the end of --for and whatever "
+     "keeps it from going on stop the robot. Exit status 0: it is there, 1: it is not, and why.",
+     "timsctl nav goto 3.5 6 180", nav_goto},
+    {"nav", "path", "[ROBOT]", 0, 1, "robot watch count once sort plot", false,
+     "The path that a robot follows: lines and arcs, with lengths, radii and speeds.",
+     "timsctl nav path --plot path.svg", nav_path, kRows},
+    {"nav", "map", "[show|load] [FILE]", 0, 2, "robot plot", false,
+     "Which maps a robot's components use. load: another one, a floor plan (.dxf) or a map of ROS "
+     "(.yaml, a file of the robot's host), for all that take one: at once, or at their next ON. "
+     "Exit status 1: one of them refused it.",
+     "timsctl nav map load floor.dxf", nav_map, kRows},
+    {"nav", "plot", "PICTURE FILE...", 2, 64, "", false,
+     "Draws drives that were recorded, as .svg or .png: maps (.yaml, .dxf), files of DatalogRec, "
+     "logs of CARMEN, what `mcl-eval --poses` and `msg echo -o csv` write, any columns with names; "
+     "errors, where one of them is the truth. NAME=FILE gives a track its name. Needs no router.",
+     "timsctl nav plot drive.png map.yaml position_0.dat truth=truth.csv", nav_plot},
+
     {"doctor", "", "", 0, 0, "format", false,
      "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
      "nagios exits with 0 to 3, as monitoring expects.",

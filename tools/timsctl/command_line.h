@@ -100,6 +100,12 @@ Exit world_people(Context& context);
 Exit world_unplug(Context& context);
 Exit world_plug(Context& context);
 
+Exit nav_where(Context& context);
+Exit nav_goto(Context& context);
+Exit nav_path(Context& context);
+Exit nav_map(Context& context);
+Exit nav_plot(Context& context);
+
 Exit doctor(Context& context);
 Exit completion(Context& context);
 Exit complete(Context& context);

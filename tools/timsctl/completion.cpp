@@ -189,6 +189,7 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
   if (name == "ROUTER" || (name == "NAME" && verb.noun == "link")) return peers(context);
   if (name == "NAME" && verb.verb == "param") return parameters(context, before.back());
   if (name == "NAME" && verb.verb == "show") return messages(class_before(), false);
+  if (name == "ROBOT") return routers(context);
   if (name == "DEVICE") return devices();
   if (name == "CLASS") return classes();
   if (name == "TYPE") return messages(class_before(), true);
@@ -213,7 +214,7 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
 // The value of an option.
 Candidates for_option(std::string_view option, const Verb* verb, Context& context) {
   if (option == "output") return split(verb == nullptr ? kRows : verb->forms, ' ');
-  if (option == "router") return routers(context);
+  if (option == "router" || option == "robot") return routers(context);
   if (option == "link") return peers(context);
   if (option == "from" || option == "component" || option == "listen")
     return living_addresses(context);
@@ -259,7 +260,8 @@ Candidates candidates(const Preceding& before, const std::string& last, Context&
   Resolved found;
   if (!plain.empty()) found = resolve(plain);
   if (before.waits != nullptr) return for_option(before.waits->name, found.verb, context);
-  if (const std::size_t equals = last.find('='); last.starts_with("--") && equals != last.npos) {
+  if (const std::size_t equals = last.find('=');
+      last.starts_with("--") && equals != std::string_view::npos) {
     for (const std::string& value : for_option(last.substr(2, equals - 2), found.verb, context))
       out.push_back(last.substr(0, equals + 1) + value);
     return out;

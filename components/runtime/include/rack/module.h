@@ -90,6 +90,8 @@ class Module {
   [[nodiscard]] std::string text(std::string_view name) const;
   // Of what a component has found out itself; must be a number that its parameter allows.
   void set_parameter(std::string_view name, std::int32_t value);
+  // A text longer than parameters are (79 bytes) becomes an empty one.
+  void set_parameter(std::string_view name, std::string_view value);
 
   // With what this parameter shall be when the program is started again after a crash, because it
   // goes on where it was: nobody has set it.

@@ -1,0 +1,67 @@
+// Pictures as SVG: text of lines, areas and words that every browser draws. Pure.
+//
+// Coordinates are written with one digit behind the point, a tenth of a pixel; a line leaves out
+// points that are less than a pixel away from the one before, so that a drive of an hour is a
+// picture of some 50 kB.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace rack::plot {
+
+struct Spot {
+  double x = 0;  // pixels to the right
+  double y = 0;  // pixels down
+};
+
+struct Box {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+};
+
+struct Pen {
+  std::string_view colour = "#000000";
+  double width = 1;
+  std::string_view dashes{};  // "6 4"; empty: none
+  double opacity = 1;
+};
+
+enum class Anchor { kStart, kMiddle, kEnd };
+
+struct Words {
+  double size = 14;
+  Anchor anchor = Anchor::kStart;
+  std::string_view colour = "#222222";
+  bool upwards = false;  // read from below
+  bool bold = false;
+};
+
+class Svg {
+ public:
+  Svg(double width, double height);
+
+  void line(const Spot& from, const Spot& to, const Pen& pen);
+  void lines(std::span<const Spot> spots, const Pen& pen);
+  void frame(const Box& box, const Pen& pen);
+  void area(const Box& box, std::string_view colour);
+  // A path in SVG's own words, as lines of width 1; then all of it becomes `scale` times as large.
+  void shape(std::string_view path, const Spot& left_top, double scale, std::string_view colour);
+  void dot(const Spot& at, double radius, std::string_view colour, double opacity = 1);
+  void text(const Spot& at, std::string_view words, const Words& look);
+  // What follows is seen within the box only, until the next one or end_clip().
+  void clip(const Box& box);
+  void end_clip();
+
+  [[nodiscard]] std::string finish() &&;
+
+ private:
+  std::string out_;
+  int clips_ = 0;
+  bool clipped_ = false;
+};
+
+}  // namespace rack::plot

@@ -1,0 +1,338 @@
+// timsctl nav goto: sends a robot to a place, and looks on until it is there.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "components/geometry/pose.h"
+#include "os/clock.h"
+#include "rack/proxies/position.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/nav_report.h"
+#include "tools/timsctl/nav_robot.h"
+
+namespace timsctl {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+namespace id = tims::class_id;
+
+constexpr tims::Duration kLookEvery = 200ms;
+constexpr tims::Duration kTellEvery = 1s;  // where lines stay
+constexpr tims::Duration kPatience = 30s;
+constexpr tims::Duration kStopPatience = 5s;
+constexpr double kFar = 2e6;  // m: more are no millimetres of a message
+
+struct Goal {
+  double x = 0;  // m, or degrees north with --gps
+  double y = 0;
+  std::optional<double> heading{};  // rad
+};
+
+double number(const std::string& text, std::string_view what, double most) {
+  const auto value = base::parse_number<double>(text);
+  if (!value || !(std::abs(*value) <= most))
+    throw usage_error(fmt::format("nav goto: \"{}\" is no {}", text, what),
+                      "timsctl nav goto X Y [HEADING], in m and degrees");
+  return *value;
+}
+
+Goal read_goal(const Options& options) {
+  const auto& words = options.arguments;
+  Goal goal;
+  goal.x = number(words[0], options.gps ? "latitude" : "x in m", options.gps ? 90 : kFar);
+  goal.y = number(words[1], options.gps ? "longitude" : "y in m", options.gps ? 180 : kFar);
+  if (words.size() > 2) goal.heading = rack::radians(number(words[2], "heading in degrees", 3600));
+  return goal;
+}
+
+class Drive {
+ public:
+  Drive(Context& context, NavRobot& robot) : context_(context), robot_(robot) {
+    for (const tims::Address candidate : robot.all(id::kPilot)) {
+      const auto parameters = robot.client().parameters(candidate);
+      const auto path = robot.linked(parameters, "path", id::kPath);
+      if (!path) continue;
+      pilot_ = candidate;
+      path_ = *path;
+      chassis_ = robot.linked(parameters, "chassis", id::kChassis);
+      position_ = robot.linked(parameters, "position", id::kPosition);
+      scan_ = robot.linked(parameters, "scan2d", id::kScan2d);
+      break;
+    }
+    if (!chassis_ || !position_)
+      throw Failure(Exit::kNoSuch, "no_pilot", robot.title() + " has no pilot that follows a path",
+                    "start PilotPath and PathRDDF: docs/operating.md, \"Send a robot to a place\"");
+  }
+
+  // Everything on that it needs, and no other pilot.
+  void prepare() {
+    localise();
+    robot_.need_on(*chassis_);
+    release_other_pilot();
+    const rack::ChassisSetActivePilotData wish{pilot_};
+    need_ok(robot_.client().ask(*chassis_, rack::ChassisType::kSetActivePilot, wish),
+            robot_.name(*chassis_) + " does not obey " + robot_.name(pilot_), "is it on?");
+    robot_.need_on(pilot_);
+    const Message hull = robot_.client().ask(*chassis_, rack::ChassisType::kGetParameter);
+    if (hull.header.type == rack::ChassisType::kParameter)
+      hull_ =
+          value_or_fail(rack::decode<rack::ChassisParamData>(hull.view()), robot_.name(*chassis_));
+    hold(false);
+  }
+
+  rack::PilotDestData destination(const Goal& goal) {
+    rack::PositionData at;
+    if (context_.options.gps) {
+      if (!knows_earth(robot_.client().parameters(*position_)))
+        throw Failure(
+            Exit::kNo, "no_origin",
+            robot_.name(*position_) + " does not know where on Earth its origin lies",
+            "its parameters positionReference and offsetNorthing ...; or autoOffset, and a "
+            "receiver for satellites");
+      const rack::PositionWgs84Data wish{rack::radians(goal.x), rack::radians(goal.y), 0, 0};
+      const Message answer = robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, wish);
+      if (answer.header.type != rack::PositionType::kPos)
+        need_ok(answer, robot_.name(*position_) + " does not know where on Earth this is",
+                "its parameters positionReference, offset..., autoOffset");
+      at = value_or_fail(rack::decode<rack::PositionData>(answer.view()), robot_.name(*position_));
+    } else {
+      at.pos.x = rack::whole_millimetres(goal.x * 1000);
+      at.pos.y = rack::whole_millimetres(goal.y * 1000);
+    }
+    rack::PilotDestData wish;
+    wish.pos.x = at.pos.x;
+    wish.pos.y = at.pos.y;
+    // Without a heading it arrives as it comes from here.
+    const auto here = robot_.data<rack::PositionData>(*position_);
+    const double towards =
+        here ? std::atan2(at.pos.y.si() - here->pos.y.si(), at.pos.x.si() - here->pos.x.si()) : 0;
+    wish.pos.rho = static_cast<rack::f32>(rack::heading(goal.heading.value_or(towards)));
+    goal_ = wish.pos;
+    return wish;
+  }
+
+  void send(const rack::PilotDestData& wish) {
+    need_ok(robot_.client().ask(pilot_, rack::PilotType::kSetDestination, wish, 10s),
+            fmt::format("{} has no way to {}", robot_.name(pilot_), goal_text()),
+            "is the place free, and on the map? `timsctl nav map show --plot FILE`");
+  }
+
+  Exit follow() {
+    try {
+      return look_on();
+    } catch (const Interrupted&) {
+      context_.signals.forget();
+      stop();
+      throw;
+    } catch (const Failure& failure) {
+      if (failure.exit == Exit::kTimeout)
+        context_.out.note("the robot may be driving still: `timsctl component off " +
+                          robot_.plain_name(pilot_) + "` stops it");
+      throw;
+    }
+  }
+
+  [[nodiscard]] std::string goal_text() const {
+    return fmt::format("{}, heading {:.0f} deg", place_text(metres(goal_.x), metres(goal_.y)),
+                       rack::degrees(static_cast<double>(goal_.rho)));
+  }
+
+ private:
+  // As well as it can be; without it the odometry has to do.
+  void localise() {
+    const auto mcl = robot_.first(id::kMcl);
+    if (!mcl || robot_.is_on(*mcl)) return;
+    if (const auto why = robot_.turn_on(*mcl))
+      context_.out.note(fmt::format("{} stays off, the odometry alone says where it is{}",
+                                    robot_.name(*mcl), why->empty() ? "" : ": " + *why));
+  }
+
+  void release_other_pilot() {
+    const auto data = robot_.data<rack::ChassisData>(*chassis_);
+    if (!data || data->activePilot == rack::kNoPilot) return;
+    const auto& pilots = robot_.all(id::kPilot);
+    const bool known = std::ranges::find(pilots, data->activePilot) != pilots.end();
+    if (!known || data->activePilot == pilot_ || !robot_.is_on(data->activePilot)) return;
+    (void)robot_.client().ask(data->activePilot, tims::type::kOff);
+    context_.out.note(robot_.name(data->activePilot) + " was driving; it is off now");
+  }
+
+  void hold(bool on) {
+    const rack::PilotHoldData wish{.holdState = on ? 1 : 0, .holdTime = 0, .pos = {}};
+    need_ok(robot_.client().ask(pilot_, rack::PilotType::kHoldCommand, wish),
+            robot_.name(pilot_) + (on ? " does not hold" : " holds on"), "is it on?");
+  }
+
+  rack::PilotStatusData status() {
+    const Message answer = robot_.client().ask(pilot_, rack::PilotType::kGetStatus);
+    if (answer.header.type != rack::PilotType::kStatus)
+      need_ok(answer, robot_.name(pilot_) + " does not say how it is", "is it a PilotPath?");
+    return value_or_fail(rack::decode<rack::PilotStatusData>(answer.view()), robot_.name(pilot_));
+  }
+
+  Exit look_on() {
+    const tims::Time begin = tims::os::now();
+    const tims::Time end = context_.run_end();
+    DriveWatch watch(status().recordingTime, begin, context_.options.patience.value_or(kPatience));
+    for (;;) {
+      context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
+      const tims::Time now = tims::os::now();
+      const rack::PilotStatusData seen = status();
+      const DriveState state = watch.take(seen, now);
+      if (is_end(state)) {
+        end_line();
+        return finish(state, seen, base::seconds(now - begin));
+      }
+      tell(state, seen, now);
+      if (now >= end) {
+        end_line();
+        stop();
+        throw Failure(Exit::kTimeout, "timeout",
+                      fmt::format("{} is not at {} yet: {:.2f} m to go", robot_.title(),
+                                  goal_text(), rest_m(seen)),
+                      "more time by --for");
+      }
+    }
+  }
+
+  static double rest_m(const rack::PilotStatusData& status) {
+    return std::max(0.0, metres(status.distanceToDest));
+  }
+
+  void tell(DriveState state, const rack::PilotStatusData& status, tims::Time now) {
+    const bool in_place = context_.out.terminal() && !context_.out.json();
+    if (!in_place && state == told_ && now - told_at_ < kTellEvery) return;
+    told_ = state;
+    told_at_ = now;
+    const std::string why =
+        state == DriveState::kStanding || state == DriveState::kSilent ? what_is_ahead(state) : "";
+    if (context_.out.json()) {
+      json::object line{{"schema", "tims/nav_progress/1"},
+                        {"state", name(state)},
+                        {"rest_m", rest_m(status)},
+                        {"speed_mps", status.speed.si()},
+                        {"pose", pose_json(status.pos)}};
+      if (!why.empty()) line["why"] = why;
+      return context_.out.write(line);
+    }
+    const std::string text =
+        fmt::format("{:<8}  {:6.2f} m to go  {:5.2f} m/s  at {}{}{}", name(state), rest_m(status),
+                    status.speed.si(), place_text(metres(status.pos.x), metres(status.pos.y)),
+                    why.empty() ? "" : "  ", why);
+    context_.out.write(in_place ? "\r\033[K" + text : text + "\n");
+    open_line_ = in_place;
+  }
+
+  void end_line() {
+    if (open_line_) context_.out.write("\n");
+    open_line_ = false;
+  }
+
+  std::string what_is_ahead(DriveState state) {
+    if (state == DriveState::kSilent) return robot_.name(pilot_) + " is " + robot_.state(pilot_);
+    if (!scan_) return "it holds";
+    const auto scan = robot_.data<rack::Scan2dData>(*scan_);
+    if (!scan) return robot_.name(*scan_) + " has no scan";
+    const auto ahead = free_ahead(*scan, hull_);
+    return ahead ? fmt::format("something is {:.2f} m ahead", *ahead) : "the lane ahead is free";
+  }
+
+  Exit finish(DriveState state, const rack::PilotStatusData& status, double seconds) {
+    const double beside =
+        std::hypot(metres(status.pos.x) - metres(goal_.x), metres(status.pos.y) - metres(goal_.y));
+    if (state == DriveState::kArrived) {
+      const json::object done{{"schema", "tims/nav_goto/1"},
+                              {"result", name(state)},
+                              {"pose", pose_json(status.pos)},
+                              {"beside_m", beside},
+                              {"seconds", seconds}};
+      context_.out.write(done, [&] {
+        return fmt::format("arrived at {}, heading {:.1f} deg, {:.2f} m beside, after {:.1f} s\n",
+                           place_text(metres(status.pos.x), metres(status.pos.y)),
+                           rack::degrees(static_cast<double>(status.pos.rho)), beside, seconds);
+      });
+      return Exit::kDone;
+    }
+    const std::string code(name(state));
+    if (state == DriveState::kNoWay)
+      throw Failure(Exit::kNo, code,
+                    fmt::format("{} found no way to {}", robot_.name(path_), goal_text()),
+                    fmt::format("`timsctl log show -c {}` has its words; what is free: `timsctl "
+                                "nav map show --plot FILE`",
+                                robot_.plain_name(path_)));
+    if (state == DriveState::kDropped)
+      throw Failure(Exit::kNo, code, robot_.name(pilot_) + " has no destination any more",
+                    "it was turned off and on, or somebody has sent the robot elsewhere");
+    const std::string why = what_is_ahead(DriveState::kStanding);
+    stop();
+    if (state == DriveState::kAstray)
+      throw Failure(Exit::kNo, code,
+                    fmt::format("{} has left its corridor, {:.2f} m before the end", robot_.title(),
+                                rest_m(status)),
+                    "`timsctl nav where`, then send it again");
+    throw Failure(Exit::kNo, code,
+                  fmt::format("{} does not get further, {:.2f} m before the end: {}",
+                              robot_.title(), rest_m(status), why),
+                  "make way and send it again; --patience says how long to wait");
+  }
+
+  // Whatever happens, it says how the robot is left.
+  void stop() {
+    end_line();
+    try {
+      hold(true);
+    } catch (const Failure&) {
+      // Who does not hold may still be turned off.
+      const Message answer = robot_.client().ask(pilot_, tims::type::kOff);
+      need_ok(answer,
+              "the robot may be driving: " + robot_.name(pilot_) + " neither holds nor ends",
+              "use its emergency stop");
+      return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
+    }
+    const tims::Time deadline = tims::os::deadline_after(kStopPatience);
+    bool stands = false;
+    while (!stands && tims::os::now() < deadline) {
+      const auto data = robot_.data<rack::ChassisData>(*chassis_);
+      stands = data && std::abs(static_cast<double>(data->vx)) < 1;
+      if (!stands) context_.signals.sleep_until(tims::os::deadline_after(kLookEvery / 4));
+    }
+    context_.out.note(fmt::format("{}: {} holds; `timsctl nav goto` sends it on",
+                                  stands ? "the robot stands" : "the robot is braking",
+                                  robot_.name(pilot_)));
+  }
+
+  Context& context_;
+  NavRobot& robot_;
+  tims::Address pilot_;
+  tims::Address path_;
+  std::optional<tims::Address> chassis_;
+  std::optional<tims::Address> position_;
+  std::optional<tims::Address> scan_;
+  rack::ChassisParamData hull_;
+  rack::Position3d goal_;
+  std::optional<DriveState> told_;
+  tims::Time told_at_{};
+  bool open_line_ = false;
+};
+
+}  // namespace
+
+Exit nav_goto(Context& context) {
+  const Goal goal = read_goal(context.options);
+  NavRobot robot(context);
+  Drive drive(context, robot);
+  drive.prepare();
+  drive.send(drive.destination(goal));
+  if (!context.options.no_wait) return drive.follow();
+  context.out.write(json::object{{"schema", "tims/nav_goto/1"}, {"result", "sent"}},
+                    [&] { return "sent to " + drive.goal_text() + "\n"; });
+  return Exit::kDone;
+}
+
+}  // namespace timsctl

@@ -1,0 +1,142 @@
+#include "tools/timsctl/nav_plot.h"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "components/navigation/map_file.h"
+#include "rack/proxies/feature_map.h"
+#include "rack/proxies/grid_map.h"
+#include "rack/proxies/mcl.h"
+#include "rack/proxies/position.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/service.h"
+#include "tools/plot/track_files.h"
+#include "tools/timsctl/command_line.h"
+
+namespace timsctl {
+
+namespace {
+
+namespace id = tims::class_id;
+
+using rack::localisation::GridMap;
+using rack::plot::Picture;
+
+constexpr double kDrawnCell = 50;  // mm
+
+bool is_map(const std::string& file) {
+  return file.ends_with(".yaml") || file.ends_with(".yml") || file.ends_with(".dxf");
+}
+
+// The form is said before anything is asked or read for the picture.
+void check_form(const std::string& file) {
+  if (!file.ends_with(".svg") && !file.ends_with(".png"))
+    throw usage_error(fmt::format("{}: a picture is .svg or .png", file));
+}
+
+template <typename T>
+T well(tims::Result<T> result) {
+  if (result) return std::move(result).value();
+  const bool broken = result.error() == tims::Errc::kMalformed;
+  throw Failure(broken ? Exit::kNo : Exit::kNoSuch, broken ? "bad_file" : "no_such_file",
+                result.error().detail());
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  if (auto written = rack::navigation::write_file(file, text); !written)
+    throw Failure(Exit::kDenied, "not_written", written.error().detail());
+}
+
+// As its component reads it.
+std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
+  const auto file = text_of(parameters, "mapFile");
+  std::error_code error;
+  if (!file || file->empty() || !std::filesystem::exists(*file, error)) return std::nullopt;
+  auto map = rack::navigation::load_map(
+      *file, {.scale = number_of(parameters, "mapScaleFactor", 1000),
+              .offset_x = number_of(parameters, "mapOffsetX", 0),
+              .offset_y = number_of(parameters, "mapOffsetY", 0),
+              .resolution = number_of(parameters, "mapResolution", kDrawnCell)});
+  return map ? std::optional(std::move(*map)) : std::nullopt;
+}
+
+}  // namespace
+
+void write_picture(const std::string& file, const Picture& picture) {
+  check_form(file);
+  if (picture.empty())
+    throw Failure(Exit::kNo, "nothing_to_draw", file + ": there is nothing to draw",
+                  "is something on? `timsctl nav where`");
+  const std::string svg = rack::plot::draw(picture);
+  if (file.ends_with(".svg")) return write_text(file, svg);
+  try {
+    run_or_fail({.command = {"rsvg-convert", "-o", file}}, svg);
+  } catch (const Failure& failure) {
+    throw Failure(Exit::kDenied, "not_written",
+                  fmt::format("{}: rsvg-convert: {}", file, failure.message),
+                  "is it installed (apt install librsvg2-bin)? .svg needs nothing");
+  }
+}
+
+std::optional<GridMap> map_of(NavRobot& robot) {
+  for (const std::uint32_t class_id : {id::kMcl, id::kGridMap, id::kPath})
+    for (const tims::Address component : robot.all(class_id))
+      if (auto map = map_from_file(robot.client().parameters(component))) return map;
+  for (const tims::Address component : robot.all(id::kGridMap))
+    if (const auto data = robot.data<rack::GridMapData>(component))
+      if (auto map = rack::localisation::read_map(*data)) return std::move(*map);
+  for (const tims::Address component : robot.all(id::kFeatureMap))
+    if (const auto data = robot.data<rack::FeatureMapData>(component))
+      if (auto map = rack::localisation::read_map(*data, kDrawnCell)) return std::move(*map);
+  return std::nullopt;
+}
+
+Picture picture_of(NavRobot& robot) {
+  Picture picture;
+  picture.map = map_of(robot);
+  if (const auto mcl = robot.first(id::kMcl))
+    if (const auto data = robot.data<rack::MclData>(*mcl))
+      for (const rack::MclDataPoint& point : data->points)
+        if (point.type == rack::mcl_point::kSample)
+          picture.dots.push_back({static_cast<double>(point.x), static_cast<double>(point.y)});
+  if (const auto position = robot.first(id::kPosition))
+    if (const auto data = robot.data<rack::PositionData>(*position))
+      picture.marks.push_back({robot.title(), rack::Pose::of(data->pos)});
+  return picture;
+}
+
+Exit nav_plot(Context& context) {
+  const auto& arguments = context.options.arguments;
+  check_form(arguments[0]);
+  Picture picture;
+  for (const std::string& argument : std::span(arguments).subspan(1)) {
+    const std::size_t equals = argument.find('=');
+    const bool named = equals != std::string::npos && equals < argument.find('/');
+    const std::string name = named ? argument.substr(0, equals) : "";
+    const std::string file = named ? argument.substr(equals + 1) : argument;
+    if (is_map(file)) {
+      picture.map = well(rack::navigation::load_map(file, {}));
+      continue;
+    }
+    const std::string text = well(rack::navigation::read_file(file));
+    if (auto added = rack::plot::add_file(text, name, picture); !added)
+      throw Failure(Exit::kNo, "bad_file", file + ": " + added.error().detail());
+  }
+  if (picture.series.empty()) picture.series = rack::plot::errors_of(picture.tracks);
+  write_picture(arguments[0], picture);
+  json::array tracks;
+  for (const auto& track : picture.tracks)
+    tracks.push_back(json::object{{"name", track.name}, {"points", track.points.size()}});
+  const json::object answer{{"schema", "tims/nav_plot/1"},
+                            {"picture", arguments[0]},
+                            {"tracks", tracks},
+                            {"diagrams", picture.series.size()}};
+  if (context.out.json()) context.out.write(answer);
+  context.out.note(fmt::format("{}: {} tracks, {} curves over time", arguments[0],
+                               picture.tracks.size(), picture.series.size()));
+  return Exit::kDone;
+}
+
+}  // namespace timsctl

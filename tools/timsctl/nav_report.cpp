@@ -1,0 +1,156 @@
+#include "tools/timsctl/nav_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "components/geometry/pose.h"
+#include "components/path/polar_spline.h"
+
+namespace timsctl {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr double kSpreadMax = 0.5;  // m: with more of it MonteCarloLocalisation tells nothing
+constexpr double kApartMax = 0.5;   // m
+constexpr double kAgeMax = 2;       // s
+constexpr double kAhead = -0.5;     // s: clocks of hosts are not better than this
+constexpr tims::Duration kSilence = 2s;
+constexpr double kTurned = 0.015;  // rad between two looks: more than a localiser corrects at rest
+
+Finding localiser_missing(const WhereFacts& facts) {
+  if (facts.mcl.empty())
+    return {"nothing corrects the odometry: there is no MonteCarloLocalisation",
+            "start it with a map: docs/operating.md, \"Send a robot to a place\""};
+  if (facts.mcl_state != "on" && !facts.mcl_has_map)
+    return {fmt::format("{} is {} and has no map", facts.mcl, facts.mcl_state),
+            fmt::format("`timsctl nav map load FILE`, then `timsctl component on {}`", facts.mcl)};
+  if (facts.mcl_state != "on")
+    return {fmt::format("{} is {}", facts.mcl, facts.mcl_state),
+            fmt::format("`timsctl component on {}`", facts.mcl)};
+  return {
+      fmt::format("{} does not tell the position where it is", facts.mcl),
+      fmt::format("`timsctl component param set {} positionInst 0`, then off and on", facts.mcl)};
+}
+
+}  // namespace
+
+Samples samples_of(const rack::MclData& data) {
+  Samples samples;
+  double x = 0;
+  double y = 0;
+  double squares = 0;
+  for (const rack::MclDataPoint& point : data.points) {
+    if (point.type != rack::mcl_point::kSample) continue;
+    ++samples.count;
+    x += point.x.si();
+    y += point.y.si();
+    squares += point.x.si() * point.x.si() + point.y.si() * point.y.si();
+  }
+  if (samples.count == 0) return samples;
+  const auto n = static_cast<double>(samples.count);
+  samples.spread_m = std::sqrt(std::max(0.0, squares / n - (x / n) * (x / n) - (y / n) * (y / n)));
+  return samples;
+}
+
+std::vector<Finding> missing(const WhereFacts& facts) {
+  std::vector<Finding> found;
+  if (facts.position_state != "on")
+    found.push_back({fmt::format("{} is {}", facts.position, facts.position_state),
+                     fmt::format("`timsctl component on {}`", facts.position)});
+  const bool localises = !facts.mcl.empty() && facts.mcl_state == "on" && facts.mcl_tells;
+  // Outdoors a receiver for satellites does.
+  if (!localises && !(facts.mcl.empty() && facts.has_gps))
+    found.push_back(localiser_missing(facts));
+  const bool unsure = localises && facts.samples && facts.samples->spread_m > kSpreadMax;
+  if (unsure)
+    found.push_back({fmt::format("{} is not sure yet: its samples are {:.1f} m apart", facts.mcl,
+                                 facts.samples->spread_m),
+                     "let it drive some metres (PilotJoystick, PilotWallFollowing), or say where "
+                     "it starts: startX, startY, startRho"});
+  if (localises && !unsure && facts.apart_m && *facts.apart_m > kApartMax)
+    found.push_back(
+        {fmt::format("{} and {} are {:.1f} m apart", facts.position, facts.mcl, *facts.apart_m),
+         "does the map fit? `timsctl nav map show --plot FILE`"});
+  if (facts.age_s && *facts.age_s > kAgeMax)
+    found.push_back({fmt::format("the newest data are {:.1f} s old", *facts.age_s),
+                     "does its odometry run? `timsctl component list`"});
+  if (facts.age_s && *facts.age_s < kAhead)
+    found.push_back({fmt::format("its clock is {:.1f} s ahead of this host's", -*facts.age_s),
+                     "`timsctl clock` compares those of all routers"});
+  return found;
+}
+
+std::string_view name(DriveState state) {
+  constexpr std::array<std::string_view, 10> kNames = {"planning", "driving", "turning", "standing",
+                                                       "silent",   "arrived", "no_way",  "off_path",
+                                                       "dropped",  "blocked"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+DriveState DriveWatch::take(const rack::PilotStatusData& status, tims::Time now) {
+  const DriveState state = judge(status, now);
+  if (state == DriveState::kDriving || state == DriveState::kTurning) moved_ = now;
+  return !is_end(state) && now - moved_ >= patience_ ? DriveState::kBlocked : state;
+}
+
+DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now) {
+  if (status.recordingTime != newest_) {
+    newest_ = status.recordingTime;
+    changed_ = now;
+    const auto heading = static_cast<double>(status.pos.rho);
+    turned_ = fresh_ && std::abs(rack::signed_angle(heading - heading_)) > kTurned;
+    heading_ = heading;
+    fresh_ = true;
+  }
+  if (now - changed_ >= kSilence) return DriveState::kSilent;
+  if (!fresh_) return DriveState::kPlanning;
+  const bool idle = status.pilotState == rack::pilot_state::kIdle;
+  if (!idle) idle_since_.reset();
+  switch (status.pilotState) {
+    case rack::pilot_state::kIdle:
+      if (status.distanceToDest == 0) return DriveState::kArrived;
+      // So it is for a moment when the pilot has just been turned on again.
+      if (!idle_since_) idle_since_ = now;
+      return now - *idle_since_ >= kSilence ? DriveState::kDropped : DriveState::kPlanning;
+    case rack::pilot_state::kPlanning:
+      return DriveState::kPlanning;
+    case rack::pilot_state::kRunning:
+      drove_ = true;
+      if (status.speed != 0) return DriveState::kDriving;
+      return turned_ ? DriveState::kTurning : DriveState::kStanding;
+    default:
+      return drove_ ? DriveState::kAstray : DriveState::kNoWay;
+  }
+}
+
+std::optional<double> free_ahead(const rack::Scan2dData& scan, const rack::ChassisParamData& hull) {
+  std::optional<double> nearest;
+  for (const rack::ScanPoint& point : scan.points) {
+    constexpr rack::i32 kNothing = rack::scan_point::kInvalid | rack::scan_point::kMaxRange;
+    if ((point.type & kNothing) != 0) continue;
+    if (point.y < -hull.boundaryLeft.raw() || point.y > hull.boundaryRight.raw()) continue;
+    const double ahead = point.x.si() - hull.boundaryFront.si();
+    if (ahead >= 0 && (!nearest || ahead < *nearest)) nearest = ahead;
+  }
+  return nearest;
+}
+
+PathSummary summary_of(std::span<const rack::PolarSpline> splines) {
+  constexpr int kSteps = 50;  // of a spline, whose speed changes
+  PathSummary sum;
+  for (const rack::PolarSpline& spline : splines) {
+    sum.length_m += std::abs(spline.length.si());
+    const double step = rack::path::size(spline) / kSteps;
+    for (int i = 0; i < kSteps; ++i)
+      if (const double speed = rack::path::speed_at(spline, (i + 0.5) * step); speed > 0)
+        sum.seconds += step / speed;
+  }
+  return sum;
+}
+
+}  // namespace timsctl
