@@ -104,6 +104,7 @@ struct SensorDescription {
   NoiseDescription noise{};
   tims::Duration lag{};           // between a measurement and its telegram; the world only says it
   std::vector<Outage> outages{};  // of satellites: no fix then
+  tims::Duration period{};        // of a satellite receiver's fixes; 0: as it is made
   // For whoever makes the device: which emulator, and where its line is. Not looked at here.
   std::string device{};
   std::string line{};

@@ -362,15 +362,26 @@ class WorldReader {
          {"noise", [&](const Node& n) { noise(n, sensor.noise); }},
          {"lag", duration(sensor.lag)},
          {"outages", [&](const Node& n) { outages(n, sensor.outages); }},
+         {"period", duration(sensor.period)},
          {"device", text(sensor.device)},
          {"line", text(sensor.line)}});
     sensor.mount.z = -height;
     require(node, "name");
     require(node, "kind");
+    if (sensor.period.count() != 0) fix_period(node, sensor);
     if (std::ranges::find(sensors, sensor.name, &SensorDescription::name) != sensors.end())
       reader_.add({node.at_key, fmt::format("there is another sensor {}", sensor.name)});
     if (has_room(node, sensors, kSensorsMax, "sensors at one robot"))
       sensors.push_back(std::move(sensor));
+  }
+
+  void fix_period(const Node& node, const SensorDescription& sensor) {
+    constexpr tims::Duration kShortest = std::chrono::milliseconds(50);
+    constexpr tims::Duration kLongest = std::chrono::minutes(1);
+    if (sensor.kind != SensorKind::kSatellite)
+      reader_.add({node.at_key, sensor.name + ": only satellite receivers have a period"});
+    else if (sensor.period < kShortest || sensor.period > kLongest)
+      reader_.add({node.at_key, sensor.name + ": period is from 50ms to 1min"});
   }
 
   // ["60s to 90s"]

@@ -104,6 +104,7 @@ range = 8000
 noise = { range = 1, short = 0.2, dropped = 0.3, position = 4, drift = 5, angle = 6, rate = 7, rate_bias = 8, acceleration = 9 }
 lag = "5ms"
 outages = ["10s to 1min"]
+period = "2s"
 device = "nmea"
 line = "tcp:localhost:1"
 )";
@@ -154,6 +155,7 @@ TEST(WorldFile, SaysEverything) {
   EXPECT_EQ(sensor.noise.dropped_share, 0.3);
   EXPECT_NEAR(sensor.noise.rate_bias, radians(8), 1e-9);
   EXPECT_EQ(sensor.outages[0].to, std::chrono::minutes(1));
+  EXPECT_EQ(sensor.period, std::chrono::seconds(2));
   EXPECT_EQ(sensor.device, "nmea");
 }
 
@@ -186,6 +188,11 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
                                "outages = [\"5s\", \"9s to 8s\"]\n"),
               ElementsAre(HasSubstr("w.toml:7:12: outages want times"),
                           HasSubstr("w.toml:7:18: outages want times")));
+  const std::string sensor = robot + "[[robot.sensor]]\nname = \"s\"\nkind = ";
+  EXPECT_THAT(problems(sensor + "\"scanner\"\nperiod = \"2s\"\n"),
+              ElementsAre("w.toml:4:1: s: only satellite receivers have a period"));
+  EXPECT_THAT(problems(sensor + "\"satellite\"\nperiod = \"2min\"\n"),
+              ElementsAre("w.toml:4:1: s: period is from 50ms to 1min"));
   EXPECT_THAT(problems("x = \n"), ElementsAre(HasSubstr("w.toml:1:")));
 }
 

@@ -76,7 +76,9 @@ std::unique_ptr<Dialogue> make_s3000(const Scene& scene) {
 }
 
 std::unique_ptr<Dialogue> make_nmea(const Scene& scene) {
-  return driven<emulator::NmeaEmulator>(scene, emulator::NmeaEmulatorSettings{});
+  emulator::NmeaEmulatorSettings settings;
+  if (scene.period.count() > 0) settings.period = scene.period;
+  return driven<emulator::NmeaEmulator>(scene, settings);
 }
 std::unique_ptr<Dialogue> make_ublox(const Scene& scene) {
   return driven<emulator::UbloxEmulator>(scene, emulator::UbloxEmulatorSettings{});

@@ -16,6 +16,7 @@ struct Scene {
   emulator::Course course{};
   emulator::Inertia inertia{};
   emulator::Heading heading{};
+  Duration period{};  // between fixes of a receiver that nobody tells; 0: its own
 };
 
 // What an emulator takes of its surroundings. Of a base: it is a Wheelwork.

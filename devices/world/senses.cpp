@@ -46,8 +46,11 @@ Motion motion(const world::InertialMeasurement& felt) {
 }  // namespace
 
 Scene scene_of(const World& world, const world::SensorId& sensor, Duration utc_of_zero) {
-  const Duration lag = world.description().robots[sensor.robot].sensors[sensor.sensor].lag;
+  const world::SensorDescription& its =
+      world.description().robots[sensor.robot].sensors[sensor.sensor];
+  const Duration lag = its.lag;
   Scene scene;
+  scene.period = its.period;
   scene.sight = [&world, sensor, lag](double angle, double elevation, Time when) {
     const world::Echo echo =
         world.measure(sensor, {.azimuth = angle, .elevation = elevation}, when - lag);

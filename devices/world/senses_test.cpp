@@ -221,6 +221,26 @@ TEST_F(SensesTest, AReceiverIsToldWhereTheRobotIsOnEarth) {
   EXPECT_NEAR(static_cast<double>(fix.speed.raw()), 1000, 20);
 }
 
+TEST_F(SensesTest, AReceiverHasThePeriodOfItsDescription) {
+  auto description = hall();
+  description.robots[0].sensors[1].period = 2s;
+  auto made = world::World::make(description, kBegin);
+  ASSERT_TRUE(made);
+  const auto emulated = find_emulator("nmea")->make(scene_of(*made, {0, 1}, {}));
+  NmeaReceiver driver{NmeaSettings{.period = 2s}};
+  emulator::VirtualLine line(driver, *emulated, serial(4800));
+  line.start();
+  GpsData fix;
+  std::vector<Time> times;
+  line.run(9s, [&] {
+    Time recorded{};
+    if (driver.take(fix, recorded)) times.push_back(recorded);
+    return false;
+  });
+  ASSERT_EQ(times.size(), 5U);
+  EXPECT_NEAR(static_cast<double>((times[4] - times[0]).count()), 8e9, 5e6);
+}
+
 // What a lag of its sensor makes late.
 TEST_F(SensesTest, WhatLagsIsOfThePast) {
   auto description = hall();
