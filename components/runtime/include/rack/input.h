@@ -28,16 +28,17 @@ class Input {
   // While it is started.
   [[nodiscard]] ProxyType& proxy() { return *proxy_; }
 
-  // Turns the producer on, and makes it send; returns how often it will.
+  // Turns the producer on, and makes it send; returns how often it will. timeouts: ProxyTimeouts,
+  // where those of its proxy will not do.
   Result<std::chrono::milliseconds> start(tims::Address producer,
                                           std::chrono::milliseconds period = {},
-                                          const ProxyTimeouts& timeouts = {}) {
-    if (const auto on = turn_on(producer, timeouts); !on) return on.error();
+                                          const auto&... timeouts) {
+    if (const auto on = turn_on(producer, timeouts...); !on) return on.error();
     return subscribe(period);
   }
   // The two halves of it, for who has to ask the producer something in between.
-  Result<void> turn_on(tims::Address producer, const ProxyTimeouts& timeouts = {}) {
-    proxy_.emplace(*work_, producer, timeouts);
+  Result<void> turn_on(tims::Address producer, const auto&... timeouts) {
+    proxy_.emplace(*work_, producer, timeouts...);
     return proxy_->on();
   }
   Result<std::chrono::milliseconds> subscribe(std::chrono::milliseconds period = {}) {
