@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "base/text.h"
 
 namespace rack::localisation {
@@ -197,6 +199,32 @@ tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm)
                                                                              : Cell::kUnknown;
   }
   return map;
+}
+
+std::string to_pgm(const GridMap& map) {
+  std::string pgm = fmt::format("P5\n{} {}\n255\n", map.columns, map.rows);
+  pgm.reserve(pgm.size() + map.cells.size());
+  for (std::int32_t row = map.rows - 1; row >= 0; --row)
+    for (std::int32_t column = 0; column < map.columns; ++column) {
+      const Cell cell = map.at(row, column);
+      // As map_saver of ROS paints them.
+      constexpr int kBlack = 0;
+      constexpr int kWhite = 254;
+      constexpr int kGrey = 205;
+      pgm.push_back(static_cast<char>(cell == Cell::kOccupied ? kBlack
+                                      : cell == Cell::kFree   ? kWhite
+                                                              : kGrey));
+    }
+  return pgm;
+}
+
+std::string to_ros_yaml(const GridMap& map, std::string_view image) {
+  const RosMapInfo usual;
+  return fmt::format(
+      "image: {}\nresolution: {}\norigin: [{:.3f}, {:.3f}, 0.0]\nnegate: 0\n"
+      "occupied_thresh: {}\nfree_thresh: {}\n",
+      image, map.resolution / 1000, map.origin.y / 1000, map.origin.x / 1000, usual.occupied_thresh,
+      usual.free_thresh);
 }
 
 Pose pose_of_ros(double x, double y, double theta) {

@@ -30,6 +30,10 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text);
 // PGM, as text (P2) or binary (P5).
 tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm);
 
+// The same way out: a binary picture, and what says where it lies.
+std::string to_pgm(const GridMap& map);
+std::string to_ros_yaml(const GridMap& map, std::string_view image);
+
 // The same place and direction: m and rad counter-clockwise from x to the right, as ROS and CARMEN
 // have them, and RACK's.
 Pose pose_of_ros(double x, double y, double theta);

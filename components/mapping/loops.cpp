@@ -1,0 +1,208 @@
+#include "components/mapping/loops.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include "components/mapping/scan_search.h"
+
+namespace rack::mapping {
+
+namespace {
+
+constexpr double kEvery = 1000;        // mm of way between searches
+constexpr double kGap = 10000;         // mm of way: what is nearer is no loop
+constexpr double kStretch = 2000;      // mm of way to both sides, that is searched for
+constexpr double kPlace = 6000;        // and that it is searched beside
+constexpr double kSeen = 3000;         // mm between two places that see the same
+constexpr std::size_t kPlacesMax = 4;  // for one search
+constexpr double kGrain = 120;         // mm between points that are searched for
+// How far off a pose can be after a way without a loop.
+constexpr double kWindowLeast = 300;  // mm
+constexpr double kWindowMost = 8000;
+constexpr double kWindowByWay = 0.05;
+constexpr double kTurnLeast = radians(4);
+constexpr double kTurnMost = radians(35);
+constexpr double kTurnByWay = radians(0.25) / 1000;
+constexpr double kScoreLeast = 0.45;
+constexpr double kShareLeast = 0.7;
+constexpr double kMisfitMost = 50;  // mm
+// A second one that says the same.
+constexpr double kSecondWayLeast = 500;  // mm
+constexpr double kSecondWayMost = 6000;
+constexpr double kSecondPlaceMost = 12000;
+constexpr double kSameWay = 300;  // mm
+constexpr double kSameTurn = radians(3);
+constexpr double kFarOff = 500;  // mm: a loop that changes much is closed at once
+constexpr std::size_t kAtOnce = 10;
+
+double way_of(const Pose& step) { return std::hypot(step.x, step.y); }
+
+// Points that are not nearer than kGrain, about.
+std::vector<ScanPoint2d> thinned(std::span<const ScanPoint2d> points) {
+  std::vector<std::pair<std::int64_t, std::size_t>> cells;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto row =
+        static_cast<std::int64_t>(std::floor(static_cast<double>(points[i].x) / kGrain));
+    const auto column =
+        static_cast<std::int64_t>(std::floor(static_cast<double>(points[i].y) / kGrain));
+    cells.emplace_back(row * 1'000'003 + column, i);
+  }
+  std::ranges::sort(cells);
+  std::vector<ScanPoint2d> few;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (i == 0 || cells[i].first != cells[i - 1].first) few.push_back(points[cells[i].second]);
+  return few;
+}
+
+class LoopCloser {
+ public:
+  explicit LoopCloser(Track& track) : track_(track) {}
+
+  // The keyframe's stretch beside all places that it can be near.
+  void look(std::size_t at) {
+    const Stretch stretch = around(at, kStretch);
+    std::vector<ScanPoint2d> points;
+    std::vector<ScanPoint2d> few;
+    for (const std::size_t place : places(at)) {
+      if (points.empty()) {
+        points = points_around(track_, stretch.first, stretch.last, track_.poses[at]);
+        few = thinned(points);
+      }
+      ++loops_.tried;
+      if (const auto found = search(at, place, points, few)) consider(*found);
+    }
+    const bool much = unused_ > 0 && most_off_ > kFarOff;
+    if (much || unused_ >= kAtOnce) close();
+  }
+  void close() {
+    if (unused_ == 0) return;
+    (void)optimise(all_edges(track_, loops_), track_.poses, Doubt::kNotAtFirst);
+    unused_ = 0;
+    most_off_ = 0;
+  }
+  Loops take_loops() { return std::move(loops_); }
+
+ private:
+  struct Stretch {
+    std::size_t first;
+    std::size_t last;
+  };
+  [[nodiscard]] double way(std::size_t at) const { return track_.keyframes[at].way; }
+
+  [[nodiscard]] Stretch around(std::size_t at, double way_to_side) const {
+    Stretch stretch{at, at};
+    while (stretch.first > 0 && way(at) - way(stretch.first - 1) <= way_to_side &&
+           at - stretch.first < 60)
+      --stretch.first;
+    while (stretch.last + 1 < track_.poses.size() &&
+           way(stretch.last + 1) - way(at) <= way_to_side && stretch.last - at < 60)
+      ++stretch.last;
+    return stretch;
+  }
+
+  // How far off one can be beside the other: by the way between them, or since the last loop.
+  [[nodiscard]] Window window(std::size_t at, std::size_t place) const {
+    const double alone = std::min(way(at) - closed_at_, way(at) - way(place));
+    return {.way = std::min(kWindowLeast + kWindowByWay * alone, kWindowMost),
+            .turn = std::min(kTurnLeast + kTurnByWay * alone, kTurnMost)};
+  }
+
+  // Of each pass the nearest keyframe; the nearest of those.
+  [[nodiscard]] std::vector<std::size_t> places(std::size_t at) const {
+    std::vector<std::pair<double, std::size_t>> passes;
+    bool inside = false;
+    for (std::size_t i = 0; i < at && way(at) - way(i) > kGap; ++i) {
+      const double off = way_of(track_.poses[i] - track_.poses[at]);
+      if (off > window(at, i).way + kSeen) {
+        inside = false;
+        continue;
+      }
+      const bool anew = !inside || way(i) - way(passes.back().second) > 2 * kPlace;
+      if (anew) passes.emplace_back(off, i);
+      if (!anew && off < passes.back().first) passes.back() = {off, i};
+      inside = true;
+    }
+    std::ranges::sort(passes);
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < std::min(kPlacesMax, passes.size()); ++i)
+      found.push_back(passes[i].second);
+    return found;
+  }
+
+  std::optional<Edge> search(std::size_t at, std::size_t place, std::span<const ScanPoint2d> points,
+                             std::span<const ScanPoint2d> few) const {
+    Stretch stretch = around(place, kPlace);
+    while (stretch.last > place && way(at) - way(stretch.last) < kGap / 2) --stretch.last;
+    const auto there = points_around(track_, stretch.first, stretch.last, track_.poses[place]);
+    const auto found = ScanSearch(there).find(few, track_.poses[at] - track_.poses[place],
+                                              window(at, place), kScoreLeast);
+    if (!found) return std::nullopt;
+    const auto matched = match(PointIndex(there), points, found->pose);
+    if (!matched || matched->share < kShareLeast || matched->misfit > kMisfitMost)
+      return std::nullopt;
+    return Edge{place, at, matched->pose, matched->information};
+  }
+
+  void consider(const Edge& edge) {
+    ++loops_.found;
+    bool believed = false;
+    for (auto& [other, used] : found_) {
+      if (!agree(edge, other)) continue;
+      believed = true;
+      if (!used) use(other);
+      used = true;
+    }
+    if (believed) use(edge);
+    found_.emplace_back(edge, believed);
+  }
+
+  void use(const Edge& edge) {
+    const Pose is = track_.poses[edge.to] - track_.poses[edge.from];
+    most_off_ = std::max(most_off_, way_of(is - edge.step));
+    loops_.edges.push_back(edge);
+    closed_at_ = std::max(closed_at_, way(edge.to));
+    ++unused_;
+  }
+
+  [[nodiscard]] bool agree(const Edge& a, const Edge& b) const {
+    const double apart = std::abs(way(a.to) - way(b.to));
+    if (apart < kSecondWayLeast || apart > kSecondWayMost) return false;
+    if (std::abs(way(a.from) - way(b.from)) > kSecondPlaceMost) return false;
+    const auto& poses = track_.poses;
+    const Pose by_b = (poses[b.from] - poses[a.from]) + b.step + (poses[a.to] - poses[b.to]);
+    const Pose off = by_b - a.step;
+    return way_of(off) <= kSameWay && std::abs(signed_angle(off.rho)) <= kSameTurn;
+  }
+
+  Track& track_;
+  Loops loops_;
+  std::vector<std::pair<Edge, bool>> found_;
+  double closed_at_ = 0;  // mm of way
+  double most_off_ = 0;
+  std::size_t unused_ = 0;  // edges since the last optimisation
+};
+
+}  // namespace
+
+std::vector<Edge> all_edges(const Track& track, const Loops& loops) {
+  std::vector<Edge> edges = track.edges;
+  edges.insert(edges.end(), loops.edges.begin(), loops.edges.end());
+  return edges;
+}
+
+std::optional<Loops> close_loops(Track& track, const Progress& progress) {
+  LoopCloser closer(track);
+  double looked_at = 0;
+  for (std::size_t i = 0; i < track.keyframes.size(); ++i) {
+    if (track.keyframes[i].way - looked_at < kEvery) continue;
+    looked_at = track.keyframes[i].way;
+    if (!progress("closing loops", i, track.keyframes.size())) return std::nullopt;
+    closer.look(i);
+  }
+  closer.close();
+  return closer.take_loops();
+}
+
+}  // namespace rack::mapping

@@ -1,0 +1,106 @@
+#include "components/mapping/map_maker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "components/mapping/occupancy.h"
+#include "components/mapping/refine.h"
+
+namespace rack::mapping {
+
+namespace {
+
+constexpr double kMargin = 500;  // mm around all that was seen
+
+tims::Error stopped() { return {tims::Errc::kClosed, "stopped"}; }
+
+// Between two keyframes as the odometry went, and what it was wrong by is spread over the way.
+std::vector<Pose> poses_of_all(const Drive& drive, const Track& track) {
+  std::vector<Pose> poses;
+  poses.reserve(drive.scans.size());
+  std::size_t key = 0;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    while (key + 1 < track.keyframes.size() && track.keyframes[key + 1].scan <= i) ++key;
+    const Keyframe& before = track.keyframes[key];
+    const Pose ahead = track.poses[key] + (drive.scans[i].odometry - before.odometry);
+    if (i < before.scan || key + 1 == track.keyframes.size()) {
+      poses.push_back(ahead);
+      continue;
+    }
+    const Keyframe& after = track.keyframes[key + 1];
+    const Pose back = track.poses[key + 1] + (drive.scans[i].odometry - after.odometry);
+    poses.push_back(between(
+        ahead, back,
+        static_cast<double>(i - before.scan) / static_cast<double>(after.scan - before.scan)));
+  }
+  return poses;
+}
+
+struct Box {
+  MapPoint low{1e18, 1e18};
+  MapPoint high{-1e18, -1e18};
+  void add(double x, double y) {
+    low = {std::min(low.x, x), std::min(low.y, y)};
+    high = {std::max(high.x, x), std::max(high.y, y)};
+  }
+};
+
+template <typename Take>
+void each_beam(const Drive& drive, const Track& track, double range_max, const Take& take) {
+  for (std::size_t k = 0; k < track.keyframes.size(); ++k) {
+    const DriveScan& scan = drive.scans[track.keyframes[k].scan];
+    const Pose from = track.poses[k] + scan.scanner;
+    for (const BeamEnd& beam : drive.beams(scan)) {
+      const Pose to =
+          track.poses[k] + Pose{.x = static_cast<double>(beam.x), .y = static_cast<double>(beam.y)};
+      if (std::hypot(to.x - from.x, to.y - from.y) > range_max) continue;
+      take(MapPoint{from.x, from.y}, MapPoint{to.x, to.y});
+    }
+  }
+}
+
+tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
+                                         const MapSettings& settings) {
+  Box box;
+  each_beam(drive, track, settings.range_max, [&](const MapPoint& from, const MapPoint& to) {
+    box.add(from.x, from.y);
+    box.add(to.x, to.y);
+  });
+  // Cells begin at whole multiples of their size, whoever drew them.
+  const auto snapped = [&](double at) {
+    return std::floor((at - kMargin) / settings.resolution) * settings.resolution;
+  };
+  auto occupancy = Occupancy::of(settings.resolution, {snapped(box.low.x), snapped(box.low.y)},
+                                 {box.high.x + kMargin, box.high.y + kMargin});
+  if (!occupancy) return occupancy.error();
+  each_beam(drive, track, settings.range_max,
+            [&](const MapPoint& from, const MapPoint& to) { occupancy->add_beam(from, to); });
+  return occupancy->map();
+}
+
+}  // namespace
+
+tims::Result<MadeMap> make_map(const Drive& drive, const MapSettings& settings,
+                               const Progress& progress) {
+  auto track = follow(drive, progress);
+  if (!track) return stopped();
+  if (track->keyframes.empty())
+    return tims::Error(tims::Errc::kMalformed,
+                       "no scan has enough points to make a map of: does the scanner see walls?");
+  const auto loops = close_loops(*track, progress);
+  if (!loops) return stopped();
+  const auto edges = refine(*track, *loops, settings.rounds, progress);
+  if (!edges) return stopped();
+  auto map = draw(drive, *track, settings);
+  if (!map) return map.error();
+  return MadeMap{.map = std::move(map).value(),
+                 .poses = poses_of_all(drive, *track),
+                 .keyframes = track->keyframes.size(),
+                 .searched = track->searched,
+                 .unmatched = track->unmatched,
+                 .loops = loops->edges.size(),
+                 .edges = edges->size(),
+                 .way = track->keyframes.back().way};
+}
+
+}  // namespace rack::mapping

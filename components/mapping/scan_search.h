@@ -1,0 +1,65 @@
+// Where a scan fits beside other scans when hardly anything is known: by branch and bound (Olson
+// 2009 for the grid that is read; Hess, Kohler, Rapp, Andor 2016 for the search). Pure.
+//
+// The others' points are drawn into a grid of how likely a beam ends in a cell, blurred. A pose
+// scores the mean of the cells that its points fall into. For each direction of the window all
+// shifts are tried, but not one by one: a second grid has in each cell the largest of 2 x 2, a
+// third of 4 x 4, and so on. A score read there is at least as high as that of every shift in the
+// square, so when it is below the best one found, none of them has to be looked at. The best of all
+// is found, exactly.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "components/mapping/scan_match.h"
+
+namespace rack::mapping {
+
+struct Window {
+  double way = 1000;  // mm, to all four sides
+  double turn = 0.2;  // rad, to both
+};
+
+class ScanSearch {
+ public:
+  explicit ScanSearch(std::span<const ScanPoint2d> others);
+
+  struct Found {
+    Pose pose{};
+    double score = 0;  // 0 to 1
+  };
+  // The best pose around `middle`, if it scores more than `least`.
+  [[nodiscard]] std::optional<Found> find(std::span<const ScanPoint2d> scan, const Pose& middle,
+                                          const Window& window, double least) const;
+
+  static constexpr double kCell = 50;  // mm
+
+ private:
+  struct Offset {
+    std::int32_t row;
+    std::int32_t column;
+  };
+  struct Square {
+    std::int32_t row;
+    std::int32_t column;
+    std::uint32_t sum;
+  };
+  struct Turned;
+  void draw(const ScanPoint2d& point);
+  void widen(std::size_t level);
+  [[nodiscard]] std::uint32_t sum(std::size_t level, std::span<const Offset> points,
+                                  std::int32_t row, std::int32_t column) const;
+  void descend(const Turned& turned, std::size_t level, const Square& square,
+               std::uint32_t& best_sum, std::optional<Square>& best) const;
+
+  std::int32_t rows_ = 0;
+  std::int32_t columns_ = 0;
+  double low_x_ = 0;
+  double low_y_ = 0;
+  std::vector<std::vector<std::uint8_t>> levels_;
+};
+
+}  // namespace rack::mapping

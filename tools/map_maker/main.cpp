@@ -1,0 +1,292 @@
+// map-maker: a map of a building out of a recorded drive through it.
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include "components/localisation/ros_map.h"
+#include "components/mapping/map_maker.h"
+#include "components/navigation/map_file.h"
+#include "tools/cli/failure.h"
+#include "tools/map_maker/track_error.h"
+#include "tools/mcl_eval/evaluation.h"
+
+namespace rack::map_maker {
+namespace {
+
+using mapping::Drive;
+using mapping::MadeMap;
+using timsctl::Exit;
+using timsctl::Failure;
+
+struct Wanted {
+  std::string log;
+  std::string map;
+  std::string odometry;  // of a recording
+  std::string poses;     // to be written
+  std::string truth;
+  std::optional<double> lag;
+  double resolution = 0.05;  // m
+  double range = 30;         // m
+  mapping::MapSettings settings{};
+  bool json = false;
+  bool quiet = false;
+};
+
+std::atomic<bool> interrupted = false;
+
+std::string read_file(const std::string& name) {
+  auto bytes = navigation::read_file(name);
+  if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
+  if (bytes->starts_with("\xFD"
+                         "7zXZ"))
+    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
+  return std::move(bytes).value();
+}
+
+template <typename T>
+T well(tims::Result<T> result, const std::string& file) {
+  if (!result)
+    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: {}", file, result.error().detail()));
+  return std::move(result).value();
+}
+
+// --- what comes in
+
+struct Input {
+  Drive drive{};
+  std::optional<localisation::CarmenLog> log{};  // none: a recording
+  double lag = 0;
+};
+
+Input read_carmen(const Wanted& wanted, const std::string& text) {
+  Input input;
+  input.log = well(localisation::read_carmen(text), wanted.log);
+  input.lag = wanted.lag ? *wanted.lag : localisation::estimate_lag(*input.log);
+  input.drive = mapping::drive_of(*input.log, input.lag);
+  return input;
+}
+
+// The files of single scans lie beside that of the Scan2d, and are called so.
+Input read_recording(const Wanted& wanted, const std::string& text) {
+  if (wanted.odometry.empty())
+    throw Failure(Exit::kUsage, "usage",
+                  fmt::format("{}: a recording of a Scan2d says nothing of odometry", wanted.log),
+                  "give the recording of Odometry or Position: --odometry FILE");
+  const std::filesystem::path path(wanted.log);
+  const std::string base = (path.parent_path() / path.stem()).string();
+  const auto scan_file = [&](std::size_t number) {
+    return navigation::read_file(fmt::format("{}_{}.2d", base, number));
+  };
+  Input input;
+  input.drive =
+      well(mapping::read_recording(read_file(wanted.odometry), text, scan_file), wanted.log);
+  return input;
+}
+
+Input read_input(const Wanted& wanted) {
+  const std::string text = read_file(wanted.log);
+  Input input = text.starts_with("% ") ? read_recording(wanted, text) : read_carmen(wanted, text);
+  if (!wanted.truth.empty() && !input.log)
+    throw Failure(Exit::kUsage, "usage", "--truth is for logs of CARMEN");
+  return input;
+}
+
+// --- progress
+
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet)
+      : shown_(!quiet && ::isatty(STDERR_FILENO) == 1), quiet_(quiet) {}
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  ~ProgressLine() {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+  }
+  // A line that counts on a terminal; elsewhere one for each step.
+  bool operator()(std::string_view what, std::size_t done, std::size_t all) {
+    const std::size_t percent = all > 0 ? 100 * done / all : 100;
+    if (shown_ && (what != what_ || percent != percent_))
+      fmt::print(stderr, "\r\033[Kmap-maker: {} ... {} %", what, percent);
+    if (!shown_ && !quiet_ && what != what_) fmt::print(stderr, "map-maker: {} ...\n", what);
+    what_ = what;
+    percent_ = percent;
+    return !interrupted;
+  }
+
+ private:
+  bool shown_;
+  bool quiet_;
+  std::string what_;
+  std::size_t percent_ = 0;
+};
+
+// --- what goes out
+
+void write_file(const std::string& name, const std::string& text) {
+  if (const auto written = navigation::write_file(name, text); !written)
+    throw Failure(Exit::kDenied, "not_written", written.error().detail());
+}
+
+std::vector<Pose> laser_poses(const Drive& drive, const MadeMap& made) {
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < made.poses.size(); ++i)
+    poses.push_back(made.poses[i] + drive.scans[i].scanner);
+  return poses;
+}
+
+// The picture first: whoever reads the new YAML file finds it.
+void write_map(const Wanted& wanted, const MadeMap& made) {
+  const std::filesystem::path yaml(wanted.map);
+  std::filesystem::path picture = yaml;
+  picture.replace_extension(".pgm");
+  write_file(picture.string(), localisation::to_pgm(made.map));
+  write_file(wanted.map, localisation::to_ros_yaml(made.map, picture.filename().string()));
+}
+
+void write_poses(const Wanted& wanted, const Drive& drive, std::span<const Pose> laser) {
+  std::string text = "# time index x y theta (of the scanner)\n";
+  for (std::size_t i = 0; i < laser.size(); ++i) {
+    const auto pose = localisation::ros_of_pose(laser[i]);
+    text += fmt::format("{:.6f} {} {:.4f} {:.4f} {:.5f}\n", drive.scans[i].time, drive.scans[i].row,
+                        pose.x, pose.y, pose.theta);
+  }
+  write_file(wanted.poses, text);
+}
+
+struct Field {
+  const char* name;
+  double value;
+  int digits;
+};
+
+std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
+  const localisation::GridMap& map = made.map;
+  return {
+      {"scans", static_cast<double>(input.drive.scans.size()), 0},
+      {"left_out", static_cast<double>(input.drive.left_out), 0},
+      {"lag_s", input.lag, 2},
+      {"way_m", made.way / 1000, 1},
+      {"keyframes", static_cast<double>(made.keyframes), 0},
+      {"searched", static_cast<double>(made.searched), 0},
+      {"unmatched", static_cast<double>(made.unmatched), 0},
+      {"loops", static_cast<double>(made.loops), 0},
+      {"edges", static_cast<double>(made.edges), 0},
+      {"width_m", map.columns * map.resolution / 1000, 2},
+      {"height_m", map.rows * map.resolution / 1000, 2},
+      {"occupied", static_cast<double>(map.count(localisation::Cell::kOccupied)), 0},
+      {"free", static_cast<double>(map.count(localisation::Cell::kFree)), 0},
+  };
+}
+
+void add_error(const Wanted& wanted, const Input& input, std::span<const Pose> laser,
+               std::vector<Field>& fields) {
+  const auto truth = well(mcl_eval::read_truth(read_file(wanted.truth), *input.log), wanted.truth);
+  const TrackError error = track_error(laser, truth);
+  const double middle = mcl_eval::mean(error.metres);
+  double squares = 0;
+  for (const double metres : error.metres) squares += (metres - middle) * (metres - middle);
+  const auto count = static_cast<double>(error.metres.size());
+  fields.push_back({"compared", count, 0});
+  fields.push_back({"mean_m", middle, 4});
+  fields.push_back({"deviation_m", std::sqrt(squares / count), 4});
+  fields.push_back({"median_m", mcl_eval::quantile(error.metres, 0.5), 4});
+  fields.push_back({"p95_m", mcl_eval::quantile(error.metres, 0.95), 4});
+  fields.push_back({"max_m", mcl_eval::quantile(error.metres, 1), 4});
+  fields.push_back({"mean_deg", mcl_eval::mean(error.degrees), 3});
+}
+
+void print(const std::vector<Field>& fields, bool json) {
+  std::string line;
+  for (const Field& field : fields)
+    line += json ? fmt::format("{}\"{}\":{:.{}f}", line.empty() ? "" : ",", field.name, field.value,
+                               field.digits)
+                 : fmt::format("{}{}={:.{}f}", line.empty() ? "" : " ", field.name, field.value,
+                               field.digits);
+  fmt::print("{}\n", json ? "{" + line + "}" : line);
+}
+
+Exit make(const Wanted& wanted) {
+  const Input input = read_input(wanted);
+  auto made = [&] {
+    ProgressLine progress(wanted.quiet || wanted.json);
+    return mapping::make_map(input.drive, wanted.settings, std::ref(progress));
+  }();
+  if (!made && made.error() == tims::Errc::kClosed) return Exit::kInterrupted;
+  const MadeMap map = well(std::move(made), wanted.log);
+  const auto laser = laser_poses(input.drive, map);
+  auto fields = fields_of(input, map);
+  if (!wanted.truth.empty()) add_error(wanted, input, laser, fields);
+  if (!wanted.poses.empty()) write_poses(wanted, input.drive, laser);
+  write_map(wanted, map);
+  print(fields, wanted.json);
+  return Exit::kDone;
+}
+
+constexpr const char* kAbout =
+    "A map of a building out of a recorded drive through it.\n\n"
+    "LOG is a log of CARMEN (.clf), or what DatalogRec wrote of a Scan2d; then --odometry is what\n"
+    "it wrote of an Odometry or Position meanwhile. Drive slowly, come back to where you were\n"
+    "every now and then, and drive the way once more at the end: loops make the map straight.\n"
+    "Written are MAP.yaml and MAP.pgm, as ROS and MonteCarloLocalisation read them.";
+constexpr const char* kExits =
+    "Exit status: 0 done, 1 a file is broken (FILE: line N: what), 2 wrong command line, 4 no "
+    "such\n"
+    "file, 5 not written, 130 Ctrl-C: nothing was written.";
+
+void add_options(CLI::App& app, Wanted& wanted) {
+  app.add_option("LOG", wanted.log, "log of CARMEN, or recording of a Scan2d")->required();
+  app.add_option("MAP", wanted.map, "to be written, .yaml")->required();
+  app.add_option("--odometry", wanted.odometry, "recording of Odometry or Position");
+  app.add_option("--resolution", wanted.resolution, "size of a cell, m")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1.0));
+  app.add_option("--range", wanted.range, "longer beams are not drawn, m")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--rounds", wanted.settings.rounds, "of laying all scans on all others")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 20));
+  app.add_option("--lag", wanted.lag, "age of scans of CARMEN, s (default: seen from its turns)")
+      ->check(CLI::Range(-10.0, 10.0));
+  app.add_option("--poses", wanted.poses,
+                 "to be written: where the scanner was, `time index x y theta`, as mcl-eval reads");
+  app.add_option("--truth", wanted.truth,
+                 "poses or relations to compare these with, as mcl-eval reads them");
+  app.add_flag("--quiet", wanted.quiet, "no progress");
+  app.add_flag("--json", wanted.json, "the summary as a JSON object");
+  app.set_version_flag("--version", TIMS_VERSION);
+  app.footer(kExits);
+}
+
+}  // namespace
+}  // namespace rack::map_maker
+
+int main(int argc, char** argv) {
+  using namespace rack::map_maker;
+  Wanted wanted;
+  CLI::App app(kAbout, "map-maker");
+  add_options(app, wanted);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
+  }
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  wanted.settings.resolution = 1000 * wanted.resolution;
+  wanted.settings.range_max = 1000 * wanted.range;
+  try {
+    if (!wanted.map.ends_with(".yaml"))
+      throw Failure(Exit::kUsage, "usage", fmt::format("{}: the map is a .yaml file", wanted.map));
+    return static_cast<int>(make(wanted));
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "map-maker: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
+               failure.hint);
+    return static_cast<int>(failure.exit);
+  }
+}
