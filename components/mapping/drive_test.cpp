@@ -1,6 +1,10 @@
 #include "components/mapping/drive.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
+
+#include "components/localisation/random.h"
 
 namespace rack::mapping {
 
@@ -49,6 +53,46 @@ TEST(Recording, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(error_of(kOdometry, "1050 13 30000 1 0 0 0 0 0 0 0 4 3\n"), "no such file");
   EXPECT_EQ(error_of(kOdometry, "9050 13 30000 1 0 0 0 0 0 0 0 4 1\n"),
             "no scan has odometry within a second of it: were the two recorded together?");
+}
+
+// Whatever a full disk or an editor makes of the three files: a drive of numbers, or what is wrong.
+TEST(Recording, SurvivesMutations) {
+  localisation::Random random(5);
+  const auto mutated = [&](std::string text) {
+    for (std::uint32_t i = 0; i < random.below(4); ++i) {
+      const std::size_t at = random.below(static_cast<std::uint32_t>(text.size()));
+      if (random.below(2) == 0)
+        text[at] = static_cast<char>(random.below(256));
+      else if (random.below(2) == 0)
+        text.insert(at, text.substr(random.below(20), 30));
+      else
+        text.erase(at, random.below(30));
+      if (text.empty()) text = "x";
+    }
+    return text;
+  };
+  int good = 0;
+  for (int run = 0; run < 5000; ++run) {
+    const auto file = [&](std::size_t number) -> tims::Result<std::string> {
+      auto text = scan_file(number);
+      if (!text) return text;
+      return mutated(std::move(text).value());
+    };
+    const auto drive =
+        read_recording(mutated(std::string(kOdometry)), mutated(std::string(kScans)), file);
+    if (!drive) {
+      EXPECT_FALSE(drive.error().detail().empty());
+      continue;
+    }
+    ++good;
+    for (const DriveScan& scan : drive->scans) {
+      EXPECT_TRUE(std::isfinite(scan.odometry.x + scan.odometry.y + scan.odometry.rho));
+      EXPECT_LE(scan.begin + scan.count, drive->ends.size());
+    }
+    for (const BeamEnd& end : drive->ends) EXPECT_TRUE(std::isfinite(end.x + end.y));
+  }
+  EXPECT_GT(good, 100);
+  EXPECT_LT(good, 4900);
 }
 
 TEST(Recording, TimeThatGoesBackIsLeftOut) {

@@ -34,6 +34,7 @@ TEST(MapMaker, MakesAMapOfABuilding) {
     Building building(seed);
     const Drive drive = building.drive(60000, 100, radians(1));
     std::vector<Pose> odometry;
+    odometry.reserve(drive.scans.size());
     for (const DriveScan& scan : drive.scans) odometry.push_back(scan.odometry);
     EXPECT_GT(most_off(odometry, building.truth()), 2000) << "odometry alone";
     const auto made = make_map(drive, {}, go_on);

@@ -20,7 +20,7 @@ tims::Result<Occupancy> Occupancy::of(double resolution, const MapPoint& low,
                                       const MapPoint& high) {
   const double rows = std::floor((high.x - low.x) / resolution) + 1;
   const double columns = std::floor((high.y - low.y) / resolution) + 1;
-  if (!(rows >= 1 && columns >= 1))
+  if (std::isnan(rows) || std::isnan(columns) || rows < 1 || columns < 1)
     return tims::Error(tims::Errc::kMalformed, "the map has no size");
   const double wanted = rows * columns;
   if (wanted > static_cast<double>(GridMap::kCellsMax))

@@ -138,9 +138,9 @@ const ScanPoint2d* PointIndex::nearest(const ScanPoint2d& point, float reach) co
   const float row = (point.x - low_x_) / kReach;
   const float column = (point.y - low_y_) / kReach;
   // Also false for what is no number.
-  if (!(row >= 1 && column >= 1 && row < static_cast<float>(rows_ - 1) &&
-        column < static_cast<float>(columns_ - 1)))
-    return nullptr;
+  const bool is_inside = row >= 1 && column >= 1 && row < static_cast<float>(rows_ - 1) &&
+                         column < static_cast<float>(columns_ - 1);
+  if (!is_inside) return nullptr;
   const auto middle = static_cast<std::ptrdiff_t>(cell(point.x, point.y));
   float least = reach * reach;
   const ScanPoint2d* best = nullptr;

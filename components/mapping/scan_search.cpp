@@ -51,8 +51,8 @@ void ScanSearch::draw(const ScanPoint2d& point) {
     for (std::int32_t c = column - kBlur; c <= column + kBlur; ++c) {
       const double off = kCell * std::hypot(r + 0.5 - x, c + 0.5 - y) / kBlurDeviation;
       const auto value = static_cast<std::uint8_t>(255 * std::exp(-off * off / 2));
-      auto& cell = levels_[0][static_cast<std::size_t>(r * columns_ + c)];
-      cell = std::max(cell, value);
+      auto& most = levels_[0][cell(r, c)];
+      most = std::max(most, value);
     }
 }
 
@@ -67,9 +67,8 @@ void ScanSearch::widen(std::size_t level) {
       std::uint8_t most = 0;
       for (const std::int32_t row : {r, r + half})
         for (const std::int32_t column : {c, c + half})
-          if (row < rows_ && column < columns_)
-            most = std::max(most, from[static_cast<std::size_t>(row * columns_ + column)]);
-      to[static_cast<std::size_t>(r * columns_ + c)] = most;
+          if (row < rows_ && column < columns_) most = std::max(most, from[cell(row, column)]);
+      to[cell(r, c)] = most;
     }
 }
 
@@ -87,7 +86,7 @@ std::uint32_t ScanSearch::sum(std::size_t level, std::span<const Offset> points,
     const std::int32_t r = p.row + row;
     const std::int32_t c = p.column + column;
     if (r < 0 || c < 0 || r >= rows_ || c >= columns_) continue;
-    all += cells[static_cast<std::size_t>(r * columns_ + c)];
+    all += cells[cell(r, c)];
   }
   return all;
 }

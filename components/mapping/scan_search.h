@@ -48,6 +48,10 @@ class ScanSearch {
     std::uint32_t sum;
   };
   struct Turned;
+  [[nodiscard]] std::size_t cell(std::int32_t row, std::int32_t column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
   void draw(const ScanPoint2d& point);
   void widen(std::size_t level);
   [[nodiscard]] std::uint32_t sum(std::size_t level, std::span<const Offset> points,
