@@ -5,7 +5,6 @@
 #include <mutex>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "components/geometry/pose.h"
 #include "components/navigation/reckoning.h"
@@ -81,14 +80,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   }
 
   Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const override {
-    const auto found = history().around(time, ahead_.load());
-    if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
-    const auto& pair = std::get<DataHistory::Pair>(found);
-    const auto before = decode<OdometryData>(pair.before.body);
-    const auto after = decode<OdometryData>(pair.after.body);
-    if (!before) return before.error();
-    if (!after) return after.error();
-    return encode(interpolated(*before, *after, time), to);
+    return data_between(time, ahead_.load(), to, interpolated);
   }
 
   // A program that is started again after a crash goes on where it was, to the millimetre and

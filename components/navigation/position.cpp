@@ -111,6 +111,10 @@ class Position : public DataModule<PositionData> {
     }
   }
 
+  Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const override {
+    return data_between(time, to, interpolated);
+  }
+
   Result<void> update(const tims::MessageView& message) {
     const auto known = decode<PositionData>(message);
     if (!known) return known.error();

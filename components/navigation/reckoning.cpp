@@ -1,5 +1,6 @@
 #include "components/navigation/reckoning.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rack::navigation {
@@ -11,12 +12,30 @@ OdometryData DeadReckoning::add(const ChassisData& movement) {
   return {.recordingTime = movement.recordingTime, .pos = pose_.position()};
 }
 
-OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time) {
+namespace {
+
+template <typename Data>
+Position3d pose_at(const Data& before, const Data& after, TimeStamp time) {
   const double all = static_cast<double>((after.recordingTime - before.recordingTime).count());
   const double part =
       all == 0 ? 0 : static_cast<double>((time - before.recordingTime).count()) / all;
+  return between(Pose::of(before.pos), Pose::of(after.pos), part).position();
+}
+
+}  // namespace
+
+OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time) {
+  return {.recordingTime = time, .pos = pose_at(before, after, time)};
+}
+
+PositionData interpolated(const PositionData& before, const PositionData& after, TimeStamp time) {
+  const auto larger = [&](auto Position3d::*side) {
+    return std::max(before.var.*side, after.var.*side);
+  };
   return {.recordingTime = time,
-          .pos = between(Pose::of(before.pos), Pose::of(after.pos), part).position()};
+          .pos = pose_at(before, after, time),
+          .var = {larger(&Position3d::x), larger(&Position3d::y), larger(&Position3d::z),
+                  larger(&Position3d::phi), larger(&Position3d::psi), larger(&Position3d::rho)}};
 }
 
 void PositionTracker::begin(const Drift& drift, std::chrono::milliseconds blending,

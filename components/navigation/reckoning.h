@@ -28,8 +28,10 @@ class DeadReckoning {
   Pose pose_;
 };
 
-// At `time`, between two data sets or on the straight line beyond them.
+// At `time`, between two data sets or on the straight line beyond them. A position is as uncertain
+// as the less certain of both.
 OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time);
+PositionData interpolated(const PositionData& before, const PositionData& after, TimeStamp time);
 
 // --- In the world
 //

@@ -67,6 +67,23 @@ TEST(Interpolated, OfOneDataSet) {
   EXPECT_EQ(interpolated(at(1000, 7, 0), at(1000, 7, 0), 1020).pos.x, 7);
 }
 
+TEST(Interpolated, PositionsAreAsUnsureAsTheLessSureOne) {
+  PositionData before{
+      .recordingTime = 1000, .pos = {.x = 0, .rho = static_cast<f32>(radians(350))}, .var = {}};
+  PositionData after{.recordingTime = 1050,
+                     .pos = {.x = 100, .y = -50, .rho = static_cast<f32>(radians(10))}};
+  before.var.x = 400;
+  after.var.x = 20;
+  after.var.rho = 0.1F;
+  const PositionData now = interpolated(before, after, 1025);
+  EXPECT_EQ(now.recordingTime, TimeStamp(1025));
+  EXPECT_EQ(now.pos.x, 50);
+  EXPECT_EQ(now.pos.y, -25);
+  EXPECT_NEAR(signed_angle(now.pos.rho.raw()), 0, 1e-6);
+  EXPECT_EQ(now.var.x, 400);
+  EXPECT_EQ(now.var.rho, 0.1F);
+}
+
 using namespace std::chrono_literals;
 
 OdometryData odometry(u32 time, i32 x, i32 y = 0, double rho = 0) {

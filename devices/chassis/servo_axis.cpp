@@ -19,6 +19,16 @@ Cia402Settings drive_of(const ServoAxisSettings& settings) {
 
 }  // namespace
 
+ServoDriveData interpolated(const ServoDriveData& before, const ServoDriveData& after,
+                            TimeStamp time) {
+  const auto all = after.recordingTime - before.recordingTime;
+  const float part = all.count() == 0 ? 0
+                                      : static_cast<float>((time - before.recordingTime).count()) /
+                                            static_cast<float>(all.count());
+  return {.recordingTime = time,
+          .position = before.position + part * (after.position - before.position)};
+}
+
 ServoAxis::ServoAxis(const ServoAxisSettings& settings)
     : settings_(settings),
       drive_(drive_of(settings)),

@@ -22,6 +22,10 @@ struct ServoAxisSettings {
   bool only_listen = false;  // to a recording
 };
 
+// At `time`, at an even speed between two data sets.
+ServoDriveData interpolated(const ServoDriveData& before, const ServoDriveData& after,
+                            TimeStamp time);
+
 class ServoAxis final : public Dialogue {
  public:
   explicit ServoAxis(const ServoAxisSettings& settings);

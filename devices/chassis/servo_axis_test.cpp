@@ -148,5 +148,14 @@ TEST_F(ServoAxisTest, StopsWithItsHost) {
   EXPECT_FALSE(bus_.motor(0).is_enabled());
 }
 
+TEST(ServoAxisData, IsKnownBetweenTwoDataSets) {
+  const ServoDriveData before{.recordingTime = 0xFFFFFFF6, .position = -0.5F};
+  const ServoDriveData after{.recordingTime = 40, .position = 0.5F};
+  const ServoDriveData now = interpolated(before, after, 15);
+  EXPECT_EQ(now.recordingTime, TimeStamp(15));
+  EXPECT_NEAR(now.position, 0, 1e-6);
+  EXPECT_EQ(interpolated(after, after, 40).position, 0.5F);
+}
+
 }  // namespace
 }  // namespace rack::device

@@ -94,6 +94,10 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
     return tims::kNever;
   }
 
+  Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const override {
+    return data_between(time, to, interpolated);
+  }
+
   // Whoever wanted to know is told that it is there.
   Result<void> complete(ServoDriveData&) override {
     const std::lock_guard lock(wish_mutex_);

@@ -256,6 +256,10 @@ TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
     const bool is_there = std::abs(data->position - 0.5F) < 0.01F;
     return is_there ? "" : "it is at " + std::to_string(data->position);
   }));
+  const auto newest = servo.get_data();
+  ASSERT_TRUE(newest);
+  const rack::TimeStamp between = newest->recordingTime - std::chrono::milliseconds(7);
+  EXPECT_EQ(servo.get_data(between)->recordingTime, between) << "between two data sets";
   ASSERT_TRUE(servo.home());
   EXPECT_TRUE(eventually([&]() -> std::string {
     const auto data = servo.get_data();

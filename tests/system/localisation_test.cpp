@@ -90,6 +90,47 @@ TEST_F(LocalisationTest, AMapIsLoadedWhileItIsOff) {
   ASSERT_TRUE(found());
 }
 
+class PositionTest : public RobotTest {};
+
+// The odometry knows it between its data sets, and the world is its frame here.
+TEST_F(PositionTest, IsKnownBetweenDataSets) {
+  start("ChassisSim", {"--vxMax=2000", "--omegaMax=90"});
+  start("OdometryChassis");
+  start("Position");
+  ASSERT_TRUE(turned_on("Position(0/0)"));
+  auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
+  ASSERT_TRUE(chassis.set_active_pilot(Address(kWork)));
+  auto position = proxy<rack::PositionProxy>("Position(0/0)");
+  auto odometry = proxy<rack::OdometryProxy>("Odometry(0/0)");
+  rack::TimeStamp looked = 0;
+  double y = 0;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(chassis.move(2000, 0, 0.5F));
+    ASSERT_TRUE(eventually(
+        [&] {
+          const auto now = position.get_data();
+          const bool is_new = now && now->recordingTime != looked;
+          if (is_new) looked = now->recordingTime;
+          return is_new;
+        },
+        "the next data set"));
+    if (i < 3) continue;  // there are none so old
+    const rack::TimeStamp then = looked - std::chrono::milliseconds(7 + 13 * i);
+    const auto at = position.get_data(then);
+    ASSERT_TRUE(at) << at.error().message();
+    const auto truth = odometry.get_data(then);
+    ASSERT_TRUE(truth) << truth.error().message();
+    EXPECT_EQ(at->recordingTime, then);
+    EXPECT_NEAR(at->pos.x.raw(), truth->pos.x.raw(), 2);
+    EXPECT_NEAR(at->pos.y.raw(), truth->pos.y.raw(), 2);
+    y = std::abs(truth->pos.y.raw());
+  }
+  EXPECT_GT(y, 10) << "it has driven";
+  const auto ahead = position.get_data(looked + std::chrono::milliseconds(50));
+  ASSERT_TRUE(ahead) << ahead.error().message();
+  EXPECT_LE(ahead->recordingTime - looked, std::chrono::milliseconds(200)) << "it guesses nothing";
+}
+
 class MapsTest : public RobotTest {};
 
 TEST_F(MapsTest, LinesAreEditedAndSaved) {

@@ -80,6 +80,28 @@ class DataModule : public DataModuleBase {
     return {};
   }
 
+  // data_at() of who interpolates: what `between` makes of the data sets before and after `time`,
+  // and `time`. After the newest, but not by more than `ahead`, these are the newest two.
+  using Between = Data (*)(const Data& before, const Data& after, TimeStamp time);
+  Result<std::size_t> data_between(TimeStamp time, std::chrono::milliseconds ahead,
+                                   std::span<std::byte> to, Between between) const {
+    const auto found = history().around(time, ahead);
+    if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
+    const auto& pair = std::get<DataHistory::Pair>(found);
+    const auto before = decode<Data>(pair.before.body);
+    const auto after = decode<Data>(pair.after.body);
+    if (!before) return before.error();
+    if (!after) return after.error();
+    return encode(between(*before, *after, time), to);
+  }
+  // The same, but after the newest that one is the answer, as by default: what has jumped, or
+  // stopped, is not carried on.
+  Result<std::size_t> data_between(TimeStamp time, std::span<std::byte> to, Between between) const {
+    if (time - history().newest().recorded >= std::chrono::milliseconds(0))
+      return DataModuleBase::data_at(time, to);
+    return data_between(time, {}, to, between);
+  }
+
  private:
   static DataInfo with_size(DataInfo data) {
     if (data.size_max == 0) data.size_max = body_max<Data>();
