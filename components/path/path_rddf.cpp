@@ -5,6 +5,7 @@
 #include <iterator>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "components/path/detour.h"
 #include "components/path/rddf.h"
@@ -321,6 +322,7 @@ class PathRddf : public DataModule<PathData> {
     if (auto good = decode(message, rddf_); !good) return good;
     const std::lock_guard lock(state_mutex_);
     waypoints_.assign(rddf_.waypoints.begin(), rddf_.waypoints.end());
+    sent_by_.reset();
     return {};
   }
 
@@ -336,8 +338,9 @@ class PathRddf : public DataModule<PathData> {
     if (wish->accMax > 0) limits_.acceleration = wish->accMax;
     if (wish->decMax > 0) limits_.deceleration = wish->decMax;
     if (wish->omegaMax > 0) limits_.omega_max = wish->omegaMax;
-    // After SET_DESTINATION the interface sends this, too: the plan is under way or there.
-    if (destination_) return {};
+    // Right after SET_DESTINATION the interface sends this, too: the plan is under way or there.
+    // When the destination was refused, it means no other way either.
+    if (std::exchange(sent_by_, {}) == message.header.src) return {};
     return make_route();
   }
 
@@ -382,6 +385,7 @@ class PathRddf : public DataModule<PathData> {
     if (!wish) return wish.error();
     if (!is_on()) return refused("turn it on first");
     const std::lock_guard lock(state_mutex_);
+    sent_by_ = message.header.src;
     if (!located_) return refused("the position is not known yet");
     marks_.clear();
     const auto before = destination_;
@@ -498,7 +502,8 @@ class PathRddf : public DataModule<PathData> {
   std::vector<Waypoint2d> route_;  // of them, those that are driven
   i32 layer_ = 0;
   std::optional<PathDestData> destination_;
-  std::optional<Place> clicked_;  // the first one
+  std::optional<tims::Address> sent_by_;  // whose next MAKE means it
+  std::optional<Place> clicked_;          // the first one
   Pose began_;
   Pose robot_;
   bool located_ = false;

@@ -4,6 +4,7 @@
 #include <array>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "components/path/tasks.h"
@@ -27,7 +28,8 @@ constexpr std::array<ParameterInfo, 7> kParameters = {{
 
 constexpr ModuleInfo kInfo{
     .program = "Planner",
-    .purpose = "Sends a robot from task to task: goto X Y [HEADING [SPEED]], route, wait SECONDS.",
+    .purpose =
+        "Sends a robot from task to task: goto X Y [HEADING [SPEED]], route, wait SECONDS, stop.",
     .class_id = tims::class_id::kPlanner,
     .parameters = kParameters,
     .command_body_max = PlannerCommand::kWholeSize,
@@ -84,7 +86,7 @@ class Planner : public DataModule<PlannerData> {
   }
 
   void begin(const Task& task) {
-    auto good = pilot_->hold_command({0, 0, {}});
+    auto good = pilot_->hold_command({task.kind == Task::Kind::kStop ? 1 : 0, 0, {}});
     if (good && task.kind == Task::Kind::kGoto) good = pilot_->set_destination(task.destination);
     if (good && task.kind == Task::Kind::kRoute) good = path_->make({-1, -1, -1, -1.0F});
     if (good) return;
@@ -99,12 +101,27 @@ class Planner : public DataModule<PlannerData> {
     data.recordingTime = time_stamp();
     data.state = static_cast<i32>(tasks_.state());
     data.messages.clear();
-    for (std::size_t i = 0; i < tasks_.tasks().size() && i < kMessagesMax; ++i) {
+    data.messages.push_back(PlannerString::of(headline()));
+    for (std::size_t i = 0; i < tasks_.tasks().size() && i < kTasksShown; ++i) {
       const char* what = i < tasks_.at() ? "done: " : i == tasks_.at() ? "now: " : "then: ";
       data.messages.push_back(PlannerString::of(what + tasks_.tasks()[i].text));
     }
-    if (!tasks_.why().empty()) data.messages.push_back(PlannerString::of(tasks_.why()));
     return put_local_buffer();
+  }
+
+  // The original's graphical interface shows the first message, and a new line when it or the state
+  // is another one; without any nothing can be sent.
+  [[nodiscard]] std::string headline() const {
+    switch (tasks_.state()) {
+      case TaskList::State::kFailed:
+        return tasks_.why();
+      case TaskList::State::kAtWork:
+        return "now: " +
+               (tasks_.at() < tasks_.tasks().size() ? tasks_.tasks()[tasks_.at()].text : "");
+      case TaskList::State::kIdle:
+        break;
+    }
+    return tasks_.tasks().empty() ? "no task" : "all done";
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -112,8 +129,9 @@ class Planner : public DataModule<PlannerData> {
       case PlannerType::kCommand:
         return command(message);
       case PlannerType::kGetCommand: {
-        const std::lock_guard lock(tasks_mutex_);
-        reply(message.header, PlannerType::kCommand, commands_);
+        PlannerCommand names;  // from which people choose
+        for (const auto name : kTaskNames) names.commands.push_back(PlannerString::of(name));
+        reply(message.header, PlannerType::kCommand, names);
         return {};
       }
       default:
@@ -136,13 +154,12 @@ class Planner : public DataModule<PlannerData> {
       const std::lock_guard lock(tasks_mutex_);
       stops_ = tasks.empty();
       tasks_.begin(std::move(tasks));
-      commands_ = *wish;
     }
     reply(message.header, tims::type::kOk);
     return {};
   }
 
-  static constexpr std::size_t kMessagesMax = 49;  // and a reason
+  static constexpr std::size_t kTasksShown = 49;  // and the headline
 
   tims::Mailbox* work_ = nullptr;
   std::optional<PilotProxy> pilot_;
@@ -150,7 +167,6 @@ class Planner : public DataModule<PlannerData> {
 
   PriorityMutex tasks_mutex_;  // of what follows
   TaskList tasks_;
-  PlannerCommand commands_;
   bool stops_ = false;
 };
 

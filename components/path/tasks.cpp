@@ -16,7 +16,7 @@ constexpr std::chrono::milliseconds kTakesNotice{1000};  // until a pilot shows 
 tims::Error malformed(std::string_view text) {
   return {tims::Errc::kMalformed, "\"" + std::string(text) +
                                       "\" is no task; there are: goto X Y [HEADING [SPEED]] (mm, "
-                                      "degrees, mm/s), route, wait SECONDS"};
+                                      "degrees, mm/s), route, wait SECONDS, stop"};
 }
 
 struct Words {
@@ -25,13 +25,15 @@ struct Words {
   bool too_many = false;
 };
 
+// The first word ends before a number, too.
 Words split(std::string_view text) {
   Words words;
   while (!text.empty()) {
     const auto begin = text.find_first_not_of(" \t\r\n");
     if (begin == text.npos) break;
     text.remove_prefix(begin);
-    const auto end = std::min(text.find_first_of(" \t\r\n"), text.size());
+    const char* const ends = words.count == 0 ? " \t\r\n-.0123456789" : " \t\r\n";
+    const auto end = std::min(std::max<std::size_t>(text.find_first_of(ends), 1), text.size());
     words.too_many = words.count == words.word.size();
     if (words.too_many) break;
     words.word[words.count++] = text.substr(0, end);
@@ -54,8 +56,8 @@ tims::Result<Task> read_task(std::string_view text) {
   for (std::size_t i = 0; i < words.count; ++i)
     task.text += (i == 0 ? "" : " ") + std::string(words.word[i]);
   if (words.too_many || words.count == 0) return malformed(text);
-  if (words.word[0] == "route" && words.count == 1) {
-    task.kind = Task::Kind::kRoute;
+  if ((words.word[0] == "route" || words.word[0] == "stop") && words.count == 1) {
+    task.kind = words.word[0] == "stop" ? Task::Kind::kStop : Task::Kind::kRoute;
     return task;
   }
   double seconds = 0;
@@ -92,6 +94,7 @@ void TaskList::fail(std::string why) {
 
 bool TaskList::is_done(const PilotStatusData& pilot) const {
   const Task& task = tasks_[at_];
+  if (task.kind == Task::Kind::kStop) return true;
   if (task.kind == Task::Kind::kWait) return since_ >= task.time;
   return since_ >= kTakesNotice && pilot.pilotState == pilot_state::kIdle &&
          pilot.distanceToDest == 0;
@@ -101,7 +104,8 @@ const Task* TaskList::next(const PilotStatusData& pilot, std::chrono::millisecon
   if (state_ != State::kAtWork) return nullptr;
   if (begun_) {
     since_ += passed;
-    const bool drives = tasks_[at_].kind != Task::Kind::kWait;
+    const auto kind = tasks_[at_].kind;
+    const bool drives = kind == Task::Kind::kGoto || kind == Task::Kind::kRoute;
     if (drives && since_ >= kTakesNotice && pilot.pilotState == pilot_state::kPathError) {
       fail(tasks_[at_].text + ": the pilot has no path there, or has lost it");
       return nullptr;

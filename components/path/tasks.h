@@ -3,8 +3,10 @@
 //   goto X Y [HEADING [SPEED]]   mm, degrees clockwise from north, mm/s
 //   route                        the route that the path has
 //   wait SECONDS
+//   stop
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -17,14 +19,18 @@
 namespace rack::path {
 
 struct Task {
-  enum class Kind : std::uint8_t { kGoto, kRoute, kWait };
+  enum class Kind : std::uint8_t { kGoto, kRoute, kWait, kStop };
   Kind kind = Kind::kWait;
   PilotDestData destination{};
   std::chrono::milliseconds time{0};
   std::string text;
 };
 
-// kMalformed says what is wrong, and what would be right.
+// How tasks begin.
+inline constexpr std::array<std::string_view, 4> kTaskNames = {"goto", "route", "wait", "stop"};
+
+// kMalformed says what is wrong, and what would be right. The number may follow without a space:
+// the original's graphical interface puts what was typed right behind the name that was chosen.
 tims::Result<Task> read_task(std::string_view text);
 
 class TaskList {

@@ -25,12 +25,21 @@ TEST(Tasks, AreReadAsPeopleTypeThem) {
   EXPECT_EQ(there->text, "goto 1000 -2000.5 90 300");
   EXPECT_EQ(read_task("wait 1.5")->time, 1500ms);
   EXPECT_EQ(read_task("route")->kind, Task::Kind::kRoute);
+  EXPECT_EQ(read_task(" stop ")->kind, Task::Kind::kStop);
+}
+
+TEST(Tasks, AreReadAsTheOriginalsInterfaceSendsThem) {
+  const auto there = read_task("goto-1000 .5 90");
+  ASSERT_TRUE(there.ok()) << there.error().message();
+  EXPECT_EQ(there->destination.pos.x, -1000);
+  EXPECT_EQ(there->text, "goto -1000 .5 90");
+  EXPECT_EQ(read_task("wait1.5")->time, 1500ms);
 }
 
 TEST(Tasks, SayWhatIsNone) {
   for (const char* text :
        {"", " ", "go", "goto", "goto 1", "goto x 2", "goto 1 2 3 4 5", "goto nan 1", "goto 1e99 1",
-        "goto 1 2 3 -4", "wait", "wait -1", "route 1"}) {
+        "goto 1 2 3 -4", "wait", "wait -1", "route 1", "stop now", "1", "-", ".", "goto-"}) {
     const auto task = read_task(text);
     ASSERT_FALSE(task.ok()) << text;
     EXPECT_NE(task.error().detail().find("wait SECONDS"), std::string::npos);
@@ -56,6 +65,17 @@ TEST(TaskList, DoesOneAfterTheOther) {
   EXPECT_EQ(list.state(), State::kAtWork);
   EXPECT_EQ(list.next(pilot(pilot_state::kIdle, 0), 1s), nullptr);
   EXPECT_EQ(list.state(), State::kIdle);
+}
+
+TEST(TaskList, GoesOnAfterAStop) {
+  TaskList list;
+  list.begin({*read_task("stop"), *read_task("wait 1")});
+  const Task* task = list.next(pilot(pilot_state::kPathError, -1), 100ms);
+  ASSERT_NE(task, nullptr);
+  EXPECT_EQ(task->kind, Task::Kind::kStop);
+  task = list.next(pilot(pilot_state::kPathError, -1), 100ms);
+  ASSERT_NE(task, nullptr) << "what the pilot says of its path does not matter";
+  EXPECT_EQ(task->kind, Task::Kind::kWait);
 }
 
 TEST(TaskList, EndsWithThePilotsError) {

@@ -11,6 +11,7 @@ constexpr double kThere = 50;        // mm
 constexpr double kAligned = 0.03;    // rad
 constexpr double kLeftBehind = 1.2;  // rad: the place is beside it or behind
 constexpr double kSlowsDown = 1;     // mm for each mm/s, before the place
+constexpr i32 kDirectionOnly = 10;   // mm/s; smaller ones say forward or backward only
 
 }  // namespace
 
@@ -53,8 +54,9 @@ Drive LabCourse::go(const Pose& at, const Scan2dData& scan) {
         state_ = left < kThere ? State::kTurnAsItShallStand : State::kTurnThere;
         return {};
       }
-      const double wish = destination_.speed > 0 ? static_cast<double>(destination_.speed)
-                                                 : static_cast<double>(chassis_.vxMax);
+      const double wish = destination_.speed >= kDirectionOnly
+                              ? static_cast<double>(destination_.speed)
+                              : static_cast<double>(chassis_.vxMax);
       const double safe = safe_speed(Direction::kForward, chassis_, scan);
       const double speed = std::min({wish, safe, left / kSlowsDown});
       Drive drive = turn(missing);

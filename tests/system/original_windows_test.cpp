@@ -1,9 +1,5 @@
-// The windows for Gps, Gyro, Compass and Camera of the original's GUI at our drivers: one
-// connection with a mailbox a window, big-endian requests with a number that the answer must have,
-// On buttons, data polled and read field by field in the message's order of bytes (specification,
-// section 12). The camera's window waits for the next picture, paints it, and sets either its mode
-// or its size.
-#include <bit>
+// The windows for Gps, Gyro, Compass and Camera of the original's GUI at our drivers. The camera's
+// window waits for the next picture, paints it, and sets either its mode or its size.
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -14,6 +10,7 @@
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/system/modules_fixture.h"
+#include "tests/system/original_window.h"
 
 namespace tims::test {
 namespace {
@@ -23,80 +20,13 @@ using rack::i32;
 using rack::u16;
 namespace camera_mode = rack::camera_mode;
 
-// As Java's DataInput reads them.
-class Fields {
- public:
-  explicit Fields(const OwnedMessage& message)
-      : bytes_(message.body), order_(message.header.body_order()) {}
-
-  template <typename T>
-  T next() {
-    std::array<std::byte, sizeof(T)> word{};
-    EXPECT_GE(bytes_.size(), word.size()) << "the message is too short";
-    if (bytes_.size() < word.size()) return {};
-    std::ranges::copy(bytes_.first(word.size()), word.begin());
-    bytes_ = bytes_.subspan(word.size());
-    if (order_ != std::endian::native) std::ranges::reverse(word);
-    return std::bit_cast<T>(word);
-  }
-  [[nodiscard]] std::span<const std::byte> rest() const { return bytes_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::endian order_;
-};
-
-class Window {
- public:
-  Window(TcpClient& router, std::uint32_t component, std::uint8_t number)
-      : router_(&router), own_(0x00020100U + number), component_(component) {
-    const auto registered = router.register_mailbox(own_);
-    EXPECT_TRUE(registered) << registered.error().message();
-  }
-
-  // Only the answer of the same number is its.
-  std::optional<OwnedMessage> ask(std::int8_t type, std::span<const std::byte> body = {}) {
-    ++number_;
-    const auto sent = router_->send(
-        {.flags = 0, .type = type, .seq_nr = number_, .dest = component_, .src = own_}, body);
-    EXPECT_TRUE(sent) << sent.error().message();
-    for (;;) {
-      auto message = router_->receive();
-      EXPECT_TRUE(message) << component_.to_string() << " does not answer " << int{type};
-      if (!message) return std::nullopt;
-      if (message->header.src == component_ && message->header.seq_nr == number_) return *message;
-    }
-  }
-  int answer_to(std::int8_t type, std::span<const std::byte> body = {}) {
-    const auto message = ask(type, body);
-    return message ? message->header.type : -128;
-  }
-  void press_on() { EXPECT_EQ(answer_to(type::kOn), type::kOk); }
-  // "The newest": its time is 0. Nothing: the window shows no values.
-  std::optional<OwnedMessage> poll() {
-    auto message = ask(type::kGetData, std::array<std::byte, 4>{});
-    if (message && message->header.type != type::kData) message.reset();
-    return message;
-  }
-
- private:
-  TcpClient* router_;
-  Address own_;
-  Address component_;
-  std::uint8_t number_ = 0;
-};
-
 class OriginalWindowsTest : public ModulesTest {
  protected:
   void SetUp() override {
     ModulesTest::SetUp();
-    auto client = TcpClient::connect(router_.tcp());
-    ASSERT_TRUE(client) << client.error().message();
-    gui_.emplace(std::move(*client));
-    gui_->set_byte_order(std::endian::big);
-    ASSERT_TRUE(gui_->send({.type = wire::router_command::kDisableWatchdog}));
+    gui_.emplace(router_.tcp());
   }
-  Window open_window(std::uint32_t component) { return {*gui_, component, ++windows_}; }
+  Window open_window(std::uint32_t component) { return gui_->open_window(component); }
   // An emulated device at the end of a terminal; its address for the driver.
   std::string emulate(const std::string& name) {
     const std::string path = folder_.path() / name;
@@ -104,12 +34,11 @@ class OriginalWindowsTest : public ModulesTest {
     return "--device=serial:" + path;
   }
 
-  std::optional<TcpClient> gui_;
+  std::optional<OriginalGui> gui_;
 
  private:
   TemporaryFolder folder_;
   std::vector<ChildProcess> devices_;
-  std::uint8_t windows_ = 0;
 };
 
 TEST_F(OriginalWindowsTest, GpsShowsWhereItIs) {
@@ -261,11 +190,7 @@ class CameraWindowTest : public OriginalWindowsTest {
   }
   // What its boxes send: the other half is -1.
   int choose(Window& window, i32 width, i32 height, i32 depth, i32 mode) {
-    std::vector<std::byte> body;
-    for (const i32 number : {width, height, depth, mode})
-      for (int shift = 24; shift >= 0; shift -= 8)
-        body.push_back(static_cast<std::byte>(static_cast<std::uint32_t>(number) >> shift));
-    return window.answer_to(rack::CameraType::kSetFormat, body);
+    return window.answer_to(rack::CameraType::kSetFormat, Body().add(width, height, depth, mode));
   }
 
   // How far the painted picture is from the nearest frame of the recording: mean of all colours; of
