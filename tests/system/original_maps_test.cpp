@@ -311,7 +311,8 @@ TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
   ASSERT_TRUE(turned_on("Position(0/0)"));
   Window position = open_window(kPosition);
   ASSERT_EQ(position.answer_to(21, position_update(3000, 2500, 0)), type::kOk);
-  start("ObjRecogScan2d", {"--positionInst=0", "--mapFile", FLOOR_PLAN, "--maxRange=9999"});
+  start("ObjRecogScan2d",
+        {"--scan2dInst=0", "--positionInst=0", "--mapFile", FLOOR_PLAN, "--maxRange=9999"});
   Window window = open_window(kObjRecog);
   EXPECT_FALSE(window.wait_for_next());
   press_on_until_ok(window);
@@ -333,7 +334,8 @@ TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
     const std::array size{fields.next<i32>(), fields.next<i32>()};
     EXPECT_NEAR(middle.xyz[0], 800, 150);
     EXPECT_NEAR(middle.xyz[1], 0, 150);
-    EXPECT_NEAR(std::max(size[0], size[1]), 400, 200);
+    EXPECT_NEAR(std::max(size[0], size[1]), 600, 250)
+        << "what may be somebody has room for a stride";
     return "";
   };
   EXPECT_TRUE(eventually(look));
