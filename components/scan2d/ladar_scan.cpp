@@ -94,10 +94,39 @@ void drop_shining_walls(const LadarMounting& mounting, Scan2dData& scan) {
   }
 }
 
+// --- the way of the robot meanwhile
+
+constexpr double kLongestScan = 1000;  // ms
+constexpr double kSpeed = 30;          // mm in a ms
+constexpr double kTurning = 0.0125;    // rad in a ms: two turns a second
+
+// Where the ladar was at the so many-th point, seen from the middle of the scan. So short a way is
+// straight.
+Pose ladar_at(std::size_t i, std::size_t count, const LadarMounting& mounting, const Pose& way) {
+  const double after =
+      count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) - 0.5 : 0;
+  const double part = mounting.is_reversed ? -after : after;
+  const Pose robot{.x = part * way.x, .y = part * way.y, .rho = part * signed_angle(way.rho)};
+  return robot + Pose{.x = static_cast<double>(mounting.x),
+                      .y = static_cast<double>(mounting.y),
+                      .rho = mounting.rho};
+}
+
 }  // namespace
 
+Pose way_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan) {
+  const Pose step = now - before;
+  const double way = std::hypot(step.x, step.y);
+  const double turn = std::abs(signed_angle(step.rho));
+  const bool is_way = ms_between > 0 && ms_of_scan > 0 && ms_of_scan <= kLongestScan &&
+                      way <= kSpeed * ms_between && turn <= kTurning * ms_between;
+  if (!is_way) return {};  // also when it is no number
+  const double part = ms_of_scan / ms_between;
+  return {.x = part * step.x, .y = part * step.y, .rho = part * signed_angle(step.rho)};
+}
+
 void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFilter& filter,
-             Scan2dData& scan) {
+             Scan2dData& scan, const Pose& way) {
   scan.recordingTime = ladar.recordingTime;
   scan.duration = ladar.duration;
   scan.maxRange = std::min(ladar.maxRange.raw(), filter.range_max);
@@ -115,10 +144,11 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
       distance = scan.maxRange;
       type |= scan_point::kMaxRange | scan_point::kInvalid;
     }
-    const double direction = angle + mounting.rho;
+    const Pose at = ladar_at(i, ladar.points.size(), mounting, way);
+    const double direction = angle + at.rho;
     scan.points.push_back(
-        {.x = whole_millimetres(mounting.x + distance * std::cos(direction)),
-         .y = whole_millimetres(mounting.y + distance * std::sin(direction)),
+        {.x = whole_millimetres(at.x + distance * std::cos(direction)),
+         .y = whole_millimetres(at.y + distance * std::sin(direction)),
          .z = distance,
          .type = type,
          .intensity = static_cast<i16>(std::clamp(point.intensity, -32768, 32767))});

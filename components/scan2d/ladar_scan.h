@@ -4,6 +4,10 @@
 // one that hangs upside down is read from its end. A median over three neighbours takes out single
 // points.
 //
+// Points of a scan are measured one after the other while the robot drives on. Where its way during
+// the scan is known, each is put where it is seen from the middle of the scan, which is the time of
+// the scan: without, walls are bent by as much as the robot turns in half of it.
+//
 // A wall of metal or paint that the ray meets at right angles shines as a reflector does. It is
 // told from one by its neighbours: a straight line is laid through the points around it that follow
 // without a gap (total least squares: the main axis of their scatter), and where the ray meets this
@@ -11,6 +15,7 @@
 // are believed.
 #pragma once
 
+#include "components/geometry/pose.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/scan2d.h"
@@ -23,6 +28,7 @@ struct LadarMounting {
   i32 y = 0;       // mm
   double rho = 0;  // rad
   bool upside_down = false;
+  bool is_reversed = false;  // its last point is measured first (SICK LMS200)
 };
 
 struct ScanFilter {
@@ -37,9 +43,14 @@ struct ScanFilter {
 };
 
 // Allocates nothing once `scan` has the room. refPos stays as it is. Points are in the order of
-// their angles, also of a ladar upside down.
+// their angles, also of a ladar upside down. `way`: of the robot from the first point that was
+// measured to the last one.
 void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFilter& filter,
-             Scan2dData& scan);
+             Scan2dData& scan, const Pose& way = {});
+
+// The way during a scan, from where odometry was at two times: as if it went on so. Stands still
+// when there is no time between them, or they are no way that a robot goes.
+Pose way_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan);
 
 // The intensities of that scan, from the camera that the ladar is, too: a row or a column of 12 or
 // 16 bits, high byte first. kInvalidArgument: it is no such picture, or not of that scan.

@@ -1,8 +1,10 @@
 #include "components/scan2d/ladar_scan.h"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -43,6 +45,57 @@ TEST(LadarScan, WhereTheLadarIs) {
   EXPECT_EQ(scan.points[0].y, 980);
   EXPECT_EQ(scan.points[1].x, -400);
   EXPECT_EQ(converted({point(90, 500)}, {.upside_down = true}).points[0].y, -500);
+}
+
+// A round wall at 10 m around where the robot is in the middle of the scan, seen while it turns and
+// goes: farthest off the wall's place, mm.
+double bent(const Pose& way, bool reversed, const Pose& said) {
+  constexpr int kPoints = 361;
+  const LadarMounting mounting{.x = 300, .y = -50, .rho = 0.1, .is_reversed = reversed};
+  LadarData ladar{.duration = 100, .maxRange = 30000};
+  std::vector<Pose> truth;
+  for (int i = 0; i < kPoints; ++i) {
+    const double after = (i / (kPoints - 1.0) - 0.5) * (reversed ? -1 : 1);
+    const Pose at = Pose{.x = after * way.x, .y = after * way.y, .rho = after * way.rho} +
+                    Pose{.x = 300, .y = -50, .rho = 0.1};
+    const LadarPoint seen = point(i / 2.0 - 90, 10000);
+    ladar.points.push_back(seen);
+    truth.push_back(at +
+                    Pose{.x = 10000 * std::cos(seen.angle), .y = 10000 * std::sin(seen.angle)});
+  }
+  Scan2dData scan;
+  convert(ladar, mounting, {}, scan, said);
+  double most = 0;
+  for (std::size_t i = 0; i < scan.points.size(); ++i)
+    most = std::max(most, std::hypot(scan.points[i].x - truth[i].x, scan.points[i].y - truth[i].y));
+  return most;
+}
+
+TEST(LadarScan, IsPutStraightByTheWay) {
+  // 1 rad/s and 1 m/s at 10 Hz; and 4 m/s at 75 Hz.
+  for (const bool reversed : {false, true}) {
+    const Pose turning{.x = 100, .y = 0, .rho = 0.1};
+    EXPECT_GT(bent(turning, reversed, {}), 450);
+    EXPECT_LT(bent(turning, reversed, turning), 1);
+    const Pose going{.x = 27, .y = 0, .rho = 0};
+    EXPECT_GT(bent(going, reversed, {}), 13);
+    EXPECT_LT(bent(going, reversed, going), 1);
+  }
+}
+
+TEST(LadarScan, TheWayIsThatOfItsDuration) {
+  const Pose before{.x = 1000, .y = 1000, .rho = radians(359)};
+  const Pose now = before + Pose{.x = 100, .y = 10, .rho = radians(4)};
+  const Pose way = way_during_scan(before, now, 50, 25);
+  EXPECT_NEAR(way.x, 50, 1e-6);
+  EXPECT_NEAR(way.y, 5, 1e-6);
+  EXPECT_NEAR(way.rho, radians(2), 1e-6) << "the short way round";
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const Pose& none :
+       {way_during_scan(before, now, 0, 25), way_during_scan(before, now, -50, 25),
+        way_during_scan(before, now, 50, 4e9), way_during_scan(before, {.x = 1e6}, 50, 25),
+        way_during_scan(before, {.x = kNan}, 50, 25), way_during_scan(before, now, 50, kNan)})
+    EXPECT_EQ(none.x, 0);
 }
 
 TEST(LadarScan, WhatIsTooFarOrNothing) {

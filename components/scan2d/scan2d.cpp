@@ -1,5 +1,7 @@
 // Scan2d: the scans of a ladar as points of the robot.
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <optional>
 
 #include "components/geometry/pose.h"
@@ -8,13 +10,15 @@
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/camera.h"
+#include "rack/proxies/odometry.h"
 #include "rack/proxies/position.h"
 
 namespace rack::scan2d {
 namespace {
 
-// The original's, in its order, and behind them where a camera of pictures is.
-constexpr std::array<ParameterInfo, 23> kParameters = {{
+// The original's, in its order; behind them where a camera of pictures is, and what tells how the
+// robot goes during a scan.
+constexpr std::array<ParameterInfo, 26> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
     {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
     {"cameraSys", 0, "system id of the camera", 0, kIdMax},
@@ -39,7 +43,15 @@ constexpr std::array<ParameterInfo, 23> kParameters = {{
     {"cameraPhi", 0.0F, "how it leans to the right, deg", -360, 360},
     {"cameraPsi", 0.0F, "how far it looks up, deg", -360, 360},
     {"cameraRho", 0.0F, "where it looks, clockwise, deg", -360, 360},
+    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
+    {"odometryInst", -1,
+     "instance of the odometry, by whose way during a scan its points are placed; -1: none", -1,
+     kIdMax},
+    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200)", 0, 1},
 }};
+
+constexpr u32 kLongest = 10000;                    // ms, of a scan
+constexpr std::chrono::milliseconds kAtLeast{50};  // so that whole mm and ms count for little
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2d",
@@ -85,6 +97,11 @@ class Scan2d : public DataModule<Scan2dData> {
       position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
       if (auto on = position_->on(); !on) return on;
     }
+    odometry_.reset();
+    if (integer("odometryInst") >= 0) {
+      odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
+      if (auto on = odometry_->on(); !on) return on;
+    }
     return DataModule::module_on();
   }
 
@@ -108,7 +125,8 @@ class Scan2d : public DataModule<Scan2dData> {
                  .y = integer("ladarOffsetY"),
                  .rho = radians(static_cast<double>(integer("ladarOffsetRho")) /
                                 integer("ladarOffsetRhoDivider")),
-                 .upside_down = integer("ladarUpsideDown") != 0};
+                 .upside_down = integer("ladarUpsideDown") != 0,
+                 .is_reversed = integer("ladarReversed") != 0};
     // Half a thousandth of a degree more: the ends are meant.
     filter_ = {.range_max = integer("maxRange"),
                .reduce = integer("reduce"),
@@ -126,7 +144,9 @@ class Scan2d : public DataModule<Scan2dData> {
     const auto patience = std::max<std::chrono::milliseconds>(3 * period(), kSilenceMin);
     if (auto come = ladar_->next(ladar_data_, patience); !come) return come;
     Scan2dData& scan = get_local_buffer();
-    convert(ladar_data_, mounting_, filter_, scan);
+    const auto way = way_of_scan();
+    if (!way) return way.error();
+    convert(ladar_data_, mounting_, filter_, scan, *way);
     if (position_) {
       const auto position = position_->get_data(scan.recordingTime);
       if (!position) return position.error();
@@ -137,6 +157,25 @@ class Scan2d : public DataModule<Scan2dData> {
       if (auto added = add_picture(scan); !added) return added;
     }
     return put_local_buffer();
+  }
+
+  // As far as the odometry knows: of the time before the middle of the scan, which it surely has.
+  // It may have begun just now: then as if the robot stood still.
+  Result<Pose> way_of_scan() {
+    if (!odometry_ || ladar_data_.duration == 0) return Pose{};
+    const std::chrono::milliseconds during(std::min<u32>(ladar_data_.duration, kLongest));
+    const TimeStamp time = ladar_data_.recordingTime;
+    const auto now = odometry_->get_data(time);
+    const auto before = odometry_->get_data(time - std::max(during, kAtLeast));
+    for (const auto* one : {&now, &before}) {
+      if (*one) continue;
+      if (one->error().code() == tims::Errc::kAnsweredError) return Pose{};
+      return one->error();
+    }
+    return way_during_scan(
+        Pose::of(before->pos), Pose::of(now->pos),
+        static_cast<double>((now->recordingTime - before->recordingTime).count()),
+        static_cast<double>(ladar_data_.duration.raw()));
   }
 
   Result<void> add_picture(Scan2dData& scan) {
@@ -156,6 +195,7 @@ class Scan2d : public DataModule<Scan2dData> {
   std::optional<CameraProxy> camera_;
   Result<CameraView> view_ = refused("it was not asked");
   std::optional<PositionProxy> position_;
+  std::optional<OdometryProxy> odometry_;
   LadarData ladar_data_;
   CameraData picture_;
   LadarMounting mounting_;

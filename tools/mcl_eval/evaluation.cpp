@@ -117,11 +117,12 @@ class Evaluation {
 
   Outcome run() {
     start();
-    const auto carried = trial_.kidnap ? kidnapping(truth_) : std::nullopt;
-    for (std::size_t i = first_; i < log_.scans.size(); ++i) {
-      if (carried && i == carried->leave) {
-        i = carried->arrive;
+    for (std::size_t i = first_; i < log_.scans.size() && !has_ended(); ++i) {
+      if (trial_.kidnap && i == trial_.kidnap->leave && !carried_at_) {
+        i = trial_.kidnap->arrive;
         drive_.carry(i);
+        at_ = static_cast<std::size_t>(
+            std::ranges::lower_bound(truth_.poses, i, {}, &TruePose::scan) - truth_.poses.begin());
         carried_at_ = drive_.driven();
       }
       step(i);
@@ -132,13 +133,15 @@ class Evaluation {
 
  private:
   void start() {
-    first_ = truth_.poses.empty() || trial_.global ? 0 : truth_.poses.front().scan;
+    at_ = std::min(trial_.begin, truth_.poses.size());
+    const bool knows = at_ < truth_.poses.size();
+    first_ = knows && (at_ > 0 || !trial_.global) ? truth_.poses[at_].scan : 0;
     if (trial_.global) return localiser_.start_anywhere();
     std::optional<Pose> at;
-    if (truth_.poses.empty()) {
+    if (!knows) {
       at = find_start(trial_, log_, field_);
     } else {
-      at = robot(truth_.poses.front().laser, first_);
+      at = robot(truth_.poses[at_].laser, first_);
     }
     if (!at) return localiser_.start_anywhere();
     Random random(trial_.seed);
@@ -147,6 +150,11 @@ class Evaluation {
     at->y += kStartWay * std::sin(direction);
     at->rho += random.uniform() < 0.5F ? -kStartTurn : kStartTurn;
     localiser_.start_at(*at, kStartWay, kStartTurn);
+  }
+
+  [[nodiscard]] bool has_ended() const {
+    const bool waits = trial_.kidnap && !carried_at_;
+    return !waits && drive_.driven() - carried_at_.value_or(0) > trial_.way_max * 1000;
   }
 
   [[nodiscard]] Pose robot(const Pose& laser, std::size_t scan) const {
@@ -170,7 +178,7 @@ class Evaluation {
       if (sure_) track_[i] = laser;
     }
     for (; at_ < truth_.poses.size() && truth_.poses[at_].scan <= i; ++at_)
-      if (truth_.poses[at_].scan == i && (trial_.global || i > first_))
+      if (truth_.poses[at_].scan == i && (trial_.global || i != first_))
         compare(error_of(laser, truth_.poses[at_].laser));
   }
 
@@ -236,7 +244,6 @@ class Evaluation {
 
 }  // namespace
 
-// From the middle of the truth on.
 std::optional<Kidnapping> kidnapping(const Truth& truth) {
   const auto& poses = truth.poses;
   for (std::size_t from = poses.size() / 2; from < poses.size(); ++from)
@@ -244,6 +251,28 @@ std::optional<Kidnapping> kidnapping(const Truth& truth) {
       if (error_of(poses[from].laser, poses[to].laser).way >= kCarried)
         return Kidnapping{poses[from].scan, poses[to].scan};
   return std::nullopt;
+}
+
+std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64_t seed) {
+  constexpr double kBefore = 30000;  // mm
+  constexpr double kAfter = 20000;
+  constexpr int kTries = 10000;  // a truth of one room has none
+  const auto& poses = truth.poses;
+  std::vector<double> way(poses.size());
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    way[i] = way[i - 1] + error_of(poses[i].laser, poses[i - 1].laser).way;
+  Random random(seed);
+  std::vector<Journey> found;
+  for (int i = 0; i < kTries && found.size() < count && !poses.empty(); ++i) {
+    const std::size_t leave = random.below(static_cast<std::uint32_t>(poses.size()));
+    const std::size_t arrive = random.below(static_cast<std::uint32_t>(poses.size()));
+    const bool has_room = way[leave] >= kBefore && way.back() - way[arrive] >= kAfter;
+    if (!has_room || error_of(poses[leave].laser, poses[arrive].laser).way < kCarried) continue;
+    const auto begin = std::ranges::upper_bound(way, way[leave] - kBefore) - way.begin();
+    found.push_back({.begin = static_cast<std::size_t>(begin) - 1,
+                     .kidnapping = {poses[leave].scan, poses[arrive].scan}});
+  }
+  return found;
 }
 
 Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,

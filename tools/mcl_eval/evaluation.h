@@ -7,12 +7,12 @@
 // it says counts from where it first was within a metre and 20 degrees.
 //
 // What makes it harder: odometry that is wrong, beams that people cut short, and the robot carried
-// away: half-way through the log it goes on where the robot was at least 10 m away, while the
-// odometry stands still.
+// away: it goes on where the robot was at least 10 m away, while the odometry stands still.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,16 +24,25 @@
 
 namespace rack::mcl_eval {
 
+// Where it is carried away and where it goes on, of the log's scans.
+struct Kidnapping {
+  std::size_t leave = 0;
+  std::size_t arrive = 0;
+};
+
 struct Trial {
   localisation::LocaliserSettings settings{};
   std::uint64_t seed = 1;
   double lag = 0;  // s: scans are older than their time
   bool global = false;
-  bool kidnap = false;
+  std::optional<Kidnapping> kidnap{};
   double odometry_scale = 1;  // of ways
   double odometry_drift = 0;  // deg/m
   double short_beams = 0;     // share
   bool keep_poses = false;
+  std::size_t begin = 0;  // of the truth's poses: where the drive begins
+  // m driven, since it was carried away if it is: there the drive ends.
+  double way_max = std::numeric_limits<double>::infinity();
 };
 
 // At one scan, of the robot; the odometry begins where the truth does, or else the estimate.
@@ -60,13 +69,16 @@ struct Outcome {
 // As columns with names between commas: tracks, and errors where there is a truth.
 std::string to_csv(std::span<const PoseRow> poses);
 
-// Where it is carried away and where it goes on, of the log's scans; nothing: its truth has no two
-// poses that are far enough apart.
-struct Kidnapping {
-  std::size_t leave;
-  std::size_t arrive;
-};
+// From the middle of the truth on; nothing: it has no two poses that are 10 m apart.
 std::optional<Kidnapping> kidnapping(const Truth& truth);
+
+// A drive from anywhere to anywhere else, at least 10 m away: it has gone on for 30 m before, and
+// 20 m are left.
+struct Journey {
+  std::size_t begin = 0;  // of the truth's poses
+  Kidnapping kidnapping{};
+};
+std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64_t seed);
 
 using Stopwatch = std::function<double()>;  // us
 

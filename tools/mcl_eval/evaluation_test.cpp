@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "components/localisation/ros_map.h"
+#include "tools/mcl_eval/table.h"
 
 namespace rack::mcl_eval {
 
@@ -123,12 +124,47 @@ TEST_F(EvaluationTest, AGlobalStartCountsFromWhereItWasFound) {
 TEST_F(EvaluationTest, CarriedAway) {
   ASSERT_TRUE(kidnapping(made_.poses).has_value());
   EXPECT_FALSE(kidnapping(made_.relations).has_value());
-  const Outcome outcome = evaluate({.kidnap = true}, made_.poses);
+  const Outcome outcome = evaluate({.kidnap = kidnapping(made_.poses)}, made_.poses);
   EXPECT_GT(quantile(outcome.metres, 1), 3);
   ASSERT_TRUE(outcome.refound_after.has_value());
   EXPECT_LT(*outcome.refound_after, 20);
   EXPECT_GT(outcome.recoveries, 0U);
   EXPECT_FALSE(outcome.lost);
+}
+
+// There and back: also to places that it passed before.
+TEST_F(EvaluationTest, CarriedFromAnywhereToAnywhere) {
+  EXPECT_TRUE(journeys(made_.relations, 10, 1).empty());
+  const auto all = journeys(made_.poses, 10, 1);
+  ASSERT_EQ(all.size(), 10U);
+  bool back = false;
+  std::uint64_t seed = 0;
+  for (const Journey& journey : all) {
+    EXPECT_LT(made_.poses.poses[journey.begin].scan, journey.kidnapping.leave);
+    back = back || journey.kidnapping.arrive < journey.kidnapping.leave;
+    const Outcome outcome = evaluate(
+        {.seed = ++seed, .kidnap = journey.kidnapping, .begin = journey.begin, .way_max = 20},
+        made_.poses);
+    EXPECT_TRUE(outcome.refound_after.has_value()) << seed;
+    EXPECT_LT(outcome.updates, 600U) << "it ends";
+  }
+  EXPECT_TRUE(back);
+}
+
+TEST_F(EvaluationTest, TheTableSaysWhatDidNotHold) {
+  std::vector<Recording> all;
+  all.push_back({"fr079", made_.log, field_, made_.poses, {}});
+  std::vector<Row> rows;
+  const auto keep = [&](const Row& row) { rows.push_back(row); };
+  const auto now = [this] { return us_ += 5; };
+  EXPECT_TRUE(measure(all, 2, now, keep));
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows[0].measured, "0 of 2");
+  for (TruePose& pose : all[0].poses.poses) pose.laser.x += 5000;
+  rows.clear();
+  EXPECT_FALSE(measure(all, 1, now, keep));
+  EXPECT_FALSE(rows[0].held);
+  EXPECT_EQ(rows[0].measured, "1 of 1");
 }
 
 TEST_F(EvaluationTest, MadeHarder) {

@@ -9,6 +9,7 @@
 #include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
 #include "tools/mcl_eval/evaluation.h"
+#include "tools/mcl_eval/table.h"
 
 namespace rack::mcl_eval {
 namespace {
@@ -23,6 +24,8 @@ struct Files {
 };
 
 struct Wanted {
+  bool kidnap = false;
+  std::string table{};  // the folder of the public logs
   std::uint64_t seeds = 1;
   std::optional<double> lag;
   bool json = false;
@@ -123,7 +126,8 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   if (truth.beside > 0)
     fmt::print(stderr, "mcl-eval: {}: {} lines of times that no scan has are left out\n",
                files.truth, truth.beside);
-  if (trial.kidnap && !kidnapping(truth))
+  if (wanted.kidnap) trial.kidnap = kidnapping(truth);
+  if (wanted.kidnap && !trial.kidnap)
     throw Failure(Exit::kNo, "bad_file",
                   fmt::format("{}: --kidnap needs poses that are 10 m apart", files.truth));
   trial.lag = wanted.lag ? *wanted.lag : localisation::estimate_lag(log);
@@ -148,6 +152,33 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   return lost ? Exit::kNo : Exit::kDone;
 }
 
+Recording read_recording(const std::string& folder, const std::string& name) {
+  const std::string base = folder + "/" + name;
+  auto log = well(localisation::read_carmen(read_file(base + ".clf")), base + ".clf");
+  const auto truth = [&](const char* kind) {
+    return well(read_truth(read_file(base + kind), log), base + kind);
+  };
+  Truth poses = truth(".poses.txt");
+  Truth relations = name == "aces" ? truth(".relations") : Truth{};
+  return {name, std::move(log), read_field(base + "-map.yaml"), std::move(poses),
+          std::move(relations)};
+}
+
+Exit print_table(const Wanted& wanted) {
+  std::vector<Recording> recordings;
+  for (const char* name : {"aces", "intel", "fr079"})
+    recordings.push_back(read_recording(wanted.table, name));
+  static constexpr const char* kRow = "| {:<62} | {:>12} | {:>24} | {:<8} |\n";
+  fmt::print(kRow, "what", "wanted", fmt::format("measured, {} seeds", wanted.seeds), "");
+  fmt::print("|---|--:|--:|---|\n");
+  const bool held = measure(
+      recordings, static_cast<std::uint32_t>(wanted.seeds), stopwatch_us, [](const Row& row) {
+        fmt::print(kRow, row.what, row.wanted, row.measured, row.held ? "held" : "NOT HELD");
+        std::fflush(stdout);
+      });
+  return held ? Exit::kDone : Exit::kNo;
+}
+
 constexpr const char* kAbout =
     "How well Monte Carlo localisation does on a recorded drive.\n\n"
     "The localiser gets the log's odometry and scans, what it says is compared with TRUTH: poses "
@@ -161,15 +192,15 @@ constexpr const char* kAbout =
     "Tracking starts half a metre and 15 degrees beside the truth; with relations it starts where\n"
     "a global start on the same log says that it began.";
 constexpr const char* kExits =
-    "Exit status: 0 done, 1 lost, or a file is broken (FILE: line N: what), 2 wrong command line,\n"
+    "Exit status: 0 done, 1 lost, not held, or a file is broken (FILE: line N: what), 2 wrong "
+    "command line,\n"
     "4 no such file, 5 a file cannot be written.";
 
 void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
-  app.add_option("LOG", files.log, "log of CARMEN, .clf")->required();
+  app.add_option("LOG", files.log, "log of CARMEN, .clf");
   app.add_option("MAP", files.map,
-                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)")
-      ->required();
-  app.add_option("TRUTH", files.truth, "poses or relations")->required();
+                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)");
+  app.add_option("TRUTH", files.truth, "poses or relations");
   app.add_option("--particles", trial.settings.filter.particles, "while it knows where it is")
       ->capture_default_str()
       ->check(CLI::Range(1U, 1000000U));
@@ -182,7 +213,7 @@ void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
   app.add_option("--lag", wanted.lag, "age of scans, s (default: seen from the log's turns)")
       ->check(CLI::Range(-10.0, 10.0));
   app.add_flag("--global", trial.global, "it does not know where it starts");
-  app.add_flag("--kidnap", trial.kidnap, "half-way it is carried 10 m away");
+  app.add_flag("--kidnap", wanted.kidnap, "half-way it is carried 10 m away");
   app.add_option("--odometry-scale", trial.odometry_scale, "1.1: ways are said 10 % too long")
       ->check(CLI::Range(0.1, 10.0));
   app.add_option("--odometry-drift", trial.odometry_drift, "deg/m")->check(CLI::Range(-90.0, 90.0));
@@ -191,6 +222,10 @@ void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
   app.add_option("--poses", wanted.poses,
                  "file for what was said at each scan, and how far off: columns with names between "
                  "commas, of\nthe first seed; `timsctl nav plot` draws it");
+  app.add_option("--table", wanted.table,
+                 "instead of LOG MAP TRUTH: folder of the public logs aces, intel and fr079, their "
+                 "maps and truths,\nunpacked; prints what has to be reached and what was, in 10 "
+                 "seeds unless --seeds says otherwise");
   app.add_flag("--json", wanted.json, "a JSON object a line");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
@@ -211,10 +246,16 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
   }
+  if (wanted.table.empty() == files.truth.empty()) {
+    fmt::print(stderr, "mcl-eval: LOG, MAP and TRUTH are needed, or --table alone; see --help\n");
+    return static_cast<int>(Exit::kUsage);
+  }
+  if (app.count("--seeds") == 0 && !wanted.table.empty()) wanted.seeds = 10;
   trial.settings.filter.particles_max =
       std::max(trial.settings.filter.particles_max, trial.settings.filter.particles);
   try {
-    return static_cast<int>(evaluate(files, trial, wanted));
+    return static_cast<int>(wanted.table.empty() ? evaluate(files, trial, wanted)
+                                                 : print_table(wanted));
   } catch (const Failure& failure) {
     fmt::print(stderr, "mcl-eval: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
                failure.hint);
