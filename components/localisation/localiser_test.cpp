@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "components/localisation/mcl_messages.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::localisation {
@@ -218,9 +219,85 @@ TEST(Localiser, ItsCovarianceIsHonest) {
       ++count;
     }
   }
-  // It says a little less than it knows: weights are flat on purpose.
+  // It says less than it knows, on purpose: weights are flat, as beams of real walls err together.
+  // Here each errs alone.
   EXPECT_GT(sum / count, 1.5);
   EXPECT_LT(sum / count, 3.2) << "it says more than it knows";
+}
+
+// --- a place that looks like another one
+
+// A corridor that looks the same from both ends but for a niche behind one of them.
+DxfDrawing corridor() {
+  DxfDrawing drawing;
+  drawing.lines = {{{0, 0}, {20, 0}},  {{20, 0}, {20, 2}}, {{20, 2}, {16, 2}}, {{16, 2}, {16, 5}},
+                   {{16, 5}, {13, 5}}, {{13, 5}, {13, 2}}, {{13, 2}, {0, 2}},  {{0, 2}, {0, 0}}};
+  return drawing;
+}
+
+struct Search {
+  int sure = 0;   // of the scans that tell nothing of which end it is
+  int wrong = 0;  // and at the other end
+  bool is_found = false;
+};
+
+constexpr int kToAndFro = 150;
+
+// It looks at the west end, which is like the east one, going to it and back; then it drives
+// backwards past the niche.
+Search search_in_corridor(std::uint64_t seed, const LikelihoodField& field, bool begins_wrong) {
+  const FloorMap rays(corridor(), 1000, 0, 0);
+  Localiser localiser({}, seed);
+  localiser.start_anywhere();
+  if (begins_wrong)  // at the other end
+    localiser.start_at({.x = 1000, .y = 16500, .rho = kPi / 2}, 100, 0.1);
+  Random noise(seed);
+  std::vector<BeamEnd> beams;
+  std::array<double, 181> ranges{};
+  Search search;
+  for (int i = 0; i < kToAndFro + 140; ++i) {
+    const int part = i < kToAndFro ? i % 50 : 50 + i - kToAndFro;
+    const double east = 1000 + 100.0 * std::abs(25 - part);
+    const Pose truth{.x = 1000, .y = east, .rho = 3 * kPi / 2};  // x north, y east
+    rays.cast({{truth.x, truth.y}, truth.rho - kPi / 2, kPi / 180}, 6000, ranges);
+    beams.clear();
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      if (ranges[k] >= 6000) continue;  // nothing seen
+      const double range = ranges[k] + 20 * static_cast<double>(noise.normal());
+      const double angle = -kPi / 2 + static_cast<double>(k) * kPi / 180;
+      beams.push_back({static_cast<float>(range * std::cos(angle)),
+                       static_cast<float>(range * std::sin(angle))});
+    }
+    localiser.take(field, {.x = -east}, beams);
+    const Pose off = localiser.pose() - truth;
+    const bool is_near = std::hypot(off.x, off.y) < 500 && std::abs(signed_angle(off.rho)) < 0.3;
+    const bool sure = is_sure(localiser.estimate(), 500);
+    if (i < kToAndFro && sure) ++search.sure;
+    if (i < kToAndFro && sure && !is_near) ++search.wrong;
+    search.is_found = is_near && sure;
+  }
+  return search;
+}
+
+TEST(Localiser, IsNotSureWherePlacesLookAlikeAndFoundWhenTheyDoNot) {
+  const auto map = read_map(corridor(), 1000, 0, 0, 50);
+  ASSERT_TRUE(map.ok());
+  const auto field = LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  int sure = 0;
+  int found = 0;
+  int back = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Search search = search_in_corridor(seed, *field, false);
+    sure += search.sure;
+    if (search.is_found) ++found;
+    const Search wrong = search_in_corridor(seed, *field, true);
+    EXPECT_GT(wrong.wrong, kToAndFro / 2) << "nothing there says that it is wrong";
+    if (wrong.is_found) ++back;
+  }
+  EXPECT_LT(sure, 10 * kToAndFro / 4) << "of " << 10 * kToAndFro;
+  EXPECT_EQ(found, 10);
+  EXPECT_GE(back, 9);
 }
 
 TEST(Localiser, TheSameSeedIsTheSameWay) {

@@ -15,7 +15,9 @@ constexpr float kTurn = static_cast<float>(2 * kPi);
 constexpr double kClusterRadius = 1000;  // mm
 constexpr double kClusterAngle = kPi / 6;
 constexpr std::uint32_t kTriesAtStart = 20;
-constexpr std::uint32_t kTriesInRecovery = 50;
+// Of all particles that are drawn anew in one step: few of them are each the best of many.
+constexpr std::size_t kDrawsInRecovery = 25000;
+constexpr std::size_t kTriesInRecoveryMost = 500;
 constexpr std::uint32_t kTriesNearby = 30;
 constexpr std::size_t kJumpShare = 5;  // a fifth of the cloud
 constexpr double kInjectedShareMax = 0.5;
@@ -322,8 +324,10 @@ void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams) 
     const std::size_t around = random_.below(static_cast<std::uint32_t>(kept));
     add_fitting(field, beams, kTriesNearby, [&] { return near(around); });
   }
+  const auto tries = static_cast<std::uint32_t>(
+      std::min(kTriesInRecoveryMost, kDrawsInRecovery / std::max<std::size_t>(1, anew)));
   for (std::size_t i = 0; i < anew; ++i)
-    add_fitting(field, beams, kTriesInRecovery, [&] { return anywhere(field); });
+    add_fitting(field, beams, tries, [&] { return anywhere(field); });
   injected_ = anew;
   even_weights();
 }
