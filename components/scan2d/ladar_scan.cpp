@@ -137,7 +137,8 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
     const LadarPoint& point = ladar.points[i];
     const double angle = mounting.upside_down ? -point.angle : point.angle.raw();
     // Also leaves out angles that are no number.
-    if (!(angle >= filter.angle_min && angle <= filter.angle_max)) continue;
+    const bool is_seen = angle >= filter.angle_min && angle <= filter.angle_max;
+    if (!is_seen) continue;
     i32 distance = distance_of(ladar, i, filter.median);
     i32 type = type_of(point);
     if (distance >= scan.maxRange || distance <= 0) {
