@@ -26,7 +26,7 @@ tims::Session connect(const std::string& socket) {
       socket);
 }
 
-tims::Mailbox open(tims::Session& session, tims::MailboxOptions options) {
+tims::Mailbox open_at(tims::Session& session, tims::MailboxOptions options) {
   const auto widths = session.address_widths();
   const std::uint32_t system = session.router().fields(widths).system;
   for (int taken = 1;; ++taken) {
@@ -51,8 +51,8 @@ tims::Address address_of(std::string_view component) {
 
 Ears::Ears(std::string_view host, const std::string& socket, Hear hear)
     : hear_(std::move(hear)), session_(connect(socket)) {
-  work_.emplace(open(session_, {.slots = 16, .body_max = 1U << 20}));
-  stream_.emplace(open(session_, {.slots = 256, .body_max = kLargest}));
+  work_.emplace(open({.slots = 16, .body_max = 1U << 20}));
+  stream_.emplace(open({.slots = 256, .body_max = kLargest}));
   for (std::size_t i = 0; i < kStreams.size(); ++i) {
     if (kStreams.at(i).host != host) continue;
     auto heard = std::make_unique<Heard>();
@@ -72,6 +72,8 @@ Ears::~Ears() {
   ending_ = true;
   thread_.join();
 }
+
+tims::Mailbox Ears::open(const tims::MailboxOptions& options) { return open_at(session_, options); }
 
 void Ears::listen() {
   while (!ending_) {

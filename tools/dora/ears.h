@@ -62,6 +62,8 @@ class Ears {
 
   // Asks those for data that have been silent, again and again.
   void keep();
+  // Of its session.
+  tims::Mailbox open(const tims::MailboxOptions& options);
   // For calls of the main thread.
   [[nodiscard]] tims::Mailbox& work() { return *work_; }
   // Without a real-time priority it is as late as others are.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "rack/codec/codec.h"
 
@@ -68,6 +69,11 @@ void Notes::end_span() {
   counts_ = false;
 }
 
+bool Notes::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
 std::vector<std::vector<Time>> Notes::spans(std::size_t stream) const {
   const std::lock_guard lock(mutex_);
   return spans_.at(stream);
@@ -130,7 +136,8 @@ void Notes::take_truth(const tims::MessageView& message, Time at) {
                               .rho = static_cast<double>(dora->pos.rho)},
                      .speed = static_cast<double>(dora->vx),
                      .way = static_cast<double>(dora->way),
-                     .contacts = dora->contacts()});
+                     .posts = dora->obstacles,
+                     .others = dora->contacts() - dora->obstacles});
 }
 
 TruthNote Notes::truth() const {

@@ -3,11 +3,11 @@
 
 #include <array>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "components/geometry/pose.h"
+#include "rack/priority_mutex.h"
 #include "rack/proxies/path.h"
 #include "rack/proxies/pilot.h"
 #include "rack/proxies/position.h"
@@ -28,7 +28,8 @@ struct TruthNote {
   Pose pose;
   double speed = 0;  // mm/s, forward
   double way = 0;    // mm, since the world began
-  u32 contacts = 0;
+  u32 posts = 0;     // it has driven against, of what was put there
+  u32 others = 0;    // walls, people
 };
 struct ScanNote {
   Time at;
@@ -44,6 +45,7 @@ class Notes {
   // Gaps that somebody made on purpose are between two spans.
   void begin_span();
   void end_span();
+  [[nodiscard]] bool counts() const;
   [[nodiscard]] std::vector<std::vector<Time>> spans(std::size_t stream) const;
 
   [[nodiscard]] std::optional<Time> last(std::size_t stream) const;
@@ -69,7 +71,8 @@ class Notes {
   void take_truth(const tims::MessageView& message, Time at);
   [[nodiscard]] std::optional<Pose> truth_of(TimeStamp time) const;
 
-  mutable std::mutex mutex_;
+  // Whoever reads has the priority of the thread that has heard something: it is not late for that.
+  mutable PriorityMutex mutex_;
   bool counts_ = false;
   std::array<std::vector<std::vector<Time>>, kStreams.size()> spans_;
   std::array<std::optional<Time>, kStreams.size()> last_;

@@ -11,6 +11,7 @@
 #include "tools/cli/connection.h"
 #include "tools/dora/ears.h"
 #include "tools/dora/judgement.h"
+#include "tools/dora/load.h"
 #include "tools/dora/notes.h"
 #include "tools/dora/reference_timer.h"
 #include "tools/sim/running_fleet.h"
@@ -42,9 +43,12 @@ class Scenario {
   void begin_to_drive();
   void measure_periods(Duration length);
   void kill_routers();
-  void try_obstacles(Time until);
-  void step_before_her();
+  // `reactions`: where (b) is noted.
+  void try_obstacles(Time until, std::vector<double>& reactions);
+  void try_obstacles_under_load(Duration length);
+  void step_before_her(std::vector<double>& reactions);
   void appear_before_her();
+  void stand_and_remove(i32 post, u32 contacts_before);
   void pull_out_her_eyes();
   void carry_her_away();
   void drive_by_satellites(Duration length);
@@ -52,20 +56,26 @@ class Scenario {
   void kill_router(std::string_view host);
   void judge_periods(const TimerQuality& timer);
   void judge_trials(const TimerQuality& timer);
+  void judge_reactions(const TimerQuality& timer);
+  void judge_means(const TimerQuality& timer);
 
   // --- what it does
 
   void turn_on(std::string_view component);
   // To the beginning of her round, and off.
   void begin_round();
-  // When she has come to its end, or has lost her path: another round.
+  // When she has come near its end, or has lost her path: another round.
   void keep_driving();
+  [[nodiscard]] bool is_near_end() const;
+  [[nodiscard]] bool is_short() const;
   std::optional<i32> put_post(double ahead);
   void remove_post(i32 id);
   [[nodiscard]] static tims::Address world();
   [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);
   [[nodiscard]] static TimeStamp wall_of(Time time);
   [[nodiscard]] tims::Mailbox& work() { return ears_.front()->work(); }
+  // Where the world is.
+  [[nodiscard]] tims::Mailbox& base() { return ears_.back()->work(); }
   // How long it takes until she drives, counted from that time (now).
   std::optional<Duration> drives_within(Duration limit, std::optional<Time> since_when = {});
   // Until it is so, or the limit; ears are kept meanwhile.
@@ -86,7 +96,12 @@ class Scenario {
   localisation::Random random_{17};
   int posts_ = 0;
   u32 contacts_ = 0;
+  u32 others_before_ = 0;  // when she began to drive
   std::vector<double> reactions_ms_;
+  std::vector<double> loaded_reactions_ms_;
+  std::optional<Load> load_;
+  std::string no_load_;  // why not
+  Duration obstacles_for_{};
   std::vector<double> unplugged_ms_;
   std::vector<double> plugged_ms_;
   std::vector<double> lateral_mm_;

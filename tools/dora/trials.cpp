@@ -21,10 +21,15 @@ constexpr double kPost = 250;          // radius
 constexpr double kTight = 600;         // from her to a post that wants MOVE 0 at once, mm
 constexpr double kDecelerates = 2000;  // mm/s2
 constexpr double kReaction = 0.2;      // s
-constexpr double kMargins = 900;       // she keeps, and half a metre more
-constexpr double kStraysMax = 4000;    // further than that things are put behind, mm
+constexpr double kMargin = 200;        // she keeps, mm
+constexpr double kMore = 500;          // than that
+constexpr double kSlow = 400;          // mm/s
+constexpr double kWalks = 900;
+constexpr Duration kTakesNotice = 300ms;  // of a post
+constexpr Duration kLoads = 2s;           // until there is a stream
+constexpr double kStraysMax = 4000;       // further than that things are put behind, mm
 constexpr Duration kPatience = 20s;
-constexpr double kStandsStill = 20;  // mm/s
+constexpr double kStandsStill = 60;  // mm/s: she creeps up to her margin
 constexpr double kFast = 3000;       // mm/s
 constexpr double kCarried = 20000;   // mm
 constexpr double kFound = 500;       // mm off
@@ -48,25 +53,26 @@ std::optional<i32> Scenario::put_post(double ahead) {
   notes_.look_at(seen.x, seen.y, kPost + kReaction * truth.speed + 400);
   WorldObstacle post{.radius = static_cast<i32>(kPost)};
   post.pos = {.x = whole_millimetres(at.x), .y = whole_millimetres(at.y)};
-  const auto put = WorldProxy(work(), world()).put(post);
+  const auto put = WorldProxy(base(), world()).put(post);
   if (!put) return {};
   return put->id;
 }
 
 void Scenario::remove_post(i32 id) {
-  WorldProxy world_proxy(work(), world());
+  WorldProxy world_proxy(base(), world());
   await(kPatience, [&] { return world_proxy.remove(id).ok(); });
 }
 
 // From a stand: something is right before her.
-void Scenario::step_before_her() {
+void Scenario::step_before_her(std::vector<double>& reactions) {
   const auto is_slow = [&] {
     const double speed = notes_.truth().speed;
-    return speed > 400 && speed < 900;
+    return speed > kSlow && speed < kWalks;
   };
   if (!await(kPatience, is_slow)) return;
   const TimeStamp put_at = time_stamp();
   const Time since = tims::os::now();
+  const u32 contacts = notes_.truth().posts;
   const auto post = put_post(kFront + kPost + kTight);
   if (!post) return;
   std::optional<ScanNote> seen;
@@ -79,39 +85,65 @@ void Scenario::step_before_her() {
   if (seen && stop) {
     // The scan is of its recording time; it came when it was whole.
     const auto age = wall_of(stop->at) - seen->recorded;
-    reactions_ms_.push_back(static_cast<double>(age.count()));
+    reactions.push_back(static_cast<double>(age.count()));
   } else if (seen) {
-    reactions_ms_.push_back(1000);
+    reactions.push_back(1000);
   }
-  await(2s, [&] { return notes_.truth().speed < kStandsStill; });
-  remove_post(*post);
+  stand_and_remove(*post, contacts);
 }
 
-// At speed: something appears as near as she can still stop.
+// At any speed: something appears as near as she can still stop. Most speeds are low ones: of those
+// there are many in a minute.
 void Scenario::appear_before_her() {
-  if (!await(6s, [&] { return notes_.truth().speed > kFast; }) && notes_.truth().speed < 1000)
-    return;
-  const double speed = notes_.truth().speed;
-  const double stops_in = speed * kReaction + speed * speed / (2 * kDecelerates);
-  const auto post = put_post(kFront + kPost + stops_in + kMargins + random_.uniform() * kStraysMax);
-  if (!post) return;
+  const double part = random_.uniform();
+  const double wished = kSlow + part * part * (kFast + 500 - kSlow);
+  await(5s, [&] { return notes_.truth().speed > wished; });
+  const TruthNote truth = notes_.truth();
+  if (truth.speed < kSlow) return;
+  const double stops_in = truth.speed * kReaction + truth.speed * truth.speed / (2 * kDecelerates);
+  const auto post = put_post(kFront + kPost + stops_in + kMargin + random_.uniform() * kMore);
+  if (post) stand_and_remove(*post, truth.posts);
+}
+
+void Scenario::stand_and_remove(i32 post, u32 contacts_before) {
   ++posts_;
   const Time since = tims::os::now();
-  const auto contacts = notes_.truth().contacts;
-  await(5s, [&] { return tims::os::now() - since > 1s && notes_.truth().speed < kStandsStill; });
-  contacts_ += notes_.truth().contacts - contacts;
-  remove_post(*post);
+  await(5s, [&] {
+    return tims::os::now() - since > kTakesNotice && notes_.truth().speed < kStandsStill;
+  });
+  if (const u32 more = notes_.truth().posts - contacts_before; more > 0) {
+    contacts_ += more;
+    say("    she has driven against a post");
+  }
+  remove_post(post);
 }
 
-void Scenario::try_obstacles(Time until) {
+void Scenario::try_obstacles(Time until, std::vector<double>& reactions) {
   say("(b) (c) posts before her feet");
+  const Time since = tims::os::now();
+  const int posts_before = posts_;
   do {
     keep_driving();
-    step_before_her();
+    if (notes_.truth().speed < kWalks) step_before_her(reactions);
     appear_before_her();
   } while (tims::os::now() < until);
-  say(fmt::format("    {} posts, {} contacts; {} stops from a stand", posts_, contacts_,
-                  reactions_ms_.size()));
+  obstacles_for_ += tims::os::now() - since;
+  say(fmt::format("    {} posts, {} of them right before her; {} contacts so far",
+                  posts_ - posts_before, reactions.size(), contacts_));
+}
+
+void Scenario::try_obstacles_under_load(Duration length) {
+  say("(b) pictures of 1 MiB and a recording go to the base");
+  try {
+    load_.emplace(*ears_.back());
+  } catch (const timsctl::Failure& failure) {
+    no_load_ = failure.message;
+    say("    not here: " + no_load_);
+    return;
+  }
+  pause(kLoads);
+  try_obstacles(tims::os::now() + length, loaded_reactions_ms_);
+  load_->end();
 }
 
 // --- (g)
@@ -120,7 +152,7 @@ void Scenario::pull_out_her_eyes() {
   keep_driving();
   await(6s, [&] { return notes_.truth().speed > kFast; });
   say("(g) her laser is pulled out, and plugged in again");
-  WorldProxy world_proxy(work(), world());
+  WorldProxy world_proxy(base(), world());
   const Time pulled = tims::os::now();
   timsctl::value_or_fail(world_proxy.plug("dora", "laser", false), "World(1/0)");
   std::optional<PilotNote> stop;
@@ -153,7 +185,7 @@ void Scenario::carry_her_away() {
   say("(e) she is carried 20 m on");
   const Pose there = ahead_of(path.splines, *place, kCarried);
   const Time carried = tims::os::now();
-  timsctl::value_or_fail(WorldProxy(work(), world())
+  timsctl::value_or_fail(WorldProxy(base(), world())
                              .place("dora", {.x = whole_millimetres(there.x),
                                              .y = whole_millimetres(there.y),
                                              .rho = static_cast<f32>(there.rho)}),

@@ -1,0 +1,112 @@
+// `rack-dora`, for a short while: the whole fleet of the robot Dora, what is done to her, and that
+// nothing of it stays. How late things may be is for a quiet machine to judge, not for this test.
+#include <csignal>
+#include <filesystem>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/support/child_process.h"
+#include "tests/support/patience.h"
+
+namespace tims::test {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::IsEmpty;
+
+constexpr int kInterrupted = 130;
+constexpr int kNoFleet = 5;
+
+class DoraTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (::geteuid() != 0) GTEST_SKIP() << "network namespaces need root";
+    if (!lines().empty()) GTEST_SKIP() << "another one drives here: " << lines().front();
+  }
+  static ChildProcess start(std::vector<std::string> arguments) {
+    std::vector<std::string> command = {DORA_PROGRAM, "--fleet-file", DORA_FLEET};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    auto child = ChildProcess::start(std::move(command));
+    EXPECT_TRUE(child) << child.error().message();
+    return std::move(*child);
+  }
+  // What a fleet of that process would have left.
+  static std::vector<std::string> left_by(pid_t process) {
+    std::vector<std::string> left;
+    const std::string name = "dora" + std::to_string(process % 100000);
+    for (const char* const folder : {"/run/netns", "/run/tims-sim", "/tmp"}) {
+      std::error_code none;
+      for (const auto& entry : fs::directory_iterator(folder, none))
+        if (entry.path().filename().string().find(name) != std::string::npos)
+          left.push_back(entry.path());
+    }
+    for (std::string& line : lines()) left.push_back(std::move(line));
+    return left;
+  }
+  // Of her devices: there are no two of them at the same time.
+  static std::vector<std::string> lines() {
+    std::vector<std::string> all;
+    for (const auto& entry : fs::directory_iterator("/tmp"))
+      if (entry.path().filename().string().starts_with("rack-dora-1-")) all.push_back(entry.path());
+    return all;
+  }
+};
+
+std::string text(const json::object& row, const char* name) {
+  return std::string(row.at(name).as_string());
+}
+
+TEST_F(DoraTest, DrivesStopsAndGoesOnByHerself) {
+  auto dora = start({"--for", "5s", "--json"});
+  const pid_t process = dora.pid();
+  const auto ended = dora.wait(90s);
+  ASSERT_TRUE(ended) << dora.output();
+  if (ended->code == kNoFleet) GTEST_SKIP() << "no network namespaces here: " << dora.output();
+  EXPECT_THAT((std::vector{0, 1, 3}), Contains(ended->code)) << dora.output();
+  const auto table = json::parse(dora.standard_output()).as_object();
+  std::vector<std::string> failed;
+  int periods = 0;
+  for (const auto& item : table.at("items").as_array()) {
+    const auto& row = item.as_object();
+    const std::string what = text(row, "what");
+    const std::string measured = text(row, "measured");
+    const bool held = text(row, "verdict") == "held";
+    // All of them came, in time or not.
+    if (what.starts_with("period of ")) {
+      ++periods;
+      if (measured.find("messages came") != std::string::npos) failed.push_back(what);
+    } else if (what.starts_with("posts that appear") || what == "no program ends by itself") {
+      if (!held) failed.push_back(what + ": " + measured);
+    } else if (measured == "it did not happen" || measured == "nothing was measured") {
+      failed.push_back(what + ": " + measured);
+    }
+  }
+  EXPECT_EQ(periods, 10);
+  EXPECT_THAT(failed, IsEmpty());
+  EXPECT_THAT(left_by(process), IsEmpty());
+}
+
+TEST_F(DoraTest, LeavesNothingWhenItIsInterrupted) {
+  auto dora = start({"--for", "1min"});
+  const pid_t process = dora.pid();
+  if (!dora.wait_for_line("she drives", 60s)) {
+    const auto ended = dora.wait(1s);
+    if (ended && ended->code == kNoFleet) GTEST_SKIP() << "no network namespaces here";
+    FAIL() << dora.output();
+  }
+  const auto ended = dora.stop(SIGINT, 30s);
+  ASSERT_TRUE(ended) << dora.output();
+  EXPECT_EQ(ended->code, kInterrupted);
+  EXPECT_THAT(left_by(process), IsEmpty());
+}
+
+}  // namespace
+}  // namespace tims::test
