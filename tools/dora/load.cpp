@@ -40,7 +40,7 @@ void need(const Result<void>& done, const std::string& who) {
 
 // Noise: nothing makes it smaller, nowhere on its way.
 std::vector<std::byte> picture() {
-  constexpr device::PictureSize kSize{.width = 1024, .height = 960};
+  constexpr device::PictureSize kSize{.width = 1024, .height = 672};
   localisation::Random random(1);
   std::vector<std::byte> pixels(std::size_t{kSize.width} * kSize.height);
   for (std::byte& pixel : pixels) pixel = static_cast<std::byte>(random.uniform() * 256);

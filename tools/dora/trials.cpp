@@ -20,10 +20,12 @@ constexpr double kFront = 1150;        // of her hull
 constexpr double kPost = 250;          // radius
 constexpr double kTight = 600;         // from her to a post that wants MOVE 0 at once, mm
 constexpr double kDecelerates = 2000;  // mm/s2
-constexpr double kReaction = 0.2;      // s
-constexpr double kMargin = 200;        // she keeps, mm
-constexpr double kMore = 500;          // than that
-constexpr double kSlow = 400;          // mm/s
+constexpr double kAccelerates = 1000;  // mm/s2
+constexpr double kReaction =
+    0.25;                        // s: a scan, pilot, chassis, its lag, and the truth is 20 ms old
+constexpr double kMargin = 200;  // she keeps, mm
+constexpr double kMore = 500;    // than that
+constexpr double kSlow = 400;    // mm/s
 constexpr double kWalks = 900;
 constexpr Duration kTakesNotice = 300ms;  // of a post
 constexpr Duration kLoads = 2s;           // until there is a stream
@@ -100,7 +102,9 @@ void Scenario::appear_before_her() {
   await(5s, [&] { return notes_.truth().speed > wished; });
   const TruthNote truth = notes_.truth();
   if (truth.speed < kSlow) return;
-  const double stops_in = truth.speed * kReaction + truth.speed * truth.speed / (2 * kDecelerates);
+  // Until she reacts she may get faster.
+  const double then = truth.speed + kReaction * kAccelerates;
+  const double stops_in = then * kReaction + then * then / (2 * kDecelerates);
   const auto post = put_post(kFront + kPost + stops_in + kMargin + random_.uniform() * kMore);
   if (post) stand_and_remove(*post, truth.posts);
 }
