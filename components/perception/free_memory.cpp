@@ -24,6 +24,8 @@ constexpr std::size_t kSightsOfSearch = 180;
 
 FreeMemory::FreeMemory() : frames_(kFramesMax) {
   through_.reserve(decltype(Scan2dData::points)::kMax);
+  met_.reserve(decltype(Scan2dData::points)::kMax);
+  met_now_.reserve(decltype(Scan2dData::points)::kMax);
   now_.reserve(decltype(Scan2dData::points)::kMax);
 }
 
@@ -50,14 +52,17 @@ void FreeMemory::compare(const Frame& frame, double age, std::vector<Sight>& sig
     const auto free = static_cast<double>(frame.free[at]);
     const auto met = static_cast<double>(frame.met[at]);
     now_[i] = sight.hit && free > away * (1 + kBeyondPart) + kBeyond ? 1 : 0;
-    if (sight.hit && std::abs(met - away) < kSamePlace) sight.stood = std::max(sight.stood, age);
+    met_now_[i] = sight.hit && std::abs(met - away) < kSamePlace ? 1 : 0;
+    if (met_now_[i] != 0) sight.stood = std::max(sight.stood, age);
   }
 }
 
 void FreeMemory::look(ScanView& scan, double seconds) {
   std::vector<Sight>& sights = scan.sights();
   through_.assign(sights.size(), 0);
+  met_.assign(sights.size(), 0);
   now_.assign(sights.size(), 0);
+  met_now_.assign(sights.size(), 0);
   const auto hits = std::ranges::count_if(sights, &Sight::hit);
   for (Frame& frame : frames_) {
     if (!frame.valid || seconds - frame.seconds < kYoungest) continue;
@@ -72,9 +77,13 @@ void FreeMemory::look(ScanView& scan, double seconds) {
       frame.valid = false;
       continue;
     }
-    for (std::size_t i = 0; i < sights.size(); ++i) through_[i] += now_[i];
+    for (std::size_t i = 0; i < sights.size(); ++i) {
+      through_[i] += now_[i];
+      met_[i] += met_now_[i];
+    }
   }
-  for (std::size_t i = 0; i < sights.size(); ++i) sights[i].moved = through_[i] >= kAgreeing;
+  for (std::size_t i = 0; i < sights.size(); ++i)
+    sights[i].moved = through_[i] >= kAgreeing && through_[i] >= met_[i];
   if (!any_ || seconds - kept_ >= kBetween) keep(scan, seconds);
 }
 

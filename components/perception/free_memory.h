@@ -3,12 +3,13 @@
 // A beam that ended at 5 m has seen that nothing stood on its way (the violation of free space, as
 // Wang and Thorpe used it in 2002). Some earlier scans are kept, each as a table of how far it was
 // free in each direction, and each point of a new scan is looked up in them: it is one that has
-// moved if at least two of them saw well beyond it. What has always stood there was never looked
-// through, whatever it is; a person that stops becomes part of the room when the last scan that saw
-// the place empty is forgotten. Neighbouring beams must agree, since an edge is hit by one scan and
-// missed by the next; and a kept scan that half of the new one contradicts was made somewhere else
-// than the odometry says, so that it is forgotten. The same look-up tells since when something has
-// stood at a place: who has just come there is not it.
+// moved if at least two of them saw well beyond it, and no fewer than have met something there:
+// thin legs of furniture are met by one scan and missed by the next. What has always stood there
+// was never looked through, whatever it is; a person that stops becomes part of the room when the
+// last scan that saw the place empty is forgotten. Neighbouring beams must agree, since an edge is
+// hit by one scan and missed by the next; and a kept scan that half of the new one contradicts was
+// made somewhere else than the odometry says, so that it is forgotten. The same look-up tells since
+// when something has stood at a place: who has just come there is not it.
 //
 // Directions are told apart without a trigonometric function: y / (|x| + |y|), continued around
 // the turn, grows with the angle.
@@ -54,7 +55,9 @@ class FreeMemory {
   double kept_ = 0;  // when the newest was
   bool any_ = false;
   std::vector<std::uint8_t> through_;  // frames that looked through each sight
+  std::vector<std::uint8_t> met_;      // and that met something there
   std::vector<std::uint8_t> now_;      // of one frame
+  std::vector<std::uint8_t> met_now_;
 };
 
 }  // namespace rack::perception

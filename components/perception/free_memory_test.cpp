@@ -45,6 +45,18 @@ TEST(FreeMemory, WhatComesWhereItWasFreeHasMoved) {
   EXPECT_NEAR(thing->away, 2000, 20);
 }
 
+// A thin leg, met by two scans of three.
+TEST(FreeMemory, WhatFlickersHasNotMoved) {
+  FreeMemory memory;
+  long most = 0;
+  for (int i = 0; i < 20; ++i) {
+    ScanView now = room(i % 3 == 0 ? 0 : 2000);
+    memory.look(now, i * 0.5);
+    if (i > 8) most = std::max(most, moved(now));
+  }
+  EXPECT_EQ(most, 0);
+}
+
 TEST(FreeMemory, WhatStaysBecomesPartOfTheRoom) {
   FreeMemory memory;
   double t = 0;

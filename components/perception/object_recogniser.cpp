@@ -14,7 +14,8 @@ constexpr double kJump = 1000;      // mm, of the position
 constexpr double kFastest = 15000;  // mm/s
 constexpr double kJumpTurn = radians(30);
 constexpr double kFastestTurn = radians(360);  // 1/s
-constexpr double kMostOfUnknown = 100000;      // mm: what a message may say about a deviation
+constexpr double kSlips = 0.1;             // share of a scan that has moved although the map has it
+constexpr double kMostOfUnknown = 100000;  // mm: what a message may say about a deviation
 
 f32 real(double value) { return static_cast<f32>(value); }
 
@@ -80,8 +81,16 @@ Pose ObjectRecogniser::lay_on_map(const Pose& robot) {
 
 void ObjectRecogniser::explain() {
   if (map_ == nullptr) return;
-  for (Sight& sight : view_.sights())
+  std::size_t hits = 0;
+  std::size_t contradictions = 0;
+  for (Sight& sight : view_.sights()) {
     sight.explained = map_->distance(sight.x, sight.y) <= settings_.tolerance;
+    hits += sight.hit ? 1 : 0;
+    contradictions += sight.moved && sight.explained ? 1 : 0;
+  }
+  // What the map has does not move: if it seems to, it is the position that slips.
+  if (static_cast<double>(contradictions) > kSlips * static_cast<double>(hits))
+    for (Sight& sight : view_.sights()) sight.moved = false;
 }
 
 void ObjectRecogniser::to_message(ObjRecogData& data) {

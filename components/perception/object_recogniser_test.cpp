@@ -1,6 +1,7 @@
 // People and boxes that move past a robot in a bare room, scan by scan.
 #include "components/perception/object_recogniser.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -127,6 +128,35 @@ TEST(ObjectRecogniser, WhoIsGoneIsForgottenAfterASecond) {
   EXPECT_EQ(told(recogniser).objects.size(), 1U);
   for (int i = 0; i < 4; ++i, world.time += 100) recogniser.take(world.scan({}), {});
   EXPECT_TRUE(told(recogniser).objects.empty());
+}
+
+// Where the robot is said to be slips: a column of the map, looked through until now, is there.
+TEST(ObjectRecogniser, NothingBeginsToMoveWhileThePositionContradictsTheMap) {
+  const Room::Circle column{{3500, 0}, 1500};
+  DxfDrawing drawing = room();
+  for (int i = 0; i < 36; ++i) {
+    const auto at = [](int n) -> DxfPoint {
+      return {1.5 * std::sin(radians(n * 10)), 3.5 + 1.5 * std::cos(radians(n * 10))};
+    };
+    drawing.lines.push_back({at(i), at(i + 1)});
+  }
+  const auto map = localisation::read_map(drawing, 1000, 0, 0, 50);
+  ASSERT_TRUE(map.ok());
+  const auto field = localisation::LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  for (const bool slips : {false, true}) {
+    Room world;
+    ObjectRecogniser recogniser({}, &*field);
+    for (int i = 0; i < 55; ++i, world.time += 100) {
+      std::vector<Room::Circle> things;
+      if (i >= 30) things = Room::person(-3000 + (i - 30) * 100.0, 3000);
+      if (i >= 30 || !slips) things.push_back(column);
+      ASSERT_TRUE(recogniser.take(world.scan(things), {}));
+    }
+    const ObjRecogData data = told(recogniser);
+    const auto moves = [](const ObjRecogObject& object) { return object.vel.x != 0; };
+    EXPECT_EQ(std::ranges::count_if(data.objects, moves), slips ? 0 : 1);
+  }
 }
 
 TEST(ObjectRecogniser, WhatAlwaysStoodThereIsNoObjectWithoutAMap) {

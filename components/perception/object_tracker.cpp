@@ -61,10 +61,13 @@ void ObjectTracker::take(std::span<const Cluster> clusters, const MapPoint& scan
   find_pairs();
   assign();
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (parts_[i].count > 0)
-      tracks_[i].update(sighting(parts_[i]));
-    else
+    if (parts_[i].count == 0) {
       tracks_[i].miss();
+      continue;
+    }
+    Sighting seen = sighting(parts_[i]);
+    seen.stayed = stayed(tracks_[i], parts_[i]);
+    tracks_[i].update(seen);
   }
   begin_tracks(seconds);
   drop();
@@ -132,6 +135,20 @@ Sighting ObjectTracker::sighting(const Part& part) const {
   seen.moved = std::max(one.moved, other.moved);
   seen.pair = true;
   return seen;
+}
+
+// Where many thin things stand, one is taken for its neighbour when a beam misses it: what has
+// truly moved has left its place. Only of small clusters: the box of a large one is not full.
+bool ObjectTracker::stayed(const Track& track, const Part& part) const {
+  if (track.moving()) return false;
+  for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
+    const Cluster& cluster = clusters_[c];
+    const bool own = c == part.first || (part.count == 2 && c == part.second);
+    if (!own && cluster.person && cluster.moved < kMoved &&
+        distance(cluster.box.centre, track.stood()) < kSame)
+      return true;
+  }
+  return false;
 }
 
 bool ObjectTracker::may_begin(const Cluster& cluster) const {

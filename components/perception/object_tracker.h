@@ -49,6 +49,7 @@ class ObjectTracker {
   void assign();
   [[nodiscard]] bool joins(const Part& part, std::uint32_t cluster) const;
   [[nodiscard]] Sighting sighting(const Part& part) const;
+  [[nodiscard]] bool stayed(const Track& track, const Part& part) const;
   void begin_tracks(double seconds);
   [[nodiscard]] bool may_begin(const Cluster& cluster) const;
   [[nodiscard]] static bool are_one(const Track& a, const Track& b);

@@ -52,6 +52,23 @@ TEST(ObjectTracker, WhatStoodThereBeforeIsNotWhoComes) {
   EXPECT_TRUE(tracker.tracks().empty());
 }
 
+// From one leg of a chair to the next: beams meet now this, now that one.
+TEST(ObjectTracker, WhatTakesItsNeighboursPlaceHasNotMoved) {
+  for (const bool stays : {false, true}) {
+    ObjectTracker tracker({});
+    Cluster chair = leg(3000, 0);
+    bool moving = false;
+    for (int i = 0; i < 40; ++i) {
+      std::vector<Cluster> seen{leg(3000, std::max(0, i - 10) * 80.0)};
+      chair.moved = 0;
+      if (stays && i > 15) seen.push_back(chair);
+      tracker.take(seen, {}, i * 0.1);
+      for (const Track& track : tracker.tracks()) moving = moving || track.moving();
+    }
+    EXPECT_EQ(moving, !stays);
+  }
+}
+
 TEST(ObjectTracker, NothingBeginsWhereNothingMovedUnlessThereIsAMap) {
   Cluster still = leg(3000, 0);
   still.moved = 0;

@@ -99,7 +99,7 @@ void Track::update(const Sighting& sighting) {
   if (!person_) heading_ = aligned.heading;
   confirmed_ = confirmed_ || hits_of(kConfirmOf) >= kConfirm;
   log_odds_ = std::min(log_odds_ + kOddsHit, kOddsMost);
-  judge_movement(sighting.moved);
+  judge_movement(sighting);
 }
 
 int Track::hits_of(unsigned scans) const {
@@ -141,9 +141,9 @@ void Track::learn_size(const Box& aligned) {
   width_ = std::max(width_ * kShrinks, aligned.width);
 }
 
-void Track::judge_movement(double moved) {
-  evidence_ += kEvidenceGain * (moved - evidence_);
-  if (moved > kEvidence) moved_ = now_;
+void Track::judge_movement(const Sighting& sighting) {
+  evidence_ += kEvidenceGain * (sighting.moved - evidence_);
+  if (sighting.moved > kEvidence) moved_ = now_;
   const double fast = speed();
   if (moving_ && fast < kMovesUntil) {
     moving_ = false;
@@ -152,8 +152,8 @@ void Track::judge_movement(double moved) {
   // What has moved once can do it again.
   const double left = std::hypot(x_.value - stood_.x, y_.value - stood_.y);
   const bool surely = left > kLeftSurely || fast > kMovesSurely * speed_deviation();
-  const bool can = ever_moved_ || (left > kLeft && surely && evidence_ > kEvidence &&
-                                   hits_of(kHistory) >= kHitsToMove);
+  const bool can = ever_moved_ || (left > kLeft && surely && !sighting.stayed &&
+                                   evidence_ > kEvidence && hits_of(kHistory) >= kHitsToMove);
   if (!moving_ && confirmed_ && can && fast > kMovesFrom) moving_ = true;
   if (!moving_) return;
   ever_moved_ = true;

@@ -35,6 +35,7 @@ struct Sighting {
   bool person = false;   // no larger than that
   bool leg = false;      // as narrow as one
   bool pair = false;     // two legs
+  bool stayed = false;   // something unmoved stands where the object stood: it is that, or another
   MapPoint scanner{};    // seen from
 };
 
@@ -74,6 +75,9 @@ class Track {
   [[nodiscard]] double unseen() const { return now_ - seen_; }
   [[nodiscard]] double unmoved() const { return now_ - moved_; }
 
+  // Where it was when it last stood.
+  [[nodiscard]] const MapPoint& stood() const { return stood_; }
+
   // Squared distance in standard deviations.
   [[nodiscard]] double mahalanobis(const Cluster& cluster, double deviation) const;
 
@@ -88,7 +92,7 @@ class Track {
   // How many of the last scans showed it, at most 32.
   [[nodiscard]] int hits_of(unsigned scans) const;
   void learn_size(const Box& aligned);
-  void judge_movement(double moved);
+  void judge_movement(const Sighting& sighting);
 
   std::int32_t id_;
   Axis x_;
@@ -99,8 +103,8 @@ class Track {
   double length_ = 0;
   double width_ = 0;
   double heading_ = 0;
-  MapPoint stood_;  // where it was when it last stood
-  double now_;      // s
+  MapPoint stood_;
+  double now_;  // s
   double seen_;
   double moved_;
   double came_;          // when it was last on its way

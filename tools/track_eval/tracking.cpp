@@ -144,19 +144,47 @@ constexpr double kSureShare = 0.95;  // as mcl-eval has it
 constexpr std::uint32_t kSureUpdates = 20;
 constexpr double kOnMap = 300;  // mm
 
+constexpr double kPause = 3;         // s
+constexpr double kAtOnce = 0.25;     // of the mean time between two scans
+constexpr double kBunches = 0.1;     // share of such scans
+constexpr std::size_t kAround = 12;  // neighbours on each side
+
+// Scans from `begin` on, up to the next pause.
+std::size_t end_of_run(const std::vector<LogScan>& scans, std::size_t begin) {
+  std::size_t end = begin + 1;
+  while (end < scans.size() && std::abs(scans[end].time - scans[end - 1].time) < kPause) ++end;
+  return end;
+}
+
+bool has_bunches(const std::vector<LogScan>& scans) {
+  double sum = 0;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < scans.size(); ++i) {
+    const double step = scans[i].time - scans[i - 1].time;
+    if (std::abs(step) >= kPause) continue;
+    steps.push_back(step);
+    sum += step;
+  }
+  const auto count = static_cast<double>(steps.size());
+  const double least = kAtOnce * sum / std::max(count, 1.0);
+  const auto at_once = std::ranges::count_if(steps, [&](double step) { return step < least; });
+  return static_cast<double>(at_once) > kBunches * count;
+}
+
 class Drive {
  public:
   Drive(const CarmenLog& log, const DriveSettings& settings, const Stopwatch& stopwatch)
       : log_(log),
         settings_(settings),
         stopwatch_(stopwatch),
+        times_(even_times(log.scans)),
         localiser_({}, settings.seed),
         recogniser_({.scanner = log.scans.front().laser, .range_max = log.range_max * 1000},
                     settings.subtract ? settings.map : nullptr) {}
 
   DriveScore run() {
     localiser_.start_anywhere();
-    for (const LogScan& scan : log_.scans) step(scan);
+    for (std::size_t i = 0; i < log_.scans.size(); ++i) step(log_.scans[i], times_[i]);
     if (score_.scans > 0) score_.us_per_scan = us_ / static_cast<double>(score_.scans);
     for (std::size_t i = 0; i < places_.size(); ++i) {
       score_.movers[i].on_map /= std::max(1U, places_[i]);
@@ -166,7 +194,7 @@ class Drive {
   }
 
  private:
-  void step(const LogScan& scan) {
+  void step(const LogScan& scan, double time) {
     const Pose odometry = log_.odometry_of(scan, settings_.lag);
     Pose robot = odometry;
     if (settings_.map != nullptr) {
@@ -176,23 +204,22 @@ class Drive {
       if (sure_ < kSureUpdates) return;
       robot = localiser_.pose();
     }
-    make(scan);
+    make(scan, time);
     const double before = stopwatch_();
     if (!recogniser_.take(scan_, {.pos = robot.position()})) return;
     recogniser_.to_message(data_);
     us_ += stopwatch_() - before;
     ++score_.scans;
-    if (last_ && scan.time > *last_ && scan.time < *last_ + 2)
-      score_.minutes += (scan.time - *last_) / 60;
-    last_ = scan.time;
+    if (last_ && time > *last_ && time < *last_ + 2) score_.minutes += (time - *last_) / 60;
+    last_ = time;
     for (const Track& track : recogniser_.tracks()) {
       if (track.confirmed()) ++score_.objects;
-      if (track.moving()) note(track, scan);
+      if (track.moving()) note(track, time);
     }
   }
 
-  void make(const LogScan& scan) {
-    const auto ms = static_cast<std::int64_t>(std::llround(scan.time * 1000));
+  void make(const LogScan& scan, double time) {
+    const auto ms = static_cast<std::int64_t>(std::llround(time * 1000));
     scan_.recordingTime = static_cast<std::uint32_t>(ms);
     scan_.maxRange = whole_millimetres(log_.range_max * 1000);
     scan_.points.clear();
@@ -208,8 +235,8 @@ class Drive {
     }
   }
 
-  void note(const Track& track, const LogScan& scan) {
-    const double now = scan.time - log_.scans.front().time;
+  void note(const Track& track, double time) {
+    const double now = time - times_.front();
     auto mover = std::ranges::find(score_.movers, track.id(), &Mover::id);
     if (mover == score_.movers.end()) {
       score_.movers.push_back({.id = track.id(), .from = now, .first = track.at()});
@@ -230,6 +257,7 @@ class Drive {
   const CarmenLog& log_;
   const DriveSettings& settings_;
   const Stopwatch& stopwatch_;
+  std::vector<double> times_;  // of the scans
   Localiser localiser_;
   ObjectRecogniser recogniser_;
   DriveScore score_;
@@ -243,6 +271,23 @@ class Drive {
 };
 
 }  // namespace
+
+std::vector<double> even_times(const std::vector<LogScan>& scans) {
+  std::vector<double> times;
+  times.reserve(scans.size());
+  for (const LogScan& scan : scans) times.push_back(scan.time);
+  if (!has_bunches(scans)) return times;
+  for (std::size_t begin = 0, end = 0; begin < scans.size(); begin = end) {
+    end = end_of_run(scans, begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t half = std::min({kAround, i - begin, end - 1 - i});
+      double sum = 0;
+      for (std::size_t j = i - half; j <= i + half; ++j) sum += scans[j].time;
+      times[i] = sum / static_cast<double>(2 * half + 1);
+    }
+  }
+  return times;
+}
 
 DriveScore follow_drive(const CarmenLog& log, const DriveSettings& settings,
                         const Stopwatch& stopwatch) {

@@ -62,6 +62,11 @@ struct DriveScore {
   double us_per_scan = 0;
 };
 
+// When the scans were made, in s. Logging programs write several at once, with nearly the same
+// time, though the scanner made them one after the other: if a log has such bunches, each scan has
+// the mean time of its neighbours on both sides (pauses apart), else the time that the log says.
+std::vector<double> even_times(const std::vector<localisation::LogScan>& scans);
+
 struct DriveSettings {
   double lag = 0;                                      // s: scans are older than their time
   const localisation::LikelihoodField* map = nullptr;  // the robot is localised in it

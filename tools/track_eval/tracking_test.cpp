@@ -64,6 +64,24 @@ TEST(Hall, IsTheSameFromTheSameSeed) {
   EXPECT_EQ(one.people()[0].at.x, other.people()[0].at.x);
 }
 
+TEST(EvenTimes, BunchesAreSpread) {
+  std::vector<localisation::LogScan> scans(400);
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    scans[i].time = 0.8 * static_cast<double>(i / 4) + 0.001 * static_cast<double>(i % 4);
+  const std::vector<double> times = even_times(scans);
+  for (std::size_t i = 30; i + 30 < scans.size(); ++i)
+    EXPECT_NEAR(times[i + 1] - times[i], 0.2, 0.05) << i;
+}
+
+TEST(EvenTimes, OthersStayAsTheyAre) {
+  std::vector<localisation::LogScan> scans(100);
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    scans[i].time = 0.2 * static_cast<double>(i) + (i > 50 ? 0.4 : 0) + (i > 70 ? 100 : 0);
+  const std::vector<double> times = even_times(scans);
+  for (std::size_t i = 0; i < scans.size(); ++i) EXPECT_EQ(times[i], scans[i].time);
+  EXPECT_TRUE(even_times({}).empty());
+}
+
 // A room 8 m x 8 m in a log of ours, and somebody who walks through it.
 TEST(Drive, SomebodyWalks) {
   localisation::CarmenLog log;
