@@ -106,6 +106,11 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "nothing is left";
 }
 
+TEST_F(TimsctlUpTest, ACommandFindsWhatIsBesideTimsctl) {
+  ChildProcess up = begin({"up", write("[[component]]\ncommand = 'nice -n 1 ChassisSim'\n")});
+  expect_line(up, "Chassis(0/0) print: Init");
+}
+
 TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   ChildProcess up = begin({"up", write(kOneChassis)});
   expect_line(up, "1 of 1 programs are ready");

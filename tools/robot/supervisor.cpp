@@ -105,6 +105,13 @@ tims::os::File listen(const Deployment& deployment, const std::string& path) {
   return value_or_fail(std::move(control), path);
 }
 
+// What a command starts, as `nice World` does, is found where find_program() finds World.
+std::string search_path() {
+  const std::string usual = tims::os::environment("PATH");
+  const auto own = std::filesystem::path(tims::os::find_program("timsctl")).parent_path();
+  return fmt::format("{}:{}", own.string(), usual.empty() ? "/usr/bin:/bin" : usual);
+}
+
 // Nobody holds its other end any more.
 bool has_closed(int input) {
   std::array<char, 256> ignored{};
@@ -142,8 +149,8 @@ void Supervisor::add(const Component& component, std::size_t number, const Deplo
   programs_.emplace_back(
       component.name,
       Launch{.command = component.command,
-             .environment = {"TIMS_ROUTER=" + deployment.router,
-                             "TIMS_HOST=", "NOTIFY_SOCKET=" + status_socket(key_)},
+             .environment = {"TIMS_ROUTER=" + deployment.router, "TIMS_HOST=",
+                             "NOTIFY_SOCKET=" + status_socket(key_), "PATH=" + search_path()},
              .folder = deployment.folder},
       Program::Config{.restart = component.restart, .notifies = component.notifies});
   components_[&programs_.back()] = number;
