@@ -1,12 +1,15 @@
 // PilotPath: follows a path, and stops before obstacles.
+#include <algorithm>
 #include <array>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
-#include "components/path/vehicle.h"
-#include "components/pilot/obstacle_stop.h"
-#include "components/pilot/path_follower.h"
+#include "components/pilot/path_driver.h"
+#include "components/pilot/pilot_replay.h"
+#include "devices/io/capture_file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -17,17 +20,11 @@
 namespace rack::pilot {
 namespace {
 
-using State = PathFollower::State;
 using std::chrono::milliseconds;
 
-constexpr int kSilence = 10;                // periods without a message of an input
-constexpr int kMissing = 3;                 // messages of an input, then it stops
-constexpr milliseconds kExtrapolated{500};  // at most: how old a position may be
-constexpr std::size_t kSplinesShown = 10;
-constexpr std::size_t kDestinationsMax = 1000;  // of a message
-constexpr double kStands = 20;                  // mm/s
+constexpr int kSilence = 10;  // periods without a message of an input
 
-constexpr std::array<ParameterInfo, 14> kParameters = {{
+constexpr std::array<ParameterInfo, 15> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
     {"scan2dInst", 0, "instance of the scan, -1: none, it stops before nothing", -1, kIdMax, true},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
@@ -46,6 +43,7 @@ constexpr std::array<ParameterInfo, 14> kParameters = {{
      "how long it waits before an obstacle until it asks for another path, ms; 0: "
      "for ever",
      0, 3600000},
+    {"record", "", "file that what it receives and decides is recorded in, for pilot-replay"},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -59,9 +57,7 @@ constexpr ModuleInfo kInfo{
 class PilotPath : public DataModule<PilotData> {
  public:
   PilotPath() : DataModule(kInfo, {.history = 5}) {
-    reserve_all(scan_data_);
-    reserve_all(path_data_);
-    destinations_.reserve(kDestinationsMax);
+    bytes_.resize(std::max(body_max<PathData>(), body_max<Scan2dData>()));
   }
 
  private:
@@ -93,52 +89,56 @@ class PilotPath : public DataModule<PilotData> {
   // --- on and off
 
   Result<void> module_on() override {
-    if (auto good = start_inputs(); !good) return good;
-    const milliseconds own(integer("periodTime"));
-    const milliseconds lag(integer("lag"));
-    const milliseconds reaction = lag + own + (looks_ ? scan_period_ : milliseconds(0));
-    const double fastest = std::min<double>(integer("maxSpeed"), limits_.vxMax);
-    if (looks_) {
-      if (auto good = check_braking(limits_, fastest, reaction); !good) return good;
-    }
-    if (path::turns_at_rest(limits_)) limits_.minTurningRadius = 0;
-    set_period(own);
-    begin({limits_, fastest, own, lag, radians(integer("steeringRate"))}, reaction);
+    PathDriverSettings settings{.maxSpeed = integer("maxSpeed"),
+                                .periodTime = integer("periodTime"),
+                                .lag = integer("lag"),
+                                .steeringRate = integer("steeringRate")};
+    if (auto good = start_inputs(settings); !good) return good;
+    set_period(milliseconds(settings.periodTime));
+    path_silence_ = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
+    scan_silence_ = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
+    if (auto good = begin(settings); !good) return good;
     return DataModule::module_on();
   }
 
-  void begin(const FollowerSettings& settings, milliseconds reaction) {
+  Result<void> begin(const PathDriverSettings& settings) {
+    std::unique_ptr<device::CaptureFile> capture;
+    if (const std::string& path = text("record"); !path.empty()) {
+      auto created = device::CaptureFile::create(path, kInfo.program, now());
+      if (!created) return created.error();
+      capture = std::move(*created);
+    }
     const std::lock_guard lock(state_mutex_);
-    follower_.emplace(settings);
-    stop_.emplace(limits_, reaction);
-    state_ = pilot_state::kIdle;
-    destinations_.clear();
-    blocked_ = hold_left_ = milliseconds(0);
-    taken_ = 0;
-    reached_ = false;
+    if (auto good = driver_.begin(settings); !good) return good;
+    capture_ = std::move(capture);
+    records_ = 0;
+    recorded_path_.reset();
+    record(PilotRecord::kBegin, settings);
+    return {};
   }
 
-  Result<void> start_inputs() {
+  Result<void> start_inputs(PathDriverSettings& settings) {
     looks_ = integer("scan2dInst") >= 0;
-    seen_ = located_ = is_unsure_ = false;
+    settings.looks = looks_ ? 1 : 0;
     const auto chassis = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
     if (!chassis) return chassis.error();
     const auto limits = chassis_->proxy().get_parameter();
     if (!limits) return limits.error();
-    limits_ = *limits;
-    chassis_period_ = *chassis;
+    settings.chassis = *limits;
+    settings.chassisPeriod = milliseconds_of(*chassis);
     const auto position = position_->start(address_of(tims::class_id::kPosition, "position"));
     if (!position) return position.error();
-    position_period_ = *position;
+    settings.positionPeriod = milliseconds_of(*position);
     const auto path = path_->start(address_of(tims::class_id::kPath, "path"));
     if (!path) return path.error();
-    path_period_ = std::max(milliseconds(1), *path);
+    settings.pathPeriod = milliseconds_of(*path);
     if (!looks_) return {};
     const auto scan = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
     if (!scan) return scan.error();
-    scan_period_ = *scan;
+    settings.scanPeriod = milliseconds_of(*scan);
     return {};
   }
+  static i32 milliseconds_of(milliseconds time) { return static_cast<i32>(time.count()); }
 
   void module_off() override {
     if (chassis_->started()) (void)chassis_->proxy().move(0, 0, 0);
@@ -146,194 +146,118 @@ class PilotPath : public DataModule<PilotData> {
     position_->stop();
     path_->stop();
     scan_->stop();
+    finish_recording();
   }
 
   // --- again and again
 
   Result<void> module_loop() override {
     sleep_until_next(period());
-    if (auto good = look_at_all(); !good) return good;
-    PathFollower::Command command;
+    PathLook look{.deviationMax = integer("deviationMax"), .replanTime = integer("replanTime")};
+    if (auto good = look_at_all(look); !good) return good;
+    ChassisMoveData move;
+    PathDriver::Errand errand;
     {
       const std::lock_guard lock(state_mutex_);
-      const Pose at = pose_now();
-      take_path(at);
-      command = decide(at);
-      describe(at, command);
+      move = decide(look);
+      driver_.describe(get_local_buffer());
+      errand = driver_.take_errand();
     }
-    auto moved = chassis_->proxy().move(static_cast<i32>(std::lround(command.speed)), 0,
-                                        static_cast<f32>(command.omega));
+    auto moved = chassis_->proxy().move(move.vx, move.vy, move.omega);
     if (!moved) return moved;
-    if (auto good = go_on(); !good) log().warning("%s", good.error().message());
+    if (auto good = go_on(errand); !good) log().warning("%s", good.error().message());
     return put_local_buffer();
   }
 
-  Result<void> look_at_all() {
-    auto good = position_->newest(position_data_, kSilence);
-    if (!good) return good.error();
-    located_ = located_ || *good;
-    good = chassis_->newest(chassis_data_, kSilence);
-    if (!good) return good.error();
-    const int path_silence = kSilence + static_cast<int>(kSilence * path_period_ / period());
-    good = path_->newest(path_data_, path_silence);
-    if (!good) return good.error();
-    if (!looks_) return {};
-    const int scan_silence = kSilence + static_cast<int>(kSilence * scan_period_ / period());
-    good = scan_->newest(scan_data_, scan_silence);
-    if (!good) return good.error();
-    if (*good) {
-      seen_ = true;
-      seen_from_ = pose_at(scan_data_.recordingTime);
+  // Under state_mutex_: a command comes before it or after it, and is recorded so.
+  ChassisMoveData decide(PathLook& look) {
+    const bool was_unsure = driver_.is_unsure();
+    look.time = time_stamp();
+    record_inputs(look);
+    const ChassisMoveData move = driver_.look(look);
+    record(PilotRecord::kMove, move);
+    record(PilotRecord::kStatus, driver_.status());
+    tell_recording();
+    if (driver_.is_unsure() != was_unsure) {
+      if (was_unsure)
+        log().print("It is known again where it is");
+      else
+        log().warning("It stops: nobody is sure where it is");
     }
+    return move;
+  }
+
+  Result<void> look_at_all(PathLook& look) {
+    PathDriver::Inputs& inputs = driver_.inputs();
+    const auto take = [&](auto& input, auto& data, u32 which, int looks) -> Result<void> {
+      const auto come = input.newest(data, looks);
+      if (!come) return come.error();
+      if (*come) look.came |= which;
+      return {};
+    };
+    if (auto good = take(*position_, inputs.position, PathLook::kPosition, kSilence); !good)
+      return good;
+    if (auto good = take(*chassis_, inputs.chassis, PathLook::kChassis, kSilence); !good)
+      return good;
+    if (auto good = take(*path_, inputs.path, PathLook::kPath, path_silence_); !good) return good;
+    look.positionSilence = position_->silence();
+    look.chassisSilence = chassis_->silence();
+    look.pathSilence = path_->silence();
+    if (!looks_) return {};
+    if (auto good = take(*scan_, inputs.scan, PathLook::kScan, scan_silence_); !good) return good;
+    look.scanSilence = scan_->silence();
     return {};
   }
 
-  // Where it is by the newest position and how it moves.
-  [[nodiscard]] Pose pose_at(TimeStamp time) const {
-    const Pose pose = Pose::of(position_data_.pos);
-    const auto old = std::clamp(time - position_data_.recordingTime, -kExtrapolated, kExtrapolated);
-    const double seconds = std::chrono::duration<double>(old).count();
-    return pose + Pose{.x = static_cast<double>(chassis_data_.vx) * seconds,
-                       .y = static_cast<double>(chassis_data_.vy) * seconds,
-                       .rho = static_cast<double>(chassis_data_.omega) * seconds};
-  }
-  [[nodiscard]] Pose pose_now() const { return pose_at(time_stamp()); }
+  // --- what others do for it
 
-  // A path is another one when its time is.
-  void take_path(const Pose& at) {
-    if (!located_ || path_data_.recordingTime == taken_) return;
-    taken_ = path_data_.recordingTime;
-    follower_->take(path_data_.splines, at);
-    blocked_ = milliseconds(0);
-    reached_ = false;
-    if (path_data_.splines.empty()) {
-      // The plan that was asked for has failed; else there is just none.
-      if (state_ == pilot_state::kPlanning) state_ = pilot_state::kPathError;
-      return;
-    }
-    state_ = pilot_state::kRunning;
-  }
-
-  // --- what it does
-
-  PathFollower::Command decide(const Pose& at) {
-    if (!located_) return {};
-    mind_the_time();
-    mind_the_deviation(at);
-    const bool knows = knows_enough();
-    const double safe = knows ? allowed(at) : 0;
-    const auto command = follower_->follow(at, chassis_data_.vx, safe);
-    const bool wants = follower_->state() == State::kRunning && !follower_->holds();
-    const bool stands = std::abs(static_cast<double>(chassis_data_.vx)) < kStands;
-    blocked_ = wants && knows && safe <= 0 && stands ? blocked_ + period() : milliseconds(0);
-    if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
-    if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
-      state_ = pilot_state::kIdle;
-      reached_ = true;
-    }
-    return command;
-  }
-
-  // When messages are missing it does not know what is there, where it is, or where to go; it goes
-  // on when they come again. And a position that nobody is sure of is none to steer by.
-  [[nodiscard]] bool knows_enough() const {
-    const auto is_missing = [&](int silence, milliseconds period_of_input) {
-      return silence * period() >= kMissing * std::max(period_of_input, period());
-    };
-    if (is_unsure_ || is_missing(position_->silence(), position_period_) ||
-        is_missing(chassis_->silence(), chassis_period_) ||
-        is_missing(path_->silence(), path_period_))
-      return false;
-    if (!looks_) return true;
-    const milliseconds old = time_stamp() - scan_data_.recordingTime;
-    return seen_ && scan_->silence() * period() <= kMissing * scan_period_ &&
-           old <= kMissing * scan_period_ + period();
-  }
-
-  // Once it is known again where it is, that may be elsewhere on the path.
-  void mind_the_deviation(const Pose& at) {
-    const i32 most = integer("deviationMax");
-    const bool was_unsure = is_unsure_;
-    is_unsure_ = most > 0 && std::max(position_data_.var.x, position_data_.var.y) > most;
-    if (is_unsure_ && !was_unsure) log().warning("It stops: nobody is sure where it is");
-    if (is_unsure_ || !was_unsure || path_data_.splines.empty()) return;
-    log().print("It is known again where it is");
-    if (state_ != pilot_state::kRunning && state_ != pilot_state::kPathError) return;
-    follower_->take(path_data_.splines, at);
-    state_ = pilot_state::kRunning;
-  }
-
-  double allowed(const Pose& at) {
-    if (!looks_) return limits_.vxMax;
-    return stop_->speed_max(scan_data_, seen_from_, at, *follower_);
-  }
-
-  // Of HOLD, as far as it has an end.
-  void mind_the_time() {
-    if (!follower_->holds() || hold_left_.count() == 0) return;
-    hold_left_ -= std::min(hold_left_, period());
-    if (hold_left_.count() == 0) follower_->hold(false);
-  }
-
-  // What needs others: the next destination, a way round an obstacle.
-  Result<void> go_on() {
-    DestinationPoint next;
-    PathReplanData around;
-    {
-      const std::lock_guard lock(state_mutex_);
-      const milliseconds patience(integer("replanTime"));
-      if (reached_ && !destinations_.empty()) {
-        next = destinations_.front();
-        destinations_.erase(destinations_.begin());
-        reached_ = false;
-        state_ = pilot_state::kPlanning;
-      } else if (patience.count() > 0 && blocked_ >= patience) {
-        blocked_ = milliseconds(0);
-        around = where_it_is();
-      } else {
-        return {};
-      }
-    }
-    if (around.pathLength > 0) return path_->proxy().replan(around);
-    return path_->proxy().set_destination(destination_of(next.pos, next.speed));
-  }
-
-  [[nodiscard]] PathReplanData where_it_is() const {
-    const path::Beside& beside = follower_->beside();
-    PathReplanData data;
-    data.currSpline = static_cast<i32>(follower_->index());
-    data.splinePos = {whole_millimetres(beside.along), whole_millimetres(beside.across),
-                      static_cast<f32>(beside.turned)};
-    data.distToObstacle = whole_millimetres(stop_->free_way() + limits_.boundaryFront);
-    data.pathLength = std::max(1, whole_millimetres(follower_->rest()));
-    return data;
+  Result<void> go_on(const PathDriver::Errand& errand) {
+    if (errand.around) return path_->proxy().replan(*errand.around);
+    if (!errand.next) return {};
+    return path_->proxy().set_destination(destination_of(errand.next->pos, errand.next->speed));
   }
 
   static PathDestData destination_of(const Position3d& pos, i32 speed) {
     return {.pos = {pos.x, pos.y, pos.rho}, .speed = speed};
   }
 
-  void describe(const Pose& at, const PathFollower::Command& command) {
-    PilotData& data = get_local_buffer();
-    data.recordingTime = time_stamp();
-    data.pos = at.position();
-    data.speed = static_cast<i32>(std::lround(command.speed));
-    data.curve = command.speed == 0 ? 0 : static_cast<f32>(command.omega / command.speed);
-    data.pilotState = state_;
-    const auto path = follower_->path();
-    data.distanceToDest = path.empty() ? -1 : whole_millimetres(follower_->rest());
-    if (reached_) data.distanceToDest = 0;
-    data.splines.clear();
-    data.dest = {};
-    if (!path.empty()) {
-      const Position2d& end = path.back().endPos;
-      data.dest = {.x = end.x, .y = end.y, .rho = end.rho};
-      const auto ahead = path.subspan(follower_->index());
-      const auto shown = ahead.first(std::min(ahead.size(), kSplinesShown));
-      data.splines.assign(shown.begin(), shown.end());
+  // --- the recording; under state_mutex_
+
+  template <typename T>
+  void record(PilotRecord kind, const T& message) {
+    if (!capture_) return;
+    const auto size = encode(message, std::span(bytes_));
+    if (!size) return;
+    const bool is_said = kind == PilotRecord::kMove || kind == PilotRecord::kStatus;
+    capture_->add(now(), is_said ? device::Direction::kSent : device::Direction::kReceived,
+                  static_cast<std::uint32_t>(kind), std::span(bytes_).first(*size));
+    ++records_;
+  }
+
+  // Of the path only what is another one: it is long, and comes again and again.
+  void record_inputs(const PathLook& look) {
+    if (!capture_) return;
+    const PathDriver::Inputs& inputs = driver_.inputs();
+    if ((look.came & PathLook::kPosition) != 0) record(PilotRecord::kPosition, inputs.position);
+    if ((look.came & PathLook::kChassis) != 0) record(PilotRecord::kChassis, inputs.chassis);
+    if ((look.came & PathLook::kPath) != 0 && inputs.path.recordingTime != recorded_path_) {
+      recorded_path_ = inputs.path.recordingTime;
+      record(PilotRecord::kPath, inputs.path);
     }
-    status_ = {data.recordingTime,  data.pos,       data.dest, data.speed, data.curve,
-               data.distanceToDest, data.pilotState};
+    if ((look.came & PathLook::kScan) != 0) record(PilotRecord::kScan, inputs.scan);
+    record(PilotRecord::kLook, RecordedLook{look, records_});
+  }
+
+  void tell_recording() {
+    if (!capture_) return;
+    if (const auto event = capture_->take_event()) log().warning("%s", *event);
+  }
+
+  void finish_recording() {
+    const std::lock_guard lock(state_mutex_);
+    if (capture_) capture_->finish();
+    tell_recording();
+    capture_.reset();
   }
 
   // --- commands
@@ -350,7 +274,7 @@ class PilotPath : public DataModule<PilotData> {
         return answered(message, revert(message));
       case PilotType::kGetStatus: {
         const std::lock_guard lock(state_mutex_);
-        reply(message.header, PilotType::kStatus, status_);
+        reply(message.header, PilotType::kStatus, driver_.status());
         return {};
       }
       default:
@@ -370,27 +294,31 @@ class PilotPath : public DataModule<PilotData> {
 
   u32 begin_planning(u32 state) {
     const std::lock_guard lock(state_mutex_);
-    reached_ = false;
-    return std::exchange(state_, state);
+    record(PilotRecord::kPlan, PilotPlan{state});
+    return driver_.plan(state);
+  }
+
+  void keep(const PilotMultiDestData& further) {
+    const std::lock_guard lock(state_mutex_);
+    record(PilotRecord::kKeep, further);
+    driver_.keep(further.points);
   }
 
   Result<void> set_destination(const tims::MessageView& message) {
     const auto wish = decode<PilotDestData>(message);
     if (!wish) return wish.error();
-    {
-      const std::lock_guard lock(state_mutex_);
-      destinations_.clear();
-    }
+    keep({});
     return go_to(wish->pos, wish->speed);
   }
 
   Result<void> set_destinations(const tims::MessageView& message) {
-    const auto wish = decode<PilotMultiDestData>(message);
+    auto wish = decode<PilotMultiDestData>(message);
     if (!wish) return wish.error();
     if (wish->points.empty()) return refused("no destination is among them");
-    if (auto good = go_to(wish->points.front().pos, wish->points.front().speed); !good) return good;
-    const std::lock_guard lock(state_mutex_);
-    destinations_.assign(wish->points.begin() + 1, wish->points.end());
+    const DestinationPoint first = wish->points.front();
+    if (auto good = go_to(first.pos, first.speed); !good) return good;
+    wish->points.erase(wish->points.begin());
+    keep(*wish);
     return {};
   }
 
@@ -398,9 +326,9 @@ class PilotPath : public DataModule<PilotData> {
     const auto wish = decode<PilotHoldData>(message);
     if (!wish) return wish.error();
     const std::lock_guard lock(state_mutex_);
-    if (!follower_) return refused("turn it on first");
-    follower_->hold(wish->holdState != 0);
-    hold_left_ = milliseconds(wish->holdTime);
+    if (!driver_.has_begun()) return refused("turn it on first");
+    record(PilotRecord::kHold, *wish);
+    driver_.hold(*wish);
     return {};
   }
 
@@ -408,8 +336,9 @@ class PilotPath : public DataModule<PilotData> {
     const auto wish = decode<PilotRevertData>(message);
     if (!wish) return wish.error();
     const std::lock_guard lock(state_mutex_);
-    if (!follower_ || !is_on()) return refused("turn it on first");
-    follower_->revert(milliseconds(wish->revertTime));
+    if (!driver_.has_begun() || !is_on()) return refused("turn it on first");
+    record(PilotRecord::kRevert, *wish);
+    driver_.revert(*wish);
     return {};
   }
 
@@ -419,31 +348,16 @@ class PilotPath : public DataModule<PilotData> {
   std::optional<Input<PositionProxy>> position_;
   std::optional<Input<ChassisProxy>> chassis_;
   std::optional<Input<PathProxy>> path_;
-  ChassisParamData limits_;
-  Scan2dData scan_data_;
-  PositionData position_data_;
-  ChassisData chassis_data_;
-  PathData path_data_;
-  milliseconds scan_period_{0};
-  milliseconds path_period_{50};
-  milliseconds position_period_{0};
-  milliseconds chassis_period_{0};
-  Pose seen_from_;
   bool looks_ = false;
-  bool seen_ = false;
-  bool located_ = false;
-  bool is_unsure_ = false;  // of where it is
+  int path_silence_ = kSilence;
+  int scan_silence_ = kSilence;
 
-  PriorityMutex state_mutex_;  // of what follows
-  std::optional<PathFollower> follower_;
-  std::optional<ObstacleStop> stop_;
-  u32 state_ = pilot_state::kIdle;
-  bool reached_ = false;                        // the end of its path
-  TimeStamp taken_ = 0;                         // of its path
-  std::vector<DestinationPoint> destinations_;  // further ones
-  milliseconds hold_left_{0};
-  milliseconds blocked_{0};
-  PilotStatusData status_;
+  PriorityMutex state_mutex_;  // of what follows; inputs() is of the data task alone
+  PathDriver driver_;
+  std::unique_ptr<device::CaptureFile> capture_;  // or none
+  std::vector<std::byte> bytes_;                  // of a record
+  u32 records_ = 0;
+  std::optional<TimeStamp> recorded_path_;
 };
 
 }  // namespace

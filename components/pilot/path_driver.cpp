@@ -1,0 +1,284 @@
+#include "components/pilot/path_driver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "components/path/vehicle.h"
+
+namespace rack::pilot {
+namespace {
+
+using State = PathFollower::State;
+using std::chrono::milliseconds;
+
+constexpr int kMissing = 3;                 // messages of an input, then it stops
+constexpr milliseconds kExtrapolated{500};  // at most: how old a position may be
+constexpr std::size_t kSplinesShown = 10;
+constexpr std::size_t kDestinationsMax = 1000;  // of a message
+constexpr double kStands = 20;                  // mm/s
+constexpr i32 kHour = 3600000;                  // ms
+
+// As PilotPath's parameters are bounded; a recording may hold anything.
+bool is_sensible(const PathDriverSettings& settings) {
+  const auto is_time = [](i32 time) { return time >= 0 && time <= kHour; };
+  return settings.maxSpeed > 0 && settings.periodTime > 0 && is_time(settings.periodTime) &&
+         is_time(settings.lag) && settings.steeringRate >= 0 && is_time(settings.scanPeriod) &&
+         is_time(settings.positionPeriod) && is_time(settings.chassisPeriod) &&
+         is_time(settings.pathPeriod);
+}
+
+}  // namespace
+
+PathDriver::PathDriver() {
+  reserve_all(inputs_.scan);
+  reserve_all(inputs_.path);
+  destinations_.reserve(kDestinationsMax);
+}
+
+Result<void> PathDriver::begin(PathDriverSettings settings) {
+  if (!is_sensible(settings))
+    return tims::Error(tims::Errc::kInvalidArgument, "settings that no pilot has");
+  ChassisParamData& chassis = settings.chassis;
+  const milliseconds reaction(settings.lag + settings.periodTime +
+                              (settings.looks != 0 ? settings.scanPeriod : 0));
+  const double fastest = std::min<double>(settings.maxSpeed, chassis.vxMax);
+  if (settings.looks != 0) {
+    if (auto good = check_braking(chassis, fastest, reaction); !good) return good;
+  }
+  if (path::turns_at_rest(chassis)) chassis.minTurningRadius = 0;
+  settings.pathPeriod = std::max(1, settings.pathPeriod);
+  settings_ = settings;
+  follower_.emplace(FollowerSettings{chassis, fastest, period(), milliseconds(settings.lag),
+                                     radians(settings.steeringRate)});
+  stop_.emplace(chassis, reaction);
+  inputs_.position = {};
+  inputs_.chassis = {};
+  inputs_.path.recordingTime = 0;
+  inputs_.path.splines.clear();
+  inputs_.scan.recordingTime = 0;
+  inputs_.scan.points.clear();
+  look_ = {};
+  at_ = seen_from_ = {};
+  command_ = {};
+  missing_ = Why::kDrives;
+  safe_ = 0;
+  seen_ = located_ = is_unsure_ = reached_ = false;
+  state_ = pilot_state::kIdle;
+  destinations_.clear();
+  blocked_ = hold_left_ = milliseconds(0);
+  taken_ = 0;
+  return {};
+}
+
+// --- a look
+
+ChassisMoveData PathDriver::look(const PathLook& look) {
+  look_ = look;
+  located_ = located_ || (look.came & PathLook::kPosition) != 0;
+  if ((look.came & PathLook::kScan) != 0) {
+    seen_ = true;
+    seen_from_ = pose_at(inputs_.scan.recordingTime);
+  }
+  at_ = pose_at(look.time);
+  take_path();
+  command_ = decide();
+  return {static_cast<i32>(std::lround(command_.speed)), 0, static_cast<f32>(command_.omega)};
+}
+
+// Where it is by the newest position and how it moves.
+Pose PathDriver::pose_at(TimeStamp time) const {
+  const Pose pose = Pose::of(inputs_.position.pos);
+  const ChassisData& chassis = inputs_.chassis;
+  const auto old = std::clamp(time - inputs_.position.recordingTime, -kExtrapolated, kExtrapolated);
+  const double seconds = std::chrono::duration<double>(old).count();
+  return pose + Pose{.x = static_cast<double>(chassis.vx) * seconds,
+                     .y = static_cast<double>(chassis.vy) * seconds,
+                     .rho = static_cast<double>(chassis.omega) * seconds};
+}
+
+// A path is another one when its time is.
+void PathDriver::take_path() {
+  const PathData& path = inputs_.path;
+  if (!located_ || path.recordingTime == taken_) return;
+  taken_ = path.recordingTime;
+  follower_->take(path.splines, at_);
+  blocked_ = milliseconds(0);
+  reached_ = false;
+  if (path.splines.empty()) {
+    // The plan that was asked for has failed; else there is just none.
+    if (state_ == pilot_state::kPlanning) state_ = pilot_state::kPathError;
+    return;
+  }
+  state_ = pilot_state::kRunning;
+}
+
+PathFollower::Command PathDriver::decide() {
+  if (!located_) return {};
+  mind_the_time();
+  mind_the_deviation();
+  missing_ = missing();
+  const bool knows = missing_ == Why::kDrives;
+  safe_ = 0;
+  if (knows)
+    safe_ = settings_.looks != 0 ? stop_->speed_max(inputs_.scan, seen_from_, at_, *follower_)
+                                 : static_cast<double>(settings_.chassis.vxMax);
+  const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
+  const bool wants = follower_->state() == State::kRunning && !follower_->holds();
+  const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
+  blocked_ = wants && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
+  if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
+  if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
+    state_ = pilot_state::kIdle;
+    reached_ = true;
+  }
+  return command;
+}
+
+// When messages are missing it does not know what is there, where it is, or where to go; it goes
+// on when they come again. And a position that nobody is sure of is none to steer by.
+PathDriver::Why PathDriver::missing() const {
+  const auto is_missing = [&](i32 silence, i32 period_of_input) {
+    return silence * period() >= kMissing * std::max(milliseconds(period_of_input), period());
+  };
+  if (is_unsure_) return Why::kUnsure;
+  if (is_missing(look_.positionSilence, settings_.positionPeriod)) return Why::kPositionMissing;
+  if (is_missing(look_.chassisSilence, settings_.chassisPeriod)) return Why::kChassisMissing;
+  if (is_missing(look_.pathSilence, settings_.pathPeriod)) return Why::kPathMissing;
+  if (settings_.looks == 0) return Why::kDrives;
+  const milliseconds scan_period(settings_.scanPeriod);
+  const milliseconds old = look_.time - inputs_.scan.recordingTime;
+  const bool sees = seen_ && look_.scanSilence * period() <= kMissing * scan_period &&
+                    old <= kMissing * scan_period + period();
+  return sees ? Why::kDrives : Why::kScanMissing;
+}
+
+// Once it is known again where it is, that may be elsewhere on the path.
+void PathDriver::mind_the_deviation() {
+  const auto& var = inputs_.position.var;
+  const bool was_unsure = is_unsure_;
+  is_unsure_ = look_.deviationMax > 0 && std::max(var.x, var.y) > look_.deviationMax;
+  if (is_unsure_ || !was_unsure || inputs_.path.splines.empty()) return;
+  if (state_ != pilot_state::kRunning && state_ != pilot_state::kPathError) return;
+  follower_->take(inputs_.path.splines, at_);
+  state_ = pilot_state::kRunning;
+}
+
+// Of HOLD, as far as it has an end.
+void PathDriver::mind_the_time() {
+  if (!follower_->holds() || hold_left_.count() == 0) return;
+  hold_left_ -= std::min(hold_left_, period());
+  if (hold_left_.count() == 0) follower_->hold(false);
+}
+
+// --- what needs others: the next destination, a way round an obstacle
+
+PathDriver::Errand PathDriver::take_errand() {
+  const milliseconds patience(look_.replanTime);
+  if (reached_ && !destinations_.empty()) {
+    Errand errand{.next = destinations_.front()};
+    destinations_.erase(destinations_.begin());
+    reached_ = false;
+    state_ = pilot_state::kPlanning;
+    return errand;
+  }
+  if (patience.count() <= 0 || blocked_ < patience) return {};
+  blocked_ = milliseconds(0);
+  return {.around = where_it_is()};
+}
+
+PathReplanData PathDriver::where_it_is() const {
+  const path::Beside& beside = follower_->beside();
+  PathReplanData data;
+  data.currSpline = static_cast<i32>(follower_->index());
+  data.splinePos = {whole_millimetres(beside.along), whole_millimetres(beside.across),
+                    static_cast<f32>(beside.turned)};
+  data.distToObstacle = whole_millimetres(stop_->free_way() + settings_.chassis.boundaryFront);
+  data.pathLength = std::max(1, whole_millimetres(follower_->rest()));
+  return data;
+}
+
+void PathDriver::hold(const PilotHoldData& wish) {
+  follower_->hold(wish.holdState != 0);
+  hold_left_ = milliseconds(wish.holdTime);
+}
+
+u32 PathDriver::plan(u32 state) {
+  reached_ = false;
+  return std::exchange(state_, state);
+}
+
+void PathDriver::keep(std::span<const DestinationPoint> further) {
+  destinations_.assign(further.begin(), further.end());
+}
+
+// --- what it says
+
+PilotStatusData PathDriver::status() const {
+  PilotStatusData data{.recordingTime = look_.time, .pos = at_.position()};
+  data.speed = static_cast<i32>(std::lround(command_.speed));
+  data.curve = command_.speed == 0 ? 0 : static_cast<f32>(command_.omega / command_.speed);
+  data.pilotState = state_;
+  data.distanceToDest = -1;
+  if (follower_ && !follower_->path().empty()) {
+    data.distanceToDest = whole_millimetres(follower_->rest());
+    const Position2d& end = follower_->path().back().endPos;
+    data.dest = {.x = end.x, .y = end.y, .rho = end.rho};
+  }
+  if (reached_) data.distanceToDest = 0;
+  return data;
+}
+
+void PathDriver::describe(PilotData& data) const {
+  const PilotStatusData all = status();
+  data.recordingTime = all.recordingTime;
+  data.pos = all.pos;
+  data.dest = all.dest;
+  data.speed = all.speed;
+  data.curve = all.curve;
+  data.distanceToDest = all.distanceToDest;
+  data.pilotState = all.pilotState;
+  data.splines.clear();
+  const auto path = follower_->path();
+  if (path.empty()) return;
+  const auto ahead = path.subspan(follower_->index());
+  const auto shown = ahead.first(std::min(ahead.size(), kSplinesShown));
+  data.splines.assign(shown.begin(), shown.end());
+}
+
+PathDriver::Why PathDriver::why() const {
+  if (!located_) return Why::kNoPlace;
+  if (follower_->state() == State::kNoPath) return Why::kNoPath;
+  if (follower_->state() == State::kArrived) return Why::kArrived;
+  if (follower_->state() == State::kAstray) return Why::kAstray;
+  if (missing_ != Why::kDrives) return missing_;
+  if (follower_->holds()) return Why::kHeld;
+  if (safe_ <= static_cast<double>(settings_.chassis.vxMin)) return Why::kObstacle;
+  return command_.speed == 0 ? Why::kTurns : Why::kDrives;
+}
+
+std::string PathDriver::why_text() const {
+  constexpr std::array<const char*, 13> kTexts = {
+      "it drives",
+      "no position has come yet",
+      "nobody is sure where it is (deviationMax)",
+      "no messages of the position",
+      "no messages of the chassis",
+      "no messages of the path",
+      "no scans, or too old ones",
+      "an obstacle",
+      "it is held (HOLD)",
+      "there is no path",
+      "it has arrived",
+      "it has left the corridor",
+      "a corner, or it turns round",
+  };
+  const Why reason = why();
+  std::string text = kTexts.at(static_cast<std::size_t>(reason));
+  if (reason == Why::kObstacle)
+    text += ", free way " + std::to_string(whole_millimetres(stop_->free_way())) + " mm";
+  return text;
+}
+
+}  // namespace rack::pilot
