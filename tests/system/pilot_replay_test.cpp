@@ -98,6 +98,12 @@ TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
   ASSERT_TRUE(has_speed(true));
   ASSERT_TRUE(has_speed(false)) << "before the wall";
   ASSERT_TRUE(pilot.off());  // and on: the recording goes on
+  ASSERT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.status();
+        return status && *status == rack::Status::kDisabled;
+      },
+      "it is off"));
   ASSERT_TRUE(turned_on(kPilot));
   ASSERT_TRUE(pilot.off());
 
