@@ -123,6 +123,7 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
       !parse_frame(frame, true, record))
     return malformed(whole, "no line of candump");
   record.time = *stamp;
+  record.took = {};
   record.direction = Direction::kReceived;
   return true;
 }
@@ -157,8 +158,12 @@ std::string capture_header(std::string_view device, std::string_view date) {
 }
 
 void append_record(std::string& text, Duration time, Direction direction, std::uint32_t id,
-                   std::span<const std::byte> bytes) {
+                   std::span<const std::byte> bytes, Duration took) {
   append_time(text, time);
+  if (took.count() > 0) {
+    text += '-';
+    append_time(text, took);
+  }
   text += ' ';
   text += static_cast<char>(direction);
   text += ' ';
@@ -200,9 +205,14 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   if (line.front() == '(') return parse_candump(line, record);
 
   const std::string_view whole = line;
-  const auto time = parse_time(next_word(line));
-  if (!time) return malformed(whole, "a line of a recording begins with seconds");
+  const std::string_view times = next_word(line);
+  const std::size_t mark = times.find('-');
+  const auto time = parse_time(times.substr(0, mark));
+  const auto took =
+      mark == std::string_view::npos ? Duration(0) : parse_time(times.substr(mark + 1));
+  if (!time || !took) return malformed(whole, "a line of a recording begins with seconds");
   record.time = *time;
+  record.took = *took;
   record.direction = Direction::kReceived;
   record.id = 0;
   record.event.clear();

@@ -3,12 +3,13 @@
 //   # rack capture 1 serial:/dev/ttyUSB0?baud=500000 2026-11-23T09:30:00Z
 //   0.000000000 > 0200020030013118
 //   0.004211300 < 06
+//   0.010000000-0.000320000 < 020080060014     (its first bit came 320 us before its last)
 //   2.100000000 ! the device is gone
 //   3.512345678 < 181#3701000000000000          (a CAN frame, or a datagram: id#bytes)
 //
-// Seconds since it began, direction, bytes in hex. Without a direction a line was received. Lines
-// of candump ("(1700000000.123456) can0 181#3701") are read as well. Empty lines and those that
-// begin with # are skipped.
+// Seconds since it began (and how long the bytes took, where the line knows), direction, bytes in
+// hex. Without a direction a line was received. Lines of candump ("(1700000000.123456) can0
+// 181#3701") are read as well. Empty lines and those that begin with # are skipped.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +32,7 @@ struct CaptureRecord {
   Duration time{};  // since the recording began; of candump since its epoch
   Direction direction = Direction::kReceived;
   std::uint32_t id = 0;
+  Duration took{};  // from its first bit to its last
   std::vector<std::byte> bytes;
   std::string event;
 };
@@ -39,7 +41,7 @@ std::string capture_header(std::string_view device, std::string_view date);
 
 // One line, with its end. Does not allocate where `text` has room for it.
 void append_record(std::string& text, Duration time, Direction direction, std::uint32_t id,
-                   std::span<const std::byte> bytes);
+                   std::span<const std::byte> bytes, Duration took = {});
 void append_event(std::string& text, Duration time, std::string_view event);
 
 enum class RecordingFormat : std::uint8_t { kRaw, kCapture, kPcap };

@@ -81,5 +81,22 @@ TEST(CaptureTest, TheBeginningTellsTheFormat) {
   EXPECT_EQ(format(""), RecordingFormat::kRaw);
 }
 
+TEST(Capture, HowLongTheBytesTookComesBack) {
+  using namespace std::chrono_literals;
+  std::string line;
+  append_record(line, 10ms, Direction::kReceived, 0, std::vector<std::byte>(1, std::byte{6}),
+                320us);
+  EXPECT_EQ(line, "0.010000000-0.000320000 < 06\n");
+  line.pop_back();
+  CaptureRecord record;
+  ASSERT_TRUE(parse_record(line, record));
+  EXPECT_EQ(record.time, 10ms);
+  EXPECT_EQ(record.took, 320us);
+  ASSERT_TRUE(parse_record("0.010000000 < 06", record));
+  EXPECT_EQ(record.took, 0us);
+  EXPECT_FALSE(parse_record("0.010000000- < 06", record));
+  EXPECT_FALSE(parse_record("0.01-x < 06", record));
+}
+
 }  // namespace
 }  // namespace rack::device

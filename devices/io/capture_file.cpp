@@ -21,7 +21,7 @@ using tims::os::File;
 
 constexpr std::size_t kWaitingMax = 8 << 20;
 constexpr auto kWriteEvery = std::chrono::seconds(1);  // what a loss of power may cost
-constexpr std::size_t kRecordOverhead = 48;
+constexpr std::size_t kRecordOverhead = 80;
 
 // Where a recording that is there already goes on.
 struct Continued {
@@ -115,9 +115,10 @@ void CaptureFile::append(std::size_t room, Append append) {
 }
 
 void CaptureFile::add(tims::Time when, Direction direction, std::uint32_t id,
-                      std::span<const std::byte> bytes) {
-  append(2 * bytes.size() + kRecordOverhead,
-         [&](std::string& text) { append_record(text, when - begin_, direction, id, bytes); });
+                      std::span<const std::byte> bytes, tims::Duration took) {
+  append(2 * bytes.size() + kRecordOverhead, [&](std::string& text) {
+    append_record(text, when - begin_, direction, id, bytes, took);
+  });
 }
 
 void CaptureFile::add_event(tims::Time when, std::string_view event) {

@@ -24,8 +24,8 @@ class CaptureFile {
                                                            tims::Time begin);
   ~CaptureFile();
 
-  void add(tims::Time when, Direction direction, std::uint32_t id,
-           std::span<const std::byte> bytes);
+  void add(tims::Time when, Direction direction, std::uint32_t id, std::span<const std::byte> bytes,
+           tims::Duration took = {});
   void add_event(tims::Time when, std::string_view event);
 
   // Records that are missing in the file, so far.

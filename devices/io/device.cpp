@@ -158,7 +158,7 @@ Result<void> Device::state() {
 void Device::hand_over(const Arrival& arrival) {
   if (capture_)
     capture_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
-                  arrival.id, arrival.bytes);
+                  arrival.id, arrival.bytes, arrival.last - arrival.first);
   if (arrival.is_sent) return dialogue_.on_sent(arrival);
   if (arrival.id != 0) return hear(arrival);
   is_other_rate_ = false;

@@ -41,9 +41,10 @@ class Playback final : public Transport {
     while (!is_over_ && due_ <= now && !has_played) {
       has_played = has_record_;
       const Time when = speed_ == 0 ? now : due_;
+      const Duration took = speed_ == 0 ? Duration(0) : at_speed(record_.took);
       if (has_record_)
         receive({.bytes = record_.bytes,
-                 .first = when,
+                 .first = when - took,
                  .last = when,
                  .id = record_.id,
                  .is_sent = record_.direction == Direction::kSent});
@@ -72,9 +73,13 @@ class Playback final : public Transport {
       began_ = record_.time;
       started_ = now;
     }
-    const auto passed = static_cast<double>((record_.time - *began_).count()) / speed_;
-    due_ = started_ + Duration(std::llround(std::clamp(passed, 0.0, 1e18)));
+    due_ = started_ + at_speed(record_.time - *began_);
     return {};
+  }
+  [[nodiscard]] Duration at_speed(Duration then) const {
+    if (speed_ == 1) return std::max(Duration(0), then);
+    const double now = static_cast<double>(then.count()) / speed_;
+    return Duration(std::llround(std::clamp(now, 0.0, 1e18)));
   }
 
   Result<bool> next_words() {
