@@ -84,6 +84,28 @@ class Drive {
   std::vector<BeamEnd> beams_;
 };
 
+class Ours final : public Contestant {
+ public:
+  Ours(const Trial& trial, const LikelihoodField& field)
+      : field_(field), localiser_(trial.settings, trial.seed) {}
+
+  void start_at(const Pose& pose, double deviation, double deviation_rho) override {
+    localiser_.start_at(pose, deviation, deviation_rho);
+  }
+  void start_anywhere() override { localiser_.start_anywhere(); }
+  bool take(const Pose& odometry, const LogScan& /*scan*/,
+            std::span<const BeamEnd> beams) override {
+    return localiser_.take(field_, odometry, beams);
+  }
+  [[nodiscard]] Pose pose() const override { return localiser_.pose(); }
+  [[nodiscard]] double share() const override { return localiser_.estimate().share; }
+  [[nodiscard]] bool searches() const override { return localiser_.filter().injected() > 0; }
+
+ private:
+  const LikelihoodField& field_;
+  Localiser localiser_;
+};
+
 // Where the robot was at the first scan: as the global start found it later, and back.
 std::optional<Pose> find_start(const Trial& trial, const CarmenLog& log,
                                const LikelihoodField& field) {
@@ -106,13 +128,13 @@ std::optional<Pose> find_start(const Trial& trial, const CarmenLog& log,
 class Evaluation {
  public:
   Evaluation(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
-             const Truth& truth, const Stopwatch& stopwatch)
+             const Truth& truth, const Stopwatch& stopwatch, Contestant& contestant)
       : trial_(trial),
         log_(log),
         field_(field),
         truth_(truth),
         stopwatch_(stopwatch),
-        localiser_(trial.settings, trial.seed),
+        contestant_(contestant),
         drive_(trial, log) {}
 
   Outcome run() {
@@ -136,20 +158,20 @@ class Evaluation {
     at_ = std::min(trial_.begin, truth_.poses.size());
     const bool knows = at_ < truth_.poses.size();
     first_ = knows && (at_ > 0 || !trial_.global) ? truth_.poses[at_].scan : 0;
-    if (trial_.global) return localiser_.start_anywhere();
+    if (trial_.global) return contestant_.start_anywhere();
     std::optional<Pose> at;
     if (!knows) {
       at = find_start(trial_, log_, field_);
     } else {
       at = robot(truth_.poses[at_].laser, first_);
     }
-    if (!at) return localiser_.start_anywhere();
+    if (!at) return contestant_.start_anywhere();
     Random random(trial_.seed);
     const double direction = static_cast<double>(random.uniform(0, static_cast<float>(2 * kPi)));
     at->x += kStartWay * std::cos(direction);
     at->y += kStartWay * std::sin(direction);
     at->rho += random.uniform() < 0.5F ? -kStartTurn : kStartTurn;
-    localiser_.start_at(*at, kStartWay, kStartTurn);
+    contestant_.start_at(*at, kStartWay, kStartTurn);
   }
 
   [[nodiscard]] bool has_ended() const {
@@ -165,15 +187,15 @@ class Evaluation {
     const Pose odometry = drive_.odometry(i);
     const auto beams = drive_.beams(i);
     const double before = stopwatch_();
-    if (localiser_.take(field_, odometry, beams)) {
+    if (contestant_.take(odometry, log_.scans[i], beams)) {
       us_ += stopwatch_() - before;
       ++outcome_.updates;
-      if (localiser_.filter().injected() > 0) ++outcome_.recoveries;
+      if (contestant_.searches()) ++outcome_.recoveries;
     }
     if (trial_.keep_poses) keep(i, odometry);
-    const Pose laser = localiser_.pose() + log_.scans[i].laser;
+    const Pose laser = contestant_.pose() + log_.scans[i].laser;
     if (!truth_.relations.empty()) {
-      sure_ = sure_ || !trial_.global || localiser_.estimate().share > kSureShare;
+      sure_ = sure_ || !trial_.global || contestant_.share() > kSureShare;
       track_.resize(log_.scans.size());
       if (sure_) track_[i] = laser;
     }
@@ -183,7 +205,7 @@ class Evaluation {
   }
 
   void keep(std::size_t i, const Pose& odometry) {
-    PoseRow row{log_.scans[i].logger_time, localiser_.pose(), odometry, {}};
+    PoseRow row{log_.scans[i].logger_time, contestant_.pose(), odometry, {}};
     const auto known = std::ranges::lower_bound(truth_.poses, i, {}, &TruePose::scan);
     if (known != truth_.poses.end() && known->scan == i) row.truth = robot(known->laser, i);
     if (outcome_.poses.empty()) placed_ = row.truth.value_or(row.estimate) + (Pose{} - odometry);
@@ -230,7 +252,7 @@ class Evaluation {
   const LikelihoodField& field_;
   const Truth& truth_;
   const Stopwatch& stopwatch_;
-  Localiser localiser_;
+  Contestant& contestant_;
   Drive drive_;
   Outcome outcome_;
   std::vector<std::optional<Pose>> track_;  // of the laser, by scan
@@ -277,7 +299,13 @@ std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64
 
 Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
             const Truth& truth, const Stopwatch& stopwatch) {
-  return Evaluation(trial, log, field, truth, stopwatch).run();
+  Ours ours(trial, field);
+  return run(trial, log, field, truth, stopwatch, ours);
+}
+
+Outcome run(const Trial& trial, const CarmenLog& log, const LikelihoodField& field,
+            const Truth& truth, const Stopwatch& stopwatch, Contestant& contestant) {
+  return Evaluation(trial, log, field, truth, stopwatch, contestant).run();
 }
 
 std::string to_csv(std::span<const PoseRow> poses) {

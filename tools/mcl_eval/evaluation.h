@@ -1,5 +1,6 @@
 // A drive through a log: the localiser is given what the robot had, and what it says is compared
-// with the truth. Pure but for the stopwatch that is handed in.
+// with the truth. Pure but for the stopwatch that is handed in. Who localises is ours, or somebody
+// else's filter that is to stand beside it.
 //
 // Tracking starts beside the truth: half a metre and 15 degrees off. With relations there is no
 // such place; it is found first, by a global start on the same log, and tracking then starts from
@@ -82,9 +83,27 @@ std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64
 
 using Stopwatch = std::function<double()>;  // us
 
+// Who is judged. All as Localiser has it.
+class Contestant {
+ public:
+  virtual ~Contestant() = default;
+  virtual void start_at(const Pose& pose, double deviation, double deviation_rho) = 0;
+  virtual void start_anywhere() = 0;
+  // `beams` in the frame of the robot; `scan` says where on it the scanner is and looks.
+  virtual bool take(const Pose& odometry, const localisation::LogScan& scan,
+                    std::span<const localisation::BeamEnd> beams) = 0;
+  [[nodiscard]] virtual Pose pose() const = 0;
+  [[nodiscard]] virtual double share() const = 0;   // of the cloud, in one place
+  [[nodiscard]] virtual bool searches() const = 0;  // particles were drawn anew
+};
+
 Outcome run(const Trial& trial, const localisation::CarmenLog& log,
             const localisation::LikelihoodField& field, const Truth& truth,
             const Stopwatch& stopwatch);
+// Somebody else in the place of our localiser; `field` finds where relations begin.
+Outcome run(const Trial& trial, const localisation::CarmenLog& log,
+            const localisation::LikelihoodField& field, const Truth& truth,
+            const Stopwatch& stopwatch, Contestant& contestant);
 
 using tims::base::mean;
 using tims::base::quantile;

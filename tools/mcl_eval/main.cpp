@@ -1,6 +1,5 @@
 // mcl-eval: how well Monte Carlo localisation does on a recorded drive.
 #include <cstdio>
-#include <ctime>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +8,7 @@
 #include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
 #include "tools/mcl_eval/evaluation.h"
+#include "tools/mcl_eval/files.h"
 #include "tools/mcl_eval/table.h"
 
 namespace rack::mcl_eval {
@@ -16,12 +16,6 @@ namespace {
 
 using timsctl::Exit;
 using timsctl::Failure;
-
-struct Files {
-  std::string log;
-  std::string map;
-  std::string truth;
-};
 
 struct Wanted {
   bool kidnap = false;
@@ -31,37 +25,6 @@ struct Wanted {
   bool json = false;
   std::string poses;  // file
 };
-
-std::string read_file(const std::string& name) {
-  auto bytes = navigation::read_file(name);
-  if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
-  if (bytes->starts_with("\xFD"
-                         "7zXZ"))
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
-  return std::move(bytes).value();
-}
-
-template <typename T>
-T well(tims::Result<T> result, const std::string& file) {
-  if (!result)
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: {}", file, result.error().detail()));
-  return std::move(result).value();
-}
-
-localisation::LikelihoodField read_field(const std::string& name) {
-  const auto map = navigation::load_map(name, {});
-  if (!map)
-    throw Failure(map.error() == tims::Errc::kMalformed ? Exit::kNo : Exit::kNoSuch, "bad_file",
-                  map.error().detail());
-  return well(localisation::LikelihoodField::of(*map, {}), name);
-}
-
-// Of this thread alone: others on this machine do not count.
-double stopwatch_us() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
-}
 
 struct Field {
   std::string name;
@@ -121,7 +84,7 @@ void write_poses(const std::string& file, const Outcome& outcome) {
 
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   const auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
-  const auto field = read_field(files.map);
+  const auto field = field_of(read_map(files.map), files.map);
   const Truth truth = well(read_truth(read_file(files.truth), log), files.truth);
   if (truth.beside > 0)
     fmt::print(stderr, "mcl-eval: {}: {} lines of times that no scan has are left out\n",
@@ -160,8 +123,8 @@ Recording read_recording(const std::string& folder, const std::string& name) {
   };
   Truth poses = truth(".poses.txt");
   Truth relations = name == "aces" ? truth(".relations") : Truth{};
-  return {name, std::move(log), read_field(base + "-map.yaml"), std::move(poses),
-          std::move(relations)};
+  return {name, std::move(log), field_of(read_map(base + "-map.yaml"), base + "-map.yaml"),
+          std::move(poses), std::move(relations)};
 }
 
 Exit print_table(const Wanted& wanted) {

@@ -1,0 +1,208 @@
+// mrpt-bench: MRPT's particle filter and ours on the same recorded drives, in turns; one table.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+#include "tests/bench/mrpt/mrpt_filter.h"
+#include "tools/mcl_eval/files.h"
+
+namespace rack::mcl_eval {
+namespace {
+
+using localisation::BeamEnd;
+using localisation::GridMap;
+using timsctl::Exit;
+using timsctl::Failure;
+
+struct RecordedDrive {
+  localisation::CarmenLog log;
+  GridMap map;
+  localisation::LikelihoodField field;
+  Truth truth;
+  double lag;  // s
+};
+
+RecordedDrive read_drive(const Files& files) {
+  auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
+  auto map = read_map(files.map);
+  auto field = field_of(map, files.map);
+  auto truth = well(read_truth(read_file(files.truth), log), files.truth);
+  const double lag = localisation::estimate_lag(log);
+  return {std::move(log), std::move(map), std::move(field), std::move(truth), lag};
+}
+
+struct Wanted {
+  std::vector<std::string> files{};  // log, map, truth, and again
+  std::vector<unsigned> particles{500, 2000};
+  std::vector<unsigned> beams{60, 180};
+  std::uint64_t seed = 1;
+  std::uint64_t seeds = 10;
+  bool proof = false;
+  bool alone = false;
+  MrptSettings mrpt{};
+};
+
+// Whether MRPT sees map and scan as they are: how often a scan is likelier at the true pose than
+// beside it, and than turned there.
+void prove(const RecordedDrive& drive, const Wanted& wanted, const std::string& name) {
+  const MrptFilter filter(wanted.mrpt, drive.map, wanted.seed);
+  constexpr double kBeside = 300;  // mm
+  constexpr double kTurned = radians(5);
+  constexpr std::array kOff{Pose{.x = kBeside},  Pose{.x = -kBeside},  Pose{.y = kBeside},
+                            Pose{.y = -kBeside}, Pose{.rho = kTurned}, Pose{.rho = -kTurned}};
+  std::array<std::size_t, kOff.size()> likelier{};
+  std::vector<BeamEnd> beams;
+  for (const TruePose& at : drive.truth.poses) {
+    const auto& scan = drive.log.scans[at.scan];
+    drive.log.beams(scan, beams);
+    const Pose robot = at.laser + (Pose{} - scan.laser);
+    const double here = filter.likelihood(robot, scan, beams);
+    for (std::size_t i = 0; i < kOff.size(); ++i)
+      if (here > filter.likelihood(robot + kOff.at(i), scan, beams)) ++likelier.at(i);
+  }
+  const auto share = [&](std::size_t i) {
+    return 100 * static_cast<double>(likelier.at(i)) /
+           static_cast<double>(std::max<std::size_t>(1, drive.truth.poses.size()));
+  };
+  fmt::print(
+      "{}: of {} scans so many are likelier where they were made than 0.3 m ahead {:.1f} %, "
+      "behind {:.1f} %, right {:.1f} %, left {:.1f} %, turned by 5 degrees {:.1f} %, {:.1f} "
+      "%\n",
+      name, drive.truth.poses.size(), share(0), share(1), share(2), share(3), share(4), share(5));
+}
+
+void print_row(const std::string& name, const std::string& who, const Wanted& wanted,
+               std::size_t size, const std::vector<Outcome>& all) {
+  const auto average = [&](auto value) {
+    double sum = 0;
+    for (const Outcome& outcome : all) sum += value(outcome);
+    return sum / static_cast<double>(all.size());
+  };
+  double most = 0;
+  for (const Outcome& outcome : all) most = std::max(most, quantile(outcome.metres, 1));
+  fmt::print(
+      "| {} | {} | {} | {} | {:.4f} | {:.4f} | {:.3f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} of "
+      "{} | {:.0f} |\n",
+      name, wanted.particles[size], wanted.beams[size], who,
+      average([](const Outcome& o) { return mean(o.metres); }),
+      average([](const Outcome& o) { return quantile(o.metres, 0.5); }),
+      average([](const Outcome& o) { return quantile(o.metres, 0.95); }), most,
+      average([](const Outcome& o) { return mean(o.degrees); }),
+      average([](const Outcome& o) { return quantile(o.degrees, 0.5); }),
+      100 * average([](const Outcome& o) { return o.share_over_1m; }),
+      std::ranges::count_if(all, &Outcome::lost), all.size(),
+      average([](const Outcome& o) { return o.us_per_update; }));
+  std::fflush(stdout);
+}
+
+void compare(const RecordedDrive& drive, const Wanted& wanted, std::size_t size,
+             const std::string& name) {
+  std::vector<Outcome> ours;
+  std::vector<Outcome> theirs;
+  Trial trial{.lag = drive.lag};
+  trial.settings.filter.particles = wanted.particles[size];
+  trial.settings.beams = wanted.beams[size];
+  MrptSettings settings = wanted.mrpt;
+  settings.particles = wanted.particles[size];
+  settings.beams = wanted.beams[size];
+  // Who sums the logarithms of three times the beams as if each told something new is three times
+  // as sure.
+  settings.power *= 60.0 / settings.beams;
+  for (trial.seed = wanted.seed; trial.seed < wanted.seed + wanted.seeds; ++trial.seed) {
+    if (!wanted.alone)
+      ours.push_back(run(trial, drive.log, drive.field, drive.truth, stopwatch_us));
+    MrptFilter mrpt(settings, drive.map, trial.seed);
+    theirs.push_back(run(trial, drive.log, drive.field, drive.truth, stopwatch_us, mrpt));
+  }
+  if (!wanted.alone) print_row(name, "ours", wanted, size, ours);
+  print_row(name, "MRPT", wanted, size, theirs);
+}
+
+Exit bench(const Wanted& wanted) {
+  if (!wanted.proof)
+    fmt::print(
+        "| log | particles | beams | filter | mean m | median m | 95 % m | max m | mean degrees | "
+        "median "
+        "degrees | over 1 m % | lost at the end | us an update |\n"
+        "|---|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+  for (std::size_t i = 0; i + 2 < wanted.files.size(); i += 3) {
+    const Files files{wanted.files[i], wanted.files[i + 1], wanted.files[i + 2]};
+    const RecordedDrive drive = read_drive(files);
+    const std::string name = std::filesystem::path(files.log).stem();
+    if (wanted.proof) {
+      prove(drive, wanted, name);
+      continue;
+    }
+    for (std::size_t size = 0; size < wanted.particles.size(); ++size)
+      compare(drive, wanted, size, name);
+  }
+  return Exit::kDone;
+}
+
+constexpr const char* kAbout =
+    "MRPT's particle filter " MRPT_RELEASE
+    " and ours on the same recorded drives, in turns; one table.\n\n"
+    "Both get the same scans, beams of them, odometry and start, as mcl-eval has them.";
+
+void add_options(CLI::App& app, Wanted& wanted) {
+  app.add_option("LOG MAP TRUTH", wanted.files, "as mcl-eval has them, as many threes as wanted")
+      ->required();
+  app.add_option("--particles", wanted.particles, "sizes that are compared")->capture_default_str();
+  app.add_option("--beams", wanted.beams, "and their beams")->capture_default_str();
+  app.add_option("--seed", wanted.seed, "the first of them")->capture_default_str();
+  app.add_option("--seeds", wanted.seeds, "so many")->capture_default_str();
+  app.add_flag("--proof", wanted.proof, "only: is a scan likelier where it was made than beside?");
+  app.add_flag("--alone", wanted.alone, "MRPT's without ours");
+  MrptSettings& mrpt = wanted.mrpt;
+  const auto setting = [&app](const char* name, double& value, const char* what) {
+    app.add_option(name, value, what)->capture_default_str()->group("Settings of MRPT");
+  };
+  setting("--a1", mrpt.a1, "gaussianModel: m/m");
+  setting("--a2", mrpt.a2, "m/rad");
+  setting("--a3", mrpt.a3, "rad/m");
+  setting("--a4", mrpt.a4, "rad/rad");
+  setting("--min-std-xy", mrpt.min_std_xy, "m");
+  setting("--min-std-phi", mrpt.min_std_phi, "rad");
+  setting("--std-hit", mrpt.std_hit, "LF_stdHit, m");
+  setting("--max-distance", mrpt.max_distance, "LF_maxCorrsDistance, m");
+  setting("--z-hit", mrpt.z_hit, "LF_zHit; LF_zRandom is the rest");
+  setting("--max-range", mrpt.max_range, "LF_maxRange, m");
+  setting("--power", mrpt.power, "powFactor for 60 beams, in proportion less for more");
+  setting("--beta", mrpt.beta, "BETA: resampled below so much of the effective size");
+  app.add_flag("--optimal", mrpt.optimal, "pfAuxiliaryPFOptimal, not pfStandardProposal")
+      ->group("Settings of MRPT");
+  app.set_version_flag("--version", TIMS_VERSION);
+}
+
+}  // namespace
+}  // namespace rack::mcl_eval
+
+int main(int argc, char** argv) {
+  using namespace rack::mcl_eval;
+  Wanted wanted;
+  CLI::App app(kAbout, "mrpt-bench");
+  add_options(app, wanted);
+  try {
+    app.parse(argc, argv);
+    if (wanted.files.size() % 3 != 0)
+      throw CLI::ValidationError("files come in threes: LOG MAP TRUTH");
+    if (wanted.particles.size() != wanted.beams.size())
+      throw CLI::ValidationError("--beams: one for each of --particles");
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
+  }
+  try {
+    return static_cast<int>(bench(wanted));
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "mrpt-bench: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
+               failure.hint);
+    return static_cast<int>(failure.exit);
+  } catch (const std::exception& error) {  // MRPT's
+    fmt::print(stderr, "mrpt-bench: {}\n", error.what());
+    return static_cast<int>(Exit::kNo);
+  }
+}

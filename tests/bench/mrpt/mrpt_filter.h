@@ -1,0 +1,64 @@
+// The particle filter of MRPT (CMonteCarloLocalization2D) in the place of our localiser: a map of
+// ours as its grid, odometry as its actions, beams as its scans, and back.
+//
+// MRPT's axes are right-handed: its y is our -y, its angles ours the other way round. Its frame
+// begins at the map's corner, as its grid begins at a multiple of the resolution only. It gets
+// scans when ours would, after 0.1 m or 0.1 rad, the whole of each; of their points it takes every
+// n-th.
+#pragma once
+
+#include <memory>
+
+#include "components/localisation/grid_map.h"
+#include "tools/mcl_eval/evaluation.h"
+
+namespace rack::mcl_eval {
+
+// Lengths in m, angles in rad, as MRPT has them. What they are and how they were found:
+// components/localisation/README.md.
+struct MrptSettings {
+  unsigned particles = 500;
+  unsigned beams = 60;
+  double way_between = 0.1;
+  double turn_between = 0.1;
+  // TMotionModelOptions::gaussianModel
+  double a1 = 0.1;   // m/m
+  double a2 = 0;     // m/rad
+  double a3 = 0.05;  // rad/m
+  double a4 = 0.15;  // rad/rad
+  double min_std_xy = 0.008;
+  double min_std_phi = 0.003;
+  // TLikelihoodOptions
+  double std_hit = 0.12;
+  double max_distance = 0.5;  // LF_maxCorrsDistance
+  double z_hit = 0.95;
+  double max_range = 81;
+  // TParticleFilterOptions
+  double power = 0.1;  // powFactor
+  double beta = 0.5;
+  bool optimal = false;  // pfAuxiliaryPFOptimal
+};
+
+class MrptFilter final : public Contestant {
+ public:
+  MrptFilter(const MrptSettings& settings, const localisation::GridMap& map, std::uint64_t seed);
+  ~MrptFilter() override;
+
+  void start_at(const Pose& pose, double deviation, double deviation_rho) override;
+  void start_anywhere() override;
+  bool take(const Pose& odometry, const localisation::LogScan& scan,
+            std::span<const localisation::BeamEnd> beams) override;
+  [[nodiscard]] Pose pose() const override;
+  [[nodiscard]] double share() const override { return 1; }
+  [[nodiscard]] bool searches() const override { return false; }
+
+  // The logarithm of the likelihood of the whole scan, seen from there.
+  [[nodiscard]] double likelihood(const Pose& robot, const localisation::LogScan& scan,
+                                  std::span<const localisation::BeamEnd> beams) const;
+
+ private:
+  struct Parts;  // of MRPT
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace rack::mcl_eval
