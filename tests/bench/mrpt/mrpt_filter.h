@@ -22,19 +22,19 @@ struct MrptSettings {
   double way_between = 0.1;
   double turn_between = 0.1;
   // TMotionModelOptions::gaussianModel
-  double a1 = 0.1;   // m/m
+  double a1 = 0.2;   // m/m
   double a2 = 0;     // m/rad
-  double a3 = 0.05;  // rad/m
+  double a3 = 0.15;  // rad/m
   double a4 = 0.15;  // rad/rad
-  double min_std_xy = 0.008;
-  double min_std_phi = 0.003;
+  double min_std_xy = 0.015;
+  double min_std_phi = 0.01;
   // TLikelihoodOptions
-  double std_hit = 0.12;
+  double std_hit = 0.1;
   double max_distance = 0.5;  // LF_maxCorrsDistance
   double z_hit = 0.95;
   double max_range = 81;
   // TParticleFilterOptions
-  double power = 0.1;  // powFactor
+  double power = 0.25;  // powFactor
   double beta = 0.5;
   bool optimal = false;  // pfAuxiliaryPFOptimal
 };
