@@ -1,9 +1,9 @@
 // ClockSystem: the clock of this host, which another one may set.
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <optional>
+#include <system_error>
 
 #include "components/clock/calendar.h"
 #include "rack/clock.h"
@@ -82,7 +82,8 @@ class ClockSystem : public DataModule<ClockData> {
     const timespec now{.tv_sec = seconds.count(),
                        .tv_nsec = std::chrono::nanoseconds(*time - seconds).count()};
     if (::clock_settime(CLOCK_REALTIME, &now) != 0)
-      return refused(std::string("cannot set the time of this host: ") + std::strerror(errno) +
+      return refused(std::string("cannot set the time of this host: ") +
+                     std::generic_category().message(errno) +
                      "; it needs CAP_SYS_TIME, or systemClockUpdate=0");
     sync_mode_ = data->syncMode;
     updated_ = time_stamp();
