@@ -59,7 +59,7 @@ class Where {
     }
     add_localiser(answer, facts);
     json::array findings;
-    for (const Finding& finding : missing(facts))
+    for (const MissingPart& finding : missing(facts))
       findings.push_back(json::object{{"what", finding.what}, {"next", finding.next}});
     answer["missing"] = std::move(findings);
     return answer;

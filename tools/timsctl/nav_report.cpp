@@ -22,7 +22,7 @@ constexpr double kAhead = -0.5;     // s: clocks of hosts are not better than th
 constexpr tims::Duration kSilence = 2s;
 constexpr double kTurned = 0.015;  // rad between two looks: more than a localiser corrects at rest
 
-Finding localiser_missing(const WhereFacts& facts) {
+MissingPart localiser_missing(const WhereFacts& facts) {
   if (facts.mcl.empty())
     return {"nothing corrects the odometry: there is no MonteCarloLocalisation",
             "start it with a map: docs/operating.md, \"Send a robot to a place\""};
@@ -57,8 +57,8 @@ Samples samples_of(const rack::MclData& data) {
   return samples;
 }
 
-std::vector<Finding> missing(const WhereFacts& facts) {
-  std::vector<Finding> found;
+std::vector<MissingPart> missing(const WhereFacts& facts) {
+  std::vector<MissingPart> found;
   if (facts.position_state != "on")
     found.push_back({fmt::format("{} is {}", facts.position, facts.position_state),
                      fmt::format("`timsctl component on {}`", facts.position)});

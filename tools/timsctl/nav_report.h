@@ -36,11 +36,11 @@ struct WhereFacts {
   std::optional<double> age_s{};
 };
 
-struct Finding {
+struct MissingPart {
   std::string what;
   std::string next;  // what to do
 };
-std::vector<Finding> missing(const WhereFacts& facts);
+std::vector<MissingPart> missing(const WhereFacts& facts);
 
 // --- goto: what has become of a drive
 
