@@ -35,6 +35,8 @@ INSTRUMENTED = re.compile(r"__(asan|ubsan|tsan|sanitizer)_.*")
 NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 # Written by the loader only.
 RELOCATED = re.compile(r"DW\.ref\..*")
+# Libraries of a folder beside the one of its name.
+BESIDE = {"libtims/base": ("tims_toml",)}
 
 
 def library_name(folder):
@@ -78,14 +80,14 @@ def check(tree):
     for folder in sorted(Layers(tree).pure):
         if not any(f.startswith(folder + "/") and f.endswith(".cpp") for f in tree.files):
             continue
-        found = sorted(tree.build.rglob(f"lib{library_name(folder)}.a"))
-        if found:
-            archives[folder] = found[0]
-        else:
-            yield Finding(folder, 0, f"lib{library_name(folder)}.a is not in {tree.build}: "
-                                     "tools/dev build")
-    inside = set().union(*(defined_symbols(a) for a in archives.values()))
-    for folder, archive in archives.items():
+        for name in (library_name(folder), *BESIDE.get(folder, ())):
+            found = sorted(tree.build.rglob(f"lib{name}.a"))
+            if found:
+                archives[found[0]] = folder
+            else:
+                yield Finding(folder, 0, f"lib{name}.a is not in {tree.build}: tools/dev build")
+    inside = set().union(*(defined_symbols(a) for a in archives))
+    for archive, folder in archives.items():
         for symbol, name in demangle(undefined_symbols(archive) - inside).items():
             if not any(p.fullmatch(name) for p in (*ALLOWED, INSTRUMENTED)):
                 yield Finding(folder, 0, f"is pure but calls {name}: hand time, bytes and results "
