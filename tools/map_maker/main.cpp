@@ -15,12 +15,15 @@
 #include "tools/cli/failure.h"
 #include "tools/map_maker/track_error.h"
 #include "tools/mcl_eval/evaluation.h"
+#include "tools/mcl_eval/files.h"
 
 namespace rack::map_maker {
 namespace {
 
 using mapping::Drive;
 using mapping::MadeMap;
+using mcl_eval::read_file;
+using mcl_eval::well;
 using timsctl::Exit;
 using timsctl::Failure;
 
@@ -39,22 +42,6 @@ struct Wanted {
 };
 
 std::atomic<bool> interrupted = false;
-
-std::string read_file(const std::string& name) {
-  auto bytes = navigation::read_file(name);
-  if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
-  if (bytes->starts_with("\xFD"
-                         "7zXZ"))
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
-  return std::move(bytes).value();
-}
-
-template <typename T>
-T well(tims::Result<T> result, const std::string& file) {
-  if (!result)
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: {}", file, result.error().detail()));
-  return std::move(result).value();
-}
 
 // --- what comes in
 

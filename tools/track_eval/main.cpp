@@ -1,20 +1,22 @@
 // track-eval: how well people and other things that move are followed.
 #include <cstdio>
-#include <ctime>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 #include "base/statistics.h"
-#include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
+#include "tools/mcl_eval/files.h"
 #include "tools/track_eval/tracking.h"
 
 namespace rack::track_eval {
 namespace {
 
 using localisation::LikelihoodField;
+using mcl_eval::read_file;
+using mcl_eval::stopwatch_us;
+using mcl_eval::well;
 using timsctl::Exit;
 using timsctl::Failure;
 
@@ -29,13 +31,6 @@ struct Wanted {
   bool list = false;
   bool json = false;
 };
-
-// Of this thread alone: others on this machine do not count.
-double stopwatch_us() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
-}
 
 struct Field {
   const char* name;
@@ -89,30 +84,6 @@ Exit evaluate_people(Wanted wanted) {
 
 // --- a recorded drive
 
-std::string read_file(const std::string& name) {
-  auto bytes = navigation::read_file(name);
-  if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
-  if (bytes->starts_with("\xFD"
-                         "7zXZ"))
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
-  return std::move(bytes).value();
-}
-
-template <typename T>
-T well(tims::Result<T> result, const std::string& file) {
-  if (!result)
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: {}", file, result.error().detail()));
-  return std::move(result).value();
-}
-
-LikelihoodField read_field(const std::string& name) {
-  const auto map = navigation::load_map(name, {});
-  if (!map)
-    throw Failure(map.error() == tims::Errc::kMalformed ? Exit::kNo : Exit::kNoSuch, "bad_file",
-                  map.error().detail());
-  return well(LikelihoodField::of(*map, {}), name);
-}
-
 void print_mover(const Mover& mover, bool json) {
   print_line({{"id", static_cast<double>(mover.id), 0},
               {"from_s", mover.from, 1},
@@ -132,7 +103,7 @@ void print_mover(const Mover& mover, bool json) {
 Exit evaluate_drive(const Wanted& wanted) {
   const auto log = well(localisation::read_carmen(read_file(wanted.log)), wanted.log);
   std::optional<LikelihoodField> field;
-  if (!wanted.map.empty()) field = read_field(wanted.map);
+  if (!wanted.map.empty()) field = mcl_eval::field_of(mcl_eval::read_map(wanted.map), wanted.map);
   const DriveSettings settings{.lag = wanted.lag ? *wanted.lag : localisation::estimate_lag(log),
                                .map = field ? &*field : nullptr,
                                .subtract = !wanted.judge,
