@@ -129,7 +129,6 @@ class PathRddf : public DataModule<PathData> {
     const std::lock_guard lock(state_mutex_);
     set_period(std::chrono::milliseconds(integer("periodTime")));
     layer_ = integer("layer");
-    silence_ = 0;
     located_ = seen_ = planning_ = false;
     ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
     const auto parameters = chassis.get_parameter();
@@ -245,10 +244,8 @@ class PathRddf : public DataModule<PathData> {
 
   Result<void> look() {
     PositionData position;
-    const auto come = position_input_->newest(position);
+    const auto come = position_input_->newest(position, kSilence);
     if (!come) return come.error();
-    silence_ = *come ? 0 : silence_ + 1;
-    if (silence_ >= kSilence) return tims::Error(tims::Errc::kTimeout, "no data of the position");
     const std::lock_guard lock(state_mutex_);
     if (*come) {
       robot_ = Pose::of(position.pos);
@@ -311,11 +308,6 @@ class PathRddf : public DataModule<PathData> {
       default:
         return DataModule::module_command(message);
     }
-  }
-
-  Result<void> answered(const tims::MessageView& message, Result<void> done) {
-    if (done) reply(message.header, tims::type::kOk);
-    return done;
   }
 
   Result<void> set_rddf(const tims::MessageView& message) {
@@ -492,7 +484,6 @@ class PathRddf : public DataModule<PathData> {
   std::optional<Input<PositionProxy>> position_input_;
   std::optional<Input<Scan2dProxy>> scan_input_;
   PathRddfData rddf_;  // of the command task
-  int silence_ = 0;    // of the data task
   bool looks_ = false;
 
   PriorityMutex state_mutex_;  // of what follows
