@@ -22,6 +22,7 @@ namespace {
 
 using mapping::Drive;
 using mapping::MadeMap;
+using mcl_eval::Field;
 using mcl_eval::read_file;
 using mcl_eval::well;
 using timsctl::Exit;
@@ -146,12 +147,6 @@ void write_poses(const Wanted& wanted, const Drive& drive, std::span<const Pose>
   write_file(wanted.poses, text);
 }
 
-struct Field {
-  const char* name;
-  double value;
-  int digits;
-};
-
 std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
   const localisation::GridMap& map = made.map;
   return {
@@ -188,16 +183,6 @@ void add_error(const Wanted& wanted, const Input& input, std::span<const Pose> l
   fields.push_back({"mean_deg", mcl_eval::mean(error.degrees), 3});
 }
 
-void print(const std::vector<Field>& fields, bool json) {
-  std::string line;
-  for (const Field& field : fields)
-    line += json ? fmt::format("{}\"{}\":{:.{}f}", line.empty() ? "" : ",", field.name, field.value,
-                               field.digits)
-                 : fmt::format("{}{}={:.{}f}", line.empty() ? "" : " ", field.name, field.value,
-                               field.digits);
-  fmt::print("{}\n", json ? "{" + line + "}" : line);
-}
-
 Exit make(const Wanted& wanted) {
   const Input input = read_input(wanted);
   auto made = [&] {
@@ -211,7 +196,7 @@ Exit make(const Wanted& wanted) {
   if (!wanted.truth.empty()) add_error(wanted, input, laser, fields);
   if (!wanted.poses.empty()) write_poses(wanted, input.drive, laser);
   write_map(wanted, map);
-  print(fields, wanted.json);
+  mcl_eval::print_line(fields, wanted.json);
   return Exit::kDone;
 }
 

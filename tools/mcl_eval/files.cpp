@@ -1,5 +1,6 @@
 #include "tools/mcl_eval/files.h"
 
+#include <cstdio>
 #include <ctime>
 
 #include "components/navigation/map_file.h"
@@ -34,6 +35,22 @@ double stopwatch_us() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
+}
+
+std::string line_of(const std::vector<Field>& fields, bool json) {
+  std::string line;
+  for (const Field& field : fields) {
+    if (!line.empty()) line += json ? "," : " ";
+    line += json ? fmt::format("\"{}\":{:.{}f}", field.name, field.value, field.digits)
+                 : fmt::format("{}={:.{}f}", field.name, field.value, field.digits);
+  }
+  return line;
+}
+
+void print_line(const std::vector<Field>& fields, bool json) {
+  const std::string line = line_of(fields, json);
+  fmt::print("{}\n", json ? "{" + line + "}" : line);
+  std::fflush(stdout);
 }
 
 }  // namespace rack::mcl_eval

@@ -1,8 +1,9 @@
-// A recorded drive out of its files, and the time that judging it takes. What is wrong with them is
-// thrown as a Failure that names the file.
+// What programs that judge recorded drives share: a drive out of its files, the time that judging
+// takes, figures as a line. What is wrong with a file is thrown as a Failure that names it.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <fmt/core.h>
 
@@ -34,5 +35,15 @@ localisation::LikelihoodField field_of(const localisation::GridMap& map, const s
 
 // us of this thread alone: others on this machine do not count.
 double stopwatch_us();
+
+struct Field {
+  std::string name;
+  double value;
+  int digits;
+};
+// "name=value name=value", or the inside of a JSON object.
+std::string line_of(const std::vector<Field>& fields, bool json);
+// That line, or the JSON object; whoever reads it has it at once.
+void print_line(const std::vector<Field>& fields, bool json);
 
 }  // namespace rack::mcl_eval

@@ -26,12 +26,6 @@ struct Wanted {
   std::string poses;  // file
 };
 
-struct Field {
-  std::string name;
-  double value;
-  int digits;
-};
-
 std::vector<Field> fields_of(const Outcome& outcome) {
   std::vector<Field> fields{
       {"median_m", quantile(outcome.metres, 0.5), 4},
@@ -53,14 +47,6 @@ std::vector<Field> fields_of(const Outcome& outcome) {
   return fields;
 }
 
-std::string line_of(const std::vector<Field>& fields, bool json) {
-  std::string line;
-  for (const Field& field : fields)
-    line += json ? fmt::format(",\"{}\":{:.{}f}", field.name, field.value, field.digits)
-                 : fmt::format(" {}={:.{}f}", field.name, field.value, field.digits);
-  return line;
-}
-
 // Each number's mean over all seeds, and the largest.
 void print_summary(const std::vector<std::vector<Field>>& all) {
   std::vector<Field> average = all.front();
@@ -73,8 +59,8 @@ void print_summary(const std::vector<std::vector<Field>>& all) {
     average[i].digits += 1;
     most[i].value = quantile(values, 1);
   }
-  fmt::print("mean  {}\n", line_of(average, false));
-  fmt::print("most  {}\n", line_of(most, false));
+  fmt::print("mean   {}\n", line_of(average, false));
+  fmt::print("most   {}\n", line_of(most, false));
 }
 
 void write_poses(const std::string& file, const Outcome& outcome) {
@@ -105,8 +91,8 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
     if (trial.keep_poses) write_poses(wanted.poses, outcome);
     const auto fields = fields_of(outcome);
     const std::string numbers = line_of(fields, wanted.json);
-    fmt::print("{}\n", wanted.json ? fmt::format("{{\"seed\":{}{}}}", trial.seed, numbers)
-                                   : fmt::format("seed={}{}", trial.seed, numbers));
+    fmt::print("{}\n", wanted.json ? fmt::format("{{\"seed\":{},{}}}", trial.seed, numbers)
+                                   : fmt::format("seed={} {}", trial.seed, numbers));
     std::fflush(stdout);
     lost = lost || outcome.lost;
     all.push_back(fields);

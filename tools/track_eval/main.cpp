@@ -14,6 +14,7 @@ namespace rack::track_eval {
 namespace {
 
 using localisation::LikelihoodField;
+using mcl_eval::print_line;
 using mcl_eval::read_file;
 using mcl_eval::stopwatch_us;
 using mcl_eval::well;
@@ -31,23 +32,6 @@ struct Wanted {
   bool list = false;
   bool json = false;
 };
-
-struct Field {
-  const char* name;
-  double value;
-  int digits;
-};
-
-void print_line(const std::vector<Field>& fields, bool json) {
-  std::string line;
-  for (const Field& field : fields) {
-    if (!line.empty()) line += json ? "," : " ";
-    line += json ? fmt::format("\"{}\":{:.{}f}", field.name, field.value, field.digits)
-                 : fmt::format("{}={:.{}f}", field.name, field.value, field.digits);
-  }
-  fmt::print("{}\n", json ? "{" + line + "}" : line);
-  std::fflush(stdout);
-}
 
 // --- people in a hall
 
