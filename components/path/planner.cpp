@@ -49,8 +49,8 @@ class Planner : public DataModule<PlannerData> {
 
   Result<void> module_on() override {
     set_period(std::chrono::milliseconds(integer("periodTime")));
-    pilot_.emplace(*work_, address_of(tims::class_id::kPilot, "pilot"));
-    path_.emplace(*work_, address_of(tims::class_id::kPath, "path"));
+    pilot_.emplace(*work_, address_of(tims::class_id::kPilot, "pilot"), kPlanningTimeouts);
+    path_.emplace(*work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
     ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
     if (auto on = chassis.on(); !on) return on;
     if (auto active = chassis.set_active_pilot(pilot_->component()); !active) return active;

@@ -286,7 +286,7 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> go_to(const Position3d& pos, i32 speed) {
     if (!is_on()) return refused("turn it on first");
     const u32 before = begin_planning(pilot_state::kPlanning);
-    PathProxy path(*command_work_, address_of(tims::class_id::kPath, "path"));
+    PathProxy path(*command_work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
     auto good = path.set_destination(destination_of(pos, speed));
     if (!good) begin_planning(before);
     return good;

@@ -56,6 +56,9 @@ struct PathLayerData {
   i32 layer = 0;
 };
 
+// For who sends a path or its pilot somewhere: it looks at the whole map before it answers.
+inline constexpr ProxyTimeouts kPlanningTimeouts{.data = std::chrono::seconds(3)};
+
 class PathProxy : public DataProxy<PathData> {
  public:
   using DataProxy::DataProxy;
