@@ -40,7 +40,21 @@ expect_line "$own/share/man/man1/tims-router.1" '^tims-router .* routes messages
 expect_line "$own/share/man/man1/timsctl-msg-echo.1" '^\\fB\\-\\-filter'
 expect_line "$own/lib/udev/rules.d/60-rack.rules" '^LABEL="rack_end"$'
 for robot in sim base pioneer outdoor; do expect "$own/share/tims/robots/$robot.toml"; done
-expect "$own/share/tims/worlds/floor.toml"
+# What robots, worlds and fleets name is there, too: files from their own folder, and programs.
+named=0
+for file in "$own"/share/tims/{robots,worlds,fleets}/*.toml; do
+  said=$(sed 's/#.*//' "$file")
+  for name in $(grep -oE '[^ "=]+\.(toml|dxf|txt|yaml|pgm)' <<<"$said"); do
+    [[ -e $(dirname "$file")/$name ]] || fail "$file names $name, which is not installed"
+    named=$((named + 1))
+  done
+  for program in $(grep -oP '(program|command) = "\K(nice -n [-0-9]+ )?[^" ]+' <<<"$said" | sed 's/.* //') \
+    $(grep -oP '"\K(timsctl|tims-demo|World)(?= )' <<<"$said"); do
+    [[ -x $own/bin/$program ]] || fail "$file names $program, which is not installed"
+    named=$((named + 1))
+  done
+done
+((named > 50)) || fail "only $named files and programs are named by samples"
 [[ $(readlink "$own/bin/tims_router_tcp") == tims-router ]] || fail "no link tims_router_tcp"
 echo "# mine" >"$own/etc/tims/router.toml"
 install "$own" >"$work/installed"
