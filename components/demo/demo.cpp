@@ -54,8 +54,9 @@ void add_rate(CLI::App& app, Duration& period, double usual) {
 }  // namespace
 
 std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> words) {
-  CLI::App app("A small component for the router at $TIMS_ROUTER (default: the host's).",
+  CLI::App app("A small component to try a fleet with, at the router of $TIMS_ROUTER.",
                "tims-demo");
+  app.set_version_flag("--version", TIMS_VERSION);
   app.require_subcommand(1);
   std::array<Arguments, kRoles.size()> all;
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
@@ -75,6 +76,8 @@ std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> words)
   } catch (const CLI::CallForHelp&) {
     const auto chosen = app.get_subcommands();
     return Refusal{0, chosen.empty() ? app.help() : chosen.front()->help()};
+  } catch (const CLI::CallForVersion&) {
+    return Refusal{0, app.version() + "\n"};
   } catch (const CLI::ParseError& error) {
     return Refusal{2, error.what()};
   }

@@ -57,6 +57,7 @@ TEST(Arguments, RefuseWhatARoleDoesNotKnow) {
 TEST(Arguments, HelpIsNoError) {
   EXPECT_THAT(refusal({"--help"}), AllOf(StartsWith("0: "), HasSubstr("viewer")));
   EXPECT_THAT(refusal({"client", "--help"}), AllOf(StartsWith("0: "), HasSubstr("--rate")));
+  EXPECT_THAT(refusal({"--version"}), StartsWith("0: "));
 }
 
 TEST(Scan, IsThatOfARoundRoom) {
