@@ -3,12 +3,17 @@
 #pragma once
 
 #include <exception>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "base/toml.h"
 #include "tims/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace timsctl {
 
@@ -56,6 +61,13 @@ Failure no_such_mailbox(const std::string& address,
 // For a name that nobody has: the one that was probably meant, `otherwise`, or all there are.
 std::string nearest_hint(std::string_view name, std::span<const std::string_view> known,
                          std::string otherwise = {});
+
+// For people, a line or more: "timsctl: what, and where", and what to do.
+std::string failure_text(const Failure& failure);
+
+// main() of a program without verbs: `run`, when `app` has read the command line. Both may throw
+// what CLI11 throws of a command line. Returns the exit status.
+int run_program(int argc, char** argv, CLI::App& app, const std::function<Exit()>& run);
 
 // `where` is the router or mailbox it happened at.
 Failure failure_of(const tims::Error& error, const std::string& where);

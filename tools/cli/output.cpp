@@ -1,7 +1,6 @@
 #include "tools/cli/output.h"
 
 #include <algorithm>
-#include <cerrno>
 
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
@@ -183,10 +182,7 @@ void Output::failure(const Failure& failure) {
               to_text(json::object{{"schema", "tims/error/1"}, {"error", error}}) + "\n");
     return;
   }
-  std::string text = std::string(program_invocation_short_name) + ": " +
-                     base::printable_lines(failure.message) + "\n";
-  if (!failure.hint.empty()) text += "  -> " + failure.hint + "\n";
-  write_all(STDERR_FILENO, text);
+  write_all(STDERR_FILENO, failure_text(failure));
 }
 
 std::string csv_cell(std::string text) {

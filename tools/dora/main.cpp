@@ -35,22 +35,21 @@ void find_own_programs() {
   ::setenv("PATH", all.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): before any thread
 }
 
-int run(const Settings& settings, bool json, const timsctl::Signals& signals) {
-  try {
-    const Outcome outcome = Scenario(settings, signals).run();
-    if (json)
-      fmt::print("{}\n", to_json(outcome.rows, outcome.timer));
-    else
-      fmt::print("\n{}", table(outcome.rows, outcome.timer, ::isatty(STDOUT_FILENO) != 0));
-    return exit_status(outcome.rows);
-  } catch (const timsctl::Interrupted&) {
-    fmt::print(stderr, "rack-dora: interrupted\n");
-    return static_cast<int>(Exit::kInterrupted);
-  } catch (const timsctl::Failure& failure) {
-    fmt::print(stderr, "rack-dora: {}{}{}\n", failure.message,
-               failure.hint.empty() ? "" : "\n  -> ", failure.hint);
-    return static_cast<int>(failure.exit);
-  }
+Exit run(Settings settings, const std::string& length, bool json) {
+  const auto parsed = tims::base::parse_duration(length);
+  if (!parsed || *parsed < std::chrono::seconds(1))
+    throw timsctl::usage_error(fmt::format("--for: \"{}\" is no duration", length),
+                               "write 60s or 10min");
+  settings.length = *parsed;
+  settings.quiet = json;
+  find_own_programs();
+  const timsctl::Signals signals;  // before any thread
+  const Outcome outcome = Scenario(settings, signals).run();
+  if (json)
+    fmt::print("{}\n", to_json(outcome.rows, outcome.timer));
+  else
+    fmt::print("\n{}", table(outcome.rows, outcome.timer, ::isatty(STDOUT_FILENO) != 0));
+  return static_cast<Exit>(exit_status(outcome.rows));
 }
 
 }  // namespace
@@ -68,19 +67,5 @@ int main(int argc, char** argv) {
   app.add_flag("--json", json, "the table as JSON, and nothing else on stdout");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(timsctl::Exit::kUsage);
-  }
-  const auto parsed = tims::base::parse_duration(length);
-  if (!parsed || *parsed < std::chrono::seconds(1)) {
-    fmt::print(stderr, "rack-dora: --for: \"{}\" is no duration; write 60s or 10min\n", length);
-    return static_cast<int>(timsctl::Exit::kUsage);
-  }
-  settings.length = *parsed;
-  settings.quiet = json;
-  find_own_programs();
-  const timsctl::Signals signals;  // before any thread
-  return run(settings, json, signals);
+  return timsctl::run_program(argc, argv, app, [&] { return run(settings, length, json); });
 }

@@ -244,21 +244,12 @@ int main(int argc, char** argv) {
   Wanted wanted;
   CLI::App app(kAbout, "map-maker");
   add_options(app, wanted);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
-  }
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  wanted.settings.resolution = 1000 * wanted.resolution;
-  wanted.settings.range_max = 1000 * wanted.range;
-  try {
+  return timsctl::run_program(argc, argv, app, [&] {
+    std::signal(SIGINT, [](int) { interrupted = true; });
+    wanted.settings.resolution = 1000 * wanted.resolution;
+    wanted.settings.range_max = 1000 * wanted.range;
     if (!wanted.map.ends_with(".yaml"))
-      throw Failure(Exit::kUsage, "usage", fmt::format("{}: the map is a .yaml file", wanted.map));
-    return static_cast<int>(make(wanted));
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "map-maker: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
-               failure.hint);
-    return static_cast<int>(failure.exit);
-  }
+      throw timsctl::usage_error(wanted.map + ": the map is a .yaml file");
+    return make(wanted);
+  });
 }

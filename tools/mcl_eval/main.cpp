@@ -190,24 +190,12 @@ int main(int argc, char** argv) {
   Wanted wanted;
   CLI::App app(kAbout, "mcl-eval");
   add_options(app, files, trial, wanted);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
-  }
-  if (wanted.table.empty() == files.truth.empty()) {
-    fmt::print(stderr, "mcl-eval: LOG, MAP and TRUTH are needed, or --table alone; see --help\n");
-    return static_cast<int>(Exit::kUsage);
-  }
-  if (app.count("--seeds") == 0 && !wanted.table.empty()) wanted.seeds = 10;
-  trial.settings.filter.particles_max =
-      std::max(trial.settings.filter.particles_max, trial.settings.filter.particles);
-  try {
-    return static_cast<int>(wanted.table.empty() ? evaluate(files, trial, wanted)
-                                                 : print_table(wanted));
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "mcl-eval: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
-               failure.hint);
-    return static_cast<int>(failure.exit);
-  }
+  return timsctl::run_program(argc, argv, app, [&] {
+    if (wanted.table.empty() == files.truth.empty())
+      throw CLI::ValidationError("LOG, MAP and TRUTH are needed, or --table alone");
+    if (app.count("--seeds") == 0 && !wanted.table.empty()) wanted.seeds = 10;
+    trial.settings.filter.particles_max =
+        std::max(trial.settings.filter.particles_max, trial.settings.filter.particles);
+    return wanted.table.empty() ? evaluate(files, trial, wanted) : print_table(wanted);
+  });
 }

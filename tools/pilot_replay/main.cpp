@@ -135,16 +135,5 @@ int main(int argc, char** argv) {
   app.add_flag("--json", wanted.json, "all of it as one JSON object");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExamples);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(timsctl::Exit::kUsage);
-  }
-  try {
-    return static_cast<int>(run(wanted));
-  } catch (const timsctl::Failure& failure) {
-    fmt::print(stderr, "pilot-replay: {}{}{}\n", failure.message,
-               failure.hint.empty() ? "" : "\n  -> ", failure.hint);
-    return static_cast<int>(failure.exit);
-  }
+  return timsctl::run_program(argc, argv, app, [&] { return run(wanted); });
 }

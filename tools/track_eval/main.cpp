@@ -173,16 +173,7 @@ int main(int argc, char** argv) {
   Wanted wanted;
   CLI::App app(kAbout, "track-eval");
   add_options(app, wanted);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
-  }
-  try {
-    return static_cast<int>(wanted.log.empty() ? evaluate_people(wanted) : evaluate_drive(wanted));
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "track-eval: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
-               failure.hint);
-    return static_cast<int>(failure.exit);
-  }
+  return timsctl::run_program(argc, argv, app, [&] {
+    return wanted.log.empty() ? evaluate_people(wanted) : evaluate_drive(wanted);
+  });
 }

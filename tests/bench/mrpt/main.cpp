@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "tests/bench/mrpt/mrpt_filter.h"
+#include "tools/cli/failure.h"
 #include "tools/mcl_eval/files.h"
 
 namespace rack::mcl_eval {
@@ -186,23 +187,17 @@ int main(int argc, char** argv) {
   Wanted wanted;
   CLI::App app(kAbout, "mrpt-bench");
   add_options(app, wanted);
-  try {
-    app.parse(argc, argv);
+  return timsctl::run_program(argc, argv, app, [&] {
     if (wanted.files.size() % 3 != 0)
       throw CLI::ValidationError("files come in threes: LOG MAP TRUTH");
     if (wanted.particles.size() != wanted.beams.size())
       throw CLI::ValidationError("--beams: one for each of --particles");
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::kUsage);
-  }
-  try {
-    return static_cast<int>(bench(wanted));
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "mrpt-bench: {}{}{}\n", failure.message, failure.hint.empty() ? "" : "; ",
-               failure.hint);
-    return static_cast<int>(failure.exit);
-  } catch (const std::exception& error) {  // MRPT's
-    fmt::print(stderr, "mrpt-bench: {}\n", error.what());
-    return static_cast<int>(Exit::kNo);
-  }
+    try {
+      return bench(wanted);
+    } catch (const Failure&) {
+      throw;
+    } catch (const std::exception& error) {
+      throw Failure(Exit::kNo, "mrpt", error.what());
+    }
+  });
 }
