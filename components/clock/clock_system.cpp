@@ -48,11 +48,7 @@ class ClockSystem : public DataModule<ClockData> {
     steps_ = 0;
     sync_mode_ = 0;
     updated_.reset();
-    other_.reset();
-    if (integer("clockInst") >= 0) {
-      other_.emplace(*work_, address_of(tims::class_id::kClock, "clock"));
-      if (auto on = other_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(other_, *work_, tims::class_id::kClock, "clock"); !on) return on;
     return DataModule::module_on();
   }
 

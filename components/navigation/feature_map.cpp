@@ -50,11 +50,8 @@ class FeatureMap : public DataModule<FeatureMapData> {
     if (const std::string path = text("mapFile"); !begun_ && !path.empty())
       if (auto loaded = load(path); !loaded) return loaded;
     begun_ = true;
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     set_period(std::chrono::milliseconds(integer("period")));
     return DataModule::module_on();
   }

@@ -56,11 +56,9 @@ class GridMap : public DataModule<GridMapData> {
                                .resolution = static_cast<double>(integer("mapResolution"))});
     if (!map) return map.error();
     map_ = std::move(*map);
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    } else if (map_.cells.size() > kCellsMax) {
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    if (!position_ && map_.cells.size() > kCellsMax) {
       map_ = localisation::coarser(map_, kCellsMax);
       log().info("%s has too many cells for a data set: sent with cells of %u mm", path,
                  static_cast<unsigned>(map_.resolution));

@@ -81,11 +81,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     was_sure_ = false;
     odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
     if (auto on = odometry_->on(); !on) return on;
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     make_localiser();
     if (auto started = start(); !started) return started;
     const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));

@@ -64,11 +64,8 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
 
   Result<void> module_on() override {
     if (auto map = take_map(); !map) return map;
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     misses_ = 0;
     {
       const std::lock_guard lock(recogniser_mutex_);

@@ -91,17 +91,11 @@ class Scan2d : public DataModule<Scan2dData> {
       if (auto on = camera_->on(); !on) return on;
       view_ = camera_view();
     }
-    position_.reset();
     get_local_buffer().refPos = {};
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
-    odometry_.reset();
-    if (integer("odometryInst") >= 0) {
-      odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
-      if (auto on = odometry_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    if (auto on = turn_on_if_named(odometry_, *work_, tims::class_id::kOdometry, "odometry"); !on)
+      return on;
     return DataModule::module_on();
   }
 

@@ -79,12 +79,9 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   Result<void> module_on() override {
     const auto granted = odometry_->start(address_of(tims::class_id::kOdometry, "odometry"));
     if (!granted) return granted.error();
-    position_.reset();
     get_local_buffer().refPos = {};
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     if (auto any = start_sources(); !any) return any;
     told_left_out_ = false;
     set_period(*granted);

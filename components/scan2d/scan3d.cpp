@@ -106,16 +106,10 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     losses_told_ = {};
     servo_.emplace(*work_, address_of(tims::class_id::kServoDrive, "servoDrive"));
     if (auto on = servo_->on(); !on) return on;
-    position_.reset();
-    odometry_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
-    if (integer("odometryInst") >= 0) {
-      odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
-      if (auto on = odometry_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    if (auto on = turn_on_if_named(odometry_, *work_, tims::class_id::kOdometry, "odometry"); !on)
+      return on;
     const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
     if (!granted) return granted.error();
     silence_ = std::max(5 * *granted, kSilence);

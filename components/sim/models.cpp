@@ -62,10 +62,11 @@ ChassisData ChassisModel::step(TimeStamp now, std::chrono::milliseconds period) 
   return data;
 }
 
-// Towards `to`, slower when it means braking.
+// Towards `to`, slower when it means braking. An acceleration of 0 is none that limits.
 float ChassisModel::approach(float from, float to, float seconds) const {
   const bool braking = std::abs(to) < std::abs(from) || to * from < 0;
   const i32 rate = braking ? limits_.decMax : limits_.accMax;
+  if (rate <= 0) return to;
   const float step = static_cast<float>(rate) * seconds;
   return from + std::clamp(to - from, -step, step);
 }

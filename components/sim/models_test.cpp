@@ -82,6 +82,16 @@ TEST(ChassisModel, AcceleratesAndBrakesWhenWanted) {
   EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 400.0F) << "it brakes before it turns round";
 }
 
+TEST(ChassisModel, AnAccelerationOf0LimitsNothing) {
+  ChassisParamData any = limits();
+  any.accMax = 0;
+  ChassisModel model(any, true);
+  model.move({.vx = 600});
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 600.0F);
+  model.move({.vx = 0});
+  EXPECT_FLOAT_EQ(model.step(0, 100ms).vx, 500.0F) << "it still brakes as it can";
+}
+
 // A wall 2 m north of the origin, from 3 m west to 3 m east.
 FloorMap wall() {
   DxfDrawing drawing;

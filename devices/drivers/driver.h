@@ -34,15 +34,6 @@ inline constexpr std::array<ParameterInfo, 3> kDriverParameters = {{
     {"errorTimeout", 500, "after an error it is tried again, ms", 0, 60000},
 }};
 
-// One list behind another.
-template <std::size_t N, std::size_t M>
-constexpr std::array<ParameterInfo, N + M> joined(const std::array<ParameterInfo, N>& first,
-                                                  const std::array<ParameterInfo, M>& second) {
-  std::array<ParameterInfo, N + M> all{};
-  std::ranges::copy(second, std::ranges::copy(first, all.begin()).out);
-  return all;
-}
-
 // Those and the driver's own.
 template <std::size_t N>
 constexpr auto driver_parameters(const std::array<ParameterInfo, N>& own) {

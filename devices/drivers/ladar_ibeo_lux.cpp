@@ -70,11 +70,8 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
   Result<void> module_on() override {
     if (auto on = turn_on("objRecogBound", box_relay_); !on) return on;
     if (auto on = turn_on("objRecogContour", contour_relay_); !on) return on;
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     return Driver::module_on();
   }
 

@@ -49,11 +49,8 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
     set_period(std::chrono::milliseconds(integer("periodTime")));
     offset_x_ = integer("ladarOffsetX");
     offset_y_ = integer("ladarOffsetY");
-    position_.reset();
-    if (integer("positionInst") >= 0) {
-      position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
     return DataModule::module_on();
   }
 

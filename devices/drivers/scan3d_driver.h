@@ -52,11 +52,9 @@ class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
   }
 
   Result<void> module_on() override {
-    position_.reset();
-    if (this->integer("positionInst") >= 0) {
-      position_.emplace(*work_, this->address_of(tims::class_id::kPosition, "position"));
-      if (auto on = position_->on(); !on) return on;
-    }
+    if (auto on = this->turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position");
+        !on)
+      return on;
     return Base::module_on();
   }
 

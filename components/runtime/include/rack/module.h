@@ -20,6 +20,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -107,6 +108,14 @@ class Module {
                                          std::int32_t instance) const;
   // Of the one that parameters name: "chassis" stands for chassisSys and chassisInst.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
+  // Makes a proxy of that one and turns it on; none where its instance is below 0.
+  template <typename ProxyType>
+  Result<void> turn_on_if_named(std::optional<ProxyType>& proxy, tims::Mailbox& work,
+                                std::uint32_t class_id, std::string_view name) {
+    proxy.reset();
+    if (integer(std::string(name) + "Inst") < 0) return {};
+    return proxy.emplace(work, address_of(class_id, name)).on();
+  }
   [[nodiscard]] tims::AddressWidths address_widths() const;
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;

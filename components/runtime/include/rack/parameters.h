@@ -2,6 +2,8 @@
 // messages while it runs (specification, section 5.4). Pure.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -42,6 +44,15 @@ constexpr ParameterInfo at_once(ParameterInfo info) {
 constexpr ParameterInfo at_start(ParameterInfo info) {
   info.takes_effect = TakesEffect::kAtStart;
   return info;
+}
+
+// One list behind another.
+template <std::size_t N, std::size_t M>
+constexpr std::array<ParameterInfo, N + M> joined(const std::array<ParameterInfo, N>& first,
+                                                  const std::array<ParameterInfo, M>& second) {
+  std::array<ParameterInfo, N + M> all{};
+  std::ranges::copy(second, std::ranges::copy(first, all.begin()).out);
+  return all;
 }
 
 // Those that every module has, before its own. They take effect where the runtime reads them.
