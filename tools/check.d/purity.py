@@ -1,9 +1,11 @@
-"""Pure libraries (★ in ARCHITECTURE.md) call nothing of the system and keep no state of their own.
+"""Pure libraries call nothing of the system and keep no state of their own: those of the folders
+with a ★ in ARCHITECTURE.md, and NAME_core, the part of a folder of programs that only computes.
 
 Proved on the object files: every undefined symbol must be in the list below or in another pure
 library, and no variable may lie in writable memory.
 """
 
+import os
 import re
 import subprocess
 
@@ -35,6 +37,7 @@ INSTRUMENTED = re.compile(r"__(asan|ubsan|tsan|sanitizer)_.*")
 NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 # Written by the loader only.
 RELOCATED = re.compile(r"DW\.ref\..*")
+CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 # Libraries of a folder beside the one of its name.
 BESIDE = {"libtims/base": ("tims_toml",)}
 
@@ -75,17 +78,26 @@ def demangle(symbols):
     return dict(zip(names, output))
 
 
+def libraries(tree):
+    """(folder, name) of each."""
+    for folder in sorted(Layers(tree).pure):
+        if any(f.startswith(folder + "/") and f.endswith(".cpp") for f in tree.files):
+            for name in (library_name(folder), *BESIDE.get(folder, ())):
+                yield folder, name
+    for path in tree.files:
+        if os.path.basename(path) == "CMakeLists.txt":
+            for name in CORE.findall(tree.text(path)):
+                yield os.path.dirname(path), name
+
+
 def check(tree):
     archives = {}
-    for folder in sorted(Layers(tree).pure):
-        if not any(f.startswith(folder + "/") and f.endswith(".cpp") for f in tree.files):
-            continue
-        for name in (library_name(folder), *BESIDE.get(folder, ())):
-            found = sorted(tree.build.rglob(f"lib{name}.a"))
-            if found:
-                archives[found[0]] = folder
-            else:
-                yield Finding(folder, 0, f"lib{name}.a is not in {tree.build}: tools/dev build")
+    for folder, name in libraries(tree):
+        found = sorted(tree.build.rglob(f"lib{name}.a"))
+        if found:
+            archives[found[0]] = folder
+        else:
+            yield Finding(folder, 0, f"lib{name}.a is not in {tree.build}: tools/dev build")
     inside = set().union(*(defined_symbols(a) for a in archives))
     for archive, folder in archives.items():
         for symbol, name in demangle(undefined_symbols(archive) - inside).items():

@@ -13,9 +13,9 @@
 #include "components/mapping/map_maker.h"
 #include "components/navigation/map_file.h"
 #include "tools/cli/failure.h"
-#include "tools/map_maker/track_error.h"
 #include "tools/mcl_eval/evaluation.h"
 #include "tools/mcl_eval/files.h"
+#include "tools/mcl_eval/truth.h"
 
 namespace rack::map_maker {
 namespace {
@@ -169,7 +169,7 @@ std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
 void add_error(const Wanted& wanted, const Input& input, std::span<const Pose> laser,
                std::vector<Field>& fields) {
   const auto truth = well(mcl_eval::read_truth(read_file(wanted.truth), *input.log), wanted.truth);
-  const TrackError error = track_error(laser, truth);
+  const mcl_eval::TrackError error = mcl_eval::track_error(laser, truth);
   const double middle = mcl_eval::mean(error.metres);
   double squares = 0;
   for (const double metres : error.metres) squares += (metres - middle) * (metres - middle);

@@ -1,4 +1,5 @@
-// Where a robot truly was, as files of public data sets say it. Pure.
+// Where a robot truly was, as files of public data sets say it, and how far a track is from it.
+// Pure.
 //
 // Poses: a line `time index x y theta` (index of the scan in the log, from 0) or `time x y theta`
 // (the time of the scan in the log), in the frame of the map. Relations: `time1 time2 dx dy dz roll
@@ -6,6 +7,7 @@
 // lines with # are remarks. Which of them a file is, its first line says by its number of words.
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -32,5 +34,17 @@ struct Truth {
 
 // kMalformed: "line 17: ...".
 tims::Result<Truth> read_truth(std::string_view text, const localisation::CarmenLog& log);
+
+// How far a track that was made from a log is from the truth.
+//
+// With relations (Kuemmerle et al. 2009): for each, how the step between its two scans differs from
+// the one that was measured. With poses: the track is laid on them as a whole first (the rigid
+// motion of least squares), as nobody told the map maker where north is.
+struct TrackError {
+  std::vector<double> metres{};
+  std::vector<double> degrees{};
+};
+// `laser`: of each scan of the log.
+TrackError track_error(std::span<const Pose> laser, const Truth& truth);
 
 }  // namespace rack::mcl_eval
