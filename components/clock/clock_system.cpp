@@ -36,12 +36,7 @@ class ClockSystem : public DataModule<ClockData> {
   ClockSystem() : DataModule(kInfo, {.history = 5}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(10, wire_size<ClockData>());
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
-  }
+  Result<void> module_init() override { return create_mailbox(work_, 10, wire_size<ClockData>()); }
 
   Result<void> module_on() override {
     set_period(kPeriod);

@@ -38,12 +38,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   FeatureMap() : DataModule(kInfo, {.history = 2}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, body_max<PositionData>());
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
-  }
+  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
 
   // What was loaded or edited stays, also when it is turned off and on.
   Result<void> module_on() override {

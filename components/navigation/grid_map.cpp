@@ -41,12 +41,7 @@ class GridMap : public DataModule<GridMapData> {
   GridMap() : DataModule(kInfo, {.history = 2}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, body_max<PositionData>());
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
-  }
+  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
 
   Result<void> module_on() override {
     const std::string path = text("mapFile");

@@ -63,13 +63,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, body_max<PositionData>());
-    if (!work) return work.error();
-    const auto stream = create_mailbox(2, body_max<Scan2dData>());
-    if (!stream) return stream.error();
-    work_ = *work;
-    scan2d_.emplace(**work, **stream);
-    return {};
+    if (auto made = create_mailbox(work_, 1, body_max<PositionData>()); !made) return made;
+    return create_input(scan2d_, *work_, 2, body_max<Scan2dData>());
   }
 
   Result<void> module_on() override {

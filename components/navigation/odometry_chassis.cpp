@@ -37,10 +37,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   Result<void> module_init() override {
     const auto work = create_mailbox(1, 128);
     if (!work) return work.error();
-    const auto stream = create_mailbox(4, wire_size<ChassisData>());
-    if (!stream) return stream.error();
-    chassis_.emplace(**work, **stream);
-    return {};
+    return create_input(chassis_, **work, 4, wire_size<ChassisData>());
   }
 
   Result<void> module_on() override {

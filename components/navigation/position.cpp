@@ -48,10 +48,7 @@ class Position : public DataModule<PositionData> {
   Result<void> module_init() override {
     const auto work = create_mailbox(1, 128);
     if (!work) return work.error();
-    const auto stream = create_mailbox(4, wire_size<OdometryData>());
-    if (!stream) return stream.error();
-    odometry_.emplace(**work, **stream);
-    return {};
+    return create_input(odometry_, **work, 4, wire_size<OdometryData>());
   }
 
   Result<void> module_on() override {

@@ -106,16 +106,10 @@ class PathRddf : public DataModule<PathData> {
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(4, body_max<GridMapData>());
-    if (!work) return work.error();
-    work_ = *work;
-    const auto position = create_mailbox(10, wire_size<PositionData>());
-    if (!position) return position.error();
-    const auto scan = create_mailbox(2, body_max<Scan2dData>());
-    if (!scan) return scan.error();
-    position_input_.emplace(*work_, **position);
-    scan_input_.emplace(*work_, **scan);
-    return {};
+    if (auto made = create_mailbox(work_, 4, body_max<GridMapData>()); !made) return made;
+    if (auto made = create_input(position_input_, *work_, 10, wire_size<PositionData>()); !made)
+      return made;
+    return create_input(scan_input_, *work_, 2, body_max<Scan2dData>());
   }
 
   // --- on

@@ -40,12 +40,7 @@ class Planner : public DataModule<PlannerData> {
   Planner() : DataModule(kInfo, {.history = 5}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(4, 256);
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
-  }
+  Result<void> module_init() override { return create_mailbox(work_, 4, 256); }
 
   Result<void> module_on() override {
     set_period(std::chrono::milliseconds(integer("periodTime")));

@@ -43,16 +43,10 @@ class PilotJoystick : public DataModule<PilotData> {
 
  private:
   Result<void> module_init() override {
-    const auto joystick = create_mailbox(10, wire_size<JoystickData>());
-    if (!joystick) return joystick.error();
-    const auto scan = create_mailbox(2, kScanMax);
-    if (!scan) return scan.error();
-    const auto work = create_mailbox(10, wire_size<ChassisParamData>());
-    if (!work) return work.error();
-    work_ = *work;
-    joystick_.emplace(**work, **joystick);
-    scan_.emplace(**work, **scan);
-    return {};
+    if (auto made = create_mailbox(work_, 10, wire_size<ChassisParamData>()); !made) return made;
+    if (auto made = create_input(joystick_, *work_, 10, wire_size<JoystickData>()); !made)
+      return made;
+    return create_input(scan_, *work_, 2, kScanMax);
   }
 
   Result<void> module_on() override {

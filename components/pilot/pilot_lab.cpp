@@ -33,13 +33,8 @@ class PilotLab : public DataModule<PilotData> {
 
  private:
   Result<void> module_init() override {
-    const auto scan = create_mailbox(2, body_max<Scan2dData>());
-    if (!scan) return scan.error();
-    const auto work = create_mailbox(10, wire_size<ChassisParamData>());
-    if (!work) return work.error();
-    work_ = *work;
-    scan_.emplace(**work, **scan);
-    return {};
+    if (auto made = create_mailbox(work_, 10, wire_size<ChassisParamData>()); !made) return made;
+    return create_input(scan_, *work_, 2, body_max<Scan2dData>());
   }
 
   Result<void> module_on() override {

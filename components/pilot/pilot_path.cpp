@@ -62,28 +62,14 @@ class PilotPath : public DataModule<PilotData> {
 
  private:
   Result<void> module_init() override {
-    const auto box = [this](std::uint32_t slots, std::uint32_t size) {
-      return create_mailbox(slots, size);
-    };
-    const auto work = box(10, body_max<PathData>());
-    if (!work) return work.error();
-    work_ = *work;
-    const auto commands = box(4, 256);
-    if (!commands) return commands.error();
-    command_work_ = *commands;
-    const auto scan = box(2, body_max<Scan2dData>());
-    if (!scan) return scan.error();
-    const auto position = box(10, wire_size<PositionData>());
-    if (!position) return position.error();
-    const auto chassis = box(10, wire_size<ChassisData>());
-    if (!chassis) return chassis.error();
-    const auto path = box(2, body_max<PathData>());
-    if (!path) return path.error();
-    scan_.emplace(*work_, **scan);
-    position_.emplace(*work_, **position);
-    chassis_.emplace(*work_, **chassis);
-    path_.emplace(*work_, **path);
-    return {};
+    if (auto made = create_mailbox(work_, 10, body_max<PathData>()); !made) return made;
+    if (auto made = create_mailbox(command_work_, 4, 256); !made) return made;
+    if (auto made = create_input(scan_, *work_, 2, body_max<Scan2dData>()); !made) return made;
+    if (auto made = create_input(position_, *work_, 10, wire_size<PositionData>()); !made)
+      return made;
+    if (auto made = create_input(chassis_, *work_, 10, wire_size<ChassisData>()); !made)
+      return made;
+    return create_input(path_, *work_, 2, body_max<PathData>());
   }
 
   // --- on and off

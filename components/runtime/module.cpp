@@ -370,6 +370,14 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
   return &runtime_->mailboxes_.emplace_back(std::move(*mailbox));
 }
 
+Result<void> Module::create_mailbox(tims::Mailbox*& mailbox, std::uint32_t slots,
+                                    std::uint32_t body_max) {
+  const auto made = create_mailbox(slots, body_max);
+  if (!made) return made.error();
+  mailbox = *made;
+  return {};
+}
+
 bool Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {
   return runtime_->command_mailbox_->reply(request, type, body).ok();
 }

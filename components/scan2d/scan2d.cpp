@@ -68,14 +68,9 @@ class Scan2d : public DataModule<Scan2dData> {
   Result<void> module_init() override {
     const bool has_camera = integer("cameraInst") >= 0;
     if (has_camera) picture_.image.reserve_all();
-    const auto work =
-        create_mailbox(1, has_camera ? body_max<CameraData>() : std::uint32_t{kReasonMax});
-    if (!work) return work.error();
-    const auto stream = create_mailbox(1, body_max<LadarData>());
-    if (!stream) return stream.error();
-    work_ = *work;
-    ladar_.emplace(**work, **stream);
-    return {};
+    const auto answer_max = has_camera ? body_max<CameraData>() : std::uint32_t{kReasonMax};
+    if (auto made = create_mailbox(work_, 1, answer_max); !made) return made;
+    return create_input(ladar_, *work_, 1, body_max<LadarData>());
   }
 
   Result<void> module_on() override {

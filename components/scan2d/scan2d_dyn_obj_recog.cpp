@@ -35,13 +35,8 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, body_max<ObjRecogData>());
-    if (!work) return work.error();
-    work_ = *work;
-    const auto stream = create_mailbox(1, body_max<Scan2dData>());
-    if (!stream) return stream.error();
-    scan2d_.emplace(**work, **stream);
-    return {};
+    if (auto made = create_mailbox(work_, 1, body_max<ObjRecogData>()); !made) return made;
+    return create_input(scan2d_, *work_, 1, body_max<Scan2dData>());
   }
 
   Result<void> module_on() override {

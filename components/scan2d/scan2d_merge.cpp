@@ -62,17 +62,12 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   };
 
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, body_max<PositionData>());
-    if (!work) return work.error();
-    work_ = *work;
-    const auto stream = create_mailbox(4, wire_size<OdometryData>());
-    if (!stream) return stream.error();
-    odometry_.emplace(**work, **stream);
-    for (Source& source : sources_) {
-      const auto scans = create_mailbox(2, body_max<Scan2dData>());
-      if (!scans) return scans.error();
-      source.input.emplace(**work, **scans);
-    }
+    if (auto made = create_mailbox(work_, 1, body_max<PositionData>()); !made) return made;
+    if (auto made = create_input(odometry_, *work_, 4, wire_size<OdometryData>()); !made)
+      return made;
+    for (Source& source : sources_)
+      if (auto made = create_input(source.input, *work_, 2, body_max<Scan2dData>()); !made)
+        return made;
     return {};
   }
 

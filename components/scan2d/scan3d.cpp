@@ -86,13 +86,8 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(1, 256);
-    if (!work) return work.error();
-    const auto stream = create_mailbox(kLadarSlots, body_max<LadarData>());
-    if (!stream) return stream.error();
-    work_ = *work;
-    ladar_.emplace(**work, **stream);
-    return {};
+    if (auto made = create_mailbox(work_, 1, 256); !made) return made;
+    return create_input(ladar_, *work_, kLadarSlots, body_max<LadarData>());
   }
 
   Result<void> module_on() override {

@@ -63,10 +63,7 @@ class MapScanner : public DataModule<Scan> {
   Result<void> module_init() override {
     const auto work = this->create_mailbox(1, 128);
     if (!work) return work.error();
-    const auto stream = this->create_mailbox(1, wire_size<OdometryData>());
-    if (!stream) return stream.error();
-    odometry_.emplace(**work, **stream);
-    return {};
+    return this->create_input(odometry_, **work, 1, wire_size<OdometryData>());
   }
 
   Result<void> module_on() override {

@@ -31,10 +31,7 @@ class CameraJpeg : public DataModule<CameraData> {
   Result<void> module_init() override {
     const auto work = create_mailbox(1, wire_size<CameraParamData>());
     if (!work) return work.error();
-    const auto stream = create_mailbox(1, body_max<CameraData>());
-    if (!stream) return stream.error();
-    camera_.emplace(**work, **stream);
-    return {};
+    return create_input(camera_, **work, 1, body_max<CameraData>());
   }
 
   Result<void> module_on() override {

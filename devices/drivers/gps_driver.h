@@ -38,12 +38,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   using Driver<GpsData, Dialog>::Driver;
 
  protected:
-  Result<void> module_init() override {
-    const auto work = this->create_mailbox(2, 256);
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
-  }
+  Result<void> module_init() override { return this->create_mailbox(work_, 2, 256); }
 
   Result<void> module_on() override {
     // A recording tells the time of another day.

@@ -41,10 +41,7 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
 
  private:
   Result<void> module_init() override {
-    const auto work = create_mailbox(10, wire_size<PositionData>());
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
+    return create_mailbox(work_, 10, wire_size<PositionData>());
   }
 
   Result<DeviceOptions> device() const override {

@@ -36,10 +36,7 @@ class ObjRecogIbeoLux final : public DataModule<ObjRecogData> {
   Result<void> module_init() override {
     const auto work = create_mailbox(1, wire_size<ChassisParamData>());
     if (!work) return work.error();
-    const auto stream = create_mailbox(2, wire_size<ChassisData>());
-    if (!stream) return stream.error();
-    chassis_.emplace(**work, **stream);
-    return {};
+    return create_input(chassis_, **work, 2, wire_size<ChassisData>());
   }
 
   Result<void> module_on() override {

@@ -45,10 +45,7 @@ class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
 
   Result<void> module_init() override {
     if (auto good = Base::module_init(); !good) return good;
-    const auto work = this->create_mailbox(1, 256);
-    if (!work) return work.error();
-    work_ = *work;
-    return {};
+    return this->create_mailbox(work_, 1, 256);
   }
 
   Result<void> module_on() override {

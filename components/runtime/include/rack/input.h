@@ -1,6 +1,6 @@
 // The stream of another component that this one lives on.
 //
-//   module_init():  input_.emplace(*work, *stream)      // stream: a mailbox for this producer only
+//   module_init():  create_input(input_, *work_, slots, body_max)     // its stream has a mailbox
 //   module_on():    set_period(*input_->start(odometry))
 //   module_loop():  input_->next(data, 5 * period())    // its errors end the loop: tried again
 //   later module_off():   input_->stop()

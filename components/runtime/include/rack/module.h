@@ -100,6 +100,16 @@ class Module {
   // With the next local id, and the priority of the data task; takes bodies of at least kReasonMax
   // bytes. In module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
+  Result<void> create_mailbox(tims::Mailbox*& mailbox, std::uint32_t slots, std::uint32_t body_max);
+  // An Input (rack/input.h) with a mailbox for its stream.
+  template <typename InputType>
+  Result<void> create_input(std::optional<InputType>& input, tims::Mailbox& work,
+                            std::uint32_t slots, std::uint32_t body_max) {
+    const auto stream = create_mailbox(slots, body_max);
+    if (!stream) return stream.error();
+    input.emplace(work, **stream);
+    return {};
+  }
   // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
   [[nodiscard]] tims::Mailbox& command_mailbox();
