@@ -68,7 +68,7 @@ class Scan2d : public DataModule<Scan2dData> {
   Result<void> module_init() override {
     const bool has_camera = integer("cameraInst") >= 0;
     if (has_camera) picture_.image.reserve_all();
-    const auto answer_max = has_camera ? body_max<CameraData>() : std::uint32_t{kReasonMax};
+    const std::uint32_t answer_max = has_camera ? body_max<CameraData>() : kReasonMax;
     if (auto made = create_mailbox(work_, 1, answer_max); !made) return made;
     return create_input(ladar_, *work_, 1, body_max<LadarData>());
   }
