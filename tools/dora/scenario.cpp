@@ -50,7 +50,8 @@ Scenario::Scenario(const Settings& settings, const timsctl::Signals& signals)
       signals_(signals),
       began_(tims::os::now()),
       name_(fmt::format("dora{}", ::getpid() % 100000)),
-      log_(std::filesystem::temp_directory_path() / (name_ + ".log")) {}
+      log_(std::filesystem::temp_directory_path() / (name_ + ".log")),
+      recording_(std::filesystem::temp_directory_path() / (name_ + ".cap")) {}
 
 Scenario::~Scenario() {
   load_.reset();
@@ -58,6 +59,7 @@ Scenario::~Scenario() {
   fleet_.reset();
   std::error_code ignored;
   std::filesystem::remove(log_, ignored);
+  std::filesystem::remove(recording_, ignored);
 }
 
 Outcome Scenario::run() {
@@ -77,6 +79,7 @@ Outcome Scenario::run() {
     drive_by_satellites(settings_.length / 8);
   }
   kill_routers();
+  replay_her_pilot();
   Outcome outcome{.rows = {}, .timer = timer.end()};
   if (!settings_.logs.empty()) fleet_->save(settings_.logs);
   judge_periods(outcome.timer);
@@ -226,6 +229,10 @@ void Scenario::begin_to_drive() {
   turn_on("Mcl(1/0)");
   ChassisProxy chassis(work(), address_of("Chassis(1/0)"));
   timsctl::value_or_fail(chassis.set_active_pilot(address_of("Pilot(1/0)")), "Chassis(1/0)");
+  Parameter record{.type = Parameter::kString};
+  (void)record.name.assign("record");
+  (void)record.valueString.assign(recording_);
+  timsctl::value_or_fail(Proxy(work(), address_of("Pilot(1/0)")).set_param(record), "Pilot(1/0)");
   turn_on("Pilot(1/0)");
   if (!drives_within(kPatience))
     throw Failure(Exit::kNo, "no_drive", "she does not begin to drive",

@@ -54,6 +54,7 @@ class Scenario {
   void drive_by_satellites(Duration length);
   void note_track(Time since);
   void kill_router(std::string_view host);
+  void replay_her_pilot();
   void judge_periods(const TimerQuality& timer);
   void judge_trials(const TimerQuality& timer);
   void judge_reactions(const TimerQuality& timer);
@@ -89,6 +90,7 @@ class Scenario {
   const Time began_;
   const std::string name_;
   std::string log_;
+  std::string recording_;  // of her pilot
   std::optional<timsctl::sim::RunningFleet> fleet_;
   Notes notes_;
   std::vector<std::unique_ptr<Ears>> ears_;  // in the order of kHosts, then the base

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "components/pilot/pilot_replay.h"
+#include "devices/io/recording.h"
 #include "os/clock.h"
 #include "rack/clock.h"
 #include "rack/proxies/generic.h"
@@ -234,6 +236,37 @@ void Scenario::drive_by_satellites(Duration length) {
     return now.var.x < 500 && now.var.y < 500;
   });
   (void)pilot.set_param(integer_parameter("deviationMax", 1000));
+}
+
+// --- (i)
+
+// All that she decided, by what her pilot has recorded.
+void Scenario::replay_her_pilot() {
+  say("(i) what her pilot decided is decided again");
+  Proxy pilot(work(), address_of("Pilot(1/0)"));
+  (void)pilot.off();
+  await(kPatience, [&] {
+    const auto status = pilot.status();
+    return status && *status == Status::kDisabled;
+  });
+  pilot::PilotReplay replay;
+  auto recording =
+      device::open_recording({.kind = device::TransportKind::kPlayback, .place = recording_}, 0);
+  bool good = recording.ok();
+  device::CaptureRecord record;
+  while (good) {
+    const auto got = (*recording)->next(record);
+    if (!got) continue;  // cut where a program died; the replay misses it
+    if (!*got) break;
+    good = replay.take(record).ok();
+  }
+  rows_.push_back(
+      judge_fact("i", "her pilot's recording, decided again", "the same MOVE, bit for bit",
+                 fmt::format("{} decisions, {} different, {} cannot be made", replay.decisions(),
+                             replay.different(), replay.undecided()),
+                 good && replay.decisions() > 0 && replay.different() + replay.undecided() == 0,
+                 replay.first_difference() ? replay.first_difference()->text
+                                           : "the log of Pilot(1/0): what could not be written"));
 }
 
 // --- (d), and (e) with her laser
