@@ -34,6 +34,7 @@ void set_real_time(pthread_attr_t& attributes, const ThreadSettings& settings) {
   ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
   ::pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
   ::pthread_attr_setschedparam(&attributes, &priority);
+  if (settings.cpu == kAnyCpu) return;
   cpu_set_t cpus;
   CPU_ZERO(&cpus);
   CPU_SET(static_cast<std::size_t>(existing_cpu(settings.cpu)), &cpus);

@@ -1,4 +1,4 @@
-// A thread with a name and, when wanted, a real-time priority on one CPU.
+// A thread with a name and, when wanted, a real-time priority, and a CPU of its own.
 #pragma once
 
 #include <functional>
@@ -13,10 +13,13 @@ namespace rack {
 // From here on SCHED_FIFO. 1 is the original's default: nothing special.
 inline constexpr int kFirstRealTime = 2;
 
+// Bound to one, it waits for others there while a second stands idle. The original binds to 0.
+inline constexpr int kAnyCpu = -1;
+
 struct ThreadSettings {
   std::string name{};  // at most 15 characters are kept
   int priority = 0;    // up to 99; below kFirstRealTime: an ordinary thread
-  int cpu = 0;         // of real-time threads; one that does not exist: 0
+  int cpu = kAnyCpu;   // of real-time threads; one that does not exist: 0
 };
 
 class Thread {

@@ -26,7 +26,8 @@ constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99}),
     at_start({"dataTaskPrio", 1,
               "real-time priority of the data task, 1: none; and of its messages", 0, 99}),
-    at_start({"cpu", 0, "which the tasks run on, when they have a real-time priority", 0, 1023}),
+    at_start({"cpu", -1, "of tasks with a real-time priority; -1: any, wherever there is room", -1,
+              1023}),
     at_start({"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance",
               -1}),
 };
