@@ -21,7 +21,7 @@ inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
      kIdMax},
     {"positionInst", 0, "its instance; -1: none", -1, kIdMax},
     {"positionUpdate", 0,
-     "1: Position is told where it is by each fix that is surer than what Position knows", 0, 1},
+     "1: Position is told where it is by fixes, weighed by how sure it and they are", 0, 1},
     {"clockRelaySys", 0, "system id of the clock relay that gets the time", 0, kIdMax},
     {"clockRelayInst", -1, "its instance; -1: none", -1, kIdMax},
     {"realtimeClockUpdate", 0, "1: sets the time of this host, which needs CAP_SYS_TIME", 0, 1},
@@ -126,17 +126,10 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   void tell_position(const GpsData& data) {
     constexpr i32 kMoves = 1000;  // mm/s
     const auto known = position_->get_data(data.recordingTime);
-    if (!known || std::max(known->var.x, known->var.y) <= std::max(data.var.x, data.var.y)) return;
-    PositionData fix{.recordingTime = data.recordingTime, .pos = known->pos, .var = known->var};
-    fix.pos.x = data.pos.x;
-    fix.pos.y = data.pos.y;
-    fix.var.x = data.var.x;
-    fix.var.y = data.var.y;
-    if (data.speed >= kMoves) {
-      fix.pos.rho = data.pos.rho;
-      fix.var.rho = data.var.rho;
-    }
-    if (const auto told = position_->update(fix); !told)
+    if (!known) return;
+    const auto both = weighed(*known, data, data.speed >= kMoves);
+    if (!both) return;
+    if (const auto told = position_->update(*both); !told)
       this->log().warning("%s", told.error().message());
   }
 

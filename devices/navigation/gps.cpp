@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "components/geometry/pose.h"
+
 namespace rack::device {
 
 using namespace std::chrono_literals;
@@ -30,6 +32,31 @@ std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Dur
   if (measured > arrived) measured -= kSecond;  // of the second before the pulse
   if (measured > arrived || arrived - measured >= kSecond) return std::nullopt;
   return measured;
+}
+
+std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix,
+                                    bool has_course) {
+  if (2.0 * std::max(known.var.x, known.var.y) <= std::max(fix.var.x, fix.var.y)) return {};
+  // Of the way from what is known to the fix.
+  const auto share = [](double known_deviation, double fix_deviation) {
+    const double squares = known_deviation * known_deviation + fix_deviation * fix_deviation;
+    return squares > 0 ? known_deviation * known_deviation / squares : 0;
+  };
+  const auto length = [&](auto& at, auto& deviation, double fix_at, double fix_deviation) {
+    const double part = share(deviation, fix_deviation);
+    at = whole_millimetres(at + part * (fix_at - at));
+    deviation = whole_millimetres(deviation * std::sqrt(1 - part));
+  };
+  PositionData both = known;
+  both.recordingTime = fix.recordingTime;
+  length(both.pos.x, both.var.x, fix.pos.x, fix.var.x);
+  length(both.pos.y, both.var.y, fix.pos.y, fix.var.y);
+  if (!has_course) return both;
+  const double part = share(known.var.rho, fix.var.rho);
+  both.pos.rho =
+      static_cast<f32>(heading(known.pos.rho + part * signed_angle(fix.pos.rho - known.pos.rho)));
+  both.var.rho = static_cast<f32>(known.var.rho * std::sqrt(1 - part));
+  return both;
 }
 
 f32 heading_of(double degrees) {

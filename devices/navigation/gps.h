@@ -5,6 +5,7 @@
 
 #include "devices/core/dialogue.h"
 #include "rack/proxies/gps.h"
+#include "rack/proxies/position.h"
 
 namespace rack::device {
 
@@ -30,6 +31,12 @@ Position3d guessed_deviations(const GpsDeviations& deviations, i32 mode, i32 sat
 // a second: the message says which fraction of a second it is of. None: the pulse is no longer one
 // of these seconds.
 std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Duration arrived);
+
+// Where it is, by what was known and by a fix of that moment, each weighed by its deviation: the
+// update of a Kalman filter whose measurement is the state. `has_course`: the fix has a heading,
+// too. None: fixes of some minutes share most of their error, so what is known twice as well as one
+// fix is not made better by it.
+std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix, bool has_course);
 
 // 0 to 2 pi.
 f32 heading_of(double degrees);

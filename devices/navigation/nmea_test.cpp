@@ -344,6 +344,42 @@ TEST(GpsTest, APulseTellsWhenAFixWasMeasured) {
   EXPECT_FALSE(measured_by_pulse(100s, 0s, 90s));
 }
 
+TEST(GpsTest, AFixIsWeighedByHowSureItIs) {
+  PositionData known;
+  known.pos = {.x = 0, .y = 0, .rho = 0.1F};
+  known.var = {.x = 1000, .y = 3000, .rho = 0.1F};
+  GpsData fix;
+  fix.recordingTime = 77;
+  fix.pos = {.x = 1000, .y = 1000, .rho = 6.2F};
+  fix.var = {.x = 1000, .y = 1000, .rho = 0.1F};
+  const auto both = weighed(known, fix, true);
+  ASSERT_TRUE(both);
+  EXPECT_EQ(both->recordingTime, 77U);
+  EXPECT_EQ(both->pos.x, 500);
+  EXPECT_EQ(both->pos.y, 900);
+  EXPECT_EQ(both->var.x, 707);
+  EXPECT_EQ(both->var.y, 949);
+  EXPECT_NEAR(both->pos.rho, (0.1 + 6.2 - 2 * std::numbers::pi) / 2, 1e-5) << "the short way";
+  EXPECT_FLOAT_EQ(weighed(known, fix, false)->pos.rho, 0.1F) << "who stands has no course";
+}
+
+// A receiver that stands drifts for minutes: a thousand fixes are not a thousand measurements.
+TEST(GpsTest, FixesMakeNothingSurerThanHalfOfOne) {
+  PositionData known;
+  known.var = {.x = 100'000, .y = 100'000};
+  GpsData fix;
+  fix.var = {.x = 1000, .y = 1000};
+  int fixes = 0;
+  while (const auto both = weighed(known, fix, false)) {
+    known = *both;
+    ASSERT_LT(++fixes, 10);
+  }
+  EXPECT_EQ(known.var.x, 500);
+  known.var = {};
+  fix.var = {};
+  EXPECT_FALSE(weighed(known, fix, true));
+}
+
 TEST(GpsTest, DeviationsStayBetweenTheirBounds) {
   const GpsDeviations bounds;
   EXPECT_EQ(guessed_deviations(bounds, gps_mode::k3d, 0).x, 50000);
