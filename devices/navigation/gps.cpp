@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "components/geometry/pose.h"
-
 namespace rack::device {
 
 using namespace std::chrono_literals;
@@ -44,8 +42,8 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
   };
   const auto length = [&](auto& at, auto& deviation, double fix_at, double fix_deviation) {
     const double part = share(deviation, fix_deviation);
-    at = whole_millimetres(at + part * (fix_at - at));
-    deviation = whole_millimetres(deviation * std::sqrt(1 - part));
+    at = static_cast<i32>(std::lround(at + part * (fix_at - at)));
+    deviation = static_cast<i32>(std::lround(deviation * std::sqrt(1 - part)));
   };
   PositionData both = known;
   both.recordingTime = fix.recordingTime;
@@ -53,8 +51,8 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
   length(both.pos.y, both.var.y, fix.pos.y, fix.var.y);
   if (!has_course) return both;
   const double part = share(known.var.rho, fix.var.rho);
-  both.pos.rho =
-      static_cast<f32>(heading(known.pos.rho + part * signed_angle(fix.pos.rho - known.pos.rho)));
+  const double turn = std::remainder(fix.pos.rho - known.pos.rho, 2 * std::numbers::pi);
+  both.pos.rho = static_cast<f32>(known.pos.rho + part * turn);
   both.var.rho = static_cast<f32>(known.var.rho * std::sqrt(1 - part));
   return both;
 }

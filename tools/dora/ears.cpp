@@ -64,7 +64,7 @@ Ears::Ears(std::string_view host, const std::string& socket, Hear hear)
   }
   const std::string name = std::string("ears ") + std::string(host.substr(host.find('-') + 1));
   const auto body = [this] { listen(); };
-  real_time_ = thread_.start({.name = name, .priority = kPriority, .cpu = 1}, body).ok();
+  real_time_ = thread_.start({.name = name, .priority = kPriority}, body).ok();
   if (!real_time_) timsctl::value_or_fail(thread_.start({.name = name}, body), "a thread");
 }
 

@@ -25,17 +25,18 @@ struct Stream {
   std::string_view component;
   std::string_view host;
   double period_ms;
+  bool from_a_line = false;  // its driver's device is behind one, or it works on what that says
 };
 inline constexpr std::size_t kComponents = 10;
 inline constexpr std::array<Stream, kComponents + 1> kStreams = {{
-    {"Chassis(1/0)", "robot1-drive", 50},
-    {"Odometry(1/0)", "robot1-drive", 50},
-    {"Position(1/0)", "robot1-drive", 50},
+    {"Chassis(1/0)", "robot1-drive", 50, true},
+    {"Odometry(1/0)", "robot1-drive", 50, true},
+    {"Position(1/0)", "robot1-drive", 50, true},
     {"Pilot(1/0)", "robot1-drive", 50},
-    {"Ladar(1/0)", "robot1-laser", 1000.0 / 75},
-    {"Gps(1/0)", "robot1-nav", 2000},
-    {"Gyro(1/0)", "robot1-drive", 100},
-    {"Scan2d(1/0)", "robot1-laser", 1000.0 / 75},
+    {"Ladar(1/0)", "robot1-laser", 1000.0 / 75, true},
+    {"Gps(1/0)", "robot1-nav", 2000, true},
+    {"Gyro(1/0)", "robot1-drive", 100, true},
+    {"Scan2d(1/0)", "robot1-laser", 1000.0 / 75, true},
     {"Path(1/0)", "robot1-nav", 50},
     {"Mcl(1/0)", "robot1-nav", 1000},
     {"World(1/0)", "base", 20},

@@ -30,7 +30,7 @@ Verdict verdict(bool held, double limit_ms, double timer_us) {
 }  // namespace
 
 Row judge_period(const PeriodWish& wish, std::span<const std::vector<Time>> spans,
-                 const TimerQuality& timer) {
+                 const Reference& reference) {
   Row row{.check = "a",
           .what = "period of " + wish.name,
           .wanted = fmt::format("{:.5g} ms, mean {:g} %, p99.9 {:g} %", wish.period_ms,
@@ -57,9 +57,10 @@ Row judge_period(const PeriodWish& wish, std::span<const std::vector<Time>> span
   // A few gaps have an end that is early or late: that is no wrong mean.
   const double ends = wish.gap_error / static_cast<double>(errors.size());
   const bool mean_held = std::abs(mean_error) <= std::max(wish.mean_error, ends);
-  row.verdict = !mean_held
-                    ? Verdict::kFailed
-                    : verdict(worst < wish.gap_error, wish.gap_error * wish.period_ms, timer.p999);
+  const TimerQuality& machine = wish.from_a_line ? reference.terminal : reference.timer;
+  row.verdict =
+      !mean_held ? Verdict::kFailed
+                 : verdict(worst < wish.gap_error, wish.gap_error * wish.period_ms, machine.p999);
   return row;
 }
 
@@ -132,7 +133,7 @@ int exit_status(std::span<const Row> rows) {
   return any(Verdict::kMachine) ? 3 : 0;
 }
 
-std::string table(std::span<const Row> rows, const TimerQuality& timer, bool colour) {
+std::string table(std::span<const Row> rows, const Reference& reference, bool colour) {
   std::array<std::size_t, 3> widths{};
   for (const Row& row : rows) {
     widths[0] = std::max(widths[0], row.what.size());
@@ -151,16 +152,24 @@ std::string table(std::span<const Row> rows, const TimerQuality& timer, bool col
     if (row.verdict == Verdict::kFailed && !row.look.empty())
       text += fmt::format("    look at: {}\n", row.look);
   }
-  text += fmt::format(
-      "{}{}: a timer wakes {:.0f} us late at p99, {:.0f} at p99.9, {:.0f} at most, of {}\n",
-      timer.source, timer.real_time ? "" : " (without real-time priority)", timer.p99, timer.p999,
-      timer.max, timer.wakeups);
+  const auto say = [&](const TimerQuality& quality, std::string_view what) {
+    text += fmt::format("{}{}: {} {:.0f} us at p99, {:.0f} at p99.9, {:.0f} at most, of {}\n",
+                        quality.source, quality.real_time ? "" : " (without real-time priority)",
+                        what, quality.p99, quality.p999, quality.max, quality.wakeups);
+  };
+  say(reference.timer, "a timer wakes late by");
+  say(reference.terminal, "a byte 75 times a second comes too soon or too late by");
   if (exit_status(rows) == 3)
     text += "machine: this machine wakes nobody in time for it; the robot may be right\n";
   return text;
 }
 
-std::string to_json(std::span<const Row> rows, const TimerQuality& timer) {
+std::string to_json(std::span<const Row> rows, const Reference& reference) {
+  const auto object_of = [](const TimerQuality& quality) {
+    return json::object{{"source", quality.source},   {"real_time", quality.real_time},
+                        {"wakeups", quality.wakeups}, {"p99_us", quality.p99},
+                        {"p999_us", quality.p999},    {"max_us", quality.max}};
+  };
   json::array items;
   for (const Row& row : rows)
     items.push_back(json::object{{"check", row.check},
@@ -171,12 +180,8 @@ std::string to_json(std::span<const Row> rows, const TimerQuality& timer) {
                                  {"look_at", row.look}});
   return timsctl::to_text(json::object{{"schema", "rack/dora/1"},
                                        {"held", exit_status(rows) == 0},
-                                       {"timer", json::object{{"source", timer.source},
-                                                              {"real_time", timer.real_time},
-                                                              {"wakeups", timer.wakeups},
-                                                              {"p99_us", timer.p99},
-                                                              {"p999_us", timer.p999},
-                                                              {"max_us", timer.max}}},
+                                       {"timer", object_of(reference.timer)},
+                                       {"terminal", object_of(reference.terminal)},
                                        {"items", std::move(items)}});
 }
 

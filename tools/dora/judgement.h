@@ -37,14 +37,19 @@ struct Row {
   std::string look{};  // what to look at when it was not held
 };
 
-// How late a timer wakes, us.
+// How late a timer wakes, or how uneven a terminal is, us.
 struct TimerQuality {
-  std::string source{};  // "cyclictest", "timer loop"
+  std::string source{};  // "cyclictest", "timer loop", "a bare terminal"
   double p99 = 0;
   double p999 = 0;
   double max = 0;
   std::uint64_t wakeups = 0;
   bool real_time = false;  // it had a real-time priority
+};
+// What this machine does without a robot, meanwhile.
+struct Reference {
+  TimerQuality timer;
+  TimerQuality terminal;
 };
 
 // --- (a)
@@ -53,12 +58,13 @@ struct PeriodWish {
   std::string name;      // of the component
   double period_ms = 0;  // nominal
   double mean_error = 0.001;
-  double gap_error = 0.05;  // p99.9
+  double gap_error = 0.05;   // p99.9
+  bool from_a_line = false;  // each follows what came over a serial line
 };
 // Of the times at which its messages arrived, in order. `lost`: the gaps in it that somebody made
 // on purpose are not in it: it is one span or several.
 Row judge_period(const PeriodWish& wish, std::span<const std::vector<Time>> spans,
-                 const TimerQuality& timer);
+                 const Reference& reference);
 
 // --- how long something takes
 
@@ -94,8 +100,8 @@ Row left_out(std::string check, std::string what, std::string why);
 // 0: all of what was measured held, and nothing was left out but what `--for` has no room for; 1:
 // something failed; 3: what did not hold is the machine's.
 int exit_status(std::span<const Row> rows);
-std::string table(std::span<const Row> rows, const TimerQuality& timer, bool colour);
-std::string to_json(std::span<const Row> rows, const TimerQuality& timer);
+std::string table(std::span<const Row> rows, const Reference& reference, bool colour);
+std::string to_json(std::span<const Row> rows, const Reference& reference);
 std::string_view name(Verdict verdict);
 
 // --- the timer

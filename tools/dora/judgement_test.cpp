@@ -19,36 +19,50 @@ std::vector<Time> every(Duration period, int count) {
 const PeriodWish kScans{.name = "Scan2d(1/0)", .period_ms = 1000.0 / 75};
 const TimerQuality kGood{.source = "timer loop", .p99 = 20, .p999 = 50, .max = 90, .wakeups = 1000};
 const TimerQuality kBad{.source = "timer loop", .p99 = 20, .p999 = 2000, .max = 90000};
+const Reference kGoodMachine{.timer = kGood, .terminal = kGood};
+const Reference kBadMachine{.timer = kBad, .terminal = kBad};
 
 TEST(PeriodTest, AnEvenOneHolds) {
   const std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
-  EXPECT_EQ(judge_period(kScans, spans, kGood).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kHeld);
 }
 
 TEST(PeriodTest, AWrongMeanDoesNotWhateverTheMachineIs) {
   const std::vector<std::vector<Time>> spans{every(13400us, 1000)};
-  EXPECT_EQ(judge_period(kScans, spans, kBad).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_period(kScans, spans, kBadMachine).verdict, Verdict::kFailed);
 }
 
 TEST(PeriodTest, TwoLateOnesInAThousandAreTooMany) {
   std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
   spans[0][500] += 1ms;  // two gaps: a longer one, a shorter one
-  EXPECT_EQ(judge_period(kScans, spans, kGood).verdict, Verdict::kFailed);
-  EXPECT_EQ(judge_period(kScans, spans, kBad).verdict, Verdict::kMachine);
+  EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_period(kScans, spans, kBadMachine).verdict, Verdict::kMachine);
   spans[0].resize(400);
-  EXPECT_EQ(judge_period(kScans, spans, kGood).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kHeld);
+}
+
+TEST(PeriodTest, WhatComesOverALineIsAsLateAsATerminal) {
+  std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
+  spans[0][500] += 1ms;
+  PeriodWish wish = kScans;
+  wish.from_a_line = true;
+  const Reference bad_terminal{.timer = kGood, .terminal = kBad};
+  const Reference bad_timer{.timer = kBad, .terminal = kGood};
+  EXPECT_EQ(judge_period(wish, spans, bad_terminal).verdict, Verdict::kMachine);
+  EXPECT_EQ(judge_period(wish, spans, bad_timer).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_period(kScans, spans, bad_terminal).verdict, Verdict::kFailed);
 }
 
 TEST(PeriodTest, WhatIsBetweenTwoSpansDoesNotCount) {
   std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 300),
                                        every(1000000000ns / 75, 300)};
   for (Time& time : spans[1]) time += 5min;
-  EXPECT_EQ(judge_period(kScans, spans, kGood).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kHeld);
 }
 
 TEST(PeriodTest, SilenceIsAFailure) {
   const std::vector<std::vector<Time>> spans{every(1s, 2)};
-  const Row row = judge_period(kScans, spans, kBad);
+  const Row row = judge_period(kScans, spans, kBadMachine);
   EXPECT_EQ(row.verdict, Verdict::kFailed);
   EXPECT_THAT(row.measured, HasSubstr("1 messages"));
 }
@@ -84,13 +98,13 @@ TEST(TableTest, AFailureSaysWhatToLookAtAndEndsWithOne) {
   rows.push_back(judge_latency({.check = "f", .what = "killed", .look = "", .max_ms = 200},
                                std::vector<double>{300}, {.max = 150000}));
   EXPECT_EQ(exit_status(rows), 3);
-  EXPECT_THAT(table(rows, kBad, false), HasSubstr("this machine wakes nobody in time"));
+  EXPECT_THAT(table(rows, kBadMachine, false), HasSubstr("this machine wakes nobody in time"));
   rows.push_back(judge_fact("g", "plugged", "it goes on", "it stands", false, "the ladar's log"));
   EXPECT_EQ(exit_status(rows), 1);
-  const std::string text = table(rows, kGood, false);
+  const std::string text = table(rows, kGoodMachine, false);
   EXPECT_THAT(text, HasSubstr("look at: the ladar's log"));
   EXPECT_THAT(text, testing::Not(HasSubstr("look at: nothing")));
-  EXPECT_THAT(to_json(rows, kGood), HasSubstr(R"("verdict":"left out")"));
+  EXPECT_THAT(to_json(rows, kGoodMachine), HasSubstr(R"("verdict":"left out")"));
 }
 
 TEST(TimerTest, ItsHistogram) {

@@ -46,9 +46,9 @@ Exit run(Settings settings, const std::string& length, bool json) {
   const timsctl::Signals signals;  // before any thread
   const Outcome outcome = Scenario(settings, signals).run();
   if (json)
-    fmt::print("{}\n", to_json(outcome.rows, outcome.timer));
+    fmt::print("{}\n", to_json(outcome.rows, outcome.reference));
   else
-    fmt::print("\n{}", table(outcome.rows, outcome.timer, ::isatty(STDOUT_FILENO) != 0));
+    fmt::print("\n{}", table(outcome.rows, outcome.reference, ::isatty(STDOUT_FILENO) != 0));
   return static_cast<Exit>(exit_status(outcome.rows));
 }
 

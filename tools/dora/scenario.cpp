@@ -64,6 +64,7 @@ Scenario::~Scenario() {
 
 Outcome Scenario::run() {
   ReferenceTimer timer;
+  ReferenceTerminal terminal;
   bring_up();
   begin_to_drive();
   const Time driving = tims::os::now();
@@ -80,10 +81,10 @@ Outcome Scenario::run() {
   }
   kill_routers();
   replay_her_pilot();
-  Outcome outcome{.rows = {}, .timer = timer.end()};
+  Outcome outcome{.rows = {}, .reference = {.timer = timer.end(), .terminal = terminal.end()}};
   if (!settings_.logs.empty()) fleet_->save(settings_.logs);
-  judge_periods(outcome.timer);
-  judge_trials(outcome.timer);
+  judge_periods(outcome.reference);
+  judge_trials(outcome.reference.timer);
   std::ranges::stable_sort(rows_, {}, &Row::check);
   outcome.rows = std::move(rows_);
   return outcome;
@@ -315,17 +316,18 @@ void Scenario::measure_periods(Duration length) {
   pause(length);  // and on, while there are posts
 }
 
-void Scenario::judge_periods(const TimerQuality& timer) {
-  judge_means(timer);
+void Scenario::judge_periods(const Reference& reference) {
+  judge_means(reference.timer);
   for (std::size_t i = 0; i < kComponents; ++i) {
     const Stream& stream = kStreams.at(i);
     if (is_short() && stream.period_ms >= milliseconds(kSlowPeriods))
       rows_.push_back(left_out("a", "period of " + std::string(stream.component),
                                "needs --for 45s: too few of its periods"));
     else
-      rows_.push_back(
-          judge_period({.name = std::string(stream.component), .period_ms = stream.period_ms},
-                       notes_.spans(i), timer));
+      rows_.push_back(judge_period({.name = std::string(stream.component),
+                                    .period_ms = stream.period_ms,
+                                    .from_a_line = stream.from_a_line},
+                                   notes_.spans(i), reference));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "tools/dora/judgement.h"
 #include "tools/dora/load.h"
 #include "tools/dora/notes.h"
+#include "tools/dora/reference_terminal.h"
 #include "tools/dora/reference_timer.h"
 #include "tools/sim/running_fleet.h"
 
@@ -27,7 +28,7 @@ struct Settings {
 
 struct Outcome {
   std::vector<Row> rows;
-  TimerQuality timer;
+  Reference reference;
 };
 
 class Scenario {
@@ -55,7 +56,7 @@ class Scenario {
   void note_track(Time since);
   void kill_router(std::string_view host);
   void replay_her_pilot();
-  void judge_periods(const TimerQuality& timer);
+  void judge_periods(const Reference& reference);
   void judge_trials(const TimerQuality& timer);
   void judge_reactions(const TimerQuality& timer);
   void judge_means(const TimerQuality& timer);
