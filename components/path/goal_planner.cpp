@@ -178,9 +178,10 @@ void GoalPlanner::lay_pieces() {
     PolarSpline spline = radius == 0 ? line(at, piece.length) : arc(at, radius, piece.length);
     double room = space_->room(hull_, at);
     const double length = std::abs(piece.length);
-    for (double way = kLookEvery; way < length; way += kLookEvery)
-      room = std::min(
-          room, space_->room(hull_, driven(at, {piece.curvature, piece.length * way / length})));
+    for (int look = 1; look * kLookEvery < length; ++look) {
+      const double way = std::copysign(look * kLookEvery, piece.length);
+      room = std::min(room, space_->room(hull_, driven(at, {piece.curvature, way})));
+    }
     at = driven(at, piece);
     spline.basepoint.x = whole_millimetres(at.x);
     spline.basepoint.y = whole_millimetres(at.y);

@@ -48,8 +48,10 @@ std::uint32_t GridSearch::cell_of(const Place& place) const {
 }
 
 Place GridSearch::place_of(std::uint32_t cell) const {
-  return {corner_.x + (static_cast<double>(cell / columns_) + 0.5) * step_,
-          corner_.y + (static_cast<double>(cell % columns_) + 0.5) * step_};
+  const std::size_t row = cell / columns_;
+  const std::size_t column = cell % columns_;
+  return {corner_.x + (static_cast<double>(row) + 0.5) * step_,
+          corner_.y + (static_cast<double>(column) + 0.5) * step_};
 }
 
 bool GridSearch::run(const FreeSpace& space, const Settings& settings, const Place& from,

@@ -80,8 +80,8 @@ class Maker {
   tims::Result<void> turn_into(Leg& leg, double heading, double corridor) const;
   tims::Result<void> find_bends();
   [[nodiscard]] double room(std::size_t leg, const Bend& bend, const Bend* other) const;
-  [[nodiscard]] double radius_for(std::size_t bend) const;
-  tims::Result<void> choose_radius(std::size_t bend);
+  [[nodiscard]] double radius_for(std::size_t i) const;  // of bend i
+  tims::Result<void> choose_radius(std::size_t i);
   tims::Result<void> lay_splines();
   void add(PolarSpline spline, const Leg& leg, double speed);
 

@@ -27,7 +27,7 @@ tims::Error malformed(std::size_t line, std::string_view what) {
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(kBlanks);
-  if (first == text.npos) return {};
+  if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
@@ -35,7 +35,7 @@ std::string_view trimmed(std::string_view text) {
 std::string_view take_until(std::string_view& text, char separator) {
   const auto end = text.find(separator);
   const auto part = text.substr(0, end);
-  text.remove_prefix(end == text.npos ? text.size() : end + 1);
+  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
   return part;
 }
 
@@ -44,7 +44,7 @@ std::optional<double> number(std::string_view text, double least, double most) {
   double value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
   if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
-  if (!(value >= least && value <= most)) return std::nullopt;
+  if (std::isnan(value) || value < least || value > most) return std::nullopt;
   return value;
 }
 

@@ -30,7 +30,7 @@ Words split(std::string_view text) {
   Words words;
   while (!text.empty()) {
     const auto begin = text.find_first_not_of(" \t\r\n");
-    if (begin == text.npos) break;
+    if (begin == std::string_view::npos) break;
     text.remove_prefix(begin);
     const char* const ends = words.count == 0 ? " \t\r\n-.0123456789" : " \t\r\n";
     const auto end = std::min(std::max<std::size_t>(text.find_first_of(ends), 1), text.size());
