@@ -174,7 +174,7 @@ void Output::detail(std::string_view text) const {
   if (verbose_) note(text);
 }
 
-void Output::failure(const Failure& failure) {
+void Output::failure(const Failure& failure) const {
   if (json()) {
     json::object error{{"code", failure.code}, {"message", failure.message}};
     if (!failure.hint.empty()) error["hint"] = failure.hint;

@@ -107,7 +107,7 @@ class Output {
   void note(std::string_view text) const;
   void detail(std::string_view text) const;
   // As JSON on stdout, or as text on stderr.
-  void failure(const Failure& failure);
+  void failure(const Failure& failure) const;
 
  private:
   Look look_;
