@@ -56,10 +56,21 @@ Scenario::Scenario(const Settings& settings, const timsctl::Signals& signals)
 Scenario::~Scenario() {
   load_.reset();
   ears_.clear();
+  save_logs();
   fleet_.reset();
   std::error_code ignored;
   std::filesystem::remove(log_, ignored);
   std::filesystem::remove(recording_, ignored);
+}
+
+// Also of a run that somebody or something ended.
+void Scenario::save_logs() const {
+  if (settings_.logs.empty() || !fleet_) return;
+  try {
+    fleet_->save(settings_.logs);
+  } catch (const std::filesystem::filesystem_error& error) {
+    fmt::print(stderr, "rack-dora: {}\n", error.what());
+  }
 }
 
 Outcome Scenario::run() {
@@ -82,7 +93,6 @@ Outcome Scenario::run() {
   kill_routers();
   replay_her_pilot();
   Outcome outcome{.rows = {}, .reference = {.timer = timer.end(), .terminal = terminal.end()}};
-  if (!settings_.logs.empty()) fleet_->save(settings_.logs);
   judge_periods(outcome.reference);
   judge_trials(outcome.reference.timer);
   std::ranges::stable_sort(rows_, {}, &Row::check);
@@ -276,11 +286,19 @@ void Scenario::keep_driving() {
   turn_on("Mcl(1/0)");
   turn_on("Pilot(1/0)");
   if (!drives_within(kPatience))
-    throw Failure(Exit::kNo, "no_drive", "she does not drive another round",
-                  "timsctl component data Pilot/1/0");
+    throw Failure(Exit::kNo, "no_drive", "she does not drive another round: " + where_she_is(),
+                  "--logs FOLDER keeps what all programs say");
   if (!counts) return;
   pause(kSettles);
   notes_.begin_span();
+}
+
+std::string Scenario::where_she_is() const {
+  const Pose truth = notes_.truth().pose;
+  const Position3d known = notes_.position().pos;
+  const auto pilot = notes_.newest_pilot();
+  return fmt::format("she is at {:.0f} {:.0f} mm, thinks at {} {} mm; her pilot's state is {}",
+                     truth.x, truth.y, known.x.raw(), known.y.raw(), pilot ? pilot->state : 0);
 }
 
 tims::Address Scenario::world() { return address_of("World(1/0)"); }

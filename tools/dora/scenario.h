@@ -72,6 +72,8 @@ class Scenario {
   [[nodiscard]] bool is_short() const;
   std::optional<i32> put_post(double ahead);
   void remove_post(i32 id);
+  [[nodiscard]] std::string where_she_is() const;
+  void save_logs() const;
   [[nodiscard]] static tims::Address world();
   [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);
   [[nodiscard]] static TimeStamp wall_of(Time time);
