@@ -137,7 +137,8 @@ void Notes::take_truth(const tims::MessageView& message, Time at) {
                      .speed = static_cast<double>(dora->vx),
                      .way = static_cast<double>(dora->way),
                      .posts = dora->obstacles,
-                     .others = dora->contacts() - dora->obstacles});
+                     .walls = dora->walls,
+                     .people = dora->people});
 }
 
 TruthNote Notes::truth() const {

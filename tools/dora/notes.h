@@ -28,8 +28,10 @@ struct TruthNote {
   Pose pose;
   double speed = 0;  // mm/s, forward
   double way = 0;    // mm, since the world began
-  u32 posts = 0;     // it has driven against, of what was put there
-  u32 others = 0;    // walls, people
+  // It has driven against.
+  u32 posts = 0;  // of what was put there
+  u32 walls = 0;  // and parked cars
+  u32 people = 0;
 };
 struct ScanNote {
   Time at;

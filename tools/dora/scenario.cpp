@@ -78,10 +78,9 @@ Outcome Scenario::run() {
   ReferenceTerminal terminal;
   bring_up();
   begin_to_drive();
-  const Time driving = tims::os::now();
-  others_before_ = notes_.truth().others;
+  driving_since_ = tims::os::now();
   measure_periods(is_short() ? kPeriodsMin / 2 : std::max(kPeriodsMin, settings_.length / 10));
-  note_track(driving + kSettles);
+  note_track(driving_since_ + kSettles);
   try_obstacles(tims::os::now() + settings_.length * 2 / 5, reactions_ms_);
   notes_.end_span();
   if (!is_short()) try_obstacles_under_load(std::max(kPeriodsMin, settings_.length / 5));
@@ -110,9 +109,9 @@ void Scenario::judge_trials(const TimerQuality& timer) {
                              fmt::format("{} contacts with {} posts, {:.0f} a minute", contacts_,
                                          posts_, posts_ / minutes),
                              contacts_ == 0 && posts_ > 0, "breakConstant and lag; the scan then"));
-  const u32 others = notes_.truth().others - others_before_;
+  const std::string contacts = other_contacts();
   rows_.push_back(judge_fact("c", "walls, parked cars and people on her round", "0 contacts",
-                             fmt::format("{} contacts", others), others == 0,
+                             contacts.empty() ? "0 contacts" : contacts, contacts.empty(),
                              "people who step before her (avoids); the position's error"));
   rows_.push_back(judge_amount({.check = "d",
                                 .what = "beside her path at 3 m/s and more",
@@ -299,6 +298,22 @@ std::string Scenario::where_she_is() const {
   const auto pilot = notes_.newest_pilot();
   return fmt::format("she is at {:.0f} {:.0f} mm, thinks at {} {} mm; her pilot's state is {}",
                      truth.x, truth.y, known.x.raw(), known.y.raw(), pilot ? pilot->state : 0);
+}
+
+// When, where, and how fast she was.
+std::string Scenario::other_contacts() const {
+  std::string text;
+  const std::vector<TruthNote> truths = notes_.truths(driving_since_);
+  for (std::size_t i = 1; i < truths.size(); ++i) {
+    const TruthNote& before = truths[i - 1];
+    const TruthNote& now = truths[i];
+    if (now.walls == before.walls && now.people == before.people) continue;
+    text += fmt::format("{}{} at {:.1f} s, {:.0f} {:.0f} mm, {:.0f} mm/s", text.empty() ? "" : "; ",
+                        now.walls != before.walls ? "a wall" : "somebody",
+                        std::chrono::duration<double>(now.at - began_).count(), now.pose.x,
+                        now.pose.y, before.speed);
+  }
+  return text;
 }
 
 tims::Address Scenario::world() { return address_of("World(1/0)"); }

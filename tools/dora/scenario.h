@@ -74,6 +74,7 @@ class Scenario {
   void remove_post(i32 id);
   [[nodiscard]] std::string where_she_is() const;
   void save_logs() const;
+  [[nodiscard]] std::string other_contacts() const;
   [[nodiscard]] static tims::Address world();
   [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);
   [[nodiscard]] static TimeStamp wall_of(Time time);
@@ -101,7 +102,7 @@ class Scenario {
   localisation::Random random_{17};
   int posts_ = 0;
   u32 contacts_ = 0;
-  u32 others_before_ = 0;  // when she began to drive
+  Time driving_since_{};
   std::vector<double> reactions_ms_;
   std::vector<double> loaded_reactions_ms_;
   std::optional<Load> load_;

@@ -33,10 +33,13 @@ constexpr Duration kTakesNotice = 300ms;  // of a post
 constexpr Duration kLoads = 2s;           // until there is a stream
 constexpr double kStraysMax = 4000;       // further than that things are put behind, mm
 constexpr Duration kPatience = 20s;
-constexpr double kStandsStill = 60;  // mm/s: she creeps up to her margin
-constexpr double kFast = 3000;       // mm/s
-constexpr double kCarried = 20000;   // mm
-constexpr double kFound = 500;       // mm off
+constexpr double kStandsStill = 60;         // mm/s: she creeps up to her margin
+constexpr double kFast = 3000;              // mm/s
+constexpr double kCarried = 20000;          // mm
+constexpr double kFound = 500;              // mm off
+constexpr Duration kNotices = 600ms;        // what Position has said before she was carried
+constexpr Duration kRight = 500ms;          // all positions of so long
+constexpr Duration kKnowsNothing = 1700ms;  // Mcl's period, what it takes, and kRight
 
 double milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
@@ -200,9 +203,9 @@ void Scenario::carry_her_away() {
   std::optional<Time> found;
   await(kPatience, [&] {
     if (!held) held = notes_.pilot(carried, [](const PilotNote& note) { return note.speed == 0; });
-    const auto errors = notes_.position_errors(tims::os::now() - 500ms);
+    const auto errors = notes_.position_errors(tims::os::now() - kRight);
     const bool is_near = !errors.empty() && std::ranges::max(errors) < kFound;
-    if (is_near && tims::os::now() - carried > 2s) found = tims::os::now();
+    if (is_near && tims::os::now() - carried > kNotices) found = tims::os::now();
     return found.has_value();
   });
   const double way = (notes_.truth().way - before.way) / 1000;
@@ -211,11 +214,13 @@ void Scenario::carry_her_away() {
       found ? fmt::format("after {:.1f} m, {:.1f} s", way, milliseconds(*found - carried) / 1000)
             : fmt::format("not within {:.0f} s", milliseconds(kPatience) / 1000),
       found && way <= 30, "the log of Mcl(1/0)"));
+  const bool at_once = found && *found - carried <= kKnowsNothing;
   rows_.push_back(
       judge_fact("e", "carried away: the pilot holds meanwhile", "it holds",
-                 held ? fmt::format("after {:.1f} s", milliseconds(held->at - carried) / 1000)
-                      : std::string("it drives on"),
-                 held.has_value(), "deviationMax of Pilot(1/0); the log of Mcl(1/0)"));
+                 held      ? fmt::format("after {:.1f} s", milliseconds(held->at - carried) / 1000)
+                 : at_once ? std::string("found before anybody could know that she was lost")
+                           : std::string("it drives on"),
+                 held || at_once, "deviationMax of Pilot(1/0); the log of Mcl(1/0)"));
   say(found ? "    found again" : "    lost");
 }
 
