@@ -44,13 +44,20 @@ struct Area {
   MapPoint to{};
 };
 
+// Somebody who goes from place to place, in turn and again and again.
+struct WalkDescription {
+  std::vector<MapPoint> places{};
+  tims::Duration pause = std::chrono::seconds(3);  // at each of them
+};
+
 struct PeopleDescription {
-  std::size_t count = 0;
-  double speed = 1200;  // mm/s; each has a fifth more or less
+  std::size_t count = 0;  // of those who go where they like
+  double speed = 1200;    // mm/s; each has a fifth more or less
   double height = 1700;
   tims::Duration pause_max = std::chrono::seconds(10);  // at the place that was wanted
-  double avoids_share = 0.8;   // of meetings with robots in which they stop or step aside
-  std::optional<Area> area{};  // where they stay; none: wherever there is room
+  double avoids_share = 0.8;             // of meetings with robots in which they stop or step aside
+  std::optional<Area> area{};            // where they stay; none: wherever there is room
+  std::vector<WalkDescription> walks{};  // a person each, before the others
 };
 
 // --- robots

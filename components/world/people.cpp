@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "components/geometry/pose.h"
 #include "components/world/noise.h"
 
@@ -34,6 +36,7 @@ constexpr double kShoulders = 400;               // people touch
 constexpr double kForgets = 1500;                // a robot that is as far is met anew
 constexpr double kPlanned = kPersonRadius + 40;  // places are reached nearly
 constexpr double kReached = 35;
+constexpr double kLongestPause = 1e9;  // steps
 
 }  // namespace
 
@@ -73,8 +76,13 @@ double meets(const Ray& ray, const Figure& person, double height) {
 People::People(const PeopleDescription& description, const Area& area, const Surroundings& around,
                std::uint64_t seed)
     : description_(description) {
-  if (description.count == 0) return;
-  roadmap_ = Roadmap(around.scenery, area, kPlanned, stirred(seed, 1));
+  if (description.count == 0 && description.walks.empty()) return;
+  std::vector<MapPoint> wanted;
+  for (const WalkDescription& walk : description.walks)
+    wanted.insert(wanted.end(), walk.places.begin(), walk.places.end());
+  roadmap_ = Roadmap(around.scenery, area, kPlanned, stirred(seed, 1), wanted);
+  for (const WalkDescription& walk : description.walks)
+    add_walker(walk, stirred(seed, 100 + figures_.size()));
   Random random(stirred(seed, 2));
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < roadmap_.size(); ++i) {
@@ -83,33 +91,80 @@ People::People(const PeopleDescription& description, const Area& area, const Sur
     };
     if (std::ranges::none_of(around.robots, is_near)) places.push_back(i);
   }
-  const auto has_room = [&](std::size_t place) {
-    return std::ranges::none_of(figures_, [&](const Figure& other) {
-      return distance(other.at, roadmap_.place(place)) < 2 * kPersonRadius;
-    });
-  };
-  while (figures_.size() < description.count && !places.empty()) {
+  const std::size_t all = figures_.size() + description.count;
+  while (figures_.size() < all && !places.empty()) {
     const std::size_t index = random.below(static_cast<std::uint32_t>(places.size()));
     const std::size_t place = places[index];
     places.erase(places.begin() + static_cast<std::ptrdiff_t>(index));
-    if (!has_room(place)) continue;
-    Mind mind(stirred(seed, 100 + figures_.size()));
-    mind.speed = description.speed * static_cast<double>(mind.random.uniform(0.8F, 1.2F));
-    mind.from = mind.to = mind.goal = place;
-    mind.pause = steps_between(mind, 0, 2);
-    figures_.push_back(
-        {.at = roadmap_.place(place), .rho = static_cast<double>(mind.random.uniform(0, 6.28F))});
-    minds_.push_back(mind);
+    if (has_room(place)) add_stroller(place, stirred(seed, 100 + figures_.size()));
   }
+  if (figures_.size() < all && !problem_)
+    problem_ = fmt::format("there is room for {} people only, not for {}", figures_.size(), all);
+}
+
+void People::add_walker(const WalkDescription& walk, std::uint64_t seed) {
+  std::vector<std::size_t> places;
+  for (const MapPoint& at : walk.places) {
+    const auto found = roadmap_.find(at);
+    if (!found) {
+      problem_ =
+          fmt::format("nobody can walk to x {:.0f} y {:.0f}: no room there, or no way", at.x, at.y);
+      return;
+    }
+    places.push_back(*found);
+  }
+  if (places.empty() || !has_room(places.front())) {
+    problem_ = "two walks begin at one place, or one has no place";
+    return;
+  }
+  Mind mind = mind_at(places.front(), seed);
+  mind.next = 1 % places.size();
+  const double rest = std::chrono::duration<double>(walk.pause).count();
+  mind.rest = steps_between(mind, rest, rest);
+  mind.pause = mind.rest;
+  mind.walk = std::move(places);
+  minds_.push_back(std::move(mind));
+  figures_.push_back({.at = walk.places.front()});
+}
+
+void People::add_stroller(std::size_t place, std::uint64_t seed) {
+  Mind mind = mind_at(place, seed);
+  mind.pause = steps_between(mind, 0, 2);
+  figures_.push_back(
+      {.at = roadmap_.place(place), .rho = static_cast<double>(mind.random.uniform(0, 6.28F))});
+  minds_.push_back(std::move(mind));
+}
+
+People::Mind People::mind_at(std::size_t place, std::uint64_t seed) const {
+  Mind mind(seed, stirred(seed, 1));
+  mind.speed = description_.speed * static_cast<double>(mind.random.uniform(0.8F, 1.2F));
+  mind.from = mind.to = mind.goal = place;
+  return mind;
+}
+
+bool People::has_room(std::size_t place) const {
+  return std::ranges::none_of(figures_, [&](const Figure& other) {
+    return distance(other.at, roadmap_.place(place)) < 2 * kPersonRadius;
+  });
 }
 
 int People::steps_between(Mind& mind, double from_s, double to_s) const {
   const double seconds = from_s + (to_s - from_s) * static_cast<double>(mind.random.uniform());
-  return static_cast<int>(seconds * kStepsPerSecond) + 1;
+  return static_cast<int>(std::min(seconds * kStepsPerSecond, kLongestPause)) + 1;
 }
 
-void People::choose_goal(Mind& mind) {
-  mind.goal = mind.random.below(static_cast<std::uint32_t>(roadmap_.size()));
+int People::pause_at_goal(Mind& mind) const {
+  if (!mind.walk.empty()) return mind.rest;
+  return steps_between(mind, 0, std::chrono::duration<double>(description_.pause_max).count());
+}
+
+void People::choose_goal(Mind& mind) const {
+  if (mind.walk.empty()) {
+    mind.goal = mind.random.below(static_cast<std::uint32_t>(roadmap_.size()));
+  } else {
+    mind.goal = mind.walk[mind.next];
+    mind.next = (mind.next + 1) % mind.walk.size();
+  }
   mind.patience = steps_between(mind, 1, 4);
 }
 
@@ -150,7 +205,26 @@ void People::step(const Surroundings& around, std::span<Contacts> contacts) {
 }
 
 void People::stand() {
-  for (std::size_t i = 0; i < figures_.size(); ++i) stop(i);
+  for (std::size_t i = 0; i < figures_.size(); ++i) {
+    stop(i);
+    minds_[i].bumped.reset();
+  }
+}
+
+// A robot that brakes still moves a little when somebody has walked against it.
+bool People::walked_against(const Box& robot) const {
+  for (std::size_t i = 0; i < figures_.size(); ++i) {
+    const MapPoint& at = figures_[i].at;
+    if (!overlap(robot, Circle{at, kPersonRadius})) continue;
+    const Mind& mind = minds_[i];
+    const Figure& person = figures_[i];
+    const bool has_just =
+        mind.bumped && static_cast<double>(steps_ - *mind.bumped) <= kStepsPerSecond;
+    const double towards = person.vx * (robot.at.x - at.x) + person.vy * (robot.at.y - at.y);
+    const bool is_about_to = mind.meeting == Meeting::kOverlooks && !mind.touches && towards > 0;
+    if (!has_just && !is_about_to) return false;
+  }
+  return true;
 }
 
 void People::stop(std::size_t person) {
@@ -169,8 +243,9 @@ bool People::is_free(std::size_t person, double side, bool robots,
       return &other != &figures_[person] && distance(there, other.at) < kRoomToOthers &&
              distance(there, other.at) < distance(at, other.at);
     };
+    const double room = minds_[person].squeezes ? kRoomToRobot / 2 : kRoomToRobot;
     const auto robot_in_way = [&](const Box& box) {
-      return distance(there, box) < kPersonRadius + kRoomToRobot &&
+      return distance(there, box) < kPersonRadius + room &&
              distance(there, box) < distance(at, box);
     };
     const auto obstacle_in_way = [&](const Solid& solid) {
@@ -190,9 +265,9 @@ void People::look_ahead(std::size_t person, const Surroundings& around) {
   const auto is_near = [&](const Box& box) { return distance(at, box) < kForgets; };
   if (std::ranges::none_of(around.robots, is_near)) {
     mind.meeting = Meeting::kNone;
-    mind.touches = false;
+    mind.touches = mind.squeezes = false;
   } else if (mind.meeting == Meeting::kNone) {
-    const bool avoids = static_cast<double>(mind.random.uniform()) < description_.avoids_share;
+    const bool avoids = static_cast<double>(mind.luck.uniform()) < description_.avoids_share;
     mind.meeting = avoids ? Meeting::kAvoids : Meeting::kOverlooks;
   }
   // Who has walked against a robot has seen it now.
@@ -206,7 +281,9 @@ void People::look_ahead(std::size_t person, const Surroundings& around) {
   }
   if (!std::exchange(mind.is_stopped, false) && !mind.waits) return;
   mind.patience -= static_cast<int>(kLookEvery);
-  if (mind.patience <= 0) turn_round(mind);
+  if (mind.patience > 0) return;
+  mind.squeezes = true;
+  turn_round(mind);
 }
 
 // At a place, the next way begins, or a pause: then true.
@@ -222,8 +299,7 @@ bool People::arrive(std::size_t person) {
   if (mind.to == mind.goal) {
     mind.from = mind.to;
     stop(person);
-    mind.pause =
-        steps_between(mind, 0, std::chrono::duration<double>(description_.pause_max).count());
+    mind.pause = pause_at_goal(mind);
   } else {
     mind.from = mind.to;
     mind.to = next;
@@ -297,7 +373,10 @@ bool People::meets_somebody(std::size_t person, const MapPoint& to, const Surrou
   const bool sees = mind.touches || mind.meeting == Meeting::kAvoids;
   for (std::size_t i = 0; i < around.robots.size(); ++i) {
     if (!is_nearer(kPersonRadius + (sees ? kRoomToRobot / 2 : 0), around.robots[i])) continue;
-    if (!sees) ++contacts[i].bumped;
+    if (!sees) {
+      ++contacts[i].bumped;
+      mind.bumped = steps_;
+    }
     mind.touches = true;
     return true;
   }

@@ -7,7 +7,9 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "components/localisation/random.h"
@@ -40,22 +42,27 @@ class People {
   };
 
   People() = default;
-  // As many as wanted, or as there is room for: no two at one place, none near a robot.
+  // No two at one place, none but those of walks near a robot.
   People(const PeopleDescription& description, const Area& area, const Surroundings& around,
          std::uint64_t seed);
 
+  // Who of the description is not there, and why.
+  [[nodiscard]] const std::optional<std::string>& problem() const { return problem_; }
   [[nodiscard]] std::size_t size() const { return figures_.size(); }
   [[nodiscard]] std::span<const Figure> figures() const { return figures_; }
 
   // Who walks against a robot is counted with it.
   void step(const Surroundings& around, std::span<Contacts> contacts);
   void stand();
+  // Whether those who touch it overlooked it and walked against it just now.
+  [[nodiscard]] bool walked_against(const Box& robot) const;
 
  private:
   enum class Meeting : std::uint8_t { kNone, kAvoids, kOverlooks };
   struct Mind {
-    explicit Mind(std::uint64_t seed) : random(seed) {}
+    Mind(std::uint64_t seed, std::uint64_t seed_of_luck) : random(seed), luck(seed_of_luck) {}
     localisation::Random random;
+    localisation::Random luck;  // of meetings: the same, whenever they are
     double speed = 0;
     std::size_t from = 0;  // places
     std::size_t to = 0;
@@ -68,6 +75,12 @@ class People {
     bool is_stopped = false;  // by somebody, since it looked last
     bool touches = false;
     bool goes_to_line = false;
+    bool squeezes = false;                  // past a robot that does not let it through
+    std::optional<std::uint64_t> bumped{};  // against a robot, in that step
+    // Of a walk: places in turn, the one that comes next, and steps at each.
+    std::vector<std::size_t> walk{};
+    std::size_t next = 0;
+    int rest = 0;
   };
   // The way it is on.
   struct Line {
@@ -84,9 +97,14 @@ class People {
     }
   };
 
+  void add_walker(const WalkDescription& walk, std::uint64_t seed);
+  void add_stroller(std::size_t place, std::uint64_t seed);
+  [[nodiscard]] Mind mind_at(std::size_t place, std::uint64_t seed) const;
+  [[nodiscard]] bool has_room(std::size_t place) const;
   [[nodiscard]] Line line_of(std::size_t person) const;
   [[nodiscard]] int steps_between(Mind& mind, double from_s, double to_s) const;
-  void choose_goal(Mind& mind);
+  [[nodiscard]] int pause_at_goal(Mind& mind) const;
+  void choose_goal(Mind& mind) const;
   void turn_round(Mind& mind);
   void look_ahead(std::size_t person, const Surroundings& around);
   [[nodiscard]] bool is_free(std::size_t person, double side, bool robots,
@@ -106,6 +124,7 @@ class People {
   std::vector<Figure> figures_;
   std::vector<Mind> minds_;
   std::uint64_t steps_ = 0;
+  std::optional<std::string> problem_;
 };
 
 }  // namespace rack::world

@@ -4,6 +4,7 @@
 #include <set>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "components/geometry/pose.h"
@@ -53,6 +54,51 @@ TEST(People, AvoidRobotsWhenTheyAlwaysDo) {
   std::vector<Contacts> contacts(1);
   for (int step = 0; step < 200 * 1800; ++step) people.step(around, contacts);
   EXPECT_EQ(contacts[0].bumped, 0U);
+}
+
+// Between the rooms and back, as long as it takes; the same again from the same seed.
+TEST(People, WalkFromPlaceToPlaceInTurn) {
+  const Scenery scenery(two_rooms(), kTable);
+  const std::vector<MapPoint> places = {{1000, 1000}, {1000, 9000}, {5000, 1000}};
+  const PeopleDescription description{.walks = {{.places = places}}};
+  const People::Surroundings around{scenery, {}, {}};
+  People people(description, kRooms, around, 3);
+  People again(description, kRooms, around, 3);
+  ASSERT_EQ(people.size(), 1U);
+  EXPECT_FALSE(people.problem());
+  std::vector<std::size_t> visited;
+  for (int step = 0; step < 200 * 240; ++step) {
+    people.step(around, {});
+    again.step(around, {});
+    const Figure& walker = people.figures()[0];
+    const MapPoint& at = walker.at;
+    ASSERT_EQ(at.x, again.figures()[0].at.x);
+    ASSERT_EQ(at.y, again.figures()[0].at.y);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (walker.vx == 0 && distance(at, places[i]) < 50 &&
+          (visited.empty() || visited.back() != i))
+        visited.push_back(i);
+  }
+  ASSERT_GE(visited.size(), 9U) << "24 m a round at more than 0.9 m/s";
+  for (std::size_t i = 0; i < visited.size(); ++i) EXPECT_EQ(visited[i], i % 3);
+}
+
+TEST(People, SayWhatWalksCannotBe) {
+  const Scenery scenery(two_rooms(), kTable);
+  const auto problem = [&](std::vector<WalkDescription> walks) {
+    const People people({.walks = std::move(walks)}, kRooms, {scenery, {}, {}}, 3);
+    return people.problem().value_or("");
+  };
+  EXPECT_EQ(problem({{.places = {{1000, 1000}, {5000, 9000}}}}), "");
+  EXPECT_THAT(problem({{.places = {{1000, 1000}, {3000, 7500}}}}),
+              testing::HasSubstr("nobody can walk to x 3000 y 7500"))
+      << "there is the table";
+  EXPECT_THAT(problem({{.places = {{1000, 1000}, {9000, 1000}}}}),
+              testing::HasSubstr("nobody can walk to x 9000"))
+      << "behind the wall";
+  EXPECT_THAT(problem({{.places = {{1000, 1000}}}, {.places = {{1000, 1000}}}}),
+              testing::HasSubstr("two walks begin at one place"));
+  EXPECT_THAT(problem({WalkDescription{}}), testing::HasSubstr("has no place"));
 }
 
 TEST(People, AreLegsBelowAndABodyAbove) {

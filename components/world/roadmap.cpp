@@ -31,8 +31,12 @@ double room_along(const Scenery& scenery, const MapPoint& from, const MapPoint& 
 
 }  // namespace
 
-Roadmap::Roadmap(const Scenery& scenery, const Area& area, double radius, std::uint64_t seed) {
+Roadmap::Roadmap(const Scenery& scenery, const Area& area, double radius, std::uint64_t seed,
+                 std::span<const MapPoint> wanted) {
   localisation::Random random(seed);
+  for (const MapPoint& at : wanted)
+    if (places_.size() < kPlacesMax && !find(at) && scenery.clearance(at, radius) >= radius)
+      places_.push_back(at);
   throw_places(scenery, area, radius, random);
   Links links = joined(scenery, radius);
   keep_largest(links);
@@ -138,6 +142,12 @@ void Roadmap::find_ways(const Links& links) {
       }
     }
   }
+}
+
+std::optional<std::size_t> Roadmap::find(const MapPoint& wanted) const {
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    if (places_[i].x == wanted.x && places_[i].y == wanted.y) return i;
+  return std::nullopt;
 }
 
 double Roadmap::room(std::size_t from, std::size_t to) const {

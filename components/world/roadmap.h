@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "components/localisation/random.h"
@@ -19,12 +21,15 @@ class Roadmap {
   static constexpr std::size_t kLinksMax = 12;  // of a place, to the nearest
 
   Roadmap() = default;
-  // `radius`: what a person needs.
-  Roadmap(const Scenery& scenery, const Area& area, double radius, std::uint64_t seed);
+  // `radius`: what a person needs; `wanted`: places that shall be among them.
+  Roadmap(const Scenery& scenery, const Area& area, double radius, std::uint64_t seed,
+          std::span<const MapPoint> wanted = {});
 
   // All places can be reached from all.
   [[nodiscard]] std::size_t size() const { return places_.size(); }
   [[nodiscard]] const MapPoint& place(std::size_t number) const { return places_[number]; }
+  // A wanted one; none when nobody fits there, or comes there.
+  [[nodiscard]] std::optional<std::size_t> find(const MapPoint& wanted) const;
   // The next place from one on the way to another.
   [[nodiscard]] std::size_t next(std::size_t from, std::size_t to) const {
     return next_[to * size() + from];

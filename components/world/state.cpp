@@ -72,10 +72,7 @@ std::optional<std::string> World::State::problem() const {
   for (std::size_t i = 0; i < robots_.size(); ++i)
     if (const Met met = in_the_way(i, hulls_[i]); met != Met::kNothing)
       return fmt::format("robot {} starts in {}", description_.robots[i].name, what(met));
-  if (people_.size() < description_.people.count)
-    return fmt::format("there is room for {} people only, not for {}", people_.size(),
-                       description_.people.count);
-  return std::nullopt;
+  return people_.problem();
 }
 
 Box World::State::hull(std::size_t robot, const MapPoint& at, double rho) const {
@@ -126,7 +123,7 @@ void World::State::step_robot(std::size_t number, tims::Time begin) {
   const Box there = moves ? hull(number, next.at, next.rho) : hulls_[number];
   const Met met = moves ? in_the_way(number, there) : Met::kNothing;
   if (met != Met::kNothing) {
-    block(number, met);
+    block(number, met, there);
     next.at = robot.now.at;
     next.rho = robot.now.rho;
     next.vx = next.vy = next.omega = 0;
@@ -151,11 +148,12 @@ void World::State::settle(std::size_t number, const RobotSample& next) {
   now.alpha = alpha;
 }
 
-// One contact, as long as it stays there or trembles.
-void World::State::block(std::size_t number, Met met) {
+// One contact, as long as it stays there or trembles. Who walks against it is counted by People.
+void World::State::block(std::size_t number, Met met, const Box& there) {
   Robot& robot = robots_[number];
-  const bool is_new = !robot.is_blocked && robot.free_steps >= kFreeAfter;
   robot.is_blocked = true;
+  if (met == Met::kPerson && people_.walked_against(there)) return;
+  const bool is_new = robot.free_steps >= kFreeAfter;
   robot.free_steps = 0;
   if (!is_new) return;
   Contacts& contacts = contacts_[number];

@@ -89,7 +89,7 @@ class World::State {
   [[nodiscard]] Box hull(std::size_t robot, const MapPoint& at, double rho) const;
   void step();
   void step_robot(std::size_t number, tims::Time begin);
-  void block(std::size_t number, Met met);
+  void block(std::size_t number, Met met, const Box& there);
   // What is in the way of a hull; of another robot's only where it is now.
   [[nodiscard]] Met in_the_way(std::size_t robot, const Box& hull) const;
   [[nodiscard]] bool is_on_ground(const Box& hull) const;

@@ -112,7 +112,8 @@ class WorldReader {
   // [1, 2.5]
   void numbers(const Node& node, std::string_view what, std::span<double> out) {
     if (node.form != Node::Form::kArray || node.children.size() != out.size())
-      return reader_.refuse(node, fmt::format("{} wants {}", node.key, what));
+      return reader_.refuse(
+          node, fmt::format("{} wants {}", node.key.empty() ? "an item" : node.key, what));
     for (std::size_t i = 0; i < out.size(); ++i)
       reader_.real(node.children[i], -kFarthest, kFarthest, out[i]);
   }
@@ -256,6 +257,7 @@ class WorldReader {
     };
     reader_.table(node, "[people]",
                   {{"count", [&](const Node& n) { reader_.number(n, 0, kPeopleMax, count); }},
+                   {"walk", each([&](const Node& n) { walk(n, people.walks); })},
                    {"speed", real(100, 5000, people.speed)},
                    {"height", real(500, 2500, people.height)},
                    {"pause", duration(people.pause_max)},
@@ -268,6 +270,22 @@ class WorldReader {
     require(node, "to");
     check_area(node, where);
     people.area = where;
+  }
+
+  void walk(const Node& node, std::vector<WalkDescription>& walks) {
+    WalkDescription walk;
+    const auto places = [&](const Node& n) {
+      if (n.form != Node::Form::kArray || n.children.size() < 2 ||
+          n.children.size() > kWalkPlacesMax)
+        return reader_.refuse(n, fmt::format("places wants 2 to {} of them such as [[0, 0], "
+                                             "[1000, -500]]: mm to the north, mm to the east",
+                                             kWalkPlacesMax));
+      walk.places.resize(n.children.size());
+      for (std::size_t i = 0; i < n.children.size(); ++i) point(walk.places[i])(n.children[i]);
+    };
+    reader_.table(node, "[[people.walk]]", {{"places", places}, {"pause", duration(walk.pause)}});
+    require(node, "places");
+    if (has_room(node, walks, kWalksMax, "walks")) walks.push_back(std::move(walk));
   }
 
   void slip(const Node& node, SlipDescription& slip) {
@@ -418,7 +436,8 @@ class WorldReader {
       add(wall.from, kThick);
       add(wall.to, kThick);
     }
-    for (const ObstacleDescription& obstacle : world.obstacles) add(obstacle.at, kRound);
+    for (const ObstacleDescription& obstacle : world.obstacles)
+      add(obstacle.at, world.walls.empty() ? kRound : kThick);
     for (const RobotDescription& robot : world.robots)
       add({robot.start.x, robot.start.y}, world.walls.empty() ? 10 * kRound : 0);
     if (low.x < high.x) world.ground = {low, high};

@@ -21,6 +21,8 @@ struct WorldFile {
 inline constexpr std::size_t kRobotsMax = 16;
 inline constexpr std::size_t kSensorsMax = 16;  // of a robot
 inline constexpr std::size_t kPeopleMax = 200;
+inline constexpr std::size_t kWalksMax = 20;       // of them
+inline constexpr std::size_t kWalkPlacesMax = 10;  // of a walk
 inline constexpr std::size_t kObstaclesMax = 5000;
 
 // The text of a floor plan, by its name as the world's file has it.

@@ -72,6 +72,9 @@ pause = "2s"
 avoids = 0.5
 from = [0, 0]
 to = [9, 9]
+[[people.walk]]
+places = [[1, 2], [3, 4], [5, 6]]
+pause = "9s"
 [[robot]]
 name = "r"
 kind = "double-ackermann"
@@ -134,6 +137,10 @@ TEST(WorldFile, SaysEverything) {
   EXPECT_EQ(world.people.pause_max, std::chrono::seconds(2));
   ASSERT_TRUE(world.people.area);
   EXPECT_EQ(world.people.area->to.x, 9);
+  ASSERT_EQ(world.people.walks.size(), 1U);
+  EXPECT_EQ(world.people.walks[0].pause, std::chrono::seconds(9));
+  ASSERT_EQ(world.people.walks[0].places.size(), 3U);
+  EXPECT_EQ(world.people.walks[0].places[2].y, 6);
   ASSERT_EQ(world.robots.size(), 1U);
   const RobotDescription& robot = world.robots[0];
   EXPECT_EQ(robot.kind, DriveKind::kDoubleAckermann);
@@ -182,6 +189,11 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
   EXPECT_THAT(problems("[people]\ncount = 201\nfrom = [5, 5]\nto = [5, 9]\n"),
               ElementsAre(HasSubstr("w.toml:1:2: from wants to be the corner"),
                           "w.toml:2:9: count wants a number from 0 to 200, not 201"));
+  EXPECT_THAT(problems("[[people.walk]]\nplaces = [[1, 2]]\n[[people.walk]]\npause = \"1s\"\n"
+                       "[[people.walk]]\nplaces = [[1, 2], [3]]\n"),
+              ElementsAre(HasSubstr("w.toml:2:10: places wants 2 to 10 of them"),
+                          "w.toml:3:1: places is missing",
+                          HasSubstr("w.toml:6:19: an item wants a place such as")));
   const std::string robot = "[[robot]]\nname = \"a\"\nat = [0, 0, 0]\n";
   EXPECT_THAT(problems(robot + robot), ElementsAre("w.toml:4:1: there is another robot a"));
   EXPECT_THAT(problems(robot + "[[robot.sensor]]\nname = \"s\"\nkind = \"compass\"\n"
@@ -241,11 +253,28 @@ TEST(WorldFile, SurvivesMutations) {
     for (const auto& problem : read_file.problems) EXPECT_EQ(problem.at.file, "w");
     if (!read_file.problems.empty()) continue;
     read_file.description.people.count = 0;
+    read_file.description.people.walks.clear();
     if (auto world = World::make(read_file.description, kBegin)) world->advance(kBegin + kStep);
     ++good;
   }
   EXPECT_LT(good, 2900U);
 }
+
+struct FloorLimits {
+  explicit FloorLimits(const std::vector<WallDescription>& walls) {
+    for (const WallDescription& wall : walls) {
+      for (const MapPoint& end : {wall.from, wall.to}) {
+        from = {std::min(from.x, end.x), std::min(from.y, end.y)};
+        to = {std::max(to.x, end.x), std::max(to.y, end.y)};
+      }
+    }
+  }
+  [[nodiscard]] bool contain(const MapPoint& at) const {
+    return at.x > from.x && at.x < to.x && at.y > from.y && at.y < to.y;
+  }
+  MapPoint from{1e9, 1e9};
+  MapPoint to{-1e9, -1e9};
+};
 
 WorldFile deployed(const std::string& name) {
   const auto text_of = [](const std::string& path) -> tims::Result<std::string> {
@@ -267,7 +296,11 @@ TEST(WorldFile, ThoseThatAreDeployedAreWorlds) {
     World world = made(file.description);
     world.advance(kBegin + seconds(60));
     const Truth truth = world.make_truth();
-    EXPECT_EQ(truth.people.size(), file.description.people.count);
+    const PeopleDescription& people = file.description.people;
+    EXPECT_EQ(truth.people.size(), people.count + people.walks.size());
+    // Nobody is outside of the walls, where robots never come.
+    const FloorLimits limits(file.description.walls);
+    for (const PersonTruth& person : truth.people) EXPECT_TRUE(limits.contain(person.at)) << name;
     const auto laser = world.find_sensor(file.description.robots[0].name, "laser");
     ASSERT_TRUE(laser);
     int hits = 0;

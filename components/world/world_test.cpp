@@ -356,5 +356,33 @@ TEST(World, KnowsItsRobotsByName) {
   EXPECT_EQ(world.now(), kBegin);
 }
 
+// Somebody walks towards a robot that drives, and does not see it: not the robot's doing, as long
+// as it then stops.
+TEST(World, WhoWalksAgainstARobotIsNotItsContact) {
+  WorldDescription description = rooms_world();
+  description.people = {.avoids_share = 0, .walks = {{.places = {{5000, 2500}, {1000, 2500}}}}};
+  description.robots[0].start = {.x = 1000, .y = 2500};
+  World world = made(description);
+  Truth truth = world.make_truth();
+  const auto drive = [&](double speed, double for_seconds) {
+    const std::array<double, 2> rims = {speed, speed};
+    world.drive(0, rims, world.now());
+    const tims::Time end = world.now() + seconds(for_seconds);
+    while (world.now() < end) {
+      world.advance(world.now() + kStep);
+      world.truth(truth);
+    }
+  };
+  for (int i = 0; i < 4000 && truth.robots[0].contacts.bumped == 0; ++i) drive(300, 0.005);
+  EXPECT_EQ(truth.robots[0].contacts.bumped, 1U);
+  drive(300, 0.5);  // until it has noticed
+  EXPECT_TRUE(truth.robots[0].is_blocked);
+  EXPECT_EQ(truth.robots[0].contacts.own(), 0U);
+  drive(0, 1);
+  EXPECT_EQ(truth.robots[0].contacts.own(), 0U);
+  drive(300, 3);
+  EXPECT_EQ(truth.robots[0].contacts.people, 1U) << "it drives on against somebody";
+}
+
 }  // namespace
 }  // namespace rack::world

@@ -1,13 +1,16 @@
 // The indoor robot of the samples: real drivers in a simulated world, which localises on its floor
 // plan and is sent to a place among people. What it reaches is judged by the truth, not by what it
 // believes.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "components/geometry/pose.h"
 #include "rack/proxies/mcl.h"
 #include "rack/proxies/world.h"
 #include "tests/system/robot_fixture.h"
@@ -52,32 +55,90 @@ class IndoorRobotTest : public RobotTest {
     return proxy<Proxy>(name + "(" + kSystem + "/0)");
   }
 
+  rack::WorldProxy world() { return of_robot<rack::WorldProxy>("World"); }
+  rack::WorldData truth() {
+    auto data = world().get_data();
+    EXPECT_TRUE(data) << data.error().message();
+    return data ? std::move(*data) : rack::WorldData{};
+  }
+
+  // On a machine that is very busy streams break, its pilot with them: then it is sent once more.
+  // `look` is called again and again meanwhile.
+  testing::AssertionResult arrives(const std::string& x, const std::string& y,
+                                   const std::function<void()>& look) {
+    const auto drive = [&]() -> std::string {
+      constexpr Duration kBetween = std::chrono::milliseconds(20);
+      ChildProcess going = begin({"nav", "goto", x, y, "90", "--timeout", "20s", "--for", "80s"});
+      auto ended = going.wait(kBetween);
+      for (; !ended; ended = going.wait(kBetween)) look();
+      return ended->code == 0 ? "" : going.output();
+    };
+    return eventually(drive, kDrive);
+  }
+
   std::unique_ptr<ChildProcess> up_;
 };
 
-TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
-  // On a machine that is very busy streams break, its pilot with them: then it is sent once more.
-  const auto arrives = [&]() -> std::string {
-    ChildProcess drive = begin({"nav", "goto", "3.5", "3", "90", "--timeout", "20s"});
-    const auto ended = drive.wait(kDrive);
-    return ended && ended->code == 0 ? "" : drive.output();
+// Where somebody is, from the robot: ahead, to the right.
+rack::Pose seen_by(const rack::WorldThing& robot, const rack::WorldThing& person) {
+  const auto pose = [](const rack::Position2d& pos) {
+    return rack::Pose{.x = 1.0 * pos.x.raw(), .y = 1.0 * pos.y.raw(), .rho = 1.0 * pos.rho.raw()};
   };
-  ASSERT_TRUE(eventually(arrives, kDrive)) << up_->output();
+  return pose(person.pos) - pose(robot.pos);
+}
 
-  const auto truth = of_robot<rack::WorldProxy>("World").get_data();
-  ASSERT_TRUE(truth) << truth.error().message();
-  const auto* const is = truth->find(rack::world_thing::kRobot, "scout");
+TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
+  ASSERT_TRUE(arrives("3.5", "3", [] {})) << up_->output();
+
+  const rack::WorldData truth_then = truth();
+  const auto* const is = truth_then.find(rack::world_thing::kRobot, "scout");
   ASSERT_NE(is, nullptr);
   EXPECT_LT(std::hypot(is->pos.x.raw() - 3500, is->pos.y.raw() - 3000), 300);
   EXPECT_EQ(is->contacts(), 0U) << "people who walk against it are not its doing";
   EXPECT_GT(is->way.raw(), 4000);
-  EXPECT_EQ(truth->peopleMove, 1);
+  EXPECT_EQ(truth_then.peopleMove, 1);
 
   const auto believed = of_robot<rack::MclProxy>("Mcl").get_data();
   ASSERT_TRUE(believed) << believed.error().message();
   EXPECT_LT(
       std::hypot(believed->pos.x.raw() - is->pos.x.raw(), believed->pos.y.raw() - is->pos.y.raw()),
       200);
+}
+
+// Somebody stands in the middle of the corridor, straight before it: it stops, waits whether they
+// go on, and goes round.
+TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
+  constexpr double kTouches = 200 + 250;  // half of its width, and of a person
+  const auto stands_in_the_corridor = [&] {
+    const rack::WorldData now = truth();
+    const auto* const walker = now.find(rack::world_thing::kPerson, "");
+    return walker != nullptr && walker->vx == 0 && walker->vy == 0 &&
+           std::hypot(walker->pos.x.raw() - 3500, walker->pos.y.raw()) < 100;
+  };
+  ASSERT_TRUE(eventually(stands_in_the_corridor, "somebody stands in the corridor", kDrive));
+  ASSERT_TRUE(world().let_people_move(false).ok());
+
+  bool was_in_its_way = false;
+  double nearest = 1e9;
+  const auto look = [&] {
+    const rack::WorldData now = truth();
+    const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
+    const auto* const walker = now.find(rack::world_thing::kPerson, "");
+    if (robot == nullptr || walker == nullptr) return;
+    const rack::Pose seen = seen_by(*robot, *walker);
+    was_in_its_way = was_in_its_way || (seen.x > 0 && std::abs(seen.y) < kTouches);
+    nearest = std::min(nearest, std::hypot(seen.x, seen.y));
+  };
+  ASSERT_TRUE(arrives("6.3", "0", look)) << up_->output();
+
+  const rack::WorldData now = truth();
+  const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
+  ASSERT_NE(robot, nullptr);
+  EXPECT_TRUE(was_in_its_way);
+  EXPECT_GT(nearest, kTouches);
+  EXPECT_LT(nearest, 1500) << "it met nobody";
+  EXPECT_EQ(robot->contacts(), 0U);
+  EXPECT_LT(std::hypot(robot->pos.x.raw() - 6300, robot->pos.y.raw()), 300);
 }
 
 }  // namespace
