@@ -104,6 +104,7 @@ class WorldReader {
         return;
       }
       std::vector<std::string> known;
+      known.reserve(N);
       for (const auto& name : names) known.emplace_back(name.name);
       reader_.unknown(node.at_value, what, said, known);
     };
