@@ -1,4 +1,5 @@
-// PilotPath: follows a path, and stops before obstacles.
+// PilotPath: follows a path, and stops before obstacles. While position, path or scans are away it
+// stands and asks for them again; where it was sent to stays.
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -23,6 +24,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kSilence = 10;  // periods without a message of an input
+constexpr int kSilenceMost = 1000000;
+constexpr milliseconds kAskAgain{1000};
+constexpr milliseconds kAskFor{50};  // it stands then
 
 constexpr std::array<ParameterInfo, 15> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
@@ -64,12 +68,13 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> module_init() override {
     if (auto made = create_mailbox(work_, 10, body_max<PathData>()); !made) return made;
     if (auto made = create_mailbox(command_work_, 4, 256); !made) return made;
-    if (auto made = create_input(scan_, *work_, 2, body_max<Scan2dData>()); !made) return made;
-    if (auto made = create_input(position_, *work_, 10, wire_size<PositionData>()); !made)
+    if (auto made = create_input(scan_.input, *work_, 2, body_max<Scan2dData>()); !made)
+      return made;
+    if (auto made = create_input(position_.input, *work_, 10, wire_size<PositionData>()); !made)
       return made;
     if (auto made = create_input(chassis_, *work_, 10, wire_size<ChassisData>()); !made)
       return made;
-    return create_input(path_, *work_, 2, body_max<PathData>());
+    return create_input(path_.input, *work_, 2, body_max<PathData>());
   }
 
   // --- on and off
@@ -81,8 +86,8 @@ class PilotPath : public DataModule<PilotData> {
                                 .steeringRate = integer("steeringRate")};
     if (auto good = start_inputs(settings); !good) return good;
     set_period(milliseconds(settings.periodTime));
-    path_silence_ = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
-    scan_silence_ = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
+    path_.patience = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
+    scan_.patience = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
     if (auto good = begin(settings); !good) return good;
     return DataModule::module_on();
   }
@@ -103,6 +108,16 @@ class PilotPath : public DataModule<PilotData> {
     return {};
   }
 
+  // One that it can be without for a while.
+  template <typename ProxyType>
+  struct Feed {
+    std::optional<Input<ProxyType>> input{};
+    int patience = kSilence;            // looks
+    int left = 0;                       // of it
+    int silence = 0;                    // looks since something came
+    std::optional<tims::Time> asked{};  // while it is away
+  };
+
   Result<void> start_inputs(PathDriverSettings& settings) {
     looks_ = integer("scan2dInst") >= 0;
     settings.looks = looks_ ? 1 : 0;
@@ -112,26 +127,34 @@ class PilotPath : public DataModule<PilotData> {
     if (!limits) return limits.error();
     settings.chassis = *limits;
     settings.chassisPeriod = milliseconds_of(*chassis);
-    const auto position = position_->start(address_of(tims::class_id::kPosition, "position"));
+    const auto position = begin_feed(position_, tims::class_id::kPosition, "position");
     if (!position) return position.error();
     settings.positionPeriod = milliseconds_of(*position);
-    const auto path = path_->start(address_of(tims::class_id::kPath, "path"));
+    const auto path = begin_feed(path_, tims::class_id::kPath, "path");
     if (!path) return path.error();
     settings.pathPeriod = milliseconds_of(*path);
     if (!looks_) return {};
-    const auto scan = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    const auto scan = begin_feed(scan_, tims::class_id::kScan2d, "scan2d");
     if (!scan) return scan.error();
     settings.scanPeriod = milliseconds_of(*scan);
     return {};
+  }
+  template <typename ProxyType>
+  Result<milliseconds> begin_feed(Feed<ProxyType>& feed, std::uint32_t class_id,
+                                  std::string_view name) {
+    feed.silence = 0;
+    feed.left = kSilence;
+    feed.asked.reset();
+    return feed.input->start(address_of(class_id, name));
   }
   static i32 milliseconds_of(milliseconds time) { return static_cast<i32>(time.count()); }
 
   void module_off() override {
     if (chassis_->started()) (void)chassis_->proxy().move(0, 0, 0);
     chassis_->stop();
-    position_->stop();
-    path_->stop();
-    scan_->stop();
+    position_.input->stop();
+    path_.input->stop();
+    scan_.input->stop();
     finish_recording();
   }
 
@@ -175,32 +198,63 @@ class PilotPath : public DataModule<PilotData> {
 
   Result<void> look_at_all(PathLook& look) {
     PathDriver::Inputs& inputs = driver_.inputs();
-    const auto take = [&](auto& input, auto& data, u32 which, int looks) -> Result<void> {
-      const auto come = input.newest(data, looks);
-      if (!come) return come.error();
-      if (*come) look.came |= which;
-      return {};
-    };
-    if (auto good = take(*position_, inputs.position, PathLook::kPosition, kSilence); !good)
-      return good;
-    if (auto good = take(*chassis_, inputs.chassis, PathLook::kChassis, kSilence); !good)
-      return good;
-    if (auto good = take(*path_, inputs.path, PathLook::kPath, path_silence_); !good) return good;
-    look.positionSilence = position_->silence();
+    const auto come = chassis_->newest(inputs.chassis, kSilence);
+    if (!come) return come.error();
+    if (*come) look.came |= PathLook::kChassis;
     look.chassisSilence = chassis_->silence();
-    look.pathSilence = path_->silence();
+    if (take(position_, inputs.position)) look.came |= PathLook::kPosition;
+    if (take(path_, inputs.path)) look.came |= PathLook::kPath;
+    look.positionSilence = position_.silence;
+    look.pathSilence = path_.silence;
     if (!looks_) return {};
-    if (auto good = take(*scan_, inputs.scan, PathLook::kScan, scan_silence_); !good) return good;
-    look.scanSilence = scan_->silence();
+    if (take(scan_, inputs.scan)) look.came |= PathLook::kScan;
+    look.scanSilence = scan_.silence;
     return {};
+  }
+
+  template <typename ProxyType>
+  bool take(Feed<ProxyType>& feed, typename ProxyType::Data& data) {
+    const auto come = feed.asked ? Result<bool>(false) : feed.input->newest(data);
+    if (come && *come) {
+      feed.silence = 0;
+      feed.left = feed.patience;
+      return true;
+    }
+    feed.silence = std::min(feed.silence + 1, kSilenceMost);
+    if (feed.asked) {
+      ask_again(feed);
+    } else if (!come || --feed.left <= 0) {
+      log().warning("%s: it stands until that is back",
+                    come ? "no data of " + name_of(feed) : std::string(come.error().message()));
+      feed.asked = now();
+    }
+    return false;
+  }
+
+  template <typename ProxyType>
+  void ask_again(Feed<ProxyType>& feed) {
+    if (now() - *feed.asked < kAskAgain) return;
+    feed.asked = now();
+    const tims::Address producer = feed.input->proxy().component();
+    const ProxyTimeouts timeouts{.on = kAskFor, .off = kAskFor, .data = kAskFor};
+    if (!feed.input->start(producer, {}, timeouts)) return;
+    feed.asked.reset();
+    feed.left = feed.patience;
+    log().print("%s is back", name_of(feed));
+  }
+
+  template <typename ProxyType>
+  std::string name_of(Feed<ProxyType>& feed) {
+    return feed.input->proxy().component().to_string(address_widths());
   }
 
   // --- what others do for it
 
   Result<void> go_on(const PathDriver::Errand& errand) {
-    if (errand.around) return path_->proxy().replan(*errand.around);
+    if (errand.around) return path_.input->proxy().replan(*errand.around);
     if (!errand.next) return {};
-    return path_->proxy().set_destination(destination_of(errand.next->pos, errand.next->speed));
+    return path_.input->proxy().set_destination(
+        destination_of(errand.next->pos, errand.next->speed));
   }
 
   static PathDestData destination_of(const Position3d& pos, i32 speed) {
@@ -330,13 +384,11 @@ class PilotPath : public DataModule<PilotData> {
 
   tims::Mailbox* work_ = nullptr;
   tims::Mailbox* command_work_ = nullptr;  // of the command task
-  std::optional<Input<Scan2dProxy>> scan_;
-  std::optional<Input<PositionProxy>> position_;
+  Feed<Scan2dProxy> scan_;
+  Feed<PositionProxy> position_;
+  Feed<PathProxy> path_;
   std::optional<Input<ChassisProxy>> chassis_;
-  std::optional<Input<PathProxy>> path_;
   bool looks_ = false;
-  int path_silence_ = kSilence;
-  int scan_silence_ = kSilence;
 
   PriorityMutex state_mutex_;  // of what follows; inputs() is of the data task alone
   PathDriver driver_;

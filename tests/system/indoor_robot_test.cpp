@@ -3,6 +3,7 @@
 // believes.
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <functional>
 #include <memory>
 
@@ -76,6 +77,17 @@ class IndoorRobotTest : public RobotTest {
     return eventually(drive, kDrive);
   }
 
+  // The process that has its mailbox.
+  pid_t owner_of(const Address& component) {
+    ChildProcess asking = begin({"mbx", "list", component.to_string(), "--json"});
+    const auto ended = asking.wait();
+    EXPECT_TRUE(ended && ended->code == 0) << asking.output();
+    const std::string said = asking.standard_output();
+    const auto at = said.find("\"pid\":");
+    EXPECT_NE(at, std::string::npos) << said;
+    return at == std::string::npos ? 0 : static_cast<pid_t>(std::stol(said.substr(at + 6)));
+  }
+
   std::unique_ptr<ChildProcess> up_;
 };
 
@@ -139,6 +151,35 @@ TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
   EXPECT_LT(nearest, 1500) << "it met nobody";
   EXPECT_EQ(robot->contacts(), 0U);
   EXPECT_LT(std::hypot(robot->pos.x.raw() - 6300, robot->pos.y.raw()), 300);
+}
+
+// What tells where it is dies on the way; the supervisor starts it again.
+TEST_F(IndoorRobotTest, StandsWhileItsPositionIsAwayAndGoesOn) {
+  ASSERT_TRUE(world().let_people_move(false).ok());
+  const auto position = of_robot<rack::PositionProxy>("Position").component();
+  bool is_killed = false;
+  bool stood = false;
+  const auto look = [&] {
+    const rack::WorldData now = truth();
+    const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
+    if (robot == nullptr || stood) return;
+    if (!is_killed && robot->way > 800) {
+      is_killed = ::kill(owner_of(position), SIGKILL) == 0;
+      return;
+    }
+    stood = is_killed && robot->vx == 0;
+  };
+  ChildProcess going = begin({"nav", "goto", "0", "5", "--timeout", "20s"});
+  auto ended = going.wait(std::chrono::milliseconds(20));
+  for (; !ended; ended = going.wait(std::chrono::milliseconds(20))) look();
+  EXPECT_EQ(ended->code, 0) << going.output() << up_->output();
+  EXPECT_TRUE(is_killed);
+  EXPECT_TRUE(stood);
+  const rack::WorldData now = truth();
+  const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
+  ASSERT_NE(robot, nullptr);
+  EXPECT_LT(std::hypot(robot->pos.x.raw(), robot->pos.y.raw() - 5000), 300);
+  EXPECT_EQ(robot->contacts(), 0U);
 }
 
 }  // namespace
