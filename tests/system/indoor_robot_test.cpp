@@ -13,6 +13,7 @@
 
 #include "components/geometry/pose.h"
 #include "rack/proxies/mcl.h"
+#include "rack/proxies/obj_recog.h"
 #include "rack/proxies/world.h"
 #include "tests/system/robot_fixture.h"
 
@@ -34,7 +35,7 @@ class IndoorRobotTest : public RobotTest {
         begin({"up", TIMS_ROBOTS "/emulated.toml", "--system", kSystem}));
     const auto ready = up_->wait_for_line(" programs are ready", kDrive);
     ASSERT_TRUE(ready) << ready.error().message();
-    ASSERT_THAT(*ready, HasSubstr("12 of 12 programs are ready")) << up_->output();
+    ASSERT_THAT(*ready, HasSubstr("13 of 13 programs are ready")) << up_->output();
     ASSERT_TRUE(turned_on("World(" + kSystem + "/0)"));
   }
   void TearDown() override {
@@ -129,6 +130,19 @@ TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
   };
   ASSERT_TRUE(eventually(stands_in_the_corridor, "somebody stands in the corridor", kDrive));
   ASSERT_TRUE(world().let_people_move(false).ok());
+
+  ASSERT_TRUE(turned_on("ObjRecog(" + kSystem + "/0)"));
+  auto recogniser = of_robot<rack::ObjRecogProxy>("ObjRecog");
+  const rack::Pose there{.x = 3500, .y = 0};
+  ASSERT_TRUE(eventually(
+      [&] {
+        const auto seen = recogniser.get_data();
+        return seen && std::ranges::any_of(seen->objects, [&](const rack::ObjRecogObject& object) {
+                 const rack::Pose at = rack::Pose::of(seen->refPos) + rack::Pose::of(object.pos);
+                 return std::hypot(at.x - there.x, at.y - there.y) < 400;
+               });
+      },
+      "an object where somebody stands", kDrive));
 
   bool was_in_its_way = false;
   double nearest = 1e9;
