@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "os/clock.h"
@@ -43,10 +45,21 @@ double milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
 
+// The serial lines of her world have names of their own in /tmp: there is one of her on a machine.
+tims::os::File alone() {
+  const std::string path = std::filesystem::temp_directory_path() / "rack-dora.lock";
+  tims::os::File lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (!lock) throw Failure(Exit::kDenied, "no_lock", path + ": cannot be opened");
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
+    throw Failure(Exit::kDenied, "runs_already", "she drives here already", "wait until that ends");
+  return lock;
+}
+
 }  // namespace
 
 Scenario::Scenario(const Settings& settings, const timsctl::Signals& signals)
-    : settings_(settings),
+    : alone_(alone()),
+      settings_(settings),
       signals_(signals),
       began_(tims::os::now()),
       name_(fmt::format("dora{}", ::getpid() % 100000)),

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "components/localisation/random.h"
+#include "os/file.h"
 #include "tools/cli/connection.h"
 #include "tools/dora/ears.h"
 #include "tools/dora/judgement.h"
@@ -89,6 +90,7 @@ class Scenario {
   void say(const std::string& text) const;
   [[nodiscard]] Duration elapsed() const;
 
+  tims::os::File alone_;
   const Settings settings_;
   const timsctl::Signals& signals_;
   const Time began_;
