@@ -152,6 +152,7 @@ Cluster ClusterFinder::describe(const ScanView& scan, std::span<const std::uint3
     moved += sight.moved ? 1 : 0;
     cluster.stood += sight.stood / static_cast<double>(part.size());
   }
+  cluster.point = points_[points_.size() / 2];
   cluster.moved = moved / static_cast<double>(part.size());
   cluster.spacing = scan.spacing(cluster.away);
   cluster.size = extents_[labels_[part.front()]].size();

@@ -23,6 +23,7 @@ namespace rack::perception {
 
 struct Cluster {
   Box box{};
+  MapPoint point{};    // where a beam in its middle ended
   double away = 0;     // mm, from the scanner to its nearest point
   double size = 0;     // mm, across all its points
   double spacing = 0;  // mm, of beams there

@@ -8,21 +8,20 @@
 namespace rack::perception {
 namespace {
 
-constexpr double kBetween = 0.4;      // s, between two that are kept
-constexpr double kYoungest = 0.35;    // s: a younger one saw what walks where it is
-constexpr double kOldest = 8;         // s: the odometry has drifted
-constexpr double kBeyond = 200;       // mm that it saw beyond the point, at least
-constexpr double kBeyondPart = 0.03;  // and of the way to it
-constexpr double kSamePlace = 150;    // mm
+constexpr double kBetween = 0.4;    // s, between two that are kept
+constexpr double kYoungest = 0.35;  // s: a younger one saw what walks where it is
+constexpr double kOldest = 25;      // s: the odometry has drifted
 constexpr std::uint8_t kAgreeing = 2;
 constexpr double kContradicting = 0.5;  // share of a scan
 constexpr int kSightsLeast = 20;
-constexpr double kMisfitMost = 300;  // mm, of a beam
+constexpr std::array<std::size_t, 4> kLaidOn{0, 2, 8, 16};  // kept scans, the newest is 0
+constexpr double kMisfitMost = 300;                         // mm, of a beam
 constexpr std::size_t kSightsOfSearch = 180;
 
 }  // namespace
 
-FreeMemory::FreeMemory() : frames_(kFramesMax) {
+FreeMemory::FreeMemory() : frames_(kFramesMax), order_(kFramesMax) {
+  std::ranges::generate(order_, [n = std::size_t{0}]() mutable { return n++; });
   through_.reserve(decltype(Scan2dData::points)::kMax);
   met_.reserve(decltype(Scan2dData::points)::kMax);
   met_now_.reserve(decltype(Scan2dData::points)::kMax);
@@ -34,26 +33,15 @@ void FreeMemory::forget() {
   any_ = false;
 }
 
-// 0 to 4 around the turn, as a place in the table.
-std::size_t FreeMemory::direction(double x, double y) {
-  const double sum = std::abs(x) + std::abs(y);
-  const double part = sum > 0 ? y / sum : 0;
-  const double around = x < 0 ? 2 - part : (y < 0 ? 4 + part : part);
-  return static_cast<std::size_t>(around * (kDirections / 4.0)) % kDirections;
-}
-
-void FreeMemory::compare(const Frame& frame, double age, std::vector<Sight>& sights) {
+void FreeMemory::compare(const FreeTable& table, const std::vector<Sight>& sights) {
   for (std::size_t i = 0; i < sights.size(); ++i) {
-    Sight& sight = sights[i];
-    const double dx = sight.x - frame.x;
-    const double dy = sight.y - frame.y;
+    const Sight& sight = sights[i];
+    const double dx = sight.x - table.from().x;
+    const double dy = sight.y - table.from().y;
     const double away = std::sqrt(dx * dx + dy * dy);
-    const std::size_t at = direction(dx, dy);
-    const auto free = static_cast<double>(frame.free[at]);
-    const auto met = static_cast<double>(frame.met[at]);
-    now_[i] = sight.hit && free > away * (1 + kBeyondPart) + kBeyond ? 1 : 0;
-    met_now_[i] = sight.hit && std::abs(met - away) < kSamePlace ? 1 : 0;
-    if (met_now_[i] != 0) sight.stood = std::max(sight.stood, age);
+    const FreeTable::Ways ways = table.towards(dx, dy);
+    now_[i] = sight.hit && FreeTable::is_through(ways, away) ? 1 : 0;
+    met_now_[i] = sight.hit && FreeTable::is_met(ways, away) ? 1 : 0;
   }
 }
 
@@ -64,13 +52,15 @@ void FreeMemory::look(ScanView& scan, double seconds) {
   now_.assign(sights.size(), 0);
   met_now_.assign(sights.size(), 0);
   const auto hits = std::ranges::count_if(sights, &Sight::hit);
-  for (Frame& frame : frames_) {
+  // The newest first.
+  for (const std::size_t at : order_) {
+    Frame& frame = frames_[at];
     if (!frame.valid || seconds - frame.seconds < kYoungest) continue;
     if (seconds - frame.seconds > kOldest) {
       frame.valid = false;
       continue;
     }
-    compare(frame, seconds - frame.seconds, sights);
+    compare(frame.table, sights);
     const auto count = std::ranges::count(now_, 1);
     if (count >= kSightsLeast &&
         static_cast<double>(count) > kContradicting * static_cast<double>(hits)) {
@@ -80,69 +70,59 @@ void FreeMemory::look(ScanView& scan, double seconds) {
     for (std::size_t i = 0; i < sights.size(); ++i) {
       through_[i] += now_[i];
       met_[i] += met_now_[i];
+      if (met_now_[i] != 0 && through_[i] < kAgreeing) sights[i].stood = seconds - frame.seconds;
     }
   }
   for (std::size_t i = 0; i < sights.size(); ++i)
     sights[i].moved = through_[i] >= kAgreeing && through_[i] >= met_[i];
-  if (!any_ || seconds - kept_ >= kBetween) keep(scan, seconds);
+  now_table_.fill(scan);
+  if (!any_ || seconds - kept_ >= kBetween) keep(seconds);
 }
 
-// Along each beam, how far from what a kept scan has met in its direction: of the newest one and of
-// one before, since a single one drifts.
+// Along each beam, how far from what a kept scan has met in its direction; the mean, since a pose
+// from which less of them is seen is no better for that.
 double FreeMemory::misfit(const ScanView& scan, const Pose& robot, std::size_t step) const {
   const double c = std::cos(robot.rho);
   const double s = std::sin(robot.rho);
   double sum = 0;
-  for (const std::size_t back : {std::size_t{1}, std::size_t{3}}) {
-    const Frame& frame = frames_[(next_ + frames_.size() - back) % frames_.size()];
+  double count = 0;
+  for (const std::size_t back : kLaidOn) {
+    const Frame& frame = frames_[order_[back]];
     if (!frame.valid) continue;
     for (std::size_t i = 0; i < scan.sights().size(); i += step) {
       const Sight& sight = scan.sights()[i];
       if (!sight.hit) continue;
       const auto x = static_cast<double>(sight.local_x);
       const auto y = static_cast<double>(sight.local_y);
-      const double dx = robot.x + x * c - y * s - frame.x;
-      const double dy = robot.y + x * s + y * c - frame.y;
-      const auto met = static_cast<double>(frame.met[direction(dx, dy)]);
-      if (met > 0) sum += std::min(std::abs(met - std::sqrt(dx * dx + dy * dy)), kMisfitMost);
+      const double dx = robot.x + x * c - y * s - frame.table.from().x;
+      const double dy = robot.y + x * s + y * c - frame.table.from().y;
+      const double met = frame.table.towards(dx, dy).met;
+      if (met <= 0) continue;
+      sum += std::min(std::abs(met - std::sqrt(dx * dx + dy * dy)), kMisfitMost);
+      ++count;
     }
   }
-  return sum;
+  return count > 0 ? sum / count : 0;
 }
 
 Pose FreeMemory::lay_on(const ScanView& scan, const Pose& robot) const {
   const std::size_t step = scan.sights().size() / kSightsOfSearch + 1;
-  return nearest_fit(robot, {}, [&](const Pose& pose) { return misfit(scan, pose, step); });
+  // Wider than on a map: where scans come late, a robot that turns is several degrees off.
+  constexpr PoseSearch kSearch{.step = 80, .step_turn = radians(3.2), .levels = 5};
+  return nearest_fit(robot, kSearch, [&](const Pose& pose) { return misfit(scan, pose, step); });
 }
 
-void FreeMemory::keep(const ScanView& scan, double seconds) {
-  Frame& frame = frames_[next_];
-  next_ = (next_ + 1) % frames_.size();
+void FreeMemory::keep(double seconds) {
+  // Of those that are the newest no longer each so many-th stays; the place of another is free.
+  const Frame& passes = frames_[order_[kNewest - 1]];
+  const bool stays = passes.valid && passes.number % kOldApart == 0;
+  const auto last = order_.begin() + (stays ? kFramesMax : kNewest);
+  std::rotate(order_.begin(), last - 1, last);
+  Frame& frame = frames_[order_.front()];
+  frame.number = next_++;
   frame.seconds = seconds;
-  frame.x = scan.scanner().x;
-  frame.y = scan.scanner().y;
   frame.valid = true;
-  frame.free.fill(0);
-  frame.met.fill(0);
-  // A beam says it for what lies within its own width and that of its neighbours; where several say
-  // something, the shortest counts.
-  const double around = std::tan(1.5 * scan.resolution());
-  const double within = std::tan(0.5 * scan.resolution());
-  const auto say = [](std::array<float, kDirections>& table, double x, double y, double half,
-                      float away) {
-    const std::size_t to = direction(x - half * y, y + half * x);
-    for (std::size_t at = direction(x + half * y, y - half * x);; at = (at + 1) % kDirections) {
-      table[at] = table[at] == 0 ? away : std::min(table[at], away);
-      if (at == to) break;
-    }
-  };
-  for (const Sight& sight : scan.sights()) {
-    const double dx = sight.x - frame.x;
-    const double dy = sight.y - frame.y;
-    const auto away = static_cast<float>(sight.away);
-    say(frame.free, dx, dy, around, away);
-    if (sight.hit) say(frame.met, dx, dy, within, away);
-  }
+  frame.table = now_table_;
   kept_ = seconds;
   any_ = true;
 }

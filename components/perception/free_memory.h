@@ -1,24 +1,24 @@
 // What moves, without a map: it stands where an earlier scan has looked through. Pure.
 //
-// A beam that ended at 5 m has seen that nothing stood on its way (the violation of free space, as
-// Wang and Thorpe used it in 2002). Some earlier scans are kept, each as a table of how far it was
-// free in each direction, and each point of a new scan is looked up in them: it is one that has
-// moved if at least two of them saw well beyond it, and no fewer than have met something there:
-// thin legs of furniture are met by one scan and missed by the next. What has always stood there
-// was never looked through, whatever it is; a person that stops becomes part of the room when the
-// last scan that saw the place empty is forgotten. Neighbouring beams must agree, since an edge is
-// hit by one scan and missed by the next; and a kept scan that half of the new one contradicts was
-// made somewhere else than the odometry says, so that it is forgotten. The same look-up tells since
-// when something has stood at a place: who has just come there is not it.
+// Some earlier scans are kept (free_table.h): the newest five seconds of them, and fewer of the 20
+// seconds before, so that a scanner of half a turn still knows what it has looked away from. Each
+// point of a new scan is looked up in them: it is one that has moved if at least two of them saw
+// well beyond it, and no fewer than have met something there: thin legs of furniture are met by one
+// scan and missed by the next. What has always stood there was never looked through, whatever it
+// is; a person that stops becomes part of the room when more scans have met it than saw the place
+// empty. A kept scan that half of the new one contradicts was made somewhere else than the odometry
+// says, so that it is forgotten. The same look-up tells since when something has stood at a place:
+// who has just come there is not it.
 //
-// Directions are told apart without a trigonometric function: y / (|x| + |y|), continued around
-// the turn, grows with the angle.
+// A new scan is first laid on four of the kept ones, of different ages: on the newest alone, errors
+// would add up, and in 20 s what stands would have moved.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "components/perception/free_table.h"
 #include "components/perception/scan_view.h"
 
 namespace rack::perception {
@@ -33,26 +33,28 @@ class FreeMemory {
   // `seconds`: its time, not less than the last.
   void look(ScanView& scan, double seconds);
   void forget();
+  // What the last scan saw.
+  [[nodiscard]] const FreeTable& now() const { return now_table_; }
 
  private:
-  static constexpr std::size_t kFramesMax = 12;
-  static constexpr std::size_t kDirections = 1440;
+  static constexpr std::size_t kFramesMax = 24;
+  static constexpr std::ptrdiff_t kNewest = 12;  // all that were kept
+  static constexpr std::uint32_t kOldApart = 4;  // of older ones each so many-th
   struct Frame {
+    std::uint32_t number = 0;
     double seconds = 0;
-    double x = 0;  // of the scanner, mm
-    double y = 0;
     bool valid = false;
-    std::array<float, kDirections> met{};   // mm, to what stood there; 0: nothing is known
-    std::array<float, kDirections> free{};  // the least of this and of its neighbours
+    FreeTable table{};
   };
-  static std::size_t direction(double x, double y);
-  void compare(const Frame& frame, double age, std::vector<Sight>& sights);
-  void keep(const ScanView& scan, double seconds);
+  void compare(const FreeTable& table, const std::vector<Sight>& sights);
+  void keep(double seconds);
   [[nodiscard]] double misfit(const ScanView& scan, const Pose& robot, std::size_t step) const;
 
+  FreeTable now_table_;
   std::vector<Frame> frames_;
-  std::size_t next_ = 0;
-  double kept_ = 0;  // when the newest was
+  std::vector<std::size_t> order_;  // of the frames, the newest first
+  std::uint32_t next_ = 0;          // number of the next one
+  double kept_ = 0;                 // when the newest was
   bool any_ = false;
   std::vector<std::uint8_t> through_;  // frames that looked through each sight
   std::vector<std::uint8_t> met_;      // and that met something there

@@ -77,6 +77,45 @@ TEST(FreeMemory, WhatStaysBecomesPartOfTheRoom) {
   EXPECT_GT(std::ranges::min_element(sights, {}, &Sight::away)->stood, 3);
 }
 
+// A scanner of half a turn that looks away, and back.
+TEST(FreeMemory, WhatWasSeenLongAgoIsStillKnown) {
+  FreeMemory memory;
+  double t = 0;
+  for (; t < 3; t += 0.1) {
+    ScanView empty = room(0);
+    memory.look(empty, t);
+  }
+  for (; t < 18; t += 0.1) {
+    ScanView away = room(0);
+    std::erase_if(away.sights(), [](const Sight& sight) { return sight.x > 0; });
+    memory.look(away, t);
+  }
+  ScanView come = room(2000);
+  memory.look(come, t);
+  EXPECT_GT(moved(come), 10);
+  ScanView late = room(2000);
+  memory.look(late, t + 15);
+  EXPECT_EQ(moved(late), 0) << "too long ago";
+}
+
+TEST(FreeMemory, WhoComesNextHasNotStoodAsLongAsWhoWasThere) {
+  FreeMemory memory;
+  double t = 0;
+  const auto until = [&](double end, double x) {
+    for (; t < end; t += 0.1) {
+      ScanView view = room(x);
+      memory.look(view, t);
+    }
+  };
+  until(3, 0);
+  until(5, 2000);
+  until(8, 0);
+  ScanView next = room(2000);
+  memory.look(next, t);
+  const auto& sights = next.sights();
+  EXPECT_EQ(std::ranges::min_element(sights, {}, &Sight::away)->stood, 0);
+}
+
 TEST(FreeMemory, WhatIsRevealedHasNotMoved) {
   FreeMemory memory;
   double t = 0;

@@ -15,6 +15,7 @@ constexpr double kFastest = 15000;  // mm/s
 constexpr double kJumpTurn = radians(30);
 constexpr double kFastestTurn = radians(360);  // 1/s
 constexpr double kSlips = 0.1;             // share of a scan that has moved although the map has it
+constexpr double kSlipsWithoutMap = 0.3;   // share of a scan that has moved
 constexpr double kMostOfUnknown = 100000;  // mm: what a message may say about a deviation
 
 f32 real(double value) { return static_cast<f32>(value); }
@@ -65,7 +66,7 @@ bool ObjectRecogniser::take(const Scan2dData& scan, const PositionData& robot) {
   memory_.look(view_, seconds_);
   explain();
   const MapPoint scanner{view_.scanner().x, view_.scanner().y};
-  tracker_.take(finder_.find(view_, settings_.size_max), scanner, seconds_);
+  tracker_.take(finder_.find(view_, settings_.size_max), scanner, memory_.now(), seconds_);
   return true;
 }
 
@@ -80,16 +81,17 @@ Pose ObjectRecogniser::lay_on_map(const Pose& robot) {
 }
 
 void ObjectRecogniser::explain() {
-  if (map_ == nullptr) return;
   std::size_t hits = 0;
   std::size_t contradictions = 0;
   for (Sight& sight : view_.sights()) {
-    sight.explained = map_->distance(sight.x, sight.y) <= settings_.tolerance;
+    sight.explained = map_ != nullptr && map_->distance(sight.x, sight.y) <= settings_.tolerance;
     hits += sight.hit ? 1 : 0;
-    contradictions += sight.moved && sight.explained ? 1 : 0;
+    contradictions += sight.moved && (sight.explained || map_ == nullptr) ? 1 : 0;
   }
-  // What the map has does not move: if it seems to, it is the position that slips.
-  if (static_cast<double>(contradictions) > kSlips * static_cast<double>(hits))
+  // What the map has does not move, nor a good part of a room: if it seems to, it is the position
+  // that slips.
+  const double most = map_ != nullptr ? kSlips : kSlipsWithoutMap;
+  if (static_cast<double>(contradictions) > most * static_cast<double>(hits))
     for (Sight& sight : view_.sights()) sight.moved = false;
 }
 
@@ -100,7 +102,7 @@ void ObjectRecogniser::to_message(ObjRecogData& data) {
   data.objects.clear();
   order_.clear();
   for (const Track& track : tracker_.tracks())
-    if (track.confirmed()) order_.push_back(&track);
+    if (track.told()) order_.push_back(&track);
   const auto away = [&](const Track& track) {
     return std::hypot(track.at().x - robot_.x, track.at().y - robot_.y);
   };

@@ -18,6 +18,8 @@ constexpr double kUnsureBehind = 4;     // new objects after confirmed ones
 constexpr double kUnmovedBehind = 2;    // and the room after what has moved
 constexpr double kMoved = 0.5;          // share of a cluster's points
 constexpr double kForgottenAfter = 30;  // s without a move, without a map: it is the room
+constexpr double kNeverMovedAfter = 5;  // s, the same of what was never said to move
+constexpr double kBodyHalf = 200;       // mm, half as wide as people are
 constexpr double kBoxWithin = 0.7;      // of its size: where its centre may be seen
 
 constexpr double kOneLeg = 130;  // mm, standard deviation of a person's middle
@@ -52,7 +54,7 @@ bool ObjectTracker::stop(std::int32_t id) {
 }
 
 void ObjectTracker::take(std::span<const Cluster> clusters, const MapPoint& scanner,
-                         double seconds) {
+                         const FreeTable& now, double seconds) {
   clusters_ = clusters.first(std::min(clusters.size(), ClusterFinder::kClustersMax));
   scanner_ = scanner;
   taken_.assign(clusters_.size(), false);
@@ -62,12 +64,11 @@ void ObjectTracker::take(std::span<const Cluster> clusters, const MapPoint& scan
   assign();
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     if (parts_[i].count == 0) {
-      tracks_[i].miss();
+      tracks_[i].miss(now.look(tracks_[i].at(), kBodyHalf) == FreeTable::Seen::kThrough);
       continue;
     }
-    Sighting seen = sighting(parts_[i]);
-    seen.stayed = stayed(tracks_[i], parts_[i]);
-    tracks_[i].update(seen);
+    tracks_[i].look_back(now);
+    tracks_[i].update(sighting(parts_[i]));
   }
   begin_tracks(seconds);
   drop();
@@ -123,6 +124,7 @@ Sighting ObjectTracker::sighting(const Part& part) const {
                 .moved = one.moved,
                 .person = one.person,
                 .leg = one.leg,
+                .point = one.point,
                 .scanner = scanner_};
   if (part.count < 2) return seen;
   const Cluster& other = clusters_[part.second];
@@ -135,20 +137,6 @@ Sighting ObjectTracker::sighting(const Part& part) const {
   seen.moved = std::max(one.moved, other.moved);
   seen.pair = true;
   return seen;
-}
-
-// Where many thin things stand, one is taken for its neighbour when a beam misses it: what has
-// truly moved has left its place. Only of small clusters: the box of a large one is not full.
-bool ObjectTracker::stayed(const Track& track, const Part& part) const {
-  if (track.moving()) return false;
-  for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
-    const Cluster& cluster = clusters_[c];
-    const bool own = c == part.first || (part.count == 2 && c == part.second);
-    if (!own && cluster.person && cluster.moved < kMoved &&
-        distance(cluster.box.centre, track.stood()) < kSame)
-      return true;
-  }
-  return false;
 }
 
 bool ObjectTracker::may_begin(const Cluster& cluster) const {
@@ -189,6 +177,11 @@ bool ObjectTracker::are_one(const Track& a, const Track& b) {
          (legs && apart < kLegsOfOne && distance(a.velocity(), b.velocity()) < kAlike);
 }
 
+bool ObjectTracker::is_room(const Track& track) const {
+  const double after = track.ever_moved() ? kForgottenAfter : kNeverMovedAfter;
+  return settings_.only_moved && track.unmoved() > after;
+}
+
 void ObjectTracker::drop() {
   doomed_.assign(tracks_.size(), false);
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -197,8 +190,7 @@ void ObjectTracker::drop() {
     const auto older = [&](const Track& other) {
       return other.id() < track.id() && other.seen_now() && are_one(other, track);
     };
-    doomed_[i] = track.lost() || (settings_.only_moved && track.unmoved() > kForgottenAfter) ||
-                 std::ranges::any_of(tracks_, older);
+    doomed_[i] = track.lost() || is_room(track) || std::ranges::any_of(tracks_, older);
   }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i)

@@ -4,7 +4,9 @@
 // distance that 99 % of the right ones have) the nearest first, confirmed objects before those that
 // are new. A person gets two of them, if the second is as near as a second leg is. What is left
 // over begins new objects, legs by pairs. An object is believed when three of five scans show it,
-// and given up when none has for a second. Nearest pairs first instead of the best assignment of
+// and told until half a second after the last one did. It is given up when scans look through where
+// it should be; where they do not, it may be hidden: its number is kept for a second, or for five
+// if it stood. Nearest pairs first instead of the best assignment of
 // all (Hungarian method): they differ where two people cross within a stride, where neither knows.
 #pragma once
 
@@ -25,8 +27,9 @@ class ObjectTracker {
 
   explicit ObjectTracker(const TrackerSettings& settings);
 
-  // `seconds`: time of the scan, more than the last one's.
-  void take(std::span<const Cluster> clusters, const MapPoint& scanner, double seconds);
+  // `now`: what the scan saw. `seconds`: its time, more than the last one's.
+  void take(std::span<const Cluster> clusters, const MapPoint& scanner, const FreeTable& now,
+            double seconds);
   void forget();
   // The object of that number; false: there is none.
   bool stop(std::int32_t id);
@@ -49,10 +52,10 @@ class ObjectTracker {
   void assign();
   [[nodiscard]] bool joins(const Part& part, std::uint32_t cluster) const;
   [[nodiscard]] Sighting sighting(const Part& part) const;
-  [[nodiscard]] bool stayed(const Track& track, const Part& part) const;
   void begin_tracks(double seconds);
   [[nodiscard]] bool may_begin(const Cluster& cluster) const;
   [[nodiscard]] static bool are_one(const Track& a, const Track& b);
+  [[nodiscard]] bool is_room(const Track& track) const;
   void drop();
 
   TrackerSettings settings_;

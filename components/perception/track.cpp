@@ -15,7 +15,10 @@ constexpr double kPersonWidth = 600;
 constexpr unsigned kHistory = 32;
 constexpr unsigned kConfirmOf = 5;  // scans
 constexpr int kConfirm = 3;
+constexpr double kToldFor = 0.5;       // s without being seen
 constexpr double kLostAfter = 1;       // s
+constexpr double kStoodLostAfter = 5;  // s, if it stood
+constexpr double kGoneAfter = 0.45;    // s, if scans look through where it should be
 constexpr double kGivenUpAfter = 0.5;  // s, if not confirmed
 
 constexpr double kMovesFrom = 250;    // mm/s
@@ -38,6 +41,12 @@ constexpr double kBig = 1000;
 constexpr double kCarLength = 2000;
 constexpr double kTruckLength = 6500;
 
+constexpr double kTracesApart = 250;  // mm
+constexpr double kGone = 400;         // mm from a trace: the object is not there
+constexpr double kTraceHalf = 60;     // mm, half a leg
+constexpr int kThroughLeast = 2;      // scans
+constexpr int kLeftLeast = 2;         // traces
+
 double square(double value) { return value * value; }
 
 }  // namespace
@@ -52,12 +61,14 @@ Track::Track(std::int32_t id, const Sighting& sighting, double seconds)
       stood_(sighting.box.centre),
       now_(seconds),
       seen_(seconds),
+      hidden_(seconds),
       moved_(seconds),
       came_(seconds),
       evidence_(sighting.moved),
       pairs_(sighting.pair ? 1 : 0),
       person_(sighting.person) {
   learn_size(sighting.box);
+  leave_trace(sighting.point);
 }
 
 void Track::predict(double seconds) {
@@ -90,6 +101,7 @@ void Track::update(const Sighting& sighting) {
   hits_ = hits_ << 1U | 1U;
   ++scans_;
   seen_ = now_;
+  hidden_ = now_;
   person_ = sighting.person;
   if (sighting.pair) ++pairs_;
   one_leg_ += kEvidenceGain * ((sighting.leg && !sighting.pair ? 1 : 0) - one_leg_);
@@ -99,6 +111,7 @@ void Track::update(const Sighting& sighting) {
   if (!person_) heading_ = aligned.heading;
   confirmed_ = confirmed_ || hits_of(kConfirmOf) >= kConfirm;
   log_odds_ = std::min(log_odds_ + kOddsHit, kOddsMost);
+  leave_trace(sighting.point);
   judge_movement(sighting);
 }
 
@@ -108,7 +121,8 @@ int Track::hits_of(unsigned scans) const {
   return count;
 }
 
-void Track::miss() {
+void Track::miss(bool through) {
+  if (!through) hidden_ = now_;
   hits_ <<= 1U;
   ++scans_;
   log_odds_ = std::max(log_odds_ - kOddsMiss, -kOddsMost);
@@ -141,6 +155,43 @@ void Track::learn_size(const Box& aligned) {
   width_ = std::max(width_ * kShrinks, aligned.width);
 }
 
+void Track::leave_trace(const MapPoint& point) {
+  if (ever_moved_) return;
+  if (traces_count_ > 0) {
+    const MapPoint& last = traces_[traces_count_ - 1].at;
+    if (std::hypot(point.x - last.x, point.y - last.y) < kTracesApart) return;
+  }
+  if (traces_count_ == kTracesMax) {
+    std::shift_left(traces_.begin(), traces_.end(), 1);
+    --traces_count_;
+  }
+  traces_[traces_count_++] = {.at = point};
+}
+
+void Track::look_back(const FreeTable& now) {
+  if (ever_moved_) return;
+  for (Trace& trace : std::span(traces_).first(traces_count_)) {
+    if (std::hypot(trace.at.x - x_.value, trace.at.y - y_.value) < kGone) continue;
+    const auto seen = now.look(trace.at, kTraceHalf);
+    if (seen == FreeTable::Seen::kThrough) ++trace.through;
+    if (seen == FreeTable::Seen::kMet) trace.met = true;
+  }
+}
+
+// One scan that met something is enough: what flickers is looked through by the next.
+bool Track::has_left() const {
+  if (traces_count_ > 0 && traces_.front().met) return false;
+  int left = 0;
+  int kept = 0;
+  for (const Trace& trace : std::span(traces_).first(traces_count_)) {
+    if (trace.met)
+      ++kept;
+    else if (trace.through >= kThroughLeast)
+      ++left;
+  }
+  return left >= kLeftLeast && left > 2 * kept;
+}
+
 void Track::judge_movement(const Sighting& sighting) {
   evidence_ += kEvidenceGain * (sighting.moved - evidence_);
   if (sighting.moved > kEvidence) moved_ = now_;
@@ -152,8 +203,8 @@ void Track::judge_movement(const Sighting& sighting) {
   // What has moved once can do it again.
   const double left = std::hypot(x_.value - stood_.x, y_.value - stood_.y);
   const bool surely = left > kLeftSurely || fast > kMovesSurely * speed_deviation();
-  const bool can = ever_moved_ || (left > kLeft && surely && !sighting.stayed &&
-                                   evidence_ > kEvidence && hits_of(kHistory) >= kHitsToMove);
+  const bool can = ever_moved_ || (left > kLeft && surely && has_left() && evidence_ > kEvidence &&
+                                   hits_of(kHistory) >= kHitsToMove);
   if (!moving_ && confirmed_ && can && fast > kMovesFrom) moving_ = true;
   if (!moving_) return;
   ever_moved_ = true;
@@ -173,8 +224,13 @@ bool Track::is_other(const Cluster& cluster) const {
   return cluster.stood > now_ - came_ + kJustCome;
 }
 
+bool Track::told() const { return confirmed_ && unseen() <= kToldFor; }
+
 bool Track::lost() const {
-  if (confirmed_) return unseen() > kLostAfter;
+  if (confirmed_) {
+    const bool stood = ever_moved_ && !moving_;
+    return unseen() > (stood ? kStoodLostAfter : kLostAfter) || now_ - hidden_ > kGoneAfter;
+  }
   return unseen() > kGivenUpAfter || (scans_ >= kConfirmOf && !seen_now());
 }
 

@@ -7,13 +7,17 @@
 //
 // What stands still has a speed, too, that of its noise. An object counts as moving when it is
 // faster than this, has left the place where it stood, and stands where earlier scans looked
-// through; it counts as standing again when it is slow.
+// through; and when later scans look through the places where it was. What slides along a wall
+// leaves the wall there, and where many thin legs of furniture stand, which beams meet by turns,
+// each place is met again. It counts as standing again when it is slow.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
 #include "components/perception/clusters.h"
+#include "components/perception/free_table.h"
 
 namespace rack::perception {
 
@@ -35,7 +39,7 @@ struct Sighting {
   bool person = false;   // no larger than that
   bool leg = false;      // as narrow as one
   bool pair = false;     // two legs
-  bool stayed = false;   // something unmoved stands where the object stood: it is that, or another
+  MapPoint point{};      // where a beam in its middle ended
   MapPoint scanner{};    // seen from
 };
 
@@ -44,9 +48,12 @@ class Track {
   Track(std::int32_t id, const Sighting& sighting, double seconds);
 
   void predict(double seconds);
-  // After predict(), one of both.
+  // What the scan sees where it has been.
+  void look_back(const FreeTable& now);
+  // After these, one of both.
   void update(const Sighting& sighting);
-  void miss();
+  // `through`: the scan looked through where it should be.
+  void miss(bool through);
 
   [[nodiscard]] std::int32_t id() const { return id_; }
   [[nodiscard]] MapPoint at() const { return {x_.value, y_.value}; }
@@ -63,7 +70,10 @@ class Track {
 
   [[nodiscard]] bool person() const { return person_; }
   [[nodiscard]] bool confirmed() const { return confirmed_; }
+  // Confirmed, and hidden for so short a time that it is still worth to be told.
+  [[nodiscard]] bool told() const;
   [[nodiscard]] bool moving() const { return moving_; }
+  [[nodiscard]] bool ever_moved() const { return ever_moved_; }
   // Scans show mostly one leg of it.
   [[nodiscard]] bool one_leg() const { return one_leg_ > 0.5; }
   [[nodiscard]] bool seen_now() const { return (hits_ & 1U) != 0; }
@@ -74,9 +84,6 @@ class Track {
   // s since it was seen, and since it last stood where earlier scans looked through.
   [[nodiscard]] double unseen() const { return now_ - seen_; }
   [[nodiscard]] double unmoved() const { return now_ - moved_; }
-
-  // Where it was when it last stood.
-  [[nodiscard]] const MapPoint& stood() const { return stood_; }
 
   // Squared distance in standard deviations.
   [[nodiscard]] double mahalanobis(const Cluster& cluster, double deviation) const;
@@ -93,6 +100,15 @@ class Track {
   [[nodiscard]] int hits_of(unsigned scans) const;
   void learn_size(const Box& aligned);
   void judge_movement(const Sighting& sighting);
+  void leave_trace(const MapPoint& point);
+  [[nodiscard]] bool has_left() const;
+
+  struct Trace {
+    MapPoint at{};
+    unsigned through = 0;  // scans that looked through it since
+    bool met = false;      // one met something there
+  };
+  static constexpr std::size_t kTracesMax = 8;
 
   std::int32_t id_;
   Axis x_;
@@ -106,6 +122,7 @@ class Track {
   MapPoint stood_;
   double now_;  // s
   double seen_;
+  double hidden_;  // when it was last seen, or where it should be was hidden
   double moved_;
   double came_;          // when it was last on its way
   double evidence_ = 0;  // share of points that have moved, averaged
@@ -113,7 +130,9 @@ class Track {
   double log_odds_ = 0;  // that it is there
   unsigned hits_ = 1;    // of the last scans, the newest lowest
   unsigned scans_ = 1;
-  unsigned pairs_ = 0;  // scans that showed two legs
+  unsigned pairs_ = 0;                      // scans that showed two legs
+  std::array<Trace, kTracesMax> traces_{};  // before it is said to move, the newest last
+  std::size_t traces_count_ = 0;
   double fastest_ = 0;  // mm/s, while moving
   bool person_;
   bool confirmed_ = false;

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/perception/room_fixture.h"
 
 namespace rack::perception {
 namespace {
@@ -15,7 +15,18 @@ Sighting sighting(double x, double y) {
           .deviation = 60,
           .moved = 1,
           .person = true,
-          .pair = true};
+          .pair = true,
+          .point = {x, y}};
+}
+
+// A scanner in an empty field.
+FreeTable empty_field() {
+  Scan2dData scan{.maxRange = 30000};
+  for (int i = 0; i < 720; ++i)
+    scan.points.push_back({.x = whole_millimetres(30000 * std::cos(radians(i * 0.5))),
+                           .y = whole_millimetres(30000 * std::sin(radians(i * 0.5))),
+                           .type = scan_point::kInvalid | scan_point::kMaxRange});
+  return table_of(scan);
 }
 
 // A walk with the accelerations and the noise that the filter believes in: how far it is off, in
@@ -59,7 +70,7 @@ TEST(Track, ThreeOfFiveConfirm) {
   Track track(1, sighting(0, 0), 0);
   EXPECT_FALSE(track.confirmed());
   track.predict(0.1);
-  track.miss();
+  track.miss(false);
   track.predict(0.2);
   track.update(sighting(0, 0));
   EXPECT_FALSE(track.confirmed());
@@ -67,11 +78,30 @@ TEST(Track, ThreeOfFiveConfirm) {
   track.update(sighting(0, 0));
   EXPECT_TRUE(track.confirmed());
   track.predict(1.25);
-  track.miss();
+  track.miss(false);
   EXPECT_FALSE(track.lost());
   track.predict(1.35);
-  track.miss();
+  track.miss(false);
   EXPECT_TRUE(track.lost());
+}
+
+TEST(Track, WhoIsNotWhereItShouldBeIsGone) {
+  for (const bool through : {false, true}) {
+    Track track(1, sighting(0, 0), 0);
+    for (int i = 1; i < 5; ++i) {
+      track.predict(i * 0.1);
+      track.update(sighting(0, 0));
+    }
+    for (int i = 5; i < 10; ++i) {
+      track.predict(i * 0.1);
+      track.miss(through);
+    }
+    EXPECT_EQ(track.lost(), through);
+    EXPECT_TRUE(track.told()) << "until half a second later";
+    track.predict(1);
+    track.miss(through);
+    EXPECT_FALSE(track.told());
+  }
 }
 
 TEST(Track, AVanKeepsItsMiddleWhenOneSideIsSeen) {
@@ -80,11 +110,14 @@ TEST(Track, AVanKeepsItsMiddleWhenOneSideIsSeen) {
         .box = {.centre = {x + (from + to) / 2, 3000}, .length = to - from, .width = 100},
         .deviation = 100,
         .moved = 1,
+        .point = {x + (from + to) / 2, 3000},
         .scanner = {0, 0}};
   };
+  const FreeTable field = empty_field();
   Track track(1, seen(-2500, 2500, 8000), 0);
   for (int i = 1; i < 30; ++i) {
     track.predict(i * 0.1);
+    track.look_back(field);
     // It drives away at 5 m/s; after a second only its rear 2 m are seen.
     track.update(i < 10 ? seen(-2500, 2500, 8000 + i * 500.0)
                         : seen(-2500, -500, 8000 + i * 500.0));

@@ -1,6 +1,8 @@
 // track-eval: how well people and other things that move are followed.
+#include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
@@ -42,12 +44,39 @@ LikelihoodField hall_field() {
   return std::move(field).value();
 }
 
+// What the lines of all seeds come to.
+void print_all(const std::vector<Score>& scores, bool json) {
+  std::vector<double> mota;
+  std::vector<double> off;
+  std::vector<double> speed;
+  std::vector<double> ghosts;
+  std::vector<double> us;
+  for (const Score& score : scores) {
+    mota.push_back(score.mota());
+    off.push_back(tims::base::mean(score.off) / 1000);
+    speed.push_back(tims::base::mean(score.speed) / 1000);
+    ghosts.push_back(score.ghosts / score.minutes);
+    us.push_back(score.us_per_scan);
+  }
+  print_line({{"seeds", static_cast<double>(scores.size()), 0},
+              {"mota", tims::base::mean(mota), 4},
+              {"mota_worst", std::ranges::min(mota), 4},
+              {"mean_m", tims::base::mean(off), 3},
+              {"mean_m_s", tims::base::mean(speed), 3},
+              {"mean_m_s_worst", std::ranges::max(speed), 3},
+              {"ghosts_per_minute", tims::base::mean(ghosts), 2},
+              {"us_per_scan", tims::base::mean(us), 1}},
+             json);
+}
+
 Exit evaluate_people(Wanted wanted) {
+  std::vector<Score> scores;
   std::optional<LikelihoodField> field;
   if (wanted.hall.localised) field = hall_field();
   for (std::uint64_t i = 0; i < wanted.seeds; ++i, ++wanted.hall.seed) {
     const Score score =
         follow_people(wanted.hall, wanted.seconds, field ? &*field : nullptr, stopwatch_us);
+    scores.push_back(score);
     const auto share = [&](std::uint64_t count) {
       return static_cast<double>(count) / std::max(1.0, static_cast<double>(score.people));
     };
@@ -63,6 +92,7 @@ Exit evaluate_people(Wanted wanted) {
                 {"us_per_scan", score.us_per_scan, 1}},
                wanted.json);
   }
+  if (scores.size() > 1) print_all(scores, wanted.json);
   return Exit::kDone;
 }
 
@@ -117,7 +147,7 @@ constexpr const char* kAbout =
     "Without LOG: simulated people in a hall, whose truth is known, and a robot that drives among\n"
     "them. One line a seed: mota (1 - missed, wrong and changed numbers, for each person seen),\n"
     "mean_m, mean_m_s (error of places and of speeds), ghosts_per_minute (objects that move where\n"
-    "nobody is), us_per_scan (time of the processor).\n"
+    "nobody is), us_per_scan (time of the processor); of several seeds a last line: means, worst.\n"
     "With LOG: what was said to move on a recorded drive, for you to judge; with MAP the robot is\n"
     "localised in it, and what it has is no object.";
 constexpr const char* kExits =
