@@ -141,6 +141,24 @@ TEST(LadarScan, TheMedianTakesOutWhatSticksOut) {
   EXPECT_EQ(scan.points[4].z, 5) << "the ends have one neighbour only";
 }
 
+// What makes pilots brake: a single ray that comes back from rain or dust. A post that two rays
+// meet is one.
+TEST(LadarScan, TheMedianTakesOutALoneShortRayAndLeavesAPost) {
+  for (const int rays : {1, 2}) {
+    std::vector<LadarPoint> points;
+    for (int i = -90; i <= 90; ++i) {
+      const bool is_short = i >= 10 && i < 10 + rays;
+      points.push_back(point(i, is_short ? 300 : 4000));
+    }
+    const auto nearest = [&](bool median) {
+      const Scan2dData scan = converted(points, {}, {.median = median});
+      return std::ranges::min_element(scan.points, {}, &ScanPoint::z)->z;
+    };
+    EXPECT_EQ(nearest(false), 300);
+    EXPECT_EQ(nearest(true), rays == 1 ? 4000 : 300);
+  }
+}
+
 TEST(LadarScan, TheMedianLeavesReflectorsAlone) {
   const std::vector<LadarPoint> points = {point(0, 100), point(1, 900, ladar_point::kReflector),
                                           point(2, 102), point(3, 800),
