@@ -75,13 +75,19 @@ void Occupancy::add_beam(const MapPoint& from, const MapPoint& to) {
     }
   }
   if (Counts* counts = at(last_row, last_column)) ++counts->ended;
+  if (next_row < next_column) {
+    row += row_step;
+  } else {
+    column += column_step;
+  }
+  if (Counts* counts = at(row, column)) ++counts->behind;
 }
 
 GridMap Occupancy::map() const {
   GridMap map = map_;
   map.cells.reserve(counts_.size());
   for (const Counts& counts : counts_) {
-    const double all = counts.ended + counts.passed;
+    const double all = counts.ended + counts.passed + counts.behind;
     Cell cell = Cell::kUnknown;
     if (counts.ended > 0 && counts.ended >= kOccupiedShare * all) {
       cell = Cell::kOccupied;

@@ -1,6 +1,9 @@
 // Which cells of a map are free and which are occupied, by counting: how many beams ended in a
 // cell, and how many went through it (Haehnel, Burgard, Fox, Thrun 2003, "reflection probability").
-// People are counted through later and vanish. Pure.
+// People are counted through later and vanish. Ranges err: of the beams that end at a wall some
+// seem to end a cell before it and some a cell behind. Before it the others pass through; behind it
+// nothing would, and each wall would be a cell too thick, away from the robot. So a beam counts
+// against the cell behind its end, as against those before. Pure.
 #pragma once
 
 #include <span>
@@ -25,6 +28,7 @@ class Occupancy {
   struct Counts {
     std::uint32_t ended = 0;
     std::uint32_t passed = 0;
+    std::uint32_t behind = 0;  // ended just before it
   };
   Occupancy() = default;
   [[nodiscard]] Counts* at(std::int64_t row, std::int64_t column);

@@ -7,7 +7,7 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kStretch = 2500;  // mm of way, of scans that are one
+constexpr double kStretch = 1250;  // mm of way to both sides, of scans that are one
 constexpr double kGap = 6000;      // mm of way between passes
 constexpr double kSeen = 4000;     // mm: places that see the same
 constexpr std::size_t kPassesMax = 5;
@@ -16,34 +16,29 @@ constexpr double kShareLeast = 0.5;
 constexpr double kMisfitMost = 50;  // mm
 constexpr double kMovedMost = 400;  // mm: a match beyond is of another wall
 constexpr double kTurnedMost = radians(4);
+// Neighbouring scans see the same walls on the same passes, and err together.
+constexpr double kPassCounts = 0.1;
 
 class Refinement {
  public:
   Refinement(const Track& track) : track_(track) {}
 
-  // The scan with the stretch that ends before it, the one that begins behind it, and all passes.
   void lay(std::size_t at) {
-    const std::size_t last = track_.poses.size() - 1;
-    if (at > 0) lay_on(at, at - 1, begin_of(at - 1), at - 1);
-    if (at < last) lay_on(at, at + 1, at + 1, end_of(at + 1));
-    for (const std::size_t place : passes(at)) {
-      const std::size_t first =
-          std::max(begin_of(place, kStretch / 2), place > 30 ? place - 30 : 0);
-      lay_on(at, place, first, end_of(place, kStretch / 2));
-    }
+    for (const std::size_t place : passes(at)) lay_on(at, place, begin_of(place), end_of(place));
   }
   std::vector<Edge> take_edges() { return std::move(edges_); }
 
  private:
   [[nodiscard]] double way(std::size_t at) const { return track_.keyframes[at].way; }
-  [[nodiscard]] std::size_t begin_of(std::size_t at, double most = kStretch) const {
+  [[nodiscard]] std::size_t begin_of(std::size_t at) const {
     std::size_t first = at;
-    while (first > 0 && way(at) - way(first - 1) <= most && at - first < kStretchScansMax) --first;
+    while (first > 0 && way(at) - way(first - 1) <= kStretch && at - first < kStretchScansMax)
+      --first;
     return first;
   }
-  [[nodiscard]] std::size_t end_of(std::size_t at, double most = kStretch) const {
+  [[nodiscard]] std::size_t end_of(std::size_t at) const {
     std::size_t last = at;
-    while (last + 1 < track_.poses.size() && way(last + 1) - way(at) <= most &&
+    while (last + 1 < track_.poses.size() && way(last + 1) - way(at) <= kStretch &&
            last - at < kStretchScansMax)
       ++last;
     return last;
@@ -80,7 +75,7 @@ class Refinement {
     if (std::hypot(moved.x, moved.y) > kMovedMost ||
         std::abs(signed_angle(moved.rho)) > kTurnedMost)
       return;
-    edges_.push_back({place, at, found->pose, found->information});
+    edges_.push_back({place, at, found->pose, kPassCounts * found->information});
   }
 
   const Track& track_;
@@ -101,8 +96,11 @@ std::optional<std::vector<Edge>> refine(Track& track, const Loops& loops, int ro
       refinement.lay(i);
     }
     std::vector<Edge> better = refinement.take_edges();
-    // Odometry and first matches hold together what nothing else does.
+    // Odometry and first matches hold together what nothing else does, and loops what passes do
+    // not.
     better.insert(better.end(), track.edges.begin(), track.edges.end());
+    for (const Edge& loop : loops.edges)
+      better.push_back({loop.from, loop.to, loop.step, kPassCounts * loop.information});
     if (!optimise(better, track.poses, Doubt::kAlways)) break;
     edges = std::move(better);
   }
