@@ -23,6 +23,11 @@ constexpr double kFarthest = 1e7;
 constexpr double kLargest = 1e6;
 constexpr double kFastest = 1e5;
 
+struct Range {
+  double min;
+  double max;
+};
+
 template <typename T>
 struct Name {
   std::string_view name;
@@ -74,16 +79,19 @@ class WorldReader {
   Read each(Read read) {
     return [this, read = std::move(read)](const Node& node) { reader_.tables(node, read); };
   }
-  Read real(double min, double max, double& out) {
-    return [=, this, &out](const Node& node) { reader_.real(node, min, max, out); };
+  // Bounds are parameters of the template: so a Read holds two pointers, and allocates nothing.
+  template <Range kRange>
+  Read real(double& out) {
+    return [this, &out](const Node& node) { reader_.real(node, kRange.min, kRange.max, out); };
   }
-  Read size(double& out) { return real(1, kLargest, out); }
-  Read rate(double& out) { return real(0, kFastest, out); }
-  Read share(double& out) { return real(0, 1, out); }
-  Read angle(double most, double& out) {
-    return [=, this, &out](const Node& node) {
+  Read size(double& out) { return real<Range{1, kLargest}>(out); }
+  Read rate(double& out) { return real<Range{0, kFastest}>(out); }
+  Read share(double& out) { return real<Range{0, 1}>(out); }
+  template <int kMost>
+  Read angle(double& out) {
+    return [this, &out](const Node& node) {
       double said = degrees(out);
-      reader_.real(node, -most, most, said);
+      reader_.real(node, -kMost, kMost, said);
       out = radians(said);
     };
   }
@@ -169,9 +177,9 @@ class WorldReader {
   void origin(const Node& node) {
     Origin& origin = file_.description.origin;
     reader_.table(node, "[origin]",
-                  {{"latitude", angle(80, origin.latitude)},
-                   {"longitude", angle(180, origin.longitude)},
-                   {"altitude", real(-1000, 10000, origin.altitude)}});
+                  {{"latitude", angle<80>(origin.latitude)},
+                   {"longitude", angle<180>(origin.longitude)},
+                   {"altitude", real<Range{-1000, 10000}>(origin.altitude)}});
   }
 
   void plan(const Node& node) {
@@ -186,7 +194,7 @@ class WorldReader {
                       reader_.text(n, name);
                       place = &n;
                     }},
-                   {"scale", real(1e-3, 1e6, scale)},
+                   {"scale", real<Range{1e-3, 1e6}>(scale)},
                    {"offset", point(offset)},
                    {"height", size(height)}});
     require(node, "file");
@@ -232,7 +240,7 @@ class WorldReader {
     };
     reader_.table(node, "[[obstacle]]",
                   {{"at", point(obstacle.at)},
-                   {"rho", angle(360, obstacle.rho)},
+                   {"rho", angle<360>(obstacle.rho)},
                    {"length", size(obstacle.length)},
                    {"width", size(obstacle.width)},
                    {"radius", circle},
@@ -259,8 +267,8 @@ class WorldReader {
     reader_.table(node, "[people]",
                   {{"count", [&](const Node& n) { reader_.number(n, 0, kPeopleMax, count); }},
                    {"walk", each([&](const Node& n) { walk(n, people.walks); })},
-                   {"speed", real(100, 5000, people.speed)},
-                   {"height", real(500, 2500, people.height)},
+                   {"speed", real<Range{100, 5000}>(people.speed)},
+                   {"height", real<Range{500, 2500}>(people.height)},
                    {"pause", duration(people.pause_max)},
                    {"avoids", share(people.avoids_share)},
                    {"from", corner(where.from)},
@@ -291,10 +299,10 @@ class WorldReader {
 
   void slip(const Node& node, SlipDescription& slip) {
     reader_.table(node, "slip",
-                  {{"way", real(-0.5, 0.5, slip.way)},
-                   {"turn", real(-0.5, 0.5, slip.turn)},
-                   {"way_noise", real(0, 1000, slip.way_noise)},
-                   {"turn_noise", angle(45, slip.turn_noise)}});
+                  {{"way", real<Range{-0.5, 0.5}>(slip.way)},
+                   {"turn", real<Range{-0.5, 0.5}>(slip.turn)},
+                   {"way_noise", real<Range{0, 1000}>(slip.way_noise)},
+                   {"turn_noise", angle<45>(slip.turn_noise)}});
   }
 
   void robot(const Node& node) {
@@ -309,18 +317,18 @@ class WorldReader {
                      robot.start)},
          {"track", size(robot.track)},
          {"base", size(robot.base)},
-         {"steer_max", angle(80, robot.steer_max)},
+         {"steer_max", angle<80>(robot.steer_max)},
          {"wheel_radius", size(robot.wheel_radius)},
-         {"gear_ratio", real(1e-3, 1e4, robot.gear_ratio)},
-         {"steer_ratio", real(1e-3, 1e4, robot.steer_ratio)},
-         {"front", real(0, 1e5, robot.front)},
-         {"back", real(0, 1e5, robot.back)},
-         {"left", real(0, 1e5, robot.left)},
-         {"right", real(0, 1e5, robot.right)},
+         {"gear_ratio", real<Range{1e-3, 1e4}>(robot.gear_ratio)},
+         {"steer_ratio", real<Range{1e-3, 1e4}>(robot.steer_ratio)},
+         {"front", real<Range{0, 1e5}>(robot.front)},
+         {"back", real<Range{0, 1e5}>(robot.back)},
+         {"left", real<Range{0, 1e5}>(robot.left)},
+         {"right", real<Range{0, 1e5}>(robot.right)},
          {"height", size(robot.height)},
          {"acceleration", rate(robot.acceleration)},
          {"deceleration", rate(robot.deceleration)},
-         {"steering_rate", angle(3600, robot.steering_rate)},
+         {"steering_rate", angle<3600>(robot.steering_rate)},
          {"lag", duration(robot.lag)},
          {"slip", [&](const Node& n) { slip(n, robot.slip); }},
          {"device", text(robot.device)},
@@ -348,15 +356,15 @@ class WorldReader {
 
   void noise(const Node& node, NoiseDescription& noise) {
     reader_.table(node, "noise",
-                  {{"range", real(0, 1e4, noise.range)},
+                  {{"range", real<Range{0, 1e4}>(noise.range)},
                    {"short", share(noise.short_share)},
                    {"dropped", share(noise.dropped_share)},
-                   {"position", real(0, 1e6, noise.position)},
-                   {"drift", real(0, 1e6, noise.drift)},
-                   {"angle", angle(180, noise.angle)},
-                   {"rate", angle(360, noise.rate)},
-                   {"rate_bias", angle(360, noise.rate_bias)},
-                   {"acceleration", real(0, 1e5, noise.acceleration)}});
+                   {"position", real<Range{0, 1e6}>(noise.position)},
+                   {"drift", real<Range{0, 1e6}>(noise.drift)},
+                   {"angle", angle<180>(noise.angle)},
+                   {"rate", angle<360>(noise.rate)},
+                   {"rate_bias", angle<360>(noise.rate_bias)},
+                   {"acceleration", real<Range{0, 1e5}>(noise.acceleration)}});
   }
 
   void sensor(const Node& node, std::vector<SensorDescription>& sensors) {
@@ -375,7 +383,7 @@ class WorldReader {
          {"kind", one_of(kSensors, "kind of sensor", sensor.kind)},
          {"at", pose("a mount such as [100, 0, 0]: mm forward, mm to the right, degrees clockwise",
                      sensor.mount)},
-         {"height", real(0, 1e5, height)},
+         {"height", real<Range{0, 1e5}>(height)},
          {"tilt", tilt},
          {"range", size(sensor.max_range)},
          {"noise", [&](const Node& n) { noise(n, sensor.noise); }},
