@@ -38,7 +38,10 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   using Driver<GpsData, Dialog>::Driver;
 
  protected:
-  Result<void> module_init() override { return this->create_mailbox(work_, 2, 256); }
+  Result<void> module_init() override {
+    if (auto good = Driver<GpsData, Dialog>::module_init(); !good) return good;
+    return this->create_mailbox(work_, 2, 256);
+  }
 
   Result<void> module_on() override {
     // A recording tells the time of another day.

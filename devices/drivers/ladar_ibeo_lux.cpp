@@ -41,6 +41,7 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
 
  private:
   Result<void> module_init() override {
+    if (auto good = Driver::module_init(); !good) return good;
     return create_mailbox(work_, 10, wire_size<PositionData>());
   }
 
