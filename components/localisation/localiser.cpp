@@ -6,6 +6,11 @@ namespace rack::localisation {
 
 namespace {
 
+constexpr double kSettled = 0.95;          // of the weight, in one place
+constexpr double kBelieved = 0.5;          // of it: more is elsewhere when it is less
+constexpr double kFavoured = 0.2;          // and so much stays
+constexpr std::uint32_t kDoubtsMost = 20;  // scans, until it is believed to be elsewhere
+
 bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
 }
@@ -26,11 +31,13 @@ void Localiser::start_at(const Pose& pose, double deviation, double deviation_rh
                               .rho_rho = deviation_rho * deviation_rho}};
   first_ = true;
   anywhere_ = false;
+  settled_ = false;
 }
 
 void Localiser::start_anywhere() {
   anywhere_ = true;
   first_ = true;
+  settled_ = false;
 }
 
 bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
@@ -44,14 +51,30 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   choose(scan);
   if (beams_.empty()) return false;
   if (!first_ && !moved && !filter_.misfits(field.fit(pose(), beams_))) return false;
+  const Pose expected = pose();
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
   if (!first_) filter_.move(step);
   first_ = false;
   filter_.weigh(field, beams_);
-  estimate_ = filter_.estimate();
+  estimate_ = estimate_from(expected);
   filter_.resample(field, beams_);
   return true;
+}
+
+Estimate Localiser::estimate_from(const Pose& expected) {
+  if (settled_) {
+    const Estimate here = filter_.estimate_near(expected);
+    doubts_ = here.share >= kBelieved ? 0 : doubts_ + 1;
+    if (here.share > 0 && doubts_ <= kDoubtsMost) {
+      filter_.favour(here.pose, kFavoured);
+      return here;
+    }
+  }
+  doubts_ = 0;
+  const Estimate heaviest = filter_.estimate();
+  settled_ = heaviest.share >= kSettled;
+  return heaviest;
 }
 
 void Localiser::choose(std::span<const BeamEnd> scan) {

@@ -29,6 +29,25 @@ std::int32_t angle_bin(float rho) {
   return std::min(bin, kBinAngles - 1);
 }
 
+// Which particles are of one place.
+struct ClusterOf {
+  explicit ClusterOf(const Pose& middle)
+      : x(static_cast<float>(middle.x)),
+        y(static_cast<float>(middle.y)),
+        sine(static_cast<float>(std::sin(middle.rho))),
+        cosine(static_cast<float>(std::cos(middle.rho))) {}
+  // So far from the middle, and turned so.
+  bool operator()(float dx, float dy, float its_sine, float its_cosine) const {
+    constexpr auto kSquare = static_cast<float>(kClusterRadius * kClusterRadius);
+    return dx * dx + dy * dy <= kSquare && cosine * its_cosine + sine * its_sine >= least_cosine;
+  }
+  float x;
+  float y;
+  float sine;
+  float cosine;
+  float least_cosine = static_cast<float>(std::cos(kClusterAngle));
+};
+
 }  // namespace
 
 PoseBins::PoseBins(std::size_t poses_max) : bins_(std::bit_ceil(4 * poses_max)) {
@@ -246,26 +265,24 @@ Estimate ParticleFilter::estimate() {
   const float idle = 0.1F / static_cast<float>(x_.size());
   for (std::size_t i = 0; i < x_.size(); ++i)
     if (weight_[i] > idle) bins_.add(x_[i], y_[i], rho_[i], weight_[i]);
-  const Estimate near = around(bins_.heaviest().middle);
+  return estimate_near(bins_.heaviest().middle);
+}
+
+Estimate ParticleFilter::estimate_near(const Pose& expected) const {
+  const Estimate near = around(expected);
   return near.share > 0 ? around(near.pose) : Estimate{};
 }
 
 Estimate ParticleFilter::around(const Pose& middle) const {
-  const auto mx = static_cast<float>(middle.x);
-  const auto my = static_cast<float>(middle.y);
-  const auto sine = static_cast<float>(std::sin(middle.rho));
-  const auto cosine = static_cast<float>(std::cos(middle.rho));
-  const auto least_cosine = static_cast<float>(std::cos(kClusterAngle));
-  constexpr auto kSquare = static_cast<float>(kClusterRadius * kClusterRadius);
+  const ClusterOf is_near(middle);
   double w = 0, x = 0, y = 0, r = 0;
   Covariance sum;
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    const float dx = x_[i] - mx;
-    const float dy = y_[i] - my;
-    const float along = cosine * cosine_[i] + sine * sine_[i];
-    if (dx * dx + dy * dy > kSquare || along < least_cosine) continue;
+    const float dx = x_[i] - is_near.x;
+    const float dy = y_[i] - is_near.y;
+    if (!is_near(dx, dy, sine_[i], cosine_[i])) continue;
     // Small: the sine and its series are the angle.
-    const float dr_sine = cosine * sine_[i] - sine * cosine_[i];
+    const float dr_sine = is_near.cosine * sine_[i] - is_near.sine * cosine_[i];
     const float dr = dr_sine * (1 + dr_sine * dr_sine / 6);
     const auto weight = static_cast<double>(weight_[i]);
     const auto ex = static_cast<double>(dx);
@@ -294,6 +311,24 @@ Estimate ParticleFilter::around(const Pose& middle) const {
                          .y_rho = sum.y_rho / w - y * r,
                          .rho_rho = sum.rho_rho / w - r * r},
           .share = w};
+}
+
+void ParticleFilter::favour(const Pose& pose, double share) {
+  const ClusterOf is_near(pose);
+  double near = 0;
+  for (std::size_t i = 0; i < x_.size(); ++i)
+    if (is_near(x_[i] - is_near.x, y_[i] - is_near.y, sine_[i], cosine_[i]))
+      near += static_cast<double>(weight_[i]);
+  if (!(near > 0) || near >= share) return;
+  const auto more = static_cast<float>(share / near);
+  const auto less = static_cast<float>((1 - share) / (1 - near));
+  double squares = 0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const bool here = is_near(x_[i] - is_near.x, y_[i] - is_near.y, sine_[i], cosine_[i]);
+    weight_[i] *= here ? more : less;
+    squares += static_cast<double>(weight_[i]) * static_cast<double>(weight_[i]);
+  }
+  effective_ = 1 / squares;
 }
 
 std::size_t ParticleFilter::wanted_size() const {

@@ -116,11 +116,15 @@ class ParticleFilter {
   // A step in the frame of the robot.
   void move(const Pose& step);
   void weigh(const LikelihoodField& field, const Beams& beams);
+  // What is near `pose` gets at least so much of the weight, if anything is there.
+  void favour(const Pose& pose, double share);
   // After weigh() and estimate(): the cloud for the next step.
   void resample(const LikelihoodField& field, const Beams& beams);
 
   // Mean and covariance of the heaviest part of the cloud.
   [[nodiscard]] Estimate estimate();
+  // And of the part that is near `expected`, however heavy.
+  [[nodiscard]] Estimate estimate_near(const Pose& expected) const;
 
   [[nodiscard]] std::size_t size() const { return x_.size(); }
   [[nodiscard]] Pose particle(std::size_t i) const {

@@ -108,6 +108,20 @@ TEST(ParticleFilter, WithoutBeamsNothingIsLearnt) {
   EXPECT_NEAR(filter.estimate().pose.x, 1000, 30);
 }
 
+TEST(ParticleFilter, WhatIsFavouredHasSoMuchOfTheWeight) {
+  ParticleFilter filter({}, 1);
+  filter.start_at({}, 3000, 0.1);
+  const double share = filter.estimate_near({}).share;
+  EXPECT_LT(share, 0.2);
+  filter.favour({.x = 1e6}, 0.5);
+  EXPECT_DOUBLE_EQ(filter.estimate_near({}).share, share) << "nothing is there";
+  filter.favour({}, 0.5);
+  EXPECT_NEAR(filter.estimate_near({}).share, 0.5, 0.05);
+  const double favoured = filter.estimate_near({}).share;
+  filter.favour({}, 0.3);
+  EXPECT_DOUBLE_EQ(filter.estimate_near({}).share, favoured) << "it has more";
+}
+
 }  // namespace
 
 }  // namespace rack::localisation
