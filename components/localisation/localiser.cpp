@@ -6,10 +6,10 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr double kSettled = 0.95;          // of the weight, in one place
+constexpr double kSettled = 0.99;          // of the weight, in one place
 constexpr double kBelieved = 0.5;          // of it: more is elsewhere when it is less
 constexpr double kFavoured = 0.2;          // and so much stays
-constexpr std::uint32_t kDoubtsMost = 20;  // scans, until it is believed to be elsewhere
+constexpr std::uint32_t kDoubtsMost = 12;  // scans, until it is believed to be elsewhere
 
 bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);

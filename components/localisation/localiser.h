@@ -8,7 +8,7 @@
 // on as the odometry says. The odometry must be that of the time of the scan: a tenth of a second
 // beside it costs a degree while turning.
 //
-// Where it has settled it stays for twenty scans when another place has more of the cloud, and a
+// Where it has settled it stays for a dozen scans when another place has more of the cloud, and a
 // fifth of the cloud is kept there meanwhile: people who stand around a robot are on no map, and
 // for some scans another place of the building looks more like it than its own. When they have
 // gone, that tells the two apart; who was carried away is found that much later.

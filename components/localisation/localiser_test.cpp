@@ -300,6 +300,64 @@ TEST(Localiser, IsNotSureWherePlacesLookAlikeAndFoundWhenTheyDoNot) {
   EXPECT_GE(back, 9);
 }
 
+// Two halls, alike but for four pillars in the second.
+void put_pillars(DxfDrawing& drawing, double x) {
+  for (const double px : {1.5, 3.0, 4.5, 6.0})
+    for (const double py : {1.2, 4.8})
+      drawing.lines.insert(drawing.lines.end(), {{{x + px, py}, {x + px + 0.4, py}},
+                                                 {{x + px + 0.4, py}, {x + px + 0.4, py + 0.4}},
+                                                 {{x + px + 0.4, py + 0.4}, {x + px, py + 0.4}},
+                                                 {{x + px, py + 0.4}, {x + px, py}}});
+}
+DxfDrawing halls(bool people) {
+  DxfDrawing drawing;
+  for (const double x : {0.0, 20.0})
+    drawing.lines.insert(drawing.lines.end(), {{{x, 0}, {x + 8, 0}},
+                                               {{x + 8, 0}, {x + 8, 6}},
+                                               {{x + 8, 6}, {x, 6}},
+                                               {{x, 6}, {x, 0}},
+                                               {{x + 3.6, 6}, {x + 3.6, 5.3}}});
+  put_pillars(drawing, 20);
+  if (people) put_pillars(drawing, 0);
+  return drawing;
+}
+
+// In the first hall people stand for eight scans where the second one has its pillars: what is
+// seen then is the second one, to a hair.
+TEST(Localiser, StaysWherePeopleMakeAPlaceLookLikeAnother) {
+  const auto map = read_map(halls(false), 1000, 0, 0, 50);
+  ASSERT_TRUE(map.ok());
+  const auto field = LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  const FloorMap alone(halls(false), 1000, 0, 0);
+  const FloorMap with_people(halls(true), 1000, 0, 0);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Localiser localiser({}, seed);
+    Random noise(seed);
+    std::vector<BeamEnd> beams;
+    std::array<double, 181> ranges{};
+    double farthest = 0;
+    for (int i = 0; i < 60; ++i) {
+      const Pose truth{.x = 3000, .y = 1500 + 80.0 * i, .rho = kPi / 2};  // x north, y east
+      const bool people = i >= 30 && i < 38;
+      (people ? with_people : alone)
+          .cast({{truth.x, truth.y}, truth.rho - kPi / 2, kPi / 180}, 12000, ranges);
+      beams.clear();
+      for (std::size_t k = 0; k < ranges.size(); ++k) {
+        const double range = ranges[k] + 20 * static_cast<double>(noise.normal());
+        const double angle = -kPi / 2 + static_cast<double>(k) * kPi / 180;
+        beams.push_back({static_cast<float>(range * std::cos(angle)),
+                         static_cast<float>(range * std::sin(angle))});
+      }
+      if (i == 0) localiser.start_at(truth, 100, 0.1);
+      localiser.take(*field, {.x = 80.0 * i}, beams);
+      const Pose off = localiser.pose() - truth;
+      farthest = std::max(farthest, std::hypot(off.x, off.y));
+    }
+    EXPECT_LT(farthest, 500) << seed;
+  }
+}
+
 TEST(Localiser, TheSameSeedIsTheSameWay) {
   const auto way = [](std::uint64_t seed) {
     World world(1);
