@@ -33,6 +33,7 @@ constexpr Duration kTakesNotice = 300ms;  // of a post
 constexpr Duration kLoads = 2s;           // until there is a stream
 constexpr double kStraysMax = 4000;       // further than that things are put behind, mm
 constexpr Duration kPatience = 20s;
+constexpr Duration kSearches = 60s;  // a scan a second, and a dozen until it doubts
 constexpr double kStandsStill = 60;         // mm/s: she creeps up to her margin
 constexpr double kFast = 3000;              // mm/s
 constexpr double kCarried = 20000;          // mm
@@ -201,7 +202,7 @@ void Scenario::carry_her_away() {
                          "World(1/0)");
   std::optional<PilotNote> held;
   std::optional<Time> found;
-  await(kPatience, [&] {
+  await(kSearches, [&] {
     if (!held) held = notes_.pilot(carried, [](const PilotNote& note) { return note.speed == 0; });
     const auto errors = notes_.position_errors(tims::os::now() - kRight);
     const bool is_near = !errors.empty() && std::ranges::max(errors) < kFound;
@@ -212,7 +213,7 @@ void Scenario::carry_her_away() {
   rows_.push_back(judge_fact(
       "e", "carried 20 m away: found again", "within 30 m",
       found ? fmt::format("after {:.1f} m, {:.1f} s", way, milliseconds(*found - carried) / 1000)
-            : fmt::format("not within {:.0f} s", milliseconds(kPatience) / 1000),
+            : fmt::format("not within {:.0f} s", milliseconds(kSearches) / 1000),
       found && way <= 30, "the log of Mcl(1/0)"));
   const bool at_once = found && *found - carried <= kKnowsNothing;
   rows_.push_back(
