@@ -56,7 +56,7 @@ Result<void> DataModuleBase::module_on() {
     history_.clear();
     publisher_->clear();
   }
-  while (history_.size() == 0 && !is_stopping()) {
+  while (history_.size() == 0 && is_wanted()) {
     if (auto looped = module_loop(); !looped) return looped;
   }
   return {};

@@ -83,6 +83,7 @@ class Module::Runtime {
   void end();
   void tell(std::string_view what, std::string_view name, const std::string& value) const;
   [[nodiscard]] Status status() const;
+  [[nodiscard]] bool wants_on() const;
 
   tims::Address address_{};
   std::optional<tims::Session> session_;
@@ -335,6 +336,8 @@ tims::AddressWidths Module::address_widths() const { return runtime_->session_->
 
 bool Module::is_stopping() const { return runtime_->stopping_.load(std::memory_order_relaxed); }
 
+bool Module::is_wanted() const { return !is_stopping() && runtime_->wants_on(); }
+
 bool Module::is_on() const { return runtime_->status() == Status::kEnabled; }
 
 tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
@@ -511,6 +514,11 @@ std::string Module::Runtime::name_of_command(const tims::Header& header) const {
 }
 
 Result<void> Module::module_command(const tims::MessageView&) { return refused("not known here"); }
+
+bool Module::Runtime::wants_on() const {
+  const std::lock_guard lock(mutex_);
+  return cycle_->wants_on();
+}
 
 Status Module::Runtime::status() const {
   const std::lock_guard lock(mutex_);

@@ -14,6 +14,7 @@
 #include "devices/io/line.h"
 #include "devices/scanners/lms200.h"
 #include "os/clock.h"
+#include "rack/proxies/gps.h"
 #include "rack/proxies/ladar.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -308,6 +309,20 @@ TEST_F(DevicesTest, ADeviceThatIsNotThereIsSaidInWords) {
   const auto on = ladar().on();
   ASSERT_FALSE(on);
   EXPECT_THAT(on.error().message(), HasSubstr("timsctl device list"));
+}
+
+// A receiver that only listens, at a line on which nothing is said to it.
+TEST_F(DevicesTest, WhoWaitsForItsFirstDataIsTurnedOffNevertheless) {
+  const PluggedIn scanner(path_);
+  auto& program = start("GpsNmea", {"--device=serial:" + path_, "--positionInst=-1"});
+  rack::GpsProxy gps(*work_, Address::of({.class_id = class_id::kGps}),
+                     {.on = 300ms, .off = kPatience, .data = kPatience});
+  const auto silent = gps.on();
+  ASSERT_FALSE(silent);
+  EXPECT_EQ(silent.error().code(), Errc::kTimeout);
+  ASSERT_TRUE(gps.off());
+  const auto off = program.wait_for_line("Module off");
+  ASSERT_TRUE(off) << off.error().message();
 }
 
 TEST_F(DevicesTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {

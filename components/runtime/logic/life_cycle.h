@@ -41,6 +41,7 @@ class LifeCycle {
   void hold_off(tims::Address by) { held_off_by_ = by; }
   // The operator's program that has turned it off, when none has turned it on since.
   [[nodiscard]] std::optional<tims::Address> held_off_by() const { return held_off_by_; }
+  [[nodiscard]] bool wants_on() const { return wants_on_; }
   [[nodiscard]] Status status() const;
 
   // --- the data task

@@ -146,6 +146,8 @@ class Module {
 
   [[nodiscard]] bool is_on() const;
   [[nodiscard]] bool is_stopping() const;
+  // Nobody has turned it off, and it is not stopping: for module_on() that waits for something.
+  [[nodiscard]] bool is_wanted() const;
   // The data task sleeps until the next multiple of `period` since it was turned on; late ones are
   // left out, not made up for. Returns that time.
   tims::Time sleep_until_next(tims::Duration period);
