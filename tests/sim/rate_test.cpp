@@ -223,7 +223,7 @@ TEST(Rate, PicturesOfStreamsCrossALossyLine) {
     line.run_for(50ms);
   }
   for (const std::size_t camera : {0U, 1U}) {
-    ASSERT_GE(ages.at(camera).size(), kSeconds) << camera;  // 2.4 of both fit into a second
+    EXPECT_GE(ages.at(camera).size(), kSeconds) << camera;  // 2.4 of both fit into a second
     EXPECT_LE(*std::ranges::max_element(ages.at(camera)), 2500ms) << camera;
   }
   EXPECT_GE(ages[2].size(), kSeconds * 10U) << "scans";
