@@ -81,9 +81,6 @@ class LaneSender {
   [[nodiscard]] bool is_idle() const { return bytes() == 0 && skip_acked_ == skip_to_; }
   [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
   [[nodiscard]] std::uint64_t waiting_bytes() const { return waiting_.size(); }
-  // So far it was sent, of all there is to send.
-  [[nodiscard]] std::uint64_t sent_to() const { return next_; }
-  [[nodiscard]] std::uint64_t end() const { return stream_.end() + waiting_.size(); }
   // Drops the message that waits longest. Its header.
   Header drop_oldest();
 

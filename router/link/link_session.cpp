@@ -144,7 +144,6 @@ void LinkSession::reset(Time now, core::Outcome why) {
   sent_ = SentPackets();
   for (LaneSender& lane : lanes_) lane.clear(now, why);
   for (SampleSender& samples : samples_) samples.clear(now, why);
-  large_samples_ = {};
   for (LaneReceiver& receiver : receivers_) receiver.clear();
   sample_receiver_.clear();
   window_ = PacketWindow();
@@ -332,16 +331,12 @@ struct LinkSession::Packet {
 core::Outcome LinkSession::send(Time now, const RecordPrefix& prefix, const Header& header,
                                 std::span<const std::byte> message) {
   const std::size_t lane = settings_.classes.of(header);
-  const bool is_sample = (header.flags & flag::kStream) != 0;
-  const bool is_once = is_sample && message.size() <= kSentOnceMax;
-  if (is_sample && !is_once &&
-      !large_samples_[lane].may_follow(header, lanes_[lane].sent_to(), lanes_[lane].end()))
-    return core::Outcome::kQueueReplaced;
+  const bool sample = (header.flags & flag::kStream) != 0;
   if (!make_room(now, lane, message.size())) return core::Outcome::kQueueFull;
   occupied_.add(lane);
   queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
-  if (is_once) {
+  if (sample) {
     samples_[lane].push(now, prefix.hops, header, message);
   } else {
     lanes_[lane].push(now, prefix, message, committed_max());

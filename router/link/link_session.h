@@ -160,7 +160,6 @@ class LinkSession final : private PacketObserver {
 
   std::array<LaneSender, kLanes> lanes_;
   std::array<SampleSender, core::kClasses> samples_;
-  std::array<LargeSamples, core::kClasses> large_samples_{};
   LaneSet occupied_;  // all others are idle
   std::uint32_t last_sample_ = 0;
   bool sample_first_ = false;  // of a class: its samples and its messages take turns

@@ -82,10 +82,9 @@ struct FullQueueTest : testing::Test {
     void on_lost(Time, const Header&, core::Outcome) override { ++lost; }
     int lost = 0;
   };
-  core::Outcome send(std::uint8_t priority, std::size_t size, std::uint8_t flags = 0) {
+  core::Outcome send(std::uint8_t priority, std::size_t size) {
     const std::vector<std::byte> bytes(size);
-    const Header header{
-        .flags = flags, .priority = priority, .length = static_cast<std::uint32_t>(size)};
+    const Header header{.priority = priority, .length = static_cast<std::uint32_t>(size)};
     std::vector<std::byte> message(bytes);
     wire::encode_header(header, std::span(message).first<kHeaderSize>());
     return session.send(now, {}, header, message);
@@ -118,15 +117,6 @@ TEST_F(FullQueueTest, NoMoreIsDroppedThanIsNeeded) {
     ASSERT_EQ(send(0, 20'000), core::Outcome::kDelivered);
   EXPECT_EQ(send(100, 30'000), core::Outcome::kDelivered);
   EXPECT_LE(told.lost, 2);
-}
-
-// What does not cross in a few datagrams is sent again where it is lost, so one at a time.
-TEST_F(FullQueueTest, OfLargeSamplesOneOfAStreamWaits) {
-  for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(send(0, kSentOnceMax, flag::kStream), core::Outcome::kDelivered);
-  EXPECT_EQ(send(0, kSentOnceMax + 1, flag::kStream), core::Outcome::kDelivered);
-  EXPECT_EQ(send(0, kSentOnceMax + 1, flag::kStream), core::Outcome::kQueueReplaced);
-  EXPECT_EQ(send(0, kSentOnceMax + 1), core::Outcome::kDelivered) << "it is no sample";
 }
 
 }  // namespace

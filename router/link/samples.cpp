@@ -19,22 +19,6 @@ bool is_older(std::uint32_t number, std::uint32_t than) {
 
 }  // namespace
 
-// Where messages were dropped that waited before it, a sample ends earlier than was thought. So
-// when the lane is empty all have left.
-bool LargeSamples::may_follow(const Header& header, std::uint64_t sent, std::uint64_t end) {
-  Place* free = nullptr;
-  for (Place& place : places_) {
-    if (place.end <= sent || sent == end) {
-      free = &place;
-    } else if (same_stream(place.header, header)) {
-      return false;
-    }
-  }
-  if (free == nullptr) return false;
-  *free = {header, end + record_size(header.length)};
-  return true;
-}
-
 void SampleSender::push(Time now, std::uint8_t hops, const Header& header,
                         std::span<const std::byte> message) {
   for (std::size_t i = sent_ > 0 ? 1 : 0; i < samples_.size(); ++i) {

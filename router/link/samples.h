@@ -3,10 +3,6 @@
 // older one of the same source, destination and type. At the other end, what came whole is handed
 // on; what is in part is kept for a while among few others, and a sample that comes after a newer
 // one of its stream is thrown away.
-//
-// A large sample is a hundred datagrams, and where one of fifty is lost it would never come whole.
-// It travels in its lane instead, where what is lost is sent again; of each stream the next may
-// follow when it has left.
 #pragma once
 
 #include <array>
@@ -20,25 +16,6 @@
 #include "router/link/lanes.h"
 
 namespace tims::link {
-
-// Larger ones travel in their lane: about 12 datagrams.
-inline constexpr std::size_t kSentOnceMax = 16U << 10;
-
-// The large ones of one class: where in their lane they end.
-class LargeSamples {
- public:
-  // The lane was sent as far as `sent`, of its `end`, and this one would come there. False: the one
-  // before has not left, or those of too many other streams.
-  bool may_follow(const Header& header, std::uint64_t sent, std::uint64_t end);
-
- private:
-  static constexpr std::size_t kStreams = 16;
-  struct Place {
-    Header header{};
-    std::uint64_t end = 0;
-  };
-  std::array<Place, kStreams> places_{};
-};
 
 // Of one class, on their way out.
 class SampleSender {

@@ -160,36 +160,5 @@ TEST_F(SamplesTest, NumbersRunOnPastTheirEnd) {
   EXPECT_EQ(arrived.size(), 4U);
 }
 
-struct LargeSamplesTest : testing::Test {
-  // Of a lane that was sent as far as `sent` and ends at `end`.
-  bool may_follow(std::uint32_t src, std::uint64_t sent, std::uint64_t end) {
-    return samples.may_follow({.src = Address(src), .length = kLength}, sent, end);
-  }
-  static constexpr std::uint32_t kLength = 100'000;
-  LargeSamples samples;
-};
-
-TEST_F(LargeSamplesTest, OneOfEachStreamWaits) {
-  EXPECT_TRUE(may_follow(1, 500, 500));
-  const std::uint64_t first = 500 + record_size(kLength);
-  EXPECT_FALSE(may_follow(1, 500, first));
-  EXPECT_FALSE(may_follow(1, first - 1, first));
-  EXPECT_TRUE(may_follow(2, first - 1, first)) << "another one may follow it";
-  EXPECT_TRUE(may_follow(1, first, first + record_size(kLength))) << "it has left";
-}
-
-TEST_F(LargeSamplesTest, ALaneThatIsEmptyHasSentAll) {
-  EXPECT_TRUE(may_follow(1, 0, 4'000'000));
-  EXPECT_TRUE(may_follow(1, 3'000'000, 3'000'000)) << "of what was before it, some was dropped";
-}
-
-TEST_F(LargeSamplesTest, NoMoreStreamsThanItRemembers) {
-  std::uint64_t end = 0;
-  for (std::uint32_t src = 1; src <= 16; ++src, end += record_size(kLength))
-    EXPECT_TRUE(may_follow(src, 0, end)) << src;
-  EXPECT_FALSE(may_follow(17, 0, end));
-  EXPECT_TRUE(may_follow(17, record_size(kLength), end));
-}
-
 }  // namespace
 }  // namespace tims::link

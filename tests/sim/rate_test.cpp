@@ -193,42 +193,6 @@ TEST(Rate, WiFiJitterCostsLittle) {
   EXPECT_GE(share, 0.6);
 }
 
-// Two cameras and a scanner on a line for three pictures a second: each camera's come in turn, the
-// newest there are, and the scans between them.
-TEST(Rate, PicturesOfStreamsCrossALossyLine) {
-  Line line({.loss = 0.02, .delay = 5ms, .rate = 20 * kMbit, .queue = 312'500});
-  std::array<std::vector<Duration>, 3> ages;
-  line.base->on_arrival = [&](Node&, core::ClientId, Arrival&& arrival) {
-    std::int64_t sent = 0;
-    std::memcpy(&sent, arrival.body.data(), sizeof(sent));
-    ages.at(static_cast<std::size_t>(arrival.header.type))
-        .push_back(arrival.at.time_since_epoch() - Duration(sent));
-  };
-  const auto sample = [&](std::int8_t type, std::size_t size) {
-    std::vector<std::byte> body(size);
-    const std::int64_t at = line.now().time_since_epoch().count();
-    std::memcpy(body.data(), &at, sizeof(at));
-    (void)line.robot->send(line.now(), line.source,
-                           {.flags = flag::kNativeOrder | flag::kStream,
-                            .type = type,
-                            .dest = Line::kSink,
-                            .src = Line::kSource},
-                           body);
-  };
-  constexpr int kSeconds = 20;
-  for (int i = 0; i < kSeconds * 20; ++i) {
-    sample(0, 1 << 20);
-    sample(1, 1 << 20);
-    sample(2, 3'668);
-    line.run_for(50ms);
-  }
-  for (const std::size_t camera : {0U, 1U}) {
-    EXPECT_GE(ages.at(camera).size(), kSeconds) << camera;  // 2.4 of both fit into a second
-    EXPECT_LE(*std::ranges::max_element(ages.at(camera)), 2500ms) << camera;
-  }
-  EXPECT_GE(ages[2].size(), kSeconds * 10U) << "scans";
-}
-
 TEST(Rate, ASlowMobileNetwork) {
   Line line({.delay = 40ms, .jitter = 5ms, .rate = 100'000, .queue = 64 << 10});
   line.saturate(50'000, 1 << 20);
