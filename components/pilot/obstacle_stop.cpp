@@ -186,33 +186,4 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
   return speed < kCrawls ? 0 : speed;
 }
 
-bool ObstacleStop::is_within(const Pose& seen, double margin) const {
-  return seen.x < chassis_.boundaryFront + margin && seen.x > -chassis_.boundaryBack - margin &&
-         seen.y < chassis_.boundaryRight + margin && seen.y > -chassis_.boundaryLeft - margin;
-}
-
-bool ObstacleStop::may_turn(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
-                            double angle) const {
-  constexpr double kStep = 0.05;  // rad
-  const double margin = chassis_.safetyMargin;
-  const double longest = std::max(chassis_.boundaryFront, chassis_.boundaryBack);
-  const double widest = std::max(chassis_.boundaryLeft, chassis_.boundaryRight);
-  const double reach = std::hypot(longest + margin, widest + margin);
-  const double step = std::copysign(kStep, angle);
-  const auto steps = static_cast<int>(std::ceil(std::abs(angle) / kStep));
-  for (const ScanPoint& point : scan.points) {
-    if (!counts(point)) continue;
-    const Pose there =
-        seen_from + Pose{.x = static_cast<double>(point.x), .y = static_cast<double>(point.y)};
-    const Pose seen = there - at;
-    // What is in the hull is a part of it.
-    if (std::hypot(seen.x, seen.y) > reach || is_within(seen, 0)) continue;
-    const double kept = is_within(seen, margin) ? 0 : margin;
-    for (int i = 1; i <= steps; ++i)
-      if (is_within(there - Pose{.x = at.x, .y = at.y, .rho = at.rho + i * step}, kept))
-        return false;
-  }
-  return true;
-}
-
 }  // namespace rack::pilot

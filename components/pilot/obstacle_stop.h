@@ -8,8 +8,7 @@
 // brakes with decMax, v t + v^2 / 2a, and that must not be more than the free way. The same is
 // asked of the arc that the vehicle is on at the moment, in case it is not on its path. The hull is
 // as wide as it is, wider by how far it is beside the path, and on the outside of a bend by how far
-// its front swings out. Who turns at rest sweeps a circle with the corners: there the hull itself
-// is turned, step by step, among the points.
+// its front swings out.
 #pragma once
 
 #include <chrono>
@@ -35,11 +34,6 @@ class ObstacleStop {
   double speed_max(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
                    const PathFollower& follower);
 
-  // Whether it may go on turning at rest, so far, rad, to the right if positive. What is within its
-  // margin already must not come into the hull.
-  [[nodiscard]] bool may_turn(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
-                              double angle) const;
-
   // mm, to what is in the way, at the last call; no more than it looks.
   [[nodiscard]] double free_way() const { return free_way_; }
 
@@ -56,7 +50,6 @@ class ObstacleStop {
   double limit(const Scan2dData& scan, const Pose& seen_from, const Way& way, bool comfort);
   [[nodiscard]] double still_stops(double free) const;
   [[nodiscard]] double hull_ahead() const;
-  [[nodiscard]] bool is_within(const Pose& seen, double margin) const;
 
   ChassisParamData chassis_;
   ChassisParamData margins_;  // with those of this call

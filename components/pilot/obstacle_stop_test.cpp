@@ -109,25 +109,6 @@ TEST_F(OnAPath, IsMoreCarefulWhileItHolds) {
   EXPECT_LT(allowed({{900, 0}}), before - 140);
 }
 
-TEST_F(OnAPath, TurnsAtRestWhereItsCornersHaveRoom) {
-  const auto may_turn = [&](const Spot& spot, double angle, const Pose& at = {}) {
-    return stop.may_turn(scan_of({spot}, at, random), at, at, angle);
-  };
-  EXPECT_TRUE(may_turn({0, 400}, 0.5)) << "its corner with the margin comes there later";
-  EXPECT_FALSE(may_turn({0, 400}, 1));
-  EXPECT_FALSE(may_turn({0, 400}, -1));
-  EXPECT_TRUE(may_turn({0, 430}, 1.5)) << "and not so far";
-  EXPECT_FALSE(may_turn({200, 320}, 0.5)) << "right before the corner";
-  EXPECT_TRUE(may_turn({200, 320}, -0.5)) << "right behind it";
-  EXPECT_FALSE(may_turn({260, 200}, -0.5)) << "within the margin, and comes into the hull";
-  EXPECT_TRUE(may_turn({260, 200}, 0.5)) << "and goes away from it";
-  EXPECT_TRUE(may_turn({280, 0}, 0.1)) << "within the margin, and stays there";
-  EXPECT_TRUE(may_turn({100, 100}, 1)) << "a part of it";
-  const Pose at{.x = 5000, .y = -3000, .rho = kPi / 2};
-  EXPECT_FALSE(may_turn({5000 - 320, -3000 + 200}, 0.5, at));
-  EXPECT_TRUE(may_turn({5000 - 320, -3000 + 200}, -0.5, at));
-}
-
 struct Trial {
   bool touched = false;
   bool stopped = false;

@@ -18,7 +18,6 @@ constexpr milliseconds kExtrapolated{500};  // at most: how old a position may b
 constexpr std::size_t kSplinesShown = 10;
 constexpr std::size_t kDestinationsMax = 1000;  // of a message
 constexpr double kStands = 20;                  // mm/s
-constexpr double kLooksRound = 0.5;             // rad: so far it turns at most until it stands
 constexpr i32 kHour = 3600000;                  // ms
 
 // As PilotPath's parameters are bounded; a recording may hold anything.
@@ -125,15 +124,10 @@ PathFollower::Command PathDriver::decide() {
   if (knows)
     safe_ = settings_.looks != 0 ? stop_->speed_max(inputs_.scan, seen_from_, at_, *follower_)
                                  : static_cast<double>(settings_.chassis.vxMax);
-  auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
-  may_turn_ =
-      settings_.looks == 0 || command.speed != 0 || command.omega == 0 ||
-      stop_->may_turn(inputs_.scan, seen_from_, at_, std::copysign(kLooksRound, command.omega));
-  if (!may_turn_) command = {};
+  const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
   const bool wants = follower_->state() == State::kRunning && !follower_->holds();
   const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
-  const bool blocked = safe_ <= 0 || !may_turn_;
-  blocked_ = wants && knows && blocked && stands ? blocked_ + period() : milliseconds(0);
+  blocked_ = wants && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
   if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
   if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
     state_ = pilot_state::kIdle;
@@ -260,7 +254,7 @@ PathDriver::Why PathDriver::why() const {
   if (follower_->state() == State::kAstray) return Why::kAstray;
   if (missing_ != Why::kDrives) return missing_;
   if (follower_->holds()) return Why::kHeld;
-  if (safe_ <= static_cast<double>(settings_.chassis.vxMin) || !may_turn_) return Why::kObstacle;
+  if (safe_ <= static_cast<double>(settings_.chassis.vxMin)) return Why::kObstacle;
   return command_.speed == 0 ? Why::kTurns : Why::kDrives;
 }
 

@@ -133,7 +133,6 @@ class PathDriver {
   PathFollower::Command command_;
   Why missing_ = Why::kDrives;
   double safe_ = 0;  // mm/s
-  bool may_turn_ = true;
   bool seen_ = false;
   bool located_ = false;
   bool is_unsure_ = false;  // of where it is
