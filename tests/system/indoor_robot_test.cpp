@@ -101,6 +101,7 @@ rack::Pose seen_by(const rack::WorldThing& robot, const rack::WorldThing& person
 }
 
 TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
+  if (kSlowdown > 1) GTEST_SKIP() << "it needs its periods, which instrumented programs miss";
   ASSERT_TRUE(arrives("3.5", "3", [] {})) << up_->output();
 
   const rack::WorldData truth_then = truth();

@@ -72,7 +72,10 @@ class Scan3dTest : public RobotTest {
     }
     return {};
   }
-  rack::Scan3dProxy scanner() { return proxy<rack::Scan3dProxy>("Scan3d(0/0)"); }
+  // It writes a file before it answers.
+  rack::Scan3dProxy scanner() {
+    return {*work_, *Address::parse("Scan3d(0/0)"), {.data = kPatience}};
+  }
 
   TemporaryFolder folder_;
   std::optional<ChildProcess> axis_;
