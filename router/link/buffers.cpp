@@ -85,6 +85,41 @@ std::optional<Range> RangeSet::first_missing(Range range) const {
   return range;
 }
 
+bool SentRanges::on_acked(Range range) {
+  lost_.remove(range);
+  if (acked_.add(range)) return true;
+  on_lost(range);
+  return false;
+}
+
+void SentRanges::on_lost(Range range) {
+  while (range.begin < range.end) {
+    const auto missing = acked_.first_missing(range);
+    if (!missing) return;
+    if (!lost_.add(*missing)) {
+      // Too many pieces: send more than necessary instead.
+      const Range last = lost_.ranges().back();
+      lost_.add({std::min(last.begin, missing->begin), std::max(last.end, missing->end)});
+    }
+    range.begin = missing->end;
+  }
+}
+
+void SentRanges::forget(Range range) {
+  acked_.remove(range);
+  lost_.remove(range);
+}
+
+void SentRanges::forget_below(std::uint64_t offset) {
+  acked_.remove_below(offset);
+  lost_.remove_below(offset);
+}
+
+void SentRanges::clear() {
+  acked_.clear();
+  lost_.clear();
+}
+
 bool StreamBuffer::has_room(std::size_t size) const {
   const std::uint64_t free_in_last = base_ + count_ * kBlock - end_;
   if (size <= free_in_last) return true;
@@ -93,13 +128,18 @@ bool StreamBuffer::has_room(std::size_t size) const {
 
 void StreamBuffer::add_block() {
   if (count_ == ring_.size()) {
-    std::vector<core::BlockPool::Index> larger(std::max<std::size_t>(4, 2 * ring_.size()));
+    std::vector<Block> larger(std::max<std::size_t>(4, 2 * ring_.size()));
     for (std::size_t i = 0; i < count_; ++i) larger[i] = slot(i);
     ring_ = std::move(larger);
     first_ = 0;
   }
-  slot(count_) = pool_.allocate();
+  slot(count_) = {.index = pool_.allocate()};
   ++count_;
+}
+
+void StreamBuffer::give_back(Block& block) {
+  if (block.index != core::BlockPool::kNone) pool_.release(block.index);
+  block.index = core::BlockPool::kNone;
 }
 
 void StreamBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes) {
@@ -120,10 +160,24 @@ void StreamBuffer::move_front(std::size_t size, StreamBuffer& to) {
   }
 }
 
+void StreamBuffer::free(Range range) {
+  while (range.begin < range.end) {
+    const std::uint64_t i = (range.begin - base_) / kBlock;
+    const std::uint64_t block_end = base_ + (i + 1) * kBlock;
+    const std::uint64_t end = std::min(range.end, block_end);
+    Block& block = slot(i);
+    block.needed -= static_cast<std::uint32_t>(end - range.begin);
+    if (block.needed == 0 && block_end <= end_) give_back(block);  // else it is not full yet
+    range.begin = end;
+  }
+  while (count_ > 1 && slot(0).index == core::BlockPool::kNone) release_to(base_ + kBlock);
+  if (count_ == 1 && slot(0).needed == 0) release_to(end_);
+}
+
 void StreamBuffer::release_to(std::uint64_t offset) {
   begin_ = offset;
   while (count_ > 0 && (base_ + kBlock <= begin_ || begin_ == end_)) {
-    pool_.release(slot(0));
+    give_back(slot(0));
     first_ = (first_ + 1) & (ring_.size() - 1);
     --count_;
     base_ += kBlock;

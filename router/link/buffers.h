@@ -1,6 +1,6 @@
 // The memory of lanes: bytes between two offsets that wait or are on their way (StreamBuffer),
-// since when (AgeMarks) and which of them (RangeSet), and messages that come in parts
-// (MessageMemory).
+// since when (AgeMarks), which of them (RangeSet) and what became of those (SentRanges), and
+// messages that come in parts (MessageMemory).
 #pragma once
 
 #include <algorithm>
@@ -52,6 +52,28 @@ class RangeSet {
   [[nodiscard]] std::size_t first_ending_at_or_after(std::uint64_t offset) const;
 
   std::vector<Range> ranges_;
+};
+
+// What became of bytes that were sent and are kept: which have come, and which are to be sent
+// again.
+class SentRanges {
+ public:
+  // False: it forgot, being full. They are sent once more, and the other side knows them already.
+  bool on_acked(Range range);
+  void on_lost(Range range);
+  void on_sent_again(Range range) { lost_.remove(range); }
+  // They are no longer kept.
+  void forget(Range range);
+  void forget_below(std::uint64_t offset);
+  void clear();
+
+  [[nodiscard]] const RangeSet& acked() const { return acked_; }
+  [[nodiscard]] bool repeats() const { return !lost_.empty(); }
+  [[nodiscard]] Range first_lost() const { return lost_.front(); }
+
+ private:
+  RangeSet acked_;
+  RangeSet lost_;
 };
 
 // Since when the bytes of a queue are there, to some milliseconds: marks at the beginnings of
@@ -110,6 +132,7 @@ class StreamBuffer {
       if (end_ == base_ + count_ * kBlock) add_block();
       const std::size_t size = std::min(kBlock - (end_ - base_) % kBlock, bytes.size());
       std::memcpy(at(end_), bytes.data(), size);
+      slot(count_ - 1).needed += static_cast<std::uint32_t>(size);
       end_ += size;
       bytes = bytes.subspan(size);
     }
@@ -130,24 +153,29 @@ class StreamBuffer {
   void move_front(std::size_t size, StreamBuffer& to);
 
   void release_to(std::uint64_t offset);
+  // Instead of that, wherever they lie, each byte once: a block of which all were freed goes back.
+  void free(Range range);
   // Empty, and the next byte has this offset.
   void reset(std::uint64_t offset);
 
  private:
   static constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
 
+  struct Block {
+    core::BlockPool::Index index = core::BlockPool::kNone;  // kNone: all of it was freed
+    std::uint32_t needed = 0;                               // bytes that were not freed
+  };
   [[nodiscard]] std::byte* at(std::uint64_t offset) const {
     const std::uint64_t i = (offset - base_) / kBlock;
-    return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)]) + (offset - base_) % kBlock;
+    return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)].index) + (offset - base_) % kBlock;
   }
-  [[nodiscard]] core::BlockPool::Index& slot(std::size_t i) {
-    return ring_[(first_ + i) & (ring_.size() - 1)];
-  }
+  [[nodiscard]] Block& slot(std::size_t i) { return ring_[(first_ + i) & (ring_.size() - 1)]; }
   void add_block();
+  void give_back(Block& block);
 
   core::BlockPool& pool_;
-  std::vector<core::BlockPool::Index> ring_;  // a power of two, or empty
-  std::size_t first_ = 0;                     // where the first block stands in ring_
+  std::vector<Block> ring_;  // a power of two, or empty
+  std::size_t first_ = 0;    // where the first block stands in ring_
   std::size_t count_ = 0;
   std::uint64_t base_ = 0;  // offset of the first block's first byte
   std::uint64_t begin_ = 0;

@@ -101,7 +101,7 @@ struct StreamBufferTest : testing::Test {
     for (std::byte& b : bytes) b = static_cast<std::byte>(next++);
     buffer.append(bytes);
   }
-  void expect_bytes() {
+  void expect_bytes() const {
     std::vector<std::byte> bytes(buffer.size());
     buffer.read(buffer.begin(), bytes);
     for (std::size_t i = 0; i < bytes.size(); ++i)
@@ -109,6 +109,36 @@ struct StreamBufferTest : testing::Test {
   }
   std::uint64_t next = 0;
 };
+
+TEST_F(StreamBufferTest, GivesBackWhatIsFreedAnywhere) {
+  append(4 * kBlock + 10);
+  EXPECT_EQ(pool.used(), 5U);
+  buffer.free({kBlock + 1, 3 * kBlock + 1});
+  EXPECT_EQ(pool.used(), 4U) << "one byte of the second block is still needed";
+  buffer.free({kBlock, kBlock + 1});
+  EXPECT_EQ(pool.used(), 3U);
+  buffer.free({4 * kBlock, 4 * kBlock + 10});
+  EXPECT_EQ(pool.used(), 3U) << "it is not full";
+  append(kBlock);
+  EXPECT_EQ(pool.used(), 4U);
+  buffer.free({4 * kBlock + 10, 5 * kBlock});
+  EXPECT_EQ(pool.used(), 3U);
+  std::vector<std::byte> bytes(10);
+  buffer.read(5 * kBlock, bytes);
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    EXPECT_EQ(bytes[i], static_cast<std::byte>(5 * kBlock + i));
+  buffer.free({0, kBlock});
+  buffer.free({3 * kBlock + 1, 4 * kBlock});
+  EXPECT_EQ(pool.used(), 1U);
+  EXPECT_EQ(buffer.begin(), 5 * kBlock);
+  expect_bytes();
+  buffer.free({5 * kBlock, 5 * kBlock + 10});
+  EXPECT_EQ(pool.used(), 0U);
+  EXPECT_TRUE(buffer.empty());
+  append(20);
+  EXPECT_EQ(pool.used(), 1U);
+  expect_bytes();
+}
 
 TEST_F(StreamBufferTest, GivesBackWhatItNoLongerNeeds) {
   append(3 * kBlock + 10);

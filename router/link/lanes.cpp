@@ -57,21 +57,22 @@ void LaneSender::commit(Time now, std::uint64_t committed_max) {
 // Of the message at the front, a part may have arrived.
 std::uint64_t LaneSender::window_end() const {
   const std::uint64_t begin = stream_.begin();
-  const bool arrived = !acked_.empty() && acked_.front().begin <= begin;
-  return (arrived ? acked_.front().end : begin) + window_;
+  const RangeSet& acked = sent_.acked();
+  const bool arrived = !acked.empty() && acked.front().begin <= begin;
+  return (arrived ? acked.front().end : begin) + window_;
 }
 
 bool LaneSender::wants_to_send() const {
-  if (!lost_.empty()) return true;
+  if (repeats()) return true;
   if (next_ >= window_end()) return false;
   return next_ < stream_.end() || (!waiting_.empty() && can_commit());
 }
 
 std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t committed_max) {
-  if (!lost_.empty()) {
-    Range range = lost_.front();
+  if (repeats()) {
+    Range range = sent_.first_lost();
     range.end = std::min(range.end, range.begin + size);
-    lost_.remove(range);
+    sent_.on_sent_again(range);
     return range;
   }
   if (stream_.end() - next_ < committed_max) commit(now, committed_max);
@@ -85,15 +86,11 @@ std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t 
 void LaneSender::on_acked(Range range) {
   range.begin = std::max(range.begin, stream_.begin());
   if (range.begin >= range.end) return;
-  lost_.remove(range);
-  // A set that is full forgets: the range is sent once more, and the other side knows it already.
-  if (!acked_.add(range)) {
-    on_lost(range);
-    return;
-  }
+  if (!sent_.on_acked(range)) return;
   // What is acknowledged from the front on is released, message by message.
   std::uint64_t begin = stream_.begin();
-  const std::uint64_t acked_to = acked_.front().begin <= begin ? acked_.front().end : begin;
+  const Range first = sent_.acked().front();
+  const std::uint64_t acked_to = first.begin <= begin ? first.end : begin;
   while (begin < acked_to) {
     if (begin + kRecordHead > acked_to) break;
     const std::uint64_t end = begin + record_size(header_at(stream_, begin).length);
@@ -103,23 +100,13 @@ void LaneSender::on_acked(Range range) {
   if (begin == stream_.begin()) return;
   stream_.release_to(begin);
   stream_since_.forget_below(begin);
-  acked_.remove_below(begin);
-  lost_.remove_below(begin);
+  sent_.forget_below(begin);
 }
 
 void LaneSender::on_lost(Range range) {
   range.begin = std::max(range.begin, stream_.begin());
   range.end = std::min(range.end, next_);
-  while (range.begin < range.end) {
-    const auto missing = acked_.first_missing(range);
-    if (!missing) return;
-    if (!lost_.add(*missing)) {
-      // Too many pieces: send more than necessary instead.
-      const Range last = lost_.ranges().back();
-      lost_.add({std::min(last.begin, missing->begin), std::max(last.end, missing->end)});
-    }
-    range.begin = missing->end;
-  }
+  sent_.on_lost(range);
 }
 
 // Tells of all messages that begin below `to` and releases them; where the first behind them
@@ -146,8 +133,7 @@ void LaneSender::expire(Time now, Duration lifetime) {
       skip_to_ = to;
       skip_due_ = true;
       next_ = std::max(next_, to);
-      acked_.remove_below(to);
-      lost_.remove_below(to);
+      sent_.forget_below(to);
       stream_since_.forget_below(to);
     }
   }
@@ -164,8 +150,7 @@ void LaneSender::clear(Time now, core::Outcome why) {
   waiting_.reset(0);
   stream_since_.clear();
   waiting_since_.clear();
-  acked_.clear();
-  lost_.clear();
+  sent_.clear();
   next_ = skip_to_ = skip_acked_ = 0;
   skip_due_ = false;
 }

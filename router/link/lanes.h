@@ -86,7 +86,7 @@ class LaneSender {
 
   // What is to be sent next: something that was lost, or what has never been sent.
   [[nodiscard]] bool wants_to_send() const;
-  [[nodiscard]] bool repeats() const { return !lost_.empty(); }
+  [[nodiscard]] bool repeats() const { return sent_.repeats(); }
   // At most `size` bytes of it, which now count as sent.
   std::optional<Range> take(Time now, std::size_t size, std::uint64_t committed_max);
   void read(Range range, std::span<std::byte> to) const { stream_.read(range.begin, to); }
@@ -123,8 +123,7 @@ class LaneSender {
   StreamBuffer stream_;  // from the first message that is not acknowledged whole
   AgeMarks stream_since_;
   std::uint64_t next_ = 0;  // first byte that was never sent
-  RangeSet acked_;          // parts above stream_.begin()
-  RangeSet lost_;           // to be sent again
+  SentRanges sent_;         // parts above stream_.begin()
   std::uint64_t skip_to_ = 0;
   std::uint64_t skip_acked_ = 0;
   bool skip_due_ = false;

@@ -117,10 +117,7 @@ void LinkSession::on_timeout(Time now) {
     // The oldest again, as something worth an acknowledgement.
     if (const SentPacket* oldest = sent_.oldest_in_flight()) {
       const SentPacket again = *oldest;
-      for (std::size_t i = 0; i < again.pieces; ++i) {
-        const SentPacket::Piece& piece = again.piece[i];
-        lanes_[piece.lane].on_lost({piece.offset, piece.offset + piece.size});
-      }
+      for (std::size_t i = 0; i < again.pieces; ++i) on_lost(again.piece[i]);
       if (again.skip_lane < kLanes) lanes_[again.skip_lane].on_skip_lost();
     }
   }
@@ -177,11 +174,26 @@ void LinkSession::measure_loss(std::uint8_t questions) {
 
 // --- what became of packets
 
-void LinkSession::on_packet_acked(const SentPacket& packet) {
-  for (std::size_t i = 0; i < packet.pieces; ++i) {
-    const SentPacket::Piece& piece = packet.piece[i];
-    lanes_[piece.lane].on_acked({piece.offset, piece.offset + piece.size});
+void LinkSession::on_acked(const SentPacket::Piece& piece) {
+  const Range range{piece.offset, piece.offset + piece.size};
+  if (piece.lane < kLanes) {
+    lanes_[piece.lane].on_acked(range);
+  } else {
+    samples_[piece.lane - kLanes].on_acked(range);
   }
+}
+
+void LinkSession::on_lost(const SentPacket::Piece& piece) {
+  const Range range{piece.offset, piece.offset + piece.size};
+  if (piece.lane < kLanes) {
+    lanes_[piece.lane].on_lost(range);
+  } else {
+    samples_[piece.lane - kLanes].on_lost(range);
+  }
+}
+
+void LinkSession::on_packet_acked(const SentPacket& packet) {
+  for (std::size_t i = 0; i < packet.pieces; ++i) on_acked(packet.piece[i]);
   if (packet.skip_lane < kLanes) lanes_[packet.skip_lane].on_skip_acked(packet.skip_to);
   mtu_.on_acked(packet.size);
   if (packet.probe != 0) {
@@ -191,10 +203,7 @@ void LinkSession::on_packet_acked(const SentPacket& packet) {
 
 void LinkSession::on_packet_lost(const SentPacket& packet) {
   ++counters_.packets_lost;
-  for (std::size_t i = 0; i < packet.pieces; ++i) {
-    const SentPacket::Piece& piece = packet.piece[i];
-    lanes_[piece.lane].on_lost({piece.offset, piece.offset + piece.size});
-  }
+  for (std::size_t i = 0; i < packet.pieces; ++i) on_lost(packet.piece[i]);
   if (packet.skip_lane < kLanes) lanes_[packet.skip_lane].on_skip_lost();
   if (packet.probe != 0) {
     mtu_.on_probe_lost(newest_at_);
@@ -370,10 +379,7 @@ bool LinkSession::make_room(Time now, std::size_t lane, std::size_t message) {
 // Drops one message that is no more important than one of this lane. False: there is none.
 bool LinkSession::drop_one(Time now, std::size_t lane) {
   for (std::size_t lower = 0; lower <= lane; ++lower) {
-    if (samples_[lower].can_drop_oldest()) {
-      losses_.on_lost(now, samples_[lower].drop_oldest(), core::Outcome::kQueueReplaced);
-      return true;
-    }
+    if (samples_[lower].drop_one(now)) return true;
     if (lanes_[lower].has_waiting()) {
       losses_.on_lost(now, lanes_[lower].drop_oldest(), core::Outcome::kQueueReplaced);
       return true;
@@ -446,7 +452,7 @@ bool LinkSession::wants_to_send(std::size_t lane) const {
 }
 
 bool LinkSession::has_samples(std::size_t lane) const {
-  return lane < core::kClasses && !samples_[lane].empty();
+  return lane < core::kClasses && samples_[lane].wants_to_send();
 }
 
 bool LinkSession::has_something_to_send() const {
@@ -458,7 +464,7 @@ bool LinkSession::has_something_to_send() const {
 }
 
 bool LinkSession::is_idle(std::size_t lane) const {
-  return lanes_[lane].is_idle() && !has_samples(lane);
+  return lanes_[lane].is_idle() && (lane == kControlLane || samples_[lane].is_idle());
 }
 
 void LinkSession::forget_idle_lanes() {
@@ -542,13 +548,13 @@ void LinkSession::put_lanes(Time now, Packet& packet) {
     if (std::exchange(first, false)) last_lane_ = lane;
     sample_first_ = !sample_first_;
     if (sample_first_ && samples) {
-      while (put_sample(packet, lane)) {
+      while (put_sample(now, packet, lane)) {
       }
     }
     while (put_stream(now, packet, lane)) {
     }
     if (!sample_first_ && samples) {
-      while (put_sample(packet, lane)) {
+      while (put_sample(now, packet, lane)) {
       }
     }
   }
@@ -567,13 +573,22 @@ bool LinkSession::put_stream(Time now, Packet& packet, std::size_t lane) {
   return true;
 }
 
-bool LinkSession::put_sample(Packet& packet, std::size_t message_class) {
+bool LinkSession::put_sample(Time now, Packet& packet, std::size_t message_class) {
   SampleSender& samples = samples_[message_class];
-  if (samples.empty() || packet.out.room() <= kSampleHeaderSize + kHeaderSize) return false;
+  if (packet.out.room() <= kSampleHeaderSize + kHeaderSize) return false;
   const auto piece = samples.next(packet.out.room() - kSampleHeaderSize, last_sample_);
-  put_header(packet.out, piece.frame, piece.size);
-  samples.read(piece, packet.out.reserve(piece.size));
-  samples.sent(piece);
+  if (!piece) return false;
+  if (!piece->is_sent_once()) {
+    if (packet.record.pieces == SentPacket::kPiecesMax) return false;
+    packet.record.piece[packet.record.pieces++] = {
+        .offset = piece->at,
+        .size = static_cast<std::uint16_t>(piece->size),
+        .lane = static_cast<std::uint8_t>(kLanes + message_class)};
+  }
+  put_header(packet.out, piece->frame, piece->size);
+  samples.read(*piece, packet.out.reserve(piece->size));
+  samples.sent(now, *piece);
+  if (piece->again) ++counters_.sample_repeats;
   packet.record.elicits_ack = true;
   return true;
 }

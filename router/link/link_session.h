@@ -44,6 +44,7 @@ struct LinkSessionCounters {
   std::uint64_t packets_lost = 0;       // of ours
   std::uint64_t packets_duplicate = 0;  // of theirs
   std::uint64_t packets_refused = 0;    // theirs, for lack of memory
+  std::uint64_t sample_repeats = 0;     // parts of ours that were sent again
 };
 
 class LinkSession final : private PacketObserver {
@@ -108,6 +109,7 @@ class LinkSession final : private PacketObserver {
   [[nodiscard]] std::uint64_t queued_bytes(std::size_t lane) const;
   [[nodiscard]] std::uint64_t in_flight() const { return sent_.bytes_in_flight(); }
   [[nodiscard]] const LinkSessionCounters& counters() const { return counters_; }
+  [[nodiscard]] const SampleReceiver& samples_in() const { return sample_receiver_; }
   [[nodiscard]] std::uint16_t loss_permille() const { return loss_permille_; }
   // With a keep-alive, which says how many questions were sent before it.
   void measure_loss(std::uint8_t questions);
@@ -121,6 +123,8 @@ class LinkSession final : private PacketObserver {
   void on_packet_acked(const SentPacket& packet) override;
   void on_packet_lost(const SentPacket& packet) override;
 
+  void on_acked(const SentPacket::Piece& piece);
+  void on_lost(const SentPacket::Piece& piece);
   void forget_path(Time now);
 
   // --- what comes
@@ -148,7 +152,7 @@ class LinkSession final : private PacketObserver {
   static void put_ping(Packet& packet);
   void put_lanes(Time now, Packet& packet);
   bool put_stream(Time now, Packet& packet, std::size_t lane);
-  bool put_sample(Packet& packet, std::size_t message_class);
+  bool put_sample(Time now, Packet& packet, std::size_t message_class);
   std::size_t finish(Time now, std::uint64_t token, Packet& packet);
   [[nodiscard]] std::uint64_t committed_max() const;
   [[nodiscard]] Time probe_deadline() const;

@@ -12,7 +12,6 @@ constexpr std::uint64_t kTurn = std::uint64_t{1} << 32;
 }  // namespace
 
 std::uint64_t PacketWindow::expand(std::uint32_t wire) const {
-  constexpr std::uint64_t kTurn = std::uint64_t{1} << 32;
   constexpr std::uint64_t kHalf = kTurn / 2;
   const std::uint64_t near = (next_ & ~(kTurn - 1)) | wire;
   if (near + kHalf <= next_) return near + kTurn;

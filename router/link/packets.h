@@ -49,7 +49,7 @@ struct SentPacket {
   struct Piece {
     std::uint64_t offset = 0;
     std::uint16_t size = 0;
-    std::uint8_t lane = 0;
+    std::uint8_t lane = 0;  // from kLanes on: samples of the classes
   };
   enum class State : std::uint8_t { kResolved, kInFlight };
 

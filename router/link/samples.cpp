@@ -19,99 +19,198 @@ bool is_older(std::uint32_t number, std::uint32_t than) {
 
 }  // namespace
 
+// --- out
+
+// It takes the place of what it replaces: so a fast stream does not keep the others from their
+// turn.
 void SampleSender::push(Time now, std::uint8_t hops, const Header& header,
                         std::span<const std::byte> message) {
-  for (std::size_t i = sent_ > 0 ? 1 : 0; i < samples_.size(); ++i) {
-    Sample& old = samples_[i];
-    if (!old.replaceable || old.replaced || !same_stream(old.header, header)) continue;
-    old.replaced = true;
-    losses_.on_lost(now, old.header, core::Outcome::kQueueReplaced);
+  const auto droppable = waiting_.begin() + static_cast<std::ptrdiff_t>(first_droppable());
+  auto place = waiting_.end();
+  for (auto old = droppable; old != waiting_.end(); ++old) {
+    if (!same_stream(old->header, header)) continue;
+    // Behind one that stays.
+    if (!old->replaceable) place = waiting_.end();
+    if (old->replaceable && place == waiting_.end()) place = old;
   }
-  if (sent_ == 0) skip_replaced();
-  samples_.push_back({.header = header, .at = bytes_.end(), .since = now, .hops = hops});
+  const auto at = place - waiting_.begin();
+  const bool last = place == waiting_.end();
+  const auto gone = std::remove_if(droppable, waiting_.end(), [&](const Sample& old) {
+    const bool replaced = old.replaceable && same_stream(old.header, header);
+    if (replaced) lose(now, old, core::Outcome::kQueueReplaced);
+    return replaced;
+  });
+  waiting_.erase(gone, waiting_.end());
+  waiting_.insert(last ? waiting_.end() : waiting_.begin() + at,
+                  {.header = header, .at = bytes_.end(), .since = now, .hops = hops});
   bytes_.append(message);
+  held_ += header.length;
 }
 
-Header SampleSender::drop_oldest() {
-  const Header header = samples_.front().header;
-  pop();
-  skip_replaced();
-  return header;
+void SampleSender::free(const Sample& sample) {
+  held_ -= sample.header.length;
+  bytes_.free(sample.range());
+  ranges_.forget(sample.range());
 }
 
-void SampleSender::pop() {
-  const Sample& front = samples_.front();
-  bytes_.release_to(front.at + front.header.length);
-  samples_.pop_front();
-  sent_ = 0;
+void SampleSender::lose(Time now, const Sample& sample, core::Outcome why) {
+  losses_.on_lost(now, sample.header, why);
+  free(sample);
 }
 
-void SampleSender::skip_replaced() {
-  while (!samples_.empty() && samples_.front().replaced) pop();
+bool SampleSender::drop_one(Time now) {
+  if (!kept_.empty()) {
+    free(kept_.front());
+    kept_.erase(kept_.begin());
+    return true;
+  }
+  if (waiting_.size() == first_droppable()) return false;
+  const auto oldest = waiting_.begin() + static_cast<std::ptrdiff_t>(first_droppable());
+  lose(now, *oldest, core::Outcome::kQueueReplaced);
+  waiting_.erase(oldest);
+  return true;
 }
 
-SampleSender::Piece SampleSender::next(std::size_t size, std::uint32_t& last_number) {
-  const Sample& front = samples_.front();
-  if (sent_ == 0) number_ = ++last_number != 0 ? last_number : ++last_number;  // 0 is none
-  Piece piece{.frame = {.hops = front.hops,
-                        .number = number_,
-                        .total = front.header.length,
-                        .offset = sent_,
-                        .bytes = {}},
-              .size = std::min<std::size_t>(size, front.header.length - sent_),
-              .at = front.at + sent_};
-  return piece;
+// The sample of which this byte was sent; null: it is not kept any more.
+const SampleSender::Sample* SampleSender::sent_at(std::uint64_t offset) const {
+  const auto has = [offset](const Sample& sample, std::uint64_t sent) {
+    return offset >= sample.at && offset - sample.at < sent;
+  };
+  for (const Sample& sample : kept_)
+    if (has(sample, sample.header.length)) return &sample;
+  return sent_ > 0 && has(waiting_.front(), sent_) ? &waiting_.front() : nullptr;
 }
 
-void SampleSender::sent(const Piece& piece) {
+SampleSender::Piece SampleSender::piece_of(const Sample& sample, Range range) {
+  return {.frame = {.hops = sample.hops,
+                    .number = sample.number,
+                    .total = sample.header.length,
+                    .offset = static_cast<std::uint32_t>(range.begin - sample.at),
+                    .bytes = {}},
+          .size = range.size(),
+          .at = range.begin};
+}
+
+std::optional<SampleSender::Piece> SampleSender::next_lost(std::size_t size) {
+  while (ranges_.repeats()) {
+    Range range = ranges_.first_lost();
+    const Sample* sample = sent_at(range.begin);
+    // A set that was full has joined what lay apart.
+    if (sample == nullptr) {
+      ranges_.forget(range);
+      continue;
+    }
+    range.end = std::min({range.end, range.begin + size, sample->range().end});
+    Piece piece = piece_of(*sample, range);
+    piece.again = true;
+    return piece;
+  }
+  return std::nullopt;
+}
+
+std::optional<SampleSender::Piece> SampleSender::next(std::size_t size,
+                                                      std::uint32_t& last_number) {
+  if (auto lost = next_lost(size)) return lost;
+  if (waiting_.empty()) return std::nullopt;
+  Sample& sample = waiting_.front();
+  // 0 is none.
+  if (sample.number == 0) sample.number = ++last_number != 0 ? last_number : ++last_number;
+  const std::uint64_t begin = sample.at + sent_;
+  return piece_of(sample, {begin, std::min(begin + size, sample.range().end)});
+}
+
+void SampleSender::sent(Time now, const Piece& piece) {
+  if (piece.again) {
+    ranges_.on_sent_again(piece.range());
+    return;
+  }
+  Sample& sample = waiting_.front();
   sent_ += static_cast<std::uint32_t>(piece.size);
-  if (sent_ < samples_.front().header.length) return;
-  pop();
-  skip_replaced();
+  if (sent_ < sample.header.length) return;
+  sent_ = 0;
+  if (piece.is_sent_once()) {
+    free(sample);
+  } else {
+    if (kept_.size() == kKeptMax) (void)drop_one(now);
+    sample.since = now;
+    kept_.push_back(sample);
+  }
+  waiting_.pop_front();
+}
+
+void SampleSender::on_acked(Range range) {
+  const Sample* found = sent_at(range.begin);
+  if (found == nullptr || !ranges_.on_acked(range)) return;
+  if (!ranges_.acked().contains(found->range())) return;
+  // What of its stream is older would be thrown away there.
+  std::erase_if(kept_, [&, newest = *found](const Sample& sample) {
+    const bool done =
+        same_stream(sample.header, newest.header) && !is_older(newest.number, sample.number);
+    if (done) free(sample);
+    return done;
+  });
+}
+
+void SampleSender::on_lost(Range range) {
+  if (sent_at(range.begin) != nullptr) ranges_.on_lost(range);
 }
 
 void SampleSender::congested() {
-  for (Sample& sample : samples_) sample.replaceable = true;
+  for (Sample& sample : waiting_) sample.replaceable = true;
 }
 
 void SampleSender::expire(Time now, Duration lifetime) {
-  while (!samples_.empty() && samples_.front().since + lifetime <= now) {
-    if (!samples_.front().replaced)
-      losses_.on_lost(now, samples_.front().header, core::Outcome::kExpired);
-    pop();
-  }
+  while (!kept_.empty() && kept_.front().since + kSamplePatience <= now) (void)drop_one(now);
+  const bool ends = sent_ > 0 && waiting_.front().since + lifetime <= now;
+  std::erase_if(waiting_, [&](const Sample& sample) {
+    const bool old = sample.since + lifetime <= now;
+    if (old) lose(now, sample, core::Outcome::kExpired);
+    return old;
+  });
+  if (ends) sent_ = 0;
 }
 
 void SampleSender::clear(Time now, core::Outcome why) {
-  for (const Sample& sample : samples_)
-    if (!sample.replaced) losses_.on_lost(now, sample.header, why);
-  samples_.clear();
+  for (const Sample& sample : waiting_) losses_.on_lost(now, sample.header, why);
+  waiting_.clear();
+  kept_.clear();
   bytes_.reset(0);
+  ranges_.clear();
   sent_ = 0;
+  held_ = 0;
 }
+
+// --- in
 
 bool SampleReceiver::on_frame(Time now, const SampleFrame& frame) {
   if (frame.total < kHeaderSize || frame.total > reassembly_.message_max || frame.number == 0)
     return false;
-  if (frame.bytes.size() == frame.total) return hand_on(now, frame.hops, frame.number, frame.bytes);
+  if (frame.bytes.size() == frame.total)
+    return !finish(frame.number) || hand_on(now, frame.hops, frame.number, frame.bytes);
   Part* part = part_for(now, frame);
   if (part == nullptr) return true;  // no memory, and samples may be lost
   if (part->total != frame.total) return false;
   const std::size_t end = frame.offset + frame.bytes.size();
   // Memory reaches as far as what came, so it must not come from far ahead.
   if (end > kAheadMin + kAheadTimes * part->received) return true;
+  if (part->have.contains({frame.offset, end})) return true;  // it was sent again for nothing
   if (!reassembly_.grow(now, part->bytes, end, false)) return true;
   part->received += frame.bytes.size();
+  if (part->received >= part->progress_at + LaneReceiver::kProgress) {
+    part->progress = now;
+    part->progress_at = part->received;
+  }
   std::memcpy(part->bytes.bytes().data() + frame.offset, frame.bytes.data(), frame.bytes.size());
   part->have.add({frame.offset, end});
   if (!part->have.contains({0, part->total})) return true;
   const std::span message = part->bytes.bytes().first(part->total);
   reassembly_.hand_on(part->bytes);
-  give_up(*part);
+  drop(*part);
   return hand_on(now, frame.hops, frame.number, message);
 }
 
-// The sample this is a part of; else a free place, or that of the oldest.
+// The sample this is a part of; else a free place, or that of the oldest. Null: there is no memory,
+// or the sample was handed on, or given up.
 SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& frame) {
   Part* place = &parts_[0];
   for (Part& part : parts_) {
@@ -119,16 +218,48 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
     const bool better = !part.bytes || is_older(part.number, place->number);
     if (place->bytes && better) place = &part;
   }
+  if (!finished_.is_new(finished_.expand(frame.number))) return nullptr;
   if (place->bytes) {
     if (is_older(frame.number, place->number)) return nullptr;
     ++incomplete_;
+    drop(*place);
   }
-  give_up(*place);
   (void)reassembly_.grow(now, place->bytes, kHeaderSize, false);
   place->number = frame.number;
   place->total = frame.total;
-  place->since = now;
+  place->progress = now;
+  place->progress_at = 0;
   return place->bytes ? place : nullptr;
+}
+
+// False: it was already.
+bool SampleReceiver::finish(std::uint32_t number) {
+  const std::uint64_t whole = finished_.expand(number);
+  if (!finished_.is_new(whole)) return false;
+  finished_.add(whole);
+  return true;
+}
+
+void SampleReceiver::drop(Part& part) {
+  reassembly_.give(part.bytes);
+  part.received = 0;
+  part.have.clear();
+  (void)finish(part.number);
+}
+
+// What is here in part of the same stream will not be wanted when it is whole, nor of the same
+// sample, when all of it came in a larger datagram.
+void SampleReceiver::drop_overtaken(const Header& header, std::uint32_t number) {
+  for (Part& part : parts_) {
+    if (!part.bytes) continue;
+    const auto is_of_stream = [&] {
+      return part.have.contains({0, kHeaderSize}) &&
+             same_stream(wire::decode_header(part.bytes.bytes().first<kHeaderSize>()), header);
+    };
+    const bool overtaken = is_older(part.number, number) && is_of_stream();
+    if (overtaken) ++overtaken_;
+    if (overtaken || part.number == number) drop(part);
+  }
 }
 
 bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
@@ -146,6 +277,7 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
     return true;
   }
   stream = {header.src, header.dest, header.type, number};
+  drop_overtaken(header, number);
   core::Message whole{header, message};
   arrivals_.on_message(now, {.hops = hops}, whole);
   return true;
@@ -153,20 +285,16 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
 
 void SampleReceiver::expire(Time now) {
   for (Part& part : parts_) {
-    if (!part.bytes || now < part.since + kPatience) continue;
+    if (!part.bytes || now < part.progress + kSamplePatience) continue;
     ++incomplete_;
-    give_up(part);
+    drop(part);
   }
 }
 
-void SampleReceiver::give_up(Part& part) {
-  reassembly_.give(part.bytes);
-  part.received = 0;
-  part.have.clear();
-}
-
 void SampleReceiver::clear() {
-  for (Part& part : parts_) give_up(part);
+  for (Part& part : parts_)
+    if (part.bytes) drop(part);
+  finished_ = {};
   streams_.fill({});
 }
 
