@@ -80,7 +80,7 @@ tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resoluti
       high = {std::max(high.x, end.x), std::max(high.y, end.y)};
     }
   }
-  margin = std::max(margin, 2 * resolution);
+  margin = std::max(margin, 2 * resolution) + resolution / 2;
   const double rows = std::ceil((high.x - low.x + 2 * margin) / resolution);
   const double columns = std::ceil((high.y - low.y + 2 * margin) / resolution);
   if (!(rows * columns <= static_cast<double>(GridMap::kCellsMax)))
@@ -90,7 +90,8 @@ tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resoluti
   GridMap map{.resolution = resolution,
               .origin = {low.x - margin, low.y - margin},
               .rows = static_cast<std::int32_t>(rows),
-              .columns = static_cast<std::int32_t>(columns)};
+              .columns = static_cast<std::int32_t>(columns),
+              .walls = {walls.begin(), walls.end()}};
   map.cells.assign(static_cast<std::size_t>(rows * columns), Cell::kFree);
   Drawing drawing(map);
   for (const MapLine& wall : walls) drawing.wall(wall);

@@ -4,7 +4,10 @@
 // The frame is that of RACK: x to the north, y to the east, mm. A row of cells lies along y. Walls
 // are drawn by walking along them in steps of half a cell. A floor plan says nothing about what is
 // free: what cannot be reached from outside without crossing a wall is taken for the inside; when
-// the walls are not closed, everything between them is.
+// the walls are not closed, everything between them is. Where a wall is within its cells is lost by
+// that, so the walls are kept beside them for who has to know it better; and the wall farthest to
+// the south and to the west goes through the middle of its cells, as plans have round numbers:
+// on a border it would be drawn half a cell beside.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +23,18 @@ namespace rack::localisation {
 
 enum class Cell : std::uint8_t { kFree, kOccupied, kUnknown };
 
+struct MapLine {
+  MapPoint from;
+  MapPoint to;
+};
+
 struct GridMap {
   double resolution = 50;  // mm
   MapPoint origin{};       // the corner of the first cell with the smallest x and y
   std::int32_t rows = 0;   // to the north
   std::int32_t columns = 0;
   std::vector<Cell> cells{};
+  std::vector<MapLine> walls{};  // that they were drawn from; none: only the cells are known
 
   // 400 m x 400 m of 100 mm, or a kilometre of corridor 40 m wide of 50 mm.
   static constexpr std::int64_t kCellsMax = 16'000'000;
@@ -35,11 +44,6 @@ struct GridMap {
                  static_cast<std::size_t>(column)];
   }
   [[nodiscard]] std::size_t count(Cell cell) const;
-};
-
-struct MapLine {
-  MapPoint from;
-  MapPoint to;
 };
 
 // The walls with `margin` mm around them. Refused: no walls, walls that are no numbers, and more

@@ -35,6 +35,18 @@ TEST(GridMap, WallsAreDrawnAndTheirInsideIsFree) {
   EXPECT_EQ(cell_at(*map, 2000, 2300), Cell::kUnknown);
 }
 
+TEST(GridMap, WallsOfRoundNumbersLieInTheMiddleOfTheirCells) {
+  const auto map = draw_walls(room(), 50);
+  ASSERT_TRUE(map.ok());
+  for (const double beside : {-20.0, 20.0}) {
+    EXPECT_EQ(cell_at(*map, 1000, beside), Cell::kOccupied) << beside;
+    EXPECT_EQ(cell_at(*map, 4000 + beside, 1000), Cell::kOccupied) << beside;
+  }
+  EXPECT_NE(cell_at(*map, 1000, -30), Cell::kOccupied);
+  EXPECT_NE(cell_at(*map, 1000, 30), Cell::kOccupied);
+  EXPECT_EQ(map->walls.size(), 4U);
+}
+
 TEST(GridMap, BetweenOpenWallsAllIsFree) {
   const std::vector<MapLine> walls{{{0, 0}, {4000, 0}}, {{0, 2000}, {4000, 2000}}};
   const auto map = draw_walls(walls, 50);
@@ -113,7 +125,7 @@ TEST(GridMap, CoarserButNoWallIsLost) {
 }
 
 TEST(GridMap, APartHasTheRobotInside) {
-  const auto map = draw_walls(room(), 50);  // 100 x 60 cells
+  const auto map = draw_walls(room(), 50);  // 101 x 61 cells
   ASSERT_TRUE(map.ok());
   GridMapData message;
   for (double x = -400; x <= 4400; x += 90)

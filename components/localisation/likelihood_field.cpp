@@ -9,6 +9,7 @@ namespace rack::localisation {
 namespace {
 
 constexpr float kFar = 1e12F;  // cells squared: there is no obstacle
+constexpr double kSigmas = 5;  // beyond, nothing is told apart
 
 // The lower envelope of the parabolas (x - i)^2 + f(i), read at every x: in place.
 class Envelope {
@@ -49,6 +50,66 @@ class Envelope {
   std::vector<float> from_;      // on
 };
 
+// Squares of the distances from the middles of cells to walls, in cells, as far as `reach`.
+class WallDistances {
+ public:
+  WallDistances(const GridMap& map, double reach, std::span<float> squares, std::size_t stride)
+      : map_(map), reach_(reach / map.resolution), squares_(squares), stride_(stride) {}
+
+  // In pieces: all cells round a long wall across the map would be the whole map.
+  void add(const MapLine& wall) {
+    const double x = to_cells(wall.from.x, map_.origin.x);
+    const double y = to_cells(wall.from.y, map_.origin.y);
+    const double dx = (wall.to.x - wall.from.x) / map_.resolution;
+    const double dy = (wall.to.y - wall.from.y) / map_.resolution;
+    const double pieces = std::max(1.0, std::ceil(std::hypot(dx, dy) / (2 * reach_)));
+    for (double i = 0; i < pieces; ++i)
+      add_piece(x + dx * i / pieces, y + dy * i / pieces, dx / pieces, dy / pieces);
+  }
+
+ private:
+  // 0: the middle of the table's first cell, which is one before the map's.
+  [[nodiscard]] double to_cells(double at, double origin) const {
+    return (at - origin) / map_.resolution + 0.5;
+  }
+  void add_piece(double x, double y, double dx, double dy) {
+    const double length = dx * dx + dy * dy;
+    const auto first = [&](double at, double way) {
+      return static_cast<std::size_t>(std::max(0.0, std::ceil(at + std::min(0.0, way) - reach_)));
+    };
+    const auto last = [&](double at, double way, std::size_t count) {
+      return static_cast<std::size_t>(
+          std::clamp(at + std::max(0.0, way) + reach_, 0.0, static_cast<double>(count - 1)));
+    };
+    const std::size_t row_end = last(x, dx, squares_.size() / stride_);
+    const std::size_t column_end = last(y, dy, stride_);
+    for (std::size_t row = first(x, dx); row <= row_end; ++row)
+      for (std::size_t column = first(y, dy); column <= column_end; ++column) {
+        const double px = static_cast<double>(row) - x;
+        const double py = static_cast<double>(column) - y;
+        const double part = length > 0 ? std::clamp((px * dx + py * dy) / length, 0.0, 1.0) : 0;
+        const double ox = px - part * dx;
+        const double oy = py - part * dy;
+        float& square = squares_[row * stride_ + column];
+        square = std::min(square, static_cast<float>(ox * ox + oy * oy));
+      }
+  }
+
+  const GridMap& map_;
+  double reach_;  // cells
+  std::span<float> squares_;
+  std::size_t stride_;
+};
+
+// Squares of the distances from the middles of cells to the middles of occupied ones, which are 0.
+void spread(std::vector<float>& squares, std::size_t rows, std::size_t columns) {
+  Envelope envelope(std::max(rows, columns));
+  for (std::size_t row = 0; row < rows; ++row)
+    envelope.transform(&squares[row * columns], columns, 1);
+  for (std::size_t column = 0; column < columns; ++column)
+    envelope.transform(&squares[column], rows, columns);
+}
+
 }  // namespace
 
 tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
@@ -64,17 +125,19 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
     for (std::size_t column = 0; column < inner_columns; ++column) {
       const std::size_t at = (row + 1) * columns + column + 1;
       const Cell cell = map.cells[row * inner_columns + column];
-      if (cell == Cell::kOccupied) squares[at] = 0;
+      if (cell == Cell::kOccupied && map.walls.empty()) squares[at] = 0;
       if (cell == Cell::kFree) field.free_.push_back(static_cast<std::uint32_t>(at));
       occupied = occupied || cell == Cell::kOccupied;
     }
   if (!occupied) return tims::Error(tims::Errc::kMalformed, "the map has no occupied cell");
   if (field.free_.empty()) return tims::Error(tims::Errc::kMalformed, "the map has no free cell");
-  Envelope envelope(std::max(rows, columns));
-  for (std::size_t row = 0; row < rows; ++row)
-    envelope.transform(&squares[row * columns], columns, 1);
-  for (std::size_t column = 0; column < columns; ++column)
-    envelope.transform(&squares[column], rows, columns);
+  if (map.walls.empty()) {
+    spread(squares, rows, columns);
+  } else {
+    // Farther ones are 0 in the table.
+    WallDistances distances(map, kSigmas * settings.sigma + map.resolution, squares, columns);
+    for (const MapLine& wall : map.walls) distances.add(wall);
+  }
 
   field.resolution_ = map.resolution;
   field.sigma_ = settings.sigma;

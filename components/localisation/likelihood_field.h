@@ -4,7 +4,9 @@
 // A beam ends at an obstacle, with some noise; the nearer the map has one, the better it fits. What
 // is between scanner and obstacle is not looked at: that is what makes it fast, and smooth over
 // poses that are slightly wrong. Once a map, the distance of each cell to the nearest occupied one
-// is found (Felzenszwalb and Huttenlocher 2012: two passes of lower envelopes of parabolas, exact).
+// is found (Felzenszwalb and Huttenlocher 2012: two passes of lower envelopes of parabolas, exact);
+// of a floor plan, that of its middle to the nearest wall, as the cells that a wall is drawn in lie
+// up to half a cell beside it.
 // A beam at distance d then has the likelihood
 //   p(d) = hit * exp(-d^2 / (2 sigma^2)) + (1 - hit),
 // whose second part are people and all else that no map has. Kept is its logarithm in 8 bits, 0

@@ -58,6 +58,52 @@ TEST(LikelihoodField, SaysHowFarItIs) {
   EXPECT_GT(field->distance(200, 1500), 300);
 }
 
+// How far beside the wall, to its right, beams seem to end best: the middle of what they fit.
+double off_beside(const LikelihoodField& field, const MapLine& wall) {
+  const double length = std::hypot(wall.to.x - wall.from.x, wall.to.y - wall.from.y);
+  const double ax = (wall.to.x - wall.from.x) / length;
+  const double ay = (wall.to.y - wall.from.y) / length;
+  double sum = 0;
+  double all = 0;
+  for (double along = 600; along < length - 600; along += 7)
+    for (double beside = -397.5; beside < 400; beside += 5) {
+      const double x = wall.from.x + along * ax - beside * ay;
+      const double y = wall.from.y + along * ay + beside * ax;
+      const double fits = field.at(static_cast<float>(x), static_cast<float>(y));
+      sum += fits * beside;
+      all += fits;
+    }
+  return sum / all;
+}
+
+TEST(LikelihoodField, AWallOfAPlanIsWhereItIsInItsCells) {
+  for (const double turned : {0.0, 0.1, 0.5, kPi / 4, 1.0, kPi / 2, 2.0, kPi, 4.0, 5.5})
+    for (const double within : {0.0, 10.0, 25.0, 40.0}) {  // of a cell
+      const MapLine wall{
+          {4000 + within, 4000 + within},
+          {4000 + within + 2500 * std::cos(turned), 4000 + within + 2500 * std::sin(turned)}};
+      // Cells are where the others are.
+      const std::vector<MapLine> walls{
+          {{0, 0}, {9000, 0}}, {{9000, 0}, {9000, 9000}}, {{0, 0}, {0, 9000}}, wall};
+      const auto map = draw_walls(walls, 50);
+      ASSERT_TRUE(map.ok());
+      const auto field = LikelihoodField::of(*map, {});
+      ASSERT_TRUE(field.ok());
+      EXPECT_NEAR(off_beside(*field, wall), 0, 1) << turned << " " << within;
+    }
+}
+
+TEST(LikelihoodField, ThePlanSaysHowFarItIs) {
+  const std::vector<MapLine> walls{{{0, 0}, {3000, 0}}, {{1013, 0}, {1013, 2000}}};
+  const auto map = draw_walls(walls, 50);
+  ASSERT_TRUE(map.ok());
+  const auto field = LikelihoodField::of(*map, {});
+  ASSERT_TRUE(field.ok());
+  for (const double off : {-300.0, -200.0, -100.0, 100.0, 200.0, 300.0})  // to within half a cell
+    EXPECT_NEAR(field->distance(1013 + off, 1500), std::abs(off), 28) << off;
+  EXPECT_NEAR(field->distance(1013, 2200), 200, 28) << "beyond its end";
+}
+
 TEST(LikelihoodField, TheSumIsThatOfItsBeams) {
   const GridMap map = random_map(60, 80, 5);
   const auto field = LikelihoodField::of(map, {});

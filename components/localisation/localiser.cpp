@@ -41,7 +41,7 @@ void Localiser::start_anywhere() {
 }
 
 bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
-                     std::span<const BeamEnd> scan) {
+                     std::span<const BeamEnd> scan, const WallLines* walls) {
   if (!is_pose(odometry)) return false;
   odometry_ = odometry;
   if (first_) taken_ = odometry;
@@ -58,8 +58,42 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   first_ = false;
   filter_.weigh(field, beams_);
   estimate_ = estimate_from(expected);
+  if (walls != nullptr)
+    if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
   filter_.resample(field, beams_);
   return true;
+}
+
+// A part of the step that the filter would take: variances grow with the way, deviations do not.
+Estimate Localiser::now() const {
+  const Pose step = odometry_ - taken_;
+  const double way = std::hypot(step.x, step.y);
+  const double turn = std::abs(signed_angle(step.rho));
+  const double part =
+      std::min(1.0, std::max(way / settings_.way_between, turn / settings_.turn_between));
+  Estimate now = estimate_;
+  now.pose = pose();
+  if (!(part > 0)) return now;
+  const StepNoise noise = noise_of(settings_.filter, way / part, turn / part);
+  const double slips = settings_.filter.slip_times * settings_.filter.slip_times;
+  const double more = part * (1 + settings_.filter.slip_share * (slips - 1));
+  const double dx = now.pose.x - estimate_.pose.x;
+  const double dy = now.pose.y - estimate_.pose.y;
+  const double c = std::cos(estimate_.pose.rho);
+  const double s = std::sin(estimate_.pose.rho);
+  const double along = more * noise.along * noise.along;
+  const double across = more * noise.across * noise.across;
+  Covariance& now_is = now.covariance;
+  const Covariance was = estimate_.covariance;
+  // Where it went depends on where it looked.
+  now_is.xx = was.xx - 2 * dy * was.x_rho + dy * dy * was.rho_rho + c * c * along + s * s * across;
+  now_is.yy = was.yy + 2 * dx * was.y_rho + dx * dx * was.rho_rho + s * s * along + c * c * across;
+  now_is.xy =
+      was.xy + dx * was.x_rho - dy * was.y_rho - dx * dy * was.rho_rho + c * s * (along - across);
+  now_is.x_rho = was.x_rho - dy * was.rho_rho;
+  now_is.y_rho = was.y_rho + dx * was.rho_rho;
+  now_is.rho_rho = was.rho_rho + more * noise.turn * noise.turn;
+  return now;
 }
 
 Estimate Localiser::estimate_from(const Pose& expected) {

@@ -12,6 +12,9 @@
 // fifth of the cloud is kept there meanwhile: people who stand around a robot are on no map, and
 // for some scans another place of the building looks more like it than its own. When they have
 // gone, that tells the two apart; who was carried away is found that much later.
+//
+// With the walls of the map the scan is laid on them at last (`scan_matcher.h`), and that is the
+// pose that is told; the cloud stays as it is.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +22,7 @@
 #include <vector>
 
 #include "components/localisation/particle_filter.h"
+#include "components/localisation/scan_matcher.h"
 
 namespace rack::localisation {
 
@@ -38,11 +42,14 @@ class Localiser {
   void start_anywhere();
 
   // `odometry`: its pose when the scan was made; `scan`: in the frame of the robot. True: the
-  // filter took it.
-  bool take(const LikelihoodField& field, const Pose& odometry, std::span<const BeamEnd> scan);
+  // filter took it. `walls` of the same map: the scan is laid on them; nullptr: it is not.
+  bool take(const LikelihoodField& field, const Pose& odometry, std::span<const BeamEnd> scan,
+            const WallLines* walls = nullptr);
 
   // Where the robot was at the last scan, taken or not.
   [[nodiscard]] Pose pose() const { return estimate_.pose + (odometry_ - taken_); }
+  // The same with its covariance: what the odometry may have erred since then is in it.
+  [[nodiscard]] Estimate now() const;
   // As of the last scan that was taken.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
@@ -55,6 +62,7 @@ class Localiser {
   LocaliserSettings settings_;
   ParticleFilter filter_;
   Random random_;
+  ScanMatcher matcher_;
   Beams beams_;
   Estimate estimate_{};
   Pose odometry_{};  // newest

@@ -55,8 +55,9 @@ void to_message(const Localiser& localiser, TimeStamp time, MclData& data) {
 }
 
 PositionData to_update(const Localiser& localiser, TimeStamp time) {
-  const Covariance& covariance = localiser.estimate().covariance;
-  PositionData position{.recordingTime = time, .pos = localiser.pose().position()};
+  const Estimate now = localiser.now();
+  const Covariance& covariance = now.covariance;
+  PositionData position{.recordingTime = time, .pos = now.pose.position()};
   position.var.x = whole_millimetres(deviation(covariance.xx));
   position.var.y = whole_millimetres(deviation(covariance.yy));
   position.var.rho = static_cast<f32>(deviation(covariance.rho_rho));

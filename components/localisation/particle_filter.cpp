@@ -50,6 +50,13 @@ struct ClusterOf {
 
 }  // namespace
 
+StepNoise noise_of(const FilterSettings& settings, double way, double turn) {
+  return {.along = settings.way_least + settings.way_by_way * way,
+          .across = settings.way_least + settings.side_by_way * way,
+          .turn = settings.turn_least + settings.turn_by_turn * turn +
+                  settings.turn_by_way * way / 1000};
+}
+
 PoseBins::PoseBins(std::size_t poses_max) : bins_(std::bit_ceil(4 * poses_max)) {
   used_.reserve(poses_max);
 }
@@ -208,12 +215,11 @@ void ParticleFilter::add_fitting(const LikelihoodField& field, const Beams& beam
 }
 
 void ParticleFilter::move(const Pose& step) {
-  const double turn = std::abs(signed_angle(step.rho));
-  const double way = std::hypot(step.x, step.y);
-  const auto deviation_turn = static_cast<float>(
-      settings_.turn_least + settings_.turn_by_turn * turn + settings_.turn_by_way * way / 1000);
-  const auto deviation_way = static_cast<float>(settings_.way_least + settings_.way_by_way * way);
-  const auto deviation_side = static_cast<float>(settings_.way_least + settings_.side_by_way * way);
+  const StepNoise noise =
+      noise_of(settings_, std::hypot(step.x, step.y), std::abs(signed_angle(step.rho)));
+  const auto deviation_turn = static_cast<float>(noise.turn);
+  const auto deviation_way = static_cast<float>(noise.along);
+  const auto deviation_side = static_cast<float>(noise.across);
   const auto dx = static_cast<float>(step.x);
   const auto dy = static_cast<float>(step.y);
   const auto dr = static_cast<float>(signed_angle(step.rho));

@@ -57,6 +57,14 @@ struct FilterSettings {
   double jump_turn = 0.6;  // rad
 };
 
+// Standard deviations of a step: mm, rad.
+struct StepNoise {
+  double along = 0;
+  double across = 0;
+  double turn = 0;
+};
+StepNoise noise_of(const FilterSettings& settings, double way, double turn);
+
 // Symmetric, in mm and rad.
 struct Covariance {
   double xx = 0;

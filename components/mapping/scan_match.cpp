@@ -3,83 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 namespace rack::mapping {
 
 namespace {
 
-// --- points and their walls
-constexpr float kApart = 40;               // mm: nearer ones say the same
-constexpr std::ptrdiff_t kNeighbours = 4;  // on each side, that a wall is seen by
-constexpr double kNeighbourWay = 400;      // mm
-constexpr double kWallDeviationMax = 30;   // mm
-constexpr double kWallLengthLeast = 60;    // mm
 constexpr std::int64_t kCellsMax = 4'000'000;
-
-// --- matching
-constexpr int kRounds = 20;
-constexpr float kSameWall = 0.7F;     // cosine of what their directions differ
-constexpr double kDoneWay = 0.2;      // mm
-constexpr double kDoneTurn = 0.0001;  // rad
-constexpr std::size_t kPointsLeast = 12;
-// A point errs by 20 mm; but neighbours err together, so that a fifth of them counts.
-constexpr double kPointInformation = 1 / (20.0 * 20.0) / 5;
-// However many points, a match errs by a cell of nothing: scanners are bent, robots sway.
-constexpr double kLeastWay = 6;               // mm
-constexpr double kLeastTurn = radians(0.12);  // rad
-
-struct Wall {
-  double nx = 0;
-  double ny = 0;
-};
-
-// The line through the neighbours of a point: the small axis of their scatter.
-Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner) {
-  const auto first = static_cast<std::ptrdiff_t>(at);
-  const auto last = static_cast<std::ptrdiff_t>(scan.size()) - 1;
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-  const auto ox = static_cast<double>(scan[at].x);
-  const auto oy = static_cast<double>(scan[at].y);
-  for (auto i = std::max<std::ptrdiff_t>(0, first - kNeighbours);
-       i <= std::min(last, first + kNeighbours); ++i) {
-    const double dx = static_cast<double>(scan[static_cast<std::size_t>(i)].x) - ox;
-    const double dy = static_cast<double>(scan[static_cast<std::size_t>(i)].y) - oy;
-    if (dx * dx + dy * dy > kNeighbourWay * kNeighbourWay) continue;
-    n += 1;
-    x += dx;
-    y += dy;
-    xx += dx * dx;
-    xy += dx * dy;
-    yy += dy * dy;
-  }
-  if (n < 3) return {};
-  xx = xx / n - x * x / (n * n);
-  xy = xy / n - x * y / (n * n);
-  yy = yy / n - y * y / (n * n);
-  const double middle = (xx + yy) / 2;
-  const double apart = std::hypot((xx - yy) / 2, xy);
-  if (middle - apart > kWallDeviationMax * kWallDeviationMax) return {};
-  if (middle + apart < kWallLengthLeast * kWallLengthLeast || apart < middle / 2) return {};
-  const double along = std::atan2(2 * xy, xx - yy) / 2;
-  Wall wall{-std::sin(along), std::cos(along)};
-  if (wall.nx * (scanner.x - ox) + wall.ny * (scanner.y - oy) < 0) wall = {-wall.nx, -wall.ny};
-  return wall;
-}
+constexpr float kSameWall = 0.7F;  // cosine of what their directions differ
 
 }  // namespace
 
 std::vector<ScanPoint2d> points_of(std::span<const BeamEnd> scan, const Pose& scanner) {
   std::vector<ScanPoint2d> points;
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (!points.empty() &&
-        std::hypot(scan[i].x - points.back().x, scan[i].y - points.back().y) < kApart)
-      continue;
-    const Wall wall = wall_at(scan, i, scanner);
-    points.push_back(
-        {scan[i].x, scan[i].y, static_cast<float>(wall.nx), static_cast<float>(wall.ny)});
-  }
+  localisation::points_of(scan, scanner, 1, points);
   return points;
 }
 
@@ -159,99 +94,6 @@ const ScanPoint2d* PointIndex::nearest(const ScanPoint2d& point, float reach) co
     }
   }
   return best;
-}
-
-namespace {
-
-struct Sums {
-  Information h{Information::Zero()};
-  Eigen::Vector3d b{Eigen::Vector3d::Zero()};
-  double squares = 0;
-  std::size_t found = 0;
-  std::size_t all = 0;
-};
-
-// One look at all points from this pose.
-Sums sums_at(const PointIndex& others, std::span<const ScanPoint2d> scan, const Pose& pose,
-             double reach, double cut) {
-  const double c = std::cos(pose.rho);
-  const double s = std::sin(pose.rho);
-  Sums sums;
-  for (const ScanPoint2d& p : scan) {
-    if (!p.on_wall()) continue;
-    ++sums.all;
-    const auto px = static_cast<double>(p.x);
-    const auto py = static_cast<double>(p.y);
-    const double rx = c * px - s * py;
-    const double ry = s * px + c * py;
-    const ScanPoint2d seen{static_cast<float>(pose.x + rx), static_cast<float>(pose.y + ry),
-                           static_cast<float>(c) * p.nx - static_cast<float>(s) * p.ny,
-                           static_cast<float>(s) * p.nx + static_cast<float>(c) * p.ny};
-    const ScanPoint2d* other = others.nearest(seen, static_cast<float>(reach));
-    if (other == nullptr) continue;
-    const auto nx = static_cast<double>(other->nx);
-    const auto ny = static_cast<double>(other->ny);
-    const double off = nx * (pose.x + rx - static_cast<double>(other->x)) +
-                       ny * (pose.y + ry - static_cast<double>(other->y));
-    const double part = off / cut;
-    if (std::abs(part) >= 1) continue;
-    ++sums.found;
-    sums.squares += off * off;
-    const double weight = (1 - part * part) * (1 - part * part) * kPointInformation;
-    const Eigen::Vector3d j(nx, ny, -nx * ry + ny * rx);
-    sums.h += weight * j * j.transpose();
-    sums.b -= weight * off * j;
-  }
-  return sums;
-}
-
-// A match is never surer than its least error.
-Information limited(const Information& h) {
-  Information least = Information::Zero();
-  least.diagonal() << kLeastWay * kLeastWay, kLeastWay * kLeastWay, kLeastTurn * kLeastTurn;
-  // (H^-1 + L)^-1 = (1 + H L)^-1 H: also of an H that has no inverse.
-  const Information all = (Information::Identity() + h * least).inverse() * h;
-  return (all + all.transpose()) / 2;
-}
-
-// The prior pulls at the pose in the frame of the others, as the points do.
-void add_prior(const Prior& prior, const Pose& pose, Sums& sums) {
-  const Eigen::Vector3d off(pose.x - prior.pose.x, pose.y - prior.pose.y,
-                            signed_angle(pose.rho - prior.pose.rho));
-  sums.h += prior.information;
-  sums.b -= prior.information * off;
-}
-
-}  // namespace
-
-std::optional<Match> match(const PointIndex& others, std::span<const ScanPoint2d> scan,
-                           const Pose& start, const Prior& prior) {
-  if (others.empty()) return std::nullopt;
-  Pose pose = start;
-  double reach = PointIndex::kReach;
-  for (int round = 0; round < kRounds; ++round) {
-    // Farther points first: they are what turns it the right way.
-    reach = std::max(100.0, reach * 0.8);
-    Sums sums = sums_at(others, scan, pose, reach, reach);
-    if (sums.found < kPointsLeast) return std::nullopt;
-    add_prior(prior, pose, sums);
-    // What nobody knows anything of stays as it is.
-    sums.h.diagonal() += Eigen::Vector3d(1e-9, 1e-9, 1e-3);
-    const Eigen::Vector3d step = sums.h.ldlt().solve(sums.b);
-    if (!step.allFinite()) return std::nullopt;
-    pose.x += step[0];
-    pose.y += step[1];
-    pose.rho = heading(pose.rho + step[2]);
-    if (reach <= 100 && std::hypot(step[0], step[1]) < kDoneWay && std::abs(step[2]) < kDoneTurn)
-      break;
-  }
-  const Sums sums = sums_at(others, scan, pose, 150, 100);
-  if (sums.found < kPointsLeast) return std::nullopt;
-  return Match{.pose = pose,
-               .information = limited(sums.h),
-               .share = static_cast<double>(sums.found) / static_cast<double>(sums.all),
-               .misfit = std::sqrt(sums.squares / static_cast<double>(sums.found)),
-               .points = sums.found};
 }
 
 }  // namespace rack::mapping

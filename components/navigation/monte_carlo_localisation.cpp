@@ -15,8 +15,9 @@ namespace {
 
 using localisation::LikelihoodField;
 using localisation::Localiser;
+using localisation::WallLines;
 
-constexpr std::array<ParameterInfo, 23> kParameters = {{
+constexpr std::array<ParameterInfo, 24> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
     {"scan2dInst", 0, "instance of the scan", 0, kIdMax},
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
@@ -32,6 +33,7 @@ constexpr std::array<ParameterInfo, 23> kParameters = {{
     {"particles", 500, "while it knows where it is", 10, 100000},
     {"particlesMax", 20000, "while it searches", 10, 100000},
     {"beams", 60, "of a scan", 1, 8000},
+    {"scanMatching", 1, "lay each scan on the walls of the map at last: 1 yes, 0 no", 0, 1},
     {"maxRange", 30000, "mm", 1, 1e9},
     {"scanLag", 0, "how much older scans are than they say, ms", 0, 1000},
     {"startMode", 0, "0: at startX ..., 1: anywhere, 2: where the position says", 0, 2},
@@ -71,6 +73,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (auto map = have_map(); !map) return map;
     lag_ = std::chrono::milliseconds(integer("scanLag"));
     range_max_ = integer("maxRange");
+    matches_scans_ = integer("scanMatching") != 0;
     misses_ = 0;
     published_.reset();
     was_sure_ = false;
@@ -111,11 +114,13 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     auto made = LikelihoodField::of(*map, {});
     if (!made) return tims::Error(made.error().code(), path + ": " + made.error().detail());
     auto field = std::make_unique<LikelihoodField>(std::move(made).value());
+    auto walls = std::make_unique<WallLines>(*map);
     log().info("map %s: %u x %u cells of %u mm, %u free", path, static_cast<unsigned>(map->rows),
                static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution),
                static_cast<unsigned>(field->free_cells()));
     const std::lock_guard lock(field_mutex_);
     field_.swap(field);
+    walls_.swap(walls);
     commanded_ = commanded_ || commanded;
     return {};
   }
@@ -162,7 +167,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     localisation::beams_of(scan_, range_max_, beams_);
     {
       const std::lock_guard lock(field_mutex_);
-      localiser_->take(*field_, Pose::of(odometry->pos), beams_);
+      localiser_->take(*field_, Pose::of(odometry->pos), beams_,
+                       matches_scans_ ? walls_.get() : nullptr);
     }
     if (!is_due()) return {};
     return tell(time);
@@ -188,7 +194,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   // Where it was; or, that nobody is sure any more: Position stays where it believes to be then.
   Result<void> tell_position(TimeStamp time) {
     PositionData known = localisation::to_update(*localiser_, time);
-    const bool is_sure = localisation::is_sure(localiser_->estimate(), kUpdateDeviation);
+    const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
     if (is_sure != was_sure_)
       log().print(is_sure ? "It is sure where it is" : "It is no longer sure where it is");
     const bool has_lost = was_sure_ && !is_sure;
@@ -224,11 +230,13 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   std::chrono::milliseconds data_period_{};
   std::chrono::milliseconds lag_{};
   i32 range_max_ = 0;
+  bool matches_scans_ = true;
   int misses_ = 0;
   std::optional<TimeStamp> published_;
   bool was_sure_ = false;
-  PriorityMutex field_mutex_;  // of the two below, which LOAD_MAP exchanges
+  PriorityMutex field_mutex_;  // of the three below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
+  std::unique_ptr<WallLines> walls_;
   bool commanded_ = false;
 };
 

@@ -87,7 +87,7 @@ class Drive {
 class Ours final : public Contestant {
  public:
   Ours(const Trial& trial, const LikelihoodField& field)
-      : field_(field), localiser_(trial.settings, trial.seed) {}
+      : field_(field), walls_(trial.walls), localiser_(trial.settings, trial.seed) {}
 
   void start_at(const Pose& pose, double deviation, double deviation_rho) override {
     localiser_.start_at(pose, deviation, deviation_rho);
@@ -95,7 +95,7 @@ class Ours final : public Contestant {
   void start_anywhere() override { localiser_.start_anywhere(); }
   bool take(const Pose& odometry, const LogScan& /*scan*/,
             std::span<const BeamEnd> beams) override {
-    return localiser_.take(field_, odometry, beams);
+    return localiser_.take(field_, odometry, beams, walls_);
   }
   [[nodiscard]] Pose pose() const override { return localiser_.pose(); }
   [[nodiscard]] double share() const override { return localiser_.estimate().share; }
@@ -103,6 +103,7 @@ class Ours final : public Contestant {
 
  private:
   const LikelihoodField& field_;
+  const localisation::WallLines* walls_;
   Localiser localiser_;
 };
 
@@ -118,7 +119,7 @@ std::optional<Pose> find_start(const Trial& trial, const CarmenLog& log,
   std::uint32_t sure = 0;
   for (std::size_t i = 0; i < log.scans.size(); ++i) {
     const Pose odometry = drive.odometry(i);
-    if (!localiser.take(field, odometry, drive.beams(i))) continue;
+    if (!localiser.take(field, odometry, drive.beams(i), trial.walls)) continue;
     sure = localiser.estimate().share > kSureShare ? sure + 1 : 0;
     if (sure == kSureUpdates) return localiser.pose() + (first - odometry);
   }

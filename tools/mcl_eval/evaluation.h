@@ -33,6 +33,7 @@ struct Kidnapping {
 
 struct Trial {
   localisation::LocaliserSettings settings{};
+  const localisation::WallLines* walls = nullptr;  // that scans are laid on, if they are
   std::uint64_t seed = 1;
   double lag = 0;  // s: scans are older than their time
   bool global = false;

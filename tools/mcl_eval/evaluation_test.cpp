@@ -153,16 +153,16 @@ TEST_F(EvaluationTest, CarriedFromAnywhereToAnywhere) {
 
 TEST_F(EvaluationTest, TheTableSaysWhatDidNotHold) {
   std::vector<Recording> all;
-  all.push_back({"fr079", made_.log, field_, made_.poses, {}});
+  all.push_back({"fr079", made_.log, field_, {}, made_.poses, {}});
   std::vector<Row> rows;
   const auto keep = [&](const Row& row) { rows.push_back(row); };
   const auto now = [this] { return us_ += 5; };
-  EXPECT_TRUE(measure(all, 2, now, keep));
+  EXPECT_TRUE(measure(all, 2, true, now, keep));
   ASSERT_EQ(rows.size(), 5U);
   EXPECT_EQ(rows[0].measured, "0 of 2");
   for (TruePose& pose : all[0].poses.poses) pose.laser.x += 5000;
   rows.clear();
-  EXPECT_FALSE(measure(all, 1, now, keep));
+  EXPECT_FALSE(measure(all, 1, true, now, keep));
   EXPECT_FALSE(rows[0].held);
   EXPECT_EQ(rows[0].measured, "1 of 1");
 }

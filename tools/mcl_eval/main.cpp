@@ -24,6 +24,7 @@ struct Wanted {
   std::optional<double> lag;
   bool json = false;
   std::string poses;  // file
+  bool scan_matching = true;
 };
 
 std::vector<Field> fields_of(const Outcome& outcome) {
@@ -70,7 +71,10 @@ void write_poses(const std::string& file, const Outcome& outcome) {
 
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   const auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
-  const auto field = field_of(read_map(files.map), files.map);
+  const auto map = read_map(files.map);
+  const auto field = field_of(map, files.map);
+  const localisation::WallLines walls(map);
+  if (wanted.scan_matching) trial.walls = &walls;
   const Truth truth = well(read_truth(read_file(files.truth), log), files.truth);
   if (truth.beside > 0)
     fmt::print(stderr, "mcl-eval: {}: {} lines of times that no scan has are left out\n",
@@ -109,8 +113,13 @@ Recording read_recording(const std::string& folder, const std::string& name) {
   };
   Truth poses = truth(".poses.txt");
   Truth relations = name == "aces" ? truth(".relations") : Truth{};
-  return {name, std::move(log), field_of(read_map(base + "-map.yaml"), base + "-map.yaml"),
-          std::move(poses), std::move(relations)};
+  const auto map = read_map(base + "-map.yaml");
+  return {name,
+          std::move(log),
+          field_of(map, base + "-map.yaml"),
+          localisation::WallLines(map),
+          std::move(poses),
+          std::move(relations)};
 }
 
 Exit print_table(const Wanted& wanted) {
@@ -120,11 +129,12 @@ Exit print_table(const Wanted& wanted) {
   static constexpr const char* kRow = "| {:<62} | {:>12} | {:>24} | {:<8} |\n";
   fmt::print(kRow, "what", "wanted", fmt::format("measured, {} seeds", wanted.seeds), "");
   fmt::print("|---|--:|--:|---|\n");
-  const bool held = measure(
-      recordings, static_cast<std::uint32_t>(wanted.seeds), stopwatch_us, [](const Row& row) {
-        fmt::print(kRow, row.what, row.wanted, row.measured, row.held ? "held" : "NOT HELD");
-        std::fflush(stdout);
-      });
+  const bool held = measure(recordings, static_cast<std::uint32_t>(wanted.seeds),
+                            wanted.scan_matching, stopwatch_us, [](const Row& row) {
+                              fmt::print(kRow, row.what, row.wanted, row.measured,
+                                         row.held ? "held" : "NOT HELD");
+                              std::fflush(stdout);
+                            });
   return held ? Exit::kDone : Exit::kNo;
 }
 
@@ -175,6 +185,9 @@ void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
                  "instead of LOG MAP TRUTH: folder of the public logs aces, intel and fr079, their "
                  "maps and truths,\nunpacked; prints what has to be reached and what was, in 10 "
                  "seeds unless --seeds says otherwise");
+  app.add_flag("--scan-matching,!--no-scan-matching", wanted.scan_matching,
+               "lay each scan on the walls of the map at last (default); --no-scan-matching: the "
+               "filter alone");
   app.add_flag("--json", wanted.json, "a JSON object a line");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);

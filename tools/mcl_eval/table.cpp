@@ -15,9 +15,9 @@ constexpr double kFoundShare = 29.0 / 30;
 
 class Table {
  public:
-  Table(std::uint32_t seeds, const Stopwatch& stopwatch,
+  Table(std::uint32_t seeds, bool scan_matching, const Stopwatch& stopwatch,
         const std::function<void(const Row&)>& print)
-      : seeds_(seeds), stopwatch_(stopwatch), print_(print) {}
+      : seeds_(seeds), scan_matching_(scan_matching), stopwatch_(stopwatch), print_(print) {}
 
   void add(const Recording& recording) {
     lag_ = localisation::estimate_lag(recording.log);
@@ -42,7 +42,8 @@ class Table {
     trial.lag = lag_;
     return trial;
   }
-  [[nodiscard]] Outcome drive(const Recording& of, const Trial& trial, const Truth& truth) const {
+  [[nodiscard]] Outcome drive(const Recording& of, Trial trial, const Truth& truth) const {
+    if (scan_matching_) trial.walls = &of.walls;
     return run(trial, of.log, of.field, truth, stopwatch_);
   }
   // Of all seeds; `change` makes the trial what it shall be.
@@ -172,6 +173,7 @@ class Table {
   }
 
   std::uint32_t seeds_;
+  bool scan_matching_;
   const Stopwatch& stopwatch_;
   const std::function<void(const Row&)>& print_;
   double lag_ = 0;
@@ -180,9 +182,9 @@ class Table {
 
 }  // namespace
 
-bool measure(const std::vector<Recording>& recordings, std::uint32_t seeds,
+bool measure(const std::vector<Recording>& recordings, std::uint32_t seeds, bool scan_matching,
              const Stopwatch& stopwatch, const std::function<void(const Row&)>& print) {
-  Table table(std::max(1U, seeds), stopwatch, print);
+  Table table(std::max(1U, seeds), scan_matching, stopwatch, print);
   for (const Recording& recording : recordings) table.add(recording);
   return table.all_held();
 }

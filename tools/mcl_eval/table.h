@@ -15,6 +15,7 @@ struct Recording {
   std::string name{};
   localisation::CarmenLog log{};
   localisation::LikelihoodField field;
+  localisation::WallLines walls{};
   Truth poses{};
   Truth relations{};
 };
@@ -28,7 +29,7 @@ struct Row {
 
 // Rows are handed over as soon as they are known; false: one of them did not hold. `seeds` runs
 // each, with seeds 1, 2 ...
-bool measure(const std::vector<Recording>& recordings, std::uint32_t seeds,
+bool measure(const std::vector<Recording>& recordings, std::uint32_t seeds, bool scan_matching,
              const Stopwatch& stopwatch, const std::function<void(const Row&)>& print);
 
 }  // namespace rack::mcl_eval
