@@ -63,8 +63,11 @@ class WallDistances {
     const double dx = (wall.to.x - wall.from.x) / map_.resolution;
     const double dy = (wall.to.y - wall.from.y) / map_.resolution;
     const double pieces = std::max(1.0, std::ceil(std::hypot(dx, dy) / (2 * reach_)));
-    for (double i = 0; i < pieces; ++i)
-      add_piece(x + dx * i / pieces, y + dy * i / pieces, dx / pieces, dy / pieces);
+    const auto count = static_cast<std::int64_t>(pieces);
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double part = static_cast<double>(i) / pieces;
+      add_piece(x + dx * part, y + dy * part, dx / pieces, dy / pieces);
+    }
   }
 
  private:

@@ -89,11 +89,13 @@ void WallLines::add_plan(const GridMap& map) {
     const double length = std::hypot(dx, dy);
     if (!(length >= 1)) continue;
     const double pieces = std::ceil(length / kPiece);
-    for (double i = 0.5; i < pieces; ++i)
-      add({static_cast<float>(wall.from.x + dx * i / pieces),
-           static_cast<float>(wall.from.y + dy * i / pieces), static_cast<float>(-dy / length),
-           static_cast<float>(dx / length)},
+    const auto count = static_cast<std::int64_t>(pieces);
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double part = (static_cast<double>(i) + 0.5) / pieces;
+      add({static_cast<float>(wall.from.x + dx * part), static_cast<float>(wall.from.y + dy * part),
+           static_cast<float>(-dy / length), static_cast<float>(dx / length)},
           length / pieces);
+    }
   }
 }
 
