@@ -41,4 +41,18 @@ Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
   return arrival - Duration(static_cast<std::int64_t>(std::min(late, kLatest)));
 }
 
+Time TurnClock::to_host(Time arrival) {
+  constexpr Duration kPause = std::chrono::seconds(2);  // after one it begins anew
+  constexpr std::int64_t kSlow = 200;                   // a two-hundredth
+  const Duration since = last_ ? arrival - *last_ : kPause;
+  if (since < Duration(0) || since >= kPause) {
+    last_ = arrival;
+    return arrival;
+  }
+  const std::int64_t turns = std::max<std::int64_t>(1, (since + turn_ / 2) / turn_);
+  const Duration even = turns * turn_;
+  last_ = *last_ + std::min(since, even + even / kSlow);
+  return *last_;
+}
+
 }  // namespace rack::device

@@ -56,4 +56,21 @@ class DeviceClock {
   Window before_;
 };
 
+// The same for a device that counts nothing but sends after each turn of its mirror, or some of
+// them: the turn is the clock. What comes sooner than a whole number of turns after the last was
+// late before, and sets the clock; what comes later is late, or the mirror is a little slow: by
+// half a percent at most.
+class TurnClock {
+ public:
+  explicit TurnClock(Duration turn) : turn_(turn) {}
+
+  // When it would have come without delay: never later than `arrival`.
+  Time to_host(Time arrival);
+  void reset() { last_.reset(); }
+
+ private:
+  Duration turn_;
+  std::optional<Time> last_{};
+};
+
 }  // namespace rack::device

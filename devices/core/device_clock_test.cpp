@@ -52,6 +52,37 @@ TEST(DeviceClockTest, NoCounterLeadsOutOfTheLastSeconds) {
   }
 }
 
+// Every other one is late, by up to half a turn, and a few are lost.
+TEST(TurnClockTest, WhatIsLateIsPutBackToItsTurn) {
+  std::mt19937_64 random(5);
+  constexpr Duration kTurn = 13'333us;
+  for (const double slow : {-0.004, 0.0, 0.004}) {
+    TurnClock clock(kTurn);
+    Time now(1000s);
+    Duration worst{};
+    for (int i = 0; i < 5000; ++i) {
+      now += std::chrono::duration_cast<Duration>(kTurn * (1 + slow));
+      if (random() % 50 == 0) continue;
+      const Duration late = random() % 2 == 0 ? Duration(0) : Duration(random() % 6'500'000);
+      const Time measured = clock.to_host(now + late);
+      EXPECT_LE(measured, now + late);
+      if (i < 50) continue;
+      EXPECT_GE(measured, now);
+      worst = std::max(worst, measured - now);
+    }
+    EXPECT_LT(worst, 1500us) << slow;
+  }
+}
+
+TEST(TurnClockTest, BeginsAnewAfterAPauseAndWhenAClockWasSetBack) {
+  TurnClock clock(10ms);
+  EXPECT_EQ(clock.to_host(Time(100s)), Time(100s));
+  EXPECT_EQ(clock.to_host(Time(100s) + 14ms), Time(100s) + 10050us) << "late, or a little slow";
+  EXPECT_EQ(clock.to_host(Time(100s) + 16ms), Time(100s) + 16ms) << "one of them was late";
+  EXPECT_EQ(clock.to_host(Time(103s)), Time(103s));
+  EXPECT_EQ(clock.to_host(Time(50s)), Time(50s));
+}
+
 TEST(StampedAtTest, AClockThatWasSetMeanwhileMovesNothing) {
   const Time now{1000s};
   const Duration wall = 24h * 365 * 56;

@@ -170,6 +170,7 @@ void Lms200::start(Time now, Output& out) {
   telegrams_.clear();
   has_scan_ = false;
   recorded_ = {};
+  clock_.reset();
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
     timeout_ = tims::kNever;
@@ -299,7 +300,7 @@ void Lms200::take_scan(const Lms200Telegram& telegram) {
   if (!decode_lms200_scan(telegram.body, scan_)) return;
   has_scan_ = true;
   // It sends when the mirror has passed: the middle of the scan was half a scan before.
-  recorded_ = telegram.began - std::chrono::milliseconds(scan_.duration) / 2;
+  recorded_ = clock_.to_host(telegram.began) - std::chrono::milliseconds(scan_.duration) / 2;
 }
 
 bool Lms200::take(LadarData& scan, Time& recorded) {

@@ -11,10 +11,14 @@
 #include <array>
 #include <optional>
 
+#include "devices/core/device_clock.h"
 #include "devices/core/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {
+
+inline constexpr Duration kLms200Turn =
+    std::chrono::nanoseconds(1'000'000'000 / 75);  // of the mirror
 
 struct Lms200Telegram {
   std::uint8_t address = 0;
@@ -102,6 +106,7 @@ class Lms200 final : public Dialogue {
   LadarData scan_{};
   bool has_scan_ = false;
   Time recorded_{};
+  TurnClock clock_{kLms200Turn};
 };
 
 }  // namespace rack::device

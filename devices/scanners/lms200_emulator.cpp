@@ -17,7 +17,6 @@ constexpr std::byte kUnknownCommand{0x92};
 constexpr std::byte kMeasurement{0xB0};
 constexpr std::byte kStatus{0x10};  // at the end of what it sends: no error
 constexpr std::string_view kPassword = "SICK_LMS";
-constexpr Duration kTurn = std::chrono::nanoseconds(1'000'000'000 / 75);
 
 constexpr std::uint8_t kInstallMode = 0x00;
 constexpr std::uint8_t kContinuous = 0x24;
@@ -113,7 +112,7 @@ void Lms200Emulator::on_timeout(Time now, Output& out) {
       out.set_baud(baud_);
     }
     mode_ = next_mode_;
-    scan_at_ = mode_ == Mode::kOnRequest ? tims::kNever : now + kTurn;
+    scan_at_ = mode_ == Mode::kOnRequest ? tims::kNever : now + kLms200Turn;
   }
   if (scan_at_ <= now) send_scan(now, out);
 }
@@ -136,7 +135,7 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
   ++scans_sent_;
   const Duration busy = line_time(telegram_.size(), baud_);
   const std::int64_t turns = mode_ == Mode::kWhole ? 2 : 1;
-  const Duration between = kTurn * std::max(turns, (busy + kTurn) / kTurn);
+  const Duration between = kLms200Turn * std::max(turns, (busy + kLms200Turn) / kLms200Turn);
   while (scan_at_ <= now) scan_at_ += between;
 }
 
@@ -153,7 +152,7 @@ void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double firs
     const double degrees = static_cast<double>(i) * step;
     const double angle = -(first + degrees) * std::numbers::pi / 180;
     const double back = last - degrees + (step < 1 && i % 2 != 0 ? 360 : 0);
-    const Time when = end - std::chrono::duration_cast<Duration>(kTurn * (back / 360));
+    const Time when = end - std::chrono::duration_cast<Duration>(kLms200Turn * (back / 360));
     const double distance = settings_.sight(angle, 0, when) / (settings_.is_indoor ? 1 : 10);
     const auto value = static_cast<unsigned>(std::lround(std::min(distance, most)));
     body_.push_back(static_cast<std::byte>(value));
