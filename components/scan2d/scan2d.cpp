@@ -47,7 +47,7 @@ constexpr std::array<ParameterInfo, 26> kParameters = {{
     {"odometryInst", -1,
      "instance of the odometry, by whose way during a scan its points are placed; -1: none", -1,
      kIdMax},
-    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200)", 0, 1},
+    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200, S300)", 0, 1},
 }};
 
 constexpr u32 kLongest = 10000;                    // ms, of a scan

@@ -63,7 +63,7 @@ constexpr std::array<ParameterInfo, 36> kParameters = {{
     {"ladarZ", 0, "mm, down"},
     {"ladarRho", 0.0F, "where it looks in its plane, deg clockwise", -360, 360},
     {"ladarUpsideDown", 0, "1: it is built on upside down", 0, 1},
-    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200)", 0, 1},
+    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200, S300)", 0, 1},
     {"ladarLag", 0.0F, "how much later than its scans its times are, ms", -1000, 1000},
     {"ladarDuration", -1.0F, "of a flat scan, ms; -1: as the ladar says; LadarSim: 0", -1, 1000},
     {"compress", 0, "1: points are sent compressed", 0, 1},

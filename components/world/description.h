@@ -102,11 +102,23 @@ struct Outage {
   tims::Duration to{};
 };
 
+// What turns a scanner, about an axis of the robot through the scanner's place.
+enum class TurnedAbout : std::uint8_t { kNothing, kRoll, kPitch, kYaw };
+
+struct AxisDescription {
+  TurnedAbout about = TurnedAbout::kNothing;  // roll: x, pitch: y, yaw: z of the robot
+  double gear_ratio = 1;                      // turns of its motor for one of the axis
+  // For whoever makes its drive: emulator and line.
+  std::string device{};
+  std::string line{};
+};
+
 struct SensorDescription {
   std::string name{};
   SensorKind kind = SensorKind::kScanner;
   // On the robot, from its reference point. phi: rolled to the right, psi: looking up.
   Pose mount{};
+  AxisDescription axis{};    // at angle 0 the sensor is as its mount says
   double max_range = 80000;  // of rays
   NoiseDescription noise{};
   tims::Duration lag{};           // between a measurement and its telegram; the world only says it

@@ -31,12 +31,14 @@ struct RobotSample {
 
 class History {
  public:
-  History(std::size_t robots, std::size_t people, tims::Time begin)
+  History(std::size_t robots, std::size_t people, std::size_t axes, tims::Time begin)
       : robots_(robots),
         people_(people),
+        axes_(axes),
         begin_(begin),
         robot_samples_(robots * kSamples),
-        person_samples_(people * kSamples) {}
+        person_samples_(people * kSamples),
+        axis_samples_(axes * kSamples) {}
 
   // Which samples a time lies between.
   struct Moment {
@@ -63,6 +65,7 @@ class History {
     return robot_samples_[place(steps_) * robots_ + number];
   }
   Figure& person(std::size_t number) { return person_samples_[place(steps_) * people_ + number]; }
+  double& axis(std::size_t number) { return axis_samples_[place(steps_) * axes_ + number]; }
 
   [[nodiscard]] RobotSample robot(std::size_t number, const Moment& moment) const {
     const RobotSample& a = robot_samples_[moment.before * robots_ + number];
@@ -89,6 +92,11 @@ class History {
             .rho = a.rho + signed_angle(b.rho - a.rho) * moment.part,
             .gait = mix(a.gait, b.gait)};
   }
+  [[nodiscard]] double axis(std::size_t number, const Moment& moment) const {
+    const double before = axis_samples_[moment.before * axes_ + number];
+    const double after = axis_samples_[moment.after * axes_ + number];
+    return before + (after - before) * moment.part;
+  }
   // Where it was, roughly: enough to pass over who is far from a ray.
   [[nodiscard]] const MapPoint& person_about(std::size_t number, const Moment& moment) const {
     return person_samples_[moment.before * people_ + number].at;
@@ -100,10 +108,12 @@ class History {
 
   std::size_t robots_;
   std::size_t people_;
+  std::size_t axes_;
   tims::Time begin_;
   std::uint64_t steps_ = 0;
   std::vector<RobotSample> robot_samples_;  // by place in the ring, then by number
   std::vector<Figure> person_samples_;
+  std::vector<double> axis_samples_;
 };
 
 }  // namespace rack::world

@@ -43,6 +43,23 @@ Vector turned_back(const std::array<Vector, 3>& turn, const Vector& v) {
   return result;
 }
 
+// As roll, pitch and yaw turn: clockwise when looking along the axis.
+Vector turned_about(TurnedAbout axis, double angle, const Vector& v) {
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  switch (axis) {
+    case TurnedAbout::kRoll:
+      return {v[0], c * v[1] - s * v[2], s * v[1] + c * v[2]};
+    case TurnedAbout::kPitch:
+      return {c * v[0] + s * v[2], v[1], c * v[2] - s * v[0]};
+    case TurnedAbout::kYaw:
+      return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};
+    case TurnedAbout::kNothing:
+      break;
+  }
+  return v;
+}
+
 // Whether a ray passes within this distance of a point, ahead.
 bool passes(const Ray& ray, const MapPoint& at, double near) {
   const double x = at.x - ray.from.x;
@@ -62,9 +79,10 @@ RayHit World::State::look(const SensorId& id, const RayDirection& direction, tim
   const double c = std::cos(robot.rho);
   const double s = std::sin(robot.rho);
   const double level = std::cos(direction.elevation);
-  const Vector v =
+  Vector v =
       turned(sensor.turn, {level * std::cos(direction.azimuth), level * std::sin(direction.azimuth),
                            -std::sin(direction.elevation)});
+  if (sensor.axis) v = turned_about(sensor.is.axis.about, history_.axis(*sensor.axis, when), v);
   const double x = v[0] * c - v[1] * s;
   const double y = v[0] * s + v[1] * c;
   const double flat = std::hypot(x, y);
@@ -205,6 +223,11 @@ double World::State::compass(const SensorId& id, tims::Time at) const {
   Random random = noise_at(sensor.seed, age(seen_at(at)));
   return heading(sensor_pose(id, at).rho +
                  sensor.is.noise.angle * static_cast<double>(random.normal()));
+}
+
+double World::State::axis(const SensorId& id, tims::Time at) const {
+  const auto axis = sensor_at(id).axis;
+  return axis ? history_.axis(*axis, moment(at)) : 0;
 }
 
 Pose World::State::pose(std::size_t robot, tims::Time at) const {

@@ -84,6 +84,53 @@ TEST(Sensing, SeesTheGroundAndLooksOverWhatIsLow) {
   EXPECT_EQ(look(radians(-1), kPi).met, Met::kNothing) << "further than it sees";
 }
 
+// Each ray at the axis' own angle of its time.
+TEST(Sensing, AnAxisTurnsAScannerWhileItsMirrorGoesRound) {
+  SensorDescription tilting{.kind = SensorKind::kScanner,
+                            .mount = {.x = 200, .z = -1000, .rho = radians(20)},
+                            .axis = {.about = TurnedAbout::kPitch}};
+  World world = made(field(tilting));
+  const double nan = std::nan("");
+  world.turn({0, 0}, radians(-20));
+  world.turn({0, 0}, nan);
+  world.advance(kBegin + seconds(0.5));
+  for (const double at : {0.1, 0.2002, 0.3331, 0.5}) {
+    const tims::Time when = kBegin + seconds(at);
+    const double down = radians(20) * at;
+    EXPECT_NEAR(world.axis({0, 0}, when), -down, 1e-9);
+    const RayHit ahead = world.look({0, 0}, {.azimuth = radians(-20)}, when);
+    EXPECT_NEAR(ahead.range, 1000 / std::sin(down), 1e-3) << "about the robot's own axis";
+    EXPECT_EQ(world.look({0, 0}, {.azimuth = radians(70)}, when).met, Met::kNothing);
+  }
+  EXPECT_EQ(world.axis({0, 0}, kBegin), 0);
+
+  // Upright on a turntable: what is to the right of the scanner is below.
+  SensorDescription upright{.kind = SensorKind::kScanner,
+                            .mount = {.z = -1000, .phi = kPi / 2},
+                            .axis = {.about = TurnedAbout::kYaw}};
+  WorldDescription room = rooms_world();
+  room.obstacles.clear();
+  room.robots[0].sensors = {upright};
+  World turning = made(room);
+  turning.turn({0, 0}, 1);
+  turning.advance(kBegin + seconds(1.2));
+  for (const double at : {0.3, 0.7003, 1.2}) {
+    const tims::Time when = kBegin + seconds(at);
+    EXPECT_NEAR(turning.look({0, 0}, {}, when).range,
+                std::min(3000 / std::cos(at), 2500 / std::sin(at)), 0.01);
+    EXPECT_NEAR(turning.look({0, 0}, {.azimuth = kPi / 2}, when).range, 1000, 1e-6);
+  }
+
+  // Rolled: half a right angle, and what was to the right is on the ground.
+  upright = {
+      .kind = SensorKind::kScanner, .mount = {.z = -1000}, .axis = {.about = TurnedAbout::kRoll}};
+  World rolling = made(field(upright));
+  rolling.turn({0, 0}, kPi / 4);
+  rolling.advance(kBegin + seconds(1));
+  EXPECT_NEAR(rolling.look({0, 0}, {.azimuth = kPi / 2}, rolling.now()).range, 1000 * std::sqrt(2),
+              1e-6);
+}
+
 TEST(Sensing, AMountTilts) {
   SensorDescription down{.kind = SensorKind::kScanner, .mount = {.z = -1000, .psi = radians(-10)}};
   EXPECT_NEAR(made(field(down)).look({0, 0}, {}, kBegin).range, 1000 / std::sin(radians(10)), 1e-6);

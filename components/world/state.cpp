@@ -47,16 +47,21 @@ World::State::State(WorldDescription description, tims::Time begin)
       begin_(begin),
       now_(begin),
       scenery_(description_.walls, description_.obstacles),
-      history_(0, 0, begin) {
+      history_(0, 0, 0, begin) {
   const std::uint64_t seed = description_.seed;
   for (std::size_t i = 0; i < description_.robots.size(); ++i) {
     const RobotDescription& robot = description_.robots[i];
     robots_.emplace_back(robot, stirred(seed, 1000 + i));
     hulls_.push_back(hull(i, {robot.start.x, robot.start.y}, robot.start.rho));
+    for (Sensor& sensor : robots_[i].sensors) {
+      if (sensor.is.axis.about == TurnedAbout::kNothing) continue;
+      sensor.axis = axes_.size();
+      axes_.emplace_back();
+    }
   }
   people_ = People(description_.people, description_.people.area.value_or(description_.ground),
                    surroundings(), stirred(seed, 1));
-  history_ = History(robots_.size(), people_.size(), begin);
+  history_ = History(robots_.size(), people_.size(), axes_.size(), begin);
   contacts_.resize(robots_.size());
   for (std::size_t i = 0; i < robots_.size(); ++i) history_.robot(i) = robots_[i].now;
   for (std::size_t i = 0; i < people_.size(); ++i) history_.person(i) = people_.figures()[i];
@@ -103,6 +108,8 @@ void World::State::step() {
   else
     people_.step(surroundings(), contacts_);
   history_.begin_step();
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    history_.axis(i) = axes_[i].angle += axes_[i].rate * kSeconds;
   for (std::size_t i = 0; i < robots_.size(); ++i) history_.robot(i) = robots_[i].now;
   for (std::size_t i = 0; i < people_.size(); ++i) history_.person(i) = people_.figures()[i];
 }
@@ -170,6 +177,11 @@ void World::State::block(std::size_t number, Met met, const Box& there) {
     default:
       ++contacts.walls;
   }
+}
+
+void World::State::turn(const SensorId& sensor, double rate) {
+  const auto axis = sensor_at(sensor).axis;
+  if (axis && std::isfinite(rate)) axes_[*axis].rate = rate;
 }
 
 bool World::State::is_on_ground(const Box& hull) const {

@@ -27,6 +27,8 @@ class World::State {
   [[nodiscard]] tims::Time now() const { return now_; }
   void advance(tims::Time to);
 
+  void turn(const SensorId& sensor, double rate);
+  [[nodiscard]] double axis(const SensorId& id, tims::Time at) const;
   Vehicle& vehicle(std::size_t robot) { return robots_[robot].vehicle; }
   [[nodiscard]] const Vehicle& vehicle(std::size_t robot) const { return robots_[robot].vehicle; }
 
@@ -57,7 +59,12 @@ class World::State {
     SensorDescription is;
     std::uint64_t seed;
     std::array<std::array<double, 3>, 3> turn{};  // from its frame to the robot's
+    std::optional<std::size_t> axis{};            // its number
     bool is_plugged = true;
+  };
+  struct Axis {
+    double angle = 0;
+    double rate = 0;
   };
   struct Robot {
     Robot(const RobotDescription& of, std::uint64_t seed);
@@ -108,6 +115,7 @@ class World::State {
   tims::Time now_;
   Scenery scenery_;
   std::vector<Robot> robots_;
+  std::vector<Axis> axes_;
   std::vector<Box> hulls_;  // of the newest state
   std::vector<Contacts> contacts_;
   People people_;

@@ -53,6 +53,9 @@ std::span<const MotorState> World::motors(std::size_t robot) const {
   return std::as_const(*state_).vehicle(robot).motors();
 }
 
+void World::turn(const SensorId& sensor, double rate) { state_->turn(sensor, rate); }
+double World::axis(const SensorId& sensor, tims::Time at) const { return state_->axis(sensor, at); }
+
 RayHit World::look(const SensorId& sensor, const RayDirection& ray, tims::Time at) const {
   return state_->look(sensor, ray, at);
 }

@@ -167,6 +167,11 @@ class World {
   [[nodiscard]] const device::Wheels& wheels(std::size_t robot) const;
   // What encoders of the motors would show now.
   [[nodiscard]] std::span<const MotorState> motors(std::size_t robot) const;
+  // How fast the axis of a sensor turns from the next step on, rad/s. What is no number changes
+  // nothing, and neither does a sensor without one.
+  void turn(const SensorId& sensor, double rate);
+  // Where it was, rad; 0 without one.
+  [[nodiscard]] double axis(const SensorId& sensor, tims::Time at) const;
 
   // --- Seeing, at any time from a second ago until now: later is taken as now.
 
@@ -178,7 +183,7 @@ class World {
   [[nodiscard]] InertialMeasurement inertial(const SensorId& sensor, tims::Time at) const;
   // Where the sensor's x axis points to, rad from north.
   [[nodiscard]] double compass(const SensorId& sensor, tims::Time at) const;
-  // Where a sensor was; z, phi and psi are those of its mount.
+  // Where a sensor was; z, phi and psi are those of its mount, and so is all of it on an axis.
   [[nodiscard]] Pose sensor_pose(const SensorId& sensor, tims::Time at) const;
 
   // --- Commands. They hold from now on.

@@ -45,6 +45,9 @@ constexpr std::array<Name<SensorKind>, 6> kSensors = {{{"scanner", SensorKind::k
                                                        {"compass", SensorKind::kCompass},
                                                        {"camera", SensorKind::kCamera}}};
 
+constexpr std::array<Name<TurnedAbout>, 3> kAxes = {
+    {{"roll", TurnedAbout::kRoll}, {"pitch", TurnedAbout::kPitch}, {"yaw", TurnedAbout::kYaw}}};
+
 class WorldReader {
  public:
   explicit WorldReader(const ReadPlan& read_plan) : read_plan_(read_plan) {}
@@ -385,6 +388,7 @@ class WorldReader {
                      sensor.mount)},
          {"height", real<Range{0, 1e5}>(height)},
          {"tilt", tilt},
+         {"axis", [&](const Node& n) { axis(n, sensor.axis); }},
          {"range", size(sensor.max_range)},
          {"noise", [&](const Node& n) { noise(n, sensor.noise); }},
          {"lag", duration(sensor.lag)},
@@ -396,10 +400,22 @@ class WorldReader {
     require(node, "name");
     require(node, "kind");
     if (sensor.period.count() != 0) fix_period(node, sensor);
+    if (sensor.axis.about != TurnedAbout::kNothing && sensor.kind != SensorKind::kScanner &&
+        sensor.kind != SensorKind::kScanner3d)
+      reader_.add({node.at_key, sensor.name + ": only scanners have an axis"});
     if (std::ranges::find(sensors, sensor.name, &SensorDescription::name) != sensors.end())
       reader_.add({node.at_key, fmt::format("there is another sensor {}", sensor.name)});
     if (has_room(node, sensors, kSensorsMax, "sensors at one robot"))
       sensors.push_back(std::move(sensor));
+  }
+
+  void axis(const Node& node, AxisDescription& axis) {
+    reader_.table(node, "axis",
+                  {{"about", one_of(kAxes, "axis", axis.about)},
+                   {"gear_ratio", real<Range{1e-3, 1e4}>(axis.gear_ratio)},
+                   {"device", text(axis.device)},
+                   {"line", text(axis.line)}});
+    require(node, "about");
   }
 
   void fix_period(const Node& node, const SensorDescription& sensor) {

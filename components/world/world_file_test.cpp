@@ -110,7 +110,22 @@ outages = ["10s to 1min"]
 period = "2s"
 device = "nmea"
 line = "tcp:localhost:1"
+[[robot.sensor]]
+name = "t"
+kind = "scanner"
+axis = { about = "pitch", gear_ratio = 10, device = "servo", line = "pty:/tmp/y" }
 )";
+
+TEST(WorldFile, OnlyScannersHaveAnAxisAndItSaysAboutWhat) {
+  const std::string robot =
+      "[[robot]]\nname = \"r\"\nat = [0, 0, 0]\n[[robot.sensor]]\nname = \"s\"\n";
+  EXPECT_THAT(problems(robot + "kind = \"compass\"\naxis = { about = \"yaw\" }\n"),
+              ElementsAre(HasSubstr("s: only scanners have an axis")));
+  EXPECT_THAT(problems(robot + "kind = \"scanner\"\naxis = { gear_ratio = 2 }\n"),
+              ElementsAre(HasSubstr("about is missing")));
+  EXPECT_THAT(problems(robot + "kind = \"scanner\"\naxis = { about = \"pitsch\" }\n"),
+              ElementsAre(HasSubstr("pitch")));
+}
 
 TEST(WorldFile, SaysEverything) {
   const WorldFile file = read(kEverything);
@@ -153,7 +168,12 @@ TEST(WorldFile, SaysEverything) {
   EXPECT_EQ(robot.lag, std::chrono::milliseconds(80));
   EXPECT_NEAR(robot.slip.turn_noise, kPi / 4, 1e-9);
   EXPECT_EQ(robot.line, "pty:/tmp/x");
-  ASSERT_EQ(robot.sensors.size(), 1U);
+  ASSERT_EQ(robot.sensors.size(), 2U);
+  const AxisDescription& axis = robot.sensors[1].axis;
+  EXPECT_EQ(axis.about, TurnedAbout::kPitch);
+  EXPECT_EQ(axis.gear_ratio, 10);
+  EXPECT_EQ(axis.device, "servo");
+  EXPECT_EQ(axis.line, "pty:/tmp/y");
   const SensorDescription& sensor = robot.sensors[0];
   EXPECT_EQ(sensor.kind, SensorKind::kSatellite);
   EXPECT_EQ(sensor.mount.z, -300);

@@ -106,6 +106,19 @@ Result<Drivetrain> Drivetrain::make(const World& world, std::size_t robot,
   return train;
 }
 
+Result<Drivetrain> Drivetrain::make(const World& world, const world::SensorId& sensor,
+                                    emulator::Wheelwork& motor) {
+  const world::AxisDescription& axis =
+      world.description().robots[sensor.robot].sensors[sensor.sensor].axis;
+  if (motor.motor_count() != 1 || !motor.tells_shafts())
+    return Error(Errc::kInvalidArgument, axis.device + " is no drive of an axis");
+  Drivetrain train(sensor.robot, motor);
+  train.axis_ = sensor;
+  train.count_ = 1;
+  train.all_[0].factor = 1 / axis.gear_ratio;
+  return train;
+}
+
 void Drivetrain::drive(World& world, Time now, Time next) {
   const double seconds = std::chrono::duration<double>(next - world.now()).count();
   if (seconds <= 0) return;
@@ -124,6 +137,7 @@ void Drivetrain::drive(World& world, Time now, Time next) {
     motor.driven = then;
   }
   asked_ = now;
+  if (axis_) return world.turn(*axis_, wanted[0]);
   world.drive(robot_, std::span(wanted).first(count_), world.now());
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "components/world/world.h"
@@ -17,20 +18,27 @@ Scene scene_of(const world::World& world, const world::SensorId& sensor, Duratio
 // What an emulator has to sense for a sensor of that kind.
 Senses senses_of(world::SensorKind kind);
 
-// The motors of a base, and the wheels they turn. What an emulated motor has turned, the robot's
-// wheels have turned as well: nothing is lost or added, however late this is asked. The world is
-// up to a step ahead of its motors; they are taken to run on until then as they did, and what was
-// taken wrongly is made up for by the next step. Steering stands where its motor stands.
+// The motors of a base, and the wheels they turn, or the motor of an axis. What an emulated motor
+// has turned, the robot's wheels have turned as well: nothing is lost or added, however late this
+// is asked. The world is up to a step ahead of its motors; they are taken to run on until then as
+// they did, and what was taken wrongly is made up for by the next step. Steering stands where its
+// motor stands.
 class Drivetrain {
  public:
   // kInvalidArgument: the robot's wheels need another number of motors.
   static tims::Result<Drivetrain> make(const world::World& world, std::size_t robot,
                                        emulator::Wheelwork& motors);
 
+  // Of the axis that turns a sensor: one motor, which tells its shaft.
+  static tims::Result<Drivetrain> make(const world::World& world, const world::SensorId& sensor,
+                                       emulator::Wheelwork& motor);
+
   // Before the world goes on to `next`, in steps from where it is, which is before `now`.
   void drive(world::World& world, Time now, Time next);
-  // Its bumpers.
-  void touch(bool is_touching) { motors_->touch(is_touching); }
+  // Its bumpers; an axis has none.
+  void touch(bool is_touching) {
+    if (!axis_) motors_->touch(is_touching);
+  }
   [[nodiscard]] std::size_t robot() const { return robot_; }
 
  private:
@@ -46,6 +54,7 @@ class Drivetrain {
 
   std::size_t robot_;
   emulator::Wheelwork* motors_;
+  std::optional<world::SensorId> axis_{};  // in place of the robot's wheels
   std::size_t count_ = 0;
   Time asked_{};
   std::array<Motor, world::kMotorsMax> all_{};

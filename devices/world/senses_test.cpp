@@ -10,6 +10,7 @@
 #include "devices/chassis/motor_chassis.h"
 #include "devices/chassis/p2os.h"
 #include "devices/chassis/pioneer.h"
+#include "devices/chassis/servo_axis.h"
 #include "devices/core/virtual_line.h"
 #include "devices/navigation/cmps03.h"
 #include "devices/navigation/nmea_receiver.h"
@@ -176,6 +177,42 @@ TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
 
   PioneerEmulator two;
   EXPECT_FALSE(Drivetrain::make(*made, 0, two)) << "six wheels to turn, and two motors";
+}
+
+// A drive tilts the scanner: where its driver says that the axis was, the scanner looked.
+TEST(SensesOfAnAxis, TheScannerLooksWhereTheDriveSays) {
+  world::WorldDescription field = hall();
+  field.robots[0].sensors[0].mount = {.z = -1000};
+  field.robots[0].sensors[0].axis = {
+      .about = world::TurnedAbout::kPitch, .gear_ratio = 10, .device = "servo"};
+  auto made = world::World::make(field, kBegin);
+  ASSERT_TRUE(made) << made.error().message();
+  const auto emulated = servo();
+  auto& bus = dynamic_cast<MotorBus&>(*emulated);
+  std::vector trains{*Drivetrain::make(*made, world::SensorId{0, 0}, bus)};
+  ServoAxis driver({.drive = {.acceleration = 70}, .gear = 10, .velocity_max = 1});
+  InWorld device(bus, *made, trains);
+  emulator::VirtualLine line(driver, device, serial(500000));
+  line.start();
+  ASSERT_TRUE(line.run(5s, [&] { return driver.is_ready(); }));
+  driver.move_to(radians(-35), radians(60), 0);
+  ServoDriveData told;
+  Time recorded{};
+  int compared = 0;
+  line.run(400ms, [&] {
+    if (driver.take(told, recorded) && told.position < radians(-5)) {
+      ++compared;
+      const double range = made->look({0, 0}, {}, recorded).range;
+      EXPECT_NEAR(std::asin(1000 / range), -static_cast<double>(told.position), radians(0.2));
+    }
+    return false;
+  });
+  EXPECT_GT(compared, 3);
+  line.run(1s, [] { return false; });
+  EXPECT_NEAR(made->axis({0, 0}, made->now()), radians(-35), 1e-3);
+
+  PioneerEmulator two;
+  EXPECT_FALSE(Drivetrain::make(*made, world::SensorId{0, 0}, two)) << "an axis has one motor";
 }
 
 TEST_F(SensesTest, AScannerSeesTheWallComeNearer) {

@@ -49,6 +49,8 @@ constexpr ModuleInfo kInfo{
 
 struct SensorOfRobot {
   SensorId id;
+  std::string name;  // "laser", and "laser-axis" of what turns it
+  bool is_axis = false;
   PluggedDevice device;
 };
 
@@ -191,7 +193,9 @@ class World : public DataModule<WorldData> {
       const auto& sensors = robots[i].sensors;
       for (std::size_t k = 0; k < sensors.size(); ++k)
         if (auto made = make_sensor({i, k}, utc_of_zero); !made) return made;
-      lines += sensors.size() + 1;
+      for (std::size_t k = 0; k < sensors.size(); ++k)
+        if (auto made = make_axis({i, k}); !made) return made;
+      lines += robots_[i].sensors.size() + 1;
     }
     polled_.reserve(lines);
     return {};
@@ -229,7 +233,28 @@ class World : public DataModule<WorldData> {
                      "\" is no device for such a sensor; rack-emulate --list names devices");
     auto device = plugged(name, *info, sensor.line, info->make(scene_of(*world_, id, utc_of_zero)));
     if (!device) return device.error();
-    robots_[id.robot].sensors.push_back({id, std::move(*device)});
+    robots_[id.robot].sensors.push_back({id, sensor.name, false, std::move(*device)});
+    return {};
+  }
+
+  // What turns it.
+  Result<void> make_axis(const SensorId& id) {
+    const world::RobotDescription& robot = world_->description().robots[id.robot];
+    const world::SensorDescription& sensor = robot.sensors[id.sensor];
+    if (sensor.axis.device.empty()) return {};
+    const std::string own = sensor.name + "-axis";
+    const std::string name = robot.name + "/" + own;
+    const EmulatorInfo* const info = find_emulator(sensor.axis.device);
+    if (info == nullptr || info->senses != Senses::kWheels)
+      return refused(name + ": \"" + sensor.axis.device +
+                     "\" is no drive; rack-emulate --list names devices");
+    auto emulator = info->make({});
+    auto train = Drivetrain::make(*world_, id, dynamic_cast<emulator::Wheelwork&>(*emulator));
+    if (!train) return tims::Error(train.error().code(), name + ": " + train.error().detail());
+    auto device = plugged(name, *info, sensor.axis.line, std::move(emulator));
+    if (!device) return device.error();
+    trains_.push_back(*train);
+    robots_[id.robot].sensors.push_back({id, own, true, std::move(*device)});
     return {};
   }
 
@@ -374,11 +399,9 @@ class World : public DataModule<WorldData> {
       return plug(*robots_[*robot].base, wish.isPlugged != 0);
     std::string names = robots_[*robot].base ? " base" : "";
     for (SensorOfRobot& sensor : robots_[*robot].sensors) {
-      const std::string& name =
-          world_->description().robots[sensor.id.robot].sensors[sensor.id.sensor].name;
-      names += " " + name;
-      if (name != wish.sensor.view()) continue;
-      world_->plug(sensor.id, wish.isPlugged != 0);
+      names += " " + sensor.name;
+      if (sensor.name != wish.sensor.view()) continue;
+      if (!sensor.is_axis) world_->plug(sensor.id, wish.isPlugged != 0);
       return plug(sensor.device, wish.isPlugged != 0);
     }
     return refused("no device \"" + std::string(wish.sensor.view()) + "\"; there are:" + names);
@@ -407,7 +430,7 @@ class World : public DataModule<WorldData> {
       if (robots_[i].base) add(kBase, robot.device, *robots_[i].base);
       for (const SensorOfRobot& sensor : robots_[i].sensors) {
         const world::SensorDescription& its = robot.sensors[sensor.id.sensor];
-        add(its.name, its.device, sensor.device);
+        add(sensor.name, sensor.is_axis ? its.axis.device : its.device, sensor.device);
       }
     }
     reply(message.header, WorldType::kLines, all);
