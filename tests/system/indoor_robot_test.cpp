@@ -5,63 +5,23 @@
 #include <cmath>
 #include <csignal>
 #include <functional>
-#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "components/geometry/pose.h"
 #include "rack/proxies/mcl.h"
 #include "rack/proxies/obj_recog.h"
-#include "rack/proxies/world.h"
-#include "tests/system/robot_fixture.h"
+#include "tests/system/sample_robot_fixture.h"
 
 namespace tims::test {
 namespace {
 
-using testing::HasSubstr;
-
-constexpr Duration kDrive = 4 * kPatience;
-
-// Terminals have the system's number: another run of this test has another.
-const std::string kSystem = std::to_string(100 + ::getpid() % 100);
-
-class IndoorRobotTest : public RobotTest {
+class IndoorRobotTest : public SampleRobotTest {
  protected:
   void SetUp() override {
-    RobotTest::SetUp();
-    up_ = std::make_unique<ChildProcess>(
-        begin({"up", TIMS_ROBOTS "/emulated.toml", "--system", kSystem}));
-    const auto ready = up_->wait_for_line(" programs are ready", kDrive);
-    ASSERT_TRUE(ready) << ready.error().message();
-    ASSERT_THAT(*ready, HasSubstr("13 of 13 programs are ready")) << up_->output();
-    ASSERT_TRUE(turned_on("World(" + kSystem + "/0)"));
-  }
-  void TearDown() override {
-    const auto ended = up_->stop(SIGINT, kDrive);
-    EXPECT_TRUE(ended) << ended.error().message();
-    EXPECT_EQ(ended ? ended->code : -1, 0) << up_->output();
-  }
-
-  ChildProcess begin(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), std::string(TIMS_PROGRAMS) + "/timsctl");
-    ChildOptions options = at_router();
-    options.environment.push_back("XDG_RUNTIME_DIR=" + router_.folder());
-    auto child = ChildProcess::start(std::move(arguments), options);
-    EXPECT_TRUE(child) << child.error().message();
-    return std::move(child).value();
-  }
-  template <typename Proxy>
-  Proxy of_robot(const std::string& name) {
-    return proxy<Proxy>(name + "(" + kSystem + "/0)");
-  }
-
-  rack::WorldProxy world() { return of_robot<rack::WorldProxy>("World"); }
-  rack::WorldData truth() {
-    auto data = world().get_data();
-    EXPECT_TRUE(data) << data.error().message();
-    return data ? std::move(*data) : rack::WorldData{};
+    SampleRobotTest::SetUp();
+    start_robot(TIMS_ROBOTS "/emulated.toml", 13);
   }
 
   // On a machine that is very busy streams break, its pilot with them: then it is sent once more.
@@ -88,8 +48,6 @@ class IndoorRobotTest : public RobotTest {
     EXPECT_NE(at, std::string::npos) << said;
     return at == std::string::npos ? 0 : static_cast<pid_t>(std::stol(said.substr(at + 6)));
   }
-
-  std::unique_ptr<ChildProcess> up_;
 };
 
 // Where somebody is, from the robot: ahead, to the right.
@@ -133,7 +91,7 @@ TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
   ASSERT_TRUE(eventually(stands_in_the_corridor, "somebody stands in the corridor", kDrive));
   ASSERT_TRUE(world().let_people_move(false).ok());
 
-  ASSERT_TRUE(turned_on("ObjRecog(" + kSystem + "/0)"));
+  ASSERT_TRUE(turned_on(of_system("ObjRecog")));
   auto recogniser = of_robot<rack::ObjRecogProxy>("ObjRecog");
   const rack::Pose there{.x = 3500, .y = 0};
   ASSERT_TRUE(eventually(
