@@ -19,6 +19,7 @@ constexpr std::size_t kSplinesShown = 10;
 constexpr std::size_t kDestinationsMax = 1000;  // of a message
 constexpr double kStands = 20;                  // mm/s
 constexpr i32 kHour = 3600000;                  // ms
+constexpr milliseconds kAskNextAgain{5000};     // the path, that had no way there
 
 // As PilotPath's parameters are bounded; a recording may hold anything.
 bool is_sensible(const PathDriverSettings& settings) {
@@ -64,10 +65,10 @@ Result<void> PathDriver::begin(PathDriverSettings settings) {
   command_ = {};
   missing_ = Why::kDrives;
   safe_ = 0;
-  seen_ = located_ = is_unsure_ = reached_ = false;
+  seen_ = located_ = is_unsure_ = reached_ = awaits_next_ = false;
   state_ = pilot_state::kIdle;
   destinations_.clear();
-  blocked_ = hold_left_ = milliseconds(0);
+  blocked_ = hold_left_ = refused_ = milliseconds(0);
   taken_ = 0;
   return {};
 }
@@ -84,6 +85,7 @@ ChassisMoveData PathDriver::look(const PathLook& look) {
   at_ = pose_at(look.time);
   take_path();
   command_ = decide();
+  mind_the_refusal();
   return {static_cast<i32>(std::lround(command_.speed)), 0, static_cast<f32>(command_.omega)};
 }
 
@@ -106,6 +108,8 @@ void PathDriver::take_path() {
   follower_->take(path.splines, at_);
   blocked_ = milliseconds(0);
   reached_ = false;
+  if (!path.splines.empty() && std::exchange(awaits_next_, false))
+    destinations_.erase(destinations_.begin());
   if (path.splines.empty()) {
     // The plan that was asked for has failed; else there is just none.
     if (state_ == pilot_state::kPlanning) state_ = pilot_state::kPathError;
@@ -172,16 +176,21 @@ void PathDriver::mind_the_time() {
   if (hold_left_.count() == 0) follower_->hold(false);
 }
 
+void PathDriver::mind_the_refusal() {
+  const bool is_refused = awaits_next_ && state_ == pilot_state::kPathError;
+  refused_ = is_refused ? refused_ + period() : milliseconds(0);
+}
+
 // --- what needs others: the next destination, a way round an obstacle
 
 PathDriver::Errand PathDriver::take_errand() {
   const milliseconds patience(look_.replanTime);
-  if (reached_ && !destinations_.empty()) {
-    Errand errand{.next = destinations_.front()};
-    destinations_.erase(destinations_.begin());
+  if (!destinations_.empty() && (reached_ || refused_ >= kAskNextAgain)) {
+    awaits_next_ = true;
     reached_ = false;
+    refused_ = milliseconds(0);
     state_ = pilot_state::kPlanning;
-    return errand;
+    return {.next = destinations_.front()};
   }
   if (patience.count() <= 0 || blocked_ < patience) return {};
   blocked_ = milliseconds(0);
@@ -211,6 +220,7 @@ u32 PathDriver::plan(u32 state) {
 
 void PathDriver::keep(std::span<const DestinationPoint> further) {
   destinations_.assign(further.begin(), further.end());
+  awaits_next_ = false;
 }
 
 // --- what it says

@@ -108,7 +108,8 @@ class PathDriver {
   }
   // The state becomes this one; returns the one before.
   u32 plan(u32 state);
-  // Where it goes once it has arrived.
+  // Where it goes once it has arrived, one after the other. One that the path has no way to stays
+  // the next: it is asked for again.
   void keep(std::span<const DestinationPoint> further);
 
  private:
@@ -121,6 +122,7 @@ class PathDriver {
   [[nodiscard]] Why missing() const;
   void mind_the_deviation();
   void mind_the_time();
+  void mind_the_refusal();
   [[nodiscard]] PathReplanData where_it_is() const;
 
   Inputs inputs_;
@@ -140,6 +142,8 @@ class PathDriver {
   bool reached_ = false;  // the end of its path
   TimeStamp taken_ = 0;   // of its path
   std::vector<DestinationPoint> destinations_;
+  bool awaits_next_ = false;  // the way to the first of them
+  milliseconds refused_{0};   // so long ago
   milliseconds hold_left_{0};
   milliseconds blocked_{0};
 };

@@ -253,8 +253,10 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> go_on(const PathDriver::Errand& errand) {
     if (errand.around) return path_.input->proxy().replan(*errand.around);
     if (!errand.next) return {};
-    return path_.input->proxy().set_destination(
-        destination_of(errand.next->pos, errand.next->speed));
+    auto good =
+        path_.input->proxy().set_destination(destination_of(errand.next->pos, errand.next->speed));
+    if (!good) begin_planning(pilot_state::kPathError);
+    return good;
   }
 
   static PathDestData destination_of(const Position3d& pos, i32 speed) {

@@ -99,6 +99,32 @@ TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
   EXPECT_FALSE(pilot.set_destination(goal).ok());
 }
 
+// The second is in a wall: it says so, keeps it, and goes elsewhere when it is told.
+TEST_F(PathTest, ADestinationOfAListThatIsRefusedIsNotForgotten) {
+  start_robot();
+  start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--cellSize=50"});
+  start("PilotPath", {"--scan2dInst=-1", "--maxSpeed=700"});
+  let_drive();
+  auto pilot = proxy<rack::PilotProxy>(kPilot);
+  rack::PilotMultiDestData list;
+  list.points.push_back({.pos = {.x = 600}});
+  list.points.push_back({.pos = {.x = 900000}});
+  ASSERT_TRUE(pilot.set_multi_destination(list));
+  EXPECT_TRUE(comes_to(600, 0));
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto status = pilot.get_status();
+        return status && status->pilotState == rack::pilot_state::kPathError;
+      },
+      "it says that there is no way"));
+  EXPECT_TRUE(drives(false));
+  rack::PilotDestData goal;
+  goal.pos.x = 1200;
+  const auto sent = pilot.set_destination(goal);
+  ASSERT_TRUE(sent.ok()) << sent.error().message();
+  EXPECT_TRUE(comes_to(1200, 0));
+}
+
 // As the graphical interface sends them: the whole list at each click, speed 1 or -1, and MAKE with
 // -1 for what it does not know.
 TEST_F(PathTest, AlongClicksForwardAndBackward) {

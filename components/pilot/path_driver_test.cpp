@@ -1,0 +1,120 @@
+// What a pilot does with a list of destinations, whatever the path says to each of them.
+#include "components/pilot/path_driver.h"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "components/path/polar_spline.h"
+#include "components/pilot/car_fixture.h"
+
+namespace rack::pilot {
+namespace {
+
+constexpr int kPeriod = 50;  // ms
+
+DestinationPoint at(i32 x) { return {.pos = {.x = x}, .speed = 0}; }
+
+// A robot without eyes that is always where its path begins, or at its end.
+class Robot {
+ public:
+  Robot() {
+    EXPECT_TRUE(driver.begin({.chassis = indoor_chassis(),
+                              .maxSpeed = 700,
+                              .looks = 0,
+                              .positionPeriod = kPeriod,
+                              .chassisPeriod = kPeriod}));
+  }
+
+  // Looks until it wants something of others, for at most so long; ms until then.
+  PathDriver::Errand go(int ms) {
+    for (waited = 0; waited < ms; waited += kPeriod) {
+      look(0);
+      if (auto errand = driver.take_errand(); errand.next) return errand;
+    }
+    return {};
+  }
+  // The path has a way of that length, and it has been driven.
+  void goes(i32 way) {
+    PathData& path = driver.inputs().path;
+    path.splines.clear();
+    path.splines.push_back(path::line({.x = static_cast<double>(here_)}, way));
+    PolarSpline& spline = path.splines.back();
+    spline.vMax = spline.vStart = 500;
+    spline.accMax = spline.decMax = 700;
+    spline.lbo = 1000;
+    path.recordingTime = TimeStamp(static_cast<u32>(time_));
+    look(PathLook::kPath);
+    EXPECT_EQ(driver.status().pilotState, pilot_state::kRunning);
+    here_ += way;
+  }
+  // It has none, as it says later on.
+  void has_no_way() {
+    driver.inputs().path.splines.clear();
+    driver.inputs().path.recordingTime = TimeStamp(static_cast<u32>(time_));
+    look(PathLook::kPath);
+  }
+
+  PathDriver driver;
+  int waited = 0;
+
+ private:
+  void look(u32 came) {
+    time_ += kPeriod;
+    const TimeStamp now(static_cast<u32>(time_));
+    driver.inputs().position.recordingTime = now;
+    driver.inputs().position.pos.x = here_;
+    driver.inputs().chassis.recordingTime = now;
+    driver.look({.time = now, .came = came | PathLook::kPosition | PathLook::kChassis});
+  }
+
+  i32 here_ = 0;
+  int time_ = 1000;
+};
+
+TEST(PathDriver, ADestinationThatIsRefusedStaysTheNext) {
+  Robot robot;
+  robot.driver.keep(std::array{at(2000), at(3000)});
+  robot.goes(1000);
+  auto errand = robot.go(1000);
+  ASSERT_TRUE(errand.next);
+  EXPECT_EQ(errand.next->pos.x, 2000);
+  for (int refusals = 0; refusals < 3; ++refusals) {
+    robot.driver.plan(pilot_state::kPathError);  // at once
+    errand = robot.go(20'000);
+    ASSERT_TRUE(errand.next);
+    EXPECT_EQ(errand.next->pos.x, 2000);
+    EXPECT_GE(robot.waited, 4000) << "it does not press";
+    EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPlanning);
+  }
+  robot.has_no_way();  // after a while
+  EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPathError);
+  errand = robot.go(20'000);
+  ASSERT_TRUE(errand.next);
+  EXPECT_EQ(errand.next->pos.x, 2000);
+
+  robot.goes(1000);
+  errand = robot.go(1000);
+  ASSERT_TRUE(errand.next);
+  EXPECT_EQ(errand.next->pos.x, 3000) << "each once";
+  robot.goes(1000);
+  EXPECT_FALSE(robot.go(20'000).next) << "that was all";
+}
+
+TEST(PathDriver, WhatIsSaidAnewTakesThePlaceOfWhatWasRefused) {
+  Robot robot;
+  robot.driver.keep(std::array{at(2000)});
+  robot.goes(1000);
+  ASSERT_TRUE(robot.go(1000).next);
+  robot.driver.plan(pilot_state::kPathError);
+  robot.driver.keep({});
+  EXPECT_FALSE(robot.go(20'000).next);
+  robot.driver.keep(std::array{at(5000)});
+  robot.goes(500);
+  const auto errand = robot.go(1000);
+  ASSERT_TRUE(errand.next);
+  EXPECT_EQ(errand.next->pos.x, 5000);
+}
+
+}  // namespace
+}  // namespace rack::pilot
