@@ -85,13 +85,6 @@ std::optional<Range> RangeSet::first_missing(Range range) const {
   return range;
 }
 
-bool SentRanges::on_acked(Range range) {
-  lost_.remove(range);
-  if (acked_.add(range)) return true;
-  on_lost(range);
-  return false;
-}
-
 void SentRanges::on_lost(Range range) {
   while (range.begin < range.end) {
     const auto missing = acked_.first_missing(range);
@@ -103,16 +96,6 @@ void SentRanges::on_lost(Range range) {
     }
     range.begin = missing->end;
   }
-}
-
-void SentRanges::forget(Range range) {
-  acked_.remove(range);
-  lost_.remove(range);
-}
-
-void SentRanges::forget_below(std::uint64_t offset) {
-  acked_.remove_below(offset);
-  lost_.remove_below(offset);
 }
 
 void SentRanges::clear() {
@@ -135,11 +118,6 @@ void StreamBuffer::add_block() {
   }
   slot(count_) = {.index = pool_.allocate()};
   ++count_;
-}
-
-void StreamBuffer::give_back(Block& block) {
-  if (block.index != core::BlockPool::kNone) pool_.release(block.index);
-  block.index = core::BlockPool::kNone;
 }
 
 void StreamBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes) {

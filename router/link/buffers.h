@@ -59,12 +59,23 @@ class RangeSet {
 class SentRanges {
  public:
   // False: it forgot, being full. They are sent once more, and the other side knows them already.
-  bool on_acked(Range range);
+  bool on_acked(Range range) {
+    if (repeats()) lost_.remove(range);
+    if (acked_.add(range)) return true;
+    on_lost(range);
+    return false;
+  }
   void on_lost(Range range);
   void on_sent_again(Range range) { lost_.remove(range); }
   // They are no longer kept.
-  void forget(Range range);
-  void forget_below(std::uint64_t offset);
+  void forget(Range range) {
+    if (!acked_.empty()) acked_.remove(range);
+    if (repeats()) lost_.remove(range);
+  }
+  void forget_below(std::uint64_t offset) {
+    acked_.remove_below(offset);
+    if (repeats()) lost_.remove_below(offset);
+  }
   void clear();
 
   [[nodiscard]] const RangeSet& acked() const { return acked_; }
@@ -171,7 +182,10 @@ class StreamBuffer {
   }
   [[nodiscard]] Block& slot(std::size_t i) { return ring_[(first_ + i) & (ring_.size() - 1)]; }
   void add_block();
-  void give_back(Block& block);
+  void give_back(Block& block) {
+    if (block.index != core::BlockPool::kNone) pool_.release(block.index);
+    block.index = core::BlockPool::kNone;
+  }
 
   core::BlockPool& pool_;
   std::vector<Block> ring_;  // a power of two, or empty

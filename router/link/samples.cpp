@@ -250,6 +250,7 @@ void SampleReceiver::drop(Part& part) {
 // What is here in part of the same stream will not be wanted when it is whole, nor of the same
 // sample, when all of it came in a larger datagram.
 void SampleReceiver::drop_overtaken(const Header& header, std::uint32_t number) {
+  if (!reassembly_.is_used()) return;
   for (Part& part : parts_) {
     if (!part.bytes) continue;
     const auto is_of_stream = [&] {
