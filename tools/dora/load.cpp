@@ -25,9 +25,8 @@ constexpr const char* kRecord = "/tmp/rack-dora-1-record";
 constexpr const char* kCamera = "Camera(1/0)";
 constexpr const char* kRecorder = "Datalog(1/0)";
 constexpr int kPicturesInFolder = 20;  // a second of them
-// Of the 20 Mbit/s of her line, 1 MiB a second are 9.
-constexpr std::chrono::milliseconds kPeriod = 1000ms;
-constexpr Duration kLookPatience = 3s;  // for a picture
+// With the recording it is all that her line of 20 Mbit/s carries.
+constexpr std::chrono::milliseconds kPeriod = 500ms;
 constexpr std::size_t kPictureMax = 4U << 20;
 // What goes to the base besides, 3 Mbit/s of it scans.
 constexpr std::array<std::uint32_t, 5> kRecorded = {
@@ -68,10 +67,7 @@ void write_pictures() {
 
 }  // namespace
 
-Load::Load(Ears& base)
-    : base_(base),
-      stream_(base.open({.slots = 4, .body_max = kPictureMax})),
-      looks_(base.open({.slots = 2, .body_max = kPictureMax})) {
+Load::Load(Ears& base) : base_(base), stream_(base.open({.slots = 4, .body_max = kPictureMax})) {
   try {
     write_pictures();
     std::filesystem::create_directories(kRecord);
@@ -107,34 +103,27 @@ void Load::begin() {
   if (!asked)
     throw Failure(Exit::kNo, "no_load", std::string(kCamera) + ": " + asked.error().message());
   began_ = tims::os::now();
-  need(looking_.start({.name = "looks"}, [this] { look(); }), "a thread");
-}
-
-// As long as it does not end.
-void Load::look() {
-  CameraProxy camera(looks_, address_of(kCamera), {.data = kLookPatience});
-  CameraData picture;
-  while (!ending_) {
-    if (!camera.get_data(picture)) continue;
-    ++pictures_;
-    picture_bytes_ = picture.image.size();
-  }
 }
 
 void Load::keep() {
   for (;;) {
     const auto picture = stream_.try_peek();
     if (!picture) return;
-    if (picture->header().type == tims::type::kData) ++streamed_;
+    if (picture->header().type != tims::type::kData) continue;
+    ++pictures_;
+    picture_bytes_ = picture->header().length;
   }
+}
+
+double Load::share() const {
+  const double taken = std::chrono::duration<double>(length_) / kPeriod;
+  return taken > 0 ? static_cast<double>(pictures_) / taken : 0;
 }
 
 void Load::end() {
   if (began_ == Time{}) return;
   length_ = tims::os::now() - began_;
   began_ = {};
-  ending_ = true;
-  looking_.join();
   Proxy camera(base_.work(), address_of(kCamera));
   (void)camera.stop_cont_data(stream_.address());
   (void)camera.off();

@@ -195,11 +195,10 @@ void Scenario::judge_reactions(const TimerQuality& timer) {
   const double seconds = std::chrono::duration<double>(load_->length()).count();
   rows_.push_back(judge_fact(
       wish.check, "what goes to the base meanwhile", "pictures of 1 MiB, data sets",
-      fmt::format("{} of {:.2f} MiB (and {} streamed), {} data sets in {:.0f} s", load_->pictures(),
-                  static_cast<double>(load_->picture_bytes()) / (1U << 20), load_->streamed(),
-                  load_->recorded(), seconds),
-      static_cast<double>(load_->pictures()) > seconds / 6 && load_->recorded() > 0 &&
-          load_->picture_bytes() >= 1U << 20,
+      fmt::format("{} of {:.2f} MiB ({:.0f} % of the camera's), {} data sets in {:.0f} s",
+                  load_->pictures(), static_cast<double>(load_->picture_bytes()) / (1U << 20),
+                  100 * load_->share(), load_->recorded(), seconds),
+      load_->share() > 0.7 && load_->recorded() > 0 && load_->picture_bytes() >= 1U << 20,
       "the logs of Camera(1/0) and Datalog(1/0); timsctl link show at the base"));
 }
 
