@@ -97,24 +97,35 @@ class Words {
 
 class Reader {
  public:
+  explicit Reader(double field) : field_(field) {}
+
   // Empty, or what is wrong with the line.
   std::string take(std::string_view line) {
     Words words(line);
     const std::string_view type = words.word();
     if (type == "ODOM") odometry(words);
     if (type == "FLASER") front_laser(words);
-    if (type == "ROBOTLASER1") robot_laser(words);
+    if (type == "ROBOTLASER1") robot_laser(words, true);
+    if (type == "RAWLASER1") robot_laser(words, false);
     return words.wrong();
   }
 
   tims::Result<CarmenLog> end() {
     if (log_.scans.empty())
-      return tims::Error(tims::Errc::kMalformed, "no FLASER or ROBOTLASER1: no log of CARMEN?");
+      return tims::Error(tims::Errc::kMalformed,
+                         "no FLASER, ROBOTLASER1 or RAWLASER1: no log of CARMEN?");
+    if (log_.odometry.empty() && has_raw_)
+      return tims::Error(tims::Errc::kMalformed,
+                         "RAWLASER1 without ODOM: nobody knows how the robot moved");
+    if (has_raw_)
+      for (LogScan& scan : log_.scans)
+        if (scan.is_raw) scan.odometry = log_.odometry.at(scan.time);
     if (log_.odometry.empty())
       for (const LogScan& scan : log_.scans) log_.odometry.add(scan.time, scan.odometry);
     // A scanner that saw nothing says its longest range.
     const float longest = log_.ranges.empty() ? 0 : *std::ranges::max_element(log_.ranges);
-    log_.range_max = std::min(40.0, 0.985 * static_cast<double>(longest));
+    const double seen = 0.985 * static_cast<double>(longest);
+    log_.range_max = stated_max_ > 0 ? std::min(0.985 * stated_max_, seen) : std::min(40.0, seen);
     return std::move(log_);
   }
 
@@ -151,37 +162,61 @@ class Reader {
     LogScan scan{.count = words.count("number of ranges")};
     // 180 and 360 stop one step before the left, 181 and 361 there.
     const double steps = static_cast<double>(scan.count - scan.count % 2);
-    scan.first = kPi / 2;
-    scan.step = scan.count < 2 ? 0 : -kPi / steps;
+    const double field = radians(field_ > 0 ? field_ : usual_field(scan.count));
+    scan.first = field / 2;
+    scan.step = scan.count < 2 ? 0 : -field / steps;
     ranges(words, scan);
     poses_and_times(words, scan);
     add(words, scan);
   }
 
-  void robot_laser(Words& words) {
+  void robot_laser(Words& words, bool has_poses) {
     words.number("type");
-    LogScan scan;
+    LogScan scan{.is_raw = !has_poses};
     scan.first = -words.number("start angle");
     words.number("field of view");
     scan.step = -words.number("resolution");
-    for (const auto* unused : {"range_max", "accuracy", "remission mode"}) words.number(unused);
+    stated_max_ = std::max(stated_max_, words.number("range_max"));
+    for (const auto* unused : {"accuracy", "remission mode"}) words.number(unused);
     scan.count = words.count("number of ranges");
     ranges(words, scan);
     const std::size_t remissions = words.count("number of remissions");
     for (std::size_t i = 0; i < remissions && words.well(); ++i) words.number("remission");
+    has_raw_ = has_raw_ || !has_poses;
+    if (!has_poses) return add(words, scan);
     poses_and_times(words, scan);
     for (const auto* unused : {"tv", "rv", "forward safety", "side safety", "turn axis"})
       words.number(unused);
     add(words, scan);
   }
 
+  // Such lines do not say it, but scanners are known by how many beams they have.
+  static double usual_field(std::size_t count) {
+    switch (count) {
+      case 271:
+      case 541:
+      case 811:
+      case 1081:
+        return 270;
+      case 101:
+      case 201:
+      case 401:
+        return 100;
+      default:
+        return 180;
+    }
+  }
+
+  double field_;  // deg; 0: the usual one
+  double stated_max_ = 0;
+  bool has_raw_ = false;
   CarmenLog log_;
 };
 
 }  // namespace
 
-tims::Result<CarmenLog> read_carmen(std::string_view text) {
-  Reader reader;
+tims::Result<CarmenLog> read_carmen(std::string_view text, double field) {
+  Reader reader(field);
   for (std::size_t number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     const std::string wrong = reader.take(text.substr(0, end));

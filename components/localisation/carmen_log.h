@@ -1,9 +1,11 @@
 // Recorded drives as CARMEN wrote them, the form in which most public laser logs are. Pure.
 //
 // A message a line. Read are ODOM (x y theta tv rv accel), FLASER (count, ranges, pose of the
-// laser, pose of the robot by odometry) and ROBOTLASER1 (with the scanner's geometry before the
-// ranges), each with ipc time, host, logger time behind; other messages are passed over. Metres,
-// radians, counter-clockwise; FLASER sweeps half a turn from right to left.
+// laser, pose of the robot by odometry), ROBOTLASER1 (with the scanner's geometry before the
+// ranges) and RAWLASER1 (the same without poses: where the odometry was then, it is), each with ipc
+// time, host, logger time behind; other messages are passed over. Metres, radians,
+// counter-clockwise; FLASER sweeps from right to left, half a turn unless its number of beams is
+// that of another scanner (270 degrees: 271, 541, 811, 1081; 100 degrees: 101, 201, 401).
 //
 // Scans of such logs are often older than the odometry in the same line. OdometryHistory says
 // where the odometry was at any time, estimate_lag() how late it is: while the robot turns, how far
@@ -48,6 +50,7 @@ struct LogScan {
   double step = 0;         // rad
   std::size_t begin = 0;   // in CarmenLog::ranges
   std::size_t count = 0;
+  bool is_raw = false;  // its line had no poses
 };
 
 struct CarmenLog {
@@ -64,7 +67,8 @@ struct CarmenLog {
 };
 
 // kMalformed: "line 17: ...". Refused are also logs without scans.
-tims::Result<CarmenLog> read_carmen(std::string_view text);
+// `field`: deg that FLASER sweeps; 0: the usual one.
+tims::Result<CarmenLog> read_carmen(std::string_view text, double field = 0);
 
 // 0 to 0.3 s; 0 when it cannot be told.
 double estimate_lag(const CarmenLog& log);

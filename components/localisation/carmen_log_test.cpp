@@ -1,5 +1,6 @@
 #include "components/localisation/carmen_log.h"
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -31,6 +32,42 @@ TEST(CarmenLog, ReadsScansOfBothKinds) {
   EXPECT_GT(beams[0].y, 0) << "the first is on the right";
   log->beams(log->scans[0], beams);
   EXPECT_EQ(beams.size(), 1U) << "80 m is nothing seen";
+}
+
+TEST(CarmenLog, ScansWithoutPosesAreWhereTheOdometryWas) {
+  const std::string scan =
+      "RAWLASER1 4 -2.35619 4.71239 1.5708 30.0 0.01 0 4 1 2 3 30 0 10.5 h 0.5\r\n";
+  const auto log =
+      read_carmen("ODOM 0 0 0 0 0 0 10.0 h 0\n" + scan + "ODOM 2 0 0 0 0 0 11.0 h 1\n");
+  ASSERT_TRUE(log.ok()) << log.error().detail();
+  EXPECT_NEAR(log->scans[0].odometry.y, 1000, 1e-9);
+  EXPECT_NEAR(log->scans[0].first, radians(135), 1e-4);
+  EXPECT_NEAR(log->range_max, 29.55, 1e-6);
+  EXPECT_NE(read_carmen(scan).error().detail().find("without ODOM"), std::string::npos);
+}
+
+// Of another scanner than the usual ones somebody says what it sees.
+TEST(CarmenLog, ScannersOfManyKinds) {
+  const auto step_of = [](std::size_t count, double field) {
+    std::string line = "FLASER " + std::to_string(count);
+    for (std::size_t i = 0; i < count; ++i) line += " 5";
+    const auto log = read_carmen(line + " 0 0 0 0 0 0 1 h 1\n", field);
+    EXPECT_TRUE(log.ok());
+    const LogScan& scan = log->scans[0];
+    return std::array{degrees(scan.first), -degrees(scan.step)};
+  };
+  const auto expect = [&](std::size_t count, double field, double first, double step) {
+    EXPECT_NEAR(step_of(count, field)[0], first, 1e-9) << count;
+    EXPECT_NEAR(step_of(count, field)[1], step, 1e-9) << count;
+  };
+  expect(180, 0, 90, 1);
+  expect(181, 0, 90, 1);
+  expect(361, 0, 90, 0.5);
+  expect(541, 0, 135, 0.5);
+  expect(1081, 0, 135, 0.25);
+  expect(401, 0, 50, 0.25);
+  expect(683, 240, 120, 240.0 / 682);
+  expect(360, 360, 180, 1);
 }
 
 TEST(CarmenLog, OdometryAtTheTimeOfTheScan) {

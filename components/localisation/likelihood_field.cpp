@@ -167,10 +167,11 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
 }
 
 // First where all beams end, then what is there: the first loop does four beams at once, which is
-// why it has no branch, no integer multiplication (a float is exact up to kCellsMax), and arrays.
-// max(0, x) is 0 when x is no number.
-std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
-                                   const Beams& beams) const {
+// why it has no branch, no integer multiplication (a float is exact up to 2^24 cells; larger maps
+// pay for one), and arrays. max(0, x) is 0 when x is no number.
+template <bool kIsHuge>
+std::uint32_t LikelihoodField::sum_of(float x, float y, float sine, float cosine,
+                                      const Beams& beams) const {
   constexpr std::size_t kAtOnce = 64;
   std::array<std::int32_t, kAtOnce> cells;  // NOLINT(cppcoreguidelines-pro-type-member-init)
   const float row = (x - low_x_) * cells_per_mm_;
@@ -179,7 +180,7 @@ std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
   const float s = sine * cells_per_mm_;
   const float row_max = row_max_;
   const float column_max = column_max_;
-  const auto stride = static_cast<float>(stride_);
+  [[maybe_unused]] const auto stride = static_cast<float>(stride_);
   std::uint32_t all = 0;
   for (std::size_t begin = 0; begin < beams.size(); begin += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, beams.size() - begin);
@@ -188,13 +189,23 @@ std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
     for (std::size_t i = 0; i < count; ++i) {
       const float r = std::min(std::max(0.0F, row + c * bx[i] - s * by[i]), row_max);
       const float q = std::min(std::max(0.0F, column + s * bx[i] + c * by[i]), column_max);
-      cells[i] =
-          static_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(r)) * stride +
-                                    static_cast<float>(static_cast<std::int32_t>(q)));
+      if constexpr (kIsHuge)
+        cells[i] = static_cast<std::int32_t>(r) * stride_ + static_cast<std::int32_t>(q);
+      else
+        cells[i] =
+            static_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(r)) * stride +
+                                      static_cast<float>(static_cast<std::int32_t>(q)));
     }
     for (std::size_t i = 0; i < count; ++i) all += table_[static_cast<std::size_t>(cells[i])];
   }
   return all;
+}
+
+std::uint32_t LikelihoodField::sum(float x, float y, float sine, float cosine,
+                                   const Beams& beams) const {
+  constexpr std::size_t kExact = 1U << 24U;
+  return table_.size() <= kExact ? sum_of<false>(x, y, sine, cosine, beams)
+                                 : sum_of<true>(x, y, sine, cosine, beams);
 }
 
 double LikelihoodField::fit(const Pose& pose, const Beams& beams) const {

@@ -87,6 +87,9 @@ class LikelihoodField {
 
  private:
   LikelihoodField() = default;
+  template <bool kIsHuge>
+  [[nodiscard]] std::uint32_t sum_of(float x, float y, float sine, float cosine,
+                                     const Beams& beams) const;
   // Of the cell, in a table with a border that is far from everything. max(0, x) is 0 when x is no
   // number.
   [[nodiscard]] std::size_t index(float x, float y) const {

@@ -125,6 +125,22 @@ TEST(LikelihoodField, TheSumIsThatOfItsBeams) {
   }
 }
 
+// More cells than a float can count.
+TEST(LikelihoodField, AHugeMapIsExactToItsLastCell) {
+  GridMap map{.origin = {}, .rows = 4100, .columns = 4101};
+  map.cells.assign(4100UL * 4101, Cell::kUnknown);
+  map.cells[0] = Cell::kFree;
+  for (std::size_t column = 4001; column < 4101; column += 2)
+    map.cells[4099UL * 4101 + column] = Cell::kOccupied;
+  const auto field = LikelihoodField::of(map, {.sigma = 10});
+  ASSERT_TRUE(field.ok());
+  Beams beams;
+  for (std::int32_t column = 4001; column < 4101; column += 2)
+    beams.add({middle(0, 4099), middle(0, column)});
+  EXPECT_EQ(field->sum(0, 0, 0, 1, beams), 255 * beams.size());
+  EXPECT_LT(field->sum(0, 50, 0, 1, beams), 10 * beams.size()) << "the cells between";
+}
+
 TEST(LikelihoodField, BeyondTheMapNothingFits) {
   const GridMap map = random_map(10, 10, 1);
   const auto field = LikelihoodField::of(map, {});

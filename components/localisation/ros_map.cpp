@@ -13,6 +13,7 @@ namespace rack::localisation {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\n\f\v";
+constexpr std::int64_t kPixelsMax = 128'000'000;  // 500 m x 500 m of 50 mm
 
 tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
 
@@ -73,8 +74,10 @@ std::string take(std::string_view key, std::string_view value, RosMapInfo& info)
     if (origin[2] != 0) return "origin: maps that are turned are not read; turn the picture";
     info.origin_x = origin[0];
     info.origin_y = origin[1];
-  } else if (key == "mode" && value != "trinary") {
-    return "mode: only trinary is read";
+  } else if (key == "mode") {
+    const std::string_view mode = without_quotes(value);
+    if (mode != "trinary" && mode != "scale" && mode != "raw") return "mode: trinary, scale or raw";
+    info.is_raw = mode == "raw";
   }
   return {};
 }
@@ -121,8 +124,9 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
   const std::int64_t height = reader.number();
   const std::int64_t white = reader.number();
   if (width <= 0 || height <= 0) return malformed("a PGM picture without size");
-  if (width * height > GridMap::kCellsMax)
-    return malformed("the picture has more than " + std::to_string(GridMap::kCellsMax) + " cells");
+  if (width * height > kPixelsMax)
+    return malformed("the picture has more than " + std::to_string(kPixelsMax) +
+                     " cells: cut it, or make its cells larger");
   if (white <= 0 || white > 65535) return malformed("the PGM picture's white is not 1 to 65535");
   Picture picture{static_cast<std::int32_t>(width),
                   static_cast<std::int32_t>(height),
@@ -156,6 +160,9 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
 
 tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
   RosMapInfo info;
+  std::string_view list_key;
+  std::string list;
+  int listed = 0;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     std::string_view line = text.substr(0, end);
@@ -167,12 +174,25 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
     line = trimmed(line);
     if (line.empty() || line == "---" || line == "...") continue;
     const std::string at = "line " + std::to_string(number) + ": ";
+    // A list may stand below its key, a number a line.
+    if (line.starts_with("- ")) {
+      if (list_key != "origin") return malformed(at + "a list of nothing that is known");
+      list += (list.empty() ? "" : ", ") + std::string(trimmed(line.substr(2)));
+      if (++listed < 3) continue;
+      const std::string wrong = take("origin", "[" + list + "]", info);
+      if (!wrong.empty()) return malformed(at + wrong);
+      continue;
+    }
+    if (listed > 0 && listed < 3) return malformed(at + "origin: [x, y, theta] wanted");
     const auto colon = line.find(':');
     if (colon == std::string_view::npos) return malformed(at + "not `key: value`");
-    const std::string wrong =
-        take(trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 1)), info);
+    list_key = trimmed(line.substr(0, colon));
+    const std::string_view value = trimmed(line.substr(colon + 1));
+    if (value.empty() && list_key == "origin") continue;
+    const std::string wrong = take(list_key, value, info);
     if (!wrong.empty()) return malformed(at + wrong);
   }
+  if (listed > 0 && listed < 3) return malformed("origin: [x, y, theta] wanted");
   if (info.image.empty()) return malformed("no `image: FILE`");
   if (info.resolution < 0.001 || info.resolution > 10)
     return malformed("no `resolution: METRES` between 0.001 and 10");
@@ -191,12 +211,16 @@ tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm)
   const auto columns = static_cast<std::size_t>(map.columns);
   map.cells.resize(picture->values.size());
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
-    const double bright = picture->values[i] / picture->white;
-    const double occupied = info.negate ? bright : 1 - bright;
+    const std::uint16_t value = picture->values[i];
+    const double bright = value / picture->white;
+    // Raw ones are per cent; what is more is unknown.
+    const double occupied = info.is_raw ? value / 100.0 : info.negate ? bright : 1 - bright;
+    const bool is_unknown = info.is_raw && value > 100;
     const std::size_t row = static_cast<std::size_t>(map.rows) - 1 - i / columns;
-    map.cells[row * columns + i % columns] = occupied > info.occupied_thresh ? Cell::kOccupied
-                                             : occupied < info.free_thresh   ? Cell::kFree
-                                                                             : Cell::kUnknown;
+    map.cells[row * columns + i % columns] = is_unknown                        ? Cell::kUnknown
+                                             : occupied > info.occupied_thresh ? Cell::kOccupied
+                                             : occupied < info.free_thresh     ? Cell::kFree
+                                                                               : Cell::kUnknown;
   }
   return map;
 }

@@ -4,7 +4,8 @@
 //
 // The picture's lowest row is the one with the smallest y of ROS. Dark is occupied: p = (max -
 // value) / max, the other way round with `negate`; above occupied_thresh a cell is occupied, below
-// free_thresh free. ROS has x to the right and y up in the picture, RACK y and x.
+// free_thresh free; of `mode: scale` as well, and with `mode: raw` the values are per cent already.
+// ROS has x to the right and y up in the picture, RACK y and x.
 #pragma once
 
 #include <string>
@@ -21,6 +22,7 @@ struct RosMapInfo {
   double origin_x = 0;    // m: the lower left corner of the picture
   double origin_y = 0;    // m
   bool negate = false;
+  bool is_raw = false;  // values are per cent, not shades
   double occupied_thresh = 0.65;
   double free_thresh = 0.196;
 };

@@ -19,13 +19,36 @@ TEST(RosMap, ReadsItsDescription) {
   EXPECT_DOUBLE_EQ(info->origin_y, 2.0);
 }
 
+// As programs write it: lists a number a line, quotes, carriage returns, other modes.
+TEST(RosMap, ReadsWhatOthersWrite) {
+  const auto info = read_ros_yaml(
+      "---\r\n# made\r\nimage: '/maps/a b.pgm'\r\nmode: \"scale\"\r\nresolution: 5e-2\r\n"
+      "origin:\r\n  - -12.5  # x\r\n  - +3\r\n  - 0.0\r\nnegate: false\r\n...\r\n");
+  ASSERT_TRUE(info.ok()) << info.error().detail();
+  EXPECT_EQ(info->image, "/maps/a b.pgm");
+  EXPECT_DOUBLE_EQ(info->origin_x, -12.5);
+  EXPECT_DOUBLE_EQ(info->origin_y, 3);
+  const auto raw = read_ros_yaml("image: a\nresolution: 1\nmode: raw\n");
+  ASSERT_TRUE(raw.ok());
+  const auto map = read_ros_map(*raw, "P2 4 1 255 0 100 255 40");
+  ASSERT_TRUE(map.ok());
+  EXPECT_EQ(map->at(0, 0), Cell::kFree);
+  EXPECT_EQ(map->at(0, 1), Cell::kOccupied);
+  EXPECT_EQ(map->at(0, 2), Cell::kUnknown);
+  EXPECT_EQ(map->at(0, 3), Cell::kUnknown);
+}
+
 TEST(RosMap, SaysWhatIsWrongWithItsDescription) {
   const auto error_of = [](std::string_view text) { return read_ros_yaml(text).error().detail(); };
   EXPECT_EQ(error_of("image: a\nresolution 5\n"), "line 2: not `key: value`");
   EXPECT_EQ(error_of("resolution: fine\n"), "line 1: resolution: no number");
   EXPECT_EQ(error_of("image: a\n\norigin: [1, 2]\n"), "line 3: origin: [x, y, theta] wanted");
   EXPECT_EQ(error_of("origin: [1, 2, 0.5]\n").substr(0, 7), "line 1:");
-  EXPECT_EQ(error_of("mode: scale\n"), "line 1: mode: only trinary is read");
+  EXPECT_EQ(error_of("mode: grey\n"), "line 1: mode: trinary, scale or raw");
+  EXPECT_EQ(error_of("origin:\n- 1\n- 2\nimage: a\n"), "line 4: origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("origin:\n- 1\n"), "origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("origin:\n- 1\n- x\n- 0\n"), "line 4: origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("size:\n- 1\n").substr(0, 7), "line 2:");
   EXPECT_EQ(error_of("negate: maybe\n"), "line 1: negate: 0 or 1");
   EXPECT_NE(error_of("resolution: 0.1\n").find("no `image"), std::string::npos);
   EXPECT_NE(error_of("image: a\n").find("no `resolution"), std::string::npos);

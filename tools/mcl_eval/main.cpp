@@ -25,6 +25,7 @@ struct Wanted {
   bool json = false;
   std::string poses;  // file
   bool scan_matching = true;
+  double field = 0;
 };
 
 std::vector<Field> fields_of(const Outcome& outcome) {
@@ -70,7 +71,7 @@ void write_poses(const std::string& file, const Outcome& outcome) {
 }
 
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
-  const auto log = well(localisation::read_carmen(read_file(files.log)), files.log);
+  const auto log = well(localisation::read_carmen(read_file(files.log), wanted.field), files.log);
   const auto map = read_map(files.map);
   const auto field = field_of(map, files.map);
   const localisation::WallLines walls(map);
@@ -143,7 +144,8 @@ constexpr const char* kAbout =
     "The localiser gets the log's odometry and scans, what it says is compared with TRUTH: poses "
     "in\n"
     "the frame of the map, as `time index x y theta` (index of the scan) or `time x y theta`, or\n"
-    "relations between scans, as `time1 time2 dx dy dz roll pitch yaw`; m, rad, s. One line a "
+    "`time x y z qx qy qz qw`, or relations between scans, as `time1 time2 dx dy dz roll pitch "
+    "yaw`; m, rad, s. One line a "
     "seed:\n"
     "errors of positions and headings, lost (1: more than 1 m or 20 degrees off at the end),\n"
     "us_per_update (time of the processor), over_1m (share of the compared), recoveries (updates\n"
@@ -185,6 +187,9 @@ void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
                  "instead of LOG MAP TRUTH: folder of the public logs aces, intel and fr079, their "
                  "maps and truths,\nunpacked; prints what has to be reached and what was, in 10 "
                  "seeds unless --seeds says otherwise");
+  app.add_option("--field-of-view", wanted.field,
+                 "of FLASER, degrees (default: 180, or what scanners of so many beams have)")
+      ->check(CLI::Range(1.0, 360.0));
   app.add_flag("--scan-matching,!--no-scan-matching", wanted.scan_matching,
                "lay each scan on the walls of the map at last (default); --no-scan-matching: the "
                "filter alone");

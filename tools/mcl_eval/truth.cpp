@@ -44,6 +44,14 @@ tims::Result<Line> numbers_of(std::string_view text, std::size_t number) {
   }
 }
 
+// Of a length of 1: the angles of relations would hardly be that in each line.
+bool ends_with_quaternion(const Line& line) {
+  if (line.count != kWordsMax) return false;
+  double square = 0;
+  for (std::size_t i = 4; i < kWordsMax; ++i) square += line.values[i] * line.values[i];
+  return std::abs(square - 1) < 0.02;
+}
+
 // Scans by one of their times; in some logs time goes back.
 class Times {
  public:
@@ -71,22 +79,29 @@ class Times {
 
 class Reader {
  public:
-  explicit Reader(const CarmenLog& log)
-      : log_(log), by_time_(log, &LogScan::time), by_logger_(log, &LogScan::logger_time) {}
+  Reader(const CarmenLog& log, bool has_quaternions)
+      : log_(log),
+        by_time_(log, &LogScan::time),
+        by_logger_(log, &LogScan::logger_time),
+        has_quaternions_(has_quaternions) {}
 
   tims::Result<void> take(const Line& line, std::size_t number) {
     if (words_ == 0) words_ = line.count;
     if (words_ != 4 && words_ != 5 && words_ != 8)
       return wrong(number, std::to_string(line.count) +
-                               " numbers: neither a pose (4 or 5) nor a relation (8)");
+                               " numbers: neither a pose (4, 5, or 8 with a quaternion) nor a "
+                               "relation (8)");
     if (line.count != words_)
       return wrong(number, std::to_string(line.count) + " numbers, but " + std::to_string(words_) +
                                " in the lines before");
     const auto& v = line.values;
-    if (words_ == 8) {
+    if (words_ == 8 && has_quaternions_) {
+      pose(scan_at(v[0]), v[1], v[2],
+           std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6])));
+    } else if (words_ == 8) {
       relation(v);
     } else if (words_ == 4) {
-      pose(by_logger_.nearest(v[0]), v[1], v[2], v[3]);
+      pose(scan_at(v[0]), v[1], v[2], v[3]);
     } else {
       if (v[1] < 0 || v[1] != std::floor(v[1]))
         return wrong(number, "the second number is no index of a scan");
@@ -109,6 +124,10 @@ class Reader {
   }
 
  private:
+  [[nodiscard]] std::optional<std::size_t> scan_at(double time) const {
+    const auto scan = by_logger_.nearest(time);
+    return scan ? scan : by_time_.nearest(time);
+  }
   void pose(std::optional<std::size_t> scan, double x, double y, double theta) {
     if (!scan) {
       ++truth_.beside;
@@ -130,6 +149,7 @@ class Reader {
   const CarmenLog& log_;
   Times by_time_;
   Times by_logger_;
+  bool has_quaternions_;
   std::size_t words_ = 0;
   Truth truth_;
 };
@@ -163,15 +183,23 @@ Pose frame_of(std::span<const Pose> laser, const Truth& truth) {
 }  // namespace
 
 tims::Result<Truth> read_truth(std::string_view text, const CarmenLog& log) {
-  Reader reader(log);
+  struct Numbered {
+    Line line;
+    std::size_t number;
+  };
+  std::vector<Numbered> lines;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     const auto line = numbers_of(text.substr(0, end), number);
     if (!line) return line.error();
-    if (line->count > 0)
-      if (auto taken = reader.take(*line, number); !taken) return taken.error();
+    if (line->count > 0) lines.push_back({*line, number});
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
   }
+  const bool has_quaternions = std::ranges::all_of(
+      lines, [](const Numbered& numbered) { return ends_with_quaternion(numbered.line); });
+  Reader reader(log, has_quaternions);
+  for (const auto& [line, number] : lines)
+    if (auto taken = reader.take(line, number); !taken) return taken.error();
   return reader.end();
 }
 

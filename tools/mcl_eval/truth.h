@@ -2,7 +2,8 @@
 // Pure.
 //
 // Poses: a line `time index x y theta` (index of the scan in the log, from 0) or `time x y theta`
-// (the time of the scan in the log), in the frame of the map. Relations: `time1 time2 dx dy dz roll
+// (the time of the scan in the log, by its logger or its own), or `time x y z qx qy qz qw` (as the
+// TUM data sets have them), in the frame of the map. Relations: `time1 time2 dx dy dz roll
 // pitch yaw`, what was measured between two scans, by their own times. Metres, radians, seconds;
 // lines with # are remarks. Which of them a file is, its first line says by its number of words.
 #pragma once

@@ -1,5 +1,7 @@
 #include "tools/mcl_eval/truth.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 namespace rack::mcl_eval {
@@ -36,6 +38,20 @@ TEST(Truth, PosesByTime) {
   EXPECT_EQ(truth->beside, 1U);
 }
 
+// Times are the scans' own, a quaternion turns about z; in relations the last angles are no length.
+TEST(Truth, PosesWithQuaternions) {
+  const auto truth = read_truth("# time x y z qx qy qz qw\n101 1 2 0 0 0 0.6 0.8\n", log());
+  ASSERT_TRUE(truth.ok()) << truth.error().detail();
+  ASSERT_EQ(truth->poses.size(), 1U);
+  EXPECT_EQ(truth->poses[0].scan, 1U);
+  EXPECT_DOUBLE_EQ(truth->poses[0].laser.x, 2000);
+  EXPECT_NEAR(signed_angle(truth->poses[0].laser.rho - kPi / 2 + 2 * std::atan2(0.6, 0.8)), 0,
+              1e-9);
+  const auto relations = read_truth("100 101 1 0 0 0 0 1\n100 102 1 0 0 0 0 0.5\n", log());
+  ASSERT_TRUE(relations.ok());
+  EXPECT_EQ(relations->relations.size(), 2U) << "one of a turn of 1 rad";
+}
+
 TEST(Truth, RelationsByTheScansOwnTimes) {
   const auto truth = read_truth("100 102.01 1 0.5 0 0 0 0.25\n100 103 1 0 0 0 0 0\n", log());
   ASSERT_TRUE(truth.ok());
@@ -50,7 +66,8 @@ TEST(Truth, RelationsByTheScansOwnTimes) {
 
 TEST(Truth, SaysInWhichLineItIsBroken) {
   EXPECT_EQ(error_of("1 0 0 0 0\n1 0 x 0 0\n"), "line 2: \"x\" is no number");
-  EXPECT_EQ(error_of("1 2 3\n"), "line 1: 3 numbers: neither a pose (4 or 5) nor a relation (8)");
+  EXPECT_EQ(error_of("1 2 3\n"),
+            "line 1: 3 numbers: neither a pose (4, 5, or 8 with a quaternion) nor a relation (8)");
   EXPECT_EQ(error_of("1 0 0 0 0\n1 0 0 0\n"), "line 2: 4 numbers, but 5 in the lines before");
   EXPECT_EQ(error_of("1 3 0 0 0\n"), "line 1: the log has only 3 scans");
   EXPECT_EQ(error_of("1 0.5 0 0 0\n"), "line 1: the second number is no index of a scan");
