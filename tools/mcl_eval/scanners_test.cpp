@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Kind{"hall_270deg_1081_30m", 40, 60, 1081, 270, 30, 20000, true},
                     Kind{"yard_360deg_720_80m", 80, 60, 720, 360, 80, 100000, false},
                     Kind{"rooms_240deg_683_8m", 30, 60, 683, 240, 8, 20000, true},
-                    Kind{"works_180deg_361_30m_150m_wide", 150, 900, 361, 180, 30, 100000}),
+                    Kind{"works_180deg_361_30m_150m_wide", 150, 900, 361, 180, 30, 100000, true}),
     [](const auto& of) { return std::string(of.param.name); });
 
 }  // namespace
