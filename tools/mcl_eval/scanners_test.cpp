@@ -145,7 +145,9 @@ TEST_P(ScannersTest, TracksFindsAndFindsAgain) {
     trial.kidnap.reset();
   }
   EXPECT_EQ(found, kSeeds);
-  if (GetParam().is_found_again) EXPECT_EQ(again, kSeeds);
+  if (GetParam().is_found_again) {
+    EXPECT_EQ(again, kSeeds);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(
