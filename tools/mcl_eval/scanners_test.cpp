@@ -1,6 +1,5 @@
 // Made logs of scanners and buildings that none of the public ones has: tracked, found, and found
 // again.
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
