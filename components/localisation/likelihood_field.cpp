@@ -154,14 +154,17 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
   const double low = std::log(1 - settings.hit);
   field.log_ratio_ = static_cast<float>(-low);
   const double scale = map.resolution * map.resolution / (2 * settings.sigma * settings.sigma);
+  const auto level = [&](double square) {
+    const double p = settings.hit * std::exp(-scale * square) + 1 - settings.hit;
+    return static_cast<std::uint8_t>(std::lround(255 * (1 - std::log(p) / low)));
+  };
+  field.wall_ = level(0.5);  // cells squared
   field.table_.reserve(squares.size());
   for (std::size_t at = 0; at < squares.size(); ++at) {
     const std::size_t row = at / columns;
     const std::size_t column = at % columns;
     const bool border = row == 0 || row + 1 == rows || column == 0 || column + 1 == columns;
-    const double p = settings.hit * std::exp(-scale * squares[at]) + 1 - settings.hit;
-    field.table_.push_back(
-        border ? 0 : static_cast<std::uint8_t>(std::lround(255 * (1 - std::log(p) / low))));
+    field.table_.push_back(border ? 0 : level(squares[at]));
   }
   return field;
 }
@@ -214,6 +217,34 @@ double LikelihoodField::fit(const Pose& pose, const Beams& beams) const {
       sum(static_cast<float>(pose.x), static_cast<float>(pose.y),
           static_cast<float>(std::sin(pose.rho)), static_cast<float>(std::cos(pose.rho)), beams);
   return all / (255.0 * static_cast<double>(beams.size()));
+}
+
+// The last part of a beam does not count: a wall that is seen at a low angle is nearer or farther
+// than it was.
+bool LikelihoodField::is_blocked(const Pose& from, const MapPoint& end) const {
+  constexpr double kAtEnd = 500;  // mm
+  const double x = end.x - from.x;
+  const double y = end.y - from.y;
+  const double length = std::hypot(x, y);
+  const double step = 1 / (length * static_cast<double>(cells_per_mm_));
+  for (double part = 0; part < 1 - kAtEnd / length; part += step) {
+    const auto at_x = static_cast<float>(from.x + part * x);
+    const auto at_y = static_cast<float>(from.y + part * y);
+    if (at(at_x, at_y) >= wall_) return true;
+  }
+  return false;
+}
+
+double LikelihoodField::blocked(const Pose& pose, const Beams& beams) const {
+  constexpr double kFits = 300;  // mm from a wall
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    const Pose end =
+        pose + Pose{.x = static_cast<double>(beams[i].x), .y = static_cast<double>(beams[i].y)};
+    if (distance(end.x, end.y) < kFits) continue;
+    count += is_blocked(pose, {end.x, end.y}) ? 1U : 0U;
+  }
+  return beams.empty() ? 0 : static_cast<double>(count) / static_cast<double>(beams.size());
 }
 
 double LikelihoodField::distance(double x, double y) const {

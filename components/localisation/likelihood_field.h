@@ -79,6 +79,9 @@ class LikelihoodField {
   // The same as a part of the most that is possible, 0 to 1.
   [[nodiscard]] double fit(const Pose& pose, const Beams& beams) const;
 
+  // How many of the beams seen from there would have gone through a wall, as a part of all, 0 to 1.
+  [[nodiscard]] double blocked(const Pose& pose, const Beams& beams) const;
+
   [[nodiscard]] bool is_free(double x, double y) const;
   [[nodiscard]] std::size_t free_cells() const { return free_.size(); }
   [[nodiscard]] double resolution() const { return resolution_; }
@@ -90,6 +93,7 @@ class LikelihoodField {
   template <bool kIsHuge>
   [[nodiscard]] std::uint32_t sum_of(float x, float y, float sine, float cosine,
                                      const Beams& beams) const;
+  [[nodiscard]] bool is_blocked(const Pose& from, const MapPoint& end) const;
   // Of the cell, in a table with a border that is far from everything. max(0, x) is 0 when x is no
   // number.
   [[nodiscard]] std::size_t index(float x, float y) const {
@@ -111,6 +115,7 @@ class LikelihoodField {
   float column_max_ = 0;
   std::int32_t stride_ = 0;
   float log_ratio_ = 0;
+  std::uint8_t wall_ = 0;  // and more: an obstacle is in the cell
 };
 
 }  // namespace rack::localisation

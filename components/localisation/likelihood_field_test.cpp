@@ -178,6 +178,29 @@ TEST(LikelihoodField, DrawsFreePlaces) {
   }
 }
 
+TEST(LikelihoodField, KnowsWhatIsBehindAWall) {
+  GridMap map{.resolution = 50, .rows = 100, .columns = 100};
+  map.cells.assign(10000, Cell::kFree);
+  for (std::size_t column = 0; column < 100; ++column)
+    map.cells[60 * 100 + column] = Cell::kOccupied;
+  const auto field = LikelihoodField::of(map, {});
+  ASSERT_TRUE(field.ok());
+  const Pose pose{.x = 1025, .y = 2525};  // the wall is 2 m ahead
+  const auto blocked = [&](std::initializer_list<BeamEnd> ends) {
+    Beams beams;
+    for (const BeamEnd& end : ends) beams.add(end);
+    return field->blocked(pose, beams);
+  };
+  EXPECT_EQ(blocked({}), 0);
+  EXPECT_EQ(blocked({{2000, 0}}), 0) << "its end";
+  EXPECT_EQ(blocked({{1000, 0}}), 0) << "somebody before it";
+  EXPECT_EQ(blocked({{2400, 0}}), 0) << "as a wall at a low angle";
+  EXPECT_EQ(blocked({{2700, 0}}), 1);
+  EXPECT_EQ(blocked({{2700, 0}, {1000, 0}, {2000, 0}, {1000, 1000}}), 0.25);
+  EXPECT_EQ(blocked({{2700, 900}, {1e9F, 0}}), 1);
+  EXPECT_EQ(blocked({{0, 0}}), 0);
+}
+
 TEST(Random, IsTheSameFromTheSameSeed) {
   EXPECT_EQ(Random(1234567).bits(), 6457827717110365317U);  // as published for SplitMix64
   Random random(1);

@@ -10,6 +10,8 @@ constexpr double kSettled = 0.99;          // of the weight, in one place
 constexpr double kBelieved = 0.5;          // of it: more is elsewhere when it is less
 constexpr double kFavoured = 0.2;          // and so much stays
 constexpr std::uint32_t kDoubtsMost = 12;  // scans, until it is believed to be elsewhere
+constexpr double kBlocked = 0.07;          // of the beams
+constexpr std::uint32_t kHiddenMost = 20;  // scans on its way
 
 bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
@@ -60,8 +62,18 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   estimate_ = estimate_from(expected);
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
-  filter_.resample(field, beams_);
+  filter_.resample(field, beams_, has_to_search(field, moved));
   return true;
+}
+
+// Only when it cannot be where it believes to be. At rest each scan would say the same again.
+bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
+  if (!settled_ || filter_.searching_share() == 0) {
+    hidden_ = 0;
+    return true;
+  }
+  if (field.blocked(estimate_.pose, beams_) > kBlocked) return true;
+  return moved && ++hidden_ > kHiddenMost;
 }
 
 // A part of the step that the filter would take: variances grow with the way, deviations do not.

@@ -13,6 +13,11 @@
 // for some scans another place of the building looks more like it than its own. When they have
 // gone, that tells the two apart; who was carried away is found that much later.
 //
+// And it searches elsewhere only when it cannot be where it has settled: when beams would have gone
+// through walls from there, or when scans have not fitted for 2 m of its way, along which nobody
+// stands before it for long. A robot that waits for people would search in each of its scans else,
+// and find, sooner or later, a place that fits by chance.
+//
 // With the walls of the map the scan is laid on them at last (`scan_matcher.h`), and that is the
 // pose that is told; the cloud stays as it is.
 #pragma once
@@ -58,6 +63,7 @@ class Localiser {
  private:
   void choose(std::span<const BeamEnd> scan);
   [[nodiscard]] Estimate estimate_from(const Pose& expected);
+  [[nodiscard]] bool has_to_search(const LikelihoodField& field, bool moved);
 
   LocaliserSettings settings_;
   ParticleFilter filter_;
@@ -71,6 +77,7 @@ class Localiser {
   bool first_ = true;
   bool settled_ = false;      // most of the cloud was in one place
   std::uint32_t doubts_ = 0;  // scans since most of it is elsewhere
+  std::uint32_t hidden_ = 0;  // scans on its way that people may stand in
 };
 
 }  // namespace rack::localisation

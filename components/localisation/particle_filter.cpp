@@ -347,11 +347,13 @@ std::size_t ParticleFilter::wanted_size() const {
                                              static_cast<double>(settings_.particles_max)));
 }
 
-void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams) {
-  const double share =
-      slow_ > 0 && !beams.empty()
-          ? std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax)
-          : 0;
+double ParticleFilter::searching_share() const {
+  if (!(slow_ > 0)) return 0;
+  return std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax);
+}
+
+void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams, bool searches) {
+  const double share = searches && !beams.empty() ? searching_share() : 0;
   const std::size_t size = wanted_size();
   const auto anew =
       std::min(kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));

@@ -126,8 +126,9 @@ class ParticleFilter {
   void weigh(const LikelihoodField& field, const Beams& beams);
   // What is near `pose` gets at least so much of the weight, if anything is there.
   void favour(const Pose& pose, double share);
-  // After weigh() and estimate(): the cloud for the next step.
-  void resample(const LikelihoodField& field, const Beams& beams);
+  // After weigh() and estimate(): the cloud for the next step. `searches`: a part of it may be
+  // drawn anew from anywhere.
+  void resample(const LikelihoodField& field, const Beams& beams, bool searches);
 
   // Mean and covariance of the heaviest part of the cloud.
   [[nodiscard]] Estimate estimate();
@@ -140,6 +141,8 @@ class ParticleFilter {
   }
   // Whether a scan that fits so well means that the robot is not where the cloud is.
   [[nodiscard]] bool misfits(double fit) const { return fit * settings_.jump_margin < slow_; }
+  // The part of the cloud that is to be drawn anew, as scans fit worse than they did for long.
+  [[nodiscard]] double searching_share() const;
   // Of the last weigh(): how well the scan fits on average, 0 to 1.
   [[nodiscard]] double fit() const { return fit_; }
   // Of the last resample(): how many particles were drawn anew.

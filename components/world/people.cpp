@@ -31,6 +31,7 @@ constexpr double kTurnRate = 4;
 constexpr double kAhead = 400;  // how far ahead it aims
 constexpr double kSlowsDown = 500;
 constexpr double kRoomToRobot = 150;
+constexpr double kStepsBack = 50;  // from a robot that is as near
 constexpr double kRoomToOthers = 450;
 constexpr double kShoulders = 400;               // people touch
 constexpr double kForgets = 1500;                // a robot that is as far is met anew
@@ -193,6 +194,7 @@ void People::step(const Surroundings& around, std::span<Contacts> contacts) {
   ++steps_;
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     Mind& mind = minds_[i];
+    if (steps_back(i, around, contacts)) continue;
     if (mind.pause > 0) {
       stop(i);
       if (--mind.pause == 0) choose_goal(mind);
@@ -284,6 +286,33 @@ void People::look_ahead(std::size_t person, const Surroundings& around) {
   if (mind.patience > 0) return;
   mind.squeezes = true;
   turn_round(mind);
+}
+
+// Away from the nearest point of a robot, if there is room.
+bool People::steps_back(std::size_t person, const Surroundings& around,
+                        std::span<Contacts> contacts) {
+  Figure& figure = figures_[person];
+  if (minds_[person].meeting == Meeting::kOverlooks) return false;
+  const auto too_near = std::ranges::find_if(around.robots, [&](const Box& box) {
+    return distance(figure.at, box) < kPersonRadius + kStepsBack;
+  });
+  if (too_near == around.robots.end()) return false;
+  constexpr double kAside = 1;
+  const auto slope = [&](double x, double y) {
+    return distance({figure.at.x + x, figure.at.y + y}, *too_near) -
+           distance({figure.at.x - x, figure.at.y - y}, *too_near);
+  };
+  const double x = slope(kAside, 0);
+  const double y = slope(0, kAside);
+  const double length = std::hypot(x, y);
+  if (length == 0) return false;
+  const double step = kUsualSpeed * kSeconds / length;
+  const MapPoint to{figure.at.x + x * step, figure.at.y + y * step};
+  const bool has_room = around.scenery.clearance(to, kPersonRadius) >= kPersonRadius;
+  if (!has_room || meets_somebody(person, to, around, contacts)) return false;
+  figure.at = to;
+  stop(person);
+  return true;
 }
 
 // At a place, the next way begins, or a pause: then true.

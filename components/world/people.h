@@ -1,7 +1,8 @@
 // People who walk about: each wants to be at some place, goes there by the ways of the roadmap,
 // keeps to the right where there is room, stays for a while and wants to be elsewhere. Five times a
 // second it looks ahead: another person, a robot or an obstacle in the way makes it
-// step aside, wait, and at last turn round. It overlooks some robots, and walks against them.
+// step aside, wait, and at last turn round; from a robot that comes too near it steps back, also
+// while it stays somewhere. It overlooks some robots, and walks against them.
 // Nobody ever goes where there is no room for it.
 #pragma once
 
@@ -107,6 +108,7 @@ class People {
   void choose_goal(Mind& mind) const;
   void turn_round(Mind& mind);
   void look_ahead(std::size_t person, const Surroundings& around);
+  bool steps_back(std::size_t person, const Surroundings& around, std::span<Contacts> contacts);
   [[nodiscard]] bool is_free(std::size_t person, double side, bool robots,
                              const Surroundings& around) const;
   bool arrive(std::size_t person);

@@ -56,6 +56,21 @@ TEST(People, AvoidRobotsWhenTheyAlwaysDo) {
   EXPECT_EQ(contacts[0].bumped, 0U);
 }
 
+TEST(People, StepBackFromARobotThatComesTooNear) {
+  const Scenery scenery(two_rooms(), {});
+  std::vector<Box> robots = {Box::of({1000, 1000}, 0, 600, 500)};
+  const WalkDescription walk{.places = {{3000, 1000}}};
+  People people({.avoids_share = 1, .walks = {walk}}, kRooms, {scenery, robots, {}}, 3);
+  ASSERT_EQ(people.size(), 1U);
+  std::vector<Contacts> contacts(1);
+  for (double x = 1000; x < 4000; x += 2) {
+    robots[0] = Box::of({x, 1000}, 0, 600, 500);
+    people.step({scenery, robots, {}}, contacts);
+    ASSERT_GE(distance(people.figures()[0].at, robots[0]), kPersonRadius) << x;
+  }
+  EXPECT_EQ(contacts[0], Contacts{});
+}
+
 // Between the rooms and back, as long as it takes; the same again from the same seed.
 TEST(People, WalkFromPlaceToPlaceInTurn) {
   const Scenery scenery(two_rooms(), kTable);
