@@ -161,6 +161,11 @@ int Module::run(std::span<const char* const> arguments) {
     std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
+  if (const auto report = run_alone()) {
+    if (!*report) return fail(info_.program, report->error(), ExitCode::kFailed);
+    std::fputs((*report)->text.c_str(), stdout);
+    return static_cast<int>((*report)->code);
+  }
   const auto started = runtime_->start(*parsed);
   if (started) {
     if (runtime_->session_) runtime_->wait_for_end();

@@ -15,6 +15,7 @@ using tims::Error;
 
 constexpr std::string_view kMagic = "# rack capture 1";
 constexpr std::string_view kDigits = "0123456789ABCDEF";
+constexpr std::string_view kDirections = "<>*~=";  // of all but events
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kExtendedId = 0x80000000;  // CAN_EFF_FLAG
 constexpr std::uint32_t kRemote = 0x40000000;      // CAN_RTR_FLAG
@@ -223,7 +224,7 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
     record.event = line.substr(std::min<std::size_t>(1, line.size()));
     return true;
   }
-  if (word == "<" || word == ">") {
+  if (word.size() == 1 && kDirections.find(word.front()) != std::string_view::npos) {
     record.direction = static_cast<Direction>(word.front());
     word = next_word(line);
   }

@@ -7,6 +7,13 @@
 //   2.100000000 ! the device is gone
 //   3.512345678 < 181#3701000000000000          (a CAN frame, or a datagram: id#bytes)
 //
+// and what drivers add, for the same data to be made of it again (replay.h):
+//
+//   0.000000000 *                               (the device was opened, and the dialogue started)
+//   0.020113000 ~                               (the dialogue was told the time)
+//   0.009680000 = 0000002A#9F3C55D210B7E604     (data were made: when they were measured, records
+//                                               read since *, a checksum)
+//
 // Seconds since it began (and how long the bytes took, where the line knows), direction, bytes in
 // hex. Without a direction a line was received. Lines of candump ("(1700000000.123456) can0
 // 181#3701") are read as well. Empty lines and those that begin with # are skipped.
@@ -26,15 +33,22 @@ namespace rack::device {
 using tims::Duration;
 using tims::Result;
 
-enum class Direction : char { kReceived = '<', kSent = '>', kEvent = '!' };
+enum class Direction : char {
+  kReceived = '<',
+  kSent = '>',
+  kEvent = '!',
+  kStarted = '*',
+  kTime = '~',
+  kMade = '='
+};
 
 struct CaptureRecord {
   Duration time{};  // since the recording began; of candump since its epoch
   Direction direction = Direction::kReceived;
   std::uint32_t id = 0;
   Duration took{};  // from its first bit to its last
-  std::vector<std::byte> bytes;
-  std::string event;
+  std::vector<std::byte> bytes{};
+  std::string event{};
 };
 
 std::string capture_header(std::string_view device, std::string_view date);

@@ -1,6 +1,7 @@
 #include "devices/core/capture_statistics.h"
 
 #include <algorithm>
+#include <array>
 
 namespace rack::device {
 namespace {
@@ -16,6 +17,8 @@ void add_to(CaptureStatistics::Sum& sum, const CaptureRecord& record) {
 }  // namespace
 
 void CaptureStatistics::add(const CaptureRecord& record) {
+  constexpr std::array kOfDrivers = {Direction::kStarted, Direction::kTime, Direction::kMade};
+  if (std::ranges::find(kOfDrivers, record.direction) != kOfDrivers.end()) return;
   if (!first_) first_ = last_ = record.time;
   if (record.time < last_) ++backwards_;
   last_ = std::max(last_, record.time);
@@ -28,6 +31,9 @@ void CaptureStatistics::add(const CaptureRecord& record) {
       ++event_count_;
       if (events_.size() < kEventsMax)
         events_.push_back({.time = record.time - *first_, .text = record.event});
+      return;
+    default:
+      return;  // what a driver did
   }
 }
 

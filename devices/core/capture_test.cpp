@@ -34,6 +34,22 @@ TEST(CaptureTest, ARecordIsReadAsItWasWritten) {
   EXPECT_EQ(record.event, "the device is gone");
 }
 
+TEST(CaptureTest, WhatADriverDidIsReadAsItWasWritten) {
+  std::string text;
+  append_record(text, 2s, Direction::kTime, 0, {});
+  append_record(text, 1s, Direction::kMade, 42, bytes("9F3C"));
+  EXPECT_EQ(text, "2.000000000 ~ \n1.000000000 = 0000002A#9F3C\n");
+  CaptureRecord record;
+  ASSERT_TRUE(parse_record("2.000000000 ~ ", record).value());
+  EXPECT_EQ(record.direction, Direction::kTime);
+  ASSERT_TRUE(parse_record("0.0 *", record).value());
+  EXPECT_EQ(record.direction, Direction::kStarted);
+  ASSERT_TRUE(parse_record("1.000000000 = 0000002A#9F3C", record).value());
+  EXPECT_EQ(record.direction, Direction::kMade);
+  EXPECT_EQ(record.id, 42U);
+  EXPECT_EQ(record.bytes, bytes("9F3C"));
+}
+
 TEST(CaptureTest, LinesWithoutADirectionWereReceived) {
   CaptureRecord record;
   ASSERT_TRUE(parse_record("0.204711 02020202\r", record).value());

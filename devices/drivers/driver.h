@@ -18,8 +18,10 @@
 #include <optional>
 #include <string>
 
+#include "devices/core/replay.h"
 #include "devices/drivers/relay.h"
 #include "devices/io/device.h"
+#include "devices/io/recording.h"
 #include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
@@ -28,9 +30,11 @@ namespace rack::device {
 
 // --- parameters of all drivers
 
-inline constexpr std::array<ParameterInfo, 3> kDriverParameters = {{
+inline constexpr std::array<ParameterInfo, 4> kDriverParameters = {{
     {"device", "", "where the device is, as tcp:192.168.0.1:2112; see timsctl device list"},
-    {"record", "", "file that what comes and goes is recorded in, for play:"},
+    {"record", "", "file that what comes and goes is recorded in, for play: and replay"},
+    at_start({"replay", "",
+              "such a file, made data of again at once, without a router: are they the same?"}),
     {"errorTimeout", 500, "after an error it is tried again, ms", 0, 60000},
 }};
 
@@ -103,6 +107,7 @@ class Driver : public DataModule<Data> {
     auto dialogue = make_dialogue();
     if (!dialogue) return dialogue.error();
     dialogue_ = std::move(*dialogue);
+    if (!options->record.empty()) made_.resize(body_max<Data>());
     auto opened = Device::open(*options, *dialogue_, [this] { return take_all(); });
     if (!opened) return opened.error();
     device_ = std::move(*opened);
@@ -166,11 +171,47 @@ class Driver : public DataModule<Data> {
       heard_ = now();
       has_taken_ = true;
       if (!std::exchange(is_known_, true)) recognize();
+      if (device_->is_recorded())
+        if (const auto body = body_of(data); !body.empty()) device_->note_made(recorded, body);
       data.recordingTime = time_stamp_of(recorded);
       if (auto completed = complete(data); !completed) return completed;
       if (auto put = this->put_local_buffer(); !put) return put;
     }
     return {};
+  }
+
+  // As the device said it: nobody has added anything yet. Empty: it is none that can be sent.
+  std::span<const std::byte> body_of(Data& data) {
+    data.recordingTime = TimeStamp(0);
+    const auto size = encode(data, std::span(made_));
+    return std::span(made_).first(size ? *size : 0);
+  }
+
+  // "replay": what this program makes now of what a device said then.
+  std::optional<Result<Module::Report>> run_alone() override {
+    const std::string file = this->text("replay");
+    if (file.empty()) return {};
+    Data data;
+    reserve_all(data);
+    made_.resize(body_max<Data>());
+    Replay replay([&]() -> Result<Replay::Side> {
+      auto made = make_dialogue();
+      if (!made) return made.error();
+      dialogue_ = std::move(*made);
+      return Replay::Side{.dialogue = dialogue_.get(), .take = [&]() -> Result<void> {
+                            for (tims::Time recorded{}; dialogue_->take(data, recorded);)
+                              if (const auto body = body_of(data); !body.empty())
+                                replay.made(recorded, body);
+                            return {};
+                          }};
+    });
+    const auto read =
+        read_recording(file, [&](const CaptureRecord& record) { return replay.take(record); });
+    if (!read) return read.error();
+    if (replay.openings() == 0)
+      return this->refused(file + " does not say when a device was opened: it is none of --record");
+    return Module::Report{.code = replay.is_same() ? ExitCode::kGood : ExitCode::kFailed,
+                          .text = replay.report()};
   }
 
   Result<void> check_silence() {
@@ -215,8 +256,9 @@ class Driver : public DataModule<Data> {
   tims::Time heard_{};
   bool has_told_end_ = false;  // of a recording
   bool has_taken_ = false;
-  bool is_known_ = false;      // recognized, since it was opened
-  std::string serial_number_;  // of the last one, since this program was started
+  bool is_known_ = false;        // recognized, since it was opened
+  std::string serial_number_;    // of the last one, since this program was started
+  std::vector<std::byte> made_;  // while it is recorded or replayed
 };
 
 }  // namespace rack::device

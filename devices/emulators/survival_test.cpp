@@ -1,8 +1,8 @@
 // What every dialogue survives, each with the emulator of its device: the line is cut while any of
 // its pieces is on the way, from the first to that with the first data, and plugged in again; the
 // device loses its power meanwhile, or goes on; the driver is turned off and on; answers come late,
-// or twice. And what came is recorded, and says the same when it is played. A new dialogue is a row
-// in kRows.
+// or twice. And what came is recorded: it says the same when it is played, and the same data are
+// made of it when it is replayed. A new dialogue is a row in kRows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 #include "devices/chassis/vesc.h"
 #include "devices/core/capture.h"
 #include "devices/core/device_address.h"
-#include "devices/core/pieces.h"
+#include "devices/core/replay.h"
 #include "devices/core/virtual_line.h"
 #include "devices/emulators/emulators.h"
 #include "devices/navigation/cmps03.h"
@@ -49,8 +49,9 @@ class Subject {
   virtual ~Subject() = default;
   virtual Dialogue& dialogue() = 0;
   virtual bool take() = 0;
-  // The body of the message that was taken last, and when it was measured, to the nanosecond.
+  // The body of the message that was taken last; and when it was measured.
   [[nodiscard]] virtual std::vector<std::byte> body() const = 0;
+  [[nodiscard]] virtual Time recorded() const = 0;
   // What can move does so.
   virtual void move(Time now) = 0;
 };
@@ -64,10 +65,9 @@ class SubjectOf final : public Subject {
   [[nodiscard]] std::vector<std::byte> body() const override {
     std::vector<std::byte> bytes(encoded_size(data_));
     EXPECT_TRUE(encode(data_, std::span(bytes)));
-    const auto time = std::bit_cast<std::array<std::byte, sizeof(Time)>>(recorded_);
-    bytes.insert(bytes.end(), time.begin(), time.end());
     return bytes;
   }
+  [[nodiscard]] Time recorded() const override { return recorded_; }
   void move(Time now) override {
     if constexpr (std::derived_from<Dialog, ChassisDialogue>)
       dialogue_.drive({.vx = 200, .omega = 0.3F}, now);
@@ -127,12 +127,12 @@ std::unique_ptr<Subject> robucar(bool only_listen) {
                                         std::move(links)));
 }
 
-using Bodies = std::vector<std::vector<std::byte>>;
-bool take_all(Subject& subject, Bodies& bodies) {
-  const std::size_t before = bodies.size();
-  while (subject.take()) bodies.push_back(subject.body());
-  return bodies.size() > before;
-}
+struct Message {
+  std::vector<std::byte> body;
+  Time recorded{};
+  bool operator==(const Message&) const = default;
+};
+using Messages = std::vector<Message>;
 
 struct Row {
   std::string_view emulator;                           // of emulators()
@@ -140,6 +140,7 @@ struct Row {
   int each = 1;           // piece is lost once; of who only sends, each one has the same state
   Duration late = 150ms;  // that an answer may be
   bool has_head = false;  // how its data are packed is said once, before them
+  bool is_mute = false;   // its answers do not say what was asked: they need what it was told
 };
 
 const Row kRows[] = {
@@ -176,7 +177,8 @@ const Row kRows[] = {
      [](bool listens) {
        return with<ChassisData>(Roomba({.model = RoombaModel::kCreate2, .only_listen = listens}));
      }},
-    {"er1", [](bool listens) { return with<ChassisData>(Er1({.only_listen = listens})); }},
+    {"er1", [](bool listens) { return with<ChassisData>(Er1({.only_listen = listens})); }, 1, 150ms,
+     false, true},
     {"odrives", odrives},
     {"vescs", vescs},
     {"cia402", cia402},
@@ -198,100 +200,132 @@ const Row kRows[] = {
 
 void PrintTo(const Row& row, std::ostream* out) { *out << row.emulator; }
 
-constexpr std::size_t kSlice = 16;  // of a stream, as devices/io hands it over
-
 // A dialogue that drives, what it hears and says, and its data: what a driver with record= keeps.
 class Recorder final : public Dialogue, private Output {
  public:
-  Recorder(Subject& subject, bool is_stream) : subject_(subject), is_stream_(is_stream) {}
+  Recorder(Subject& subject, bool is_stream, bool moves)
+      : subject_(subject),
+        is_stream_(is_stream),
+        moves_(moves),
+        conversation_(subject.dialogue(), [this] { return take(); }) {}
 
   void start(Time now, Output& out) override {
     const Turn turn(*this, now, out);
-    subject_.dialogue().start(now, *this);
+    note(Direction::kStarted, {});
+    conversation_.start(now, *this);
   }
   void on_arrival(const Arrival& arrival, Output& out) override {
-    append_record(capture_, arrival.last.time_since_epoch(), Direction::kReceived, arrival.id,
-                  arrival.bytes, arrival.last - arrival.first);
-    in_pieces(arrival, is_stream_ ? kSlice : arrival.bytes.size(), [&](const Arrival& piece) {
-      const Turn turn(*this, arrival.last, out);
-      subject_.dialogue().on_arrival(piece, *this);
-    });
+    Arrival heard = arrival;
+    if (!is_stream_ && heard.id == 0) heard.id = kPort;
+    const Turn turn(*this, arrival.last, out);
+    note(Direction::kReceived, heard);
+    conversation_.hear(heard, *this);
   }
   void on_timeout(Time now, Output& out) override {
     const Turn turn(*this, now, out);
-    subject_.dialogue().on_timeout(now, *this);
+    note(Direction::kTime, {});
+    conversation_.tell_time(now, *this);
   }
   [[nodiscard]] Time next_timeout() const override { return subject_.dialogue().next_timeout(); }
 
   [[nodiscard]] const std::string& capture() const { return capture_; }
-  [[nodiscard]] const Bodies& bodies() const { return bodies_; }
+  [[nodiscard]] const Messages& messages() const { return messages_; }
 
  private:
+  static constexpr std::uint32_t kPort = 2112;  // of datagrams
+
   struct Turn {
     Turn(Recorder& its_recorder, Time now, Output& out) : recorder(its_recorder) {
       recorder.now_ = now;
       recorder.out_ = &out;
     }
+    // It moves on.
     ~Turn() {
-      if (take_all(recorder.subject_, recorder.bodies_)) recorder.subject_.move(recorder.now_);
+      const bool has_taken = std::exchange(recorder.has_taken_, false);
+      if (has_taken && recorder.moves_) recorder.subject_.move(recorder.now_);
     }
     Recorder& recorder;
   };
 
+  void note(Direction direction, const Arrival& heard) {
+    ++records_;
+    append_record(capture_, now_.time_since_epoch(), direction, heard.id, heard.bytes,
+                  heard.last - heard.first);
+  }
+  tims::Result<void> take() {
+    while (subject_.take()) {
+      has_taken_ = true;
+      messages_.push_back({subject_.body(), subject_.recorded()});
+      append_record(capture_, messages_.back().recorded.time_since_epoch(), Direction::kMade,
+                    records_, checksum_of(messages_.back().body));
+    }
+    return {};
+  }
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
     append_record(capture_, now_.time_since_epoch(), Direction::kSent, id, bytes);
     out_->send(bytes, id);
   }
-  void set_baud(std::uint32_t baud) override { out_->set_baud(baud); }
+  void set_baud(std::uint32_t baud) override {
+    conversation_.drop_rest();
+    out_->set_baud(baud);
+  }
   void set_dtr(bool on) override { out_->set_dtr(on); }
 
   Subject& subject_;
   bool is_stream_;
+  bool moves_;
+  Conversation conversation_;
   Time now_{};
   Output* out_ = nullptr;
+  bool has_taken_ = false;
+  std::uint32_t records_ = 0;
   std::string capture_;
-  Bodies bodies_;
+  Messages messages_;
 };
+
+void for_each_record(std::string_view capture,
+                     const std::function<void(const CaptureRecord&)>& what) {
+  CaptureRecord record;
+  while (!capture.empty()) {
+    const std::size_t size = capture.find('\n');
+    EXPECT_TRUE(parse_record(capture.substr(0, size), record));
+    capture.remove_prefix(size + 1);
+    what(record);
+  }
+}
 
 struct Nobody final : Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// As devices/io plays it: a stream in slices, and the dialogue is woken when it wants to be, after
-// what comes at that time.
-Bodies play(const std::string& capture, bool is_stream, Time end, Subject& subject) {
+// As devices/io plays it: the dialogue is woken when it wants to be, after what comes at that time.
+Messages play(const std::string& capture, Time end, Subject& subject) {
   Nobody nobody;
-  Bodies bodies;
+  Messages messages;
   Dialogue& dialogue = subject.dialogue();
+  Conversation conversation(dialogue, [&]() -> tims::Result<void> {
+    while (subject.take()) messages.push_back({subject.body(), subject.recorded()});
+    return {};
+  });
   const auto wake_before = [&](Time then) {
-    while (dialogue.next_timeout() < then) {
-      dialogue.on_timeout(dialogue.next_timeout(), nobody);
-      take_all(subject, bodies);
-    }
+    while (dialogue.next_timeout() < then) conversation.tell_time(dialogue.next_timeout(), nobody);
   };
   bool has_started = false;
-  for (std::string_view rest = capture; !rest.empty();) {
-    const std::size_t size = rest.find('\n');
-    CaptureRecord record;
-    EXPECT_TRUE(parse_record(rest.substr(0, size), record));
-    rest.remove_prefix(size + 1);
+  for_each_record(capture, [&](const CaptureRecord& record) {
+    if (record.direction != Direction::kReceived && record.direction != Direction::kSent) return;
     const Time now(record.time);
-    if (!std::exchange(has_started, true)) dialogue.start(now, nobody);
+    if (!std::exchange(has_started, true)) conversation.start(now, nobody);
     wake_before(now);
-    const Arrival arrival{
-        .bytes = record.bytes, .first = now - record.took, .last = now, .id = record.id};
-    if (record.direction == Direction::kSent) {
-      dialogue.on_sent(arrival);
-      continue;
-    }
-    in_pieces(arrival, is_stream ? kSlice : record.bytes.size(), [&](const Arrival& piece) {
-      dialogue.on_arrival(piece, nobody);
-      take_all(subject, bodies);
-    });
-  }
+    conversation.hear({.bytes = record.bytes,
+                       .first = now - record.took,
+                       .last = now,
+                       .id = record.id,
+                       .is_sent = record.direction == Direction::kSent},
+                      nobody);
+  });
   wake_before(end + 1ns);
   EXPECT_FALSE(dialogue.failure()) << dialogue.failure()->detail();
-  return bodies;
+  return messages;
 }
 
 class SurvivalTest : public testing::TestWithParam<Row> {
@@ -347,6 +381,16 @@ class SurvivalTest : public testing::TestWithParam<Row> {
     return line_->now() - began;
   }
 
+  void record(bool moves) {
+    constexpr std::size_t kEnough = 30;
+    subject_ = GetParam().make(false);
+    const auto kind = DeviceAddress::parse(find_emulator(GetParam().emulator)->address)->kind;
+    recorder_.emplace(*subject_, kind != TransportKind::kCan && kind != TransportKind::kUdp, moves);
+    plug(*recorder_, 300us);  // nothing comes at the very time that something is due
+    line_->start();
+    line_->run(5min, [&] { return recorder_->messages().size() >= kEnough; });
+  }
+
   enum class Cut : std::uint8_t { kPower, kLine, kDriver };
 
   // Data come, although piece `piece` and what follows for half a second was lost.
@@ -367,6 +411,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
   }
 
   std::unique_ptr<Subject> subject_;
+  std::optional<Recorder> recorder_;
   std::unique_ptr<Dialogue> device_;
   std::optional<VirtualLine> line_;
   bool is_bus_ = false;
@@ -406,24 +451,41 @@ TEST_P(SurvivalTest, AnswersMayComeTwice) {
 }
 
 TEST_P(SurvivalTest, ARecordingSaysWhatTheDeviceSaid) {
-  constexpr std::size_t kEnough = 30;
-  subject_ = GetParam().make(false);
-  const auto kind = DeviceAddress::parse(find_emulator(GetParam().emulator)->address)->kind;
-  Recorder recorder(*subject_, kind != TransportKind::kCan && kind != TransportKind::kUdp);
-  plug(recorder, 300us);  // nothing comes at the very time that something is due
-  line_->start();
-  line_->run(5min, [&] { return recorder.bodies().size() >= kEnough; });
-  const Bodies& said = recorder.bodies();
+  record(true);
+  const Messages& said = recorder_->messages();
   ASSERT_GE(said.size(), 3U);
 
   const auto listener = GetParam().make(true);
-  EXPECT_TRUE(play(recorder.capture(), !is_bus_, line_->now(), *listener) == said);
+  EXPECT_TRUE(play(recorder_->capture(), line_->now(), *listener) == said);
 
   // Of who began to record later.
-  const std::size_t middle = recorder.capture().find('\n', recorder.capture().size() / 2) + 1;
+  const std::string& capture = recorder_->capture();
+  const std::size_t middle = capture.find('\n', capture.size() / 2) + 1;
   const auto late = GetParam().make(true);
-  const Bodies rest = play(recorder.capture().substr(middle), !is_bus_, line_->now(), *late);
+  const Messages rest = play(capture.substr(middle), line_->now(), *late);
   EXPECT_GE(rest.size(), GetParam().has_head ? 0 : said.size() / 3);
+}
+
+// By a driver that is started as it was then; nobody tells it to move.
+TEST_P(SurvivalTest, TheSameDataAreMadeOfARecordingAgain) {
+  record(!GetParam().is_mute);
+  std::unique_ptr<Subject> again;
+  Replay replay([&] {
+    again = GetParam().make(false);
+    return tims::Result(Replay::Side{&again->dialogue(), [&]() -> tims::Result<void> {
+                                       while (again->take())
+                                         replay.made(again->recorded(), again->body());
+                                       return {};
+                                     }});
+  });
+  for_each_record(recorder_->capture(),
+                  [&](const CaptureRecord& record) { EXPECT_TRUE(replay.take(record)); });
+  EXPECT_EQ(replay.openings(), 1U);
+  EXPECT_EQ(replay.messages(), recorder_->messages().size());
+  EXPECT_EQ(replay.lost(), 0U);
+  if (const auto& first = replay.first_difference())
+    ADD_FAILURE() << replay.different() << " different; " << first->at / 1us
+                  << " us: " << first->text;
 }
 
 }  // namespace

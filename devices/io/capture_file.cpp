@@ -44,7 +44,7 @@ Continued end_of(int file, off_t size, const timespec& written) {
     const std::size_t length = rest.size() - (rest.ends_with('\n') ? 1 : 0);
     const std::size_t before = rest.substr(0, length).rfind('\n');  // or npos, which + 1 is 0
     if (const auto parsed = parse_record(rest.substr(before + 1, length - before - 1), record);
-        parsed && *parsed) {
+        parsed && *parsed && record.direction != Direction::kMade) {
       end.time += record.time;
       break;
     }

@@ -7,7 +7,7 @@
 
 #include <poll.h>
 
-#include "devices/core/pieces.h"
+#include "devices/core/replay.h"
 #include "devices/io/transports.h"
 #include "os/clock.h"
 
@@ -18,9 +18,6 @@ using tims::Error;
 using tims::Result;
 
 namespace {
-
-// Of a stream: no two telegrams with data end in so few bytes.
-constexpr std::size_t kSliceBytes = 16;
 
 // A serial line, or the CAN bus behind its adapter.
 Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
@@ -104,8 +101,10 @@ Device::Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile
       capture_(std::move(capture)),
       dialogue_(dialogue),
       receive_([this](const Arrival& arrival) { hand_over(arrival); }),
-      take_(std::move(take)) {
-  dialogue_.start(tims::os::now(), *this);
+      conversation_(dialogue, std::move(take)) {
+  const Time now = tims::os::now();
+  note(now, Direction::kStarted);
+  conversation_.start(now, *this);
 }
 
 Device::~Device() { close(); }
@@ -134,8 +133,8 @@ Result<void> Device::wait(Time until, int also) {
   }
   const Time then = tims::os::now();
   if (dialogue_.next_timeout() <= then) {
-    dialogue_.on_timeout(then, *this);
-    take();
+    note(then, Direction::kTime);
+    conversation_.tell_time(then, *this);
   }
   return state();
 }
@@ -150,39 +149,28 @@ std::optional<std::string> Device::take_event() {
 
 Result<void> Device::state() {
   if (lost_) return *lost_;
-  if (refused_) return *std::exchange(refused_, {});
-  if (dialogue_.failure()) return *dialogue_.failure();
-  return {};
+  return conversation_.state();
 }
 
 void Device::hand_over(const Arrival& arrival) {
-  if (capture_)
-    capture_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
-                  arrival.id, arrival.bytes, arrival.last - arrival.first);
-  if (arrival.is_sent) return dialogue_.on_sent(arrival);
-  if (arrival.id != 0) return hear(arrival);
-  is_other_rate_ = false;
-  in_pieces(arrival, kSliceBytes, [this](const Arrival& piece) {
-    if (!is_other_rate_) hear(piece);
-  });
+  note(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived, arrival);
+  conversation_.hear(arrival, *this);
+}
+
+void Device::note(Time when, Direction direction, const Arrival& arrival) {
+  if (!capture_) return;
+  if (direction != Direction::kSent) ++records_;
+  capture_->add(when, direction, arrival.id, arrival.bytes, arrival.last - arrival.first);
+}
+
+void Device::note_made(Time measured, std::span<const std::byte> message) {
+  if (capture_) capture_->add(measured, Direction::kMade, records_, checksum_of(message));
 }
 
 // What came at the rate before is noise.
 void Device::set_baud(std::uint32_t baud) {
-  is_other_rate_ = true;
+  conversation_.drop_rest();
   transport_->set_baud(baud);
-}
-
-// What comes behind an error is of a device that is opened again.
-void Device::hear(const Arrival& piece) {
-  if (lost_ || refused_ || dialogue_.failure()) return;
-  dialogue_.on_arrival(piece, *this);
-  take();
-}
-
-void Device::take() {
-  if (!take_ || refused_) return;
-  if (auto taken = take_(); !taken) refused_ = taken.error();
 }
 
 void Device::send_before(Time deadline, std::span<const std::byte> bytes, std::uint32_t id) {
@@ -191,7 +179,9 @@ void Device::send_before(Time deadline, std::span<const std::byte> bytes, std::u
   if (capture_) capture_->add(now, Direction::kSent, id, bytes);
   auto sent = deadline == tims::kNever ? transport_->send(now, bytes, id)
                                        : transport_->send_before(now, deadline, bytes, id);
-  if (!sent) lost_ = sent.error();
+  if (sent) return;
+  lost_ = sent.error();
+  conversation_.end();
 }
 
 }  // namespace rack::device

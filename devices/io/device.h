@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "devices/core/dialogue.h"
+#include "devices/core/conversation.h"
 #include "devices/io/capture_file.h"
 #include "devices/io/guard.h"
 #include "devices/io/transport.h"
@@ -23,10 +23,8 @@ struct DeviceOptions {
 
 class Device final : private Output {
  public:
-  // Takes what the dialogue has ready. Called after each frame and datagram, each small slice of a
-  // stream, and each time of the dialogue: whoever reads late finds several telegrams at once, and
-  // a dialogue keeps the result of one. Its error is that of wait().
-  using Take = std::function<tims::Result<void>()>;
+  // Its error is that of wait().
+  using Take = Conversation::Take;
 
   // Opens it and starts the dialogue, which must outlive it.
   static tims::Result<std::unique_ptr<Device>> open(const DeviceOptions& options,
@@ -49,6 +47,9 @@ class Device final : private Output {
   }
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
+  // Data that were taken, for the recording: a replay has to make them again.
+  void note_made(Time measured, std::span<const std::byte> message);
+  [[nodiscard]] bool is_recorded() const { return capture_ != nullptr; }
   // As those of the transport, and of the recording.
   std::optional<std::string> take_event();
   // The dialogue says its last words, and the recording is finished: only events can be asked then.
@@ -69,8 +70,7 @@ class Device final : private Output {
   void set_baud(std::uint32_t baud) override;
   void set_dtr(bool on) override { transport_->set_dtr(on); }
   void hand_over(const Arrival& arrival);
-  void hear(const Arrival& piece);
-  void take();
+  void note(Time when, Direction direction, const Arrival& arrival = {});
   tims::Result<void> state();
 
   std::unique_ptr<Transport> transport_;
@@ -78,10 +78,9 @@ class Device final : private Output {
   std::unique_ptr<Guard> guard_;          // or none
   Dialogue& dialogue_;
   const Transport::Receive receive_;
-  const Take take_;                     // or none
-  std::optional<tims::Error> lost_;     // while sending
-  std::optional<tims::Error> refused_;  // what was taken
-  bool is_other_rate_ = false;          // since the arrival that is handed over
+  Conversation conversation_;
+  std::optional<tims::Error> lost_;  // while sending
+  std::uint32_t records_ = 0;        // of what the dialogue has heard
   bool is_closed_ = false;
 };
 

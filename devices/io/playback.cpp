@@ -85,7 +85,9 @@ class Playback final : public Transport {
   Result<bool> next_words() {
     for (;;) {
       auto got = recording_->next(record_);
-      if (!got || !*got || record_.direction != Direction::kEvent) return got;
+      const bool is_of_line =
+          record_.direction == Direction::kReceived || record_.direction == Direction::kSent;
+      if (!got || !*got || is_of_line) return got;
     }
   }
 

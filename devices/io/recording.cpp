@@ -164,6 +164,15 @@ class Pictures final : public Recording {
   std::size_t next_ = 0;
 };
 
+RecordingFormat format_of_file(std::ifstream& file) {
+  std::array<std::byte, 512> beginning{};
+  file.read(reinterpret_cast<char*>(beginning.data()), beginning.size());
+  const auto size = static_cast<std::size_t>(file.gcount());
+  file.clear();
+  file.seekg(0);
+  return format_of(std::span(beginning).first(size));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
@@ -176,12 +185,7 @@ Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
   }
   std::ifstream file(address.place, std::ios::binary);
   if (!file) return system_error(address.place);
-  std::array<std::byte, 512> beginning{};
-  file.read(reinterpret_cast<char*>(beginning.data()), beginning.size());
-  const auto size = static_cast<std::size_t>(file.gcount());
-  file.clear();
-  file.seekg(0);
-  switch (format_of(std::span(beginning).first(size))) {
+  switch (format_of_file(file)) {
     case RecordingFormat::kCapture:
       return std::unique_ptr<Recording>(std::make_unique<CaptureLines>(std::move(file)));
     case RecordingFormat::kRaw:
@@ -198,6 +202,31 @@ Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
   if (auto opened = packets->open(); !opened)
     return Error(Errc::kMalformed, address.place + ": " + opened.error().detail());
   return std::unique_ptr<Recording>(std::move(packets));
+}
+
+// As many lines as there are: one that cannot be read is passed over.
+Result<std::uint64_t> read_recording(
+    const std::string& path, const std::function<Result<void>(const CaptureRecord&)>& take) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return system_error(path);
+  if (format_of_file(file) != RecordingFormat::kCapture)
+    return Error(Errc::kMalformed, path + " is no recording of ours");
+  CaptureLines lines(std::move(file));
+  std::uint64_t unreadable = 0;
+  CaptureRecord record;
+  for (;;) {
+    const auto got = lines.next(record);
+    if (got && !*got) return unreadable;
+    if (!got) {
+      ++unreadable;
+      continue;
+    }
+    if (auto good = take(record); !good) {
+      const auto at = std::chrono::duration_cast<std::chrono::milliseconds>(record.time);
+      return Error(good.error().code(),
+                   path + ", at " + std::to_string(at.count()) + " ms: " + good.error().detail());
+    }
+  }
 }
 
 }  // namespace rack::device

@@ -419,6 +419,44 @@ TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
   EXPECT_EQ(again, live);
 }
 
+// By its own program, without a router: two openings in one recording; then one with other bytes,
+// and one that no driver has made.
+TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
+  const std::string file = folder_.path() / "scans.cap";
+  for (int opening = 0; opening < 2; ++opening) {
+    const PluggedIn scanner(path_);
+    auto& program = start_ladar({"--record=" + file});
+    expect_on();
+    Mailbox data = listen();
+    stream(30, data);
+    ASSERT_TRUE(program.stop(SIGTERM));
+  }
+  const auto replay = [&](int code, const std::string& said) {
+    auto program = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/LadarSickLms200",
+                                        "--device=serial:" + path_, "--baudrate=500000",
+                                        "--protocol=2", "--router=/nowhere", "--replay=" + file});
+    ASSERT_TRUE(program);
+    const auto status = program->wait();
+    ASSERT_TRUE(status) << status.error().message();
+    EXPECT_EQ(status->code, code) << program->output();
+    EXPECT_THAT(program->output(), HasSubstr(said));
+  };
+  replay(0, " data sets made again: 0 different\n");
+
+  std::ifstream recorded(file);
+  std::string text{std::istreambuf_iterator<char>(recorded), {}};
+  const std::size_t made = text.rfind(" = ");
+  ASSERT_NE(made, std::string::npos);
+  char& digit = text[text.find('\n', made) - 1];  // of the checksum
+  digit = digit == '0' ? '1' : '0';
+  std::ofstream(file) << text;
+  replay(1, "other data are made of it\n");
+  replay(1, " data sets made again: 1 different\n");
+
+  std::ofstream(file) << "0.001 < 06\n";
+  replay(1, "does not say when a device was opened");
+}
+
 TEST_F(DevicesTest, ADiskThatIsFullStopsNobodyAndIsSaidOnce) {
   const PluggedIn scanner(path_);
   auto& program = start_ladar({"--record=/dev/full"});

@@ -63,8 +63,7 @@ Scenario::Scenario(const Settings& settings, const timsctl::Signals& signals)
       signals_(signals),
       began_(tims::os::now()),
       name_(fmt::format("dora{}", ::getpid() % 100000)),
-      log_(std::filesystem::temp_directory_path() / (name_ + ".log")),
-      recording_(std::filesystem::temp_directory_path() / (name_ + ".cap")) {}
+      log_(std::filesystem::temp_directory_path() / (name_ + ".log")) {}
 
 Scenario::~Scenario() {
   load_.reset();
@@ -73,7 +72,8 @@ Scenario::~Scenario() {
   fleet_.reset();
   std::error_code ignored;
   std::filesystem::remove(log_, ignored);
-  std::filesystem::remove(recording_, ignored);
+  for (const std::string_view component : kRecorded)
+    std::filesystem::remove(recording_of(component), ignored);
 }
 
 // Also of a run that somebody or something ended.
@@ -103,7 +103,7 @@ Outcome Scenario::run() {
     drive_by_satellites(settings_.length / 8);
   }
   kill_routers();
-  replay_her_pilot();
+  replay_all();
   Outcome outcome{.rows = {}, .reference = {.timer = timer.end(), .terminal = terminal.end()}};
   judge_periods(outcome.reference);
   judge_trials(outcome.reference.timer);
@@ -240,7 +240,24 @@ void Scenario::turn_on(std::string_view component) {
   if (!on) throw Failure(Exit::kNo, "not_on", why, "its log: timsctl log follow");
 }
 
+// From the next ON of each.
+void Scenario::record_all() {
+  for (const std::string_view component : kRecorded) {
+    Parameter record{.type = Parameter::kString};
+    (void)record.name.assign("record");
+    (void)record.valueString.assign(recording_of(component));
+    timsctl::value_or_fail(Proxy(work(), address_of(component)).set_param(record),
+                           std::string(component));
+  }
+}
+
+std::string Scenario::recording_of(std::string_view component) const {
+  const std::string_view name = component.substr(0, component.find('('));
+  return std::filesystem::temp_directory_path() / fmt::format("{}-{}.cap", name_, name);
+}
+
 void Scenario::begin_to_drive() {
+  record_all();
   for (const std::string_view component : {"Chassis(1/0)", "Gyro(1/0)", "Gps(1/0)", "Path(1/0)"})
     turn_on(component);
   if (!await(kPatience, [&] { return !notes_.path().splines.empty(); }))
@@ -251,10 +268,6 @@ void Scenario::begin_to_drive() {
   turn_on("Mcl(1/0)");
   ChassisProxy chassis(work(), address_of("Chassis(1/0)"));
   timsctl::value_or_fail(chassis.set_active_pilot(address_of("Pilot(1/0)")), "Chassis(1/0)");
-  Parameter record{.type = Parameter::kString};
-  (void)record.name.assign("record");
-  (void)record.valueString.assign(recording_);
-  timsctl::value_or_fail(Proxy(work(), address_of("Pilot(1/0)")).set_param(record), "Pilot(1/0)");
   turn_on("Pilot(1/0)");
   if (!drives_within(kPatience))
     throw Failure(Exit::kNo, "no_drive", "she does not begin to drive",

@@ -2,6 +2,7 @@
 // in parts and left without eyes.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,12 @@ struct Outcome {
   Reference reference;
 };
 
+// Who records what comes to it: her drivers, and her pilot.
+inline constexpr std::string_view kPilot = "Pilot(1/0)";
+inline constexpr std::array kRecorded = {
+    kPilot, std::string_view("Chassis(1/0)"), std::string_view("Gyro(1/0)"),
+    std::string_view("Gps(1/0)"), std::string_view("Ladar(1/0)")};
+
 class Scenario {
  public:
   Scenario(const Settings& settings, const timsctl::Signals& signals);
@@ -56,7 +63,9 @@ class Scenario {
   void drive_by_satellites(Duration length);
   void note_track(Time since);
   void kill_router(std::string_view host);
+  void replay_all();
   void replay_her_pilot();
+  void replay_driver(std::string_view component);
   void judge_periods(const Reference& reference);
   void judge_trials(const TimerQuality& timer);
   void judge_reactions(const TimerQuality& timer);
@@ -64,6 +73,8 @@ class Scenario {
 
   // --- what it does
 
+  void record_all();
+  [[nodiscard]] std::string recording_of(std::string_view component) const;
   void turn_on(std::string_view component);
   // To the beginning of her round, and off.
   void begin_round();
@@ -96,7 +107,6 @@ class Scenario {
   const Time began_;
   const std::string name_;
   std::string log_;
-  std::string recording_;  // of her pilot
   std::optional<timsctl::sim::RunningFleet> fleet_;
   Notes notes_;
   std::vector<std::unique_ptr<Ears>> ears_;  // in the order of kHosts, then the base

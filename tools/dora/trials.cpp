@@ -10,6 +10,7 @@
 #include "rack/clock.h"
 #include "rack/proxies/generic.h"
 #include "tools/cli/failure.h"
+#include "tools/cli/service.h"
 #include "tools/dora/scenario.h"
 #include "tools/dora/track.h"
 
@@ -246,33 +247,65 @@ void Scenario::drive_by_satellites(Duration length) {
 
 // --- (i)
 
-// All that she decided, by what her pilot has recorded.
-void Scenario::replay_her_pilot() {
-  say("(i) what her pilot decided is decided again");
-  Proxy pilot(work(), address_of("Pilot(1/0)"));
-  (void)pilot.off();
-  await(kPatience, [&] {
-    const auto status = pilot.status();
-    return status && *status == Status::kDisabled;
-  });
-  pilot::PilotReplay replay;
-  auto recording =
-      device::open_recording({.kind = device::TransportKind::kPlayback, .place = recording_}, 0);
-  bool good = recording.ok();
-  device::CaptureRecord record;
-  while (good) {
-    const auto got = (*recording)->next(record);
-    if (!got) continue;  // cut where a program died; the replay misses it
-    if (!*got) break;
-    good = replay.take(record).ok();
+// What her pilot has decided by what it received, and what her drivers have made of what their
+// devices said, as they have recorded it themselves.
+void Scenario::replay_all() {
+  say("(i) what her pilot decided is decided again, and what her drivers heard is decoded again");
+  for (const std::string_view component : kRecorded) {
+    Proxy proxy(work(), address_of(component));
+    (void)proxy.off();
+    await(kPatience, [&] {
+      const auto status = proxy.status();
+      return status && *status == Status::kDisabled;
+    });
   }
+  replay_her_pilot();
+  for (const std::string_view component : kRecorded)
+    if (component != kPilot) replay_driver(component);
+}
+
+void Scenario::replay_her_pilot() {
+  pilot::PilotReplay replay;
+  const auto read = device::read_recording(
+      recording_of(kPilot),
+      [&](const device::CaptureRecord& record) { return replay.take(record); });
   rows_.push_back(
       judge_fact("i", "her pilot's recording, decided again", "the same MOVE, bit for bit",
                  fmt::format("{} decisions, {} different, {} cannot be made", replay.decisions(),
                              replay.different(), replay.undecided()),
-                 good && replay.decisions() > 0 && replay.different() + replay.undecided() == 0,
+                 read && replay.decisions() > 0 && replay.different() + replay.undecided() == 0,
                  replay.first_difference() ? replay.first_difference()->text
                                            : "the log of Pilot(1/0): what could not be written"));
+}
+
+// By its own program, with the parameters that it has.
+void Scenario::replay_driver(std::string_view component) {
+  ParameterList list;
+  await(kPatience, [&] {
+    auto got = Proxy(work(), address_of(component)).get_param();
+    if (got) list = std::move(*got);
+    return got.ok();
+  });
+  tims::os::Command command;
+  for (const Parameter& parameter : list.parameters) {
+    if (command.empty()) {
+      command.emplace_back(parameter.valueString.view());  // its first one is its program
+      continue;
+    }
+    std::string value = std::to_string(parameter.valueInt);
+    if (parameter.type == Parameter::kString) value = parameter.valueString.view();
+    if (parameter.type == Parameter::kFloat) value = fmt::format("{}", parameter.valueFloat);
+    command.push_back(fmt::format("--{}={}", parameter.name.view(), value));
+  }
+  command.push_back("--replay=" + recording_of(component));
+  const auto ran = timsctl::run({.command = command});
+  std::string said = ran.output.substr(0, ran.output.find_last_not_of('\n') + 1);
+  const std::size_t last = said.rfind('\n') + 1;  // before it, what is different first
+  rows_.push_back(
+      judge_fact("i", fmt::format("what {} heard, decoded again", component),
+                 "the same data, bit for bit", said.substr(last), ran.status.success(),
+                 last == 0 ? fmt::format("the log of {}: what could not be written", component)
+                           : said.substr(0, last - 1)));
 }
 
 // --- (d), and (e) with her laser

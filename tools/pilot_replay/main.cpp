@@ -52,26 +52,15 @@ void change(PilotReplay& replay, const std::string& text) {
     throw Failure(Exit::kUsage, "usage", "--set: " + good.error().detail());
 }
 
-// Returns how many lines cannot be read: of a program that died, the last one is cut.
+// Returns how many lines cannot be read.
 std::uint64_t play(const std::string& file, PilotReplay& replay) {
-  const device::DeviceAddress address{.kind = device::TransportKind::kPlayback, .place = file};
-  auto recording = device::open_recording(address, 0);
-  if (!recording) throw Failure(Exit::kNoSuch, "no_such_file", recording.error().detail());
-  std::uint64_t unreadable = 0;
-  device::CaptureRecord record;
-  for (;;) {
-    const auto got = (*recording)->next(record);
-    if (!got) {
-      ++unreadable;
-      continue;
-    }
-    if (!*got) return unreadable;
-    if (auto good = replay.take(record); !good)
-      throw Failure(
-          Exit::kNo, "bad_file",
-          fmt::format("{}, at {:.3f} s: {}", file, seconds(record.time), good.error().detail()),
-          "is it what PilotPath --record=FILE has written?");
-  }
+  const auto read = device::read_recording(
+      file, [&](const device::CaptureRecord& record) { return replay.take(record); });
+  if (read) return *read;
+  if (read.error().code() == tims::Errc::kSystem)
+    throw Failure(Exit::kNoSuch, "no_such_file", read.error().detail());
+  throw Failure(Exit::kNo, "bad_file", read.error().detail(),
+                "is it what PilotPath --record=FILE has written?");
 }
 
 void print_text(const PilotReplay& replay, const Wanted& wanted) {

@@ -81,6 +81,13 @@ class Module {
   virtual Result<void> module_loop() = 0;
   // A command that is not common to all. An error is answered by ERROR. Called by the command task.
   virtual Result<void> module_command(const tims::MessageView& message);
+  // Work without a router, when a parameter asks for it instead of all that: what the program says
+  // and ends with. Nothing: it does not.
+  struct Report {
+    ExitCode code = ExitCode::kGood;
+    std::string text{};
+  };
+  virtual std::optional<Result<Report>> run_alone() { return {}; }
 
   // --- what a component uses
 
