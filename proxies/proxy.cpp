@@ -87,8 +87,7 @@ Result<tims::Loan> Proxy::begin(Request request) {
 // One deadline for the whole call, whatever arrives in between.
 Result<tims::PeekGuard> Proxy::finish(Result<tims::Loan> loan, i8 type, std::span<const i8> answers,
                                       tims::Duration timeout) {
-  if (!loan) return named(loan.error(), type);
-  if (const auto sent = loan->send(); !sent) return named(sent.error(), type);
+  if (auto sent = send(std::move(loan), type); !sent) return sent.error();
   const Question question{component_, seq_nr_, answers};
   const tims::Time deadline = tims::os::deadline_after(timeout);
   for (;;) {
@@ -97,13 +96,45 @@ Result<tims::PeekGuard> Proxy::finish(Result<tims::Loan> loan, i8 type, std::spa
     if (!message) return named(message.error(), type);
     const Verdict verdict = judge(question, message->header());
     if (verdict == Verdict::kAnswer) return message;
-    if (verdict == Verdict::kUnrelated) continue;
-    const std::string_view reason =
-        verdict == Verdict::kError ? reason_of(message->body()) : std::string_view();
-    return named(
-        reason.empty() ? error_of(verdict) : Error(Errc::kAnsweredError, std::string(reason)),
-        type);
+    if (verdict != Verdict::kUnrelated) return refusal(*message, verdict, type);
   }
+}
+
+Result<void> Proxy::send(Result<tims::Loan> loan, i8 type) const {
+  if (!loan) return named(loan.error(), type);
+  if (const auto sent = loan->send(); !sent) return named(sent.error(), type);
+  return {};
+}
+
+Result<void> Proxy::post(Result<tims::Loan> loan, i8 type) {
+  posted_.reset();
+  if (auto sent = send(std::move(loan), type); !sent) return sent;
+  posted_ = {.type = type, .deadline = tims::os::deadline_after(timeouts_.data)};
+  return {};
+}
+
+std::optional<Result<void>> Proxy::take_answer() {
+  if (!posted_) return {};
+  const i8 type = posted_->type;
+  for (;;) {
+    const auto message = work_->try_peek();
+    if (!message) break;
+    const Verdict verdict = judge({component_, seq_nr_, kOk}, message->header());
+    if (verdict == Verdict::kUnrelated) continue;
+    posted_.reset();
+    if (verdict == Verdict::kAnswer) return Result<void>();
+    return Result<void>(refusal(*message, verdict, type));
+  }
+  if (tims::os::now() < posted_->deadline) return {};
+  posted_.reset();
+  return Result<void>(named(Error(Errc::kTimeout, ""), type));
+}
+
+Error Proxy::refusal(const tims::PeekGuard& message, Verdict verdict, i8 type) const {
+  const std::string_view reason =
+      verdict == Verdict::kError ? reason_of(message.body()) : std::string_view();
+  return named(
+      reason.empty() ? error_of(verdict) : Error(Errc::kAnsweredError, std::string(reason)), type);
 }
 
 // "Chassis(0/0), MOVE: ..."

@@ -68,6 +68,7 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> module_init() override {
     if (auto made = create_mailbox(work_, 10, body_max<PathData>()); !made) return made;
     if (auto made = create_mailbox(command_work_, 4, 256); !made) return made;
+    if (auto made = create_mailbox(errand_work_, 4, 256); !made) return made;
     if (auto made = create_input(scan_.input, *work_, 2, body_max<Scan2dData>()); !made)
       return made;
     if (auto made = create_input(position_.input, *work_, 10, wire_size<PositionData>()); !made)
@@ -88,6 +89,7 @@ class PilotPath : public DataModule<PilotData> {
     set_period(milliseconds(settings.periodTime));
     path_.patience = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
     scan_.patience = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
+    errand_.emplace(*errand_work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
     if (auto good = begin(settings); !good) return good;
     return DataModule::module_on();
   }
@@ -174,7 +176,8 @@ class PilotPath : public DataModule<PilotData> {
     }
     auto moved = chassis_->proxy().move(move.vx, move.vy, move.omega);
     if (!moved) return moved;
-    if (auto good = go_on(errand); !good) log().warning("%s", good.error().message());
+    tell_refusal(errand_->take_answer());
+    if (auto sent = go_on(errand); !sent) tell_refusal(sent);
     return put_local_buffer();
   }
 
@@ -250,13 +253,23 @@ class PilotPath : public DataModule<PilotData> {
 
   // --- what others do for it
 
+  // Planning takes its time: the answer is taken at a later look.
   Result<void> go_on(const PathDriver::Errand& errand) {
-    if (errand.around) return path_.input->proxy().replan(*errand.around);
+    if (errand.around) return errand_->post_replan(*errand.around);
     if (!errand.next) return {};
-    auto good =
-        path_.input->proxy().set_destination(destination_of(errand.next->pos, errand.next->speed));
-    if (!good) begin_planning(pilot_state::kPathError);
-    return good;
+    {
+      const std::lock_guard lock(state_mutex_);
+      asks_next_ = true;
+    }
+    return errand_->post_destination(destination_of(errand.next->pos, errand.next->speed));
+  }
+  void tell_refusal(const std::optional<Result<void>>& done) {
+    if (!done) return;
+    const std::lock_guard lock(state_mutex_);
+    const bool is_of_next = std::exchange(asks_next_, false);
+    if (*done) return;
+    log().warning("%s", done->error().message());
+    if (is_of_next) plan(pilot_state::kPathError);
   }
 
   static PathDestData destination_of(const Position3d& pos, i32 speed) {
@@ -336,6 +349,10 @@ class PilotPath : public DataModule<PilotData> {
 
   u32 begin_planning(u32 state) {
     const std::lock_guard lock(state_mutex_);
+    asks_next_ = false;
+    return plan(state);
+  }
+  u32 plan(u32 state) {
     record(PilotRecord::kPlan, PilotPlan{state});
     return driver_.plan(state);
   }
@@ -386,6 +403,8 @@ class PilotPath : public DataModule<PilotData> {
 
   tims::Mailbox* work_ = nullptr;
   tims::Mailbox* command_work_ = nullptr;  // of the command task
+  tims::Mailbox* errand_work_ = nullptr;
+  std::optional<PathProxy> errand_;
   Feed<Scan2dProxy> scan_;
   Feed<PositionProxy> position_;
   Feed<PathProxy> path_;
@@ -394,6 +413,7 @@ class PilotPath : public DataModule<PilotData> {
 
   PriorityMutex state_mutex_;  // of what follows; inputs() is of the data task alone
   PathDriver driver_;
+  bool asks_next_ = false;  // the path, for the way to the next destination of a list
   std::unique_ptr<device::CaptureFile> capture_;  // or none
   std::vector<std::byte> bytes_;                  // of a record
   u32 records_ = 0;

@@ -28,7 +28,8 @@ tims::Result<void> Replay::take(const CaptureRecord& record) {
     return {};
   }
   const bool is_time = record.direction == Direction::kTime;
-  if (!conversation_ || !(is_time || record.direction == Direction::kReceived)) return {};
+  const bool is_heard = is_time || record.direction == Direction::kReceived;
+  if (!conversation_ || !is_heard) return {};
   count_unmatched(record.time);
   ++records_;
   const Time now = kBegin + record.time;

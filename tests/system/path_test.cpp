@@ -1,9 +1,12 @@
 // A simulated robot is sent to places, along routes, and round what is in its way.
 #include "rack/proxies/path.h"
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
+#include <thread>
 
 #include "components/geometry/floor_map.h"
 #include "rack/proxies/planner.h"
@@ -47,6 +50,18 @@ class PathTest : public RobotTest {
         },
         kLong);
   }
+  // A wall across the corridor that no map knows.
+  std::string plan_with_wall() {
+    std::ifstream plan(FLOOR_PLAN);
+    std::string text((std::istreambuf_iterator<char>(plan)), {});
+    const std::string wall =
+        "  0\nLINE\n  8\n1\n 10\n-1.5\n 20\n3.0\n 11\n0.1\n 21\n3.0\n  0\nENDSEC\n  0\nEOF\n";
+    const auto end = text.rfind("ENDSEC");
+    text = text.substr(0, text.rfind('0', end)) + wall.substr(wall.find('0'));
+    const std::string file = (folder_.path() / "obstacle.dxf").string();
+    std::ofstream(file) << text;
+    return file;
+  }
   testing::AssertionResult drives(bool wanted) {
     return eventually(
         [&] {
@@ -66,6 +81,8 @@ class PathTest : public RobotTest {
     }
     return data;
   }
+
+  TemporaryFolder folder_;
 };
 
 TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
@@ -199,19 +216,9 @@ TEST_F(PathTest, ReadsARouteOfTheEarth) {
   EXPECT_EQ(*path.get_layer(), 7);
 }
 
-// A wall across the corridor that no map knows.
 TEST_F(PathTest, FindsAWayRoundAnObstacle) {
-  std::ifstream plan(FLOOR_PLAN);
-  std::string text((std::istreambuf_iterator<char>(plan)), {});
-  const std::string wall =
-      "  0\nLINE\n  8\n1\n 10\n-1.5\n 20\n3.0\n 11\n0.1\n 21\n3.0\n  0\nENDSEC\n  0\nEOF\n";
-  const auto end = text.rfind("ENDSEC");
-  text = text.substr(0, text.rfind('0', end)) + wall.substr(wall.find('0'));
-  const TemporaryFolder folder;
-  const std::string file = (folder.path() / "obstacle.dxf").string();
-  std::ofstream(file) << text;
   start_robot();
-  start("Scan2dSim", {"--mapFile", file});
+  start("Scan2dSim", {"--mapFile", plan_with_wall()});
   start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--scan2dInst=0", "--cellSize=50", "--lbo=1300"});
   start("PilotPath", {"--scan2dInst=0", "--maxSpeed=700", "--replanTime=300"});
   let_drive();
@@ -219,6 +226,92 @@ TEST_F(PathTest, FindsAWayRoundAnObstacle) {
   ASSERT_TRUE(path.set_rddf(route({{0, 0, 700}, {7000, 0, 700}})));
   ASSERT_TRUE(path.make({}));
   EXPECT_TRUE(comes_to(7000, 0));
+}
+
+// A path that somebody else has made, and that does not say at once whether there is a way round.
+class PathOfTheTest {
+ public:
+  PathOfTheTest(Mailbox mailbox, rack::PathData data)
+      : mailbox_(std::move(mailbox)), data_(std::move(data)), thread_([this] { serve(); }) {}
+  ~PathOfTheTest() {
+    ending_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] bool is_asked() const { return is_asked_; }
+  // From now on it answers.
+  void refuse() { refuses_ = true; }
+
+ private:
+  void serve() {
+    std::optional<Address> listener;
+    std::optional<Header> replan;
+    while (!ending_) {
+      if (const auto message = mailbox_.peek_for(20ms)) {
+        const Header& header = message->header();
+        if (header.type == rack::PathType::kReplan) {
+          replan = header;
+          is_asked_ = true;
+        } else if (header.type == type::kGetContData) {
+          listener = rack::decode<rack::GetContDataRequest>({header, message->body()})->dataMbxAdr;
+          reply(header, type::kContData, rack::ContDataReply{50});
+        } else {
+          EXPECT_TRUE(mailbox_.reply(header, type::kOk));
+        }
+      }
+      if (listener) say(*listener);
+      if (replan && refuses_)
+        (void)mailbox_.reply(*std::exchange(replan, {}), type::kError, bytes_of("it is closed"));
+    }
+  }
+  template <typename T>
+  std::vector<std::byte> encoded(const T& value) {
+    std::vector<std::byte> body(rack::encoded_size(value));
+    EXPECT_TRUE(rack::encode(value, body));
+    return body;
+  }
+  template <typename T>
+  void reply(const Header& header, std::int8_t type, const T& value) {
+    EXPECT_TRUE(mailbox_.reply(header, type, encoded(value)));
+  }
+  void say(Address listener) {
+    (void)mailbox_.send({.dest = listener, .type = type::kData}, encoded(data_));
+  }
+
+  Mailbox mailbox_;
+  rack::PathData data_;
+  std::atomic<bool> is_asked_ = false;
+  std::atomic<bool> refuses_ = false;
+  std::atomic<bool> ending_ = false;
+  std::thread thread_;
+};
+
+// It would be too late for an answer that it has to wait for.
+TEST_F(PathTest, ThePilotGoesOnWhileAWayRoundIsLookedFor) {
+  start_robot();
+  start("Scan2dSim", {"--mapFile", plan_with_wall()});
+  start("PathRDDF");
+  ASSERT_TRUE(turned_on(kPosition));
+  ASSERT_TRUE(turned_on(kPath));
+  auto maker = proxy<rack::PathProxy>(kPath);
+  ASSERT_TRUE(maker.set_rddf(route({{0, 0, 700}, {7000, 0, 700}})));
+  ASSERT_TRUE(maker.make({}));
+  rack::PathData made;
+  ASSERT_TRUE(eventually([&] { return maker.get_data(made) && !made.splines.empty(); }, "a path"));
+  PathOfTheTest path(open(*session_, 0x00250100, {.slots = 8}), made);
+  auto& pilot = ModulesTest::start(
+      "PilotPath", {"--scan2dInst=0", "--maxSpeed=700", "--replanTime=1000", "--pathInst=1"});
+  let_drive();
+  ASSERT_TRUE(eventually([&] { return path.is_asked(); }, "it stands before the wall", kLong));
+  auto status = proxy<rack::PilotProxy>(kPilot);
+  for (int look = 0; look < 5; ++look) {
+    rack::PilotData data;
+    ASSERT_TRUE(status.get_next_data(data, kPatience));
+  }
+  path.refuse();
+  const auto said = pilot.wait_for_line("Path(0/1), REPLAN: it is closed");
+  EXPECT_TRUE(said) << said.error().message();
+  const std::string all = pilot.standard_error() + pilot.standard_output();
+  EXPECT_EQ(all.find("REPLAN: "), all.find("REPLAN: it is closed")) << all;
 }
 
 rack::PlannerCommand tasks(const std::vector<std::string>& texts) {

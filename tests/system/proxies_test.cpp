@@ -9,6 +9,7 @@
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/path.h"
+#include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
@@ -213,6 +214,65 @@ TEST_F(ProxiesTest, DataAskedForAndAsAStream) {
   const auto end = stopper_->peek_for(kPatience);
   ASSERT_TRUE(end);
   EXPECT_EQ(ladar.decode_stream(*end, streamed).error().code(), Errc::kAnsweredError);
+}
+
+constexpr std::uint32_t kPath = 0x00250000;
+
+TEST_F(ProxiesTest, TheAnswerToWhatWasPostedIsTakenWhenItHasCome) {
+  Mailbox path = open(*session_, kPath);
+  rack::PathProxy proxy(*work_, Address(kPath), kPatient);
+  EXPECT_FALSE(proxy.take_answer()) << "nothing was posted";
+  ASSERT_TRUE(proxy.post_destination({.speed = 1}));
+  EXPECT_FALSE(proxy.take_answer());
+  {
+    const auto asked = path.peek_for(kPatience);
+    ASSERT_TRUE(asked);
+    EXPECT_EQ(decoded<rack::PathDestData>(*asked).speed, 1);
+    ASSERT_TRUE(path.reply(asked->header(), type::kOk));
+  }
+  std::optional<Result<void>> answer;
+  const auto comes = [&] {
+    answer = proxy.take_answer();
+    return answer.has_value();
+  };
+  ASSERT_TRUE(eventually(comes, "the answer"));
+  EXPECT_TRUE(*answer);
+  EXPECT_FALSE(proxy.take_answer()) << "once";
+
+  // Of two the later counts, whatever the earlier one is told.
+  ASSERT_TRUE(proxy.post_replan({.currSpline = 1}));
+  ASSERT_TRUE(proxy.post_replan({.currSpline = 2}));
+  for (const char* const why : {"of yesterday", "no way round"}) {
+    const auto asked = path.peek_for(kPatience);
+    ASSERT_TRUE(asked);
+    ASSERT_TRUE(path.reply(asked->header(), type::kError, bytes_of(why)));
+  }
+  ASSERT_TRUE(eventually(comes, "the refusal"));
+  ASSERT_FALSE(*answer);
+  EXPECT_EQ(answer->error().detail(), "Path(0/0), REPLAN: no way round");
+}
+
+TEST_F(ProxiesTest, WhatIsPostedInVainEndsAtTheDeadline) {
+  rack::PathProxy nobody(*work_, Address(kPath), kPatient);
+  ASSERT_TRUE(nobody.post_replan({}));
+  std::optional<Result<void>> answer;
+  const auto comes_to = [&](rack::PathProxy& proxy) {
+    return eventually(
+        [&] {
+          answer = proxy.take_answer();
+          return answer.has_value();
+        },
+        "an answer");
+  };
+  ASSERT_TRUE(comes_to(nobody));
+  EXPECT_EQ(answer->error().code(), Errc::kNoMailbox) << answer->error().message();
+
+  const Mailbox deaf = open(*session_, kPath);
+  rack::PathProxy impatient(*work_, Address(kPath), {.data = 20ms});
+  ASSERT_TRUE(impatient.post_replan({}));
+  ASSERT_TRUE(comes_to(impatient));
+  EXPECT_EQ(answer->error().code(), Errc::kTimeout) << answer->error().message();
+  EXPECT_FALSE(impatient.take_answer());
 }
 
 TEST_F(ProxiesTest, ErrorsNameTheComponentAndTheCommand) {

@@ -68,6 +68,11 @@ class PathProxy : public DataProxy<PathData> {
   Result<void> set_destination(const PathDestData& destination) {
     return command(PathType::kSetDestination, destination);
   }
+  // Without waiting: take_answer().
+  Result<void> post_replan(const PathReplanData& from) { return post(PathType::kReplan, from); }
+  Result<void> post_destination(const PathDestData& destination) {
+    return post(PathType::kSetDestination, destination);
+  }
   Result<void> set_rddf(const PathRddfData& waypoints) {
     return command(PathType::kSetRddf, waypoints);
   }

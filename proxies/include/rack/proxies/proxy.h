@@ -20,6 +20,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <span>
 
 #include "rack/codec/codec.h"
@@ -38,6 +39,8 @@ struct ProxyTimeouts {
   tims::Duration off = std::chrono::seconds(1);
   tims::Duration data = std::chrono::milliseconds(100);  // everything else
 };
+
+enum class Verdict : u8;
 
 class Proxy {
  public:
@@ -58,6 +61,10 @@ class Proxy {
   Result<Milliseconds<u32>> get_cont_data(Milliseconds<u32> period, tims::Address data_mailbox);
   Result<void> stop_cont_data(tims::Address data_mailbox);
 
+  // Of a command that was posted, once: that it was done, or why not. Nothing: the answer is on its
+  // way still, or was taken. Does not wait.
+  std::optional<Result<void>> take_answer();
+
  protected:
   // The component's answer, of one of the types in `answers`.
   Result<tims::PeekGuard> ask(i8 type, std::span<const i8> answers, tims::Duration timeout);
@@ -69,6 +76,12 @@ class Proxy {
   Result<void> command(i8 type);
   template <Struct Body>
   Result<void> command(i8 type, const Body& body);
+
+  // The same for who may not wait: take_answer(). Until that has come the proxy is not called
+  // otherwise, and no other one has its work mailbox; a command that is posted later takes its
+  // place.
+  template <Struct Body>
+  Result<void> post(i8 type, const Body& body);
 
   // Answered by `Answer`, as a message of type `answer`.
   template <Struct Answer>
@@ -100,27 +113,47 @@ class Proxy {
     i8 type = 0;
     std::size_t body_size = 0;
   };
+  struct Posted {
+    i8 type = 0;
+    tims::Time deadline{};
+  };
   // A request under construction in the component's own mailbox.
   Result<tims::Loan> begin(Request request);
+  template <Struct Body>
+  Result<tims::Loan> begin(i8 type, const Body& body);
+  Result<void> post(Result<tims::Loan> loan, i8 type);
   Result<tims::PeekGuard> finish(Result<tims::Loan> loan, i8 type, std::span<const i8> answers,
                                  tims::Duration timeout);
+  Result<void> send(Result<tims::Loan> loan, i8 type) const;
+  [[nodiscard]] tims::Error refusal(const tims::PeekGuard& message, Verdict verdict, i8 type) const;
   [[nodiscard]] tims::Error named(const tims::Error& error, i8 type) const;
 
   tims::Mailbox* work_;
   tims::Address component_;
   ProxyTimeouts timeouts_;
   u8 seq_nr_ = 0;  // of the newest request: answers to earlier ones are told by it
+  std::optional<Posted> posted_;
 };
 
 // --- templates
 
 template <Struct Body>
-Result<tims::PeekGuard> Proxy::ask(i8 type, const Body& body, std::span<const i8> answers,
-                                   tims::Duration timeout) {
-  if (const auto good = codec::check(body); !good) return named(good.error(), type);
+Result<tims::Loan> Proxy::begin(i8 type, const Body& body) {
+  if (const auto good = codec::check(body); !good) return good.error();
   Result<tims::Loan> loan = begin({type, encoded_size(body)});
   if (loan) (void)encode(body, loan->body());  // checked above, and the slot is large enough
-  return finish(std::move(loan), type, answers, timeout);
+  return loan;
+}
+
+template <Struct Body>
+Result<tims::PeekGuard> Proxy::ask(i8 type, const Body& body, std::span<const i8> answers,
+                                   tims::Duration timeout) {
+  return finish(begin(type, body), type, answers, timeout);
+}
+
+template <Struct Body>
+Result<void> Proxy::post(i8 type, const Body& body) {
+  return post(begin(type, body), type);
 }
 
 template <Struct Body>
