@@ -69,7 +69,9 @@ Result<void> Proxy::stop_cont_data(tims::Address data_mailbox) {
   return command(tims::type::kStopContData, StopContDataRequest{data_mailbox});
 }
 
-Result<void> Proxy::command(i8 type) { return without_body(ask(type, kOk, timeouts_.data)); }
+Result<void> Proxy::command(i8 type, tims::Duration timeout) {
+  return without_body(ask(type, kOk, timeout));
+}
 
 Result<tims::PeekGuard> Proxy::ask(i8 type, std::span<const i8> answers, tims::Duration timeout) {
   return finish(begin({type, 0}), type, answers, timeout);

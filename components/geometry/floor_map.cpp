@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kFarthest = 1e9;  // of a coordinate that makes sense
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 template <typename T>
 std::optional<T> number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -39,7 +33,7 @@ class Groups {
 
   // Nothing: the file has ended.
   tims::Result<std::optional<Group>> next() {
-    if (trimmed(left_).find_first_not_of('\n') == std::string_view::npos) return {std::nullopt};
+    if (left_.find_first_not_of(" \t\r\n") == std::string_view::npos) return {std::nullopt};
     const std::string_view code = take_line();
     Group group{.line = line_};
     const auto parsed = number<int>(code);
@@ -58,7 +52,7 @@ class Groups {
     const std::string_view line = left_.substr(0, end);
     left_.remove_prefix(end == std::string_view::npos ? left_.size() : end + 1);
     ++line_;
-    return trimmed(line);
+    return tims::base::trimmed(line);
   }
 
   std::string_view left_;

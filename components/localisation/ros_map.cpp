@@ -17,12 +17,6 @@ constexpr std::int64_t kPixelsMax = 128'000'000;  // 500 m x 500 m of 50 mm
 
 tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
 std::string_view without_quotes(std::string_view text) {
   if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') &&
       text.back() == text.front())
@@ -43,7 +37,7 @@ std::vector<double> numbers_of(std::string_view text) {
   text = text.substr(1, text.size() - 2);
   while (!text.empty()) {
     const auto comma = text.find(',');
-    const auto value = finite(trimmed(text.substr(0, comma)));
+    const auto value = finite(tims::base::trimmed(text.substr(0, comma), kBlank));
     if (!value) return {};
     numbers.push_back(*value);
     text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
@@ -171,13 +165,13 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
         comment == 0 || (comment != std::string_view::npos &&
                          (line[comment - 1] == ' ' || line[comment - 1] == '\t')))
       line = line.substr(0, comment);
-    line = trimmed(line);
+    line = tims::base::trimmed(line, kBlank);
     if (line.empty() || line == "---" || line == "...") continue;
     const std::string at = "line " + std::to_string(number) + ": ";
     // A list may stand below its key, a number a line.
     if (line.starts_with("- ")) {
       if (list_key != "origin") return malformed(at + "a list of nothing that is known");
-      list += (list.empty() ? "" : ", ") + std::string(trimmed(line.substr(2)));
+      list += (list.empty() ? "" : ", ") + std::string(tims::base::trimmed(line.substr(2), kBlank));
       if (++listed < 3) continue;
       const std::string wrong = take("origin", "[" + list + "]", info);
       if (!wrong.empty()) return malformed(at + wrong);
@@ -186,8 +180,8 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
     if (listed > 0 && listed < 3) return malformed(at + "origin: [x, y, theta] wanted");
     const auto colon = line.find(':');
     if (colon == std::string_view::npos) return malformed(at + "not `key: value`");
-    list_key = trimmed(line.substr(0, colon));
-    const std::string_view value = trimmed(line.substr(colon + 1));
+    list_key = tims::base::trimmed(line.substr(0, colon), kBlank);
+    const std::string_view value = tims::base::trimmed(line.substr(colon + 1), kBlank);
     if (value.empty() && list_key == "origin") continue;
     const std::string wrong = take(list_key, value, info);
     if (!wrong.empty()) return malformed(at + wrong);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "base/text.h"
 #include "components/geometry/pose.h"
 
 namespace rack::path {
@@ -19,16 +20,9 @@ constexpr double kFoot = 304.8;          // mm
 constexpr double kMilePerHour = 447.04;  // mm/s
 constexpr double kOffsetMax = 10000;     // ft
 constexpr double kSpeedMax = 300;        // mph
-constexpr std::string_view kBlanks = " \t\r";
 
 tims::Error malformed(std::size_t line, std::string_view what) {
   return {tims::Errc::kMalformed, "line " + std::to_string(line) + ": " + std::string(what)};
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
 // The part up to the separator, which is taken from the text with it.
@@ -51,7 +45,8 @@ std::optional<double> number(std::string_view text, double least, double most) {
 tims::Result<RddfPoint> read_line(std::string_view text, std::size_t line) {
   std::array<std::string_view, kFieldsMax> fields;
   std::size_t count = 0;
-  while (!text.empty() && count < fields.size()) fields[count++] = trimmed(take_until(text, ','));
+  while (!text.empty() && count < fields.size())
+    fields[count++] = tims::base::trimmed(take_until(text, ','));
   if (count < kFieldsMin || !text.empty())
     return malformed(line,
                      "a waypoint has 5 to 8 fields: number, latitude, longitude, lateral "
@@ -79,7 +74,7 @@ bool out_of_range(i32 mm) {
 tims::Result<std::vector<RddfPoint>> read_rddf(std::string_view text) {
   std::vector<RddfPoint> points;
   for (std::size_t line = 1; !text.empty(); ++line) {
-    const auto content = trimmed(take_until(text, '\n'));
+    const auto content = tims::base::trimmed(take_until(text, '\n'));
     if (content.empty() || content.front() == '#') continue;
     if (points.size() == kWaypointsMax)
       return tims::Error(tims::Errc::kTooBig, "line " + std::to_string(line) + ": more than " +

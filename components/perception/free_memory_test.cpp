@@ -29,6 +29,18 @@ ScanView room(double x, const Pose& robot = {}) {
 
 long moved(const ScanView& view) { return std::ranges::count_if(view.sights(), &Sight::moved); }
 
+// Ten scans a second from then until `end`. Returns of how many sights the last one says that they
+// have moved.
+long look_until(FreeMemory& memory, double& t, double end, double x, const Pose& robot = {}) {
+  long last = 0;
+  for (; t < end; t += 0.1) {
+    ScanView view = room(x, robot);
+    memory.look(view, t);
+    last = moved(view);
+  }
+  return last;
+}
+
 TEST(FreeMemory, WhatComesWhereItWasFreeHasMoved) {
   FreeMemory memory;
   double t = 0;
@@ -60,17 +72,8 @@ TEST(FreeMemory, WhatFlickersHasNotMoved) {
 TEST(FreeMemory, WhatStaysBecomesPartOfTheRoom) {
   FreeMemory memory;
   double t = 0;
-  for (; t < 2; t += 0.1) {
-    ScanView empty = room(0);
-    memory.look(empty, t);
-  }
-  long last = 1;
-  for (; t < 12; t += 0.1) {
-    ScanView stays = room(2000);
-    memory.look(stays, t);
-    last = moved(stays);
-  }
-  EXPECT_EQ(last, 0);
+  look_until(memory, t, 2, 0);
+  EXPECT_EQ(look_until(memory, t, 12, 2000), 0);
   ScanView stays = room(2000);
   memory.look(stays, t);
   const auto& sights = stays.sights();
@@ -81,10 +84,7 @@ TEST(FreeMemory, WhatStaysBecomesPartOfTheRoom) {
 TEST(FreeMemory, WhatWasSeenLongAgoIsStillKnown) {
   FreeMemory memory;
   double t = 0;
-  for (; t < 3; t += 0.1) {
-    ScanView empty = room(0);
-    memory.look(empty, t);
-  }
+  look_until(memory, t, 3, 0);
   for (; t < 18; t += 0.1) {
     ScanView away = room(0);
     std::erase_if(away.sights(), [](const Sight& sight) { return sight.x > 0; });
@@ -101,15 +101,9 @@ TEST(FreeMemory, WhatWasSeenLongAgoIsStillKnown) {
 TEST(FreeMemory, WhoComesNextHasNotStoodAsLongAsWhoWasThere) {
   FreeMemory memory;
   double t = 0;
-  const auto until = [&](double end, double x) {
-    for (; t < end; t += 0.1) {
-      ScanView view = room(x);
-      memory.look(view, t);
-    }
-  };
-  until(3, 0);
-  until(5, 2000);
-  until(8, 0);
+  look_until(memory, t, 3, 0);
+  look_until(memory, t, 5, 2000);
+  look_until(memory, t, 8, 0);
   ScanView next = room(2000);
   memory.look(next, t);
   const auto& sights = next.sights();
@@ -119,10 +113,7 @@ TEST(FreeMemory, WhoComesNextHasNotStoodAsLongAsWhoWasThere) {
 TEST(FreeMemory, WhatIsRevealedHasNotMoved) {
   FreeMemory memory;
   double t = 0;
-  for (; t < 2; t += 0.1) {
-    ScanView there = room(2000);
-    memory.look(there, t);
-  }
+  look_until(memory, t, 2, 2000);
   ScanView gone = room(0);
   memory.look(gone, t);
   EXPECT_EQ(moved(gone), 0);
@@ -132,10 +123,7 @@ TEST(FreeMemory, AScanIsLaidOnThoseBefore) {
   FreeMemory memory;
   double t = 0;
   const Pose at{.x = 1500, .y = 800, .rho = 0.3};
-  for (; t < 2; t += 0.1) {
-    ScanView view = room(3000, at);
-    memory.look(view, t);
-  }
+  look_until(memory, t, 2, 3000, at);
   const ScanView view = room(3000, at);
   const Pose wrong = at + Pose{.x = 90, .y = -70, .rho = radians(0.5)};
   const Pose found = memory.lay_on(view, wrong);
@@ -146,13 +134,11 @@ TEST(FreeMemory, AScanIsLaidOnThoseBefore) {
 
 TEST(FreeMemory, AfterForgettingNothingIsKnown) {
   FreeMemory memory;
-  for (double t = 0; t < 2; t += 0.1) {
-    ScanView empty = room(0);
-    memory.look(empty, t);
-  }
+  double t = 0;
+  look_until(memory, t, 2, 0);
   memory.forget();
   ScanView come = room(2000);
-  memory.look(come, 2);
+  memory.look(come, t);
   EXPECT_EQ(moved(come), 0);
 }
 

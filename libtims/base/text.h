@@ -2,6 +2,7 @@
 // quotes, hex digits, words, and the name somebody meant.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -57,6 +58,12 @@ std::optional<Number> parse_number(std::string_view text, Radix... radix) {
   const auto [stop, error] = std::from_chars(text.data(), end, number, radix...);
   if (error != std::errc() || stop != end) return std::nullopt;
   return number;
+}
+
+// Without these characters before and behind it.
+constexpr std::string_view trimmed(std::string_view text, std::string_view blanks = " \t\r") {
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
 std::string to_hex(std::span<const std::byte> bytes);

@@ -78,6 +78,11 @@ TEST(Text, HexBothWays) {
 
 TEST(Text, WordsAsAShellCutsThem) {
   using Words = std::vector<std::string>;
+  EXPECT_EQ(trimmed(" \ta b\r"), "a b");
+  EXPECT_EQ(trimmed("a"), "a");
+  EXPECT_EQ(trimmed(" \t"), "");
+  EXPECT_EQ(trimmed(""), "");
+  EXPECT_EQ(trimmed("\" a\"", " \""), "a");
   EXPECT_EQ(split_words("tims-demo ladar  --at 'Ladar(1/0)'\n"),
             (Words{"tims-demo", "ladar", "--at", "Ladar(1/0)"}));
   EXPECT_EQ(split_words(R"(a"b c"d '' )"), (Words{"ab cd", ""}));

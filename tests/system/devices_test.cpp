@@ -192,6 +192,15 @@ class DevicesTest : public ModulesTest {
     EXPECT_TRUE(ladar().get_cont_data(0, data.address()));
     return data;
   }
+  // Of a driver that is started and stopped.
+  void record_scans(const std::string& file) {
+    const PluggedIn scanner(path_);
+    auto& program = start_ladar({"--record=" + file});
+    expect_on();
+    Mailbox data = listen();
+    stream(30, data);
+    ASSERT_TRUE(program.stop(SIGTERM));
+  }
   Ran timsctl(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), std::string(TIMS_PROGRAMS) + "/timsctl");
     auto child = ChildProcess::start(std::move(arguments), at_router());
@@ -423,14 +432,8 @@ TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
 // and one that no driver has made.
 TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
   const std::string file = folder_.path() / "scans.cap";
-  for (int opening = 0; opening < 2; ++opening) {
-    const PluggedIn scanner(path_);
-    auto& program = start_ladar({"--record=" + file});
-    expect_on();
-    Mailbox data = listen();
-    stream(30, data);
-    ASSERT_TRUE(program.stop(SIGTERM));
-  }
+  record_scans(file);
+  record_scans(file);
   const auto replay = [&](int code, const std::string& said) {
     auto program = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/LadarSickLms200",
                                         "--device=serial:" + path_, "--baudrate=500000",
@@ -488,14 +491,7 @@ std::string received(const std::string& path) {
 // A driver at a recording that is played by another program: as if the device were there.
 TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
   const std::string file = folder_.path() / "scans.cap";
-  {
-    const PluggedIn scanner(path_);
-    auto& program = start_ladar({"--record=" + file});
-    expect_on();
-    Mailbox data = listen();
-    stream(30, data);
-    ASSERT_TRUE(program.stop(SIGTERM));
-  }
+  record_scans(file);
   auto player = ChildProcess::start(
       {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "play", file + "?loop=1", "pty:" + path_},
       at_router());

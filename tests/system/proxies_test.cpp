@@ -9,6 +9,7 @@
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/path.h"
+#include "rack/proxies/scan3d.h"
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
 
@@ -281,6 +282,13 @@ TEST_F(ProxiesTest, ErrorsNameTheComponentAndTheCommand) {
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().code(), Errc::kAnsweredError);
   EXPECT_TRUE(moved.error().detail().starts_with("Chassis(0/0), MOVE: ")) << moved.error().detail();
+}
+
+// Who has a long way to go first.
+TEST_F(ProxiesTest, SomeCommandsHaveTheirOwnTime) {
+  const auto fake = component(answers(type::kOk));
+  rack::Scan3dProxy scanner(*work_, Address(kComponent), {.data = 1ns});
+  EXPECT_TRUE(scanner.store_data(kPatience));
 }
 
 TEST_F(ProxiesTest, NobodyThere) {

@@ -219,5 +219,14 @@ TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
   }
 }
 
+// It would have five seconds.
+TEST_F(TimsctlTest, WhoIsTurnedOnHasAsLongAsIsSaid) {
+  const auto began = std::chrono::steady_clock::now();
+  const Ran ran = timsctl({"component", "on", "Ladar/0/0", "--timeout", "500ms"});
+  EXPECT_EQ(ran.code, 6) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("Ladar(0/0) did not answer"));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, kSlowdown * 4s);
+}
+
 }  // namespace
 }  // namespace tims::test

@@ -97,8 +97,11 @@ constexpr OptionRow kOptions[] = {
      }},
     {"for", 0, "DUR", "stop after this time",
      [](Options& o, string_view v) { o.run_for = duration(v); }},
-    {"timeout", 0, "DUR", "how long to wait for an answer (default 2s)",
-     [](Options& o, string_view v) { o.timeout = pause(v); }},
+    {"timeout", 0, "DUR", "how long to wait for an answer (default 2s; for who is turned on 5s)",
+     [](Options& o, string_view v) {
+       o.timeout = pause(v);
+       o.has_timeout = true;
+     }},
     {"sort", 0, "COL", "order the rows by this column, largest first for numbers",
      [](Options& o, string_view v) { o.sort = v; }},
     {"quiet", 'q', "", "only the result, no remarks",

@@ -23,6 +23,7 @@ struct Options {
   std::string host;    // "", "robot:2000", "unix:/run/tims/router.sock"
   std::string router;  // of the fleet, by name or address: asked through the one of `host`
   tims::Duration timeout = std::chrono::seconds(2);
+  bool has_timeout = false;  // somebody has said so
 
   // How things are shown.
   Format format = Format::kTable;

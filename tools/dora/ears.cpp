@@ -6,6 +6,7 @@
 #include "rack/proxies/proxy.h"
 #include "rack/proxies/world.h"
 #include "tools/cli/failure.h"
+#include "tools/dora/reference.h"
 
 namespace rack::dora {
 namespace {
@@ -63,9 +64,7 @@ Ears::Ears(std::string_view host, const std::string& socket, Hear hear)
     heard_.push_back(std::move(heard));
   }
   const std::string name = std::string("ears ") + std::string(host.substr(host.find('-') + 1));
-  const auto body = [this] { listen(); };
-  real_time_ = thread_.start({.name = name, .priority = kPriority}, body).ok();
-  if (!real_time_) timsctl::value_or_fail(thread_.start({.name = name}, body), "a thread");
+  real_time_ = start_thread(thread_, name, kPriority, [this] { listen(); });
 }
 
 Ears::~Ears() {

@@ -194,7 +194,7 @@ void WakeupHistogram::add(double us, std::uint64_t count) {
   if (count > 0) max_ = std::max(max_, late);
 }
 
-TimerQuality WakeupHistogram::quality() const {
+TimerQuality WakeupHistogram::quality(std::string source, bool real_time) const {
   const auto at = [&](double part) {
     auto left = static_cast<std::uint64_t>(std::ceil(part * static_cast<double>(count_)));
     for (std::size_t us = 0; us < kBins; ++us) {
@@ -203,9 +203,8 @@ TimerQuality WakeupHistogram::quality() const {
     }
     return max_;
   };
-  TimerQuality quality;
-  quality.wakeups = count_;
-  quality.max = max_;
+  TimerQuality quality{
+      .source = std::move(source), .max = max_, .wakeups = count_, .real_time = real_time};
   if (count_ > 0) {
     quality.p99 = at(0.99);
     quality.p999 = at(0.999);
@@ -237,10 +236,8 @@ std::optional<TimerQuality> parse_cyclictest(std::string_view text) {
     if (count) histogram.add(static_cast<double>(*us), *count);
   }
   histogram.add(static_cast<double>(max), beyond);
-  TimerQuality quality = histogram.quality();
+  TimerQuality quality = histogram.quality("cyclictest", true);
   if (quality.wakeups == 0) return {};
-  quality.source = "cyclictest";
-  quality.real_time = true;
   return quality;
 }
 

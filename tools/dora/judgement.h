@@ -112,7 +112,7 @@ class WakeupHistogram {
   static constexpr std::size_t kBins = 20000;
   WakeupHistogram() : bins_(kBins) {}
   void add(double us, std::uint64_t count = 1);
-  [[nodiscard]] TimerQuality quality() const;
+  [[nodiscard]] TimerQuality quality(std::string source, bool real_time) const;
 
  private:
   std::vector<std::uint64_t> bins_;

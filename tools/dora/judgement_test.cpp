@@ -112,7 +112,7 @@ TEST(TimerTest, ItsHistogram) {
   for (int i = 0; i < 998; ++i) histogram.add(10);
   histogram.add(700);
   histogram.add(1e6);
-  const TimerQuality quality = histogram.quality();
+  const TimerQuality quality = histogram.quality("timer loop", true);
   EXPECT_EQ(quality.p99, 10);
   EXPECT_EQ(quality.p999, 700);
   EXPECT_EQ(quality.max, 1e6);

@@ -15,8 +15,7 @@
 #include "tools/dora/judgement.h"
 #include "tools/dora/load.h"
 #include "tools/dora/notes.h"
-#include "tools/dora/reference_terminal.h"
-#include "tools/dora/reference_timer.h"
+#include "tools/dora/reference.h"
 #include "tools/sim/running_fleet.h"
 
 namespace rack::dora {

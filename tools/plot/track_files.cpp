@@ -16,6 +16,7 @@ namespace {
 
 using std::string_view;
 using tims::Result;
+using tims::base::trimmed;
 
 constexpr std::size_t kColumnsMax = 4096;
 
@@ -44,13 +45,7 @@ string_view take_line(string_view& text) {
   return line;
 }
 
-string_view trimmed(string_view word) {
-  while (!word.empty() && (word.front() == ' ' || word.front() == '\t' || word.front() == '"'))
-    word.remove_prefix(1);
-  while (!word.empty() && (word.back() == ' ' || word.back() == '\t' || word.back() == '"'))
-    word.remove_suffix(1);
-  return word;
-}
+constexpr string_view kMarks = " \t\"";  // round a word
 
 // Between commas or semicolons words may be empty; between blanks not.
 std::vector<string_view> words_of(string_view line, char between) {
@@ -58,7 +53,7 @@ std::vector<string_view> words_of(string_view line, char between) {
   if (between != ' ') {
     for (;;) {
       const auto end = line.find(between);
-      words.push_back(trimmed(line.substr(0, end)));
+      words.push_back(trimmed(line.substr(0, end), kMarks));
       if (end == string_view::npos || words.size() == kColumnsMax) return words;
       line.remove_prefix(end + 1);
     }
@@ -305,7 +300,7 @@ Result<void> add_last_path(string_view text, string_view name, const SplineColum
 }
 
 Result<void> add_recording(string_view text, string_view name, Picture& picture) {
-  const string_view title = trimmed(take_line(text).substr(1));
+  const string_view title = trimmed(take_line(text).substr(1), kMarks);
   string_view second = take_line(text);
   if (!second.starts_with('%')) return wrong(2, "no names of columns behind %");
   const auto columns = words_of(second.substr(1), ' ');
@@ -381,7 +376,7 @@ Result<void> add_file(string_view text, string_view name, Picture& picture) {
   string_view first;
   std::size_t line = 0;
   while (!rest.empty() && (first.empty() || first.front() == '#')) {
-    first = trimmed(take_line(rest));
+    first = trimmed(take_line(rest), kMarks);
     ++line;
   }
   if (first.empty() || first.front() == '#') return malformed("it is empty");

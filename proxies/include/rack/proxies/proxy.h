@@ -73,7 +73,8 @@ class Proxy {
                               tims::Duration timeout);
 
   // Answered by OK.
-  Result<void> command(i8 type);
+  Result<void> command(i8 type) { return command(type, timeouts_.data); }
+  Result<void> command(i8 type, tims::Duration timeout);
   template <Struct Body>
   Result<void> command(i8 type, const Body& body);
 

@@ -85,7 +85,9 @@ class Scan3dProxy : public DataProxy<Scan3dData> {
     return query<Scan3dRangeImageData>(Scan3dType::kGetRangeImage, Scan3dType::kRangeImage,
                                        timeout);
   }
-  Result<void> store_data() { return command(Scan3dType::kStoreData); }
+  Result<void> store_data(tims::Duration timeout = std::chrono::seconds(10)) {
+    return command(Scan3dType::kStoreData, timeout);
+  }
 };
 
 }  // namespace rack
