@@ -255,12 +255,12 @@ class PilotPath : public DataModule<PilotData> {
 
   // Planning takes its time: the answer is taken at a later look.
   Result<void> go_on(const PathDriver::Errand& errand) {
-    if (errand.around) return errand_->post_replan(*errand.around);
-    if (!errand.next) return {};
+    if (!errand.around && !errand.next) return {};
     {
       const std::lock_guard lock(state_mutex_);
-      asks_next_ = true;
+      asks_next_ = errand.next.has_value();
     }
+    if (errand.around) return errand_->post_replan(*errand.around);
     return errand_->post_destination(destination_of(errand.next->pos, errand.next->speed));
   }
   void tell_refusal(const std::optional<Result<void>>& done) {

@@ -90,8 +90,7 @@ void wait_until_off(Context& context, ComponentClient& client, tims::Address com
 // Nothing, or what it says why not: empty when it is one of the original, which has no words.
 std::optional<std::string> turn(Context& context, ComponentClient& client, tims::Address component,
                                 bool on) {
-  const auto patience =
-      on && !context.options.has_timeout ? kOnPatience : context.options.timeout;
+  const auto patience = on && !context.options.has_timeout ? kOnPatience : context.options.timeout;
   const Message answer = on ? client.ask(component, tims::type::kOn, rack::OnRequest{}, patience)
                             : client.ask(component, tims::type::kOff, {}, patience);
   if (answer.header.type != tims::type::kOk) return std::string(rack::reason_of(answer.body));
