@@ -29,7 +29,8 @@ tims::Result<void> Replay::take(const CaptureRecord& record) {
   }
   const bool is_time = record.direction == Direction::kTime;
   const bool is_heard = is_time || record.direction == Direction::kReceived;
-  if (!conversation_ || !is_heard) return {};
+  if (!is_heard) return {};
+  if (!conversation_) return {};
   count_unmatched(record.time);
   ++records_;
   const Time now = kBegin + record.time;

@@ -58,7 +58,7 @@ class PathTest : public RobotTest {
         "  0\nLINE\n  8\n1\n 10\n-1.5\n 20\n3.0\n 11\n0.1\n 21\n3.0\n  0\nENDSEC\n  0\nEOF\n";
     const auto end = text.rfind("ENDSEC");
     text = text.substr(0, text.rfind('0', end)) + wall.substr(wall.find('0'));
-    const std::string file = (folder_.path() / "obstacle.dxf").string();
+    std::string file = (folder_.path() / "obstacle.dxf").string();
     std::ofstream(file) << text;
     return file;
   }
