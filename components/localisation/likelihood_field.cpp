@@ -226,8 +226,12 @@ bool LikelihoodField::is_blocked(const Pose& from, const MapPoint& end) const {
   const double x = end.x - from.x;
   const double y = end.y - from.y;
   const double length = std::hypot(x, y);
-  const double step = 1 / (length * static_cast<double>(cells_per_mm_));
-  for (double part = 0; part < 1 - kAtEnd / length; part += step) {
+  const auto per_mm = static_cast<double>(cells_per_mm_);
+  const auto across = static_cast<double>(row_max_ + column_max_);  // farther, it has left the map
+  const auto cells =
+      static_cast<std::size_t>(std::clamp(std::ceil((length - kAtEnd) * per_mm), 0.0, across));
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const double part = static_cast<double>(cell) / (length * per_mm);
     const auto at_x = static_cast<float>(from.x + part * x);
     const auto at_y = static_cast<float>(from.y + part * y);
     if (at(at_x, at_y) >= wall_) return true;

@@ -181,8 +181,7 @@ TEST(LikelihoodField, DrawsFreePlaces) {
 TEST(LikelihoodField, KnowsWhatIsBehindAWall) {
   GridMap map{.resolution = 50, .rows = 100, .columns = 100};
   map.cells.assign(10000, Cell::kFree);
-  for (std::size_t column = 0; column < 100; ++column)
-    map.cells[60 * 100 + column] = Cell::kOccupied;
+  for (std::size_t column = 0; column < 100; ++column) map.cells[6000 + column] = Cell::kOccupied;
   const auto field = LikelihoodField::of(map, {});
   ASSERT_TRUE(field.ok());
   const Pose pose{.x = 1025, .y = 2525};  // the wall is 2 m ahead
@@ -199,6 +198,7 @@ TEST(LikelihoodField, KnowsWhatIsBehindAWall) {
   EXPECT_EQ(blocked({{2700, 0}, {1000, 0}, {2000, 0}, {1000, 1000}}), 0.25);
   EXPECT_EQ(blocked({{2700, 900}, {1e9F, 0}}), 1);
   EXPECT_EQ(blocked({{0, 0}}), 0);
+  EXPECT_EQ(blocked({{-1e30F, 1e30F}}), 0) << "as far as the map, however far it says";
 }
 
 TEST(Random, IsTheSameFromTheSameSeed) {
