@@ -153,7 +153,7 @@ std::vector<TruthNote> Notes::truths(Time since) const {
 }
 
 // Between two that are not far apart.
-std::optional<Pose> Notes::truth_of(TimeStamp time) const {
+std::optional<TruthNote> Notes::truth_of(TimeStamp time) const {
   constexpr std::chrono::milliseconds kApart(200);
   const auto after =
       std::ranges::lower_bound(truths_, std::chrono::milliseconds(0), {},
@@ -163,19 +163,29 @@ std::optional<Pose> Notes::truth_of(TimeStamp time) const {
   const auto apart = after->recorded - before.recorded;
   if (apart > kApart || apart.count() == 0) return {};
   const double part = std::chrono::duration<double>(time - before.recorded) / apart;
-  return between(before.pose, after->pose, part);
+  TruthNote truth = before;
+  truth.pose = between(before.pose, after->pose, part);
+  return truth;
+}
+
+double PositionNote::error() const {
+  return std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y);
+}
+
+std::vector<PositionNote> Notes::positions(Time since) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<PositionNote> notes;
+  for (const Believed& believed : positions_) {
+    if (believed.at < since) continue;
+    if (const auto truth = truth_of(believed.data.recordingTime))
+      notes.push_back({believed.at, Pose::of(believed.data.pos), *truth});
+  }
+  return notes;
 }
 
 std::vector<double> Notes::position_errors(Time since) const {
-  const std::lock_guard lock(mutex_);
   std::vector<double> errors;
-  for (const Believed& believed : positions_) {
-    if (believed.at < since) continue;
-    const auto truth = truth_of(believed.data.recordingTime);
-    if (!truth) continue;
-    const Pose pose = Pose::of(believed.data.pos);
-    errors.push_back(std::hypot(pose.x - truth->x, pose.y - truth->y));
-  }
+  for (const PositionNote& note : positions(since)) errors.push_back(note.error());
   return errors;
 }
 

@@ -33,6 +33,14 @@ struct TruthNote {
   u32 walls = 0;  // and parked cars
   u32 people = 0;
 };
+// What Position said, and where she truly was then.
+struct PositionNote {
+  Time at;
+  Pose pose;
+  TruthNote truth;
+
+  [[nodiscard]] double error() const;  // mm
+};
 struct ScanNote {
   Time at;
   TimeStamp recorded = 0;
@@ -65,13 +73,13 @@ class Notes {
   // What was true and what was believed, since then.
   [[nodiscard]] TruthNote truth() const;
   [[nodiscard]] std::vector<TruthNote> truths(Time since) const;
-  // How far positions were off, mm, of those since then.
-  [[nodiscard]] std::vector<double> position_errors(Time since) const;
+  [[nodiscard]] std::vector<PositionNote> positions(Time since) const;
+  [[nodiscard]] std::vector<double> position_errors(Time since) const;  // mm
 
  private:
   void take_scan(const tims::MessageView& message, Time at);
   void take_truth(const tims::MessageView& message, Time at);
-  [[nodiscard]] std::optional<Pose> truth_of(TimeStamp time) const;
+  [[nodiscard]] std::optional<TruthNote> truth_of(TimeStamp time) const;
 
   // Whoever reads has the priority of the thread that has heard something: it is not late for that.
   mutable PriorityMutex mutex_;

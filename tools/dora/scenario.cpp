@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include <fcntl.h>
@@ -81,6 +82,7 @@ void Scenario::save_logs() const {
   if (settings_.logs.empty() || !fleet_) return;
   try {
     fleet_->save(settings_.logs);
+    std::ofstream(std::filesystem::path(settings_.logs) / "drive.csv") << drive_csv();
   } catch (const std::filesystem::filesystem_error& error) {
     fmt::print(stderr, "rack-dora: {}\n", error.what());
   }
@@ -229,16 +231,19 @@ void Scenario::bring_up() {
     say("without the right to real-time priorities: what is measured is late, too");
 }
 
-void Scenario::turn_on(std::string_view component) {
+// Its router may not have told the others of it yet.
+void Scenario::ask(std::string_view component, const std::function<Result<void>(Proxy&)>& question) {
   Proxy proxy(work(), address_of(component), {.on = 5s});
   std::string why;
-  const bool on = await(kPatience, [&] {
-    const auto done = proxy.on();
-    if (!done) why = done.error().message();
-    return done.ok();
+  const bool done = await(kPatience, [&] {
+    const auto answer = question(proxy);
+    if (!answer) why = answer.error().message();
+    return answer.ok();
   });
-  if (!on) throw Failure(Exit::kNo, "not_on", why, "its log: timsctl log follow");
+  if (!done) throw Failure(Exit::kNo, "refused", why, "its log: timsctl log follow");
 }
+
+void Scenario::turn_on(std::string_view component) { ask(component, &Proxy::on); }
 
 // From the next ON of each.
 void Scenario::record_all() {
@@ -246,8 +251,7 @@ void Scenario::record_all() {
     Parameter record{.type = Parameter::kString};
     (void)record.name.assign("record");
     (void)record.valueString.assign(recording_of(component));
-    timsctl::value_or_fail(Proxy(work(), address_of(component)).set_param(record),
-                           std::string(component));
+    ask(component, [&](Proxy& proxy) { return proxy.set_param(record); });
   }
 }
 
@@ -289,15 +293,14 @@ void Scenario::begin_round() {
 
 bool Scenario::is_short() const { return settings_.length < kShort; }
 
-bool Scenario::is_near_end() const {
-  constexpr double kNear = 15000;  // mm
+bool Scenario::is_near_end(double rest) const {
   const PathData path = notes_.path();
   const auto place = place_on(path.splines, notes_.truth().pose);
-  return !place || rest_of(path.splines, *place) < kNear;
+  return !place || rest_of(path.splines, *place) < rest;
 }
 
-void Scenario::keep_driving() {
-  if (!is_near_end() && drives_within(3s)) return;
+void Scenario::keep_driving(double rest) {
+  if (!is_near_end(rest) && drives_within(3s)) return;
   say("    another round");
   const bool counts = notes_.counts();
   notes_.end_span();
@@ -323,6 +326,24 @@ std::string Scenario::where_she_is() const {
   const auto pilot = notes_.newest_pilot();
   return fmt::format("she is at {:.0f} {:.0f} mm, thinks at {} {} mm; her pilot's state is {}",
                      truth.x, truth.y, known.x.raw(), known.y.raw(), pilot ? pilot->state : 0);
+}
+
+// Where she was and where she believed to be, to be drawn: timsctl nav plot.
+std::string Scenario::drive_csv() const {
+  std::string text =
+      "time_s,truth_x_m,truth_y_m,position_x_m,position_y_m,position_error_m,path_error_m,"
+      "speed_mps\n";
+  const PathData path = notes_.path();
+  for (const PositionNote& note : notes_.positions(driving_since_)) {
+    const Pose& truth = note.truth.pose;
+    const auto place = place_on(path.splines, truth);
+    text += fmt::format("{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
+                        std::chrono::duration<double>(note.at - began_).count(), truth.x / 1000,
+                        truth.y / 1000, note.pose.x / 1000, note.pose.y / 1000,
+                        note.error() / 1000, place ? place->across / 1000 : 0,
+                        note.truth.speed / 1000);
+  }
+  return text;
 }
 
 // When, where, and how fast she was.

@@ -74,17 +74,19 @@ class Scenario {
 
   void record_all();
   [[nodiscard]] std::string recording_of(std::string_view component) const;
+  void ask(std::string_view component, const std::function<Result<void>(Proxy&)>& question);
   void turn_on(std::string_view component);
   // To the beginning of her round, and off.
   void begin_round();
-  // When she has come near its end, or has lost her path: another round.
-  void keep_driving();
-  [[nodiscard]] bool is_near_end() const;
+  // When less than that is left of it, or she has lost her path: another round.
+  void keep_driving(double rest = 15000);
+  [[nodiscard]] bool is_near_end(double rest) const;
   [[nodiscard]] bool is_short() const;
   std::optional<i32> put_post(double ahead);
   void remove_post(i32 id);
   [[nodiscard]] std::string where_she_is() const;
   void save_logs() const;
+  [[nodiscard]] std::string drive_csv() const;
   [[nodiscard]] std::string other_contacts() const;
   [[nodiscard]] static tims::Address world();
   [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);

@@ -38,6 +38,7 @@ constexpr Duration kSearches = 60s;         // a scan a second, and a dozen unti
 constexpr double kStandsStill = 60;         // mm/s: she creeps up to her margin
 constexpr double kFast = 3000;              // mm/s
 constexpr double kCarried = 20000;          // mm
+constexpr double kGetsFast = 24000;         // in 6 s
 constexpr double kFound = 500;              // mm off
 constexpr Duration kNotices = 600ms;        // what Position has said before she was carried
 constexpr Duration kRight = 500ms;          // all positions of so long
@@ -184,7 +185,7 @@ void Scenario::pull_out_her_eyes() {
 // --- (e)
 
 void Scenario::carry_her_away() {
-  keep_driving();
+  keep_driving(kGetsFast + kCarried + 2 * kStraysMax);
   await(6s, [&] { return notes_.truth().speed > kFast; });
   const PathData path = notes_.path();
   const TruthNote before = notes_.truth();
