@@ -63,7 +63,9 @@ int main(int argc, char** argv) {
   CLI::App app(kAbout, "rack-dora");
   app.add_option("--for", length, "how long in all, about (60s, 10min)")->capture_default_str();
   app.add_option("--fleet-file", settings.fleet_file, "her fleet")->capture_default_str();
-  app.add_option("--logs", settings.logs, "folder for the logs of all programs, and drive.csv: where she was and believed to be");
+  app.add_option(
+      "--logs", settings.logs,
+      "folder for the logs of all programs, and drive.csv: where she was and believed to be");
   app.add_flag("--json", json, "the table as JSON, and nothing else on stdout");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);

@@ -232,7 +232,8 @@ void Scenario::bring_up() {
 }
 
 // Its router may not have told the others of it yet.
-void Scenario::ask(std::string_view component, const std::function<Result<void>(Proxy&)>& question) {
+void Scenario::ask(std::string_view component,
+                   const std::function<Result<void>(Proxy&)>& question) {
   Proxy proxy(work(), address_of(component), {.on = 5s});
   std::string why;
   const bool done = await(kPatience, [&] {
@@ -339,9 +340,8 @@ std::string Scenario::drive_csv() const {
     const auto place = place_on(path.splines, truth);
     text += fmt::format("{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
                         std::chrono::duration<double>(note.at - began_).count(), truth.x / 1000,
-                        truth.y / 1000, note.pose.x / 1000, note.pose.y / 1000,
-                        note.error() / 1000, place ? place->across / 1000 : 0,
-                        note.truth.speed / 1000);
+                        truth.y / 1000, note.pose.x / 1000, note.pose.y / 1000, note.error() / 1000,
+                        place ? place->across / 1000 : 0, note.truth.speed / 1000);
   }
   return text;
 }
