@@ -45,23 +45,39 @@ void ShaftModel::step(Time now) {
   // What came is of the time when it was on the line, which may be before the last step.
   if (last_ == Time{}) last_ = now;
   if (now < last_) return;
+  while (const auto due = under_way_.take(now)) {
+    go_on(std::max(due->at, last_));
+    does_ = due->wish;
+  }
+  go_on(now);
+}
+
+void ShaftModel::want(const Wish& wish) {
+  if (under_way_.is_none())
+    does_ = wish;
+  else
+    under_way_.tell(wish, last_);
+}
+
+void ShaftModel::go_on(Time now) {
+  if (now == last_) return;
   const double seconds = std::chrono::duration<double>(now - last_).count();
   last_ = now;
-  if (target_) {
-    const double left = *target_ - position_;
-    const double way = std::min(std::abs(left), limit_ * seconds);
-    velocity_ = seconds > 0 ? std::copysign(way, left) / seconds : 0;
+  if (does_.target) {
+    const double left = *does_.target - position_;
+    const double way = std::min(std::abs(left), does_.velocity * seconds);
+    velocity_ = std::copysign(way, left) / seconds;
     position_ += std::copysign(way, left);
     return;
   }
   const double change = kAcceleration * seconds;
-  velocity_ += std::clamp(wanted_ - velocity_, -change, change);
+  velocity_ += std::clamp(does_.velocity - velocity_, -change, change);
   position_ += velocity_ * seconds;
 }
 
 bool ShaftModel::is_there() const {
   constexpr double kNear = 1e-3;
-  return !target_ || std::abs(*target_ - position_) < kNear;
+  return !does_.target || std::abs(*does_.target - position_) < kNear;
 }
 
 // --- the bus

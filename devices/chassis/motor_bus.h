@@ -11,6 +11,7 @@
 #include "devices/chassis/cia402.h"
 #include "devices/chassis/odrive.h"
 #include "devices/chassis/vesc.h"
+#include "devices/core/delay.h"
 #include "devices/core/scene.h"
 
 namespace rack::device {
@@ -18,30 +19,32 @@ namespace rack::device {
 // What a motor turns: as fast as it is told, or to where.
 class ShaftModel {
  public:
-  void turn(double velocity) {
-    wanted_ = velocity;
-    target_.reset();
-  }
-  void go_to(double position, double velocity) {
-    target_ = position;
-    limit_ = velocity;
-  }
+  void turn(double velocity) { want({.velocity = velocity}); }
+  void go_to(double position, double velocity) { want({.velocity = velocity, .target = position}); }
+  void set_lag(Duration lag) { under_way_.set(lag); }
   void set_position(double position) { position_ = position; }
   void step(Time now);
 
   [[nodiscard]] double position() const { return position_; }
   [[nodiscard]] double velocity() const { return velocity_; }
-  [[nodiscard]] double wanted() const { return wanted_; }
+  [[nodiscard]] double wanted() const { return does_.velocity; }
   [[nodiscard]] bool is_there() const;
 
  private:
   static constexpr double kAcceleration = 400;  // rad/s2
 
+  struct Wish {
+    double velocity = 0;  // at most, when it goes to a target
+    std::optional<double> target{};
+  };
+
+  void want(const Wish& wish);
+  void go_on(Time now);
+
   double position_ = 0;
   double velocity_ = 0;
-  double wanted_ = 0;
-  double limit_ = 0;
-  std::optional<double> target_;
+  Wish does_{};
+  Delay<Wish> under_way_;
   Time last_{};
 };
 
@@ -54,6 +57,7 @@ class EmulatedMotor {
   [[nodiscard]] virtual Time next_timeout() const = 0;
 
   void step(Time now) { shaft_.step(now); }
+  void set_lag(Duration lag) { shaft_.set_lag(lag); }
   [[nodiscard]] const ShaftModel& shaft() const { return shaft_; }
   [[nodiscard]] bool is_enabled() const { return enabled_; }
 
@@ -80,6 +84,9 @@ class MotorBus final : public Dialogue, public emulator::Wheelwork {
   [[nodiscard]] std::size_t motor_count() const override { return motors_.size(); }
   void turned(Time now, std::span<double> ways) override;
   [[nodiscard]] bool tells_shafts() const override { return true; }
+  void set_lag(Duration lag) override {
+    for (const auto& motor : motors_) motor->set_lag(lag);
+  }
 
  private:
   std::vector<std::unique_ptr<EmulatedMotor>> motors_;

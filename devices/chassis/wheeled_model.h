@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "devices/core/delay.h"
 #include "devices/core/scene.h"
 
 namespace rack::device {
@@ -16,22 +17,21 @@ class WheeledModel {
   void want(double left, double right) {
     wanted_left_ = left;
     wanted_right_ = right;
+    if (under_way_.is_none())
+      does_ = {left, right};
+    else
+      under_way_.tell({left, right}, last_);
   }
+  void set_lag(tims::Duration lag) { under_way_.set(lag); }
   void step(tims::Time now) {
     // What came is of the time when it was on the line, which may be before the last step.
     if (last_ == tims::Time{}) last_ = now;
     if (now < last_) return;
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    const double change = acceleration_ * seconds;
-    left_ += std::clamp(wanted_left_ - left_, -change, change);
-    right_ += std::clamp(wanted_right_ - right_, -change, change);
-    left_way_ += left_ * seconds;
-    right_way_ += right_ * seconds;
-    const double heading = heading_ + (left_ - right_) / track_ * seconds / 2;
-    x_ += (left_ + right_) / 2 * seconds * std::cos(heading);
-    y_ += (left_ + right_) / 2 * seconds * std::sin(heading);
-    heading_ += (left_ - right_) / track_ * seconds;
+    while (const auto due = under_way_.take(now)) {
+      go_on(std::max(due->at, last_));
+      does_ = due->wish;
+    }
+    go_on(now);
   }
 
   [[nodiscard]] double left() const { return left_; }
@@ -46,8 +46,29 @@ class WheeledModel {
   [[nodiscard]] bool is_told_to_stand() const { return wanted_left_ == 0 && wanted_right_ == 0; }
 
  private:
+  struct Speeds {
+    double left = 0;
+    double right = 0;
+  };
+
+  void go_on(tims::Time now) {
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    const double change = acceleration_ * seconds;
+    left_ += std::clamp(does_.left - left_, -change, change);
+    right_ += std::clamp(does_.right - right_, -change, change);
+    left_way_ += left_ * seconds;
+    right_way_ += right_ * seconds;
+    const double heading = heading_ + (left_ - right_) / track_ * seconds / 2;
+    x_ += (left_ + right_) / 2 * seconds * std::cos(heading);
+    y_ += (left_ + right_) / 2 * seconds * std::sin(heading);
+    heading_ += (left_ - right_) / track_ * seconds;
+  }
+
   double track_;
   double acceleration_;
+  Delay<Speeds> under_way_;
+  Speeds does_{};  // of what it was told
   double wanted_left_ = 0;
   double wanted_right_ = 0;
   double left_ = 0;
@@ -71,6 +92,7 @@ class WheeledRobot : public Dialogue, public emulator::Wheelwork {
     ways[0] = body_.left_way();
     ways[1] = body_.right_way();
   }
+  void set_lag(tims::Duration lag) override { body_.set_lag(lag); }
 
  protected:
   explicit WheeledRobot(const WheeledModel& body) : body_(body) {}

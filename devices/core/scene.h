@@ -53,6 +53,8 @@ class Wheelwork {
   virtual void turned(Time now, std::span<double> ways) = 0;
   // The second: gears and wheels are those of the vehicle that the motors are built into.
   [[nodiscard]] virtual bool tells_shafts() const { return false; }
+  // Motors begin so much later what they are told; what their encoders say is what they do.
+  virtual void set_lag(Duration lag) = 0;
   // It drives against something: for its bumpers.
   virtual void touch(bool /*is_touching*/) {}
 };

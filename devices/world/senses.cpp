@@ -95,6 +95,7 @@ Result<Drivetrain> Drivetrain::make(const World& world, std::size_t robot,
                                              std::to_string(motors.motor_count()) +
                                              " motors, and the wheels of this robot need " +
                                              std::to_string(wheels.motors()));
+  motors.set_lag(base.lag);
   Drivetrain train(robot, motors);
   train.count_ = motors.motor_count();
   for (std::size_t i = 0; i < train.count_; ++i) {
@@ -138,7 +139,9 @@ void Drivetrain::drive(World& world, Time now, Time next) {
   }
   asked_ = now;
   if (axis_) return world.turn(*axis_, wanted[0]);
-  world.drive(robot_, std::span(wanted).first(count_), world.now());
+  // These motors have turned already: the lag is theirs.
+  const Duration lag = world.description().robots[robot_].lag;
+  world.drive(robot_, std::span(wanted).first(count_), world.now() - lag);
 }
 
 void go_on(World& world, std::span<Drivetrain> trains, Time now, world::Truth& truth) {

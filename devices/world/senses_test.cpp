@@ -161,6 +161,7 @@ TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
    public:
     [[nodiscard]] std::size_t motor_count() const override { return 6; }
     [[nodiscard]] bool tells_shafts() const override { return true; }
+    void set_lag(Duration /*lag*/) override {}
     void turned(Time now, std::span<double> ways) override {
       const double seconds = std::chrono::duration<double>(now - kBegin).count();
       std::ranges::fill(ways.first(4), 100 * seconds);  // 1000 mm/s of the rims
@@ -276,6 +277,47 @@ TEST_F(SensesTest, AReceiverHasThePeriodOfItsDescription) {
   });
   ASSERT_EQ(times.size(), 5U);
   EXPECT_NEAR(static_cast<double>((times[4] - times[0]).count()), 8e9, 5e6);
+}
+
+// A lag of its motors is one of its encoders, too: these never tell what its wheels will do.
+TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
+  world::WorldDescription field = hall();
+  field.robots[0].lag = 200ms;
+  auto made = world::World::make(field, kBegin);
+  ASSERT_TRUE(made) << made.error().message();
+  class TwoShafts final : public emulator::Wheelwork {
+   public:
+    void tell(double speed) { shaft_.turn(speed); }
+    [[nodiscard]] std::size_t motor_count() const override { return 2; }
+    void set_lag(Duration lag) override { shaft_.set_lag(lag); }
+    void turned(Time now, std::span<double> ways) override {
+      shaft_.step(now);
+      std::ranges::fill(ways, shaft_.position());
+    }
+    [[nodiscard]] double way() const { return shaft_.position(); }
+
+   private:
+    ShaftModel shaft_;
+  } motors;
+  std::vector trains{*Drivetrain::make(*made, 0, motors)};
+  auto truth = made->make_truth();
+  Time now = kBegin;
+  const auto drive = [&](double speed, Duration how_long) {
+    motors.tell(speed);
+    for (const Time end = now + how_long; now < end; now += 5ms) {
+      go_on(*made, trains, now, truth);
+      EXPECT_NEAR(truth.robots[0].way, motors.way(), 15) << "at " << (now - kBegin) / 1ms << " ms";
+    }
+  };
+  drive(0, 50ms);
+  drive(500, 190ms);
+  EXPECT_EQ(motors.way(), 0) << "not yet";
+  drive(500, 2s);
+  EXPECT_GT(motors.way(), 600);
+  drive(0, 200ms);
+  const double braking = motors.way();
+  drive(0, 2s);
+  EXPECT_GT(motors.way(), braking) << "it has rolled on";
 }
 
 // What a lag of its sensor makes late.
