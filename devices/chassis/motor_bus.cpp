@@ -65,7 +65,7 @@ void ShaftModel::go_on(Time now) {
   last_ = now;
   if (does_.target) {
     const double left = *does_.target - position_;
-    const double way = std::min(std::abs(left), does_.velocity * seconds);
+    const double way = std::min(std::abs(left), does_.limit * seconds);
     velocity_ = std::copysign(way, left) / seconds;
     position_ += std::copysign(way, left);
     return;

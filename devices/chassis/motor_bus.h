@@ -20,7 +20,7 @@ namespace rack::device {
 class ShaftModel {
  public:
   void turn(double velocity) { want({.velocity = velocity}); }
-  void go_to(double position, double velocity) { want({.velocity = velocity, .target = position}); }
+  void go_to(double position, double velocity) { want({.target = position, .limit = velocity}); }
   void set_lag(Duration lag) { under_way_.set(lag); }
   void set_position(double position) { position_ = position; }
   void step(Time now);
@@ -34,8 +34,9 @@ class ShaftModel {
   static constexpr double kAcceleration = 400;  // rad/s2
 
   struct Wish {
-    double velocity = 0;  // at most, when it goes to a target
+    double velocity = 0;
     std::optional<double> target{};
+    double limit = 0;  // of the velocity, on the way to the target
   };
 
   void want(const Wish& wish);
