@@ -26,36 +26,28 @@ device::Wheels wheels_of(const RobotDescription& robot) {
 }  // namespace
 
 Vehicle::Vehicle(const RobotDescription& robot, std::uint64_t seed)
-    : limits_(robot), wheels_(wheels_of(robot)), random_(seed), under_way_(kUnderWayMax) {}
+    : limits_(robot), wheels_(wheels_of(robot)), random_(seed) {}
 
 const Vehicle::Targets& Vehicle::newest() const {
-  return count_ == 0 ? targets_ : under_way_[(first_ + count_ - 1) % kUnderWayMax].targets;
+  return under_way_.newest() ? under_way_.newest()->wish : targets_;
 }
 
 void Vehicle::drive(std::span<const double> motors, tims::Time due) {
   Targets targets = newest();
   for (std::size_t i = 0; i < std::min(motors.size(), wheels_.motors()); ++i)
     if (std::isfinite(motors[i])) targets[i] = motors[i];
-  send(targets, due);
+  under_way_.tell(targets, due);
 }
 
 void Vehicle::drive(const device::ChassisSpeed& speed, tims::Time due) {
   if (!std::isfinite(speed.vx) || !std::isfinite(speed.vy) || !std::isfinite(speed.omega)) return;
   Targets targets = newest();
   wheels_.targets(speed, std::span(targets).first(wheels_.motors()));
-  send(targets, due);
-}
-
-// One never overtakes another; when too many are under way, the newest takes the last one's place.
-void Vehicle::send(const Targets& targets, tims::Time due) {
-  if (count_ == kUnderWayMax) --count_;
-  if (count_ > 0) due = std::max(due, under_way_[(first_ + count_ - 1) % kUnderWayMax].due);
-  under_way_[(first_ + count_) % kUnderWayMax] = {due, targets};
-  ++count_;
+  under_way_.tell(targets, due);
 }
 
 void Vehicle::stop() {
-  count_ = 0;
+  under_way_.forget();
   for (std::size_t i = 0; i < motors_.size(); ++i) {
     if (wheels_.is_steering(i)) continue;
     targets_[i] = 0;
@@ -83,11 +75,7 @@ void Vehicle::follow(std::size_t motor) {
 }
 
 Movement Vehicle::step(tims::Time begin) {
-  while (count_ > 0 && under_way_[first_].due <= begin) {
-    targets_ = under_way_[first_].targets;
-    first_ = (first_ + 1) % kUnderWayMax;
-    --count_;
-  }
+  while (const auto due = under_way_.take(begin)) targets_ = due->wish;
   std::array<double, kMotorsMax> now{};
   for (std::size_t i = 0; i < wheels_.motors(); ++i) {
     follow(i);

@@ -1,16 +1,16 @@
 // A robot's motors and wheels: what they are told comes after a lag, they follow as fast as they
 // can, and the ground takes what they do with some slip. What the wheels do to the robot is
-// Wheels' business, as for the drivers; only here a command has a lag, a motor its limits, and the
-// ground a part in it. (WheeledModel and ShaftModel in devices/chassis are what such a device
-// shows on its line; they stand without a ground.)
+// Wheels' business, as for the drivers; only here the ground has a part in it. (WheeledModel and
+// ShaftModel in devices/chassis are what such a device shows on its line; they stand without a
+// ground.)
 #pragma once
 
 #include <array>
 #include <span>
-#include <vector>
 
 #include "components/localisation/random.h"
 #include "components/world/world.h"
+#include "devices/core/delay.h"
 
 namespace rack::world {
 
@@ -40,14 +40,8 @@ class Vehicle {
 
  private:
   using Targets = std::array<double, kMotorsMax>;
-  struct Command {
-    tims::Time due{};
-    Targets targets{};
-  };
-  static constexpr std::size_t kUnderWayMax = 256;
 
   [[nodiscard]] const Targets& newest() const;
-  void send(const Targets& targets, tims::Time due);
   void follow(std::size_t motor);
   [[nodiscard]] Movement on_ground(Movement movement);
 
@@ -55,10 +49,8 @@ class Vehicle {
   device::Wheels wheels_;
   localisation::Random random_;
   std::array<MotorState, kMotorsMax> motors_{};
-  Targets targets_{};               // what the motors know of
-  std::vector<Command> under_way_;  // a ring: `first_`, and `count_` of them
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
+  Targets targets_{};  // what the motors know of
+  device::Delay<Targets> under_way_;
 };
 
 }  // namespace rack::world

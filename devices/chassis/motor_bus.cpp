@@ -53,10 +53,10 @@ void ShaftModel::step(Time now) {
 }
 
 void ShaftModel::want(const Wish& wish) {
-  if (under_way_.is_none())
+  if (lag_ == Duration{})
     does_ = wish;
   else
-    under_way_.tell(wish, last_);
+    under_way_.tell(wish, last_ + lag_);
 }
 
 void ShaftModel::go_on(Time now) {

@@ -21,7 +21,7 @@ class ShaftModel {
  public:
   void turn(double velocity) { want({.velocity = velocity}); }
   void go_to(double position, double velocity) { want({.target = position, .limit = velocity}); }
-  void set_lag(Duration lag) { under_way_.set(lag); }
+  void set_lag(Duration lag) { lag_ = lag; }
   void set_position(double position) { position_ = position; }
   void step(Time now);
 
@@ -45,6 +45,7 @@ class ShaftModel {
   double position_ = 0;
   double velocity_ = 0;
   Wish does_{};
+  Duration lag_{};
   Delay<Wish> under_way_;
   Time last_{};
 };

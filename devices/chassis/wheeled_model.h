@@ -17,12 +17,12 @@ class WheeledModel {
   void want(double left, double right) {
     wanted_left_ = left;
     wanted_right_ = right;
-    if (under_way_.is_none())
+    if (lag_ == tims::Duration{})
       does_ = {left, right};
     else
-      under_way_.tell({left, right}, last_);
+      under_way_.tell({left, right}, last_ + lag_);
   }
-  void set_lag(tims::Duration lag) { under_way_.set(lag); }
+  void set_lag(tims::Duration lag) { lag_ = lag; }
   void step(tims::Time now) {
     // What came is of the time when it was on the line, which may be before the last step.
     if (last_ == tims::Time{}) last_ = now;
@@ -67,6 +67,7 @@ class WheeledModel {
 
   double track_;
   double acceleration_;
+  tims::Duration lag_{};
   Delay<Speeds> under_way_;
   Speeds does_{};  // of what it was told
   double wanted_left_ = 0;

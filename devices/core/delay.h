@@ -1,6 +1,8 @@
-// What a machine is told, until it begins to do it. Allocates nothing.
+// What a machine is told, until it begins to do it: in order, one never overtakes another.
+// Allocates nothing.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -17,13 +19,11 @@ class Delay {
     Wish wish{};
   };
 
-  void set(tims::Duration lag) { lag_ = lag; }
-  [[nodiscard]] bool is_none() const { return lag_ == tims::Duration{}; }
-
   // When too many are under way, it takes the last one's place.
-  void tell(const Wish& wish, tims::Time now) {
+  void tell(const Wish& wish, tims::Time due) {
     if (count_ == kUnderWayMax) --count_;
-    all_[(first_ + count_) % kUnderWayMax] = {now + lag_, wish};
+    if (count_ > 0) due = std::max(due, newest()->at);
+    all_[(first_ + count_) % kUnderWayMax] = {due, wish};
     ++count_;
   }
   // The next that is due by then.
@@ -34,11 +34,15 @@ class Delay {
     --count_;
     return due;
   }
+  // Null if nothing is under way.
+  [[nodiscard]] const Due* newest() const {
+    return count_ == 0 ? nullptr : &all_[(first_ + count_ - 1) % kUnderWayMax];
+  }
+  void forget() { count_ = 0; }
 
-  static constexpr std::size_t kUnderWayMax = 64;
+  static constexpr std::size_t kUnderWayMax = 256;
 
  private:
-  tims::Duration lag_{};
   std::array<Due, kUnderWayMax> all_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
