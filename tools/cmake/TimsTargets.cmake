@@ -14,7 +14,8 @@ if(TIMS_SANITIZE)
   target_compile_options(tims_sanitizers INTERFACE -fno-sanitize=vptr,null,object-size)
   # g++ 12 sees what is not there in instrumented code; the release build keeps these warnings.
   # "tsan" is about the fences of Boost.Asio, which stand beside its mutexes.
-  target_compile_options(tims_sanitizers INTERFACE -Wno-maybe-uninitialized
+  target_compile_options(tims_sanitizers INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
+                         $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict;-Wno-stringop-overflow;-Wno-stringop-overread>
                          $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-mismatched-new-delete;-Wno-tsan>)
 endif()
 add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/tsan_clocklock.cpp
