@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kFlat = 20;  // mm, p95
 constexpr double kSeconds = 3.5;
-constexpr unsigned kRides = 100 / tims::test::kSlowdown;
+constexpr unsigned kRides = tims::test::rounds(100);
 
 // Bends to the right and left at 2 m/s, a tilting LMS200 at 75 Hz on the front of the robot.
 Ride tilting(unsigned seed) {

@@ -4,6 +4,7 @@
 
 #include "components/scan3d/hall_fixture.h"
 #include "tests/support/counted_new.h"
+#include "tests/support/patience.h"
 
 namespace rack::scan3d {
 namespace {
@@ -228,7 +229,7 @@ TEST(Sweep, LeavesOutWhatIsNoScan) {
 // Servo and position are lost, late, twice, in any order, jump, and are no numbers; scans change
 // their length. What comes out can be sent, and is finite; afterwards all is well again.
 TEST(Sweep, SurvivesAnything) {
-  for (unsigned seed = 0; seed < 60; ++seed) {
+  for (unsigned seed = 0; seed < tims::test::rounds(60); ++seed) {
     std::mt19937 random(seed);
     Ride ride = still(1 + static_cast<i32>(seed % 5));
     ride.points = 31;

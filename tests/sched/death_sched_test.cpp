@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sched/actors.h"
+#include "tests/support/patience.h"
 
 namespace tims::sched {
 namespace {
@@ -63,7 +64,7 @@ TEST(DeathSched, AmongManyAtRandom) {
       .slots = 3,
       .set_stage = overrun_but_for(2),
       .actors = {producer(2, 3), producer(3, 3, 1), producer(4, 3), owner(6), router(2)}};
-  explore_deaths(scenario, random_schedules(300));
+  explore_deaths(scenario, random_schedules(test::rounds(300)));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sched/actors.h"
+#include "tests/support/patience.h"
 
 namespace tims::sched {
 namespace {
@@ -109,7 +110,7 @@ TEST(MailboxSched, ManyMessagesAtRandom) {
   const Scenario scenario{.slots = 3,
                           .set_stage = overrun_but_for(2),
                           .actors = {producer(2, 5), producer(3, 5, 1), producer(4, 5), owner(12)}};
-  explore(scenario, random_schedules(30000));
+  explore(scenario, random_schedules(test::rounds(30000)));
 }
 
 TEST(MailboxSched, SleepyOwnerOfManyMessagesAtRandom) {
@@ -117,7 +118,7 @@ TEST(MailboxSched, SleepyOwnerOfManyMessagesAtRandom) {
       .slots = 2,
       .set_stage = near_the_end(3),
       .actors = {producer(2, 4), producer(3, 4, 1), borrower(4), sleepy_owner(5)}};
-  explore(scenario, random_schedules(30000));
+  explore(scenario, random_schedules(test::rounds(30000)));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "tests/sched/all_traces.h"
 #include "tests/sched/atomic.h"
 #include "tests/sched/strategies.h"
+#include "tests/support/patience.h"
 
 namespace tims::sched {
 namespace {
@@ -188,7 +189,7 @@ class SmallProgram {
 TEST(AllTracesTest, ReachesEveryResultThatAllInterleavingsReach) {
   std::uint64_t all_runs = 0;
   std::uint64_t trace_runs = 0;
-  for (std::uint32_t seed = 1; seed <= 100; ++seed) {
+  for (std::uint32_t seed = 1; seed <= test::rounds(100); ++seed) {
     SmallProgram program(seed);
     const auto make = [&program] { return program.make(); };
     const auto result = [&program] { return program.result(); };

@@ -9,7 +9,7 @@ namespace tims::sim {
 namespace {
 
 constexpr std::uint64_t kPortions = 8;
-constexpr std::uint64_t kSeedsEach = test::kSlowdown > 1 ? 15 : 250;
+constexpr std::uint64_t kSeedsEach = test::rounds(250);
 
 void try_out(std::uint64_t seed) {
   for (const std::string& failure : Swarm(seed, false).run()) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "components/localisation/ros_map.h"
+#include "tests/support/patience.h"
 #include "tools/mcl_eval/evaluation.h"
 
 namespace rack::mcl_eval {
@@ -131,7 +132,7 @@ TEST_P(ScannersTest, TracksFindsAndFindsAgain) {
   EXPECT_DOUBLE_EQ(tracked.share_over_1m, 0);
   int found = 0;
   int again = 0;
-  constexpr int kSeeds = 3;
+  constexpr int kSeeds = tims::test::rounds(3);
   for (trial.seed = 1; trial.seed <= kSeeds; ++trial.seed) {
     trial.global = true;
     const Outcome outcome = run(trial, made.log, *field, made.poses, now);
