@@ -285,15 +285,15 @@ void FloorMap::cast(const Wall& wall, const RayFan& fan, std::span<double> range
     width = 2 * kPi;
   }
   const double count = static_cast<double>(ranges.size());
-  // A fan may look into one direction more than once.
-  for (double from = heading(first - fan.first) - 2 * kPi; from <= fan.step * count;
-       from += 2 * kPi) {
+  double from = heading(first - fan.first) - 2 * kPi;
+  while (from <= fan.step * count) {  // a fan may look into one direction more than once
     const double low = std::clamp(std::floor(from / fan.step), 0.0, count);
     const double high = std::clamp(std::ceil((from + width) / fan.step) + 1, 0.0, count);
     for (auto i = static_cast<std::size_t>(low); i < static_cast<std::size_t>(high); ++i) {
       const double angle = fan.first + fan.step * static_cast<double>(i);
       ranges[i] = range(wall, fan.from, angle, ranges[i]);
     }
+    from += 2 * kPi;
   }
 }
 

@@ -7,6 +7,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "components/geometry/scatter.h"
+
 namespace rack::localisation {
 
 namespace {
@@ -41,7 +43,7 @@ Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner,
              std::ptrdiff_t every) {
   const auto middle_at = static_cast<std::ptrdiff_t>(at);
   const auto last = static_cast<std::ptrdiff_t>(scan.size()) - 1;
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  Scatter wall_points;
   const auto ox = static_cast<double>(scan[at].x);
   const auto oy = static_cast<double>(scan[at].y);
   for (std::ptrdiff_t k = -kNeighbours; k <= kNeighbours; ++k) {
@@ -50,22 +52,13 @@ Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner,
     const double dx = static_cast<double>(scan[static_cast<std::size_t>(i)].x) - ox;
     const double dy = static_cast<double>(scan[static_cast<std::size_t>(i)].y) - oy;
     if (!(dx * dx + dy * dy <= kNeighbourWay * kNeighbourWay)) continue;
-    n += 1;
-    x += dx;
-    y += dy;
-    xx += dx * dx;
-    xy += dx * dy;
-    yy += dy * dy;
+    wall_points.add(dx, dy);
   }
-  if (n < 3) return {};
-  xx = xx / n - x * x / (n * n);
-  xy = xy / n - x * y / (n * n);
-  yy = yy / n - y * y / (n * n);
-  const double middle = (xx + yy) / 2;
-  const double apart = std::hypot((xx - yy) / 2, xy);
-  if (middle - apart > kWallDeviationMax * kWallDeviationMax) return {};
-  if (middle + apart < kWallLengthLeast * kWallLengthLeast || apart < middle / 2) return {};
-  const double along = std::atan2(2 * xy, xx - yy) / 2;
+  if (wall_points.points() < 3) return {};
+  const auto [long_way, beside] = wall_points.variances();
+  if (beside > kWallDeviationMax * kWallDeviationMax) return {};
+  if (long_way < kWallLengthLeast * kWallLengthLeast || long_way < 3 * beside) return {};
+  const double along = wall_points.direction();
   Wall wall{-std::sin(along), std::cos(along)};
   if (wall.nx * (scanner.x - ox) + wall.ny * (scanner.y - oy) < 0) wall = {-wall.nx, -wall.ny};
   return wall;

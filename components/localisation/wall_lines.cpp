@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "components/geometry/scatter.h"
+
 namespace rack::localisation {
 
 namespace {
@@ -28,35 +30,22 @@ bool is_edge(const GridMap& map, std::int32_t row, std::int32_t column) {
 // Through the edge cells around one: in cells, seen from it.
 std::optional<ScanPoint2d> line_at(const GridMap& map, std::int32_t row, std::int32_t column,
                                    std::int32_t around) {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  Scatter edge;
   for (std::int32_t r = std::max(0, row - around); r <= std::min(map.rows - 1, row + around); ++r)
     for (std::int32_t c = std::max(0, column - around);
          c <= std::min(map.columns - 1, column + around); ++c) {
       if (!is_edge(map, r, c)) continue;
-      const double dx = r - row;
-      const double dy = c - column;
-      n += 1;
-      x += dx;
-      y += dy;
-      xx += dx * dx;
-      xy += dx * dy;
-      yy += dy * dy;
+      edge.add(r - row, c - column);
     }
-  if (n < 3) return std::nullopt;
-  x /= n;
-  y /= n;
-  xx = xx / n - x * x;
-  xy = xy / n - x * y;
-  yy = yy / n - y * y;
-  const double middle = (xx + yy) / 2;
-  const double apart = std::hypot((xx - yy) / 2, xy);
-  if (middle - apart > kBesideMost * kBesideMost || middle + apart < kAlongLeast * kAlongLeast ||
-      apart < middle / 2)
+  if (edge.points() < 3) return std::nullopt;
+  const auto [long_way, wide] = edge.variances();
+  if (wide > kBesideMost * kBesideMost || long_way < kAlongLeast * kAlongLeast ||
+      long_way < 3 * wide)
     return std::nullopt;
-  const double along = std::atan2(2 * xy, xx - yy) / 2;
+  const double along = edge.direction();
   const double nx = -std::sin(along);
   const double ny = std::cos(along);
-  const double beside = nx * x + ny * y;
+  const double beside = nx * edge.mean().x + ny * edge.mean().y;
   return ScanPoint2d{static_cast<float>(beside * nx), static_cast<float>(beside * ny),
                      static_cast<float>(nx), static_cast<float>(ny)};
 }

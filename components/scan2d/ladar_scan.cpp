@@ -6,6 +6,7 @@
 #include <string>
 
 #include "components/geometry/pose.h"
+#include "components/geometry/scatter.h"
 
 namespace rack::scan2d {
 namespace {
@@ -60,36 +61,17 @@ std::span<const ScanPoint> wall_around(const Scan2dData& scan, std::size_t i) {
   return std::span(points).subspan(first, last - first + 1);
 }
 
-// rad, of the straight line through them, or that plus half a turn.
-double direction_of(std::span<const ScanPoint> points) {
-  double x = 0;
-  double y = 0;
-  for (const ScanPoint& point : points) {
-    x += point.x / static_cast<double>(points.size());
-    y += point.y / static_cast<double>(points.size());
-  }
-  double xx = 0;
-  double xy = 0;
-  double yy = 0;
-  for (const ScanPoint& point : points) {
-    const double dx = point.x - x;
-    const double dy = point.y - y;
-    xx += dx * dx;
-    xy += dx * dy;
-    yy += dy * dy;
-  }
-  return std::atan2(2 * xy, xx - yy) / 2;
-}
-
 void drop_shining_walls(const LadarMounting& mounting, Scan2dData& scan) {
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     if (!shines(scan, i) || is_one_of_three(scan, i)) continue;
     const auto wall = wall_around(scan, i);
     if (wall.size() < 2) continue;
     ScanPoint& point = scan.points[i];
+    Scatter scatter;
+    for (const ScanPoint& one : wall) scatter.add(one.x - point.x, one.y - point.y);
     const double ray = std::atan2(static_cast<double>(point.y) - mounting.y,
                                   static_cast<double>(point.x) - mounting.x);
-    if (std::abs(std::cos(ray - direction_of(wall))) <= std::sin(kAtRightAngles))
+    if (std::abs(std::cos(ray - scatter.direction())) <= std::sin(kAtRightAngles))
       point.type &= ~scan_point::kReflector;
   }
 }
