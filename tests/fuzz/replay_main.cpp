@@ -1,5 +1,6 @@
 // Stands in for libFuzzer where there is none: runs the target over files, and over damaged copies
-// of each (cut after every byte, every bit of the first bytes turned over).
+// of each: cut after every byte, and with bits of the first bytes turned over, every one of them, or
+// one in seven where code is instrumented.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -8,12 +9,15 @@
 #include <iterator>
 #include <vector>
 
+#include "tests/support/patience.h"
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kDamagedBytesMax = 512;
+constexpr std::size_t kBitsApart = tims::test::kSlowdown == 1 ? 1 : 7;  // all eight in turn
 
 std::vector<std::uint8_t> read(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -31,7 +35,7 @@ std::size_t run(std::vector<std::uint8_t> bytes) {
                                         bytes.begin() + static_cast<std::ptrdiff_t>(size));
     LLVMFuzzerTestOneInput(cut.data(), cut.size());
   }
-  for (std::size_t bit = 0; bit < damaged * 8; ++bit, ++runs) {
+  for (std::size_t bit = 0; bit < damaged * 8; bit += kBitsApart, ++runs) {
     const auto mask = static_cast<std::uint8_t>(1U << bit % 8);
     bytes[bit / 8] ^= mask;
     LLVMFuzzerTestOneInput(bytes.data(), bytes.size());

@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "tests/support/child_process.h"
-#include "tests/support/patience.h"
 
 namespace tims::test {
 namespace {
@@ -29,7 +28,6 @@ constexpr int kNoFleet = 5;
 class DoraTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (kSlowdown > 1) GTEST_SKIP() << "she needs her periods, which instrumented programs miss";
     if (::geteuid() != 0) GTEST_SKIP() << "network namespaces need root";
     if (!lines().empty()) GTEST_SKIP() << "another one drives here: " << lines().front();
   }

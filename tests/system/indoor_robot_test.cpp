@@ -59,7 +59,6 @@ rack::Pose seen_by(const rack::WorldThing& robot, const rack::WorldThing& person
 }
 
 TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
-  if (kSlowdown > 1) GTEST_SKIP() << "it needs its periods, which instrumented programs miss";
   ASSERT_TRUE(arrives("3.5", "3", [] {})) << up_->output();
 
   const rack::WorldData truth_then = truth();
@@ -80,7 +79,6 @@ TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
 // Somebody stands in the middle of the corridor, straight before it: it stops, waits whether they
 // go on, and goes round.
 TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
-  if (kSlowdown > 1) GTEST_SKIP() << "it needs its periods, which instrumented programs miss";
   constexpr double kTouches = 200 + 250;  // half of its width, and of a person
   const auto stands_in_the_corridor = [&] {
     const rack::WorldData now = truth();
@@ -129,7 +127,6 @@ TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
 
 // What tells where it is dies on the way; the supervisor starts it again.
 TEST_F(IndoorRobotTest, StandsWhileItsPositionIsAwayAndGoesOn) {
-  if (kSlowdown > 1) GTEST_SKIP() << "it needs its periods, which instrumented programs miss";
   ASSERT_TRUE(world().let_people_move(false).ok());
   const auto position = of_robot<rack::PositionProxy>("Position").component();
   bool is_killed = false;

@@ -50,12 +50,8 @@ double depth_of_the_floor(const Scan3dData& scan) {
 class SurveyorRobotTest : public SampleRobotTest {
  protected:
   void SetUp() override {
-    if (kSlowdown > 1) GTEST_SKIP() << "it needs its periods, which instrumented programs miss";
     SampleRobotTest::SetUp();
     start_robot(TIMS_ROBOTS "/surveyor.toml", 17);
-  }
-  void TearDown() override {
-    if (kSlowdown == 1) SampleRobotTest::TearDown();
   }
 
   int speed() {
