@@ -1,6 +1,6 @@
 // Stands in for libFuzzer where there is none: runs the target over files, and over damaged copies
-// of each: cut after every byte, and with bits of the first bytes turned over, every one of them, or
-// one in seven where code is instrumented.
+// of each: cut after every byte, and with bits of the first bytes turned over, every one of them,
+// or one in seven where code is instrumented.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

@@ -56,8 +56,8 @@ class GdosLogTest : public ModulesTest {
     EXPECT_TRUE(sent) << sent.error().message();
   }
   Result<ChildProcess> timsctl(std::vector<std::string> words) const {
-    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + router_.socket_path(), "--timeout",
-                                 std::to_string(kPatienceMs) + "ms"});
+    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + router_.socket_path(),
+                                 "--timeout", std::to_string(kPatienceMs) + "ms"});
     return ChildProcess::start(std::move(words));
   }
   // What `timsctl log show` says, standard output before standard error.
