@@ -10,7 +10,7 @@ class Scatter {
     double x = 0;
     double y = 0;
   };
-  // Squares of mean distances from the mean, in the points' unit.
+  // Means of the squared distances from the mean, in the points' unit squared.
   struct Variances {
     double along = 0;   // the straight line through them
     double beside = 0;  // that line

@@ -60,26 +60,19 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   first_ = false;
   filter_.weigh(field, beams_);
   estimate_ = estimate_from(expected);
-  const auto refined = walls != nullptr ? matcher_.refined(*walls, scan, estimate_) : std::nullopt;
-  if (refined) estimate_ = *refined;
-  look_whether_misplaced(field, refined.has_value());
-  filter_.resample(field, beams_, has_to_search(moved));
+  if (walls != nullptr)
+    if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
+  filter_.resample(field, beams_, has_to_search(field, moved));
   return true;
 }
 
-void Localiser::look_whether_misplaced(const LikelihoodField& field, bool lies_on_walls) {
-  const bool was_misplaced = is_misplaced_;
-  is_misplaced_ = settled_ && field.blocked(estimate_.pose, beams_) > kBlocked;
-  is_surprised_ = is_misplaced_ && !was_misplaced && !lies_on_walls;
-}
-
 // Only when it cannot be where it believes to be. At rest each scan would say the same again.
-bool Localiser::has_to_search(bool moved) {
+bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
   if (!settled_ || filter_.searching_share() == 0) {
     hidden_ = 0;
     return true;
   }
-  if (is_misplaced_) return true;
+  if (field.blocked(estimate_.pose, beams_) > kBlocked) return true;
   return moved && ++hidden_ > kHiddenMost;
 }
 

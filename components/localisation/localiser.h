@@ -58,17 +58,12 @@ class Localiser {
   // As of the last scan that was taken.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
-  // It cannot be where it has settled, as the last scan taken says and the one before did not:
-  // beams go through walls, and it lies on none. It was carried away, or the map is wrong here;
-  // which of both it is the next scans tell.
-  [[nodiscard]] bool is_surprised() const { return is_surprised_; }
   [[nodiscard]] const Beams& beams() const { return beams_; }
 
  private:
   void choose(std::span<const BeamEnd> scan);
   [[nodiscard]] Estimate estimate_from(const Pose& expected);
-  void look_whether_misplaced(const LikelihoodField& field, bool lies_on_walls);
-  bool has_to_search(bool moved);
+  [[nodiscard]] bool has_to_search(const LikelihoodField& field, bool moved);
 
   LocaliserSettings settings_;
   ParticleFilter filter_;
@@ -80,9 +75,7 @@ class Localiser {
   Pose taken_{};     // and of the last scan taken
   bool anywhere_ = false;
   bool first_ = true;
-  bool settled_ = false;  // most of the cloud was in one place
-  bool is_misplaced_ = false;
-  bool is_surprised_ = false;
+  bool settled_ = false;      // most of the cloud was in one place
   std::uint32_t doubts_ = 0;  // scans since most of it is elsewhere
   std::uint32_t hidden_ = 0;  // scans on its way that people may stand in
 };

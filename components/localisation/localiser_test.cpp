@@ -207,28 +207,6 @@ TEST(Localiser, IsFoundAgainWhenItWasCarriedAway) {
   EXPECT_GE(found, 19);
 }
 
-// By the first scan there: it says that it cannot be where it believes to be, or is not sure.
-TEST(Localiser, IsSurprisedWhereItWasCarriedTo) {
-  int surprised = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    World world(seed);
-    world.let_people_in(0.1);
-    Localiser localiser({}, seed);
-    localiser.start_at(World::place(0), 100, 0.1);
-    for (int i = 0; i < 200; ++i) {
-      run(world, localiser, 1);
-      ASSERT_FALSE(localiser.is_surprised()) << seed << " " << i;
-    }
-    world.carry_to(10000 + 15000);  // half-way round
-    while (!localiser.take(world.field(), world.odometry(), world.scan(), world.walls()))
-      world.drive(50);
-    if (localiser.is_surprised() || !is_sure(localiser.estimate(), 500)) ++surprised;
-    run(world, localiser, 100);
-    EXPECT_FALSE(localiser.is_surprised()) << seed;
-  }
-  EXPECT_GE(surprised, 19);
-}
-
 TEST(Localiser, LivesWithBadOdometryAndPeople) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     World world(seed);

@@ -194,8 +194,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   // Where it was; or, that nobody is sure any more: Position stays where it believes to be then.
   Result<void> tell_position(TimeStamp time) {
     PositionData known = localisation::to_update(*localiser_, time);
-    const bool is_sure =
-        localisation::is_sure(localiser_->now(), kUpdateDeviation) && !localiser_->is_surprised();
+    const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
     if (is_sure != was_sure_)
       log().print(is_sure ? "It is sure where it is" : "It is no longer sure where it is");
     const bool has_lost = was_sure_ && !is_sure;
