@@ -22,7 +22,7 @@
 #include "rack/proxies/scan3d.h"
 
 namespace rack {
-namespace {
+namespace bounds_test {
 
 using tims::Errc;
 
@@ -192,5 +192,5 @@ TEST(Bounds, ParametersOfOriginalsMayHoldGarbage) {
   EXPECT_EQ(list->parameters[0].name.view(), std::string(79, 'x'));
 }
 
-}  // namespace
+}  // namespace bounds_test
 }  // namespace rack

@@ -11,7 +11,7 @@
 #include "rack/proxies/pilot.h"
 
 namespace rack {
-namespace {
+namespace catalogue_test {
 
 using tims::Address;
 using tims::Header;
@@ -120,5 +120,5 @@ TEST(Catalogue, EveryMessageCanBeMadeAndTold) {
   }
 }
 
-}  // namespace
+}  // namespace catalogue_test
 }  // namespace rack

@@ -9,7 +9,7 @@
 #include "rack/codec/codec.h"
 
 namespace rack::gdos {
-namespace {
+namespace gdos_test {
 
 using namespace std::string_literals;
 
@@ -131,5 +131,5 @@ TEST(Gdos, Levels) {
   EXPECT_FALSE(level_of("loud"));
 }
 
-}  // namespace
+}  // namespace gdos_test
 }  // namespace rack::gdos

@@ -9,7 +9,7 @@
 
 namespace rack::gdos {
 
-namespace {
+namespace gdos_texts_test {
 
 using namespace std::chrono_literals;
 using namespace std::string_literals;
@@ -96,9 +96,9 @@ TEST(GdosRecord, AnythingElseIsNone) {
   }
 }
 
-}  // namespace
+}  // namespace gdos_texts_test
 
-namespace {
+namespace gdos_texts_test {
 
 TEST(GdosFiles, NamesCount) {
   EXPECT_EQ(numbered_file(17), "texts.000017.jsonl");
@@ -123,9 +123,9 @@ TEST(GdosFiles, OldestFirst) {
   EXPECT_EQ(log_files(folder.path()).next_number(), 11U);
 }
 
-}  // namespace
+}  // namespace gdos_texts_test
 
-namespace {
+namespace gdos_texts_test {
 
 std::string line(const std::string& text) { return to_line({.time = {}, .text = text}); }
 
@@ -152,6 +152,6 @@ TEST(GdosReader, ALineWithoutEndTakesNoMemory) {
   EXPECT_EQ(reader.strange(), 1U);
 }
 
-}  // namespace
+}  // namespace gdos_texts_test
 
 }  // namespace rack::gdos

@@ -8,7 +8,7 @@
 #include "rack/proxies/catalogue.h"
 
 namespace rack {
-namespace {
+namespace generic_test {
 
 template <typename T>
 std::string hex(const T& value, std::endian order) {
@@ -67,5 +67,5 @@ TEST(Generic, RuntimeIsKnownOfEveryClass) {
   EXPECT_EQ(find_message(0x14, tims::type::kGetListeners)->name, "GET_LISTENERS");
 }
 
-}  // namespace
+}  // namespace generic_test
 }  // namespace rack

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace rack {
-namespace {
+namespace message_files_test {
 
 namespace unit {
 struct Millikelvin {
@@ -180,5 +180,5 @@ TEST(MessageFiles, AreFoundInTheFoldersOfTheEnvironment) {
   EXPECT_FALSE(add_class({0x91, "Heat", {}}));
 }
 
-}  // namespace
+}  // namespace message_files_test
 }  // namespace rack

@@ -8,7 +8,7 @@
 
 namespace rack {
 
-namespace {
+namespace proxy_test {
 
 using tims::Address;
 using tims::Header;
@@ -50,9 +50,9 @@ TEST(Answer, ErrorIsAnAnswerWhereItIsAStatus) {
   EXPECT_EQ(judge({kComponent, 7, kStates}, reply(-1)), Verdict::kAnswer);
 }
 
-}  // namespace
+}  // namespace proxy_test
 
-namespace {
+namespace proxy_test {
 
 using tims::Address;
 using tims::Errc;
@@ -93,6 +93,6 @@ TEST(Status, HasAWord) {
   EXPECT_EQ(name(Status::kError), "error");
 }
 
-}  // namespace
+}  // namespace proxy_test
 
 }  // namespace rack

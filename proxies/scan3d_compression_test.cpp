@@ -9,7 +9,7 @@
 #include "tests/support/counted_new.h"
 
 namespace rack {
-namespace {
+namespace scan3d_compression_test {
 
 using testing::HasSubstr;
 
@@ -220,5 +220,5 @@ TEST(Scan3dCompression, AllocatesOnlyOnce) {
   EXPECT_EQ(tims::test::allocations() - before, 0U);
 }
 
-}  // namespace
+}  // namespace scan3d_compression_test
 }  // namespace rack

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::clock {
-namespace {
+namespace calendar_test {
 
 TEST(Calendar, TheBeginning) {
   const ClockData clock = clock_of(std::chrono::seconds(0));
@@ -44,5 +44,5 @@ TEST(TimeBy, AnotherClock) {
   EXPECT_EQ(time_by(other, 16), std::nullopt) << "it does not know itself";
 }
 
-}  // namespace
+}  // namespace calendar_test
 }  // namespace rack::clock

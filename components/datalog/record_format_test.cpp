@@ -18,7 +18,7 @@
 
 namespace rack::datalog {
 
-namespace {
+namespace record_format_test {
 
 template <Struct Data>
 Record recorded(std::uint32_t class_id, const Data& data, bool binary_io = false) {
@@ -194,6 +194,6 @@ TEST(BaseOf, DotsOfFoldersDoNotCount) {
   EXPECT_EQ(base_of("scan.1.dat"), "scan.1");
 }
 
-}  // namespace
+}  // namespace record_format_test
 
 }  // namespace rack::datalog

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 namespace tims::demo {
-namespace {
+namespace demo_test {
 
 using namespace std::chrono_literals;
 using testing::AllOf;
@@ -71,5 +71,5 @@ TEST(Scan, IsThatOfARoundRoom) {
   }
 }
 
-}  // namespace
+}  // namespace demo_test
 }  // namespace tims::demo

@@ -10,7 +10,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace rack {
-namespace {
+namespace log_file_test {
 
 std::string content(const std::string& path) {
   std::ifstream file(path);
@@ -87,5 +87,5 @@ TEST(LogFile, NeverKeepsHalfALine) {
   EXPECT_EQ(content(path), "one\ntwo\n");
 }
 
-}  // namespace
+}  // namespace log_file_test
 }  // namespace rack

@@ -12,7 +12,7 @@
 
 namespace rack::gdos_log {
 
-namespace {
+namespace text_files_test {
 
 namespace fs = std::filesystem;
 
@@ -176,6 +176,6 @@ TEST(SenderLimits, IsBounded) {
       << "those who are silent make room";
 }
 
-}  // namespace
+}  // namespace text_files_test
 
 }  // namespace rack::gdos_log

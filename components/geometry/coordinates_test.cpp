@@ -10,7 +10,7 @@
 
 namespace rack::navigation {
 
-namespace {
+namespace coordinates_test {
 
 constexpr double kMillimetre = 1.6e-10;  // rad on the ground
 
@@ -115,9 +115,9 @@ TEST(GaussKrueger, KnownPlaces) {
   check(50.776, 6.084, 5626732.105, 2505969.236, 53151);
 }
 
-}  // namespace
+}  // namespace coordinates_test
 
-namespace {
+namespace coordinates_test {
 
 CoordinateSettings settings(PositionReference reference) {
   CoordinateSettings settings;
@@ -215,6 +215,6 @@ TEST(Coordinates, RefusesWhatIsNoPlace) {
   EXPECT_FALSE(coordinates.from(PositionUtmData{0, 0, 1, 24, 0, 0}));
 }
 
-}  // namespace
+}  // namespace coordinates_test
 
 }  // namespace rack::navigation

@@ -9,6 +9,7 @@
 // and not times all.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -52,6 +53,10 @@ struct MapPoint {
   double x = 0;  // mm to the north
   double y = 0;  // mm to the east
 };
+
+inline double distance(const MapPoint& a, const MapPoint& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
 
 // Rays from one point: angles first, first + step, ...
 struct RayFan {

@@ -10,7 +10,7 @@
 
 namespace rack {
 
-namespace {
+namespace floor_map_test {
 
 DxfDrawing read(const std::string& text) {
   auto drawing = read_dxf(text);
@@ -88,9 +88,9 @@ TEST(Dxf, HasAnEnd) {
   EXPECT_EQ(drawing.skipped.size(), DxfDrawing::kSkippedMax);
 }
 
-}  // namespace
+}  // namespace floor_map_test
 
-namespace {
+namespace floor_map_test {
 
 // A room of 4 by 2 m, longer from north to south; drawn in metres.
 FloorMap room() {
@@ -164,6 +164,6 @@ TEST(FloorMap, Clearance) {
   EXPECT_TRUE(std::isinf(FloorMap().clearance({0, 0})));
 }
 
-}  // namespace
+}  // namespace floor_map_test
 
 }  // namespace rack

@@ -6,7 +6,7 @@
 
 namespace rack {
 
-namespace {
+namespace pose_test {
 
 TEST(Angle, IsNormalised) {
   EXPECT_DOUBLE_EQ(heading(-kPi / 2), 1.5 * kPi);
@@ -56,6 +56,6 @@ TEST(Pose, BetweenTwoGoesTheShortWay) {
   EXPECT_NEAR(between({.x = 0}, {.x = 10}, 1.5).x, 15, 1e-9);
 }
 
-}  // namespace
+}  // namespace pose_test
 
 }  // namespace rack

@@ -8,7 +8,7 @@
 #include "components/geometry/pose.h"
 
 namespace rack {
-namespace {
+namespace scatter_test {
 
 TEST(Scatter, OfOnePointHasNoSize) {
   Scatter scatter;
@@ -54,5 +54,5 @@ TEST(Scatter, OfALineLiesOnIt) {
   }
 }
 
-}  // namespace
+}  // namespace scatter_test
 }  // namespace rack

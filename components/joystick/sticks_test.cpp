@@ -7,7 +7,7 @@
 
 namespace rack::joystick {
 
-namespace {
+namespace sticks_test {
 
 std::vector<std::byte> event(i16 value, u8 type, u8 number) {
   std::vector<std::byte> bytes(8);
@@ -67,9 +67,9 @@ TEST(JsEvents, OfUnknownTypesAreLeftOut) {
   EXPECT_EQ(stick.buttons(), 0);
 }
 
-}  // namespace
+}  // namespace sticks_test
 
-namespace {
+namespace sticks_test {
 
 TEST(KeyboardStick, LettersMoveIt) {
   KeyboardStick stick;
@@ -119,6 +119,6 @@ TEST(KeyboardStick, AnyOtherKeyStops) {
   }
 }
 
-}  // namespace
+}  // namespace sticks_test
 
 }  // namespace rack::joystick

@@ -47,9 +47,9 @@ Pose CarmenLog::odometry_of(const LogScan& scan, double lag) const {
 
 namespace {
 
-constexpr std::string_view kBlank = " \t\r";
+constexpr std::string_view kCarmenLogBlank = " \t\r";
 constexpr std::size_t kBeamsMax = 10000;
-constexpr double kFarthest = 1e6;  // m
+constexpr double kCarmenLogFarthest = 1e6;  // m
 
 // The words of a line, one after the other; what is missing or no number is remembered.
 class Words {
@@ -57,9 +57,9 @@ class Words {
   explicit Words(std::string_view line) : left_(line) {}
 
   std::string_view word() {
-    const auto first = left_.find_first_not_of(kBlank);
+    const auto first = left_.find_first_not_of(kCarmenLogBlank);
     left_.remove_prefix(std::min(first, left_.size()));
-    const std::string_view found = left_.substr(0, left_.find_first_of(kBlank));
+    const std::string_view found = left_.substr(0, left_.find_first_of(kCarmenLogBlank));
     left_.remove_prefix(found.size());
     return found;
   }
@@ -83,7 +83,7 @@ class Words {
     const double x = number(what);
     const double y = number(what);
     const double theta = number(what);
-    if (wrong_.empty() && (std::abs(x) > kFarthest || std::abs(y) > kFarthest))
+    if (wrong_.empty() && (std::abs(x) > kCarmenLogFarthest || std::abs(y) > kCarmenLogFarthest))
       wrong_ = std::string(what) + ": more than 1000 km away";
     return pose_of_ros(x, y, theta);
   }

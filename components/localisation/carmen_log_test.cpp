@@ -8,7 +8,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace carmen_log_test {
 
 TEST(CarmenLog, ReadsScansOfBothKinds) {
   const auto log = read_carmen(
@@ -131,6 +131,6 @@ TEST(CarmenLog, SeesHowOldItsScansAre) {
   }
 }
 
-}  // namespace
+}  // namespace carmen_log_test
 
 }  // namespace rack::localisation

@@ -13,7 +13,7 @@ namespace {
 constexpr u8 kOccupiedFrom = 166;  // of 255: 65 %
 constexpr u8 kFreeTo = 50;         // 20 %
 
-tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
+tims::Error not_a_map(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
 
 class Drawing {
  public:
@@ -68,14 +68,14 @@ std::size_t GridMap::count(Cell cell) const {
 }
 
 tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resolution, double margin) {
-  if (walls.empty()) return malformed("a map without walls");
-  if (!(resolution >= 1)) return malformed("cells smaller than 1 mm");
+  if (walls.empty()) return not_a_map("a map without walls");
+  if (!(resolution >= 1)) return not_a_map("cells smaller than 1 mm");
   MapPoint low = walls[0].from;
   MapPoint high = low;
   for (const MapLine& wall : walls) {
     for (const MapPoint& end : {wall.from, wall.to}) {
       if (!std::isfinite(end.x) || !std::isfinite(end.y))
-        return malformed("the end of a wall is no number");
+        return not_a_map("the end of a wall is no number");
       low = {std::min(low.x, end.x), std::min(low.y, end.y)};
       high = {std::max(high.x, end.x), std::max(high.y, end.y)};
     }
@@ -84,7 +84,7 @@ tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resoluti
   const double rows = std::ceil((high.x - low.x + 2 * margin) / resolution);
   const double columns = std::ceil((high.y - low.y + 2 * margin) / resolution);
   if (!(rows * columns <= static_cast<double>(GridMap::kCellsMax)))
-    return malformed("the walls are too far apart for cells of " +
+    return not_a_map("the walls are too far apart for cells of " +
                      std::to_string(static_cast<int>(resolution)) +
                      " mm: take larger cells, or check the scale of the plan");
   GridMap map{.resolution = resolution,
@@ -121,7 +121,7 @@ tims::Result<GridMap> read_map(const FeatureMapData& map, double resolution) {
 
 tims::Result<GridMap> read_map(const GridMapData& message) {
   if (message.scale <= 0 || message.gridNumX <= 0 || message.gridNumY <= 0)
-    return malformed("a grid map without cells");
+    return not_a_map("a grid map without cells");
   GridMap map{.resolution = static_cast<double>(message.scale),
               .origin = {static_cast<double>(message.offsetX) - message.scale / 2.0,
                          static_cast<double>(message.offsetY) - message.scale / 2.0},
@@ -130,7 +130,7 @@ tims::Result<GridMap> read_map(const GridMapData& message) {
   const auto rows = static_cast<std::size_t>(map.rows);
   const auto columns = static_cast<std::size_t>(map.columns);
   if (message.occupancy.size() != rows * columns)
-    return malformed("a grid map with another number of cells than it says");
+    return not_a_map("a grid map with another number of cells than it says");
   map.cells.resize(rows * columns);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {

@@ -8,7 +8,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace grid_map_test {
 
 // A room of 4 m x 2 m.
 std::vector<MapLine> room() {
@@ -149,6 +149,6 @@ TEST(GridMap, MessagesThatAreNoMaps) {
   EXPECT_FALSE(read_map(message).ok());
 }
 
-}  // namespace
+}  // namespace grid_map_test
 
 }  // namespace rack::localisation

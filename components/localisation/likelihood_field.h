@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "components/geometry/pose.h"
+#include "components/geometry/random.h"
 #include "components/localisation/grid_map.h"
-#include "components/localisation/random.h"
 
 namespace rack::localisation {
 

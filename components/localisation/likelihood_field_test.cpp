@@ -7,7 +7,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace likelihood_field_test {
 
 GridMap random_map(std::int32_t rows, std::int32_t columns, std::uint64_t seed) {
   GridMap map{.resolution = 50, .origin = {-1000, 2000}, .rows = rows, .columns = columns};
@@ -219,6 +219,6 @@ TEST(Random, IsTheSameFromTheSameSeed) {
   EXPECT_NEAR(squares / kCount, 1, 0.01);
 }
 
-}  // namespace
+}  // namespace likelihood_field_test
 
 }  // namespace rack::localisation

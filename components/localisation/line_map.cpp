@@ -9,7 +9,7 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr double kFarthest = 1e9;  // mm
+constexpr double kLineMapFarthest = 1e9;  // mm
 
 tims::Error wrong(std::string what) { return {tims::Errc::kInvalidArgument, std::move(what)}; }
 
@@ -28,7 +28,7 @@ FeatureMapDataPoint completed(FeatureMapDataPoint line) {
 
 bool is_line(const FeatureMapDataPoint& line) {
   for (const double value : {line.x.raw(), line.y.raw(), line.x2.raw(), line.y2.raw()})
-    if (!(std::abs(value) <= kFarthest)) return false;
+    if (!(std::abs(value) <= kLineMapFarthest)) return false;
   return true;
 }
 

@@ -6,7 +6,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace line_map_test {
 
 FeatureMapDataPoint line(double x, double y, double x2, double y2, i32 layer = 0) {
   return {.x = x, .y = y, .x2 = x2, .y2 = y2, .layer = layer};
@@ -87,6 +87,6 @@ TEST(LineMap, RefusesWhatIsNoLine) {
   EXPECT_FALSE(map.add(line(0, 0, 1, 1)).ok());
 }
 
-}  // namespace
+}  // namespace line_map_test
 
 }  // namespace rack::localisation

@@ -14,11 +14,11 @@ namespace rack::localisation {
 namespace {
 
 // --- points and their walls
-constexpr float kApart = 40;               // mm: nearer ones say the same
-constexpr std::ptrdiff_t kNeighbours = 4;  // on each side, that a wall is seen by
-constexpr double kNeighbourWay = 400;      // mm
-constexpr double kWallDeviationMax = 30;   // mm
-constexpr double kWallLengthLeast = 60;    // mm
+constexpr float kApart = 40;                        // mm: nearer ones say the same
+constexpr std::ptrdiff_t kLineMatchNeighbours = 4;  // on each side, that a wall is seen by
+constexpr double kNeighbourWay = 400;               // mm
+constexpr double kWallDeviationMax = 30;            // mm
+constexpr double kWallLengthLeast = 60;             // mm
 
 // --- matching
 constexpr int kRounds = 20;
@@ -28,7 +28,7 @@ constexpr double kDoneTurn = 0.0001;  // rad
 constexpr std::size_t kPointsLeast = 12;
 // A point errs by 20 mm; but neighbours err together, so that a fifth of them counts.
 constexpr double kPointInformation = 1 / (20.0 * 20.0) / 5;
-constexpr double kArm = 1000;             // mm: where a turn is as much as a way
+constexpr double kLineMatchArm = 1000;    // mm: where a turn is as much as a way
 constexpr std::size_t kTogether = 12;     // neighbours that may err together
 constexpr double kSameDirection = 0.9;    // cosine, of a wall's points
 constexpr double kPointErrorLeast = 4.0;  // mm2
@@ -46,7 +46,7 @@ Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner,
   Scatter wall_points;
   const auto ox = static_cast<double>(scan[at].x);
   const auto oy = static_cast<double>(scan[at].y);
-  for (std::ptrdiff_t k = -kNeighbours; k <= kNeighbours; ++k) {
+  for (std::ptrdiff_t k = -kLineMatchNeighbours; k <= kLineMatchNeighbours; ++k) {
     const std::ptrdiff_t i = middle_at + k * every;
     if (i < 0 || i > last) continue;
     const double dx = static_cast<double>(scan[static_cast<std::size_t>(i)].x) - ox;
@@ -178,7 +178,7 @@ Information limited(const Information& h, const MatchSettings& settings) {
 // What is said of directions that too few points tell of is taken out.
 void leave_out_untold(Sums& sums, double least) {
   if (least <= 0) return;
-  const Eigen::Vector3d scale(1, 1, 1 / kArm);
+  const Eigen::Vector3d scale(1, 1, 1 / kLineMatchArm);
   const Information h = scale.asDiagonal() * sums.h * scale.asDiagonal();
   Eigen::SelfAdjointEigenSolver<Information> axes;
   axes.computeDirect(h);

@@ -5,11 +5,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::localisation {
 
-namespace {
+namespace line_match_test {
 
 // At y = -1000 and 1000; with an end, also at x = 3000.
 class Corridor final : public Lines {
@@ -90,6 +90,6 @@ TEST(LineMatch, DenseScansHaveWallsToo) {
   for (std::size_t i = 3; i + 3 < points.size(); ++i) EXPECT_NEAR(points[i].ny, -1, 0.01) << i;
 }
 
-}  // namespace
+}  // namespace line_match_test
 
 }  // namespace rack::localisation

@@ -15,7 +15,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace localiser_test {
 
 // 14 m x 10 m with rooms and pillars, so that no place looks like another.
 DxfDrawing plan() {
@@ -529,6 +529,6 @@ TEST(Localiser, AllocatesNothing) {
   EXPECT_EQ(allocated, 0U);
 }
 
-}  // namespace
+}  // namespace localiser_test
 
 }  // namespace rack::localisation

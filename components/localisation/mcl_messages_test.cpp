@@ -4,7 +4,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace mcl_messages_test {
 
 TEST(MclMessages, PointsThatAMapCannotExplainAreLeftOut) {
   Scan2dData scan;
@@ -80,6 +80,6 @@ TEST(MclMessages, SureIsOnePlaceThatIsSmall) {
   EXPECT_FALSE(is_sure(estimate, 10));
 }
 
-}  // namespace
+}  // namespace mcl_messages_test
 
 }  // namespace rack::localisation

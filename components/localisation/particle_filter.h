@@ -26,8 +26,8 @@
 #include <vector>
 
 #include "components/geometry/pose.h"
+#include "components/geometry/random.h"
 #include "components/localisation/likelihood_field.h"
-#include "components/localisation/random.h"
 
 namespace rack::localisation {
 

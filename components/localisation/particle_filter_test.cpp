@@ -6,7 +6,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace particle_filter_test {
 
 // An L of 8 m x 6 m: no two places look alike.
 LikelihoodField field() {
@@ -122,6 +122,6 @@ TEST(ParticleFilter, WhatIsFavouredHasSoMuchOfTheWeight) {
   EXPECT_DOUBLE_EQ(filter.estimate_near({}).share, favoured) << "it has more";
 }
 
-}  // namespace
+}  // namespace particle_filter_test
 
 }  // namespace rack::localisation

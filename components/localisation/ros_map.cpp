@@ -12,7 +12,7 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr std::string_view kBlank = " \t\r\n\f\v";
+constexpr std::string_view kRosMapBlank = " \t\r\n\f\v";
 constexpr std::int64_t kPixelsMax = 128'000'000;  // 500 m x 500 m of 50 mm
 
 tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
@@ -37,7 +37,7 @@ std::vector<double> numbers_of(std::string_view text) {
   text = text.substr(1, text.size() - 2);
   while (!text.empty()) {
     const auto comma = text.find(',');
-    const auto value = finite(tims::base::trimmed(text.substr(0, comma), kBlank));
+    const auto value = finite(tims::base::trimmed(text.substr(0, comma), kRosMapBlank));
     if (!value) return {};
     numbers.push_back(*value);
     text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
@@ -83,12 +83,12 @@ class PgmReader {
 
   std::string_view word() {
     for (;;) {
-      const auto first = left_.find_first_not_of(kBlank);
+      const auto first = left_.find_first_not_of(kRosMapBlank);
       left_.remove_prefix(std::min(first, left_.size()));
       if (!left_.starts_with('#')) break;
       left_.remove_prefix(std::min(left_.find('\n'), left_.size()));
     }
-    const std::string_view found = left_.substr(0, left_.find_first_of(kBlank));
+    const std::string_view found = left_.substr(0, left_.find_first_of(kRosMapBlank));
     left_.remove_prefix(found.size());
     return found;
   }
@@ -165,13 +165,14 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
         comment == 0 || (comment != std::string_view::npos &&
                          (line[comment - 1] == ' ' || line[comment - 1] == '\t')))
       line = line.substr(0, comment);
-    line = tims::base::trimmed(line, kBlank);
+    line = tims::base::trimmed(line, kRosMapBlank);
     if (line.empty() || line == "---" || line == "...") continue;
     const std::string at = "line " + std::to_string(number) + ": ";
     // A list may stand below its key, a number a line.
     if (line.starts_with("- ")) {
       if (list_key != "origin") return malformed(at + "a list of nothing that is known");
-      list += (list.empty() ? "" : ", ") + std::string(tims::base::trimmed(line.substr(2), kBlank));
+      list += (list.empty() ? "" : ", ") +
+              std::string(tims::base::trimmed(line.substr(2), kRosMapBlank));
       if (++listed < 3) continue;
       const std::string wrong = take("origin", "[" + list + "]", info);
       if (!wrong.empty()) return malformed(at + wrong);
@@ -180,8 +181,8 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
     if (listed > 0 && listed < 3) return malformed(at + "origin: [x, y, theta] wanted");
     const auto colon = line.find(':');
     if (colon == std::string_view::npos) return malformed(at + "not `key: value`");
-    list_key = tims::base::trimmed(line.substr(0, colon), kBlank);
-    const std::string_view value = tims::base::trimmed(line.substr(colon + 1), kBlank);
+    list_key = tims::base::trimmed(line.substr(0, colon), kRosMapBlank);
+    const std::string_view value = tims::base::trimmed(line.substr(colon + 1), kRosMapBlank);
     if (value.empty() && list_key == "origin") continue;
     const std::string wrong = take(list_key, value, info);
     if (!wrong.empty()) return malformed(at + wrong);

@@ -4,7 +4,7 @@
 
 namespace rack::localisation {
 
-namespace {
+namespace ros_map_test {
 
 constexpr std::string_view kYaml =
     "image: \"a map.pgm\"  # beside\nresolution: 0.1\norigin: [-1.5, 2.0, 0.0]\nnegate: 0\n"
@@ -113,6 +113,6 @@ TEST(RosMap, PosesThereAndBack) {
   EXPECT_NEAR(ros_of_pose(ahead).y, std::sin(0.3), 1e-12);
 }
 
-}  // namespace
+}  // namespace ros_map_test
 
 }  // namespace rack::localisation

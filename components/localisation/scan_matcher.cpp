@@ -14,14 +14,15 @@ constexpr std::size_t kPoints = 180;  // about
 constexpr double kTellLeast = 8;      // points, of a direction
 constexpr double kShareLeast = 0.5;   // of the points: that lie on walls
 constexpr double kMisfitMost = 60;    // mm
-constexpr double kFarthest = 16.3;    // squared, by the covariance: 99.9 % of three numbers
-constexpr double kLeastWay = 2;       // mm: what a match errs however good the map is
+constexpr double kScanMatcherFarthest =
+    16.3;                        // squared, by the covariance: 99.9 % of three numbers
+constexpr double kLeastWay = 2;  // mm: what a match errs however good the map is
 constexpr double kLeastTurn = radians(0.02);
 // However sure the filter is.
 constexpr double kSpreadWay = 10;  // mm
 constexpr double kSpreadTurn = radians(0.3);
-constexpr double kReachLeast = 100;  // mm
-constexpr double kArm = 3000;        // mm: how far away walls are, where a turn counts
+constexpr double kReachLeast = 100;       // mm
+constexpr double kScanMatcherArm = 3000;  // mm: how far away walls are, where a turn counts
 
 Information matrix_of(const Covariance& c) {
   Information matrix;
@@ -51,17 +52,18 @@ std::optional<Estimate> ScanMatcher::refined(const WallLines& walls, std::span<c
   if (!known.allFinite()) return std::nullopt;
   points_of(scan, {}, (scan.size() + kPoints / 2) / kPoints, points_);
   const double wide =
-      std::sqrt(std::max(spread(0, 0), spread(1, 1))) + kArm * std::sqrt(spread(2, 2));
-  const MatchSettings settings{.reach = std::clamp(2 * wide, kReachLeast, WallLines::kReach),
-                               .tell_least = kTellLeast,
-                               .measures_noise = true,
-                               .least_way = std::hypot(kLeastWay, walls.error()),
-                               .least_turn = std::hypot(kLeastTurn, walls.error() / kArm)};
+      std::sqrt(std::max(spread(0, 0), spread(1, 1))) + kScanMatcherArm * std::sqrt(spread(2, 2));
+  const MatchSettings settings{
+      .reach = std::clamp(2 * wide, kReachLeast, WallLines::kReach),
+      .tell_least = kTellLeast,
+      .measures_noise = true,
+      .least_way = std::hypot(kLeastWay, walls.error()),
+      .least_turn = std::hypot(kLeastTurn, walls.error() / kScanMatcherArm)};
   const auto found = match(walls, points_, estimate.pose, {estimate.pose, known}, settings);
   if (!found || found->share < kShareLeast || found->misfit > kMisfitMost) return std::nullopt;
   const Eigen::Vector3d moved(found->pose.x - estimate.pose.x, found->pose.y - estimate.pose.y,
                               signed_angle(found->pose.rho - estimate.pose.rho));
-  if (!(moved.dot(known * moved) <= kFarthest)) return std::nullopt;
+  if (!(moved.dot(known * moved) <= kScanMatcherFarthest)) return std::nullopt;
   const Information both = (known + found->information).inverse();
   if (!both.allFinite() || !(both.diagonal().minCoeff() > 0)) return std::nullopt;
   return Estimate{.pose = found->pose, .covariance = covariance_of(both), .share = estimate.share};

@@ -9,12 +9,12 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::localisation {
 
-namespace {
+namespace scan_matcher_test {
 
 DxfDrawing room() {
   DxfDrawing drawing;
@@ -259,6 +259,6 @@ TEST(ScanMatcher, AllocatesNothing) {
   }
 }
 
-}  // namespace
+}  // namespace scan_matcher_test
 
 }  // namespace rack::localisation

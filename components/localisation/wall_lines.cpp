@@ -11,9 +11,9 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr double kPiece = 200;       // mm, of a plan's wall
-constexpr float kSameWall = 0.7F;    // cosine of what directions differ
-constexpr double kNeighbours = 250;  // mm: cells that a line is laid through
+constexpr double kPiece = 200;                // mm, of a plan's wall
+constexpr float kSameWall = 0.7F;             // cosine of what directions differ
+constexpr double kWallLinesNeighbours = 250;  // mm: cells that a line is laid through
 // In cells: how far those of a straight wall lie beside their line, and along it.
 constexpr double kBesideMost = 0.75;
 constexpr double kAlongLeast = 1.0;
@@ -89,8 +89,8 @@ void WallLines::add_plan(const GridMap& map) {
 }
 
 void WallLines::add_cells(const GridMap& map) {
-  const auto around =
-      static_cast<std::int32_t>(std::clamp(std::round(kNeighbours / map.resolution), 2.0, 10.0));
+  const auto around = static_cast<std::int32_t>(
+      std::clamp(std::round(kWallLinesNeighbours / map.resolution), 2.0, 10.0));
   for (std::int32_t row = 0; row < map.rows; ++row)
     for (std::int32_t column = 0; column < map.columns; ++column) {
       if (!is_edge(map, row, column)) continue;

@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::localisation {
 
-namespace {
+namespace wall_lines_test {
 
 // A wall through the middle of a room, turned and not on the border of cells.
 MapLine wall_at(double turned) {
@@ -97,6 +97,6 @@ TEST(WallLines, WhatIsNoWallAndNoPlace) {
   EXPECT_TRUE(WallLines(points).empty()) << "walls without length";
 }
 
-}  // namespace
+}  // namespace wall_lines_test
 
 }  // namespace rack::localisation

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "components/geometry/floor_map.h"
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 #include "components/mapping/drive.h"
 
 namespace rack::mapping::test {
@@ -104,7 +104,7 @@ class Building {
   double normal() { return static_cast<double>(random_.normal()); }
 
   FloorMap rays_;
-  localisation::Random random_;
+  Random random_;
   std::vector<Pose> truth_;
 };
 

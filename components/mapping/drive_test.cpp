@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::mapping {
 
-namespace {
+namespace drive_test {
 
 constexpr std::string_view kOdometry =
     "% Odometry(0/0)\n% recordingTime pos.x pos.y pos.z pos.phi pos.psi pos.rho\n"
@@ -57,7 +57,7 @@ TEST(Recording, SaysWhatIsWrongAndWhere) {
 
 // Whatever a full disk or an editor makes of the three files: a drive of numbers, or what is wrong.
 TEST(Recording, SurvivesMutations) {
-  localisation::Random random(5);
+  Random random(5);
   const auto mutated = [&](std::string text) {
     for (std::uint32_t i = 0; i < random.below(4); ++i) {
       const std::size_t at = random.below(static_cast<std::uint32_t>(text.size()));
@@ -114,6 +114,6 @@ TEST(CarmenDrive, HasTheOdometryOfTheScansOwnTime) {
   EXPECT_EQ(drive.scans[0].count, 2U) << "one beam saw nothing";
 }
 
-}  // namespace
+}  // namespace drive_test
 
 }  // namespace rack::mapping

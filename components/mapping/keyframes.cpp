@@ -16,9 +16,9 @@ constexpr double kMapWay = 5000;          // mm behind, that a scan is matched w
 constexpr std::size_t kMapScansMax = 40;  // a robot that turns on the spot drives no way
 constexpr std::size_t kPointsLeast = 20;  // of a scan
 constexpr double kShareGood = 0.7;        // of points that found their line
-constexpr double kShareLeast = 0.4;
+constexpr double kKeyframesShareLeast = 0.4;
 constexpr Window kJump{.way = 700, .turn = radians(25)};
-constexpr double kScoreLeast = 0.3;
+constexpr double kKeyframesScoreLeast = 0.3;
 constexpr double kOdometryCounts = 0.1;
 
 }  // namespace
@@ -103,7 +103,8 @@ class Follower {
     const PointIndex index(map);
     auto best = match(index, keyframe.points, prior.pose, prior);
     if (best && best->share >= kShareGood) return best;
-    const auto jumped = ScanSearch(map).find(keyframe.points, prior.pose, kJump, kScoreLeast);
+    const auto jumped =
+        ScanSearch(map).find(keyframe.points, prior.pose, kJump, kKeyframesScoreLeast);
     if (jumped) {
       const auto other = match(index, keyframe.points, jumped->pose);
       if (other && (!best || other->share > best->share + 0.05)) {
@@ -111,7 +112,7 @@ class Follower {
         ++track_.searched;
       }
     }
-    return best && best->share >= kShareLeast ? best : std::nullopt;
+    return best && best->share >= kKeyframesShareLeast ? best : std::nullopt;
   }
 
   const Drive& drive_;

@@ -11,13 +11,13 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kEvery = 1000;        // mm of way between searches
-constexpr double kGap = 10000;         // mm of way: what is nearer is no loop
-constexpr double kStretch = 2000;      // mm of way to both sides, that is searched for
-constexpr double kPlace = 6000;        // and that it is searched beside
-constexpr double kSeen = 3000;         // mm between two places that see the same
-constexpr std::size_t kPlacesMax = 4;  // for one search
-constexpr double kGrain = 120;         // mm between points that are searched for
+constexpr double kEvery = 1000;         // mm of way between searches
+constexpr double kLoopsGap = 10000;     // mm of way: what is nearer is no loop
+constexpr double kLoopsStretch = 2000;  // mm of way to both sides, that is searched for
+constexpr double kPlace = 6000;         // and that it is searched beside
+constexpr double kLoopsSeen = 3000;     // mm between two places that see the same
+constexpr std::size_t kPlacesMax = 4;   // for one search
+constexpr double kGrain = 120;          // mm between points that are searched for
 // How far off a pose can be after a way without a loop.
 constexpr double kWindowLeast = 300;  // mm
 constexpr double kWindowMost = 8000;
@@ -25,9 +25,9 @@ constexpr double kWindowByWay = 0.05;
 constexpr double kTurnLeast = radians(4);
 constexpr double kTurnMost = radians(35);
 constexpr double kTurnByWay = radians(0.25) / 1000;
-constexpr double kScoreLeast = 0.45;
-constexpr double kShareLeast = 0.7;
-constexpr double kMisfitMost = 50;  // mm
+constexpr double kLoopsScoreLeast = 0.45;
+constexpr double kLoopsShareLeast = 0.7;
+constexpr double kLoopsMisfitMost = 50;  // mm
 // A second one that says the same.
 constexpr double kSecondWayLeast = 500;  // mm
 constexpr double kSecondWayMost = 6000;
@@ -62,7 +62,7 @@ class LoopCloser {
 
   // The keyframe's stretch beside all places that it can be near.
   void look(std::size_t at) {
-    const Stretch stretch = around(at, kStretch);
+    const Stretch stretch = around(at, kLoopsStretch);
     std::vector<ScanPoint2d> points;
     std::vector<ScanPoint2d> few;
     for (const std::size_t place : places(at)) {
@@ -113,9 +113,9 @@ class LoopCloser {
   [[nodiscard]] std::vector<std::size_t> places(std::size_t at) const {
     std::vector<std::pair<double, std::size_t>> passes;
     bool inside = false;
-    for (std::size_t i = 0; i < at && way(at) - way(i) > kGap; ++i) {
+    for (std::size_t i = 0; i < at && way(at) - way(i) > kLoopsGap; ++i) {
       const double off = way_of(track_.poses[i] - track_.poses[at]);
-      if (off > window(at, i).way + kSeen) {
+      if (off > window(at, i).way + kLoopsSeen) {
         inside = false;
         continue;
       }
@@ -134,13 +134,13 @@ class LoopCloser {
   std::optional<Edge> search(std::size_t at, std::size_t place, std::span<const ScanPoint2d> points,
                              std::span<const ScanPoint2d> few) const {
     Stretch stretch = around(place, kPlace);
-    while (stretch.last > place && way(at) - way(stretch.last) < kGap / 2) --stretch.last;
+    while (stretch.last > place && way(at) - way(stretch.last) < kLoopsGap / 2) --stretch.last;
     const auto there = points_around(track_, stretch.first, stretch.last, track_.poses[place]);
     const auto found = ScanSearch(there).find(few, track_.poses[at] - track_.poses[place],
-                                              window(at, place), kScoreLeast);
+                                              window(at, place), kLoopsScoreLeast);
     if (!found) return std::nullopt;
     const auto matched = match(PointIndex(there), points, found->pose);
-    if (!matched || matched->share < kShareLeast || matched->misfit > kMisfitMost)
+    if (!matched || matched->share < kLoopsShareLeast || matched->misfit > kLoopsMisfitMost)
       return std::nullopt;
     return Edge{place, at, matched->pose, matched->information};
   }

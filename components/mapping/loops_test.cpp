@@ -11,7 +11,7 @@
 
 namespace rack::mapping {
 
-namespace {
+namespace loops_test {
 
 using test::Building;
 
@@ -74,6 +74,6 @@ TEST(Odometry, IsLessSureOfLongerSteps) {
   EXPECT_GT(aside(0, 0), aside(1, 1)) << "along is where it went";
 }
 
-}  // namespace
+}  // namespace loops_test
 
 }  // namespace rack::mapping

@@ -10,7 +10,7 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kMargin = 500;  // mm around all that was seen
+constexpr double kMapMakerMargin = 500;  // mm around all that was seen
 
 tims::Error stopped() { return {tims::Errc::kClosed, "stopped"}; }
 
@@ -68,10 +68,10 @@ tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
   });
   // Cells begin at whole multiples of their size, whoever drew them.
   const auto snapped = [&](double at) {
-    return std::floor((at - kMargin) / settings.resolution) * settings.resolution;
+    return std::floor((at - kMapMakerMargin) / settings.resolution) * settings.resolution;
   };
   auto occupancy = Occupancy::of(settings.resolution, {snapped(box.low.x), snapped(box.low.y)},
-                                 {box.high.x + kMargin, box.high.y + kMargin});
+                                 {box.high.x + kMapMakerMargin, box.high.y + kMapMakerMargin});
   if (!occupancy) return occupancy.error();
   each_beam(drive, track, settings.range_max,
             [&](const MapPoint& from, const MapPoint& to) { occupancy->add_beam(from, to); });

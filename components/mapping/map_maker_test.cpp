@@ -11,7 +11,7 @@
 
 namespace rack::mapping {
 
-namespace {
+namespace map_maker_test {
 
 using localisation::Cell;
 using test::Building;
@@ -138,6 +138,6 @@ TEST(Occupancy, CountsWhatEndsAndWhatPasses) {
   EXPECT_FALSE(Occupancy::of(50, {0, 0}, {-1e9, 5}).ok());
 }
 
-}  // namespace
+}  // namespace map_maker_test
 
 }  // namespace rack::mapping

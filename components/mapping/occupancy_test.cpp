@@ -5,11 +5,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::mapping {
 
-namespace {
+namespace occupancy_test {
 
 using localisation::Cell;
 using localisation::GridMap;
@@ -25,7 +25,7 @@ struct Thickness {
 Thickness drawn(double wall, double noise, bool both_sides) {
   auto occupancy = Occupancy::of(kCell, {-4000, -3000}, {8000, 3000});
   EXPECT_TRUE(occupancy.ok());
-  localisation::Random random(1);
+  Random random(1);
   for (const double side : {-1.0, 1.0}) {
     if (side > 0 && !both_sides) continue;
     for (double y = -2000; y <= 2000; y += 200)
@@ -70,6 +70,6 @@ TEST(Occupancy, RefusesWhatHasNoSizeOrTooMuch) {
   EXPECT_FALSE(Occupancy::of(kCell, {0, 0}, {-1000, 0}).ok());
 }
 
-}  // namespace
+}  // namespace occupancy_test
 
 }  // namespace rack::mapping

@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::mapping {
 
-namespace {
+namespace pose_graph_test {
 
 Information sure(double way, double turn) {
   Information information = Information::Zero();
@@ -23,7 +23,7 @@ struct Circle {
   std::vector<Pose> poses;
 
   explicit Circle(std::uint64_t seed) {
-    localisation::Random random(seed);
+    Random random(seed);
     const auto normal = [&] { return static_cast<double>(random.normal()); };
     for (int i = 0; i < 40; ++i) {
       const double part = i * kPi / 20;
@@ -87,6 +87,6 @@ TEST(PoseGraph, SurvivesGraphsThatAreNone) {
   EXPECT_EQ(poses[1].x, 2) << "and they are as before";
 }
 
-}  // namespace
+}  // namespace pose_graph_test
 
 }  // namespace rack::mapping

@@ -7,14 +7,14 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kStretch = 1250;  // mm of way to both sides, of scans that are one
-constexpr double kGap = 6000;      // mm of way between passes
-constexpr double kSeen = 4000;     // mm: places that see the same
+constexpr double kRefineStretch = 1250;  // mm of way to both sides, of scans that are one
+constexpr double kRefineGap = 6000;      // mm of way between passes
+constexpr double kRefineSeen = 4000;     // mm: places that see the same
 constexpr std::size_t kPassesMax = 5;
 constexpr std::size_t kStretchScansMax = 30;
-constexpr double kShareLeast = 0.5;
-constexpr double kMisfitMost = 50;  // mm
-constexpr double kMovedMost = 400;  // mm: a match beyond is of another wall
+constexpr double kRefineShareLeast = 0.5;
+constexpr double kRefineMisfitMost = 50;  // mm
+constexpr double kMovedMost = 400;        // mm: a match beyond is of another wall
 constexpr double kTurnedMost = radians(4);
 // Neighbouring scans see the same walls on the same passes, and err together.
 constexpr double kPassCounts = 0.1;
@@ -32,13 +32,13 @@ class Refinement {
   [[nodiscard]] double way(std::size_t at) const { return track_.keyframes[at].way; }
   [[nodiscard]] std::size_t begin_of(std::size_t at) const {
     std::size_t first = at;
-    while (first > 0 && way(at) - way(first - 1) <= kStretch && at - first < kStretchScansMax)
+    while (first > 0 && way(at) - way(first - 1) <= kRefineStretch && at - first < kStretchScansMax)
       --first;
     return first;
   }
   [[nodiscard]] std::size_t end_of(std::size_t at) const {
     std::size_t last = at;
-    while (last + 1 < track_.poses.size() && way(last + 1) - way(at) <= kStretch &&
+    while (last + 1 < track_.poses.size() && way(last + 1) - way(at) <= kRefineStretch &&
            last - at < kStretchScansMax)
       ++last;
     return last;
@@ -51,7 +51,7 @@ class Refinement {
     for (std::size_t i = 0; i < track_.poses.size(); ++i) {
       const double off = std::hypot(track_.poses[i].x - track_.poses[at].x,
                                     track_.poses[i].y - track_.poses[at].y);
-      if (off > kSeen || std::abs(way(i) - way(at)) < kGap) {
+      if (off > kRefineSeen || std::abs(way(i) - way(at)) < kRefineGap) {
         inside = false;
         continue;
       }
@@ -70,7 +70,7 @@ class Refinement {
     const auto points = points_around(track_, first, last, track_.poses[place]);
     const Pose now = track_.poses[at] - track_.poses[place];
     const auto found = match(PointIndex(points), track_.keyframes[at].points, now);
-    if (!found || found->share < kShareLeast || found->misfit > kMisfitMost) return;
+    if (!found || found->share < kRefineShareLeast || found->misfit > kRefineMisfitMost) return;
     const Pose moved = found->pose - now;
     if (std::hypot(moved.x, moved.y) > kMovedMost ||
         std::abs(signed_angle(moved.rho)) > kTurnedMost)

@@ -7,7 +7,7 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr std::int64_t kCellsMax = 4'000'000;
+constexpr std::int64_t kScanMatchCellsMax = 4'000'000;
 constexpr float kSameWall = 0.7F;  // cosine of what their directions differ
 
 }  // namespace
@@ -44,7 +44,7 @@ PointIndex::PointIndex(std::span<const ScanPoint2d> points) {
   if (high_x < low_x_) return;
   const double rows = std::floor(static_cast<double>(high_x - low_x_) / kReach) + 3;
   const double columns = std::floor(static_cast<double>(high_y - low_y_) / kReach) + 3;
-  if (!(rows * columns < kCellsMax)) return;
+  if (!(rows * columns < kScanMatchCellsMax)) return;
   low_x_ -= kReach;  // a row around, so that each cell has neighbours
   low_y_ -= kReach;
   rows_ = static_cast<std::int32_t>(rows);

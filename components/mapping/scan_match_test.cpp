@@ -10,7 +10,7 @@
 
 namespace rack::mapping {
 
-namespace {
+namespace scan_match_test {
 
 using test::Building;
 
@@ -104,6 +104,6 @@ TEST(ScanSearch, SurvivesWhatIsNoScan) {
   EXPECT_FALSE(ScanSearch(wide).find(scan, {}, {}, 0));
 }
 
-}  // namespace
+}  // namespace scan_match_test
 
 }  // namespace rack::mapping

@@ -9,10 +9,10 @@ namespace rack::mapping {
 namespace {
 
 constexpr std::size_t kLevels = 6;  // the last one's squares have 32 cells a side
-constexpr std::int32_t kMargin = 1 << (kLevels - 1);
+constexpr std::int32_t kScanSearchMargin = 1 << (kLevels - 1);
 constexpr std::int32_t kBlur = 2;      // cells around a point
 constexpr double kBlurDeviation = 60;  // mm
-constexpr std::int64_t kCellsMax = 4'000'000;
+constexpr std::int64_t kScanSearchCellsMax = 4'000'000;
 constexpr double kTurnStep = radians(0.4);
 
 }  // namespace
@@ -29,11 +29,11 @@ ScanSearch::ScanSearch(std::span<const ScanPoint2d> others) {
     high_y = std::max(high_y, static_cast<double>(p.y));
   }
   // A square that begins in the margin below may reach into the grid.
-  low_x_ -= kMargin * kCell;
-  low_y_ -= kMargin * kCell;
+  low_x_ -= kScanSearchMargin * kCell;
+  low_y_ -= kScanSearchMargin * kCell;
   const double rows = std::floor((high_x - low_x_) / kCell) + 2 + kBlur;
   const double columns = std::floor((high_y - low_y_) / kCell) + 2 + kBlur;
-  if (!(rows * columns < kCellsMax)) return;
+  if (!(rows * columns < kScanSearchCellsMax)) return;
   rows_ = static_cast<std::int32_t>(rows);
   columns_ = static_cast<std::int32_t>(columns);
   levels_.resize(kLevels);

@@ -6,7 +6,7 @@
 #include "components/path/vehicle.h"
 
 namespace rack::path {
-namespace {
+namespace detour_test {
 
 std::vector<PolarSpline> bent() {
   std::vector<PolarSpline> path = {line({}, 5000)};
@@ -86,5 +86,5 @@ TEST(Detour, LeadsRoundAnObstacleWithinTheCorridor) {
   }
 }
 
-}  // namespace
+}  // namespace detour_test
 }  // namespace rack::path

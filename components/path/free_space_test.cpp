@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::path {
-namespace {
+namespace free_space_test {
 
 TEST(FreeSpace, KnowsHowFarTheNearestObstacleIs) {
   std::mt19937 random(3);
@@ -91,5 +91,5 @@ TEST(HullDiscs, CoverTheHull) {
   }
 }
 
-}  // namespace
+}  // namespace free_space_test
 }  // namespace rack::path

@@ -7,7 +7,7 @@ namespace rack::path {
 
 namespace {
 
-constexpr double kCellsMax = 700;   // of a search over cells, in each direction
+constexpr double kGoalPlannerCellsMax = 700;  // of a search over cells, in each direction
 constexpr double kLastLeg = 100;    // mm, of one who turns at rest: shows how it shall stand
 constexpr double kAstray = 150;     // mm beside its path that a car may get at least
 constexpr double kReserve = 1.1;    // of the smallest radius: to get back to the path
@@ -30,7 +30,7 @@ GoalPlanner::GoalPlanner(const PlanSettings& settings) : settings_(settings), hu
   path_.reserve(kSplinesMax);
   corners_.reserve(kSplinesMax);
   if (settings_.limits.radius_min == 0)
-    cells_.reserve(static_cast<std::size_t>(kCellsMax * kCellsMax));
+    cells_.reserve(static_cast<std::size_t>(kGoalPlannerCellsMax * kGoalPlannerCellsMax));
 }
 
 void GoalPlanner::set_limits(const PathLimits& limits) {
@@ -97,7 +97,8 @@ GoalPlanner::Progress GoalPlanner::over_cells() {
 
 // The corners of a way with that room, from the start to the goal.
 bool GoalPlanner::corners(double room) {
-  const double width = static_cast<double>(std::max(space_->rows(), space_->columns())) / kCellsMax;
+  const double width =
+      static_cast<double>(std::max(space_->rows(), space_->columns())) / kGoalPlannerCellsMax;
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(width)));
   const Place start{start_.x, start_.y};
   const Place goal{goal_.x, goal_.y};

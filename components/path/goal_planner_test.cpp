@@ -9,7 +9,7 @@
 #include "tests/support/patience.h"
 
 namespace rack::path {
-namespace {
+namespace goal_planner_test {
 
 using Progress = GoalPlanner::Progress;
 
@@ -217,5 +217,5 @@ TEST(GoalPlanner, DrivesBackwardWhenItShall) {
   }
 }
 
-}  // namespace
+}  // namespace goal_planner_test
 }  // namespace rack::path

@@ -18,15 +18,15 @@ struct Step {
   int column;
   double length;
 };
-constexpr std::array<Step, 8> kSteps = {{{1, 0, 1},
-                                         {-1, 0, 1},
-                                         {0, 1, 1},
-                                         {0, -1, 1},
-                                         {1, 1, kDiagonal},
-                                         {1, -1, kDiagonal},
-                                         {-1, 1, kDiagonal},
-                                         {-1, -1, kDiagonal}}};
-constexpr std::uint8_t kNoParent = kSteps.size();
+constexpr std::array<Step, 8> kDirections = {{{1, 0, 1},
+                                              {-1, 0, 1},
+                                              {0, 1, 1},
+                                              {0, -1, 1},
+                                              {1, 1, kDiagonal},
+                                              {1, -1, kDiagonal},
+                                              {-1, 1, kDiagonal},
+                                              {-1, -1, kDiagonal}}};
+constexpr std::uint8_t kNoParent = kDirections.size();
 
 }  // namespace
 
@@ -100,9 +100,9 @@ void GridSearch::push(std::uint32_t cell, float cost, const Place* to) {
 void GridSearch::look_around(const FreeSpace& space, std::uint32_t cell, const Place* to) {
   const auto row = static_cast<int>(cell / columns_);
   const auto column = static_cast<int>(cell % columns_);
-  for (std::size_t i = 0; i < kSteps.size(); ++i) {
-    const int next_row = row + kSteps[i].row;
-    const int next_column = column + kSteps[i].column;
+  for (std::size_t i = 0; i < kDirections.size(); ++i) {
+    const int next_row = row + kDirections[i].row;
+    const int next_column = column + kDirections[i].column;
     if (next_row < 0 || next_column < 0 || next_row >= static_cast<int>(rows_) ||
         next_column >= static_cast<int>(columns_))
       continue;
@@ -118,7 +118,7 @@ void GridSearch::look_around(const FreeSpace& space, std::uint32_t cell, const P
       if (settings_.comfort <= 0 && spare >= 0) weight = 1;
     }
     if (weight < 0) continue;
-    const float cost = costs_[cell] + static_cast<float>(kSteps[i].length * step_) * weight;
+    const float cost = costs_[cell] + static_cast<float>(kDirections[i].length * step_) * weight;
     if (cost >= costs_[next]) continue;
     parents_[next] = static_cast<std::uint8_t>(i);
     push(next, cost, to);
@@ -138,7 +138,7 @@ void GridSearch::trace(const Place& from, std::vector<Place>& way) const {
   std::uint32_t cell = cell_of(from);
   while (parents_[cell] != kNoParent && way.size() < costs_.size()) {
     way.push_back(place_of(cell));
-    const Step& step = kSteps[parents_[cell]];
+    const Step& step = kDirections[parents_[cell]];
     const auto back = static_cast<std::int64_t>(cell) -
                       step.row * static_cast<std::int64_t>(columns_) - step.column;
     cell = static_cast<std::uint32_t>(back);

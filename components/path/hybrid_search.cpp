@@ -15,18 +15,18 @@ constexpr double kBinMin = 250;     // mm
 constexpr double kStepOfBin = 1.5;  // leaves the bin it began in
 constexpr std::size_t kNodesMax = 120000;
 constexpr std::size_t kPiecesMax = 4000;
-constexpr double kOfTheRoom = 0.6;        // the ends of the hull go farther than its middle
-constexpr double kCheckEvery = 100;       // mm
-constexpr double kBesideTheStart = 1500;  // mm: here less room will do, if it stands with less
-constexpr double kCellsMax = 160;         // of the estimate, in each direction
-constexpr double kTurning = 1.05;         // what a way costs while it turns
-constexpr double kNearRadii = 3;          // near the goal its heading counts
-constexpr double kShortestTry = 4;        // poses between two tries of the rest
+constexpr double kOfTheRoom = 0.6;             // the ends of the hull go farther than its middle
+constexpr double kCheckEvery = 100;            // mm
+constexpr double kBesideTheStart = 1500;       // mm: here less room will do, if it stands with less
+constexpr double kHybridSearchCellsMax = 160;  // of the estimate, in each direction
+constexpr double kTurning = 1.05;              // what a way costs while it turns
+constexpr double kNearRadii = 3;               // near the goal its heading counts
+constexpr double kShortestTry = 4;             // poses between two tries of the rest
 
 }  // namespace
 
 HybridSearch::HybridSearch() {
-  to_goal_.reserve(static_cast<std::size_t>(kCellsMax * kCellsMax * 1.1));
+  to_goal_.reserve(static_cast<std::size_t>(kHybridSearchCellsMax * kHybridSearchCellsMax * 1.1));
   bins_.reserve(static_cast<std::size_t>(kBinsMax * kBinsMax) * kHeadings);
   nodes_.reserve(kNodesMax);
   open_.reserve(2 * kNodesMax);
@@ -53,7 +53,8 @@ void HybridSearch::begin(const FreeSpace& space, const Settings& settings, const
   closed_ = 0;
   until_try_ = 0;
   // An estimate: it may go where the car has no room, but not through walls.
-  const auto stride = static_cast<std::size_t>(std::ceil(width / space.cell() / kCellsMax));
+  const auto stride =
+      static_cast<std::size_t>(std::ceil(width / space.cell() / kHybridSearchCellsMax));
   to_goal_.run(space,
                {.room = settings.hull.half_width() / 2, .stride = std::max<std::size_t>(1, stride)},
                {goal.x, goal.y}, nullptr);

@@ -14,13 +14,13 @@ namespace rack::path {
 
 namespace {
 
-constexpr double kSame = 10;           // mm: two waypoints that near are one
-constexpr double kStraight = 0.0005;   // rad: a smaller bend is none
-constexpr double kLongest = 1e9;       // mm, of a leg
-constexpr double kRadiusMax = 1e8;     // mm: straight ahead
-constexpr double kDirectionOnly = 10;  // mm/s: a waypoint's speed below is only its sign
-constexpr double kWorthwhile = 100;    // mm, of a radius for who can turn at rest
-constexpr double kAmple = 2;           // so many times the radius that the speed needs
+constexpr double kSame = 10;                    // mm: two waypoints that near are one
+constexpr double kStraight = 0.0005;            // rad: a smaller bend is none
+constexpr double kLongest = 1e9;                // mm, of a leg
+constexpr double kRadiusMax = 1e8;              // mm: straight ahead
+constexpr double kPathMakerDirectionOnly = 10;  // mm/s: a waypoint's speed below is only its sign
+constexpr double kWorthwhile = 100;             // mm, of a radius for who can turn at rest
+constexpr double kAmple = 2;                    // so many times the radius that the speed needs
 
 struct Point {
   double x = 0;
@@ -141,7 +141,7 @@ tims::Result<Leg> Maker::leg_to(const Waypoint2d& waypoint, const Point& from) c
   leg.sense = waypoint.speed < 0 ? -1 : 1;
   const double wish = std::abs(static_cast<double>(waypoint.speed));
   const double most = leg.sense < 0 ? limits_.backward_max : limits_.speed_max;
-  leg.speed = wish < kDirectionOnly ? most : std::min(wish, most);
+  leg.speed = wish < kPathMakerDirectionOnly ? most : std::min(wish, most);
   const double offset = waypoint.lbo > 0 ? static_cast<double>(waypoint.lbo) : limits_.corridor;
   leg.corridor = offset - limits_.half_width;
   aim(leg);

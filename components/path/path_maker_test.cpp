@@ -7,7 +7,7 @@
 #include "components/path/route_fixture.h"
 
 namespace rack::path {
-namespace {
+namespace path_maker_test {
 
 constexpr double kRounding = 3;  // mm, of messages
 
@@ -233,5 +233,5 @@ TEST(PathMaker, KeepsItsPromisesOnAnyRoute) {
   EXPECT_GT(made, 500);
 }
 
-}  // namespace
+}  // namespace path_maker_test
 }  // namespace rack::path

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::path {
-namespace {
+namespace polar_spline_test {
 
 constexpr double kRounding = 1.5;  // mm
 
@@ -92,5 +92,5 @@ TEST(PolarSpline, IsFastWhereItMay) {
   EXPECT_EQ(speed_at(spline, 20000), 0);
 }
 
-}  // namespace
+}  // namespace polar_spline_test
 }  // namespace rack::path

@@ -7,7 +7,7 @@
 #include "components/path/route_fixture.h"
 
 namespace rack::path {
-namespace {
+namespace rddf_test {
 
 TEST(Rddf, ReadsTheRouteOf2004) {
   const auto points = read_rddf(route_file("dgc2004-rddf.txt"));
@@ -93,5 +93,5 @@ TEST(Rddf, TellsOfAWorldThatIsElsewhere) {
   EXPECT_NE(waypoints.error().detail().find("autoOffset"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace rddf_test
 }  // namespace rack::path

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::path {
-namespace {
+namespace reeds_shepp_test {
 
 Pose any_pose(std::mt19937& random, double width) {
   std::uniform_real_distribution<double> place(-width, width);
@@ -58,5 +58,5 @@ TEST(ReedsShepp, KnowsSomeWays) {
               0.01);
 }
 
-}  // namespace
+}  // namespace reeds_shepp_test
 }  // namespace rack::path

@@ -13,7 +13,7 @@ namespace {
 constexpr double kFarthest = 1e9;                        // mm
 constexpr std::chrono::milliseconds kTakesNotice{1000};  // until a pilot shows a new path
 
-tims::Error malformed(std::string_view text) {
+tims::Error not_a_task(std::string_view text) {
   return {tims::Errc::kMalformed, "\"" + std::string(text) +
                                       "\" is no task; there are: goto X Y [HEADING [SPEED]] (mm, "
                                       "degrees, mm/s), route, wait SECONDS, stop"};
@@ -55,7 +55,7 @@ tims::Result<Task> read_task(std::string_view text) {
   Task task;
   for (std::size_t i = 0; i < words.count; ++i)
     task.text += (i == 0 ? "" : " ") + std::string(words.word[i]);
-  if (words.too_many || words.count == 0) return malformed(text);
+  if (words.too_many || words.count == 0) return not_a_task(text);
   if ((words.word[0] == "route" || words.word[0] == "stop") && words.count == 1) {
     task.kind = words.word[0] == "stop" ? Task::Kind::kStop : Task::Kind::kRoute;
     return task;
@@ -66,10 +66,10 @@ tims::Result<Task> read_task(std::string_view text) {
     return task;
   }
   std::array<double, 4> values{};  // x, y, heading, speed
-  if (words.word[0] != "goto" || words.count < 3) return malformed(text);
+  if (words.word[0] != "goto" || words.count < 3) return not_a_task(text);
   for (std::size_t i = 1; i < words.count; ++i) {
     const double least = i == 4 ? 0 : -kFarthest;
-    if (!read(words.word[i], least, kFarthest, values[i - 1])) return malformed(text);
+    if (!read(words.word[i], least, kFarthest, values[i - 1])) return not_a_task(text);
   }
   task.kind = Task::Kind::kGoto;
   task.destination.pos.x = whole_millimetres(values[0]);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::path {
-namespace {
+namespace tasks_test {
 
 using namespace std::chrono_literals;
 using State = TaskList::State;
@@ -87,5 +87,5 @@ TEST(TaskList, EndsWithThePilotsError) {
   EXPECT_NE(list.why().find("goto 1 2"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace tasks_test
 }  // namespace rack::path

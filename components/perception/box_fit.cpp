@@ -9,10 +9,10 @@
 namespace rack::perception {
 namespace {
 
-constexpr std::size_t kPointsMax = 64;  // of a cluster, for the search
-constexpr int kCoarse = 6;              // deg
+constexpr std::size_t kBoxFitPointsMax = 64;  // of a cluster, for the search
+constexpr int kCoarse = 6;                    // deg
 constexpr int kQuarter = 90;
-constexpr double kNearest = 10;  // mm: nearer to a side counts as that
+constexpr double kBoxFitNearest = 10;  // mm: nearer to a side counts as that
 
 struct Extent {
   double least = std::numeric_limits<double>::infinity();
@@ -57,7 +57,7 @@ double closeness(std::span<const MapPoint> points, double heading, std::size_t s
   for (std::size_t i = 0; i < points.size(); i += step) {
     const double away = std::min(sides.along.to_side(direction.along(points[i])),
                                  sides.across.to_side(direction.across(points[i])));
-    sum += 1 / std::max(away, kNearest);
+    sum += 1 / std::max(away, kBoxFitNearest);
   }
   return sum;
 }
@@ -65,7 +65,7 @@ double closeness(std::span<const MapPoint> points, double heading, std::size_t s
 }  // namespace
 
 Box fit_box(std::span<const MapPoint> points) {
-  const std::size_t step = points.size() / (kPointsMax + 1) + 1;
+  const std::size_t step = points.size() / (kBoxFitPointsMax + 1) + 1;
   int best = 0;
   double most = -1;
   const auto attempt = [&](int degrees) {

@@ -7,13 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "components/geometry/pose.h"
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 
 namespace rack::perception {
-namespace {
+namespace box_fit_test {
 
 TEST(BoxFit, FindsTheTurnedBoxOfTwoSides) {
-  localisation::Random random(3);
+  Random random(3);
   for (int degrees = 0; degrees < 90; degrees += 7) {
     std::vector<MapPoint> points;
     const double c = std::cos(radians(degrees));
@@ -41,5 +41,5 @@ TEST(BoxFit, OfOnePointAndOfMany) {
   EXPECT_EQ(fit_box(same).width, 0);
 }
 
-}  // namespace
+}  // namespace box_fit_test
 }  // namespace rack::perception

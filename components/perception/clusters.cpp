@@ -8,7 +8,7 @@ namespace rack::perception {
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kPointsMax = decltype(Scan2dData::points)::kMax;
+constexpr std::size_t kClustersPointsMax = decltype(Scan2dData::points)::kMax;
 
 constexpr double kGapLeast = 100;  // mm between neighbours, noise
 constexpr double kGapBeams = 2.5;  // and widths between beams
@@ -24,12 +24,12 @@ double distance(const Sight& a, const Sight& b) { return std::hypot(a.x - b.x, a
 }  // namespace
 
 ClusterFinder::ClusterFinder() {
-  chosen_.reserve(kPointsMax);
-  labels_.reserve(kPointsMax);
-  extents_.reserve(2 * kPointsMax);
-  begins_.reserve(2 * kPointsMax + 1);
-  order_.reserve(kPointsMax);
-  points_.reserve(kPointsMax);
+  chosen_.reserve(kClustersPointsMax);
+  labels_.reserve(kClustersPointsMax);
+  extents_.reserve(2 * kClustersPointsMax);
+  begins_.reserve(2 * kClustersPointsMax + 1);
+  order_.reserve(kClustersPointsMax);
+  points_.reserve(kClustersPointsMax);
   clusters_.reserve(kClustersMax);
 }
 

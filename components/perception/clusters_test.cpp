@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::perception {
-namespace {
+namespace clusters_test {
 
 // Circles and a box around a scanner at the origin, half a degree between beams.
 class Scene {
@@ -106,5 +106,5 @@ TEST(Clusters, ExplainedPointsAreNone) {
   EXPECT_TRUE(finder.find(view, 12000).empty());
 }
 
-}  // namespace
+}  // namespace clusters_test
 }  // namespace rack::perception

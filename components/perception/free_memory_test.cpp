@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::perception {
-namespace {
+namespace free_memory_test {
 
 // A round room of 5 m, with something 300 mm wide at x, 0; half a degree between beams.
 ScanView room(double x, const Pose& robot = {}) {
@@ -142,5 +142,5 @@ TEST(FreeMemory, AfterForgettingNothingIsKnown) {
   EXPECT_EQ(moved(come), 0);
 }
 
-}  // namespace
+}  // namespace free_memory_test
 }  // namespace rack::perception

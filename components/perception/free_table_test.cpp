@@ -5,7 +5,7 @@
 #include "components/perception/room_fixture.h"
 
 namespace rack::perception {
-namespace {
+namespace free_table_test {
 
 using Seen = FreeTable::Seen;
 
@@ -55,5 +55,5 @@ TEST(FreeTable, FromWhereTheRobotIs) {
   EXPECT_EQ(table.look({2000, -1000}, 60), Seen::kThrough) << "the robot itself";
 }
 
-}  // namespace
+}  // namespace free_table_test
 }  // namespace rack::perception

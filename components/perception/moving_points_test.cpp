@@ -7,7 +7,7 @@
 #include "components/geometry/pose.h"
 
 namespace rack::perception {
-namespace {
+namespace moving_points_test {
 
 ObjRecogObject object(i32 x, i32 y, i32 vx, double degrees = 0) {
   ObjRecogObject made{.objectId = 1};
@@ -81,5 +81,5 @@ TEST(MovingPoints, NothingOfWhatIsNoNumber) {
   EXPECT_EQ(mark_moving(objects, {}, seen), 0U);
 }
 
-}  // namespace
+}  // namespace moving_points_test
 }  // namespace rack::perception

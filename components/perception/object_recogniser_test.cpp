@@ -14,7 +14,7 @@
 #include "tests/support/counted_new.h"
 
 namespace rack::perception {
-namespace {
+namespace object_recogniser_test {
 
 ObjRecogData told(ObjectRecogniser& recogniser) {
   ObjRecogData data;
@@ -265,5 +265,5 @@ TEST(ObjectRecogniser, AnObjectIsStopped) {
   EXPECT_TRUE(told(recogniser).objects.empty());
 }
 
-}  // namespace
+}  // namespace object_recogniser_test
 }  // namespace rack::perception

@@ -28,8 +28,6 @@ constexpr double kBody = 80;
 constexpr double kBoxLeast = 100;
 constexpr double kBoxPart = 0.1;  // of its size
 
-double distance(const MapPoint& a, const MapPoint& b) { return std::hypot(a.x - b.x, a.y - b.y); }
-
 double deviation_of(const Cluster& cluster) {
   const double beams = cluster.spacing / 2;
   if (cluster.leg) return std::hypot(kOneLeg, beams);

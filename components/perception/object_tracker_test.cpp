@@ -7,7 +7,7 @@
 #include "components/perception/room_fixture.h"
 
 namespace rack::perception {
-namespace {
+namespace object_tracker_test {
 
 Cluster leg(double x, double y) {
   return {.box = {.centre = {x, y}, .length = 120, .width = 120},
@@ -150,5 +150,5 @@ TEST(ObjectTracker, MoreThanItHasRoomFor) {
   EXPECT_TRUE(tracker.tracks().empty());
 }
 
-}  // namespace
+}  // namespace object_tracker_test
 }  // namespace rack::perception

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "components/localisation/random.h"
+#include "components/geometry/random.h"
 #include "components/perception/free_table.h"
 
 namespace rack::perception {
@@ -55,7 +55,7 @@ class Room {
 
  private:
   FloorMap walls_;
-  localisation::Random random_;
+  Random random_;
 };
 
 // What a scan says about places.

@@ -8,7 +8,7 @@
 #include "tests/support/counted_new.h"
 
 namespace rack::perception {
-namespace {
+namespace scan_merger_test {
 
 Scan2dData scan(u32 time, std::vector<ScanPoint> points) {
   Scan2dData data{.recordingTime = time, .duration = 20, .maxRange = 20000};
@@ -122,5 +122,5 @@ TEST(ScanMerger, TimeStampsWrap) {
   EXPECT_TRUE(merger.take(0, scan(0x10U, {{.x = 2}}), at(0, 0)));
 }
 
-}  // namespace
+}  // namespace scan_merger_test
 }  // namespace rack::perception

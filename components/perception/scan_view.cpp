@@ -6,16 +6,16 @@
 namespace rack::perception {
 namespace {
 
-constexpr std::size_t kPointsMax = decltype(Scan2dData::points)::kMax;
-constexpr double kNearest = 50;  // mm: what is nearer is the scanner itself
+constexpr std::size_t kScanViewPointsMax = decltype(Scan2dData::points)::kMax;
+constexpr double kScanViewNearest = 50;  // mm: what is nearer is the scanner itself
 constexpr double kFinest = radians(0.05);
 constexpr double kCoarsest = radians(3);
 
 }  // namespace
 
 ScanView::ScanView() {
-  beams_.reserve(kPointsMax);
-  sights_.reserve(kPointsMax);
+  beams_.reserve(kScanViewPointsMax);
+  sights_.reserve(kScanViewPointsMax);
 }
 
 void ScanView::take(const Scan2dData& scan, const Pose& scanner, double range_max) {
@@ -28,7 +28,7 @@ void ScanView::take(const Scan2dData& scan, const Pose& scanner, double range_ma
     const double dx = point.x - scanner.x;
     const double dy = point.y - scanner.y;
     const double away = std::hypot(dx, dy);
-    if (away < kNearest) continue;
+    if (away < kScanViewNearest) continue;
     const bool far = away > range_max;
     const double part = far ? range_max / away : 1;
     beams_.push_back({.angle = std::atan2(dy, dx),

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::perception {
-namespace {
+namespace scan_view_test {
 
 Scan2dData fan(int from, int to, i32 range) {
   Scan2dData scan;
@@ -54,5 +54,5 @@ TEST(ScanView, SortedAndMeasured) {
   EXPECT_TRUE(view.sights().empty());
 }
 
-}  // namespace
+}  // namespace scan_view_test
 }  // namespace rack::perception

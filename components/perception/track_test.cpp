@@ -8,7 +8,7 @@
 #include "components/perception/room_fixture.h"
 
 namespace rack::perception {
-namespace {
+namespace track_test {
 
 Sighting sighting(double x, double y) {
   return {.box = {.centre = {x, y}, .length = 300, .width = 150},
@@ -32,7 +32,7 @@ FreeTable empty_field() {
 // A walk with the accelerations and the noise that the filter believes in: how far it is off, in
 // standard deviations, is what chance allows (normalised estimation error squared, 2 axes).
 TEST(Track, ItsDeviationsAreHonest) {
-  localisation::Random random(5);
+  Random random(5);
   double place = 0;
   double speed = 0;
   int count = 0;
@@ -128,5 +128,5 @@ TEST(Track, AVanKeepsItsMiddleWhenOneSideIsSeen) {
   EXPECT_EQ(track.kind(), ObjectKind::kCar);
 }
 
-}  // namespace
+}  // namespace track_test
 }  // namespace rack::perception

@@ -9,16 +9,6 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr i32 kLandmark = 1;
-constexpr i32 kDynamicObstacle = 3;
-constexpr double kBesides = 4;  // what it passes by may be so much nearer than what it heads for
-constexpr double kMoving = 3;
-
-bool counts(const ScanPoint& point) {
-  return (point.type & scan_point::kInvalid) == 0 &&
-         (point.type & scan_point::kClassMask) != kLandmark;
-}
-
 // What the vehicle needs for itself, seen in the direction it goes.
 struct Box {
   double ahead;

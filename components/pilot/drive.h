@@ -18,6 +18,19 @@ namespace rack::pilot {
 // this constant is the speed that this point allows; the least of all points is the answer. What
 // moves by itself may come closer meanwhile, and allows a third. Landmarks are passed through.
 
+// Classes of a scan's points (the original's numbers).
+inline constexpr i32 kLandmark = 1;
+inline constexpr i32 kDynamicObstacle = 3;
+
+inline constexpr double kBesides = 4;  // what the vehicle passes by may be that much nearer
+inline constexpr double kMoving = 3;   // what moves by itself counts as that much nearer
+
+// Whether a point can be an obstacle: a measurement, and not of a landmark.
+inline bool counts(const ScanPoint& point) {
+  return (point.type & scan_point::kInvalid) == 0 &&
+         (point.type & scan_point::kClassMask) != kLandmark;
+}
+
 enum class Direction : std::uint8_t { kForward, kRight, kBackward, kLeft };  // clockwise
 
 // The largest speed, mm/s and not negative, with which it still stops in time. Landmarks, points

@@ -6,7 +6,7 @@
 
 namespace rack::pilot {
 
-namespace {
+namespace drive_test {
 
 ChassisParamData chassis() {
   ChassisParamData chassis;
@@ -223,6 +223,6 @@ TEST(JoystickDrive, IsDescribedAsAStraightWay) {
   EXPECT_EQ(data.curve, 0.0F);
 }
 
-}  // namespace
+}  // namespace drive_test
 
 }  // namespace rack::pilot

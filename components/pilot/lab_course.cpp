@@ -7,11 +7,11 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr double kThere = 50;        // mm
-constexpr double kAligned = 0.03;    // rad
-constexpr double kLeftBehind = 1.2;  // rad: the place is beside it or behind
-constexpr double kSlowsDown = 1;     // mm for each mm/s, before the place
-constexpr i32 kDirectionOnly = 10;   // mm/s; smaller ones say forward or backward only
+constexpr double kLabCourseThere = 50;      // mm
+constexpr double kLabCourseAligned = 0.03;  // rad
+constexpr double kLeftBehind = 1.2;         // rad: the place is beside it or behind
+constexpr double kSlowsDown = 1;            // mm for each mm/s, before the place
+constexpr i32 kDirectionOnly = 10;          // mm/s; smaller ones say forward or backward only
 
 }  // namespace
 
@@ -42,16 +42,16 @@ Drive LabCourse::go(const Pose& at, const Scan2dData& scan) {
     case State::kIdle:
       return {};
     case State::kTurnThere:
-      if (left < kThere) {
+      if (left < kLabCourseThere) {
         state_ = State::kTurnAsItShallStand;
         return {};
       }
-      if (std::abs(missing) > kAligned) return turn(missing);
+      if (std::abs(missing) > kLabCourseAligned) return turn(missing);
       state_ = State::kDrive;
       return {};
     case State::kDrive: {
-      if (left < kThere || std::abs(missing) > kLeftBehind) {
-        state_ = left < kThere ? State::kTurnAsItShallStand : State::kTurnThere;
+      if (left < kLabCourseThere || std::abs(missing) > kLeftBehind) {
+        state_ = left < kLabCourseThere ? State::kTurnAsItShallStand : State::kTurnThere;
         return {};
       }
       const double wish = destination_.speed >= kDirectionOnly
@@ -65,7 +65,7 @@ Drive LabCourse::go(const Pose& at, const Scan2dData& scan) {
     }
     case State::kTurnAsItShallStand: {
       const double rest = signed_angle(static_cast<double>(destination_.pos.rho) - at.rho);
-      if (std::abs(rest) > kAligned) return turn(rest);
+      if (std::abs(rest) > kLabCourseAligned) return turn(rest);
       state_ = State::kIdle;
       return {};
     }

@@ -5,7 +5,7 @@
 #include "components/pilot/car_fixture.h"
 
 namespace rack::pilot {
-namespace {
+namespace lab_course_test {
 
 using State = LabCourse::State;
 
@@ -55,5 +55,5 @@ TEST_F(Course, WaitsBeforeWhatIsInItsWay) {
   EXPECT_EQ(course.state(), State::kIdle);
 }
 
-}  // namespace
+}  // namespace lab_course_test
 }  // namespace rack::pilot

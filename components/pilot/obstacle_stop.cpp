@@ -10,23 +10,10 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr i32 kLandmark = 1;
-constexpr i32 kDynamicObstacle = 3;
-constexpr double kMoving = 3;  // so much earlier for what moves by itself
-constexpr double kBesides = 4;
 constexpr double kCrawls = 10;  // mm/s: slower is none
 constexpr double kFarAway = 1e9;
 constexpr double kStraightAhead = 1e-7;  // 1/mm
 constexpr int kWhileHolding = 2;
-
-bool counts(const ScanPoint& point) {
-  return (point.type & scan_point::kInvalid) == 0 &&
-         (point.type & scan_point::kClassMask) != kLandmark;
-}
-
-double seconds(std::chrono::milliseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
 
 // It stops before it changes between forward and backward.
 std::span<const PolarSpline> same_sense(std::span<const PolarSpline> path) {

@@ -6,7 +6,7 @@
 #include "components/pilot/car_fixture.h"
 
 namespace rack::pilot {
-namespace {
+namespace obstacle_stop_test {
 
 using namespace std::chrono_literals;
 
@@ -186,5 +186,5 @@ TEST(ObstacleStop, StopsBeforeAThousandWallsThatAppearSuddenly) {
   EXPECT_GT(stopped, 700) << "the others pass by";
 }
 
-}  // namespace
+}  // namespace obstacle_stop_test
 }  // namespace rack::pilot

@@ -9,7 +9,7 @@
 #include "components/pilot/car_fixture.h"
 
 namespace rack::pilot {
-namespace {
+namespace path_driver_test {
 
 constexpr int kPeriod = 50;  // ms
 
@@ -116,5 +116,5 @@ TEST(PathDriver, WhatIsSaidAnewTakesThePlaceOfWhatWasRefused) {
   EXPECT_EQ(errand.next->pos.x, 5000);
 }
 
-}  // namespace
+}  // namespace path_driver_test
 }  // namespace rack::pilot

@@ -10,18 +10,14 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr double kThere = 5;          // mm: at the end
-constexpr double kAligned = 0.02;     // rad: it has turned
-constexpr double kMisaligned = 0.35;  // rad: it turns at rest before it drives
-constexpr double kLost = 2;           // rad off the path's heading
-constexpr double kPerRadian = 1000;   // mm: how much a heading counts when it looks for its place
-constexpr double kAsNear = 300;       // mm: of two such places, the one that is driven first
-constexpr double kAtRest = 10;        // mm/s
-constexpr double kBraking = 0.95;     // of the deceleration of the path
-
-double seconds(std::chrono::milliseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
+constexpr double kPathFollowerThere = 5;       // mm: at the end
+constexpr double kPathFollowerAligned = 0.02;  // rad: it has turned
+constexpr double kMisaligned = 0.35;           // rad: it turns at rest before it drives
+constexpr double kLost = 2;                    // rad off the path's heading
+constexpr double kPerRadian = 1000;  // mm: how much a heading counts when it looks for its place
+constexpr double kAsNear = 300;      // mm: of two such places, the one that is driven first
+constexpr double kAtRest = 10;       // mm/s
+constexpr double kBraking = 0.95;    // of the deceleration of the path
 
 // Where it is after driving so for a while.
 Pose moved(const Pose& from, const PathFollower::Command& command, double time) {
@@ -185,7 +181,7 @@ PathFollower::Command PathFollower::follow(const Pose& at, double speed, double 
   if (state_ == State::kArrived && !reverts()) return give({});
   state_ = State::kRunning;
   const double slowest = settings_.chassis.vxMin;
-  const double stops_in = kThere + slowest * seconds(settings_.period) / 2 +
+  const double stops_in = kPathFollowerThere + slowest * seconds(settings_.period) / 2 +
                           slowest * slowest / (2 * std::max(1.0, 1.0 * settings_.chassis.decMax));
   if (ahead() <= stops_in &&
       (reverts() ? index_ == 0 || !path::runs_on(path_[index_ - 1], path_[index_])
@@ -194,7 +190,7 @@ PathFollower::Command PathFollower::follow(const Pose& at, double speed, double 
   }
   const bool may_turn = settings_.chassis.minTurningRadius == 0;
   const double missing = -beside_.turned;
-  if (may_turn && std::abs(missing) > (turning_ ? kAligned : kMisaligned)) {
+  if (may_turn && std::abs(missing) > (turning_ ? kPathFollowerAligned : kMisaligned)) {
     turning_ = true;
     if (std::abs(speed) > kAtRest) return give({});
     return give(holds_ ? Command{} : turn_at_rest(missing));
@@ -219,7 +215,8 @@ bool PathFollower::leave_stop(double speed) {
   beside_ = path::beside(path_[index_], at);
   way_ = path::sense(path_[index_]) * beside_.along;
   // Corners that are no bends to it need not be waited for.
-  turning_ = std::abs(beside_.turned) > kAligned && settings_.chassis.minTurningRadius == 0;
+  turning_ =
+      std::abs(beside_.turned) > kPathFollowerAligned && settings_.chassis.minTurningRadius == 0;
   return true;
 }
 

@@ -34,6 +34,10 @@ struct FollowerSettings {
   double steering_rate = 0;            // rad/s, of steered wheels; 0: they need no time
 };
 
+inline double seconds(std::chrono::milliseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
 class PathFollower {
  public:
   enum class State : std::uint8_t {

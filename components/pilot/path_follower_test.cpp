@@ -9,7 +9,7 @@
 #include "components/pilot/car_fixture.h"
 
 namespace rack::pilot {
-namespace {
+namespace path_follower_test {
 
 using namespace std::chrono_literals;
 using State = PathFollower::State;
@@ -254,5 +254,5 @@ TEST(PathFollower, BeginsARoundAtItsStart) {
   EXPECT_GT(drive.periods, 600);
 }
 
-}  // namespace
+}  // namespace path_follower_test
 }  // namespace rack::pilot

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "components/files/capture_file.h"
 #include "components/pilot/path_driver.h"
 #include "components/pilot/pilot_replay.h"
-#include "devices/io/capture_file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/input.h"

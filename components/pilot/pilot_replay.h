@@ -1,10 +1,11 @@
 // The recording of a pilot (PilotPath --record=FILE), decided again. Pure.
 //
-// It is a capture as those of devices are (devices/core/capture.h): what the pilot received and
-// what it commanded, each as a message of its kind in the order in which it was taken into account.
-// Time is what the recorded looks say it was, so that the same decisions come out again, bit for
-// bit, at once and on any day; the first that does not is kept, with what it was decided by. A
-// parameter can be changed: then the first difference is where it would have mattered.
+// It is a capture as those of devices are (components/recordings/capture.h): what the pilot
+// received and what it commanded, each as a message of its kind in the order in which it was taken
+// into account. Time is what the recorded looks say it was, so that the same decisions come out
+// again, bit for bit, at once and on any day; the first that does not is kept, with what it was
+// decided by. A parameter can be changed: then the first difference is where it would have
+// mattered.
 #pragma once
 
 #include <optional>
@@ -13,7 +14,7 @@
 #include <vector>
 
 #include "components/pilot/path_driver.h"
-#include "devices/core/capture.h"
+#include "components/recordings/capture.h"
 
 namespace rack::pilot {
 

@@ -10,7 +10,7 @@
 #include "components/pilot/car_fixture.h"
 
 namespace rack::pilot {
-namespace {
+namespace pilot_replay_test {
 
 using device::CaptureRecord;
 using Capture = std::vector<CaptureRecord>;
@@ -222,5 +222,5 @@ TEST(PilotReplay, SurvivesAnyBytes) {
   }
 }
 
-}  // namespace
+}  // namespace pilot_replay_test
 }  // namespace rack::pilot

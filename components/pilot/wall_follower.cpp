@@ -9,7 +9,6 @@
 namespace rack::pilot {
 namespace {
 
-constexpr i32 kLandmark = 1;
 constexpr i64 kAcceleration = 100;         // mm/s2
 constexpr double kApproach = radians(30);  // steepest angle to a wall that is too far or too near
 constexpr double kRoomAfterTurning = 1.5;  // so much more than what it wants ahead when it drives

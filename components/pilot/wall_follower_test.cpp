@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "components/navigation/reckoning.h"
-#include "components/sim/models.h"
+#include "components/position/reckoning.h"
+#include "components/world/core/models.h"
 
 namespace rack::pilot {
-namespace {
+namespace wall_follower_test {
 
 using namespace std::chrono_literals;
 using Mode = WallFollowerSettings::Mode;
@@ -246,5 +246,5 @@ TEST(WallFollower, FollowsTheNearerWall) {
   EXPECT_NEAR(omega(both), 0.2, 1e-3) << "amid both";
 }
 
-}  // namespace
+}  // namespace wall_follower_test
 }  // namespace rack::pilot

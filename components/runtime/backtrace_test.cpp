@@ -39,7 +39,7 @@ struct Copied {
   asm volatile("");
 }
 
-namespace {
+namespace backtrace_test {
 
 class UnwinderTest : public testing::Test {
  protected:
@@ -120,5 +120,5 @@ TEST(CrashDeathTest, SaysAddressesWithoutItsReporter) {
 }
 #endif
 
-}  // namespace
+}  // namespace backtrace_test
 }  // namespace rack

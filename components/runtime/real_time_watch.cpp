@@ -28,7 +28,7 @@ constexpr std::uint64_t kSampledRegisters = [] {
   for (const RegisterName& name : kRegisterNames) all |= std::uint64_t{1} << name.sampled;
   return all;
 }();
-constexpr std::size_t kRing = 256 << 10;  // bytes; a hundred samples
+constexpr std::size_t kRealTimeWatchRing = 256 << 10;  // bytes; a hundred samples
 
 std::size_t page() { return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)); }
 
@@ -46,7 +46,7 @@ perf_event_attr attributes(std::uint64_t event, bool with_kernel) {
   wanted.exclude_kernel = with_kernel ? 0 : 1;
   // Nobody waits for records.
   wanted.watermark = 1;
-  wanted.wakeup_watermark = kRing;
+  wanted.wakeup_watermark = kRealTimeWatchRing;
   return wanted;
 }
 
@@ -123,8 +123,8 @@ bool PerfEvents::open_events(bool with_kernel) {
 }
 
 bool PerfEvents::map_ring() {
-  void* memory = ::mmap(nullptr, page() + kRing, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE,
-                        faults_.get(), 0);
+  void* memory = ::mmap(nullptr, page() + kRealTimeWatchRing, PROT_READ | PROT_WRITE,
+                        MAP_SHARED | MAP_POPULATE, faults_.get(), 0);
   if (memory == MAP_FAILED) return false;
   memory_ = memory;
   prefault_ring();
@@ -134,13 +134,13 @@ bool PerfEvents::map_ring() {
 // So that reading it is no page fault of the thread that is watched.
 void PerfEvents::prefault_ring() {
   const volatile std::byte* ring = static_cast<const std::byte*>(memory_);
-  for (std::size_t at = 0; at < kRing; at += page()) (void)ring[page() + at];
+  for (std::size_t at = 0; at < kRealTimeWatchRing; at += page()) (void)ring[page() + at];
   at_ = written(memory_);
   give_back(memory_, at_);
 }
 
 void PerfEvents::close() {
-  if (memory_ != nullptr) ::munmap(memory_, page() + kRing);
+  if (memory_ != nullptr) ::munmap(memory_, page() + kRealTimeWatchRing);
   memory_ = nullptr;
   switches_.reset();
   faults_.reset();
@@ -156,7 +156,7 @@ void PerfEvents::skip() {
 bool PerfEvents::next(PerfRecord& record) {
   const std::uint64_t end = written(memory_);
   if (end == at_) return false;
-  const std::span ring(static_cast<const std::byte*>(memory_) + page(), kRing);
+  const std::span ring(static_cast<const std::byte*>(memory_) + page(), kRealTimeWatchRing);
   const bool whole = read_record(ring, at_, end, layout_, record);
   if (!whole) at_ = end;
   give_back(memory_, at_);
@@ -247,8 +247,9 @@ void RealTimeWatch::note(const PerfRecord& record) {
 // When the main thread has no time for more, counts must do.
 void RealTimeWatch::hand_over(Violation violation, const Snapshot* snapshot) {
   const std::uint32_t put = put_.load(std::memory_order_relaxed);
-  if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRing) return;
-  ring_[put % kRing] = {violation, *snapshot};
+  if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRealTimeWatchRing)
+    return;
+  ring_[put % kRealTimeWatchRing] = {violation, *snapshot};
   put_.store(put + 1, std::memory_order_release);
 }
 
@@ -270,7 +271,7 @@ void RealTimeWatch::count_usage() {
 void RealTimeWatch::report(TextLog& log) {
   std::uint32_t taken = taken_.load(std::memory_order_relaxed);
   while (taken != put_.load(std::memory_order_acquire)) {
-    const Found& found = ring_[taken % kRing];
+    const Found& found = ring_[taken % kRealTimeWatchRing];
     const Violation violation = found.violation;
     const std::string place = where(found);
     taken_.store(++taken, std::memory_order_release);

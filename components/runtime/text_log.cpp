@@ -19,7 +19,7 @@ struct Text {
   std::uint16_t size = 0;
   gdos::Body body{};
 };
-constexpr std::size_t kRing = 64;
+constexpr std::size_t kTextLogRing = 64;
 
 // Whoever reads the texts is not flooded.
 constexpr std::uint64_t kTextsPerSecond = 10;
@@ -52,7 +52,7 @@ struct TextLog::Ring {
     const std::lock_guard lock(mutex);
     if (count == 0) return false;
     text = texts[first];
-    first = (first + 1) % kRing;
+    first = (first + 1) % kTextLogRing;
     --count;
     return true;
   }
@@ -60,7 +60,7 @@ struct TextLog::Ring {
   tims::os::File doorbell;
   tims::base::LineLimiter limiter{kTextsPerSecond, kBurst};  // the main thread
   PriorityMutex mutex;                                       // of what follows
-  std::array<Text, kRing> texts;
+  std::array<Text, kTextLogRing> texts;
   std::size_t first = 0;
   std::size_t count = 0;
   std::uint32_t lost = 0;  // the ring was full
@@ -80,11 +80,11 @@ void TextLog::write(gdos::Level level, std::string_view format,
   if (level < threshold_.load(std::memory_order_relaxed)) return;
   {
     const std::lock_guard lock(ring_->mutex);
-    if (ring_->count == kRing) {
+    if (ring_->count == kTextLogRing) {
       ++ring_->lost;
       return;
     }
-    Text& text = ring_->texts[(ring_->first + ring_->count) % kRing];
+    Text& text = ring_->texts[(ring_->first + ring_->count) % kTextLogRing];
     text.level = level;
     text.size = static_cast<std::uint16_t>(
         gdos::encode(text.body, format, std::span(arguments.begin(), arguments.size())));

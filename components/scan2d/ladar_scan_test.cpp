@@ -11,7 +11,7 @@
 #include "components/geometry/pose.h"
 
 namespace rack::scan2d {
-namespace {
+namespace ladar_scan_test {
 
 LadarPoint point(double degrees, i32 distance, i32 type = 0) {
   return {.angle = static_cast<f32>(radians(degrees)), .distance = distance, .type = type};
@@ -233,5 +233,5 @@ TEST(Intensities, OfTheSameScan) {
   EXPECT_FALSE(add_intensities(wrong, scan));
 }
 
-}  // namespace
+}  // namespace ladar_scan_test
 }  // namespace rack::scan2d

@@ -4,8 +4,8 @@
 #include <mutex>
 #include <optional>
 
-#include "components/navigation/map_file.h"
 #include "components/perception/object_recogniser.h"
+#include "components/position/map_file.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/feature_map.h"

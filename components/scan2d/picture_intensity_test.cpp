@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::scan2d {
-namespace {
+namespace picture_intensity_test {
 
 using testing::HasSubstr;
 
@@ -147,5 +147,5 @@ TEST(CameraView, TakesAnyNumbers) {
   }
 }
 
-}  // namespace
+}  // namespace picture_intensity_test
 }  // namespace rack::scan2d

@@ -5,7 +5,7 @@
 #include "tests/support/patience.h"
 
 namespace rack::scan3d {
-namespace {
+namespace flatness_test {
 
 constexpr double kFlat = 20;  // mm, p95
 constexpr double kSeconds = 3.5;
@@ -124,5 +124,5 @@ TEST(Flatness, OfATurntableOnRoughGround) {
   }
 }
 
-}  // namespace
+}  // namespace flatness_test
 }  // namespace rack::scan3d

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "components/scan3d/track.h"
+#include "components/scan3d/trajectory.h"
 
 namespace rack::scan3d {
-namespace {
+namespace frame_test {
 
 void expect_at(const Place& place, const Place& wanted) {
   EXPECT_NEAR(place.x, wanted.x, 1e-9);
@@ -95,5 +95,5 @@ TEST(Track, BeginsAnewWhenAClockIsSet) {
   EXPECT_FALSE(track.at(50'000, 0));
 }
 
-}  // namespace
+}  // namespace frame_test
 }  // namespace rack::scan3d

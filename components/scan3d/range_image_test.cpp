@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace rack::scan3d {
-namespace {
+namespace range_image_test {
 
 Scan3dData scan(i32 mode) {
   Scan3dData scan{.recordingTime = 9,
@@ -62,5 +62,5 @@ TEST(RangeImage, PointsAreLines) {
   EXPECT_EQ(point_lines(few), "1 -2 3 16 -4 5\n0 0 0 0 0 0\n");
 }
 
-}  // namespace
+}  // namespace range_image_test
 }  // namespace rack::scan3d

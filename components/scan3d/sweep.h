@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "components/scan3d/frame.h"
-#include "components/scan3d/track.h"
+#include "components/scan3d/trajectory.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/scan3d.h"
 

@@ -7,7 +7,7 @@
 #include "tests/support/patience.h"
 
 namespace rack::scan3d {
-namespace {
+namespace sweep_test {
 
 // To and fro from -0.5 to 0.5 rad in 2 s each way, at rest.
 Ride still(i32 mode = scan_mode::kPitch) {
@@ -309,5 +309,5 @@ TEST(Sweep, AllocatesNothing) {
   EXPECT_GE(got, 12U);
 }
 
-}  // namespace
+}  // namespace sweep_test
 }  // namespace rack::scan3d

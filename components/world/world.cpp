@@ -1,98 +1,455 @@
-#include "components/world/world.h"
+// World: the world that simulated robots live in, with their devices at the ends of their lines.
+// Real drivers talk with them as with real devices; what comes and goes between them moves the
+// robots of this world, and nothing else does. It tells the truth of it, and takes commands.
+//
+// One thread serves all lines and lets the world go on: in steps of the world at least, and
+// whenever a device is due, so that what a device measures is the world of that moment. What a
+// command changes is changed between two steps.
+#include "rack/proxies/world.h"
 
-#include <algorithm>
-#include <utility>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <optional>
 
-#include "components/world/state.h"
+#include <poll.h>
 
-namespace rack::world {
+#include "base/text.h"
+#include "components/world/core/world_file.h"
+#include "components/world/plugged_device.h"
+#include "components/world/senses.h"
+#include "os/clock.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
 
-World::World(std::unique_ptr<State> state) : state_(std::move(state)) {}
-World::World(World&&) noexcept = default;
-World& World::operator=(World&&) noexcept = default;
-World::~World() = default;
+namespace rack::device {
+namespace {
 
-tims::Result<World> World::make(WorldDescription description, tims::Time begin) {
-  auto state = std::make_unique<State>(std::move(description), begin);
-  if (const auto problem = state->problem())
-    return tims::Error(tims::Errc::kInvalidArgument, *problem);
-  return World(std::move(state));
+using world::SensorId;
+using world::Truth;
+
+constexpr std::string_view kBase = "base";  // the name of a robot's own line among its sensors'
+
+constexpr std::array<ParameterInfo, 3> kParameters = {{
+    {"file", "", "of the world (TOML)"},
+    {"period", 50, "of the truth that is told, ms", 5, 60000},
+    {"seed", 0, "of noise, slip and people; 0: the file's", 0, 2e9},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "World",
+    .purpose = "A simulated world: its robots' devices at the ends of their lines, and the truth.",
+    .class_id = kWorld,
+    .parameters = kParameters,
+};
+
+// --- what a robot has
+
+struct SensorOfRobot {
+  SensorId id;
+  std::string name;  // "laser", and "laser-axis" of what turns it
+  bool is_axis = false;
+  PluggedDevice device;
+};
+
+struct Robot {
+  std::optional<PluggedDevice> base{};
+  std::vector<SensorOfRobot> sensors{};
+};
+
+// --- the truth as a message
+
+WorldThing thing_of(i32 kind, std::size_t id, const MapPoint& at, double rho) {
+  WorldThing thing{.kind = kind, .id = static_cast<i32>(id)};
+  thing.pos = {.x = whole_millimetres(at.x),
+               .y = whole_millimetres(at.y),
+               .rho = static_cast<float>(heading(rho))};
+  return thing;
 }
 
-const WorldDescription& World::description() const { return state_->description(); }
-
-std::optional<std::size_t> World::find_robot(std::string_view name) const {
-  const auto& robots = description().robots;
-  const auto found = std::ranges::find(robots, name, &RobotDescription::name);
-  if (found == robots.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - robots.begin());
+WorldThing thing_of(std::size_t id, const world::RobotTruth& robot, const std::string& name) {
+  WorldThing thing =
+      thing_of(world_thing::kRobot, id, {.x = robot.pose.x, .y = robot.pose.y}, robot.pose.rho);
+  (void)thing.name.assign(name);
+  thing.vx = whole_millimetres(robot.vx);
+  thing.vy = whole_millimetres(robot.vy);
+  thing.omega = static_cast<float>(robot.omega);
+  thing.way = whole_millimetres(robot.way);
+  thing.isBlocked = robot.is_blocked ? 1 : 0;
+  thing.walls = static_cast<u32>(robot.contacts.walls);
+  thing.obstacles = static_cast<u32>(robot.contacts.obstacles);
+  thing.people = static_cast<u32>(robot.contacts.people);
+  thing.robots = static_cast<u32>(robot.contacts.robots);
+  thing.bumped = static_cast<u32>(robot.contacts.bumped);
+  return thing;
 }
 
-std::optional<SensorId> World::find_sensor(std::string_view robot, std::string_view sensor) const {
-  const auto number = find_robot(robot);
-  if (!number) return std::nullopt;
-  const auto& sensors = description().robots[*number].sensors;
-  const auto found = std::ranges::find(sensors, sensor, &SensorDescription::name);
-  if (found == sensors.end()) return std::nullopt;
-  return SensorId{*number, static_cast<std::size_t>(found - sensors.begin())};
+void fill(WorldData& data, const Truth& truth, const world::WorldDescription& description) {
+  data.peopleMove = truth.people_frozen ? 0 : 1;
+  data.things.clear();
+  constexpr std::size_t kMost = decltype(WorldData::things)::kMax;
+  for (std::size_t i = 0; i < truth.robots.size() && data.things.size() < kMost; ++i)
+    data.things.push_back(thing_of(i, truth.robots[i], description.robots[i].name));
+  for (const world::PersonTruth& person : truth.people) {
+    if (data.things.size() == kMost) return;
+    data.things.push_back(thing_of(world_thing::kPerson, person.id, person.at, person.rho));
+    data.things.back().vx = whole_millimetres(person.vx);
+    data.things.back().vy = whole_millimetres(person.vy);
+  }
+  for (const world::PutObstacle& put : truth.obstacles) {
+    if (data.things.size() == kMost) return;
+    data.things.push_back(
+        thing_of(world_thing::kObstacle, put.id, put.obstacle.at, put.obstacle.rho));
+    data.things.back().radius = whole_millimetres(put.obstacle.radius);
+  }
 }
 
-void World::advance(tims::Time to) { state_->advance(to); }
-tims::Time World::now() const { return state_->now(); }
+// ---
 
-void World::drive(std::size_t robot, std::span<const double> motors, tims::Time at) {
-  state_->vehicle(robot).drive(motors, at + description().robots[robot].lag);
-}
-void World::drive(std::size_t robot, const device::ChassisSpeed& speed, tims::Time at) {
-  state_->vehicle(robot).drive(speed, at + description().robots[robot].lag);
-}
-const device::Wheels& World::wheels(std::size_t robot) const {
-  return std::as_const(*state_).vehicle(robot).wheels();
-}
-std::span<const MotorState> World::motors(std::size_t robot) const {
-  return std::as_const(*state_).vehicle(robot).motors();
-}
+class World : public DataModule<WorldData> {
+ public:
+  World() : DataModule(kInfo, {.history = 100}) {}
 
-void World::turn(const SensorId& sensor, double rate) { state_->turn(sensor, rate); }
-double World::axis(const SensorId& sensor, tims::Time at) const { return state_->axis(sensor, at); }
+ private:
+  Result<void> module_on() override {
+    auto description = read_description();
+    if (!description) return description.error();
+    if (auto made = make(std::move(*description)); !made) return made;
+    set_period(std::chrono::milliseconds(integer("period")));
+    return DataModule::module_on();
+  }
 
-RayHit World::look(const SensorId& sensor, const RayDirection& ray, tims::Time at) const {
-  return state_->look(sensor, ray, at);
-}
-Echo World::measure(const SensorId& sensor, const RayDirection& ray, tims::Time at) const {
-  return state_->measure(sensor, ray, at);
-}
-SatelliteFix World::satellite_fix(const SensorId& sensor, tims::Time at) const {
-  return state_->satellite_fix(sensor, at);
-}
-InertialMeasurement World::inertial(const SensorId& sensor, tims::Time at) const {
-  return state_->inertial(sensor, at);
-}
-double World::compass(const SensorId& sensor, tims::Time at) const {
-  return state_->compass(sensor, at);
-}
-Pose World::sensor_pose(const SensorId& sensor, tims::Time at) const {
-  return state_->sensor_pose(sensor, at);
-}
-Pose World::pose(std::size_t robot, tims::Time at) const { return state_->pose(robot, at); }
+  void module_off() override {
+    const std::lock_guard lock(world_mutex_);
+    trains_.clear();
+    robots_.clear();
+    world_.reset();
+  }
 
-tims::Result<void> World::place(std::size_t robot, const Pose& pose) {
-  return state_->place(robot, pose);
-}
-tims::Result<std::size_t> World::put(const ObstacleDescription& obstacle) {
-  return state_->put(obstacle);
-}
-bool World::remove(std::size_t obstacle) { return state_->remove(obstacle); }
-void World::freeze_people(bool frozen) { state_->freeze_people(frozen); }
-void World::plug(const SensorId& sensor, bool plugged) { state_->plug(sensor, plugged); }
-bool World::is_plugged(const SensorId& sensor) const { return state_->is_plugged(sensor); }
+  Result<void> module_loop() override {
+    const tims::Time due = next_truth();
+    while (tims::os::now() < due) {
+      wait(due);
+      const std::lock_guard lock(world_mutex_);
+      serve();
+    }
+    WorldData& data = get_local_buffer();
+    {
+      const std::lock_guard lock(world_mutex_);
+      go_on(*world_, trains_, tims::os::now(), truth_);
+      data.recordingTime = time_stamp();
+      fill(data, truth_, world_->description());
+    }
+    return put_local_buffer();
+  }
 
-Truth World::make_truth() const {
-  Truth truth;
-  truth.obstacles.reserve(kPutMax);
-  state_->truth(truth);
-  return truth;
-}
-void World::truth(Truth& out) const { state_->truth(out); }
+  // --- making it
 
-}  // namespace rack::world
+  static Result<std::string> read_all(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return refused(path.string() + ": cannot be read");
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  }
+
+  // Drawings lie beside the world's file, unless they have a path.
+  Result<world::WorldDescription> read_description() {
+    const std::filesystem::path path = text("file");
+    if (path.empty()) return refused("no world: --file says which");
+    auto words = read_all(path);
+    if (!words) return words.error();
+    auto file = world::read_world({path.string(), std::move(*words)}, [&](const std::string& name) {
+      return read_all(path.parent_path() / name);
+    });
+    for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
+      log().error("%s", file.problems[i].to_string().c_str());
+    if (!file.problems.empty()) return refused(file.problems.back().to_string());
+    for (const std::string& passed : file.passed_over)
+      log().warning("passed over: %s", passed.c_str());
+    if (integer("seed") != 0) file.description.seed = static_cast<std::uint64_t>(integer("seed"));
+    return std::move(file.description);
+  }
+
+  Result<void> make(world::WorldDescription description) {
+    const std::lock_guard lock(world_mutex_);
+    auto made = world::World::make(std::move(description), tims::os::now());
+    if (!made) return made.error();
+    world_.emplace(std::move(*made));
+    truth_ = world_->make_truth();
+    return make_robots();
+  }
+
+  Result<void> make_robots() {
+    const Duration utc_of_zero =
+        tims::os::wall_now().time_since_epoch() - tims::os::now().time_since_epoch();
+    const auto& robots = world_->description().robots;
+    robots_.clear();
+    trains_.clear();
+    robots_.resize(robots.size());
+    std::size_t lines = 0;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+      if (auto made = make_base(i); !made) return made;
+      const auto& sensors = robots[i].sensors;
+      for (std::size_t k = 0; k < sensors.size(); ++k)
+        if (auto made = make_sensor({i, k}, utc_of_zero); !made) return made;
+      for (std::size_t k = 0; k < sensors.size(); ++k)
+        if (auto made = make_axis({i, k}); !made) return made;
+      lines += robots_[i].sensors.size() + 1;
+    }
+    polled_.reserve(lines);
+    return {};
+  }
+
+  Result<void> make_base(std::size_t number) {
+    const world::RobotDescription& robot = world_->description().robots[number];
+    if (robot.device.empty()) return {};
+    const EmulatorInfo* const info = find_emulator(robot.device);
+    if (info == nullptr || info->senses != Senses::kWheels)
+      return refused(robot.name + ": \"" + robot.device +
+                     "\" is no base; rack-emulate --list names devices");
+    auto emulator = info->make({});
+    auto& wheelwork = dynamic_cast<emulator::Wheelwork&>(*emulator);
+    auto drivetrain = Drivetrain::make(*world_, number, wheelwork);
+    if (!drivetrain)
+      return tims::Error(drivetrain.error().code(),
+                         robot.name + ": " + drivetrain.error().detail());
+    trains_.push_back(*drivetrain);
+    auto device =
+        plugged(robot.name + "/" + std::string(kBase), *info, robot.line, std::move(emulator));
+    if (!device) return device.error();
+    robots_[number].base.emplace(std::move(*device));
+    return {};
+  }
+
+  Result<void> make_sensor(const SensorId& id, Duration utc_of_zero) {
+    const world::RobotDescription& robot = world_->description().robots[id.robot];
+    const world::SensorDescription& sensor = robot.sensors[id.sensor];
+    if (sensor.device.empty()) return {};
+    const std::string name = robot.name + "/" + sensor.name;
+    const EmulatorInfo* const info = find_emulator(sensor.device);
+    if (info == nullptr || info->senses != senses_of(sensor.kind))
+      return refused(name + ": \"" + sensor.device +
+                     "\" is no device for such a sensor; rack-emulate --list names devices");
+    auto device = plugged(name, *info, sensor.line, info->make(scene_of(*world_, id, utc_of_zero)));
+    if (!device) return device.error();
+    robots_[id.robot].sensors.push_back({id, sensor.name, false, std::move(*device)});
+    return {};
+  }
+
+  // What turns it.
+  Result<void> make_axis(const SensorId& id) {
+    const world::RobotDescription& robot = world_->description().robots[id.robot];
+    const world::SensorDescription& sensor = robot.sensors[id.sensor];
+    if (sensor.axis.device.empty()) return {};
+    const std::string own = sensor.name + "-axis";
+    const std::string name = robot.name + "/" + own;
+    const EmulatorInfo* const info = find_emulator(sensor.axis.device);
+    if (info == nullptr || info->senses != Senses::kWheels)
+      return refused(name + ": \"" + sensor.axis.device +
+                     "\" is no drive; rack-emulate --list names devices");
+    auto emulator = info->make({});
+    auto train = Drivetrain::make(*world_, id, dynamic_cast<emulator::Wheelwork&>(*emulator));
+    if (!train) return tims::Error(train.error().code(), name + ": " + train.error().detail());
+    auto device = plugged(name, *info, sensor.axis.line, std::move(emulator));
+    if (!device) return device.error();
+    trains_.push_back(*train);
+    robots_[id.robot].sensors.push_back({id, own, true, std::move(*device)});
+    return {};
+  }
+
+  // At its line. "{system}" in it is the system of this component: worlds beside each other.
+  Result<PluggedDevice> plugged(const std::string& name, const EmulatorInfo& info,
+                                const std::string& line, std::unique_ptr<Dialogue> emulator) const {
+    const auto system = address().fields(address_widths()).system;
+    const std::string place = tims::base::filled_in(line.empty() ? info.address : line,
+                                                    {{"system", std::to_string(system)}});
+    auto parsed = DeviceAddress::parse(place);
+    if (!parsed) return tims::Error(parsed.error().code(), name + ": " + parsed.error().detail());
+    PluggedDevice device(name, std::move(*parsed), info.baud, std::move(emulator));
+    if (auto opened = device.plug(); !opened)
+      return tims::Error(opened.error().code(), name + ": " + opened.error().detail());
+    return device;
+  }
+
+  // --- going on
+
+  template <typename Each>
+  void for_each_device(const Each& each) {
+    for (Robot& robot : robots_) {
+      if (robot.base) each(*robot.base);
+      for (SensorOfRobot& sensor : robot.sensors) each(sensor.device);
+    }
+  }
+
+  tims::Time next_truth() {
+    const tims::Time now = tims::os::now();
+    if (next_truth_ + period() <= now) next_truth_ = now;
+    return next_truth_ += period();
+  }
+
+  // Until a device is due or says something, or the world has to go on.
+  void wait(tims::Time until) {
+    {
+      const std::lock_guard lock(world_mutex_);
+      polled_.clear();
+      until = std::min(until, world_->now() + world::kStep);
+      for_each_device([&](const PluggedDevice& device) {
+        until = std::min(until, device.next_timeout());
+        if (device.descriptor() >= 0)
+          polled_.push_back({.fd = device.descriptor(), .events = POLLIN, .revents = 0});
+      });
+    }
+    const auto rest = std::max(Duration(0), until - tims::os::now());
+    const auto patience = tims::os::to_timespec(tims::Time(rest));
+    ::ppoll(polled_.data(), polled_.size(), &patience, nullptr);
+  }
+
+  void serve() {
+    const tims::Time now = tims::os::now();
+    go_on(*world_, trains_, now, truth_);
+    for_each_device([&](PluggedDevice& device) {
+      if (const auto problem = device.serve(now))
+        log().warning("%s; it is opened again", problem->c_str());
+    });
+  }
+
+  // --- commands
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    const std::lock_guard lock(world_mutex_);
+    switch (message.header.type) {
+      case WorldType::kPlace:
+        return answered(message, with<WorldPlace>(
+                                     message, [&](const WorldPlace& wish) { return place(wish); }));
+      case WorldType::kPut:
+        return with<WorldObstacle>(message,
+                                   [&](const WorldObstacle& wish) { return put(message, wish); });
+      case WorldType::kRemove:
+        return answered(message, with<WorldRemove>(message, [&](const WorldRemove& wish) {
+                          return remove(wish);
+                        }));
+      case WorldType::kPeople:
+        return answered(message,
+                        with<WorldPeople>(message, [&](const WorldPeople& wish) -> Result<void> {
+                          world_->freeze_people(wish.move == 0);
+                          return {};
+                        }));
+      case WorldType::kPlug:
+        return answered(
+            message, with<WorldPlug>(message, [&](const WorldPlug& wish) { return plug(wish); }));
+      case WorldType::kGetLines:
+        return tell_lines(message);
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  // What a command wants, while there is a world.
+  template <Struct Wish, typename Do>
+  Result<void> with(const tims::MessageView& message, const Do& act) {
+    const auto wish = decode<Wish>(message);
+    if (!wish) return wish.error();
+    if (!world_) return refused("the world is off");
+    return act(*wish);
+  }
+
+  Result<std::size_t> robot_called(std::string_view name) const {
+    if (const auto found = world_->find_robot(name)) return *found;
+    std::string names;
+    for (const auto& robot : world_->description().robots) names += " " + robot.name;
+    return refused("no robot \"" + std::string(name) + "\"; there are:" + names);
+  }
+
+  Result<void> place(const WorldPlace& wish) {
+    const auto robot = robot_called(wish.robot.view());
+    if (!robot) return robot.error();
+    const auto rho = static_cast<double>(wish.pos.rho.raw());
+    if (!std::isfinite(rho)) return refused("rho is no number");
+    return world_->place(*robot, {.x = static_cast<double>(wish.pos.x.raw()),
+                                  .y = static_cast<double>(wish.pos.y.raw()),
+                                  .rho = rho});
+  }
+
+  Result<void> put(const tims::MessageView& message, const WorldObstacle& wish) {
+    if (wish.radius.raw() <= 0 || wish.height.raw() <= 0)
+      return refused("an obstacle has a radius and a height of 1 mm and more");
+    const auto id = world_->put({.shape = world::Shape::kCircle,
+                                 .at = {.x = static_cast<double>(wish.pos.x.raw()),
+                                        .y = static_cast<double>(wish.pos.y.raw())},
+                                 .radius = static_cast<double>(wish.radius.raw()),
+                                 .height = static_cast<double>(wish.height.raw())});
+    if (!id) return id.error();
+    WorldObstacle there = wish;
+    there.id = static_cast<i32>(*id);
+    reply(message.header, WorldType::kObstacle, there);
+    return {};
+  }
+
+  Result<void> remove(const WorldRemove& wish) {
+    if (wish.id < 0 || !world_->remove(static_cast<std::size_t>(wish.id)))
+      return refused("no obstacle " + std::to_string(wish.id) + " was put here");
+    return {};
+  }
+
+  Result<void> plug(const WorldPlug& wish) {
+    const auto robot = robot_called(wish.robot.view());
+    if (!robot) return robot.error();
+    if (wish.sensor.view() == kBase && robots_[*robot].base)
+      return plug(*robots_[*robot].base, wish.isPlugged != 0);
+    std::string names = robots_[*robot].base ? " base" : "";
+    for (SensorOfRobot& sensor : robots_[*robot].sensors) {
+      names += " " + sensor.name;
+      if (sensor.name != wish.sensor.view()) continue;
+      if (!sensor.is_axis) world_->plug(sensor.id, wish.isPlugged != 0);
+      return plug(sensor.device, wish.isPlugged != 0);
+    }
+    return refused("no device \"" + std::string(wish.sensor.view()) + "\"; there are:" + names);
+  }
+  static Result<void> plug(PluggedDevice& device, bool is_plugged) {
+    if (is_plugged) return device.plug();
+    device.pull();
+    return {};
+  }
+
+  Result<void> tell_lines(const tims::MessageView& message) {
+    if (!world_) return refused("the world is off");
+    WorldLines all;
+    for (std::size_t i = 0; i < robots_.size(); ++i) {
+      const world::RobotDescription& robot = world_->description().robots[i];
+      const auto add = [&](std::string_view sensor, const std::string& device,
+                           const PluggedDevice& plugged) {
+        if (all.lines.size() == decltype(WorldLines::lines)::kMax) return;
+        WorldLine line{.isPlugged = plugged.is_plugged() ? 1 : 0};
+        (void)line.robot.assign(robot.name);
+        (void)line.sensor.assign(sensor);
+        (void)line.device.assign(device);
+        (void)line.line.assign(plugged.address().to_string());
+        all.lines.push_back(line);
+      };
+      if (robots_[i].base) add(kBase, robot.device, *robots_[i].base);
+      for (const SensorOfRobot& sensor : robots_[i].sensors) {
+        const world::SensorDescription& its = robot.sensors[sensor.id.sensor];
+        add(sensor.name, sensor.is_axis ? its.axis.device : its.device, sensor.device);
+      }
+    }
+    reply(message.header, WorldType::kLines, all);
+    return {};
+  }
+
+  PriorityMutex world_mutex_;
+  std::optional<world::World> world_;  // while it is on
+  std::vector<Robot> robots_;
+  std::vector<Drivetrain> trains_;
+  Truth truth_;
+  std::vector<pollfd> polled_;  // of the data task
+  tims::Time next_truth_{};
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::World component;
+  return component.run(argc, argv);
+}

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace measure_test {
 
 using namespace std::chrono_literals;
 
@@ -116,5 +116,5 @@ TEST(WallTime, DayAndTimeOfDay) {
   EXPECT_EQ(time_of_day(kTime), "03:00:00.123");
 }
 
-}  // namespace
+}  // namespace measure_test
 }  // namespace tims::base

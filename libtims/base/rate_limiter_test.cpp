@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace rate_limiter_test {
 
 using namespace std::chrono_literals;
 
@@ -60,5 +60,5 @@ TEST(LineLimiter, BurstAndRateCanBeOthers) {
   EXPECT_TRUE(limiter.is_idle(now + 2s));
 }
 
-}  // namespace
+}  // namespace rate_limiter_test
 }  // namespace tims::base

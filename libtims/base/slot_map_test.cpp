@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace slot_map_test {
 
 TEST(SlotMap, GivesTheNumberThatWasLeftLast) {
   SlotMap<int> map;
@@ -30,5 +30,5 @@ TEST(SlotMap, ShowsWhatIsThere) {
   EXPECT_EQ(sum, 4);
 }
 
-}  // namespace
+}  // namespace slot_map_test
 }  // namespace tims::base

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace statistics_test {
 
 TEST(StatisticsTest, QuantilesAreValuesThatWereMeasured) {
   EXPECT_EQ(quantile({}, 0.5), 0);
@@ -21,5 +21,5 @@ TEST(StatisticsTest, Means) {
   EXPECT_EQ(mean(std::vector<double>{1, 2, 6}), 3);
 }
 
-}  // namespace
+}  // namespace statistics_test
 }  // namespace tims::base

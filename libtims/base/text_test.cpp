@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace text_test {
 
 using namespace std::string_literals;
 
@@ -146,5 +146,5 @@ TEST(Nearest, GivesNothingWhenNothingIsNear) {
   EXPECT_EQ(nearest("tcp.listen", std::span<const std::string_view>()), std::nullopt);
 }
 
-}  // namespace
+}  // namespace text_test
 }  // namespace tims::base

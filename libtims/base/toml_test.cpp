@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::base {
-namespace {
+namespace toml_test {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -152,5 +152,5 @@ TEST(TomlReader, EveryProblemHasItsPlace) {
                   "duration, list, item, named"));
 }
 
-}  // namespace
+}  // namespace toml_test
 }  // namespace tims::base

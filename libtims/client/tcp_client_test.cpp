@@ -15,7 +15,7 @@
 #include "wire/header.h"
 
 namespace tims::client {
-namespace {
+namespace tcp_client_test {
 
 namespace router_command = wire::router_command;
 
@@ -117,5 +117,5 @@ TEST_F(TcpClientTest, TheRouterHasGone) {
   EXPECT_EQ(client_->receive(soon()).error().code(), Errc::kClosed);
 }
 
-}  // namespace
+}  // namespace tcp_client_test
 }  // namespace tims::client

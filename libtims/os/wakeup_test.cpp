@@ -7,7 +7,7 @@
 
 namespace tims::os {
 
-namespace {
+namespace wakeup_test {
 
 TEST(Readable, WhenSomethingCame) {
   const Pipe pipe = *make_pipe();
@@ -38,6 +38,6 @@ TEST(AnyOf, IsReadableWhenOneOfThemIs) {
 
 TEST(AnyOf, NeedsDescriptors) { EXPECT_FALSE(any_of(std::array{1 << 20})); }
 
-}  // namespace
+}  // namespace wakeup_test
 
 }  // namespace tims::os

@@ -8,7 +8,7 @@
 
 namespace tims::shm {
 
-namespace {
+namespace layout_test {
 
 class CheckedViewTest : public testing::Test {
  protected:
@@ -96,6 +96,6 @@ TEST(Geometry, FewerPlacesThanSlotsAreShared) {
   EXPECT_EQ(Geometry::of(512, 4080, 16).long_places, 0U);
 }
 
-}  // namespace
+}  // namespace layout_test
 
 }  // namespace tims::shm

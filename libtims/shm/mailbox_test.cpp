@@ -15,7 +15,7 @@
 #include "wire/header.h"
 
 namespace tims::shm {
-namespace {
+namespace mailbox_test {
 
 // A mailbox in private memory, with the vocabulary of the tests below.
 class MailboxTest : public testing::Test {
@@ -300,5 +300,5 @@ TEST_F(MailboxTest, ArmedOwnerHearsOfTheNextMessage) {
   EXPECT_EQ(sender.sleeper(), 0U);
 }
 
-}  // namespace
+}  // namespace mailbox_test
 }  // namespace tims::shm

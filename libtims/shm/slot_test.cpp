@@ -8,7 +8,7 @@
 
 namespace tims::shm {
 
-namespace {
+namespace slot_test {
 
 constexpr std::uint32_t kMax24 = SlotWord::kMask24;
 
@@ -111,6 +111,6 @@ TEST(PriorityIndex, RetainKeepsTheOrder) {
   EXPECT_TRUE(index.empty());
 }
 
-}  // namespace
+}  // namespace slot_test
 
 }  // namespace tims::shm

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace tims {
-namespace {
+namespace address_test {
 
 constexpr AddressWidths kWideInstances{.system = 6, .class_id = 6, .instance = 12, .local = 8};
 
@@ -219,5 +219,5 @@ TEST(AddressNames, ClassesOfOthersAreNamed) {
   }
 }
 
-}  // namespace
+}  // namespace address_test
 }  // namespace tims

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::wire {
-namespace {
+namespace endpoint_test {
 
 Endpoint at(std::string_view text) {
   const auto endpoint = parse_endpoint(text);
@@ -66,5 +66,5 @@ TEST(Endpoint, IsPrintedAsItCanBeRead) {
   EXPECT_EQ(at(to_string(at("[fe80::1]:7"))), Endpoint(TcpEndpoint{"fe80::1", 7}));
 }
 
-}  // namespace
+}  // namespace endpoint_test
 }  // namespace tims::wire

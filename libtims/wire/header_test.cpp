@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::wire {
-namespace {
+namespace header_test {
 
 using Bytes = std::array<std::byte, kHeaderSize>;
 
@@ -98,5 +98,5 @@ TEST(ReplyTo, SwapsAddressesAndKeepsPriorityAndSequenceNumber) {
   EXPECT_EQ(reply.flags, flag::kNativeOrder);
 }
 
-}  // namespace
+}  // namespace header_test
 }  // namespace tims::wire

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::wire {
-namespace {
+namespace local_protocol_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -183,5 +183,5 @@ TEST(LocalProtocol, DamagedRecordsAreRefusedOrEncodeToTheSameBytes) {
   EXPECT_GT(accepted, 1000U) << "the damage is too strong to test anything";
 }
 
-}  // namespace
+}  // namespace local_protocol_test
 }  // namespace tims::wire

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims {
-namespace {
+namespace result_test {
 
 TEST(Errc, EveryCodeHasItsOwnNameAndSentence) {
   std::set<std::string_view> names;
@@ -62,5 +62,5 @@ TEST(Result, OfVoid) {
   EXPECT_TRUE(bad.error() == Errc::kFull);
 }
 
-}  // namespace
+}  // namespace result_test
 }  // namespace tims

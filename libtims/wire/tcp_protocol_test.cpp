@@ -9,7 +9,7 @@
 
 namespace tims::wire {
 
-namespace {
+namespace tcp_protocol_test {
 
 using Status = StreamReader::Status;
 using Bytes = std::vector<std::byte>;
@@ -286,6 +286,6 @@ TEST(TcpClientProtocol, LearnsHowTheFleetDividesAddresses) {
   EXPECT_EQ(client.widths(), (AddressWidths{6, 8, 10, 8})) << "no widths are not taken";
 }
 
-}  // namespace
+}  // namespace tcp_protocol_test
 
 }  // namespace tims::wire

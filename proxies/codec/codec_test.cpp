@@ -10,7 +10,7 @@
 #include "tims/address.h"
 
 namespace rack {
-namespace {
+namespace codec_test {
 
 using tims::Errc;
 
@@ -271,5 +271,5 @@ TEST(Codec, KeepsEveryBitOfAFloat) {
   EXPECT_EQ(encoded(*again, std::endian::big), bytes);
 }
 
-}  // namespace
+}  // namespace codec_test
 }  // namespace rack

@@ -6,7 +6,7 @@
 
 namespace rack {
 
-namespace {
+namespace fields_test {
 
 TEST(Sequence, IsAVectorThatKnowsItsBound) {
   Sequence<int, 3> sequence = {1, 2};
@@ -31,9 +31,9 @@ TEST(Tail, LikeASequence) {
   EXPECT_GE(tail.capacity(), 100U);
 }
 
-}  // namespace
+}  // namespace fields_test
 
-namespace {
+namespace fields_test {
 
 TEST(Text, HoldsALiteral) {
   const Text<8> text = "ladar_0";
@@ -56,6 +56,6 @@ TEST(Text, EndsAtTheFirstNulAndHidesWhatFollows) {
   for (std::size_t i = 2; i < 8; ++i) EXPECT_EQ(text.bytes()[i], '\0');
 }
 
-}  // namespace
+}  // namespace fields_test
 
 }  // namespace rack

@@ -7,7 +7,7 @@
 #include "proxies/codec/sample_fixture.h"
 
 namespace rack {
-namespace {
+namespace message_text_test {
 
 using test::Sample;
 using test::to_json;
@@ -258,5 +258,5 @@ TEST(Parse, WhatIsPrintedCanBeRead) {
   EXPECT_EQ(again.pos.rho, order.pos.rho);
 }
 
-}  // namespace
+}  // namespace message_text_test
 }  // namespace rack

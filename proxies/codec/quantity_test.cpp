@@ -8,7 +8,7 @@
 
 namespace rack {
 
-namespace {
+namespace quantity_test {
 
 TEST(Quantity, IsTheNumberOfTheWire) {
   MillimetresPerSecond<i32> vx = 200;
@@ -50,9 +50,9 @@ TEST(Quantity, KnowsHowItsUnitIsWritten) {
   EXPECT_EQ(RadiansPerSecond<f32>::Unit::kName, "rad/s");
 }
 
-}  // namespace
+}  // namespace quantity_test
 
-namespace {
+namespace quantity_test {
 
 using std::chrono::milliseconds;
 
@@ -88,6 +88,6 @@ TEST(TimeStamp, OfAClockSince1970) {
   EXPECT_EQ(t.raw(), static_cast<std::uint32_t>(1767225600000 % (std::int64_t{1} << 32)));
 }
 
-}  // namespace
+}  // namespace quantity_test
 
 }  // namespace rack

@@ -10,7 +10,7 @@
 #include "rack/codec/quantity.h"
 
 namespace rack {
-namespace {
+namespace reflect_test {
 
 struct Inner {
   i32 a = 0;
@@ -69,5 +69,5 @@ TEST(Reflect, VisitsTheFieldsThemselves) {
   EXPECT_EQ(inner.b, 3.0);
 }
 
-}  // namespace
+}  // namespace reflect_test
 }  // namespace rack

@@ -9,7 +9,6 @@ namespace rack {
 namespace {
 
 using Bytes = Schema::Bytes;
-using Values = std::vector<MessageValue>;
 
 std::size_t elements(const SchemaField& field, const MessageValue& value) {
   return field.is_blob() ? value.text().size() : value.list().size();
@@ -38,14 +37,14 @@ MessageValue read_many(const SchemaField& field, std::size_t count, const std::b
     const auto* const text = reinterpret_cast<const char*>(std::exchange(from, from + count));
     return {std::string(text, count)};
   }
-  Values list;
+  std::vector<MessageValue> list;
   list.reserve(count);
   for (std::size_t i = 0; i < count; ++i) list.push_back(read_one(field, from, order));
   return {std::move(list)};
 }
 
 MessageValue read_struct(const Schema& schema, const std::byte*& from, std::endian order) {
-  Values values;
+  std::vector<MessageValue> values;
   values.reserve(schema.fields.size());
   for (const SchemaField& field : schema.fields)
     values.push_back(field.repeat == Repeat::kArray ? read_many(field, field.times, from, order)
@@ -62,7 +61,7 @@ class Reader {
   Result<MessageValue> run() {
     if (body_.size() < schema_.size_min)
       return codec::too_short(schema_.name, schema_.size_min, body_.size());
-    Values values;
+    std::vector<MessageValue> values;
     values.reserve(schema_.fields.size());
     for (const SchemaField& field : schema_.fields) {
       auto value = read(field);
@@ -127,7 +126,8 @@ class Writer {
  public:
   explicit Writer(std::endian order) : order_(order) {}
 
-  Result<std::vector<std::byte>> run(const Schema& schema, const Values& values) {
+  Result<std::vector<std::byte>> run(const Schema& schema,
+                                     const std::vector<MessageValue>& values) {
     std::size_t tails = 0;
     for (std::size_t i = 0; i < schema.fields.size(); ++i) {
       const SchemaField& field = schema.fields[i];
@@ -185,7 +185,8 @@ class Writer {
 
 // --- what others call
 
-std::size_t counted(const Schema& schema, const Values& values, std::size_t field) {
+std::size_t counted(const Schema& schema, const std::vector<MessageValue>& values,
+                    std::size_t field) {
   for (std::size_t i = field + 1; i < schema.fields.size(); ++i) {
     if (schema.fields[i].repeat == Repeat::kSequence) return elements(schema.fields[i], values[i]);
   }

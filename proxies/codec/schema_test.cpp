@@ -7,7 +7,7 @@
 #include "proxies/codec/sample_fixture.h"
 
 namespace rack {
-namespace {
+namespace schema_test {
 
 using test::Sample;
 
@@ -57,5 +57,5 @@ TEST(Schema, WritesNoTailOfAnotherLength) {
             "Sample.image has 0 elements, the other fields say 3: make them agree");
 }
 
-}  // namespace
+}  // namespace schema_test
 }  // namespace rack

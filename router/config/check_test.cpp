@@ -4,7 +4,7 @@
 #include "router/config/load.h"
 
 namespace tims::config {
-namespace {
+namespace check_test {
 
 using testing::ElementsAre;
 using testing::StartsWith;
@@ -227,5 +227,5 @@ TEST(Check, AnErrorBesideARefusedValueHasItsPlace) {
                           StartsWith("r.toml:5:6: link.to does not fit kind = \"sub\"")));
 }
 
-}  // namespace
+}  // namespace check_test
 }  // namespace tims::config

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::config {
-namespace {
+namespace config_test {
 
 template <typename T>
 std::string read_back(std::string_view text) {
@@ -113,6 +113,6 @@ TEST(Link, IsNamedByWhereItGoesOrWhomItAccepts) {
   EXPECT_EQ(name(LinkKind::kPeer, "", {}), "peer of *");
 }
 
-}  // namespace
+}  // namespace config_test
 
 }  // namespace tims::config

@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace tims::config {
-namespace {
+namespace load_test {
 
 using namespace std::chrono_literals;
 
@@ -694,6 +694,6 @@ TEST(Reload, LinksWaitForWhatTheyWereCheckedAgainst) {
                                    "link \"127.0.0.1:2010\": removed, needs a restart"));
 }
 
-}  // namespace
+}  // namespace load_test
 
 }  // namespace tims::config

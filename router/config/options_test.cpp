@@ -12,7 +12,7 @@
 #include "router/config/load.h"
 
 namespace tims::config {
-namespace {
+namespace options_test {
 
 const Host kRoot{.name = "robot1", .uid = 0, .environment = {}};
 
@@ -208,6 +208,6 @@ TEST(SampleFile, InDeployIsTheGeneratedOne) {
   FAIL() << "the option table has changed: cp " << generated << " " << TIMS_SAMPLE_FILE;
 }
 
-}  // namespace
+}  // namespace options_test
 
 }  // namespace tims::config

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::config {
-namespace {
+namespace value_test {
 
 using namespace std::chrono_literals;
 
@@ -174,5 +174,5 @@ TEST(Value, RolesAndKindsAreWords) {
   EXPECT_EQ(range_text(Kind::kLinkKind, {}), "super, peer, sub");
 }
 
-}  // namespace
+}  // namespace value_test
 }  // namespace tims::config

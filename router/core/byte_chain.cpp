@@ -7,7 +7,7 @@
 namespace tims::core {
 namespace {
 
-constexpr BlockPool::Index kNone = BlockPool::kNone;
+constexpr BlockPool::Index kByteChainNone = BlockPool::kNone;
 
 std::size_t room_behind(const ChainBlock& block) { return ByteChain::kBlockBytes - block.end; }
 
@@ -22,12 +22,13 @@ std::span<const std::byte> fill(ChainBlock& block, std::span<const std::byte> by
 }  // namespace
 
 BlockPool::BlockPool(std::span<std::byte> memory)
-    : memory_(memory.data()), capacity_(std::min<std::size_t>(memory.size() / kBlockSize, kNone)) {}
+    : memory_(memory.data()),
+      capacity_(std::min<std::size_t>(memory.size() / kBlockSize, kByteChainNone)) {}
 
 BlockPool::Index BlockPool::allocate() {
-  if (used_ == capacity_) return kNone;
+  if (used_ == capacity_) return kByteChainNone;
   ++used_;
-  if (free_ == kNone) return static_cast<Index>(touched_++);
+  if (free_ == kByteChainNone) return static_cast<Index>(touched_++);
   const Index index = free_;
   std::memcpy(&free_, at(index), sizeof free_);
   return index;
@@ -41,7 +42,7 @@ void BlockPool::release(Index index) {
 
 void BlockPool::forget() {
   touched_ = 0;
-  free_ = kNone;
+  free_ = kByteChainNone;
 }
 
 std::size_t ByteChain::blocks_needed(BlockPool& pool, std::size_t size) const {
@@ -90,7 +91,7 @@ void ByteChain::move_front(BlockPool& pool, std::size_t size, ByteChain& to,
     to.link(pool, unlink_head(pool));
   }
   if (size == 0) return;
-  const BlockPool::Index rest = std::exchange(spare, kNone);
+  const BlockPool::Index rest = std::exchange(spare, kByteChainNone);
   ChainBlock& own = block(pool, rest);
   own.begin = own.end = 0;
   fill(own, block(pool, head).bytes().first(size));
@@ -100,7 +101,8 @@ void ByteChain::move_front(BlockPool& pool, std::size_t size, ByteChain& to,
 
 std::size_t ByteChain::gather(BlockPool& pool, std::span<std::span<const std::byte>> pieces,
                               std::size_t count) const {
-  for (BlockPool::Index i = head; i != kNone && count < pieces.size(); i = block(pool, i).next) {
+  for (BlockPool::Index i = head; i != kByteChainNone && count < pieces.size();
+       i = block(pool, i).next) {
     pieces[count++] = block(pool, i).bytes();
   }
   return count;
@@ -111,7 +113,7 @@ ChainBlock& ByteChain::block(BlockPool& pool, BlockPool::Index index) {
 }
 
 void ByteChain::link(BlockPool& pool, BlockPool::Index index) {
-  block(pool, index).next = kNone;
+  block(pool, index).next = kByteChainNone;
   if (empty()) {
     head = index;
   } else {
@@ -123,7 +125,7 @@ void ByteChain::link(BlockPool& pool, BlockPool::Index index) {
 BlockPool::Index ByteChain::unlink_head(BlockPool& pool) {
   const BlockPool::Index index = head;
   head = block(pool, index).next;
-  if (head == kNone) tail = kNone;
+  if (head == kByteChainNone) tail = kByteChainNone;
   return index;
 }
 

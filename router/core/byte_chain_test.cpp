@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::core {
-namespace {
+namespace byte_chain_test {
 
 TEST(BlockPool, HandsOutEachBlockOnce) {
   std::vector<std::byte> memory(3 * BlockPool::kBlockSize + 100);
@@ -141,5 +141,5 @@ TEST_F(ByteChainTest, BehavesAsADequeDoes) {
   }
 }
 
-}  // namespace
+}  // namespace byte_chain_test
 }  // namespace tims::core

@@ -8,7 +8,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::core {
-namespace {
+namespace legacy_test {
 
 using Verb = LegacyCommand::Verb;
 namespace command = wire::router_command;
@@ -120,5 +120,5 @@ TEST_F(LifesignsTest, ALongerIntervalHoldsFromTheNextBeatOn) {
   EXPECT_EQ(lifesigns_.next_beat(), start_ + 65s);
 }
 
-}  // namespace
+}  // namespace legacy_test
 }  // namespace tims::core

@@ -10,7 +10,7 @@
 namespace tims::core {
 namespace {
 
-constexpr BlockPool::Index kNone = BlockPool::kNone;
+constexpr BlockPool::Index kMessageQueueNone = BlockPool::kNone;
 
 }  // namespace
 
@@ -73,7 +73,7 @@ void MessageQueue::clear(LossCounts& lost) {
 
 // Takes the blocks for the levels' index and the spare one.
 bool MessageQueue::open() {
-  if (index_ != kNone) return true;
+  if (index_ != kMessageQueueNone) return true;
   if (pool_.available() < 2) return false;
   index_ = pool_.allocate();
   spare_ = pool_.allocate();
@@ -82,9 +82,9 @@ bool MessageQueue::open() {
 }
 
 void MessageQueue::close() {
-  if (index_ != kNone) pool_.release(index_);
-  if (spare_ != kNone) pool_.release(spare_);
-  index_ = spare_ = kNone;
+  if (index_ != kMessageQueueNone) pool_.release(index_);
+  if (spare_ != kMessageQueueNone) pool_.release(spare_);
+  index_ = spare_ = kMessageQueueNone;
 }
 
 // Half of what is left, and what the queue has itself: it may have a third of both.
@@ -135,7 +135,8 @@ std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
   begun_bytes_ -= n;
   bytes_ -= n;
   // The blocks just given back are enough for a new spare.
-  if (begun_bytes_ == 0 && index_ != kNone && spare_ == kNone) spare_ = pool_.allocate();
+  if (begun_bytes_ == 0 && index_ != kMessageQueueNone && spare_ == kMessageQueueNone)
+    spare_ = pool_.allocate();
   return n;
 }
 

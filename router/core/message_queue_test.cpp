@@ -11,7 +11,7 @@
 #include "wire/header.h"
 
 namespace tims::core {
-namespace {
+namespace message_queue_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -303,5 +303,5 @@ TEST(MessageQueueShare, AloneItHasAThirdOfThePoolAndItsBoundAtMost) {
   EXPECT_FALSE(queue.push(large, 255, replaced));
 }
 
-}  // namespace
+}  // namespace message_queue_test
 }  // namespace tims::core

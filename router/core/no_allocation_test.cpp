@@ -7,7 +7,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::core {
-namespace {
+namespace no_allocation_test {
 
 class CountingSink final : public Port, public RouterHooks {
  public:
@@ -61,5 +61,5 @@ TEST(NoAllocation, OnAMessagesWay) {
   EXPECT_EQ(sink.replies, 2);
 }
 
-}  // namespace
+}  // namespace no_allocation_test
 }  // namespace tims::core

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::core {
-namespace {
+namespace registrations_test {
 
 using std::chrono::milliseconds;
 
@@ -202,6 +202,6 @@ TEST(Clients, ManyAtOnceAreAllFound) {
   EXPECT_EQ(visited, ids.size());
 }
 
-}  // namespace
+}  // namespace registrations_test
 
 }  // namespace tims::core

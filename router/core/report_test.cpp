@@ -3,7 +3,7 @@
 #include "router/core/router_fixture.h"
 
 namespace tims::core::test {
-namespace {
+namespace report_test {
 
 class ReportTest : public RouterTest {
  protected:
@@ -127,5 +127,5 @@ TEST_F(ReportTest, EventsComeBehindANumberAndTellWhatIsLost) {
   EXPECT_EQ(page.items.back().sequence, page.last);
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace tims::core::test

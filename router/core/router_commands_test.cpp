@@ -2,7 +2,7 @@
 #include "router/core/router_fixture.h"
 
 namespace tims::core::test {
-namespace {
+namespace router_commands_test {
 
 using namespace std::chrono_literals;
 
@@ -311,5 +311,5 @@ TEST_F(WatchdogTest, AShorterIntervalHoldsAtOnce) {
   EXPECT_EQ(router_.next_timeout(), now_ + 1s);
 }
 
-}  // namespace
+}  // namespace router_commands_test
 }  // namespace tims::core::test

@@ -7,7 +7,7 @@
 #include "router/core/router_fixture.h"
 
 namespace tims::core::test {
-namespace {
+namespace router_links_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -311,5 +311,5 @@ TEST_F(RouterLinksTest, ACommandThatALinkHasLostIsAnswered) {
   EXPECT_EQ(count(PortKind::kLink, Outcome::kExpired), 2U);
 }
 
-}  // namespace
+}  // namespace router_links_test
 }  // namespace tims::core::test

@@ -3,7 +3,7 @@
 #include "router/core/router_fixture.h"
 
 namespace tims::core::test {
-namespace {
+namespace router_test {
 
 constexpr Address kLaser{0x00140000};
 constexpr Address kPilot{0x00180000};
@@ -369,5 +369,5 @@ TEST_F(RouterTest, AProtocolErrorIsAnEventOfItsOwn) {
   EXPECT_EQ(sink_.events.back().reason, CloseReason::kTooLong);
 }
 
-}  // namespace
+}  // namespace router_test
 }  // namespace tims::core::test

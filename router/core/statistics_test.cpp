@@ -5,7 +5,7 @@
 #include "router/core/types.h"
 
 namespace tims::core {
-namespace {
+namespace statistics_test {
 
 enum class Colour { kRed, kGreen };
 
@@ -92,5 +92,5 @@ TEST(Text, IsCutWhenItIsTooLong) {
   EXPECT_TRUE(Text<5>().empty());
 }
 
-}  // namespace
+}  // namespace statistics_test
 }  // namespace tims::core

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::core {
-namespace {
+namespace table_test {
 
 constexpr HashSeed kSeed{0x0123456789abcdef, 0xfedcba9876543210};
 
@@ -160,5 +160,5 @@ TEST(AddressSet, AMillionCostAtMost16BytesEach) {
   EXPECT_EQ(all_from(ascending, 999'999).size(), 1U);
 }
 
-}  // namespace
+}  // namespace table_test
 }  // namespace tims::core

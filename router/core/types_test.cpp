@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::core {
-namespace {
+namespace types_test {
 
 TEST(PriorityClasses, EachThresholdBeginsAClass) {
   const PriorityClasses classes{{1, 2, 3, 4, 5, 6, 255}};
@@ -50,5 +50,5 @@ TEST(PriorityClasses, AsText) {
   EXPECT_EQ(kConventionalClasses.to_string(), "0/1/15/25/35/45/100");
 }
 
-}  // namespace
+}  // namespace types_test
 }  // namespace tims::core

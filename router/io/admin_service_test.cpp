@@ -12,7 +12,7 @@
 #include "wire/header.h"
 
 namespace tims::io {
-namespace {
+namespace admin_service_test {
 
 namespace json = boost::json;
 using test::AdminFixture;
@@ -536,5 +536,5 @@ TEST(AdminService, WhoDoesNotReadItsAnswersGetsNoMore) {
   EXPECT_EQ(answers.all.size(), 2U);
 }
 
-}  // namespace
+}  // namespace admin_service_test
 }  // namespace tims::io

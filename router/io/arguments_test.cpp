@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::io {
-namespace {
+namespace arguments_test {
 
 Result<Arguments> parse(std::vector<const char*> words) { return parse_arguments(words); }
 
@@ -72,5 +72,5 @@ TEST(Arguments, NamesWhatItDoesNotUnderstand) {
   EXPECT_EQ(parse({"--config"}).error().detail(), "--config wants something behind it");
 }
 
-}  // namespace
+}  // namespace arguments_test
 }  // namespace tims::io

@@ -12,7 +12,7 @@
 #include "os/file.h"
 
 namespace tims::io {
-namespace {
+namespace log_test {
 
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -192,6 +192,6 @@ TEST(LimitedLog, TellsAtTheEndWhatItHolds) {
   EXPECT_EQ(lines.size(), 7U);
 }
 
-}  // namespace
+}  // namespace log_test
 
 }  // namespace tims::io

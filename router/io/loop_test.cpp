@@ -12,7 +12,7 @@
 #include "os/wakeup.h"
 
 namespace tims::io {
-namespace {
+namespace loop_test {
 
 using namespace std::chrono_literals;
 
@@ -189,5 +189,5 @@ TEST_F(LoopTest, RunEndsWhenItIsToStop) {
   loop_.run();
 }
 
-}  // namespace
+}  // namespace loop_test
 }  // namespace tims::io

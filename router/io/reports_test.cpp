@@ -13,7 +13,7 @@
 #include "router/io/linked_fixture.h"
 
 namespace tims::io {
-namespace {
+namespace reports_test {
 
 namespace json = boost::json;
 using test::LinkedFixture;
@@ -410,6 +410,6 @@ TEST(MetricsText, HowLongItCanGet) {
   EXPECT_LT(metrics_text(source, kStart).size(), 8000U);
 }
 
-}  // namespace
+}  // namespace reports_test
 
 }  // namespace tims::io

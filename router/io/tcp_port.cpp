@@ -63,7 +63,7 @@ using Status = wire::StreamReader::Status;
 
 using core::CloseReason;
 
-constexpr std::size_t kKeptBytes = 64 << 10;
+constexpr std::size_t kTcpPortKeptBytes = 64 << 10;
 // What the router itself says to a slow reader does not wait behind what others send to it: a
 // lifesign must be answered, and a registration may be waited for.
 constexpr std::uint8_t kReplyPriority = 255;
@@ -241,7 +241,7 @@ TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& po
           [this](os::File socket, const std::string& peer) { welcome(std::move(socket), peer); }),
       half_messages_(settings.message_max),
       scratch_(std::make_unique_for_overwrite<Scratch>()),
-      kept_(std::make_unique_for_overwrite<std::byte[]>(kKeptBytes)) {
+      kept_(std::make_unique_for_overwrite<std::byte[]>(kTcpPortKeptBytes)) {
   set_queue_bytes_max(settings.queue_bytes_max);
 }
 
@@ -403,7 +403,7 @@ void TcpPort::touch(TcpConnection& connection) {
 
 // A copy that stays until the flush. When there is no more room, what was collected is written now.
 std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
-  if (kept_size_ + bytes.size() > kKeptBytes) {
+  if (kept_size_ + bytes.size() > kTcpPortKeptBytes) {
     for (TcpConnection* connection : touched_) connection->output.write_batch();
     kept_size_ = 0;
   }

@@ -11,7 +11,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::io {
-namespace {
+namespace tcp_port_test {
 
 using core::Outcome;
 using Bytes = std::vector<std::byte>;
@@ -206,5 +206,5 @@ TEST_F(TcpOutputTest, EveryMessageArrivesWholeOrIsCounted) {
   EXPECT_EQ(std::ranges::adjacent_find(arrived), arrived.end());
 }
 
-}  // namespace
+}  // namespace tcp_port_test
 }  // namespace tims::io

@@ -6,7 +6,7 @@ namespace tims::io {
 namespace {
 
 // Less than this is kept: it will be needed again.
-constexpr std::size_t kKeptBytes = 8 << 20;
+constexpr std::size_t kWaitingMemoryKeptBytes = 8 << 20;
 
 std::span<std::byte> reserve(std::size_t bytes) {
   for (; bytes >= core::BlockPool::kBlockSize; bytes /= 2) {
@@ -55,7 +55,7 @@ WaitingMemory::~WaitingMemory() {
 }
 
 void WaitingMemory::give_back() {
-  if (pool_.used() != 0 || pool_.touched_bytes() <= kKeptBytes) return;
+  if (pool_.used() != 0 || pool_.touched_bytes() <= kWaitingMemoryKeptBytes) return;
   pool_.forget();
   discard(memory_);
 }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::io {
-namespace {
+namespace waiting_memory_test {
 
 constexpr std::uint64_t kMi = 1 << 20;
 constexpr std::uint64_t kStep = HalfMessages::kStepBytes;
@@ -59,5 +59,5 @@ TEST(HalfMessages, WhatIsDoneIsForgotten) {
   EXPECT_FALSE(half.victim());
 }
 
-}  // namespace
+}  // namespace waiting_memory_test
 }  // namespace tims::io

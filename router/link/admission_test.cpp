@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace admission_test {
 
 using namespace std::chrono_literals;
 
@@ -90,5 +90,5 @@ TEST_F(AdmissionTest, RefusalsAreNotedNowAndThen) {
   EXPECT_EQ(router.event_counts().of(core::EventKind::kLinkRefused), 2U);
 }
 
-}  // namespace
+}  // namespace admission_test
 }  // namespace tims::link

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace buffers_test {
 
 using Ranges = std::vector<Range>;
 
@@ -280,5 +280,5 @@ TEST(MessageMemory, SaysWhetherItIsEnough) {
   EXPECT_FALSE(MessageBuffer(*std::make_unique<MessageMemory>(std::span<std::byte>(), 100, 100)));
 }
 
-}  // namespace
+}  // namespace buffers_test
 }  // namespace tims::link

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace congestion_test {
 
 using namespace std::chrono_literals;
 
@@ -65,5 +65,5 @@ TEST(Congestion, SilenceBeginsAnew) {
   EXPECT_EQ(congestion.window(), 4 * 1200U);
 }
 
-}  // namespace
+}  // namespace congestion_test
 }  // namespace tims::link

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace datagram_test {
 
 const Identity kRobot{.epoch = 5,
                       .role = Role::kSubsystem,
@@ -204,5 +204,5 @@ TEST(Announcement, NoPortIsNoAddress) {
   EXPECT_FALSE(decode_announcement(bytes));
 }
 
-}  // namespace
+}  // namespace datagram_test
 }  // namespace tims::link

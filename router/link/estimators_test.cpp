@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace estimators_test {
 
 TEST(ClockOffset, TheShortestRoundTripCounts) {
   ClockOffset clock;
@@ -18,5 +18,5 @@ TEST(ClockOffset, TheShortestRoundTripCounts) {
 
 using namespace std::chrono_literals;
 
-}  // namespace
+}  // namespace estimators_test
 }  // namespace tims::link

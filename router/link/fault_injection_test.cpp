@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace fault_injection_test {
 
 using namespace std::chrono_literals;
 
@@ -38,5 +38,5 @@ TEST(FaultInjector, CarriesWhatItsMtuAllows) {
   EXPECT_EQ(line.send(Time{1s}, 1).count, 0U);
 }
 
-}  // namespace
+}  // namespace fault_injection_test
 }  // namespace tims::link

@@ -8,7 +8,7 @@
 #include "router/link/links.h"
 
 namespace tims::link {
-namespace {
+namespace fleet_test {
 
 using namespace std::chrono_literals;
 
@@ -179,5 +179,5 @@ TEST_F(FleetTest, ADoubleHasOurSystemAndId) {
   EXPECT_TRUE(fleet->is_double(who(Role::kSubsystem, 1, 1, 99)));
 }
 
-}  // namespace
+}  // namespace fleet_test
 }  // namespace tims::link

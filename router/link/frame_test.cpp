@@ -7,7 +7,7 @@
 #include "router/link/datagram.h"
 
 namespace tims::link {
-namespace {
+namespace frame_test {
 
 TEST(Frame, AllKindsReadBack) {
   std::array<std::byte, 400> bytes{};
@@ -89,5 +89,5 @@ TEST(Control, AnnouncementsReadBackInGroups) {
   EXPECT_FALSE(read_announcements(body.first(body.size() - 1), visit));
 }
 
-}  // namespace
+}  // namespace frame_test
 }  // namespace tims::link

@@ -9,7 +9,7 @@
 #include "wire/header.h"
 
 namespace tims::link {
-namespace {
+namespace lanes_test {
 
 using namespace std::chrono_literals;
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
@@ -405,5 +405,5 @@ TEST_F(SharesTest, WhatComesTooEarlyIsNotKeptAtTheCostOfOthers) {
   EXPECT_EQ(second.lanes[0]->on_bytes(now, 4096, piece), Verdict::kTaken);
 }
 
-}  // namespace
+}  // namespace lanes_test
 }  // namespace tims::link

@@ -7,7 +7,7 @@
 #include "wire/header.h"
 
 namespace tims::link {
-namespace {
+namespace link_session_test {
 
 using namespace std::chrono_literals;
 
@@ -119,5 +119,5 @@ TEST_F(FullQueueTest, NoMoreIsDroppedThanIsNeeded) {
   EXPECT_LE(told.lost, 2);
 }
 
-}  // namespace
+}  // namespace link_session_test
 }  // namespace tims::link

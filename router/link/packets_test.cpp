@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace packets_test {
 
 TEST(PacketWindow, ANumberIsNewOnce) {
   PacketWindow window;
@@ -143,5 +143,5 @@ TEST_F(SentPacketsTest, AcknowledgementsAloneAreNotKept) {
   EXPECT_EQ(packets.oldest_in_flight(), nullptr);
 }
 
-}  // namespace
+}  // namespace packets_test
 }  // namespace tims::link

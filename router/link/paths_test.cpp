@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace paths_test {
 
 using namespace std::chrono_literals;
 
@@ -445,5 +445,5 @@ TEST_F(PathsTest, AWayWithoutTargetsLeadsNowhereUntilSomebodyWasThere) {
   EXPECT_TRUE(paths.leads(PathKind::kUdp));
 }
 
-}  // namespace
+}  // namespace paths_test
 }  // namespace tims::link

@@ -11,7 +11,7 @@
 #include "router/link/transport.h"
 
 namespace tims::link {
-namespace {
+namespace protocol_test {
 
 // The document with nothing but its hex digits and letters: spaces and line breaks do not count.
 std::string document() {
@@ -86,5 +86,5 @@ TEST(Protocol, TheSampleOfTheDocumentIsTheSampleOfTheCode) {
   EXPECT_EQ(read, "abcd ef ");
 }
 
-}  // namespace
+}  // namespace protocol_test
 }  // namespace tims::link

@@ -9,7 +9,7 @@
 #include "wire/header.h"
 
 namespace tims::link {
-namespace {
+namespace samples_test {
 
 using namespace std::chrono_literals;
 
@@ -389,5 +389,5 @@ TEST_F(SamplesTest, NumbersRunOnPastTheirEnd) {
   EXPECT_EQ(arrived.size(), 4U);
 }
 
-}  // namespace
+}  // namespace samples_test
 }  // namespace tims::link

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::link {
-namespace {
+namespace transport_test {
 
 TEST(NetAddress, IPv4IsPrintedAsPeopleWriteIt) {
   EXPECT_EQ(NetAddress::v4(10, 9, 1, 1, 2010).to_string(), "10.9.1.1:2010");
@@ -90,5 +90,5 @@ TEST(Batch, BytesThatAreNone) {
   }
 }
 
-}  // namespace
+}  // namespace transport_test
 }  // namespace tims::link

@@ -6,7 +6,7 @@
 namespace tims::bench {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(5);
+constexpr Duration kAdminPatience = std::chrono::seconds(5);
 constexpr std::uint32_t kAnswerMax = 256 << 10;
 constexpr Address kOwn = Address::of({.class_id = class_id::kTool, .instance = 0xBE});
 
@@ -15,7 +15,7 @@ constexpr Address kOwn = Address::of({.class_id = class_id::kTool, .instance = 0
 Result<Admin> Admin::open(const std::string& socket) {
   auto session = Session::connect({.name = "bench-admin",
                                    .router = socket,
-                                   .timeout = kPatience,
+                                   .timeout = kAdminPatience,
                                    .on_event = [](const SessionEvent&) {}});
   if (!session) return session.error();
   auto mailbox = session->open({.address = kOwn, .slots = 4, .body_max = kAnswerMax});
@@ -28,7 +28,7 @@ Result<boost::json::object> Admin::ask(const boost::json::object& question) {
   const auto sent = mailbox_.send({.dest = session_.router(), .type = type::kAdminRequest},
                                   std::as_bytes(std::span(text)));
   if (!sent) return sent.error();
-  const auto reply = mailbox_.peek_for(kPatience);
+  const auto reply = mailbox_.peek_for(kAdminPatience);
   if (!reply) return reply.error();
   const auto body = reply->body();
   boost::system::error_code error;

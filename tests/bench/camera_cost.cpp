@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "devices/camera/jpeg.h"
+#include "components/devices/camera/jpeg.h"
 #include "libtims/os/clock.h"
 #include "rack/proxies/camera.h"
 #include "tests/bench/launch.h"
@@ -21,17 +21,12 @@ namespace {
 
 namespace device = rack::device;
 
-constexpr std::uint32_t kWidth = 640;
-constexpr std::uint32_t kHeight = 480;
+constexpr std::uint32_t kCameraCostWidth = 640;
+constexpr std::uint32_t kCameraCostHeight = 480;
 constexpr int kPictures = 30;  // then again from the first
 constexpr int kQuality = 80;
 constexpr double kRate = 30;          // a second
 constexpr double kRateOfFolder = 20;  // that play: has by itself
-
-bool complain(const Error& error) {
-  std::fprintf(stderr, "%s\n", error.message().c_str());
-  return false;
-}
 
 std::string name_of(const std::string& folder, int index) {
   const std::string number = std::to_string(index);
@@ -43,22 +38,23 @@ Result<std::string> make_pictures(const std::string& scratch) {
   std::string folder = scratch + "/pictures";
   std::filesystem::create_directories(folder);
   device::Jpeg jpeg;
-  std::vector<std::byte> pixels(std::size_t{kWidth} * kHeight * 3);
+  std::vector<std::byte> pixels(std::size_t{kCameraCostWidth} * kCameraCostHeight * 3);
   std::vector<std::byte> picture;
   std::uint32_t noise = 1;
   for (int i = 0; i < kPictures; ++i) {
     std::size_t at = 0;
-    for (std::uint32_t y = 0; y < kHeight; ++y)
-      for (std::uint32_t x = 0; x < kWidth; ++x)
+    for (std::uint32_t y = 0; y < kCameraCostHeight; ++y)
+      for (std::uint32_t x = 0; x < kCameraCostWidth; ++x)
         for (const std::uint32_t part : {x + y, x * 2, y * 3}) {
           noise = noise * 1664525U + 1013904223U;
           const std::uint32_t grain = noise >> 27;
           pixels[at++] =
               static_cast<std::byte>((part / 4 + static_cast<std::uint32_t>(i)) % 200 + grain);
         }
-    const auto made =
-        jpeg.encode({.format = device::Pixels8::kRgb, .size = {kWidth, kHeight}, .bytes = pixels},
-                    kQuality, pixels.size(), picture);
+    const auto made = jpeg.encode({.format = device::Pixels8::kRgb,
+                                   .size = {kCameraCostWidth, kCameraCostHeight},
+                                   .bytes = pixels},
+                                  kQuality, pixels.size(), picture);
     if (!made) return made.error();
     std::ofstream(name_of(folder, i), std::ios::binary)
         .write(reinterpret_cast<const char*>(picture.data()),
@@ -98,7 +94,7 @@ bool listen(const Plan& plan, pid_t driver) {
     const auto message = data->peek_for(kStartLimit);
     if (!message) return complain(message.error());
     if (!camera.decode_stream(*message, picture) || picture.mode != rack::camera_mode::kJpeg ||
-        picture.width != kWidth)
+        picture.width != kCameraCostWidth)
       return complain(Error(Errc::kMalformed, "a picture is not as the camera's"));
     if (i == 0) {  // what comes before is its start
       before = usage_of(driver);

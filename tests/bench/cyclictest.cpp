@@ -13,7 +13,7 @@ namespace tims::bench {
 namespace {
 
 constexpr const char* kProgram = "/usr/bin/cyclictest";
-constexpr int kLatestUs = 50'000;
+constexpr int kCyclictestLatestUs = 50'000;
 
 std::string number(auto value) { return std::to_string(value); }
 
@@ -39,11 +39,11 @@ bool has_cyclictest() { return std::filesystem::exists(kProgram); }
 bool run_cyclictest(const Plan& plan) {
   using std::chrono::duration_cast;
   const auto period = duration_cast<std::chrono::microseconds>(plan.every).count();
-  auto process =
-      launch({kProgram, "--quiet", "--mlockall", "--threads=1", "--affinity=0",
-              "--priority=" + number(kRealTimePriority), "--interval=" + number(period),
-              "--loops=" + number(plan.seconds / plan.every), "--histogram=" + number(kLatestUs)},
-             false);
+  auto process = launch({kProgram, "--quiet", "--mlockall", "--threads=1", "--affinity=0",
+                         "--priority=" + number(kRealTimePriority), "--interval=" + number(period),
+                         "--loops=" + number(plan.seconds / plan.every),
+                         "--histogram=" + number(kCyclictestLatestUs)},
+                        false);
   if (!process) return false;
   const auto ended = process->wait(plan.seconds + kStartLimit);
   std::vector<Duration> samples = samples_of(process->standard_output());

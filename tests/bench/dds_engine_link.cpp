@@ -12,7 +12,7 @@ namespace tims::bench {
 namespace {
 
 constexpr const char* kFleet = "bench";
-constexpr Duration kPatience = std::chrono::seconds(1);
+constexpr Duration kDdsEngineLinkPatience = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -47,7 +47,7 @@ bool DdsEngineLink::send(std::span<const std::byte> payload) {
   std::memcpy(out_.data(), &size, kSize);
   std::memcpy(out_.data() + kSize, payload.data(), size);
   Host& host = *host_;
-  const Time limit = os::now() + kPatience;
+  const Time limit = os::now() + kDdsEngineLinkPatience;
   for (std::span<const std::byte> rest = out_; !rest.empty();) {
     const auto burst = rest.first(std::min(rest.size(), kBurst));
     if (host.engine.send({.to = host.peer, .bytes = burst, .datagram_size = kDatagram})) {

@@ -33,7 +33,7 @@ using Octets = std::vector<std::byte>;
 
 constexpr std::size_t kEncapsulation = 4;
 constexpr std::size_t kLarge = 64 << 10;  // more than one UDP datagram
-constexpr Duration kPatience = std::chrono::seconds(10);
+constexpr Duration kDdsLimitPatience = std::chrono::seconds(10);
 
 class OctetsType final : public fast::TopicDataType {
  public:
@@ -195,10 +195,11 @@ bool dds_ping(const Plan& plan) {
     over.raise();
   });
   end = &here;
-  for (const Time give_up = os::now() + kPatience; !here.is_matched() && os::now() < give_up;) {
+  for (const Time give_up = os::now() + kDdsLimitPatience;
+       !here.is_matched() && os::now() < give_up;) {
   }
   say(Kind::kData);
-  if (!over.wait(plan.seconds + kPatience)) {
+  if (!over.wait(plan.seconds + kDdsLimitPatience)) {
     std::fprintf(stderr, "ping: nobody answers any more\n");
     return false;
   }
@@ -216,7 +217,7 @@ bool dds_echo(const Plan& plan) {
     end->write(octets);
   });
   end = &here;
-  return over.wait(plan.seconds + 3 * kPatience);
+  return over.wait(plan.seconds + 3 * kDdsLimitPatience);
 }
 
 }  // namespace tims::bench

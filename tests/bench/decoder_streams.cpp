@@ -4,36 +4,36 @@
 #include <string>
 #include <utility>
 
-#include "devices/camera/camera_frames.h"
-#include "devices/camera/ptz_camera.h"
-#include "devices/chassis/mavlink_vehicle.h"
-#include "devices/chassis/pioneer.h"
-#include "devices/chassis/roomba_robot.h"
-#include "devices/chassis/rover.h"
-#include "devices/core/capture.h"
-#include "devices/core/virtual_line.h"
-#include "devices/navigation/cmps03.h"
-#include "devices/navigation/cmps03_emulator.h"
-#include "devices/navigation/dcf77_emulator.h"
-#include "devices/navigation/nmea_emulator.h"
-#include "devices/navigation/ublox.h"
-#include "devices/navigation/ublox_emulator.h"
-#include "devices/navigation/xsens_emulator.h"
-#include "devices/pins/io_board.h"
-#include "devices/scan3d/spinning_scanner.h"
-#include "devices/scanners/hokuyo.h"
-#include "devices/scanners/hokuyo_emulator.h"
-#include "devices/scanners/ibeo.h"
-#include "devices/scanners/ibeo_emulator.h"
-#include "devices/scanners/ibeo_lux_emulator.h"
-#include "devices/scanners/ld19_emulator.h"
-#include "devices/scanners/lms200_emulator.h"
-#include "devices/scanners/rplidar.h"
-#include "devices/scanners/rplidar_emulator.h"
-#include "devices/scanners/sick_cola.h"
-#include "devices/scanners/sick_cola_emulator.h"
-#include "devices/scanners/sick_compact_emulator.h"
-#include "devices/scanners/sick_s_emulator.h"
+#include "components/devices/camera/camera_frames.h"
+#include "components/devices/camera/ptz_camera.h"
+#include "components/devices/chassis/mavlink_vehicle.h"
+#include "components/devices/chassis/pioneer.h"
+#include "components/devices/chassis/roomba_robot.h"
+#include "components/devices/chassis/rover.h"
+#include "components/devices/core/virtual_line.h"
+#include "components/devices/pins/io_board.h"
+#include "components/devices/positioning/cmps03.h"
+#include "components/devices/positioning/cmps03_emulator.h"
+#include "components/devices/positioning/dcf77_emulator.h"
+#include "components/devices/positioning/nmea_emulator.h"
+#include "components/devices/positioning/ublox.h"
+#include "components/devices/positioning/ublox_emulator.h"
+#include "components/devices/positioning/xsens_emulator.h"
+#include "components/devices/scan3d/spinning_scanner.h"
+#include "components/devices/scanners/hokuyo.h"
+#include "components/devices/scanners/hokuyo_emulator.h"
+#include "components/devices/scanners/ibeo.h"
+#include "components/devices/scanners/ibeo_emulator.h"
+#include "components/devices/scanners/ibeo_lux_emulator.h"
+#include "components/devices/scanners/ld19_emulator.h"
+#include "components/devices/scanners/lms200_emulator.h"
+#include "components/devices/scanners/rplidar.h"
+#include "components/devices/scanners/rplidar_emulator.h"
+#include "components/devices/scanners/sick_cola.h"
+#include "components/devices/scanners/sick_cola_emulator.h"
+#include "components/devices/scanners/sick_compact_emulator.h"
+#include "components/devices/scanners/sick_s_emulator.h"
+#include "components/recordings/capture.h"
 
 namespace tims::bench {
 namespace {
@@ -299,11 +299,12 @@ Prepared pictures(const device::VideoHead& head, const std::vector<std::byte>& f
                   device::CameraSettings{.mode = mode, .brightness_part = 0}))};
 }
 
-constexpr std::uint32_t kWidth = 640;
-constexpr std::uint32_t kHeight = 480;
+constexpr std::uint32_t kDecoderStreamsWidth = 640;
+constexpr std::uint32_t kDecoderStreamsHeight = 480;
 
 std::vector<std::byte> shades(std::size_t bytes_of_pixel) {
-  std::vector<std::byte> pixels(std::size_t{kWidth} * kHeight * bytes_of_pixel);
+  std::vector<std::byte> pixels(std::size_t{kDecoderStreamsWidth} * kDecoderStreamsHeight *
+                                bytes_of_pixel);
   for (std::size_t i = 0; i < pixels.size(); ++i)
     pixels[i] = static_cast<std::byte>(i / 7 + i / 1280 * 3);
   return pixels;
@@ -313,12 +314,16 @@ Prepared jpegs() {
   const std::vector<std::byte> pixels = shades(3);
   std::vector<std::byte> frame;
   device::Jpeg jpeg;
-  (void)jpeg.encode({device::Pixels8::kRgb, {kWidth, kHeight}, pixels}, 75, pixels.size(), frame);
-  return pictures({device::video::kMjpeg, kWidth, kHeight, 0}, frame, rack::camera_mode::kJpeg);
+  (void)jpeg.encode({device::Pixels8::kRgb, {kDecoderStreamsWidth, kDecoderStreamsHeight}, pixels},
+                    75, pixels.size(), frame);
+  return pictures({device::video::kMjpeg, kDecoderStreamsWidth, kDecoderStreamsHeight, 0}, frame,
+                  rack::camera_mode::kJpeg);
 }
 
 Prepared yuyv(rack::u16 mode) {
-  return pictures({device::video::kYuyv, kWidth, kHeight, 2 * kWidth}, shades(2), mode);
+  return pictures(
+      {device::video::kYuyv, kDecoderStreamsWidth, kDecoderStreamsHeight, 2 * kDecoderStreamsWidth},
+      shades(2), mode);
 }
 
 // --- all of them

@@ -10,11 +10,11 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "devices/core/device_clock.h"
-#include "devices/io/device.h"
-#include "devices/io/line.h"
-#include "devices/scanners/lms200_emulator.h"
-#include "devices/scanners/sick_cola_emulator.h"
+#include "components/devices/core/device_clock.h"
+#include "components/devices/io/device.h"
+#include "components/devices/io/line.h"
+#include "components/devices/scanners/lms200_emulator.h"
+#include "components/devices/scanners/sick_cola_emulator.h"
 #include "libtims/os/clock.h"
 #include "rack/proxies/ladar.h"
 #include "tests/bench/launch.h"
@@ -53,7 +53,7 @@ Time marked(const std::function<unsigned(std::size_t)>& distance) {
 }
 
 // Of a scanner: its telegrams, and where in them the distances are.
-struct Scanner {
+struct Telegrams {
   bool is_serial = false;
   const char* driver;
   // Bytes of the telegram that they begin with; 0: more are needed; nothing: none begins here.
@@ -68,7 +68,7 @@ struct Scanner {
 constexpr std::size_t kLmsFirst = 7;
 constexpr std::size_t kLmsFrame = 6;
 
-constexpr Scanner kLms200{
+constexpr Telegrams kLms200{
     .is_serial = true,
     .driver = "LadarSickLms200",
     .telegram_size = [](std::span<const std::byte> bytes) -> std::optional<std::size_t> {
@@ -133,7 +133,7 @@ Bytes cola_start() {
   return commands;
 }
 
-constexpr Scanner kCola{
+constexpr Telegrams kCola{
     .driver = "LadarSickCola",
     .telegram_size = [](std::span<const std::byte> bytes) -> std::optional<std::size_t> {
       if (bytes[0] != std::byte{2}) return std::nullopt;
@@ -160,9 +160,9 @@ constexpr Scanner kCola{
     .size_of_points = [](std::size_t) -> std::size_t { return 0; },
 };
 
-const Scanner& scanner_of(const Plan& plan) { return plan.link == "lms200" ? kLms200 : kCola; }
+const Telegrams& scanner_of(const Plan& plan) { return plan.link == "lms200" ? kLms200 : kCola; }
 
-Duration line_time_of(const Scanner& scanner, std::size_t bytes) {
+Duration line_time_of(const Telegrams& scanner, std::size_t bytes) {
   return scanner.is_serial ? device::line_time(bytes, kBaud) : Duration(0);
 }
 
@@ -175,7 +175,7 @@ std::string emulated_address(const Plan& plan) {
 // Its emulator, but that each scan says when it was begun to be sent.
 class MarkedScanner final : public device::Dialogue {
  public:
-  MarkedScanner(const Scanner& scanner, Dialogue& emulated)
+  MarkedScanner(const Telegrams& scanner, Dialogue& emulated)
       : scanner_(scanner), emulated_(emulated) {}
 
   void start(Time now, device::Output& out) override { emulated_.start(now, *through(out)); }
@@ -189,7 +189,7 @@ class MarkedScanner final : public device::Dialogue {
 
  private:
   struct Marker final : device::Output {
-    explicit Marker(const Scanner& its_scanner) : scanner(its_scanner) {}
+    explicit Marker(const Telegrams& its_scanner) : scanner(its_scanner) {}
 
     void send(std::span<const std::byte> bytes, std::uint32_t id) override {
       if (bytes.size() <= kAnswersMax) return out->send(bytes, id);
@@ -201,7 +201,7 @@ class MarkedScanner final : public device::Dialogue {
     }
     void set_baud(std::uint32_t baud) override { out->set_baud(baud); }
 
-    const Scanner& scanner;
+    const Telegrams& scanner;
     device::Output* out = nullptr;
     Bytes telegram{};
   };
@@ -211,7 +211,7 @@ class MarkedScanner final : public device::Dialogue {
     return &marker_;
   }
 
-  const Scanner& scanner_;
+  const Telegrams& scanner_;
   Dialogue& emulated_;
   Marker marker_{scanner_};
 };
@@ -220,7 +220,7 @@ class MarkedScanner final : public device::Dialogue {
 
 class Samples {
  public:
-  Samples(const Scanner& scanner, pid_t reader, std::uint64_t wanted)
+  Samples(const Telegrams& scanner, pid_t reader, std::uint64_t wanted)
       : scanner_(scanner), reader_(reader), wanted_(wanted) {
     lateness_.reserve(wanted);
   }
@@ -253,18 +253,13 @@ class Samples {
   }
 
  private:
-  const Scanner& scanner_;
+  const Telegrams& scanner_;
   pid_t reader_;
   std::uint64_t wanted_;
   std::vector<Duration> lateness_;
   Usage before_;
   Time began_{};
 };
-
-bool complain(const Error& error) {
-  std::fprintf(stderr, "%s\n", error.message().c_str());
-  return false;
-}
 
 Result<test::ChildProcess> start_device(Plan& plan) {
   if (auto free = test::listen_tcp()) plan.endpoint = free->endpoint();
@@ -279,7 +274,7 @@ Result<test::ChildProcess> start_device(Plan& plan) {
 }
 
 Result<test::ChildProcess> start_driver(const Plan& plan) {
-  const Scanner& scanner = scanner_of(plan);
+  const Telegrams& scanner = scanner_of(plan);
   const std::string program =
       std::filesystem::read_symlink("/proc/self/exe").replace_filename(scanner.driver);
   std::vector<std::string> command{program, "--router=" + plan.socket};
@@ -294,7 +289,7 @@ Result<test::ChildProcess> start_driver(const Plan& plan) {
   return launch(std::move(command), false);
 }
 
-bool listen(const Plan& plan, Samples& samples, const Scanner& scanner) {
+bool listen(const Plan& plan, Samples& samples, const Telegrams& scanner) {
   auto session = Session::connect({.name = "listener", .router = plan.socket});
   if (!session) return complain(session.error());
   const auto address = [](std::uint32_t local) {
@@ -335,7 +330,7 @@ Result<os::File> open_bare(const Plan& plan, std::unique_ptr<device::Transport>&
 }
 
 // Telegrams out of a stream, no more than that.
-bool read_scans(int file, const Scanner& scanner, Samples& samples) {
+bool read_scans(int file, const Telegrams& scanner, Samples& samples) {
   Bytes buffer(1 << 16);
   std::size_t filled = 0;
   for (;;) {
@@ -370,7 +365,7 @@ bool play_device(const Plan& plan) {
                                    .start_angle = -50000,
                                    .values = 381,
                                    .spin_up = std::chrono::milliseconds(10)});
-  const Scanner& scanner = scanner_of(plan);
+  const Telegrams& scanner = scanner_of(plan);
   device::Dialogue& emulated = scanner.is_serial ? static_cast<device::Dialogue&>(lms200) : cola;
   MarkedScanner device(scanner, emulated);
   const auto address = device::DeviceAddress::parse(emulated_address(plan));
@@ -403,7 +398,7 @@ bool read_bare(const Plan& plan) {
   std::unique_ptr<device::Transport> line;
   const auto file = open_bare(here, line);
   if (!file) return complain(file.error());
-  const Scanner& scanner = scanner_of(plan);
+  const Telegrams& scanner = scanner_of(plan);
   const Bytes start = scanner.start();
   if (::write(file->get(), start.data(), start.size()) != static_cast<ssize_t>(start.size()))
     return complain(os::system_error("write"));

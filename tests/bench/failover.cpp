@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kPatience = 30s;
+constexpr Duration kFailoverPatience = 30s;
 
 // A client of one of both routers. It tells the other the time, again and again.
 class Talker {
@@ -78,7 +78,7 @@ class Talk {
 
   // Until the base knows where the other is; what the robot does not know it sends up.
   Result<void> meet() {
-    for (const Time give_up = os::now() + kPatience; os::now() < give_up;) {
+    for (const Time give_up = os::now() + kFailoverPatience; os::now() < give_up;) {
       const auto there = sides_[0].router().knows(sender_address(0));
       if (!there) return there.error();
       if (*there) return {};
@@ -89,7 +89,7 @@ class Talk {
 
   // Until both routers send that way.
   Result<void> until(const std::string& path) {
-    for (const Time give_up = os::now() + kPatience; os::now() < give_up;) {
+    for (const Time give_up = os::now() + kFailoverPatience; os::now() < give_up;) {
       for (int i = 0; i < kLookEvery; ++i) talk(true);
       const auto reached = goes_by(path);
       if (!reached) return reached.error();

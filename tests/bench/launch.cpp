@@ -1,5 +1,7 @@
 #include "tests/bench/launch.h"
 
+#include <cstdio>
+
 #include <sched.h>
 
 namespace tims::bench {
@@ -33,6 +35,11 @@ Result<test::ChildProcess> launch(std::vector<std::string> command, bool one_cpu
   if (!one_cpu) return test::ChildProcess::start(std::move(command));
   const OnLastCpu pinned;
   return test::ChildProcess::start(std::move(command));
+}
+
+bool complain(const Error& error) {
+  std::fprintf(stderr, "%s\n", error.message().c_str());
+  return false;
 }
 
 }  // namespace tims::bench

@@ -13,4 +13,7 @@ inline constexpr Duration kStartLimit = std::chrono::seconds(10);
 // `one_cpu`: on the last one.
 Result<test::ChildProcess> launch(std::vector<std::string> command, bool one_cpu);
 
+// Prints the error; false, for the caller to return.
+bool complain(const Error& error);
+
 }  // namespace tims::bench

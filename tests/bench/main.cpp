@@ -15,14 +15,14 @@ namespace {
 
 using namespace tims::bench;
 
-int complain(const tims::Error& error) {
+int usage_failure(const tims::Error& error) {
   std::fprintf(stderr, "tims-bench: %s\n", error.message().c_str());
   return 2;
 }
 
 int play_role(const std::vector<std::string>& arguments) {
   const auto plan = parse_plan(arguments);
-  if (!plan) return complain(plan.error());
+  if (!plan) return usage_failure(plan.error());
   return run_role(*plan) ? 0 : 1;
 }
 
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments[0] == "--role") return play_role(arguments);
   const auto options = parse_options(arguments);
-  if (!options) return complain(options.error());
+  if (!options) return usage_failure(options.error());
   if (options->help) {
     std::fputs(help_text().c_str(), stdout);
     return 0;
@@ -54,7 +54,8 @@ int main(int argc, char** argv) {
   if (options->list) return list();
   for (const std::string& wanted : options->scenarios) {
     if (!is_known(wanted))
-      return complain({tims::Errc::kInvalidArgument, "no scenario " + wanted + "; see --list"});
+      return usage_failure(
+          {tims::Errc::kInvalidArgument, "no scenario " + wanted + "; see --list"});
   }
   return run_bench(*options, std::filesystem::read_symlink("/proc/self/exe"));
 }

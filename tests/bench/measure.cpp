@@ -10,7 +10,7 @@ namespace tims::bench {
 namespace {
 
 // Beside the time that is measured: for start, meeting and end.
-constexpr Duration kPatience = std::chrono::seconds(30);
+constexpr Duration kMeasurePatience = std::chrono::seconds(30);
 
 Duration length_of(const Experiment& experiment, const Setting& setting) {
   const bool single = experiment.shape == Shape::kPulse || experiment.shape == Shape::kScan ||
@@ -121,7 +121,7 @@ Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   for (const Plan& plan : roles_of(experiment, setting)) {
     if (auto started = crew.start(plan); !started) return started.error();
   }
-  auto results = crew.wait(length_of(experiment, setting) + kPatience);
+  auto results = crew.wait(length_of(experiment, setting) + kMeasurePatience);
   if (!results) return results.error();
   Metrics joined = join(*results, experiment.subscribers, experiment.pairs);
   // A million of the few large messages beside a pulse: nobody wants to know.

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::bench {
-namespace {
+namespace metrics_test {
 
 TEST(Metrics, LinesOfOtherKindsAreNotFigures) {
   const Metrics metrics = parse_metrics("ready\nmetric p50_us 12.5\nmetric\nwarning 7\n");
@@ -57,5 +57,5 @@ TEST(Metrics, AFigureThatOneRepetitionLacksIsTheMedianOfTheOthers) {
   EXPECT_EQ(result, (Metrics{{"a", 2}, {"b", 5}}));
 }
 
-}  // namespace
+}  // namespace metrics_test
 }  // namespace tims::bench

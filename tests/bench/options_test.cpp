@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::bench {
-namespace {
+namespace options_test {
 
 Result<Options> parse(const std::vector<std::string>& arguments) {
   return parse_options(arguments);
@@ -41,5 +41,5 @@ TEST(Options, AScenarioBringsItsVariants) {
   EXPECT_FALSE(options.wants("local_rtt"));
 }
 
-}  // namespace
+}  // namespace options_test
 }  // namespace tims::bench

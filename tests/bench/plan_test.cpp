@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::bench {
-namespace {
+namespace plan_test {
 
 TEST(Plan, ComesThroughACommandLineUnchanged) {
   Plan plan;
@@ -35,5 +35,5 @@ TEST(Plan, WindowIsFourMebibytesWithinBounds) {
   EXPECT_EQ(window_of(16 << 20), 4U);
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace tims::bench

@@ -13,14 +13,14 @@
 namespace tims::bench {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(10);
+constexpr Duration kRegisterBenchPatience = std::chrono::seconds(10);
 
 Address address_of(std::uint32_t client, std::uint32_t mailbox) {
   constexpr std::uint32_t kSystem = 16;  // not the router's own
   return Address(kSystem << 24 | client << 8 | mailbox);
 }
 
-bool complain(const Error& error) {
+bool cannot_register(const Error& error) {
   std::fprintf(stderr, "register: %s\n", error.message().c_str());
   return false;
 }
@@ -31,7 +31,7 @@ void print_seconds(Time start) {
 
 bool all_confirmed(client::TcpClient& client) {
   for (std::uint32_t mailbox = 0; mailbox < kMailboxesEach; ++mailbox) {
-    const auto answer = client.receive(os::deadline_after(kPatience));
+    const auto answer = client.receive(os::deadline_after(kRegisterBenchPatience));
     if (!answer || answer->header.type != type::kOk) return false;
   }
   return true;
@@ -43,15 +43,15 @@ struct Comers {
     SessionOptions options;
     options.name = "bench-" + std::to_string(client);
     options.router = socket;
-    options.timeout = kPatience;
+    options.timeout = kRegisterBenchPatience;
     options.on_event = [](const SessionEvent&) {};
     auto session = Session::connect(std::move(options));
-    if (!session) return complain(session.error());
+    if (!session) return cannot_register(session.error());
     std::vector<MailboxOptions> wanted(kMailboxesEach);
     for (std::uint32_t i = 0; i < kMailboxesEach; ++i)
       wanted[i] = {.address = address_of(client, i), .slots = 4, .body_max = 256};
     auto opened = session->open(wanted);
-    if (!opened) return complain(opened.error());
+    if (!opened) return cannot_register(opened.error());
     sessions.push_back(std::move(*session));
     mailboxes.push_back(std::move(*opened));
     return true;
@@ -67,21 +67,22 @@ struct Comers {
 // Everything a client has to say, without waiting for answers in between.
 bool register_over_tcp(const Plan& plan) {
   const auto router = wire::parse_endpoint(plan.endpoint);
-  if (!router) return complain(router.error());
+  if (!router) return cannot_register(router.error());
   std::vector<client::TcpClient> clients;
   const Time start = os::now();
   for (std::uint32_t i = 0; i < kComers; ++i) {
-    const Time deadline = os::deadline_after(kPatience);
+    const Time deadline = os::deadline_after(kRegisterBenchPatience);
     auto client = client::TcpClient::connect(std::get<wire::TcpEndpoint>(*router), deadline);
-    if (!client) return complain(client.error());
+    if (!client) return cannot_register(client.error());
     for (std::uint32_t mailbox = 0; mailbox < kMailboxesEach; ++mailbox)
       client->protocol().put_command(wire::router_command::kMailboxInitWithReply,
                                      address_of(i, mailbox));
-    if (auto sent = client->flush(deadline); !sent) return complain(sent.error());
+    if (auto sent = client->flush(deadline); !sent) return cannot_register(sent.error());
     clients.push_back(std::move(*client));
   }
   for (client::TcpClient& client : clients)
-    if (!all_confirmed(client)) return complain({Errc::kRefused, "a mailbox was not confirmed"});
+    if (!all_confirmed(client))
+      return cannot_register({Errc::kRefused, "a mailbox was not confirmed"});
   print_seconds(start);
   return true;
 }

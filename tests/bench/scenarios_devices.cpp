@@ -4,7 +4,7 @@
 namespace tims::bench {
 namespace {
 
-constexpr double kLatestUs = 1000;  // behind the time of the line
+constexpr double kScenariosDevicesLatestUs = 1000;  // behind the time of the line
 constexpr double kDriverPercent = 2;
 
 Case decoding(const DecoderCase& one) {
@@ -26,7 +26,7 @@ Case scanning(const std::string& scanner, std::uint64_t scans, Target cpu) {
           .contenders = {{"tims", reading("driver", Between::kRouter)},
                          {"limit-read", reading("bare-reader", Between::kNothing)}},
           .rows = {{"tims", "p50_us", "limit-read", {}},
-                   {"tims", "p99_us", "limit-read", {.at_most = kLatestUs}},
+                   {"tims", "p99_us", "limit-read", {.at_most = kScenariosDevicesLatestUs}},
                    {"tims", "max_us", "limit-read", {}},
                    {"tims", "cpu_percent", "limit-read", cpu}}};
 }

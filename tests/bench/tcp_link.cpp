@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kGather = 64 << 10;
 constexpr std::uint32_t kLargest = 64U << 20;
-constexpr Duration kPatience = std::chrono::seconds(5);
+constexpr Duration kTcpLinkPatience = std::chrono::seconds(5);
 
 }  // namespace
 
@@ -22,7 +22,7 @@ TcpLink::TcpLink(const Plan& plan, Between between, client::TcpClient client)
 Result<TcpLink> TcpLink::open(const Plan& plan, Between between) {
   const auto router = wire::parse_endpoint(plan.endpoint);
   if (!router) return router.error();
-  const Time deadline = os::deadline_after(kPatience);
+  const Time deadline = os::deadline_after(kTcpLinkPatience);
   auto client =
       client::TcpClient::connect(std::get<wire::TcpEndpoint>(*router), deadline, kLargest);
   if (!client) return client.error();

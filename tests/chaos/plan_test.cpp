@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::chaos {
-namespace {
+namespace plan_test {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -63,5 +63,5 @@ TEST(Plan, TheFleetFileNumbersTheClients) {
                               "\"chaos client 5 /board\"]"));
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace tims::chaos

@@ -19,7 +19,7 @@
 #include "wire/header.h"
 
 namespace tims {
-namespace {
+namespace mailbox_contract_test {
 
 constexpr std::size_t kBody = 84;  // of every message here, so that places and bytes are the same
 constexpr std::uint32_t kLength = kHeaderSize + kBody;
@@ -226,5 +226,5 @@ TYPED_TEST(MailboxContract, BehavesAsTheModelWhateverComes) {
   }
 }
 
-}  // namespace
+}  // namespace mailbox_contract_test
 }  // namespace tims

@@ -11,7 +11,7 @@
 #include "tests/support/eventually.h"
 
 namespace tims::io {
-namespace {
+namespace path_contract_test {
 
 enum class Kind : std::uint8_t { kUdp, kDds };
 
@@ -192,5 +192,5 @@ INSTANTIATE_TEST_SUITE_P(Paths, PathContract, testing::ValuesIn(kKinds),
                            return kind.param == Kind::kUdp ? "Udp" : "Dds";
                          });
 
-}  // namespace
+}  // namespace path_contract_test
 }  // namespace tims::io

@@ -17,7 +17,7 @@
 #include "tests/support/tcp_client.h"
 
 namespace tims::test {
-namespace {
+namespace port_contract_test {
 
 enum class Kind : std::uint8_t { kSharedMemory, kTcp, kWebSocket, kLink };
 
@@ -335,5 +335,5 @@ constexpr std::array kAll{Kind::kSharedMemory, Kind::kTcp, Kind::kWebSocket, Kin
 INSTANTIATE_TEST_SUITE_P(Ports, PortContract, testing::ValuesIn(kAll), name_of);
 INSTANTIATE_TEST_SUITE_P(Ports, StalledReader, testing::ValuesIn(kAll), name_of);
 
-}  // namespace
+}  // namespace port_contract_test
 }  // namespace tims::test

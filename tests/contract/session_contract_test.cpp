@@ -16,7 +16,7 @@
 #include "tims/address.h"
 
 namespace tims::test {
-namespace {
+namespace session_contract_test {
 
 enum class Way : std::uint8_t { kSharedMemory, kTcp };
 
@@ -387,5 +387,5 @@ INSTANTIATE_TEST_SUITE_P(Ways, SessionContract, testing::Values(Way::kSharedMemo
                            return way.param == Way::kTcp ? "Tcp" : "SharedMemory";
                          });
 
-}  // namespace
+}  // namespace session_contract_test
 }  // namespace tims::test

@@ -2,7 +2,7 @@
 // harm, and what becomes a picture is one that can be sent, and made small by CameraJpeg.
 #include <array>
 
-#include "devices/camera/camera_frames.h"
+#include "components/devices/camera/camera_frames.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

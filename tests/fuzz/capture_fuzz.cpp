@@ -2,8 +2,8 @@
 // line that is written of it; the statistics take all of it.
 #include <string>
 
-#include "devices/core/capture_statistics.h"
-#include "devices/core/device_address.h"
+#include "components/devices/core/device_address.h"
+#include "components/recordings/capture_statistics.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

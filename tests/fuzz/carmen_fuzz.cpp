@@ -5,7 +5,7 @@
 
 #include "components/localisation/carmen_log.h"
 #include "tests/fuzz/fuzz_input.h"
-#include "tools/mcl_eval/truth.h"
+#include "tools/evaluation/mcl_eval/truth.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using tims::fuzz::require;

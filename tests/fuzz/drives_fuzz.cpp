@@ -3,16 +3,16 @@
 #include <cmath>
 #include <memory>
 
-#include "devices/camera/visca.h"
-#include "devices/chassis/er1.h"
-#include "devices/chassis/mavlink_vehicle.h"
-#include "devices/chassis/motor_chassis.h"
-#include "devices/chassis/odrive.h"
-#include "devices/chassis/p2os.h"
-#include "devices/chassis/roomba.h"
-#include "devices/chassis/servo_axis.h"
-#include "devices/chassis/vesc.h"
-#include "devices/pins/firmata.h"
+#include "components/devices/camera/visca.h"
+#include "components/devices/chassis/er1.h"
+#include "components/devices/chassis/mavlink_vehicle.h"
+#include "components/devices/chassis/motor_chassis.h"
+#include "components/devices/chassis/odrive.h"
+#include "components/devices/chassis/p2os.h"
+#include "components/devices/chassis/roomba.h"
+#include "components/devices/chassis/servo_axis.h"
+#include "components/devices/chassis/vesc.h"
+#include "components/devices/pins/firmata.h"
 #include "tests/fuzz/finite.h"
 
 namespace {

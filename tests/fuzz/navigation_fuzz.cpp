@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "devices/navigation/cmps03.h"
-#include "devices/navigation/dcf77.h"
-#include "devices/navigation/nmea_receiver.h"
-#include "devices/navigation/ublox.h"
-#include "devices/navigation/xsens.h"
+#include "components/devices/positioning/cmps03.h"
+#include "components/devices/positioning/dcf77.h"
+#include "components/devices/positioning/nmea_receiver.h"
+#include "components/devices/positioning/ublox.h"
+#include "components/devices/positioning/xsens.h"
 #include "tests/fuzz/finite.h"
 
 namespace {

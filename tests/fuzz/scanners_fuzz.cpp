@@ -3,18 +3,18 @@
 #include <cmath>
 #include <memory>
 
-#include "devices/scan3d/http_get.h"
-#include "devices/scan3d/ouster.h"
-#include "devices/scan3d/velodyne.h"
-#include "devices/scanners/hokuyo.h"
-#include "devices/scanners/ibeo.h"
-#include "devices/scanners/ibeo_lux.h"
-#include "devices/scanners/ld19.h"
-#include "devices/scanners/lms200.h"
-#include "devices/scanners/rplidar.h"
-#include "devices/scanners/sick_cola.h"
-#include "devices/scanners/sick_compact.h"
-#include "devices/scanners/sick_s.h"
+#include "components/devices/scan3d/http_get.h"
+#include "components/devices/scan3d/ouster.h"
+#include "components/devices/scan3d/velodyne.h"
+#include "components/devices/scanners/hokuyo.h"
+#include "components/devices/scanners/ibeo.h"
+#include "components/devices/scanners/ibeo_lux.h"
+#include "components/devices/scanners/ld19.h"
+#include "components/devices/scanners/lms200.h"
+#include "components/devices/scanners/rplidar.h"
+#include "components/devices/scanners/sick_cola.h"
+#include "components/devices/scanners/sick_compact.h"
+#include "components/devices/scanners/sick_s.h"
 #include "tests/fuzz/finite.h"
 
 namespace {

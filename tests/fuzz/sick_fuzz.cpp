@@ -2,10 +2,10 @@
 // in them has no more points than can be sent, and a scan of CoLa that was understood reads back.
 #include <vector>
 
-#include "devices/scanners/cola_scan.h"
-#include "devices/scanners/lms200.h"
-#include "devices/scanners/sick_compact.h"
-#include "devices/scanners/sick_s.h"
+#include "components/devices/scanners/cola_scan.h"
+#include "components/devices/scanners/lms200.h"
+#include "components/devices/scanners/sick_compact.h"
+#include "components/devices/scanners/sick_s.h"
 #include "tests/fuzz/finite.h"
 
 namespace {

@@ -14,7 +14,7 @@
 #include "tests/support/golden_vectors.h"
 
 namespace tims::test {
-namespace {
+namespace body_vectors_test {
 
 using rack::find_message;
 using rack::MessageInfo;
@@ -119,5 +119,5 @@ TEST(GoldenBodies, MeanWhatTheModulesDid) {
             R"~("filename":"ladar_0.dat","bytesLogged":0,"setsLogged":0}]})~");
 }
 
-}  // namespace
+}  // namespace body_vectors_test
 }  // namespace tims::test

@@ -11,7 +11,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace header_vectors_test {
 
 using wire::StreamReader;
 
@@ -137,5 +137,5 @@ TEST(GoldenHeaders, HalfAMessageIsNoMessage) {
   }
 }
 
-}  // namespace
+}  // namespace header_vectors_test
 }  // namespace tims::test

@@ -11,7 +11,7 @@
 #include "tests/support/recording.h"
 
 namespace rack::pilot {
-namespace {
+namespace recorded_pilots_test {
 
 using tims::Address;
 
@@ -131,5 +131,5 @@ TEST(RecordedPilots, PilotWallFollowing) {
   EXPECT_GE(same, kTogether - 5);
 }
 
-}  // namespace
+}  // namespace recorded_pilots_test
 }  // namespace rack::pilot

@@ -7,7 +7,6 @@
 namespace tims::sched {
 namespace {
 
-int first_of(Threads threads) { return std::countr_zero(threads); }
 std::size_t at(int thread) { return static_cast<std::size_t>(thread); }
 
 template <typename Clock>

@@ -6,7 +6,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::sched {
-namespace {
+namespace death_sched_test {
 
 TEST(DeathSched, WhileTheOwnerSleeps) {
   explore_deaths({.actors = {producer(2), sleepy_owner(1), router(2)}}, all_traces());
@@ -67,5 +67,5 @@ TEST(DeathSched, AmongManyAtRandom) {
   explore_deaths(scenario, random_schedules(test::rounds(300)));
 }
 
-}  // namespace
+}  // namespace death_sched_test
 }  // namespace tims::sched

@@ -15,7 +15,7 @@
 #include "wire/header.h"
 
 namespace tims::shm {
-namespace {
+namespace hostile_test {
 
 // One operation after the other, as one who has to live with this memory would do them.
 class Victim {
@@ -258,5 +258,5 @@ TEST(HostileMemory, OpenRefusesOrStaysInside) {
   EXPECT_LT(opened, 2900U);
 }
 
-}  // namespace
+}  // namespace hostile_test
 }  // namespace tims::shm

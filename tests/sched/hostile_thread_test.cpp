@@ -12,7 +12,7 @@
 #include "wire/header.h"
 
 namespace tims::shm {
-namespace {
+namespace hostile_thread_test {
 
 class Attacker {
  public:
@@ -84,5 +84,5 @@ TEST(HostileThread, ChangesTheMailboxWhileItIsOpened) {
   EXPECT_GT(sum, 0U);
 }
 
-}  // namespace
+}  // namespace hostile_thread_test
 }  // namespace tims::shm

@@ -5,7 +5,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::sched {
-namespace {
+namespace mailbox_sched_test {
 
 TEST(MailboxSched, OneProducer) { explore({.actors = {producer(1, 4), owner(4)}}, all_traces()); }
 
@@ -121,5 +121,5 @@ TEST(MailboxSched, SleepyOwnerOfManyMessagesAtRandom) {
   explore(scenario, random_schedules(test::rounds(30000)));
 }
 
-}  // namespace
+}  // namespace mailbox_sched_test
 }  // namespace tims::sched

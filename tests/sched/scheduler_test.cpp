@@ -11,7 +11,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::sched {
-namespace {
+namespace scheduler_test {
 
 using Word = shm::Atomic<std::uint32_t>;
 using Bodies = std::vector<Scheduler::Body>;
@@ -216,5 +216,5 @@ TEST(AllTracesTest, IndependentThreadsHaveOneTrace) {
   EXPECT_EQ(search(traces, make, [] { return std::vector<std::uint32_t>{}; }).runs, 1U);
 }
 
-}  // namespace
+}  // namespace scheduler_test
 }  // namespace tims::sched

@@ -7,8 +7,6 @@
 namespace tims::sched {
 namespace {
 
-int first_of(Threads threads) { return std::countr_zero(threads); }
-
 // A scenario whose runs depend on more than the choices made cannot be searched.
 int certainly(int chosen, const Moment& moment) {
   if (!contains(moment.runnable, chosen)) std::abort();

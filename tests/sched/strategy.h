@@ -1,6 +1,7 @@
 // Who goes next: the schedules of a scenario, one run after the other.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,6 +12,8 @@ namespace tims::sched {
 
 // Bit i: thread i.
 using Threads = std::uint32_t;
+
+inline int first_of(Threads threads) { return std::countr_zero(threads); }
 constexpr Threads only(int thread) { return Threads{1} << thread; }
 constexpr bool contains(Threads threads, int thread) { return (threads & only(thread)) != 0; }
 

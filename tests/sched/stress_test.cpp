@@ -17,7 +17,7 @@
 #include "wire/header.h"
 
 namespace tims::shm {
-namespace {
+namespace stress_test {
 
 constexpr std::size_t kBodyBytes = 100;
 constexpr std::uint32_t kLength = kHeaderSize + kBodyBytes;
@@ -199,5 +199,5 @@ TEST(MailboxStress, TwoSlots) { Stress({.slots = 2, .producers = 4, .seed = 3}).
 TEST(MailboxStress, OneSlot) { Stress({.slots = 1, .seed = 4}).run(); }
 TEST(MailboxStress, OneProducer) { Stress({.producers = 1, .messages = 30000, .seed = 5}).run(); }
 
-}  // namespace
+}  // namespace stress_test
 }  // namespace tims::shm

@@ -10,7 +10,7 @@
 #include "tests/sched/strategies.h"
 
 namespace tims::sched {
-namespace {
+namespace weak_memory_test {
 
 using std::memory_order_acquire;
 using std::memory_order_relaxed;
@@ -143,5 +143,5 @@ TEST(WeakMailbox, Deaths) {
                       400);
 }
 
-}  // namespace
+}  // namespace weak_memory_test
 }  // namespace tims::sched

@@ -10,7 +10,7 @@
 #include "tests/sim/world.h"
 
 namespace tims::sim {
-namespace {
+namespace rate_test {
 
 using namespace std::chrono_literals;
 using std::chrono::duration;
@@ -332,5 +332,5 @@ TEST(Rate, TwoLinksShareABottleneck) {
   EXPECT_GE(all, 0.8);
 }
 
-}  // namespace
+}  // namespace rate_test
 }  // namespace tims::sim

@@ -2,7 +2,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_fleet {
 
 using link::PathKind;
 
@@ -255,5 +255,5 @@ TEST_F(Fleet, AfterAPowerCutOfAllTheBaseTakesTurnsAgain) {
   EXPECT_LT(prepared(ship), 15U);
 }
 
-}  // namespace
+}  // namespace stories_fleet
 }  // namespace tims::sim

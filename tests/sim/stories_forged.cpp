@@ -3,7 +3,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_forged {
 
 // Somebody between them catches a datagram and sends it on from elsewhere. What the base asks him
 // he passes on to the robot, whose answer proves nothing of that place.
@@ -262,5 +262,5 @@ TEST(Forged, AWelcomeThatDoesNotFitIsNoLink) {
   }
 }
 
-}  // namespace
+}  // namespace stories_forged
 }  // namespace tims::sim

@@ -3,7 +3,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_identity {
 
 TEST(Identity, TwoLivingRoutersHaveOneId) {
   Story s;
@@ -380,5 +380,5 @@ TEST(Identity, ALinkForOneSystemBringsNothingOfOthers) {
   EXPECT_EQ(base.router().messages().total(core::Outcome::kForgedSource).messages, 2U);
 }
 
-}  // namespace
+}  // namespace stories_identity
 }  // namespace tims::sim

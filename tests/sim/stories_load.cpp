@@ -5,7 +5,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_load {
 
 TEST(Load, LargeMessagesArriveInSpiteOfLossAndReordering) {
   Story s;
@@ -272,5 +272,5 @@ TEST(Load, OverTwoWaysEachMessageArrivesOnce) {
   EXPECT_EQ(one.arrivals(ladar).size(), 400U);
 }
 
-}  // namespace
+}  // namespace stories_load
 }  // namespace tims::sim

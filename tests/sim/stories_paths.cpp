@@ -2,7 +2,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_paths {
 
 using link::PathKind;
 
@@ -395,5 +395,5 @@ TEST_F(Paths, ASlowWayWithLossesIsStillOne) {
   EXPECT_EQ(used(*base), PathKind::kDds);
 }
 
-}  // namespace
+}  // namespace stories_paths
 }  // namespace tims::sim

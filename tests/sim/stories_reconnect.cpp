@@ -3,7 +3,7 @@
 #include "tests/sim/story.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_reconnect {
 
 TEST(Reconnect, EverybodyReachesEverybody) {
   Story s;
@@ -285,5 +285,5 @@ TEST(Reconnect, ALinkTakenDownByHandStaysDown) {
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 5s));
 }
 
-}  // namespace
+}  // namespace stories_reconnect
 }  // namespace tims::sim

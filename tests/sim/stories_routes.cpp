@@ -6,7 +6,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::sim {
-namespace {
+namespace stories_routes {
 
 TEST(Routes, ADeadLinkIsWithdrawnEverywhere) {
   Story s;
@@ -275,5 +275,5 @@ TEST(Routes, AThousandRoutersComeBack) {
               std::chrono::duration<double>(std::chrono::steady_clock::now() - real).count());
 }
 
-}  // namespace
+}  // namespace stories_routes
 }  // namespace tims::sim

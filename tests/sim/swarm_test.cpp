@@ -6,7 +6,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::sim {
-namespace {
+namespace swarm_test {
 
 constexpr std::uint64_t kPortions = 8;
 constexpr std::uint64_t kSeedsEach = test::rounds(250);
@@ -29,5 +29,5 @@ TEST(SwarmSeeds, ThatOnceWentWrong) {
 
 INSTANTIATE_TEST_SUITE_P(Portions, SwarmTest, testing::Range<std::uint64_t>(0, kPortions));
 
-}  // namespace
+}  // namespace swarm_test
 }  // namespace tims::sim

@@ -17,7 +17,7 @@
 namespace tims::test {
 namespace {
 
-struct Line {
+struct OutputLine {
   bool is_error = false;
   std::string text;
 };
@@ -47,7 +47,7 @@ struct ChildProcess::State {
 
   mutable std::mutex mutex;
   std::condition_variable changed;
-  std::vector<Line> lines;
+  std::vector<OutputLine> lines;
   std::size_t searched = 0;  // lines before this one were found already
   bool ended = false;
 
@@ -131,9 +131,9 @@ std::string ChildProcess::output() const {
 
 namespace {
 
-std::string only(const std::vector<Line>& lines, bool is_error) {
+std::string only(const std::vector<OutputLine>& lines, bool is_error) {
   std::string text;
-  for (const Line& line : lines) {
+  for (const OutputLine& line : lines) {
     if (line.is_error == is_error) text.append(line.text).append("\n");
   }
   return text;
@@ -197,7 +197,7 @@ std::optional<std::string> ChildProcess::State::find(std::string_view part) {
 
 std::string ChildProcess::State::joined() const {
   std::string text;
-  for (const Line& line : lines) text.append(line.text).append("\n");
+  for (const OutputLine& line : lines) text.append(line.text).append("\n");
   return text;
 }
 

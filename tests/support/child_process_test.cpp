@@ -13,7 +13,7 @@
 #include "os/wakeup.h"
 
 namespace tims::test {
-namespace {
+namespace child_process_test {
 
 Result<ChildProcess> shell(const char* script, const ChildOptions& options = {}) {
   return ChildProcess::start({"sh", "-c", script}, options);
@@ -108,5 +108,5 @@ TEST(ChildProcess, IsKilledWhenTheTestDies) {
   EXPECT_TRUE(os::is_ready(read_end.get(), POLLIN, os::deadline_after(kPatience)));
 }
 
-}  // namespace
+}  // namespace child_process_test
 }  // namespace tims::test

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::test {
-namespace {
+namespace eventually_test {
 
 constexpr Duration kShort = std::chrono::milliseconds(5);
 
@@ -37,5 +37,5 @@ TEST(Eventually, LooksLessOftenTheLongerItTakes) {
   EXPECT_LT(tries, 40);
 }
 
-}  // namespace
+}  // namespace eventually_test
 }  // namespace tims::test

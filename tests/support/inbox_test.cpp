@@ -9,7 +9,7 @@
 #include "wire/header.h"
 
 namespace tims::test {
-namespace {
+namespace inbox_test {
 
 constexpr int kAnne = 1;
 constexpr int kBob = 2;
@@ -143,5 +143,5 @@ TEST(Origins, FirstSenderOfTheSame) {
   EXPECT_EQ(origins.of_delivered({delivered, {}}), kFromRouter);
 }
 
-}  // namespace
+}  // namespace inbox_test
 }  // namespace tims::test

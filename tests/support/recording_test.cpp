@@ -6,7 +6,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace tims::test {
-namespace {
+namespace recording_test {
 
 class RecordingTest : public testing::Test {
  protected:
@@ -69,5 +69,5 @@ TEST_F(RecordingTest, ErrorsNameTheLine) {
 
 TEST(Recording, NoSuchFile) { EXPECT_FALSE(read_recording("/no/such/file")); }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace tims::test

@@ -8,7 +8,7 @@
 #include "tests/support/model_router.h"
 
 namespace tims::test {
-namespace {
+namespace replay_test {
 
 constexpr const char* kDrive = TIMS_TEST_DATA_DIR "/recordings/a-gui-drive.jsonl.gz";
 constexpr const char* kPython = TIMS_TEST_DATA_DIR "/recordings/b-python-client.jsonl.gz";
@@ -144,5 +144,5 @@ TEST(Replay, NoRouter) {
   EXPECT_EQ(result.lines, 0);
 }
 
-}  // namespace
+}  // namespace replay_test
 }  // namespace tims::test

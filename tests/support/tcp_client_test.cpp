@@ -11,7 +11,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_client_test {
 
 namespace router_command = wire::router_command;
 constexpr Duration kShort = std::chrono::milliseconds(1);
@@ -124,5 +124,5 @@ TEST(TcpClient, NobodyThere) {
   EXPECT_TRUE(TcpClient::connect("nonsense").error() == Errc::kInvalidArgument);
 }
 
-}  // namespace
+}  // namespace tcp_client_test
 }  // namespace tims::test

@@ -13,7 +13,7 @@
 #include "tims.h"
 
 namespace tims::test {
-namespace {
+namespace c_api_test {
 
 class CApiTest : public testing::Test {
  protected:
@@ -263,5 +263,5 @@ TEST_F(CApiWidthsTest, AddressesAreDividedAsTheFleetDividesThem) {
   EXPECT_EQ(tims_parse_address(session_, "Ladar(64/0)", &address), TIMS_EINVALID);
 }
 
-}  // namespace
+}  // namespace c_api_test
 }  // namespace tims::test

@@ -4,15 +4,15 @@
 
 #include <gmock/gmock.h>
 
-#include "devices/core/capture.h"
-#include "devices/core/video_frame.h"
+#include "components/devices/core/video_frame.h"
+#include "components/recordings/capture.h"
 #include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace camera_drivers_test {
 
 namespace device = rack::device;
 namespace video = rack::device::video;
@@ -300,5 +300,5 @@ TEST_F(CameraDriversTest, CameraJpegSaysWhatItCannotCompress) {
   EXPECT_THAT(on.error().message(), HasSubstr("mono8, rgb24, yuv422"));
 }
 
-}  // namespace
+}  // namespace camera_drivers_test
 }  // namespace tims::test

@@ -15,11 +15,11 @@
 #include <gmock/gmock.h>
 #include <sys/socket.h>
 
-#include "devices/core/capture.h"
-#include "devices/io/device.h"
-#include "devices/io/line.h"
-#include "devices/scanners/cola_scan.h"
-#include "devices/scanners/hokuyo_emulator.h"
+#include "components/devices/io/device.h"
+#include "components/devices/io/line.h"
+#include "components/devices/scanners/cola_scan.h"
+#include "components/devices/scanners/hokuyo_emulator.h"
+#include "components/recordings/capture.h"
 #include "os/clock.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/gps.h"
@@ -30,7 +30,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace captures_test {
 
 namespace device = rack::device;
 namespace json = boost::json;
@@ -489,5 +489,5 @@ INSTANTIATE_TEST_SUITE_P(Cars, BusTest,
                            return name;
                          });
 
-}  // namespace
+}  // namespace captures_test
 }  // namespace tims::test

@@ -5,13 +5,13 @@
 #include <mutex>
 #include <thread>
 
-#include "devices/camera/ptz_camera.h"
-#include "devices/chassis/er1_robot.h"
-#include "devices/chassis/motor_bus.h"
-#include "devices/chassis/pioneer.h"
-#include "devices/chassis/roomba_robot.h"
-#include "devices/chassis/rover.h"
-#include "devices/io/device.h"
+#include "components/devices/camera/ptz_camera.h"
+#include "components/devices/chassis/er1_robot.h"
+#include "components/devices/chassis/motor_bus.h"
+#include "components/devices/chassis/pioneer.h"
+#include "components/devices/chassis/roomba_robot.h"
+#include "components/devices/chassis/rover.h"
+#include "components/devices/io/device.h"
 #include "os/clock.h"
 #include "os/wakeup.h"
 #include "rack/proxies/gps.h"
@@ -22,7 +22,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace chassis_drivers_test {
 
 namespace device = rack::device;
 
@@ -318,5 +318,5 @@ TEST_F(MavlinkPartsTest, AllOfThemHaveTheirDataAndEndTogether) {
   ASSERT_TRUE(ended) << ended.error().message();
 }
 
-}  // namespace
+}  // namespace chassis_drivers_test
 }  // namespace tims::test

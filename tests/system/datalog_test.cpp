@@ -9,7 +9,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace datalog_test {
 
 constexpr std::uint32_t kDatalog = 0x001A0000;
 
@@ -92,5 +92,5 @@ TEST_F(DatalogTest, AFullDiskIsSaidAndStopsNobody) {
   EXPECT_EQ(*status, rack::Status::kEnabled);
 }
 
-}  // namespace
+}  // namespace datalog_test
 }  // namespace tims::test

@@ -2,7 +2,7 @@
 #include "tests/system/dds_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace dds_fleet_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -123,5 +123,5 @@ TEST_F(DdsFleet, ADiscoveryServerThatIsStartedAnew) {
   EXPECT_TRUE(status->success());
 }
 
-}  // namespace
+}  // namespace dds_fleet_test
 }  // namespace tims::test

@@ -6,7 +6,7 @@
 #include "tests/system/dds_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace dds_paths_test {
 
 using testing::HasSubstr;
 using namespace std::chrono_literals;
@@ -258,5 +258,5 @@ TEST_F(DdsPaths, ARobotThatGetsAnotherAddress) {
   EXPECT_TRUE(both_work(*base_, "robot"));
 }
 
-}  // namespace
+}  // namespace dds_paths_test
 }  // namespace tims::test

@@ -13,7 +13,7 @@
 #include "tims/session.h"
 
 namespace tims::test {
-namespace {
+namespace death_test {
 
 class DeathTest : public testing::Test {
  protected:
@@ -183,5 +183,5 @@ TEST_P(LastWordsTest, AreHeard) {
 INSTANTIATE_TEST_SUITE_P(OfAProgram, LastWordsTest,
                          testing::Values("send-and-close", "send-and-die"));
 
-}  // namespace
+}  // namespace death_test
 }  // namespace tims::test

@@ -10,9 +10,9 @@
 #include <gmock/gmock.h>
 
 #include "base/text.h"
-#include "devices/io/device.h"
-#include "devices/io/line.h"
-#include "devices/scanners/lms200.h"
+#include "components/devices/io/device.h"
+#include "components/devices/io/line.h"
+#include "components/devices/scanners/lms200.h"
 #include "os/clock.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/ladar.h"
@@ -22,7 +22,7 @@
 #include "tools/robot/robot_file.h"
 
 namespace tims::test {
-namespace {
+namespace devices_test {
 
 using namespace rack::device;
 using testing::HasSubstr;
@@ -561,5 +561,5 @@ TEST(SampleRobotsTest, EachProgramHasTheParametersThatAreGivenToIt) {
   if (!missing.empty()) GTEST_SKIP() << "not built:" << missing;
 }
 
-}  // namespace
+}  // namespace devices_test
 }  // namespace tims::test

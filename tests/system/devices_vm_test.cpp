@@ -8,10 +8,10 @@
 #include <gmock/gmock.h>
 #include <poll.h>
 
-#include "devices/chassis/odrive.h"
-#include "devices/core/capture.h"
-#include "devices/core/stream_buffer.h"
-#include "devices/io/transport.h"
+#include "components/devices/chassis/odrive.h"
+#include "components/devices/core/stream_buffer.h"
+#include "components/devices/io/transport.h"
+#include "components/recordings/capture.h"
 #include "os/clock.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/chassis.h"
@@ -22,7 +22,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace devices_vm_test {
 
 namespace device = rack::device;
 
@@ -360,5 +360,5 @@ TEST_F(CanProgramTest, AStormOfBusOffIsSaidInFewWordsAndPasses) {
   EXPECT_LE(times, 2 * seconds + 4) << said;
 }
 
-}  // namespace
+}  // namespace devices_vm_test
 }  // namespace tims::test

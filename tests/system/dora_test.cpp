@@ -14,7 +14,7 @@
 #include "tests/support/child_process.h"
 
 namespace tims::test {
-namespace {
+namespace dora_test {
 
 namespace fs = std::filesystem;
 namespace json = boost::json;
@@ -106,5 +106,5 @@ TEST_F(DoraTest, LeavesNothingWhenItIsInterrupted) {
   EXPECT_THAT(left_by(process), IsEmpty());
 }
 
-}  // namespace
+}  // namespace dora_test
 }  // namespace tims::test

@@ -9,7 +9,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace fleet_test {
 
 namespace fs = std::filesystem;
 
@@ -166,5 +166,5 @@ TEST_F(FleetTest, WhatACrashLeavesIsRemovedByTheNext) {
   EXPECT_TRUE(namespaces().empty());
 }
 
-}  // namespace
+}  // namespace fleet_test
 }  // namespace tims::test

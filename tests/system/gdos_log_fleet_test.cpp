@@ -3,7 +3,7 @@
 #include "tests/system/host.h"
 
 namespace tims::test {
-namespace {
+namespace gdos_log_fleet_test {
 
 // base (the fixture's router is not used) above robot1 and robot2.
 class GdosLogFleetTest : public GdosLogTest {
@@ -109,5 +109,5 @@ TEST_F(GdosLogFleetTest, ARobotsTextsAreFollowedFromTheBase) {
   EXPECT_THAT(follower->standard_output(), HasSubstr("Ladar(1/0)"));
 }
 
-}  // namespace
+}  // namespace gdos_log_fleet_test
 }  // namespace tims::test

@@ -6,7 +6,7 @@
 #include "tests/system/gdos_log_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace gdos_log_journal_test {
 
 namespace json = boost::json;
 
@@ -75,5 +75,5 @@ TEST_F(GdosLogJournalTest, TextsAreFoundByTheirFields) {
   EXPECT_TRUE(comes_to_be_kept("look out")) << "and in the files as well";
 }
 
-}  // namespace
+}  // namespace gdos_log_journal_test
 }  // namespace tims::test

@@ -3,7 +3,7 @@
 #include "tests/system/gdos_log_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace gdos_log_sink_test {
 
 // A window of the original's graphical interface.
 class Window {
@@ -170,5 +170,5 @@ TEST_F(GdosLogTest, AnOwnerThatSharesNothingIsNamed) {
   EXPECT_THAT(follower->output(), HasSubstr("GDOS(0/0)"));
 }
 
-}  // namespace
+}  // namespace gdos_log_sink_test
 }  // namespace tims::test

@@ -5,7 +5,7 @@
 #include "tests/system/gdos_log_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace gdos_log_test {
 
 TEST_F(GdosLogTest, WhatComponentsSayIsKeptAndFoundAgain) {
   start_log();
@@ -145,5 +145,5 @@ TEST_F(GdosLogTest, NoFolderIsAnErrorThatNamesIt) {
   EXPECT_TRUE(log.wait_for_line("error: the operating system refused: /proc/nowhere"));
 }
 
-}  // namespace
+}  // namespace gdos_log_test
 }  // namespace tims::test

@@ -33,7 +33,7 @@
 #include "wire/local_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace hostile_client_test {
 
 using namespace std::chrono_literals;
 
@@ -363,5 +363,5 @@ TEST_F(HostileClientTest, TenThousandConnections) {
   }
 }
 
-}  // namespace
+}  // namespace hostile_client_test
 }  // namespace tims::test

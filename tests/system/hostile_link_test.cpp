@@ -19,7 +19,7 @@
 #include "wire/header.h"
 
 namespace tims::test {
-namespace {
+namespace hostile_link_test {
 
 constexpr Address kServer(0x01140000);  // Ladar(1/0)
 constexpr Address kClient(0x00020000);  // GUI(0/0)
@@ -157,5 +157,5 @@ TEST_F(HostileLinkTest, HellosThatProveNothingShutOutNobody) {
   send_large(base, robot);
 }
 
-}  // namespace
+}  // namespace hostile_link_test
 }  // namespace tims::test

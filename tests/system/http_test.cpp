@@ -11,7 +11,7 @@
 #include "tests/system/byte_socket.h"
 
 namespace tims::test {
-namespace {
+namespace http_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -197,5 +197,5 @@ TEST_F(HttpTest, AnEndingRouterFinishesAndCloses) {
   EXPECT_EQ(idle.take_rest(), "");
 }
 
-}  // namespace
+}  // namespace http_test
 }  // namespace tims::test

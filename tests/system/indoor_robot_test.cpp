@@ -15,7 +15,7 @@
 #include "tests/system/sample_robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace indoor_robot_test {
 
 class IndoorRobotTest : public SampleRobotTest {
  protected:
@@ -154,5 +154,5 @@ TEST_F(IndoorRobotTest, StandsWhileItsPositionIsAwayAndGoesOn) {
   EXPECT_EQ(robot->contacts(), 0U);
 }
 
-}  // namespace
+}  // namespace indoor_robot_test
 }  // namespace tims::test

@@ -12,7 +12,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace links_test {
 
 namespace json = boost::json;
 using testing::HasSubstr;
@@ -357,5 +357,5 @@ TEST_F(Tree, ExplainAsksAllRoutersBeforeItSaysThatNobodyHasIt) {
               HasSubstr("it arrives"));
 }
 
-}  // namespace
+}  // namespace links_test
 }  // namespace tims::test

@@ -18,7 +18,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace local_test {
 
 TEST_F(LocalTest, AMailboxThatSpinsFallsAsleepAllTheSame) {
   Session s = session();
@@ -205,5 +205,5 @@ TEST(DefaultRouter, IsTheUsersOwnInTmpButNobodyElses) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace local_test
 }  // namespace tims::test

@@ -10,7 +10,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace localisation_test {
 
 // The simulated scanner is where the odometry says: that is the truth here.
 class LocalisationTest : public RobotTest {
@@ -203,5 +203,5 @@ TEST_F(MapsTest, CellsOfTheWholeAndOfAPart) {
   EXPECT_TRUE(eventually([&] { return contains(7000, 9000); }, "the part around the robot"));
 }
 
-}  // namespace
+}  // namespace localisation_test
 }  // namespace tims::test

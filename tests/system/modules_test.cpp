@@ -11,7 +11,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace modules_test {
 
 using rack::ChassisData;
 using rack::ChassisProxy;
@@ -328,5 +328,5 @@ TEST_F(ModulesProgramsTest, ExamplesRun) {
   EXPECT_EQ(scan->points.size(), 361U);
 }
 
-}  // namespace
+}  // namespace modules_test
 }  // namespace tims::test

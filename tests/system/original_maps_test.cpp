@@ -16,7 +16,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace original_maps_test {
 
 using rack::i16;
 using rack::i32;
@@ -401,5 +401,5 @@ TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
   EXPECT_EQ(text_of(scan.rest().first(2)), "MC");
 }
 
-}  // namespace
+}  // namespace original_maps_test
 }  // namespace tims::test

@@ -9,7 +9,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace original_pilots_test {
 
 using rack::i32;
 
@@ -390,5 +390,5 @@ TEST_F(OriginalPilotsTest, ThePlannerIsCommandedByChoiceAndText) {
   EXPECT_TRUE(window.shows("goto 900000 0: ", 2));
 }
 
-}  // namespace
+}  // namespace original_pilots_test
 }  // namespace tims::test

@@ -11,7 +11,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace original_programs_test {
 
 constexpr int kGui = 17;  // its connection
 constexpr std::chrono::seconds kModulesEnd(68);
@@ -330,5 +330,5 @@ INSTANTIATE_TEST_SUITE_P(All, OriginalModules,
                                          Replaced{"PilotWallFollowing", {14, 15, 16}}),
                          [](const auto& one) { return std::string(one.param.program); });
 
-}  // namespace
+}  // namespace original_programs_test
 }  // namespace tims::test

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "devices/camera/picture.h"
-#include "devices/core/capture.h"
+#include "components/devices/camera/picture.h"
+#include "components/recordings/capture.h"
 #include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -13,7 +13,7 @@
 #include "tests/system/original_window.h"
 
 namespace tims::test {
-namespace {
+namespace original_windows_test {
 
 using rack::i16;
 using rack::i32;
@@ -259,5 +259,5 @@ TEST_F(CameraWindowTest, PaintsWhatCameraJpegMakesOfIt) {
   EXPECT_LE(distance_to_recording(painted), 6);
 }
 
-}  // namespace
+}  // namespace original_windows_test
 }  // namespace tims::test

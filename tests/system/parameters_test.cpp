@@ -12,7 +12,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace parameters_test {
 
 using rack::TakesEffect;
 
@@ -172,5 +172,5 @@ TEST_F(ParameterEffectsTest, OfTheRuntime) {
   EXPECT_FALSE(proxy<rack::Proxy>("Test(0/3)").status().ok());
 }
 
-}  // namespace
+}  // namespace parameters_test
 }  // namespace tims::test

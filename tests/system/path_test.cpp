@@ -14,7 +14,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace path_test {
 
 constexpr const char* kChassis = "Chassis(0/0)";
 constexpr const char* kPosition = "Position(0/0)";
@@ -443,5 +443,5 @@ TEST_F(PathTest, RefusesToBrakeTooLate) {
       << why;
 }
 
-}  // namespace
+}  // namespace path_test
 }  // namespace tims::test

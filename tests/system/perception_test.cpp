@@ -11,7 +11,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace perception_test {
 
 class PerceptionTest : public RobotTest {
  protected:
@@ -127,5 +127,5 @@ TEST_F(PerceptionTest, WhatTheMapDoesNotHaveIsAnObjectAndItsPointsKnowIt) {
   }));
 }
 
-}  // namespace
+}  // namespace perception_test
 }  // namespace tims::test

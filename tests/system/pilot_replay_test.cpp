@@ -11,7 +11,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace pilot_replay_test {
 
 constexpr const char* kPilot = "Pilot(0/0)";
 
@@ -132,5 +132,5 @@ TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
   EXPECT_EQ(replay({file("plan.cap")}).status, 1);
 }
 
-}  // namespace
+}  // namespace pilot_replay_test
 }  // namespace tims::test

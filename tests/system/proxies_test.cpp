@@ -14,7 +14,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace proxies_test {
 
 using rack::i8;
 
@@ -367,5 +367,5 @@ TEST_F(ProxiesTest, ALayerIsTakenFromCAndFromJava) {
   }
 }
 
-}  // namespace
+}  // namespace proxies_test
 }  // namespace tims::test

@@ -8,7 +8,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace publish_test {
 
 std::atomic<bool> steady = false;  // everybody has had something: ways are known
 std::atomic<std::size_t> allocated = 0;
@@ -72,5 +72,5 @@ TEST_F(PublishTest, AllocatesNothing) {
   EXPECT_EQ(allocated, 0U);
 }
 
-}  // namespace
+}  // namespace publish_test
 }  // namespace tims::test

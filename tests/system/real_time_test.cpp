@@ -10,7 +10,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace real_time_test {
 
 constexpr std::uint32_t kOffender = 0x001C0000;
 constexpr const char* kProgram = "tims-test-offender";
@@ -126,5 +126,5 @@ TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashSaysWhere)) {
   }
 }
 
-}  // namespace
+}  // namespace real_time_test
 }  // namespace tims::test

@@ -16,7 +16,7 @@
 #include "tests/system/raw_client.h"
 
 namespace tims::test {
-namespace {
+namespace reconnect_test {
 
 class ReconnectTest : public LocalTest {
  protected:
@@ -227,5 +227,5 @@ TEST_F(ReconnectTest, ARefusedOpenLeavesNothingBehind) {
   EXPECT_EQ(mappings_of(router), mappings);
 }
 
-}  // namespace
+}  // namespace reconnect_test
 }  // namespace tims::test

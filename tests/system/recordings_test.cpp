@@ -9,7 +9,7 @@
 #include "tests/support/router_process.h"
 
 namespace tims::test {
-namespace {
+namespace recordings_test {
 
 // What the recorded router did. Silent clients are closed sooner, to save time.
 std::vector<std::string> settings(const std::string& message_max) {
@@ -74,5 +74,5 @@ TEST_F(Recordings, Disturbances) {
   EXPECT_EQ(result.received_as_expected, 2457U);
 }
 
-}  // namespace
+}  // namespace recordings_test
 }  // namespace tims::test

@@ -12,7 +12,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace restart_test {
 
 class RestartTest : public LocalTest {};
 
@@ -110,5 +110,5 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
   EXPECT_TRUE(connected->ok());
 }
 
-}  // namespace
+}  // namespace restart_test
 }  // namespace tims::test

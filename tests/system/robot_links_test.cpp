@@ -4,7 +4,7 @@
 #include "tests/system/host.h"
 
 namespace tims::test {
-namespace {
+namespace robot_links_test {
 
 ChildProcess start(Host& host, const std::string& program, std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {std::string(TIMS_PROGRAMS) + "/" + program, "--system=1",
@@ -37,5 +37,5 @@ TEST(RobotLinks, AConsumerRecoversWhenTheLinkHeals) {
   }
 }
 
-}  // namespace
+}  // namespace robot_links_test
 }  // namespace tims::test

@@ -20,7 +20,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace robot_test {
 
 constexpr double kHull = 354;  // of ChassisSim, its corners, mm
 
@@ -245,5 +245,5 @@ TEST_F(DrivingTest, ByJoystick) {
   EXPECT_GT(clearance_, kHull);
 }
 
-}  // namespace
+}  // namespace robot_test
 }  // namespace tims::test

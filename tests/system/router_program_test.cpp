@@ -21,7 +21,7 @@
 #include "tims/session.h"
 
 namespace tims::test {
-namespace {
+namespace router_program_test {
 
 struct Ran {
   ExitStatus status;
@@ -392,5 +392,5 @@ TEST_F(RouterProgramTest, WithoutDescriptorsNewcomersAreTurnedAwayAndTheOthersSe
       "there is room again"));
 }
 
-}  // namespace
+}  // namespace router_program_test
 }  // namespace tims::test

@@ -9,7 +9,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace scan3d_drivers_test {
 
 using rack::Scan3dProxy;
 
@@ -50,5 +50,5 @@ TEST_F(Scan3dDriversTest, WithoutWordOfTheOusterItSaysWhatIsMissing) {
   EXPECT_TRUE(said) << said.error().message();
 }
 
-}  // namespace
+}  // namespace scan3d_drivers_test
 }  // namespace tims::test

@@ -11,7 +11,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace scan3d_test {
 
 using namespace std::chrono_literals;
 using rack::Scan3dData;
@@ -155,5 +155,5 @@ TEST_F(Scan3dTest, RefusesWithWords) {
   EXPECT_THAT(image.error().message(), testing::HasSubstr("no whole scan yet"));
 }
 
-}  // namespace
+}  // namespace scan3d_test
 }  // namespace tims::test

@@ -5,8 +5,8 @@
 #include <arpa/inet.h>
 #include <sys/socket.h>
 
-#include "devices/scanners/room.h"
-#include "devices/scanners/sick_compact_emulator.h"
+#include "components/devices/scanners/room.h"
+#include "components/devices/scanners/sick_compact_emulator.h"
 #include "os/clock.h"
 #include "os/file.h"
 #include "rack/proxies/ladar.h"
@@ -16,7 +16,7 @@
 #include "tests/system/modules_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace sick_drivers_test {
 
 namespace device = rack::device;
 using rack::LadarProxy;
@@ -162,5 +162,5 @@ TEST_F(SickDriversTest, SayWhatIsMissing) {
   EXPECT_TRUE(said) << said.error().message();
 }
 
-}  // namespace
+}  // namespace sick_drivers_test
 }  // namespace tims::test

@@ -13,7 +13,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace start_script_test {
 
 using testing::HasSubstr;
 
@@ -86,5 +86,5 @@ TEST(StartScript, OfTheOriginalStartsOurPrograms) {
   EXPECT_THAT(script->output(), HasSubstr("\ntims_router_tcp\n")) << "what killall finds";
 }
 
-}  // namespace
+}  // namespace start_script_test
 }  // namespace tims::test

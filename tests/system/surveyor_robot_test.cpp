@@ -16,7 +16,7 @@
 #include "tests/system/sample_robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace surveyor_robot_test {
 
 using namespace std::chrono_literals;
 using rack::Scan3dData;
@@ -162,5 +162,5 @@ TEST_F(SurveyorRobotTest, WallsOfItsScansOfSpaceAreFlatAtTwoMetresASecond) {
   EXPECT_LT(std::hypot(robot->pos.x.raw() - 26000, robot->pos.y.raw()), 300);
 }
 
-}  // namespace
+}  // namespace surveyor_robot_test
 }  // namespace tims::test

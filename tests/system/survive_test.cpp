@@ -4,7 +4,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace survive_test {
 
 class SurviveTest : public RobotTest {
  protected:
@@ -176,5 +176,5 @@ TEST_F(SurviveTest, TimesAreFoundAcrossTheirWrap) {
   EXPECT_FALSE(odometry.get_data(rack::TimeStamp(20 * kPeriod))) << "in the future";
 }
 
-}  // namespace
+}  // namespace survive_test
 }  // namespace tims::test

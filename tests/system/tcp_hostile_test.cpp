@@ -15,7 +15,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_hostile_test {
 
 using namespace std::chrono_literals;
 
@@ -181,5 +181,5 @@ TEST_F(HostileGuestTest, GuestsChangeTheRouterOnlyWhenAllowed) {
   EXPECT_NE(ask(guest, change).find("no_such_link"), std::string::npos) << "allowed, but wrong";
 }
 
-}  // namespace
+}  // namespace tcp_hostile_test
 }  // namespace tims::test

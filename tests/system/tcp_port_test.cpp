@@ -11,7 +11,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_port_test {
 
 using namespace std::chrono_literals;
 namespace command = wire::router_command;
@@ -213,5 +213,5 @@ TEST_F(TcpTest, TheWatchdogClosesWhoDoesNotAnswer) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace tcp_port_test
 }  // namespace tims::test

@@ -20,7 +20,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_session_hostile_test {
 
 namespace command = wire::router_command;
 using namespace std::chrono_literals;
@@ -135,5 +135,5 @@ TEST(HostileRouter, WhoSaysNothingIsNoRouter) {
   EXPECT_EQ(session.error().code(), Errc::kTimeout);
 }
 
-}  // namespace
+}  // namespace tcp_session_hostile_test
 }  // namespace tims::test

@@ -20,7 +20,7 @@
 #include "tests/system/local_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_session_test {
 
 constexpr std::uint32_t kTcpMax = 256 << 10;  // by default, header included
 
@@ -232,5 +232,5 @@ TEST_F(TcpSessionTest, AComponentDoesWithoutARouterOfItsHost) {
   EXPECT_TRUE(status->success()) << chassis->output();
 }
 
-}  // namespace
+}  // namespace tcp_session_test
 }  // namespace tims::test

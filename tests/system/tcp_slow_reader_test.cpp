@@ -6,7 +6,7 @@
 #include "tests/system/tcp_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace tcp_slow_reader_test {
 
 constexpr Address kSlow{0x00140000};
 constexpr Address kSource{0x00150000};
@@ -119,5 +119,5 @@ TEST_F(TcpTest, StalledReadersTakeNothingFromWhoReads) {
   }
 }
 
-}  // namespace
+}  // namespace tcp_slow_reader_test
 }  // namespace tims::test

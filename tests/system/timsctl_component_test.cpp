@@ -3,7 +3,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_component_test {
 
 class TimsctlComponentTest : public TimsctlTest {
  protected:
@@ -214,5 +214,5 @@ TEST_F(TimsctlComponentTest, LogShowsWhatIsSaid) {
   EXPECT_THAT(ran.out, HasSubstr("Chassis(0/0)       print   Module on\n"));
 }
 
-}  // namespace
+}  // namespace timsctl_component_test
 }  // namespace tims::test

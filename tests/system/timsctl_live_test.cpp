@@ -5,7 +5,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_live_test {
 
 TEST_F(TimsctlTest, PingMeasuresAComponentThatAnswers) {
   auto child = start({"ping", "Ladar/0/0", "-n", "2", "-i", "10ms"});
@@ -202,5 +202,5 @@ TEST_F(TimsctlTest, RouteWatchTellsWhoComesAndGoesAlsoAfterARestart) {
   EXPECT_THAT(run.out, Not(HasSubstr("Ladar"))) << "the pattern selects";
 }
 
-}  // namespace
+}  // namespace timsctl_live_test
 }  // namespace tims::test

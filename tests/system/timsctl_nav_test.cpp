@@ -10,7 +10,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_nav_test {
 
 class TimsctlNavTest : public RobotTest {
  protected:
@@ -213,5 +213,5 @@ TEST_F(TimsctlNavTest, DrawsWhatWasRecorded) {
   EXPECT_EQ(nav({"plot", "drive.jpg", track}).code, 2);
 }
 
-}  // namespace
+}  // namespace timsctl_nav_test
 }  // namespace tims::test

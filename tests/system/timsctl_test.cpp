@@ -6,7 +6,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_test {
 
 TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
   struct Case {
@@ -228,5 +228,5 @@ TEST_F(TimsctlTest, WhoIsTurnedOnHasAsLongAsIsSaid) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, kSlowdown * 4s);
 }
 
-}  // namespace
+}  // namespace timsctl_test
 }  // namespace tims::test

@@ -8,7 +8,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_up_test {
 
 namespace fs = std::filesystem;
 
@@ -331,5 +331,5 @@ host = "arm"
   EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 1);
 }
 
-}  // namespace
+}  // namespace timsctl_up_test
 }  // namespace tims::test

@@ -3,7 +3,7 @@
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace timsctl_widths_test {
 
 // A fleet with few robots and many components of a kind. The ladar is Ladar(3/500):2.
 struct WidthsTest : TimsctlTest {
@@ -168,5 +168,5 @@ TEST_F(TimsctlTest, PingAtAnOriginalRouter) {
   EXPECT_THAT(ping.out, HasSubstr("Camera(3/0): nobody has registered this address"));
 }
 
-}  // namespace
+}  // namespace timsctl_widths_test
 }  // namespace tims::test

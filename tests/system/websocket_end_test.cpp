@@ -13,7 +13,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace websocket_end_test {
 
 using namespace std::chrono_literals;
 using Closed = WebSocketClient::Closed;
@@ -207,5 +207,5 @@ TEST_F(SlowPageTest, ARouterThatEndsDoesNotWaitForIt) {
   EXPECT_TRUE(status->success());
 }
 
-}  // namespace
+}  // namespace websocket_end_test
 }  // namespace tims::test

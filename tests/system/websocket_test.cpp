@@ -9,7 +9,7 @@
 #include "wire/tcp_protocol.h"
 
 namespace tims::test {
-namespace {
+namespace websocket_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -202,5 +202,5 @@ TEST_F(WebSocketTest, TooManyClients) {
   EXPECT_EQ(metric("tims_router_clients{port=\"websocket\"}"), 1U);
 }
 
-}  // namespace
+}  // namespace websocket_test
 }  // namespace tims::test

@@ -16,7 +16,7 @@
 #include "tests/system/robot_fixture.h"
 
 namespace tims::test {
-namespace {
+namespace world_test {
 
 namespace json = boost::json;
 using testing::HasSubstr;
@@ -253,5 +253,5 @@ TEST_F(WorldTest, AFileThatIsWrongIsSaidWithItsLine) {
   EXPECT_THAT(on.error().message(), HasSubstr("world.toml:3"));
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace tims::test

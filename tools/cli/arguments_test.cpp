@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace timsctl {
-namespace {
+namespace arguments_test {
 
 TEST(Arguments, TypesByNumberAndName) {
   EXPECT_EQ(parse_type("-6"), -6);
@@ -44,5 +44,5 @@ TEST(Arguments, Patterns) {
   EXPECT_FALSE(parse_pattern("Ladar(*"));
 }
 
-}  // namespace
+}  // namespace arguments_test
 }  // namespace timsctl

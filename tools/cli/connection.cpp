@@ -182,7 +182,7 @@ tims::Mailbox open(tims::Session& session, const MailboxRequest& request, const 
 // --- over TCP, as the original's clients do it: to routers elsewhere, and to original routers
 
 using tims::client::TcpClient;
-constexpr std::uint32_t kAnswerMax = 256U << 10;  // of a router to a question, bytes
+constexpr std::uint32_t kConnectionAnswerMax = 256U << 10;  // of a router to a question, bytes
 
 std::string hint_for(std::string_view why, const TcpHost& host) {
   const auto is = [&](int error) { return why == std::generic_category().message(error); };
@@ -293,8 +293,8 @@ std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxReq
 
 std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxRequest& request,
                                         tims::Duration timeout) {
-  const std::uint32_t received_max =
-      std::max(request.body_max, kAnswerMax) + static_cast<std::uint32_t>(tims::kHeaderSize);
+  const std::uint32_t received_max = std::max(request.body_max, kConnectionAnswerMax) +
+                                     static_cast<std::uint32_t>(tims::kHeaderSize);
   auto client = TcpClient::connect(host, tims::os::deadline_after(timeout), received_max);
   if (!client) {
     const std::string& why = client.error().detail();

@@ -9,7 +9,7 @@
 #include "tools/cli/failure.h"
 
 namespace timsctl {
-namespace {
+namespace output_test {
 
 constexpr Column kColumns[] = {
     {"NAME", "name"},
@@ -150,5 +150,5 @@ TEST(RunProgram, SaysWhatWentWrongAndEndsWithItsCode) {
   EXPECT_EQ(ended("--size=1", [] { return throw Interrupted(), Exit::kDone; }).status, 130);
 }
 
-}  // namespace
+}  // namespace output_test
 }  // namespace timsctl

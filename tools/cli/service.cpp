@@ -19,7 +19,7 @@ namespace timsctl {
 namespace {
 
 constexpr std::size_t kQuestionMax = 4096;
-constexpr std::size_t kAnswerMax = 64 << 10;
+constexpr std::size_t kServiceAnswerMax = 64 << 10;
 constexpr tims::Duration kQuestionComes = std::chrono::seconds(1);
 
 json::object as_json(const Failure& failure) {
@@ -102,7 +102,7 @@ json::object ask_control(const std::string& path, const json::object& question,
   if (!socket) throw nobody;
   const std::string text = to_text(question);
   value_or_fail(tims::os::send_record(socket->get(), std::as_bytes(std::span(text))), path);
-  std::vector<std::byte> answer(kAnswerMax);
+  std::vector<std::byte> answer(kServiceAnswerMax);
   if (signals.wait(socket->get(), tims::os::deadline_after(timeout)) ==
       Signals::WaitResult::kTimeout)
     throw Failure(Exit::kTimeout, "timeout", path + ": no answer", "a longer --timeout");

@@ -37,10 +37,13 @@ target_compile_options(tims_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow 
 target_include_directories(tims_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_link_libraries(tims_options INTERFACE tims_sanitizers)
 
-# What most files include is compiled once: a fifth of what a file costs. g++ takes the precompiled only
-# with the options it was made with, so there is one for libraries, one for programs and one for tests.
-# What is shipped is compiled without: so a file that forgot an include is found, and g++ does not see
-# faults inside of std::string that are not there.
+# Several sources of a target are compiled as one: half of what a source costs is its headers. tools/check
+# compiles changed sources one by one (TIMS_UNITY=OFF), so that a missing include is found.
+option(TIMS_UNITY "compile several sources of a target as one" ON)
+
+# Common headers are compiled once. g++ accepts a precompiled header only with the options it was made
+# with, so there is one for libraries, one for programs and one for tests. The release build does without:
+# with them g++ reports faults inside std::string that do not exist.
 set(TIMS_COMMON_HEADERS <algorithm> <array> <chrono> <cmath> <cstring> <fstream> <functional> <map> <memory>
     <optional> <span> <string> <string_view> <vector>)
 file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
@@ -61,12 +64,18 @@ function(tims_reuse name precompiled)
   endif()
 endfunction()
 
+# tims_compile(name precompiled): how every target of this project is compiled.
+function(tims_compile name precompiled)
+  tims_reuse(${name} ${precompiled})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${TIMS_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+endfunction()
+
 # tims_library(name SOURCES... [LINK targets...]): a static library of this project.
 function(tims_library name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE $<BUILD_INTERFACE:tims_options>)
-  tims_reuse(${name} libraries_precompiled)
+  tims_compile(${name} libraries_precompiled)
 endfunction()
 
 # tims_program(name SOURCES... [LINK targets...]): a program in bin/.
@@ -74,7 +83,7 @@ function(tims_program name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
-  tims_reuse(${name} programs_precompiled)
+  tims_compile(${name} programs_precompiled)
 endfunction()
 
 # Tests (not what they test) are compiled with less optimisation, which together with the precompiled
@@ -102,7 +111,7 @@ function(tims_test name)
                         GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE ${arg_DEFINE})
   target_compile_options(${name} PRIVATE ${TIMS_TEST_OPTIONS})
-  tims_reuse(${name} tests_precompiled)
+  tims_compile(${name} tests_precompiled)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   set(properties TIMEOUT 300)
   if(arg_LABELS)

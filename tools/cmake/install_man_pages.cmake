@@ -1,5 +1,5 @@
 # Runs when the build is installed: manual pages are made of what the programs say with --help.
-#   maker, programs, scratch    tools/man_pages, what it asks, and a folder to write to
+#   maker, programs, scratch    tools/cmake/man_pages, what it asks, and a folder to write to
 #   CMAKE_INSTALL_MANDIR        below the prefix
 find_program(HELP2MAN help2man)
 if(NOT HELP2MAN)

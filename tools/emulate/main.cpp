@@ -6,9 +6,9 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include "devices/emulators/emulators.h"
-#include "devices/io/device.h"
-#include "devices/io/line.h"
+#include "components/devices/emulators/emulators.h"
+#include "components/devices/io/device.h"
+#include "components/devices/io/line.h"
 #include "os/clock.h"
 
 namespace rack::device {

@@ -11,11 +11,11 @@
 
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
-#include "components/navigation/map_file.h"
+#include "components/position/map_file.h"
 #include "tools/cli/failure.h"
-#include "tools/mcl_eval/evaluation.h"
-#include "tools/mcl_eval/files.h"
-#include "tools/mcl_eval/truth.h"
+#include "tools/evaluation/mcl_eval/evaluation.h"
+#include "tools/evaluation/mcl_eval/files.h"
+#include "tools/evaluation/mcl_eval/truth.h"
 
 namespace rack::map_maker {
 namespace {

@@ -9,7 +9,7 @@
 #include "tools/plot/svg.h"
 
 namespace rack::plot {
-namespace {
+namespace picture_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -124,5 +124,5 @@ TEST(Picture, OfNothingAndOfNonsense) {
   EXPECT_THAT(text, Not(HasSubstr("inf ")));
 }
 
-}  // namespace
+}  // namespace picture_test
 }  // namespace rack::plot

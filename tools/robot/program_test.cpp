@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace timsctl::robot {
-namespace {
+namespace program_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -57,5 +57,5 @@ TEST(RestartPolicy, LessAndLessOftenUntilItHasRunForAWhile) {
   EXPECT_EQ(policy.ended(1, kStableAfter), kFirstPause);
 }
 
-}  // namespace
+}  // namespace program_test
 }  // namespace timsctl::robot

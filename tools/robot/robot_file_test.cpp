@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 namespace timsctl::robot {
-namespace {
+namespace robot_file_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -209,5 +209,5 @@ TEST(ParameterEdit, WhatAFileCannotSayIsRefused) {
   EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("write it there by hand"));
 }
 
-}  // namespace
+}  // namespace robot_file_test
 }  // namespace timsctl::robot

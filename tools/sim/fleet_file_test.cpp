@@ -7,7 +7,7 @@
 #include "tools/sim/plan.h"
 
 namespace timsctl::sim {
-namespace {
+namespace fleet_file_test {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -164,5 +164,5 @@ TEST(SplitCommand, AsAShellWould) {
   EXPECT_FALSE(base::split_words("a \"b"));
 }
 
-}  // namespace
+}  // namespace fleet_file_test
 }  // namespace timsctl::sim

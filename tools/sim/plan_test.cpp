@@ -7,7 +7,7 @@
 #include "router/config/load.h"
 
 namespace timsctl::sim {
-namespace {
+namespace plan_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -153,5 +153,5 @@ TEST(Plan, ProgramsOfAHostFindWhatIsTheHosts) {
                                       "TIMS_HOST=", "XDG_RUNTIME_DIR=/run/tims-sim/demo/base"}));
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace timsctl::sim

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 constexpr std::string_view kRouterPart = "router";
 constexpr tims::Duration kRouterPatience = 10s;
 constexpr tims::Duration kEndPatience = 2s;
-constexpr tims::Duration kLookAgain = 5ms;
+constexpr tims::Duration kProgramsLookAgain = 5ms;
 
 Launch router_launch(const PlannedHost& host) {
   Launch launch{.command = {"tims-router", "--config", host.config_file()},
@@ -84,7 +84,7 @@ void Programs::await_router(Program& program, const Signals& signals) {
   const tims::Time deadline = tims::os::deadline_after(kRouterPatience);
   while (!tims::os::connect_unix(program.host->socket())) {
     const tims::Time now = tims::os::now();
-    const bool ended = signals.wait(program.child->descriptor(), now + kLookAgain) ==
+    const bool ended = signals.wait(program.child->descriptor(), now + kProgramsLookAgain) ==
                        Signals::WaitResult::kReadable;
     if (!ended && now < deadline) continue;
     const std::string why =

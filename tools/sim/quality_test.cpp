@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace timsctl::sim {
-namespace {
+namespace quality_test {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -71,5 +71,5 @@ TEST(Quality, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"loss=1%", "direction=left"}), HasSubstr("not \"left\""));
 }
 
-}  // namespace
+}  // namespace quality_test
 }  // namespace timsctl::sim

@@ -113,7 +113,7 @@ using namespace std::chrono_literals;
 
 constexpr tims::Duration kInjectAgain = 200ms;  // a link that is not there yet
 constexpr tims::Duration kLinksPatience = 5s;
-constexpr tims::Duration kLookAgain = 20ms;
+constexpr tims::Duration kSupervisorLookAgain = 20ms;
 
 std::string joined(const tims::os::Command& words) {
   return fmt::format("{}", fmt::join(words, " "));
@@ -241,7 +241,7 @@ void Supervisor::await_links() {
       return routers_.is_linked(line->lower.host, line->upper.host);
     });
     if (open.empty() || tims::os::now() > deadline) break;
-    context_.signals.sleep_until(tims::os::now() + kLookAgain);
+    context_.signals.sleep_until(tims::os::now() + kSupervisorLookAgain);
   }
   events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
   for (const Line* line : open) events_.say("not_linked", line->name, "its link does not come up");

@@ -7,7 +7,7 @@
 #include "tools/cli/options.h"
 
 namespace timsctl {
-namespace {
+namespace command_line_test {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -140,5 +140,5 @@ TEST(CommandLine, FormsOfOutputAreThereOrRefused) {
       EXPECT_NE(verb.forms.find(form), std::string_view::npos) << verb.name();
 }
 
-}  // namespace
+}  // namespace command_line_test
 }  // namespace timsctl

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "devices/io/host_devices.h"
+#include "components/devices/io/host_devices.h"
 #include "rack/codec/message_text.h"
 #include "rack/proxies/world.h"
 #include "tools/cli/admin_client.h"
@@ -94,7 +94,7 @@ Candidates living_addresses(const Context& context, std::optional<std::uint32_t>
   return out;
 }
 
-Candidates names_of(const json::object& answer) {
+Candidates item_names(const json::object& answer) {
   Candidates out;
   for (const json::object& item : objects(items_of(answer))) out.push_back(text_at(item, "name"));
   return out;
@@ -102,12 +102,12 @@ Candidates names_of(const json::object& answer) {
 
 Candidates peers(const Context& context) {
   const auto connection = context.connect();
-  return names_of(context.admin(*connection).ask({{"ask", "links"}}));
+  return item_names(context.admin(*connection).ask({{"ask", "links"}}));
 }
 
 Candidates routers(const Context& context) {
   const auto connection = context.connect();
-  return names_of(walk_fleet(context.admin(*connection)));
+  return item_names(walk_fleet(context.admin(*connection)));
 }
 
 Candidates parameters(Context& context, const std::string& component) {

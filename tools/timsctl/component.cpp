@@ -23,7 +23,7 @@ namespace {
 
 // Below are routers, the sink of texts, and people's programs.
 constexpr std::uint32_t kFirstComponentClass = tims::class_id::kTest;
-constexpr tims::Duration kOnPatience = std::chrono::seconds(5);
+constexpr tims::Duration kComponentOnPatience = std::chrono::seconds(5);
 
 constexpr Column kList[] = {
     {"ADDRESS", "address.name"},
@@ -90,7 +90,8 @@ void wait_until_off(Context& context, ComponentClient& client, tims::Address com
 // Nothing, or what it says why not: empty when it is one of the original, which has no words.
 std::optional<std::string> turn(Context& context, ComponentClient& client, tims::Address component,
                                 bool on) {
-  const auto patience = on && !context.options.has_timeout ? kOnPatience : context.options.timeout;
+  const auto patience =
+      on && !context.options.has_timeout ? kComponentOnPatience : context.options.timeout;
   const Message answer = on ? client.ask(component, tims::type::kOn, rack::OnRequest{}, patience)
                             : client.ask(component, tims::type::kOff, {}, patience);
   if (answer.header.type != tims::type::kOk) return std::string(rack::reason_of(answer.body));

@@ -138,7 +138,7 @@ namespace {
 // been restarted and know nothing of us.
 constexpr tims::Duration kAskOffAgain = 1s;
 constexpr tims::Duration kAskSilentAgain = 10s;
-constexpr tims::Duration kStopPatience = 300ms;
+constexpr tims::Duration kComponentClientStopPatience = 300ms;
 constexpr std::uint8_t kStopPriority = 255;  // its answer must not be lost behind data
 
 template <rack::Struct Body>
@@ -240,7 +240,7 @@ void Subscriptions::finish() {
     subscription.stop(connection_);
     ++open;
   }
-  const tims::Time deadline = tims::os::deadline_after(kStopPatience);
+  const tims::Time deadline = tims::os::deadline_after(kComponentClientStopPatience);
   while (open > 0 && tims::os::now() < deadline) {
     auto message = connection_.take();
     if (message) {

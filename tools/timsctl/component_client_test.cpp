@@ -9,7 +9,7 @@
 #include "os/wakeup.h"
 
 namespace timsctl {
-namespace {
+namespace component_client_test {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -121,5 +121,5 @@ TEST(Subscriptions, EndingTellsTheComponentsThatKnowUs) {
   EXPECT_TRUE(connection.waiting.empty()) << "the answer was taken before the mailbox goes";
 }
 
-}  // namespace
+}  // namespace component_client_test
 }  // namespace timsctl

@@ -10,7 +10,7 @@
 #include "tools/cli/failure.h"
 
 namespace timsctl {
-namespace {
+namespace doctor_test {
 
 using testing::HasSubstr;
 
@@ -247,5 +247,5 @@ TEST(HostFacts, OfThisProcess) {
   EXPECT_FALSE(socket_file("/no/such/file"));
 }
 
-}  // namespace
+}  // namespace doctor_test
 }  // namespace timsctl

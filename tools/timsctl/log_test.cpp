@@ -5,7 +5,7 @@
 #include "tools/cli/failure.h"
 
 namespace timsctl {
-namespace {
+namespace log_test {
 
 using namespace std::chrono_literals;
 using rack::gdos::Level;
@@ -78,5 +78,5 @@ TEST(TextFilter, RefusesWhatItDoesNotUnderstand) {
   EXPECT_THROW(text_filter(options, {}, kNow), Failure);
 }
 
-}  // namespace
+}  // namespace log_test
 }  // namespace timsctl

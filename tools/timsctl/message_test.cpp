@@ -10,7 +10,7 @@
 #include "tools/cli/failure.h"
 
 namespace timsctl {
-namespace {
+namespace message_test {
 
 using testing::HasSubstr;
 
@@ -272,5 +272,5 @@ TEST(MessageFields, BodiesAreRefusedWithWhatIsMeant) {
             "Chassis: \"moove\" is no message -> did you mean move?");
 }
 
-}  // namespace
+}  // namespace message_test
 }  // namespace timsctl

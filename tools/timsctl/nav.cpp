@@ -11,7 +11,7 @@
 #include "rack/proxies/position.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/plot/track_files.h"
+#include "tools/plot/trajectory_files.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/nav_plot.h"
 #include "tools/timsctl/nav_report.h"

@@ -25,7 +25,7 @@ namespace id = tims::class_id;
 constexpr tims::Duration kLookEvery = 200ms;
 constexpr tims::Duration kTellEvery = 1s;  // where lines stay
 constexpr tims::Duration kPatience = 30s;
-constexpr tims::Duration kStopPatience = 5s;
+constexpr tims::Duration kNavGotoStopPatience = 5s;
 constexpr double kFar = 2e6;  // m: more are no millimetres of a message
 
 struct Goal {
@@ -295,7 +295,7 @@ class Drive {
               "use its emergency stop");
       return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
     }
-    const tims::Time deadline = tims::os::deadline_after(kStopPatience);
+    const tims::Time deadline = tims::os::deadline_after(kNavGotoStopPatience);
     bool stands = false;
     while (!stands && tims::os::now() < deadline) {
       const auto data = robot_.data<rack::ChassisData>(*chassis_);

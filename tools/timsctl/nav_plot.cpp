@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "components/navigation/map_file.h"
+#include "components/position/map_file.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
 #include "rack/proxies/mcl.h"
@@ -12,7 +12,7 @@
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/service.h"
-#include "tools/plot/track_files.h"
+#include "tools/plot/trajectory_files.h"
 #include "tools/timsctl/command_line.h"
 
 namespace timsctl {

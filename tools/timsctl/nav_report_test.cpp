@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace timsctl {
-namespace {
+namespace nav_report_test {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -179,5 +179,5 @@ TEST(PathSummary, AddsUpWaysAndTimes) {
   EXPECT_EQ(summary_of({}).seconds, 0);
 }
 
-}  // namespace
+}  // namespace nav_report_test
 }  // namespace timsctl

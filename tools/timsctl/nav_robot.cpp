@@ -12,7 +12,7 @@ namespace timsctl {
 
 namespace {
 
-constexpr tims::Duration kOnPatience = std::chrono::seconds(10);
+constexpr tims::Duration kNavRobotOnPatience = std::chrono::seconds(10);
 constexpr std::uint32_t kAnswerMax = 1U << 20;  // a path of 6000 splines
 constexpr std::uint32_t kSlots = 16;
 
@@ -118,7 +118,8 @@ std::string NavRobot::state(tims::Address component) {
 }
 
 std::optional<std::string> NavRobot::turn_on(tims::Address component) {
-  const Message answer = client_.ask(component, tims::type::kOn, rack::OnRequest{}, kOnPatience);
+  const Message answer =
+      client_.ask(component, tims::type::kOn, rack::OnRequest{}, kNavRobotOnPatience);
   if (answer.header.type == tims::type::kOk) return std::nullopt;
   return std::string(rack::reason_of(answer.body));
 }

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace timsctl {
-namespace {
+namespace rates_test {
 
 using namespace std::chrono_literals;
 
@@ -117,5 +117,5 @@ TEST(TopRates, CountersThatGoWithAMailboxAreNoNegativeRate) {
   EXPECT_EQ(number_at(items[0].as_object(), "taken_per_s"), 0);
 }
 
-}  // namespace
+}  // namespace rates_test
 }  // namespace timsctl

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
-namespace {
+namespace arguments_test {
 
 constexpr std::array<ParameterInfo, 3> kOwn = {{
     {"scan2dInst", 0, "instance of the scanner", 0, 255, true},
@@ -77,5 +77,5 @@ TEST_F(ArgumentsTest, HelpNeedsNothingElse) {
   EXPECT_NE(text.find("instance of the scanner (required;"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace arguments_test
 }  // namespace rack

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
-namespace {
+namespace data_history_test {
 
 using namespace std::chrono_literals;
 using Miss = DataHistory::Miss;
@@ -94,5 +94,5 @@ TEST_P(History, OneDataSetIsItsOwnNeighbour) {
   EXPECT_EQ(after(pair.after), 0U);
 }
 
-}  // namespace
+}  // namespace data_history_test
 }  // namespace rack

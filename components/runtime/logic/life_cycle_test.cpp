@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
-namespace {
+namespace life_cycle_test {
 
 using namespace std::chrono_literals;
 using Step = LifeCycle::Step;
@@ -180,5 +180,5 @@ TEST(LifeCycle, AnswersAnOnThatCameBeforeItWasOff) {
   EXPECT_EQ(change.answer, kOk);
 }
 
-}  // namespace
+}  // namespace life_cycle_test
 }  // namespace rack

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
-namespace {
+namespace listeners_test {
 
 using Added = Listeners::Added;
 
@@ -91,5 +91,5 @@ TEST_F(ListenersTest, CountAnewWhenTheyAreCleared) {
   EXPECT_EQ(listeners.take_due(due).size(), 1U);
 }
 
-}  // namespace
+}  // namespace listeners_test
 }  // namespace rack

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace rack {
-namespace {
+namespace parameters_test {
 
 using testing::Test;
 
@@ -169,5 +169,5 @@ TEST_F(ParametersTest, RefuseRecordsOfTheWrongKind) {
   EXPECT_EQ(parameters.integer("anything"), 0);
 }
 
-}  // namespace
+}  // namespace parameters_test
 }  // namespace rack

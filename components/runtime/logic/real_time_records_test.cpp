@@ -10,7 +10,7 @@
 
 namespace rack {
 
-namespace {
+namespace real_time_records_test {
 
 constexpr std::size_t kRing = 8192;
 constexpr PerfLayout kLayout{.fault_id = 7, .switch_id = 8, .registers = 2};
@@ -194,6 +194,6 @@ TEST(WithoutParameters, KeepsParenthesesOfNames) {
   EXPECT_EQ(without_parameters(""), "");
 }
 
-}  // namespace
+}  // namespace real_time_records_test
 
 }  // namespace rack

@@ -27,7 +27,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 using link::NetAddress;
 
 constexpr std::size_t kSamplesATurn = 32;
-constexpr Duration kTryAgain = 3s;
+constexpr Duration kDdsEngineTryAgain = 3s;
 constexpr Duration kFinishLimit = 200ms;  // for the last words
 constexpr Duration kEndLimit = 3s;
 constexpr Duration kSweep = 1s;  // between two looks for who has been silent too long
@@ -280,8 +280,9 @@ class DdsEngine::Running {
   void fail(const std::string& text) {
     leave();
     engine_.last_error_ = text;
-    engine_.log_.warning(fmt::format("dds: {}; tried again in {} s", text, kTryAgain / 1s));
-    retry_.set(os::now() + kTryAgain);
+    engine_.log_.warning(
+        fmt::format("dds: {}; tried again in {} s", text, kDdsEngineTryAgain / 1s));
+    retry_.set(os::now() + kDdsEngineTryAgain);
     engine_.listener_.on_state();
   }
 

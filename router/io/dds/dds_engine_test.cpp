@@ -19,7 +19,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace tims::io {
-namespace {
+namespace dds_engine_test {
 
 using testing::Contains;
 using testing::HasSubstr;
@@ -561,7 +561,7 @@ TEST_F(DdsProfiles, ThatAreNone) {
   EXPECT_THAT(started.error().message(), HasSubstr("dds.xml is no file of Fast DDS profiles"));
 }
 
-}  // namespace
+}  // namespace dds_engine_test
 
 // How routers find each other, who else there is, and how they go.
 

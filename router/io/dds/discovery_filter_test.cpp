@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::io {
-namespace {
+namespace discovery_filter_test {
 
 using namespace std::chrono_literals;
 using link::DdsParticipant;
@@ -253,6 +253,6 @@ TEST(RtpsMessage, AHeartbeatTellsWhatThereIs) {
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), message.end() - 32));
 }
 
-}  // namespace
+}  // namespace discovery_filter_test
 
 }  // namespace tims::io

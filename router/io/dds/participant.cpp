@@ -42,7 +42,7 @@ constexpr std::uint32_t kInitialAnnouncements = 3;
 constexpr Duration kLibraryHeartbeat = 250ms;
 constexpr Duration kInitialPeriod = 300ms;
 // Participants of one host, each at a port of its own: those beyond find none.
-constexpr std::uint32_t kPortsTried = 500;
+constexpr std::uint32_t kParticipantPortsTried = 500;
 // Between two times that the same is sent again: to a reader without room, that is all the time.
 constexpr Duration kResendPause = 10ms;
 
@@ -235,7 +235,7 @@ Result<fast::DomainParticipantQos> participant_qos(const DdsSettings& settings) 
     discovery.leaseDuration_announcementperiod = dds_duration(settings.lease / 3);
     discovery.initial_announcements = {kInitialAnnouncements, dds_duration(kInitialPeriod)};
   }
-  qos.wire_protocol().builtin.mutation_tries = kPortsTried;
+  qos.wire_protocol().builtin.mutation_tries = kParticipantPortsTried;
   return qos;
 }
 

@@ -22,7 +22,7 @@ using rtps::octet;
 
 constexpr std::size_t kIpv4At = 12;  // of a locator's sixteen bytes
 
-constexpr int kPortsTried = 16;
+constexpr int kTransportPortsTried = 16;
 
 std::string host_of(const std::string& interface) {
   return interface.empty() ? "0.0.0.0" : interface;
@@ -132,7 +132,8 @@ Result<std::shared_ptr<UserTraffic>> UserTraffic::open(const std::string& interf
                            {.fragments = true});
   };
   Result<UdpSocket> socket = open_at(port);
-  for (int i = 1; i < kPortsTried && !socket && socket.error().code() == Errc::kAddressInUse; ++i)
+  for (int i = 1;
+       i < kTransportPortsTried && !socket && socket.error().code() == Errc::kAddressInUse; ++i)
     socket = open_at(port + 2 * i);
   if (!socket) socket = open_at(0);
   if (!socket) return socket.error();

@@ -8,7 +8,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::io {
-namespace {
+namespace transport_test {
 
 using Bytes = std::vector<std::byte>;
 constexpr std::uint16_t kPort = 17'411;
@@ -137,6 +137,6 @@ TEST_F(UserTrafficTest, WithoutReceiverItIsDropped) {
   EXPECT_FALSE(is_anything_there());
 }
 
-}  // namespace
+}  // namespace transport_test
 
 }  // namespace tims::io

@@ -28,7 +28,7 @@ constexpr std::uint32_t kFirstHeartbeat = 1 << 16;
 
 constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
 constexpr Duration kPauseMax = 250ms;
-constexpr Duration kTryAgain = 100us;
+constexpr Duration kWriterTryAgain = 100us;
 
 }  // namespace
 
@@ -250,7 +250,7 @@ Time DdsRoute::write_next(Time now, Counters& counters) {
   const SendQueue::Front front = queue_.front(kSampleBytesMax);
   const Written written = writer_->write({.parts = front.parts});
   if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
-  if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kTryAgain);
+  if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kWriterTryAgain);
   // When it is silent the next question is set already.
   ask_at_ = std::min(ask_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
   queue_.remove(front);

@@ -9,7 +9,7 @@
 #include "router/link/transport.h"
 
 namespace tims::io {
-namespace {
+namespace writer_test {
 
 using Bytes = std::vector<std::byte>;
 
@@ -94,6 +94,6 @@ TEST(SendQueue, GoesRoundItsRing) {
   EXPECT_EQ(queue.waiting_bytes(), 0);
 }
 
-}  // namespace
+}  // namespace writer_test
 
 }  // namespace tims::io

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace tims::io {
-namespace {
+namespace http_message_test {
 
 using Status = HttpReader::Status;
 
@@ -154,6 +154,6 @@ TEST(HttpReader, ARefusalIsTheEnd) {
   EXPECT_NE(reader.refusal().body.find("no HTTP request"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace http_message_test
 
 }  // namespace tims::io

@@ -8,7 +8,7 @@
 #include "router/io/admin_question.h"
 
 namespace tims::io {
-namespace {
+namespace http_pages_test {
 
 using testing::HasSubstr;
 
@@ -252,6 +252,6 @@ TEST(Origin, AllOthersAreRefused) {
   EXPECT_FALSE(is_safe_origin("null", "null"));
 }
 
-}  // namespace
+}  // namespace http_pages_test
 
 }  // namespace tims::io

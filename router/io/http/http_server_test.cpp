@@ -17,7 +17,7 @@
 #include "tests/support/tcp_socket.h"
 
 namespace tims::io {
-namespace {
+namespace http_server_test {
 
 using namespace std::chrono_literals;
 using test::kPatience;
@@ -265,5 +265,5 @@ TEST_F(HttpServerTest, BytesBehindAnUpgradeAreTooEarly) {
   EXPECT_EQ(upgrades_, 0);
 }
 
-}  // namespace
+}  // namespace http_server_test
 }  // namespace tims::io

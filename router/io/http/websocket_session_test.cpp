@@ -10,7 +10,7 @@
 #include "wire/header.h"
 
 namespace tims::io {
-namespace {
+namespace websocket_session_test {
 
 using core::BlockPool;
 using core::Outcome;
@@ -164,5 +164,5 @@ TEST_F(WebSocketOutputTest, WhatIsThrownAwayIsCounted) {
   EXPECT_EQ(take(), message('d'));
 }
 
-}  // namespace
+}  // namespace websocket_session_test
 }  // namespace tims::io

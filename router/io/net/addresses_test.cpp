@@ -12,7 +12,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::io {
-namespace {
+namespace addresses_test {
 
 using std::chrono::milliseconds;
 
@@ -126,6 +126,6 @@ TEST(OwnAddresses, OfOneForAllTheyAreThoseWithACarrier) {
       "the cable's address"));
 }
 
-}  // namespace
+}  // namespace addresses_test
 
 }  // namespace tims::io

@@ -9,7 +9,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::io {
-namespace {
+namespace resolver_test {
 
 using link::NetAddress;
 using testing::Contains;
@@ -99,5 +99,5 @@ TEST_F(ResolverTest, MayEndWithOpenQuestions) {
   for (const char* host : {"localhost", "robot.invalid", "localhost.localdomain"}) resolve(host);
 }
 
-}  // namespace
+}  // namespace resolver_test
 }  // namespace tims::io

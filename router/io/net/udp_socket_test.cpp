@@ -10,7 +10,7 @@
 #include "tests/support/patience.h"
 
 namespace tims::io {
-namespace {
+namespace udp_socket_test {
 
 using link::Burst;
 using link::NetAddress;
@@ -302,5 +302,5 @@ TEST_F(UdpNarrow, WithoutRouteIsLost) {
   EXPECT_EQ(a.send({NetAddress::v4(10, 9, 1, 1, 2010), bytes, 500}), Sent::kUnreachable);
 }
 
-}  // namespace
+}  // namespace udp_socket_test
 }  // namespace tims::io

@@ -9,7 +9,7 @@
 
 #include "tests/bench/mrpt/mrpt_filter.h"
 #include "tools/cli/failure.h"
-#include "tools/mcl_eval/files.h"
+#include "tools/evaluation/mcl_eval/files.h"
 
 namespace rack::mcl_eval {
 namespace {

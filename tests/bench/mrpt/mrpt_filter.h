@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "components/localisation/grid_map.h"
-#include "tools/mcl_eval/evaluation.h"
+#include "tools/evaluation/mcl_eval/evaluation.h"
 
 namespace rack::mcl_eval {
 

@@ -1,4 +1,4 @@
-// A simulated world: what is true in it, and commands to change it (devices/world). Only its own
+// A simulated world: what is true in it, and commands to change it (components/world). Only its own
 // programs have this class; the original has none like it.
 #pragma once
 

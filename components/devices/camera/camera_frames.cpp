@@ -1,0 +1,154 @@
+#include "components/devices/camera/camera_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+
+constexpr int kDamagedMax = 30;  // one after the other: it is not the cable
+constexpr Duration kFirstWithin = std::chrono::seconds(5);  // cameras look at the light first
+
+bool needs_pair(u16 mode, std::uint32_t format) {
+  return mode == camera_mode::kDisparity ||
+         (mode == camera_mode::kRange && format != video::kDepth16);
+}
+
+void put_word(std::vector<std::byte>& words, std::size_t i, std::uint32_t word) {
+  words[2 * i] = static_cast<std::byte>(word >> 8);
+  words[2 * i + 1] = static_cast<std::byte>(word);
+}
+
+}  // namespace
+
+CameraFrames::CameraFrames(const CameraSettings& settings)
+    : settings_(settings), maker_(settings.quality), stereo_(settings.stereo) {
+  picture_.image.reserve_all();
+}
+
+void CameraFrames::start(Time now, Output&) {
+  clear_failure();
+  has_seen_ = false;
+  give_up_ = now + kFirstWithin;
+  head_ = {};
+  brightness_ = {};
+  has_picture_ = false;
+  due_ = {};
+  damaged_in_a_row_ = 0;
+}
+
+void CameraFrames::on_timeout(Time now, Output&) {
+  if (give_up_ > now) return;
+  give_up_ = tims::kNever;
+  fail(Errc::kTimeout, damaged_in_a_row_ > 0 ? "the camera sends damaged pictures only"
+                                             : "no picture of the camera within 5 s");
+}
+
+void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
+  if (arrival.id == video::kHead) {
+    head_ = video_head(arrival.bytes).value_or(VideoHead{});
+    return;
+  }
+  if (arrival.id == video::kControl) {
+    const auto control = video_control(arrival.bytes);
+    if (control && control->max > control->min && brightness_.id == 0) brightness_ = *control;
+    return;
+  }
+  if (failure() || !is_due(arrival.last)) return;
+  const auto made = make(arrival);
+  if (made) {
+    damaged_in_a_row_ = 0;
+    has_picture_ = has_seen_ = true;
+    give_up_ = tims::kNever;
+    recorded_ = arrival.last;
+    keep_bright(out);
+    return;
+  }
+  ++damaged_;
+  ++damaged_in_a_row_;
+  if (made.error().code() != Errc::kMalformed || damaged_in_a_row_ == kDamagedMax)
+    fail(made.error().code(), "the camera: " + made.error().detail());
+}
+
+// A quarter of a period too early is in time: frames come as the camera likes.
+bool CameraFrames::is_due(Time when) {
+  if (settings_.period == Duration(0)) return true;
+  if (when + settings_.period / 4 < due_) return false;
+  const bool is_late = when > due_ + settings_.period;
+  due_ = (is_late ? when : due_) + settings_.period;
+  return true;
+}
+
+Result<void> CameraFrames::make(const Arrival& frame) {
+  // JPEG says itself how large it is: a recording of it may begin in the middle.
+  VideoHead head = head_;
+  if (frame.id == video::kMjpeg || frame.id == video::kJpeg) head.format = frame.id;
+  if (head.format != frame.id)
+    return Error(Errc::kMalformed, "a frame of " + letters_of(frame.id) + " without its head");
+  if (!needs_pair(settings_.mode, head.format))
+    return maker_.make(head, frame.bytes, settings_.mode, picture_);
+  if (auto grey = maker_.make(head, frame.bytes, camera_mode::kMono8, pair_); !grey) return grey;
+  return make_depth(pair_.image);
+}
+
+Result<void> CameraFrames::make_depth(std::span<const std::byte> pair) {
+  if (settings_.mode == camera_mode::kRange && (settings_.focal <= 0 || settings_.base <= 0))
+    return Error(Errc::kInvalidArgument,
+                 "it is no depth camera; of two eyes fx and stereoBase have to be set");
+  const int width = pair_.width / 2;
+  const int height = pair_.height;
+  if (pair_.width % 2 != 0)
+    return Error(Errc::kInvalidArgument, "two pictures side by side have an even width");
+  const auto disparities = stereo_.match(pair, width, height);
+  picture_.image.resize(2 * disparities.size());
+  constexpr double kFraction = 16;
+  constexpr double kFarthest = 65535;
+  for (std::size_t i = 0; i < disparities.size(); ++i) {
+    std::uint32_t word = disparities[i];
+    if (settings_.mode == camera_mode::kRange && word != 0)
+      word = static_cast<std::uint32_t>(
+          std::min(kFarthest, settings_.focal * settings_.base * kFraction / word));
+    put_word(picture_.image, i, word);
+  }
+  picture_.width = static_cast<u16>(width);
+  picture_.height = static_cast<u16>(height);
+  picture_.depth = depth_of(settings_.mode);
+  picture_.mode = settings_.mode;
+  picture_.colorFilterId = 0;
+  return {};
+}
+
+void CameraFrames::keep_bright(Output& out) {
+  if (brightness_.id == 0 || settings_.brightness_part == 0) return;
+  const auto bright = brightness_of(picture_, settings_.brightness_part);
+  if (!bright) return;
+  const int missing = *bright < settings_.brightness_min   ? settings_.brightness_min - *bright
+                      : *bright > settings_.brightness_max ? settings_.brightness_max - *bright
+                                                           : 0;
+  if (missing == 0) return;
+  const double range = static_cast<double>(brightness_.max) - brightness_.min;
+  const double step = range * missing / 255 * settings_.brightness_gain / 1000;
+  const double wanted = brightness_.value + (missing > 0 ? std::ceil(step) : std::floor(step));
+  const auto value = static_cast<std::int32_t>(std::clamp(
+      wanted, static_cast<double>(brightness_.min), static_cast<double>(brightness_.max)));
+  if (value == brightness_.value) return;
+  brightness_.value = value;
+  std::array<std::byte, 4> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes.at(i) = static_cast<std::byte>(static_cast<std::uint32_t>(value) >> (8 * i));
+  out.send(bytes, brightness_.id);
+}
+
+bool CameraFrames::take(CameraData& data, Time& recorded) {
+  if (!std::exchange(has_picture_, false)) return false;
+  std::swap(data, picture_);
+  recorded = recorded_;
+  return true;
+}
+
+}  // namespace rack::device

@@ -1,0 +1,198 @@
+#include "components/devices/chassis/chassis_control.h"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "components/geometry/wheels.h"
+
+namespace rack::device {
+namespace chassis_control_test {
+
+using namespace std::chrono_literals;
+
+ChassisParamData limits() {
+  ChassisParamData limits;
+  limits.vxMax = 700;
+  limits.vxMin = 50;
+  limits.accMax = 0;
+  limits.decMax = 0;
+  limits.omegaMax = 0.5F;
+  limits.minTurningRadius = 2000;
+  limits.trackWidth = 400;
+  return limits;
+}
+
+class ChassisControlTest : public testing::Test {
+ protected:
+  // A pilot that drives, until its period is known.
+  void drive(ChassisControl& control, Duration period, int times = 6) {
+    for (int i = 0; i < times; ++i) {
+      now_ += period;
+      control.move({.vx = 300}, now_);
+      EXPECT_EQ(control.speed(now_).vx, 300);
+    }
+  }
+  Time now_{1000s};
+};
+
+TEST_F(ChassisControlTest, AMoveHoldsThreePeriodsOfItsPilot) {
+  for (const Duration period : {20ms, 50ms, 100ms, 250ms}) {
+    ChassisControl control(limits(), {});
+    drive(control, period);
+    EXPECT_EQ(control.deadline(), 3 * period);
+    EXPECT_EQ(control.next_change(), now_ + 3 * period);
+    EXPECT_EQ(control.speed(now_ + 3 * period - 1ms).vx, 300);
+    EXPECT_FALSE(control.take_overdue());
+    EXPECT_EQ(control.speed(now_ + 3 * period), ChassisSpeed{});
+    EXPECT_TRUE(control.take_overdue());
+    EXPECT_FALSE(control.take_overdue());
+    EXPECT_EQ(control.next_change(), tims::kNever);
+  }
+}
+
+TEST_F(ChassisControlTest, WhoIsNotKnownYetHasThreeTenthsOfASecond) {
+  ChassisControl control(limits(), {});
+  control.move({.vx = 300}, now_);
+  EXPECT_EQ(control.speed(now_ + 299ms).vx, 300);
+  EXPECT_EQ(control.speed(now_ + 300ms).vx, 0);
+}
+
+TEST_F(ChassisControlTest, OneLateMoveAndTwoInARowAreNoPeriod) {
+  ChassisControl control(limits(), {});
+  drive(control, 50ms);
+  now_ += 140ms;
+  control.move({.vx = 300}, now_);
+  control.move({.vx = 300}, now_ + 1us);
+  EXPECT_EQ(control.deadline(), 150ms);
+}
+
+TEST_F(ChassisControlTest, APilotSlowerThanASecondIsStopped) {
+  ChassisControl control(limits(), {});
+  drive(control, 900ms);
+  EXPECT_EQ(control.deadline(), 1s);
+  EXPECT_EQ(control.speed(now_ + 1s).vx, 0);
+}
+
+TEST_F(ChassisControlTest, AStillPilotWasNotTooLate) {
+  ChassisControl control(limits(), {});
+  control.move({}, now_);
+  EXPECT_EQ(control.speed(now_ + 10s), ChassisSpeed{});
+  EXPECT_FALSE(control.take_overdue());
+}
+
+TEST_F(ChassisControlTest, AnotherPilotBeginsWithStanding) {
+  ChassisControl control(limits(), {});
+  EXPECT_EQ(control.active_pilot(), kNoPilot);
+  control.set_active_pilot(tims::Address(0x180000));
+  drive(control, 50ms);
+  control.set_active_pilot(tims::Address(0x180100));
+  EXPECT_EQ(control.speed(now_), ChassisSpeed{});
+  EXPECT_EQ(control.deadline(), 300ms);
+}
+
+TEST_F(ChassisControlTest, SpeedsAreCutToTheVehicle) {
+  ChassisControl control(limits(), {});
+  control.move({.vx = 5000, .vy = 5000, .omega = 9.0F}, now_);
+  EXPECT_EQ(control.speed(now_), (ChassisSpeed{700, 0, 0.5F}));
+  control.move({.vx = -1, .omega = -9.0F}, now_);
+  EXPECT_EQ(control.speed(now_), (ChassisSpeed{-50, 0, -0.5F}));
+  control.move({.vx = 0, .omega = std::numeric_limits<float>::quiet_NaN()}, now_);
+  EXPECT_EQ(control.speed(now_), ChassisSpeed{});
+}
+
+TEST_F(ChassisControlTest, WhatIsSteeredTurnsNoTighterThanItCan) {
+  ChassisControl control(limits(), {.turns_on_the_spot = false});
+  control.move({.vx = 400, .omega = 0.5F}, now_);
+  EXPECT_FLOAT_EQ(control.speed(now_).omega, 0.2F);
+  control.move({.vx = -400, .omega = 0.5F}, now_);
+  EXPECT_FLOAT_EQ(control.speed(now_).omega, 0.2F);
+  control.move({.vx = 0, .omega = 0.5F}, now_);
+  EXPECT_EQ(control.speed(now_).omega, 0);
+}
+
+TEST_F(ChassisControlTest, SpeedGrowsAndFallsAsItMay) {
+  auto slow = limits();
+  slow.accMax = 500;
+  slow.decMax = 1000;
+  ChassisControl control(slow, {.turns_on_the_spot = false, .move_deadline = 10s});
+  control.move({.vx = 400, .omega = 0.2F}, now_);
+  EXPECT_EQ(control.speed(now_).vx, 0);
+  EXPECT_EQ(control.next_change(), now_ + 20ms);
+  const auto half = control.speed(now_ + 400ms);
+  EXPECT_FLOAT_EQ(half.vx, 200);
+  EXPECT_FLOAT_EQ(half.omega, 0.1F);  // on the same curve
+  EXPECT_FLOAT_EQ(control.speed(now_ + 800ms).vx, 400);
+  control.move({}, now_ + 800ms);
+  EXPECT_FLOAT_EQ(control.speed(now_ + 1s).vx, 200);
+  EXPECT_FLOAT_EQ(control.speed(now_ + 1200ms).vx, 0);
+}
+
+// --- wheels
+
+void expect_round_trip(const Wheels& wheels, const ChassisSpeed& speed) {
+  std::array<double, 6> motors{};
+  wheels.targets(speed, motors);
+  const ChassisSpeed back = wheels.movement(motors);
+  EXPECT_NEAR(back.vx, speed.vx, 0.5 + std::abs(speed.vx) * 0.002);
+  EXPECT_NEAR(back.vy, speed.vy, 0.5 + std::abs(speed.vx) * 0.002);
+  EXPECT_NEAR(back.omega, speed.omega, 0.004);
+}
+
+TEST(WheelsTest, TheLeftWheelIsFasterInARightTurn) {
+  std::array<double, 2> motors{};
+  Wheels::differential(400).targets({.vx = 300, .omega = 0.5F}, motors);
+  EXPECT_NEAR(motors[0], 400, 1e-3);
+  EXPECT_NEAR(motors[1], 200, 1e-3);
+}
+
+TEST(WheelsTest, ASteeredAxlePointsAcrossTheCentreOfTheTurn) {
+  // 2 m before an axle that turns around a point 4 m to its right.
+  std::array<double, 3> motors{};
+  const auto wheels = Wheels::ackermann(2000, 1000, false, 1);
+  wheels.targets({.vx = 1000, .omega = 0.25F}, motors);
+  EXPECT_NEAR(motors[2], std::atan(0.5), 1e-6);
+  EXPECT_NEAR(motors[0], 1125, 1e-3);
+  EXPECT_NEAR(motors[1], 875, 1e-3);
+  wheels.targets({.vx = -1000, .omega = -0.25F}, motors);
+  EXPECT_NEAR(motors[2], std::atan(0.5), 1e-6);  // the same curve backwards
+  EXPECT_NEAR(motors[0], -1125, 1e-3);
+  EXPECT_TRUE(wheels.is_steering(2));
+  EXPECT_FALSE(wheels.is_steering(1));
+}
+
+TEST(WheelsTest, SteeringStaysWhereItWasWhenTheVehicleStands) {
+  std::array<double, 2> motors{0, 0.3};
+  Wheels::ackermann(2000, 1000, true, 1).targets({}, motors);
+  EXPECT_EQ(motors[0], 0);
+  EXPECT_EQ(motors[1], 0.3);
+}
+
+TEST(WheelsTest, BothAxlesOfARobucarSteerAgainstEachOtherOrTogether) {
+  const auto wheels = Wheels::double_ackermann(1200, 1000, 0.35);
+  std::array<double, 6> motors{};
+  wheels.targets({.vx = 1000, .omega = 0.25F}, motors);
+  EXPECT_NEAR(motors[4], std::atan(0.15), 1e-6);
+  EXPECT_NEAR(motors[5], -std::atan(0.15), 1e-6);
+  wheels.targets({.vx = 1000, .vy = 200}, motors);
+  EXPECT_NEAR(motors[4], std::atan(0.2), 1e-6);
+  EXPECT_NEAR(motors[5], std::atan(0.2), 1e-6);
+  wheels.targets({.vx = 100, .omega = 2}, motors);
+  EXPECT_EQ(motors[4], 0.35);
+}
+
+TEST(WheelsTest, WhatWheelsAreToldIsWhatTheyAreRead) {
+  for (const float vx : {-2000.0F, -100.0F, 50.0F, 4000.0F}) {
+    for (const float curve : {-0.0002F, 0.0F, 0.0001F}) {
+      const ChassisSpeed speed{.vx = vx, .omega = vx * curve};
+      expect_round_trip(Wheels::differential(400), speed);
+      expect_round_trip(Wheels::ackermann(2000, 1000, true, 1), speed);
+      expect_round_trip(Wheels::ackermann(2000, 1000, false, 1), speed);
+      expect_round_trip(Wheels::double_ackermann(1200, 1000, 1), speed);
+      expect_round_trip(Wheels::double_ackermann(1200, 1000, 1), {.vx = vx, .vy = vx / 10});
+    }
+  }
+}
+
+}  // namespace chassis_control_test
+}  // namespace rack::device

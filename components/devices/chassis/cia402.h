@@ -1,0 +1,166 @@
+// A drive after CiA 402 at a CANopen bus.
+//
+// The host is a node of its own (127 here). It tells all nodes what to be (NMT 000: 01 operational,
+// 80 pre-operational), writes objects by SDO (600 + node, answered at 580 + node), and then moves
+// the drive by process data: RPDO1 (200 + node) has the controlword and the target, TPDO1 (180 +
+// node) the statusword and the position, TPDO2 (280 + node) the velocity, each time SYNC (080) is
+// sent. The drive goes from switch-on disabled by 06, 07, 0F to operation enabled; 80 clears a
+// fault.
+//
+// Both sides send heartbeats (700 + node). The drive watches the host's (1016): without it, it
+// makes a quick stop (6007, 605A). So a vehicle stops when its host dies, or its cable is cut.
+//
+// Source: CiA 301 and CiA 402, as many manuals of drives quote them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "components/devices/chassis/motor.h"
+
+namespace rack::device {
+
+namespace canopen {
+
+inline constexpr std::uint8_t kHost = 127;
+inline constexpr std::uint32_t kNmt = 0x000;
+inline constexpr std::uint32_t kSync = 0x080;
+inline constexpr std::uint32_t kEmergency = 0x080;
+inline constexpr std::uint32_t kTpdo1 = 0x180;
+inline constexpr std::uint32_t kRpdo1 = 0x200;
+inline constexpr std::uint32_t kTpdo2 = 0x280;
+inline constexpr std::uint32_t kRpdo2 = 0x300;
+inline constexpr std::uint32_t kSdoAnswer = 0x580;
+inline constexpr std::uint32_t kSdoRequest = 0x600;
+inline constexpr std::uint32_t kHeartbeat = 0x700;
+
+inline constexpr std::byte kOperational{0x05};
+inline constexpr Duration kHostHeartbeat = std::chrono::milliseconds(50);
+// Without the host's heartbeat a drive stops after this.
+inline constexpr Duration kHostLost = std::chrono::milliseconds(200);
+
+// What an SDO download of up to four bytes is, and its abort.
+std::array<std::byte, 8> sdo_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value,
+                                   std::size_t size);
+
+// The part of the host that is the same for all drives of a bus: its heartbeat and SYNC.
+class Host {
+ public:
+  explicit Host(Duration sync) : sync_(sync) {}
+  void start(Time now);
+  void on_timeout(Time now, Output& out);
+  [[nodiscard]] Time next_timeout() const { return std::min(next_heartbeat_, next_sync_); }
+  void stop() { next_heartbeat_ = next_sync_ = tims::kNever; }
+
+ private:
+  Duration sync_;
+  Time next_heartbeat_ = tims::kNever;
+  Time next_sync_ = tims::kNever;
+};
+
+}  // namespace canopen
+
+// What the statusword says.
+enum class Cia402State : std::uint8_t {
+  kNotReady,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReaction,
+  kFault,
+};
+Cia402State cia402_state(std::uint16_t statusword);
+
+enum class Cia402Mode : std::int8_t { kProfilePosition = 1, kProfileVelocity = 3, kHoming = 6 };
+
+struct Cia402Settings {
+  std::uint8_t node = 1;
+  MotorTask task = MotorTask::kTurns;
+  double increments_of_turn = 4096;  // of 6064
+  double velocity_of_turn = 4096;    // of 606C and 60FF at one turn a second; 60 where it is rpm
+  // rad/s2 of the shaft.
+  double acceleration = 100;
+  double deceleration = 100;
+  double quick_stop = 400;
+  std::int8_t homing_method = 35;  // 35, 37: here is home
+  bool only_listen = false;        // to a recording, which may begin after the drive was set up
+};
+
+class Cia402 final : public Motor {
+ public:
+  explicit Cia402(const Cia402Settings& settings);
+
+  void start(Time now, Output& out) override;
+  bool on_frame(const Arrival& frame, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override { return next_; }
+  [[nodiscard]] CanFilter wanted_frames() const override {
+    return {.id = settings_.node, .mask = can::kExtended | can::kRemote | 0x7F};
+  }
+  void command(double target, Time now, Output& out) override;
+  void stand(Output& out) const override;
+  void stop(Output& out) override;
+  [[nodiscard]] bool is_ready() const override {
+    return is_set_up_ && drive_state() == Cia402State::kOperationEnabled &&
+           state_.measured != tims::kNever;
+  }
+  [[nodiscard]] Cia402State drive_state() const { return cia402_state(statusword_); }
+
+  // Of a positioning drive: how fast it goes there, rad/s and rad/s2. 0: as before.
+  void limit(double velocity, double acceleration, Output& out) const;
+  void home(Time now, Output& out);
+  [[nodiscard]] bool is_homing() const { return homing_ != Homing::kNone; }
+  // It is where it was told to be.
+  [[nodiscard]] bool is_reached() const;
+
+ private:
+  struct Object {
+    std::uint16_t index;
+    std::uint8_t sub;
+    std::uint8_t size;
+    std::uint32_t value;
+    bool is_optional = false;  // not all drives have it
+  };
+  enum class Homing : std::uint8_t { kNone, kMethod, kMode, kRuns, kBack };
+
+  void plan();
+  void map(std::uint16_t communication, std::uint32_t id, std::uint8_t transmission,
+           std::initializer_list<std::uint32_t> objects);
+  void nmt(int command, Output& out) const;
+  void write(const Object& object, Time now, Output& out);
+  void on_written(Time now, Output& out);
+  void on_sdo(std::span<const std::byte> bytes, Time now, Output& out);
+  void on_status(std::span<const std::byte> bytes, Time when, Output& out);
+  void on_heartbeat(std::span<const std::byte> bytes, Time when, Output& out);
+  void send_control(unsigned controlword, std::int32_t target, Output& out,
+                    Time deadline = tims::kNever) const;
+  void climb(Output& out);
+  [[nodiscard]] bool is_mine(std::uint32_t id, std::uint32_t function) const {
+    return id == function + settings_.node;
+  }
+
+  Cia402Settings settings_;
+  std::vector<Object> setup_;
+  std::size_t step_ = 0;
+  bool is_set_up_ = false;
+  std::optional<Object> writing_;  // and no answer yet
+  int attempts_ = 0;
+  Time answer_due_ = tims::kNever;
+  Time next_ = tims::kNever;
+  Time heard_ = tims::kNever;
+  Time ready_due_ = tims::kNever;
+
+  std::uint16_t statusword_ = 0;
+  std::uint16_t error_ = 0;  // of the last emergency
+  bool was_enabled_ = false;
+  bool pulse_ = false;  // of the bit that clears a fault, or that a new position is there
+  std::int32_t target_ = 0;
+  bool is_new_target_ = false;
+  std::optional<std::int32_t> position_;
+  Homing homing_ = Homing::kNone;
+};
+
+}  // namespace rack::device

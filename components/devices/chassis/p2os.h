@@ -1,0 +1,155 @@
+// Robots of MobileRobots that speak P2OS (ARCOS, AROS and the others): Pioneer 2 and 3, PeopleBot.
+//
+// A packet is FA FB, the number of bytes that follow, the bytes, and a checksum: the sum of their
+// pairs, high byte first, a last odd one xored. The host says SYNC 0, 1, 2, which come back, the
+// last one with the robot's names; then commands: a number, and an argument with its type (3B: 0
+// and more, 1B: its negative, 2B: text). Between two commands lie 10 ms. Opened, the robot sends a
+// server information packet (32 when it stands, 33 when it moves) every 100 ms, and encoder packets
+// (90) when asked for. When it hears nothing for two seconds (a setting of the robot) it stops by
+// itself: that is what saves it when the host dies.
+//
+// Source: Pioneer 3 operations manual, chapter 6; what RACK 0.6.1 sends.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "components/devices/chassis/chassis_control.h"
+#include "components/devices/core/stream_buffer.h"
+#include "rack/proxies/ladar.h"
+
+namespace rack::device {
+
+enum class P2osCommand : std::uint8_t {
+  kPulse = 0,  // also SYNC0
+  kOpen = 1,
+  kClose = 2,
+  kEnable = 4,
+  kSetAcceleration = 5,  // mm/s2; below 0: deceleration
+  kVelocity = 11,        // mm/s
+  kEncoder = 19,         // 0 none, 1 one, 2 all
+  kTurn = 21,            // deg/s, to the left
+  kSonar = 28,
+};
+
+// A packet in place: no memory is taken.
+struct P2osPacket {
+  static constexpr std::size_t kSizeMax = 12;
+  std::array<std::byte, kSizeMax> bytes{};
+  std::size_t size = 0;
+  [[nodiscard]] std::span<const std::byte> view() const { return std::span(bytes).first(size); }
+};
+std::uint16_t p2os_checksum(std::span<const std::byte> body);
+P2osPacket p2os_command(P2osCommand command, std::optional<int> argument = {});
+P2osPacket p2os_sync(int number);
+
+// Of a whole packet: its body, without the frame and the checksum.
+class P2osPackets {
+ public:
+  struct Packet {
+    std::span<const std::byte> body{};
+    Time began{};
+  };
+  void add(const Arrival& arrival) { buffer_.add(arrival); }
+  // False: no whole packet is there. Valid until the next call.
+  bool next(Packet& packet);
+  void clear() { buffer_.clear(); }
+  [[nodiscard]] std::uint64_t broken() const { return broken_; }
+
+ private:
+  static constexpr std::size_t kSizeMax = 258;
+  StreamBuffer buffer_{4 * kSizeMax};
+  std::size_t used_ = 0;
+  std::uint64_t broken_ = 0;
+};
+
+inline constexpr std::size_t kP2osSonars = 16;
+
+// The part of a server information packet that RACK has a use for.
+struct P2osState {
+  bool is_moving = false;
+  int x = 0;  // mm, as the robot counts them
+  int y = 0;
+  int heading = 0;  // 4096 to a turn, to the left
+  float left = 0;   // mm/s
+  float right = 0;
+  float battery = 0;  // V
+  struct Sonar {
+    std::uint8_t number;
+    std::uint16_t range;  // as it is sent
+  };
+  std::array<Sonar, kP2osSonars> sonars{};
+  std::size_t sonar_count = 0;
+};
+bool decode_p2os_state(std::span<const std::byte> body, P2osState& state);
+
+struct P2osSettings {
+  bool sonar = false;
+  double ticks_per_mm = 48.5;   // of the encoders; a Pioneer 3-DX has 128
+  double rotation_width = 400;  // mm that the difference of the wheels is divided by
+  double sonar_scale = 0.268;   // mm; 1 of a Pioneer 3
+  int acceleration = 0;         // mm/s2; 0: what the robot is set to
+  int deceleration = 0;
+  bool only_listen = false;  // to a recording
+};
+
+class P2os final : public ChassisDialogue {
+ public:
+  explicit P2os(const P2osSettings& settings);
+
+  void start(Time now, Output& out) override;
+  void on_arrival(const Arrival& arrival, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  void stop(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override;
+
+  void drive(const ChassisSpeed& speed, Time now) override;
+  [[nodiscard]] bool is_ready() const override { return state_ == State::kOpen; }
+  bool take(ChassisData& data, Time& recorded) override;
+  // The sonars as rays around the robot, when some have been measured anew.
+  bool take_sonars(LadarData& rays, Time& recorded);
+
+  // "name type subtype", once it is open.
+  [[nodiscard]] const std::string& robot() const { return robot_; }
+
+ private:
+  // In the order in which they are gone through.
+  enum class State : std::uint8_t { kSync0, kSync1, kSync2, kSetup, kOpen };
+
+  void enter(State state, Time now);
+  void send(const P2osPacket& packet, Time now, Output& out);
+  void send_setup(Time now, Output& out);
+  void send_speed(Time now, Output& out);
+  void on_packet(const P2osPackets::Packet& packet, Time now);
+  void on_sync(std::span<const std::byte> body, Time now);
+  void on_state(const P2osState& state, Time began);
+  void on_encoders(std::span<const std::byte> body);
+
+  P2osSettings settings_;
+  State state_ = State::kSync0;
+  int step_ = 0;      // of the setup
+  int attempts_ = 0;  // of this SYNC
+  Time next_command_ = tims::kNever;
+  P2osPackets packets_;
+  std::string robot_;
+
+  int wanted_speed_ = 0;  // mm/s
+  int wanted_turn_ = 0;   // deg/s
+  std::optional<int> sent_speed_;
+  std::optional<int> sent_turn_;
+  Time repeat_{};  // both are said again
+
+  std::optional<std::array<std::int32_t, 2>> encoders_;  // left, right
+  std::array<double, 2> ways_{};                         // of the wheels since the last data, mm
+  std::optional<std::array<int, 3>> pose_;               // as long as there are no encoders
+
+  bool has_data_ = false;
+  ChassisData data_;
+  bool has_sonars_ = false;
+  LadarData rays_;
+  Time recorded_{};
+  Time recorded_before_{};
+};
+
+}  // namespace rack::device

@@ -1,0 +1,42 @@
+// A Roomba or Create 2 that is not there. Like the real ones it drives on until it is told to stop.
+#pragma once
+
+#include "components/devices/chassis/roomba.h"
+#include "components/devices/chassis/wheeled_model.h"
+
+namespace rack::device {
+
+class RoombaEmulator final : public WheeledRobot {
+ public:
+  explicit RoombaEmulator(RoombaModel model)
+      : WheeledRobot(WheeledModel(model == RoombaModel::kRoomba ? 258 : 235, 2000)),
+        model_(model) {}
+
+  void start(Time now, Output& out) override;
+  void on_arrival(const Arrival& arrival, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override { return next_frame_; }
+
+  void touch(bool is_touching) override { bumps = is_touching ? 3 : 0; }
+
+  [[nodiscard]] int motors() const { return motors_; }
+  [[nodiscard]] bool is_in_control() const { return full_; }
+  std::uint8_t bumps = 0;  // what it shall tell
+  std::uint8_t overcurrents = 0;
+
+ private:
+  void on_command(std::span<const std::byte> bytes, Time now, Output& out);
+  void send_sensors(Output& out);
+  void send_frame(Output& out);
+
+  RoombaModel model_;
+  StreamBuffer heard_{256};
+  bool started_ = false;
+  bool full_ = false;
+  int motors_ = 0;
+  double told_left_ = 0;  // ways at the last sensors, mm
+  double told_right_ = 0;
+  Time next_frame_ = tims::kNever;
+};
+
+}  // namespace rack::device

@@ -1,0 +1,235 @@
+#include "components/devices/core/device_address.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/text.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+namespace base = tims::base;
+
+constexpr std::uint32_t kBaudMin = 50;
+constexpr std::uint32_t kBaudMax = 12'000'000;
+constexpr double kSpeedMax = 1e6;
+constexpr std::int32_t kNumbersOfAKind = 100;
+constexpr std::size_t kInterfaceNameMax = 15;  // IFNAMSIZ with its end
+
+struct Scheme {
+  std::string_view name;
+  TransportKind kind;
+  std::string_view example;
+  std::array<std::string_view, 4> options{};
+};
+constexpr std::array<Scheme, 9> kSchemes = {{
+    {"serial",
+     TransportKind::kSerial,
+     "serial:/dev/ttyUSB0?baud=115200",
+     {"baud", "parity", "can"}},
+    {"tcp", TransportKind::kTcp, "tcp:192.168.0.1:2112"},
+    {"udp", TransportKind::kUdp, "udp::2368", {"local"}},
+    {"can", TransportKind::kCan, "can:can0"},
+    {"usb", TransportKind::kUsb, "usb:15d1:0000"},
+    {"v4l", TransportKind::kVideo, "v4l:/dev/video0?size=640x480", {"size", "format", "rate"}},
+    {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
+    {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
+    {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud", "can"}},
+}};
+
+const Scheme& scheme_of(TransportKind kind) { return kSchemes.at(static_cast<std::size_t>(kind)); }
+
+Error wrong(std::string_view text, const std::string& why) {
+  return {Errc::kInvalidArgument, "device " + base::in_quotes(text) + ": " + why};
+}
+
+const Scheme* find_scheme(std::string_view name) {
+  for (const Scheme& scheme : kSchemes)
+    if (scheme.name == name) return &scheme;
+  return nullptr;
+}
+
+std::string known_schemes() {
+  std::string all;
+  for (const Scheme& scheme : kSchemes)
+    all += (all.empty() ? "" : ", ") + std::string(scheme.name) + ":";
+  return all;
+}
+
+// "?baud=9600&parity=even" of a text, which loses it.
+Result<DeviceAddress> with_options(DeviceAddress address, std::string_view& text) {
+  const std::size_t mark = text.rfind('?');
+  if (mark == std::string_view::npos) return address;
+  const Scheme& scheme = scheme_of(address.kind);
+  std::string_view rest = text.substr(mark + 1);
+  text = text.substr(0, mark);
+  while (!rest.empty()) {
+    const std::string_view item = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(rest.size(), item.size() + 1));
+    const std::size_t equals = item.find('=');
+    const std::string_view name = item.substr(0, equals);
+    const bool is_known =
+        !name.empty() && std::ranges::find(scheme.options, name) != scheme.options.end();
+    if (!is_known || equals == std::string_view::npos)
+      return Error(Errc::kInvalidArgument, "no option " + base::in_quotes(item) + " of " +
+                                               std::string(scheme.name) + ":, as in " +
+                                               std::string(scheme.example));
+    address.options.insert_or_assign(std::string(name), std::string(item.substr(equals + 1)));
+  }
+  return address;
+}
+
+std::optional<std::string> problem_of_options(const DeviceAddress& address) {
+  const auto value = [&](std::string_view name) -> const std::string* {
+    const auto found = address.options.find(name);
+    return found == address.options.end() ? nullptr : &found->second;
+  };
+  if (const std::string* baud = value("baud")) {
+    const auto number = base::parse_number<std::uint32_t>(*baud);
+    if (!number || *number < kBaudMin || *number > kBaudMax)
+      return "baud is a number from 50 to 12000000, not " + base::in_quotes(*baud);
+  }
+  if (const std::string* can = value("can");
+      can != nullptr && !base::parse_number<std::uint32_t>(*can))
+    return "can is the bit rate of a bus behind an adapter, as 500000, not " +
+           base::in_quotes(*can);
+  if (const std::string* parity = value("parity");
+      parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
+    return "parity is none, even or odd, not " + base::in_quotes(*parity);
+  if (const std::string* speed = value("speed"); speed != nullptr && *speed != "max") {
+    const auto number = base::parse_number<double>(*speed);
+    if (!number || !(*number > 0) || *number > kSpeedMax)
+      return "speed is max, or how many times as fast, not " + base::in_quotes(*speed);
+  }
+  if (const std::string* port = value("port");
+      port != nullptr && base::parse_number<std::uint16_t>(*port).value_or(0) == 0)
+    return "port is a number from 1 to 65535, not " + base::in_quotes(*port);
+  if (const std::string* local = value("local");
+      local != nullptr && !base::parse_number<std::uint16_t>(*local))
+    return "local is a port, or 0 for any, not " + base::in_quotes(*local);
+  if (const std::string* loop = value("loop"); loop != nullptr && *loop != "0" && *loop != "1")
+    return "loop is 0 or 1, not " + base::in_quotes(*loop);
+  return std::nullopt;
+}
+
+// "host:port", "[host]:port"; of udp the host may be left out.
+std::optional<std::string> take_host_and_port(DeviceAddress& address, std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) return "the port is missing";
+  const auto port = base::parse_number<std::uint16_t>(text.substr(colon + 1));
+  if (port.value_or(0) == 0) return "the port is a number from 1 to 65535";
+  std::string_view host = text.substr(0, colon);
+  const bool in_brackets = host.starts_with('[') && host.ends_with(']');
+  if (in_brackets) host = host.substr(1, host.size() - 2);
+  if (!in_brackets && host.find(':') != std::string_view::npos)
+    return "an IPv6 address stands in brackets";
+  if (host.empty() && address.kind == TransportKind::kTcp) return "the host is missing";
+  address.place = host;
+  address.port = *port;
+  return std::nullopt;
+}
+
+bool is_hex4(std::string_view text) {
+  return text.size() == 4 && base::parse_number<std::uint16_t>(text, 16).has_value();
+}
+
+std::optional<std::string> problem_of_place(const DeviceAddress& address) {
+  const std::string& place = address.place;
+  switch (address.kind) {
+    case TransportKind::kUsb: {
+      const std::string_view ids = std::string_view(place).substr(0, place.find('/'));
+      if (ids.size() != 9 || ids[4] != ':' || !is_hex4(ids.substr(0, 4)) || !is_hex4(ids.substr(5)))
+        return "vendor and product are four hex digits each";
+      return std::nullopt;
+    }
+    case TransportKind::kCan:
+      if (place.empty() || place.size() > kInterfaceNameMax || place.find('/') != std::string::npos)
+        return "the name of an interface has 1 to 15 characters";
+      return std::nullopt;
+    default:
+      return place.empty() ? std::optional<std::string>("the path is missing") : std::nullopt;
+  }
+}
+
+}  // namespace
+
+Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  const Scheme* const scheme =
+      colon == std::string_view::npos ? nullptr : find_scheme(text.substr(0, colon));
+  if (scheme == nullptr)
+    return wrong(
+        text, "begins with none of " + known_schemes() + " as " + std::string(kSchemes[0].example));
+  std::string_view rest = text.substr(colon + 1);
+  auto address = with_options({.kind = scheme->kind}, rest);
+  if (!address) return wrong(text, address.error().detail());
+
+  std::optional<std::string> problem = problem_of_options(*address);
+  if (!problem && (address->kind == TransportKind::kTcp || address->kind == TransportKind::kUdp)) {
+    problem = take_host_and_port(*address, rest);
+  } else if (!problem) {
+    address->place = rest;
+    problem = problem_of_place(*address);
+  }
+  if (problem) return wrong(text, *problem + ", as in " + std::string(scheme->example));
+  return address;
+}
+
+std::string DeviceAddress::to_string() const {
+  std::string text(scheme_of(kind).name);
+  text += ':';
+  const bool in_brackets = port != 0 && place.find(':') != std::string::npos;
+  text += in_brackets ? '[' + place + ']' : place;
+  if (port != 0) text += ':' + std::to_string(port);
+  char before = '?';
+  for (const auto& [name, value] : options) {
+    text += before + name + '=' + value;
+    before = '&';
+  }
+  return text;
+}
+
+std::uint32_t DeviceAddress::baud(std::uint32_t otherwise) const {
+  const auto found = options.find("baud");
+  if (found == options.end()) return otherwise;
+  return base::parse_number<std::uint32_t>(found->second).value_or(otherwise);
+}
+
+std::uint32_t DeviceAddress::can_bit_rate() const {
+  const auto found = options.find("can");
+  if (found == options.end()) return 0;
+  return base::parse_number<std::uint32_t>(found->second).value_or(0);
+}
+
+double DeviceAddress::speed() const {
+  const auto found = options.find("speed");
+  if (found == options.end()) return 1;
+  return base::parse_number<double>(found->second).value_or(0);
+}
+
+Result<DeviceAddress> serial_device(std::int32_t number) {
+  constexpr std::array<std::string_view, 3> kKinds = {"ttyS", "ttyUSB", "ttyACM"};
+  const std::int32_t kind = number / kNumbersOfAKind;
+  if (number < 0 || kind >= static_cast<std::int32_t>(kKinds.size()))
+    return Error(Errc::kInvalidArgument,
+                 "serial device " + std::to_string(number) +
+                     ": 0 to 99 are ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM");
+  return DeviceAddress{.kind = TransportKind::kSerial,
+                       .place = "/dev/" + std::string(kKinds.at(static_cast<std::size_t>(kind))) +
+                                std::to_string(number % kNumbersOfAKind)};
+}
+
+Result<DeviceAddress> can_device(std::int32_t number) {
+  if (number < 0 || number >= kNumbersOfAKind)
+    return Error(Errc::kInvalidArgument,
+                 "CAN device " + std::to_string(number) + ": 0 to 99 are can0 to can99");
+  return DeviceAddress{.kind = TransportKind::kCan, .place = "can" + std::to_string(number)};
+}
+
+}  // namespace rack::device

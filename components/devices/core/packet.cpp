@@ -1,0 +1,131 @@
+#include "components/devices/core/packet.h"
+
+#include <algorithm>
+
+namespace rack::device {
+namespace {
+
+constexpr std::uint16_t kIpv4 = 0x0800;
+constexpr std::uint16_t kIpv6 = 0x86DD;
+constexpr std::uint16_t kVlan = 0x8100;
+constexpr std::uint16_t kVlanOuter = 0x88A8;
+constexpr std::uint8_t kTcp = 6;
+constexpr std::uint8_t kUdp = 17;
+
+// Big-endian words from the front; a packet that is too short has none.
+class Words {
+ public:
+  explicit Words(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] bool good() const { return good_; }
+  [[nodiscard]] std::span<const std::byte> rest() const { return bytes_; }
+  std::uint32_t take(std::size_t count) {
+    std::uint32_t word = 0;
+    if (count > bytes_.size()) good_ = false;
+    for (std::size_t i = 0; good_ && i < count; ++i)
+      word = word << 8 | std::to_integer<std::uint32_t>(bytes_[i]);
+    skip(count);
+    return word;
+  }
+  void skip(std::size_t count) {
+    if (count > bytes_.size()) good_ = false;
+    bytes_ = bytes_.subspan(std::min(count, bytes_.size()));
+  }
+  // No more than that is left.
+  void limit(std::size_t count) { bytes_ = bytes_.first(std::min(count, bytes_.size())); }
+
+ private:
+  std::span<const std::byte> bytes_;
+  bool good_ = true;
+};
+
+std::uint32_t ether_type(PacketLink link, Words& words) {
+  if (link == PacketLink::kRawIp) {
+    const bool is_v6 = !words.rest().empty() && (words.rest().front() >> 4) == std::byte{6};
+    return is_v6 ? kIpv6 : kIpv4;
+  }
+  constexpr std::size_t kAddresses = 12;
+  constexpr std::size_t kCooked = 14;
+  words.skip(link == PacketLink::kLinuxCooked ? kCooked : kAddresses);
+  std::uint32_t type = words.take(2);
+  while (words.good() && (type == kVlan || type == kVlanOuter)) {
+    words.skip(2);
+    type = words.take(2);
+  }
+  return type;
+}
+
+// Leaves what the IP packet carries; returns its protocol, 0 for what cannot be read.
+std::uint32_t enter_ip(std::uint32_t type, Words& words) {
+  if (type == kIpv4) {
+    const std::uint32_t length_word = words.take(1);
+    const std::size_t header = (length_word & 0xF) * 4;
+    words.skip(1);
+    const std::uint32_t total = words.take(2);
+    words.skip(2);
+    const std::uint32_t fragment = words.take(2);
+    words.skip(1);
+    const std::uint32_t protocol = words.take(1);
+    constexpr std::size_t kRead = 10;
+    constexpr std::uint32_t kMoreOrOffset = 0x3FFF;
+    if (header < 20 || total < header || (fragment & kMoreOrOffset) != 0) return 0;
+    words.skip(header - kRead);
+    words.limit(total - header);
+    return protocol;
+  }
+  if (type != kIpv6) return 0;
+  words.skip(4);
+  const std::uint32_t length = words.take(2);
+  const std::uint32_t protocol = words.take(1);
+  words.skip(1 + 2 * 16);
+  words.limit(length);
+  return protocol;
+}
+
+}  // namespace
+
+std::optional<Payload> payload_of(PacketLink link, std::span<const std::byte> packet) {
+  Words words(packet);
+  const std::uint32_t type = ether_type(link, words);
+  const std::uint32_t protocol = enter_ip(type, words);
+  if (protocol != kTcp && protocol != kUdp) return std::nullopt;
+  Payload payload{.is_tcp = protocol == kTcp,
+                  .from_port = static_cast<std::uint16_t>(words.take(2)),
+                  .to_port = static_cast<std::uint16_t>(words.take(2))};
+  if (payload.is_tcp) {
+    payload.sequence = words.take(4);
+    words.skip(4);
+    const std::size_t header = (words.take(1) >> 4) * 4;
+    constexpr std::size_t kRead = 13;
+    if (header < 20) return std::nullopt;
+    words.skip(header - kRead);
+  } else {
+    const std::uint32_t length = words.take(2);
+    words.skip(2);
+    constexpr std::uint32_t kHeader = 8;
+    if (length < kHeader) return std::nullopt;
+    words.limit(length - kHeader);
+  }
+  if (!words.good()) return std::nullopt;
+  payload.bytes = words.rest();
+  return payload;
+}
+
+std::span<const std::byte> StreamOrder::take(const Payload& payload) {
+  const std::uint32_t stream = std::uint32_t{payload.from_port} << 16 | payload.to_port;
+  const auto size = static_cast<std::uint32_t>(payload.bytes.size());
+  const auto [known, is_new] = next_.try_emplace(stream, payload.sequence + size);
+  if (is_new || size == 0) return payload.bytes;
+  // How much of it was there before; a number far behind is that of a connection made anew.
+  constexpr std::int32_t kFar = 1 << 20;
+  const auto old = static_cast<std::int32_t>(known->second - payload.sequence);
+  if (old > 0 && old < kFar) {
+    const auto seen = std::min(static_cast<std::uint32_t>(old), size);
+    known->second += size - seen;
+    return payload.bytes.subspan(seen);
+  }
+  known->second = payload.sequence + size;
+  return payload.bytes;
+}
+
+}  // namespace rack::device

@@ -1,0 +1,28 @@
+// A long arrival, a few bytes at a time: a decoder with a small buffer loses nothing of it.
+#pragma once
+
+#include <algorithm>
+
+#include "components/devices/core/dialogue.h"
+
+namespace rack::device {
+
+// `take` is called with arrivals of `most` bytes at most, each with its share of the time.
+template <typename Take>
+void in_pieces(const Arrival& arrival, std::size_t most, Take take) {
+  if (arrival.bytes.size() <= most) return take(arrival);
+  const auto size = static_cast<std::int64_t>(arrival.bytes.size());
+  const Duration took = arrival.last - arrival.first;
+  for (std::size_t at = 0; at < arrival.bytes.size(); at += most) {
+    const std::size_t count = std::min(most, arrival.bytes.size() - at);
+    const auto share = [&](std::size_t bytes) {
+      return arrival.first + took * static_cast<std::int64_t>(bytes) / size;
+    };
+    take(Arrival{.bytes = arrival.bytes.subspan(at, count),
+                 .first = share(at),
+                 .last = share(at + count),
+                 .id = arrival.id});
+  }
+}
+
+}  // namespace rack::device

@@ -1,0 +1,88 @@
+// CameraJpeg: pictures of another camera, made small.
+#include <array>
+#include <mutex>
+#include <optional>
+
+#include "components/devices/camera/picture.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+
+namespace rack::device {
+namespace {
+
+constexpr std::array<ParameterInfo, 3> kParameters = {{
+    {"cameraSys", 0, "system id of the camera", 0, kIdMax},
+    {"cameraInst", 0, "instance of the camera", 0, kIdMax},
+    {"quality", 50, "1 to 100: small or good", 1, 100},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "CameraJpeg",
+    .purpose = "Pictures of another camera (mono8, rgb24, yuv422) as JPEG.",
+    .class_id = tims::class_id::kCamera,
+    .parameters = kParameters,
+};
+
+class CameraJpeg : public DataModule<CameraData> {
+ public:
+  CameraJpeg() : DataModule(kInfo, {.history = 4}) { picture_.image.reserve_all(); }
+
+ private:
+  Result<void> module_init() override {
+    const auto work = create_mailbox(1, wire_size<CameraParamData>());
+    if (!work) return work.error();
+    return create_input(camera_, **work, 1, body_max<CameraData>());
+  }
+
+  Result<void> module_on() override {
+    maker_.emplace(integer("quality"));
+    const auto camera = address_of(tims::class_id::kCamera, "camera");
+    if (camera == address()) return refused("cameraInst is this component itself");
+    if (auto on = camera_->turn_on(camera); !on) return on;
+    keep(camera_->proxy().get_parameter());
+    const auto granted = camera_->subscribe();
+    if (!granted) return granted.error();
+    set_period(*granted);
+    return DataModule::module_on();
+  }
+
+  void module_off() override { camera_->stop(); }
+
+  Result<void> module_loop() override {
+    if (auto come = camera_->next(picture_, 5 * period()); !come) return come;
+    if (auto made = maker_->compress(picture_, get_local_buffer()); !made) return made;
+    return put_local_buffer();
+  }
+
+  // It is the same picture: calibrated as its camera is.
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != CameraType::kGetParameter)
+      return DataModule::module_command(message);
+    const std::lock_guard lock(calibration_mutex_);
+    if (!calibration_) return refused("the camera has not said how it is calibrated");
+    reply(message.header, CameraType::kParameter, *calibration_);
+    return {};
+  }
+
+  void keep(const Result<CameraParamData>& calibration) {
+    const std::lock_guard lock(calibration_mutex_);
+    if (calibration)
+      calibration_ = *calibration;
+    else
+      calibration_.reset();
+  }
+
+  std::optional<Input<CameraProxy>> camera_;
+  std::optional<PictureMaker> maker_;
+  CameraData picture_;
+  std::mutex calibration_mutex_;
+  std::optional<CameraParamData> calibration_;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::CameraJpeg camera;
+  return camera.run(argc, argv);
+}

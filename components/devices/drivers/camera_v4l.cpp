@@ -1,0 +1,197 @@
+// CameraV4l: a camera of Linux (V4L2).
+#include <mutex>
+
+#include "components/devices/camera/camera_frames.h"
+#include "components/devices/drivers/driver.h"
+#include "components/devices/io/transports.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 18>{{
+    {"width", 320, "of the picture, pixels; the camera may have another near it", 1, 65535},
+    {"height", 240, "pixels", 1, 65535},
+    {"depth", 24, "bits of a pixel; the mode says it", 8, 24},
+    {"mode", "rgb24", "mono8, mono16, rgb24, yuv422, jpeg, range or disparity"},
+    {"videoId", 0, "the camera is /dev/video of this number", 0, 255},
+    {"minHue", 15, "a darker picture makes the camera brighter, 0 to 255", 0, 255},
+    {"maxHue", 250, "a brighter picture makes it darker, 0 to 255", 0, 255},
+    {"gainMult", 1000, "how strongly, thousandths", 0, 100000},
+    {"autoBrightnessSize", 1, "looked at: 1 the picture, n a part of 1/n of its sides; 0 off", 0,
+     64},
+    {"fps", 5, "pictures a second", 1, 1000},
+    {"quality", 75, "of mode jpeg, where the camera makes none itself", 1, 100},
+    {"stereoBase", 0.0F, "between two eyes whose pictures lie side by side, mm; 0: one eye", 0,
+     1e5},
+    {"stereoDisparities", 64, "how far the pictures of a near thing may be apart, pixels", 8, 512},
+    {"stereoBlock", 9, "side of what is compared, pixels, odd", 3, 31},
+    {"fx", 0.0F, "focal length, pixels (of one eye); 0: not known", 0, 1e6},
+    {"fy", 0.0F, "pixels", 0, 1e6},
+    {"e0", 0.0F, "where the axis meets the picture, pixels", 0, 1e6},
+    {"n0", 0.0F, "pixels", 0, 1e6},
+}});
+
+constexpr ModuleInfo kInfo{
+    .program = "CameraV4l",
+    .purpose = "A camera of Linux (V4L2): webcam, grabber, depth camera, two eyes in one picture.",
+    .class_id = tims::class_id::kCamera,
+    .parameters = kParameters,
+};
+
+struct Format {
+  i32 width = 0;
+  i32 height = 0;
+  u16 mode = 0;
+
+  bool operator==(const Format&) const = default;
+};
+
+class CameraV4l : public Driver<CameraData, CameraFrames> {
+ public:
+  // Pictures are large, and the newest is what counts.
+  CameraV4l() : Driver(kInfo, {.history = 4}) {}
+
+ private:
+  Result<DeviceOptions> device() const override {
+    const auto format = wanted();
+    if (!format) return format.error();
+    auto address = address_for(*format);
+    if (!address) return address.error();
+    return DeviceOptions{.address = *address, .record = text("record")};
+  }
+
+  Result<DeviceAddress> address_for(const Format& format) const {
+    const std::string text_of_it = text("device");
+    auto address = DeviceAddress::parse(
+        text_of_it.empty() ? "v4l:/dev/video" + std::to_string(integer("videoId")) : text_of_it);
+    if (!address || address->kind != TransportKind::kVideo) return address;
+    const bool is_pair = real("stereoBase") > 0;
+    const i32 width = is_pair ? 2 * format.width : format.width;
+    auto& options = address->options;
+    options.try_emplace("size", std::to_string(width) + "x" + std::to_string(format.height));
+    options.try_emplace("format", formats_for(format.mode));
+    options.try_emplace("rate", std::to_string(integer("fps")));
+    return address;
+  }
+
+  Result<std::unique_ptr<CameraFrames>> make_dialogue() override {
+    const auto format = wanted();
+    if (!format) return format.error();
+    if (integer("stereoBlock") % 2 == 0) return refused("stereoBlock is odd");
+    const auto period = std::chrono::milliseconds(1000 / integer("fps"));
+    set_period(period);
+    return std::make_unique<CameraFrames>(CameraSettings{
+        .mode = format->mode,
+        .quality = integer("quality"),
+        .period = is_recording() ? std::chrono::milliseconds(0) : period,
+        .brightness_min = integer("minHue"),
+        .brightness_max = integer("maxHue"),
+        .brightness_gain = integer("gainMult"),
+        .brightness_part = integer("autoBrightnessSize"),
+        .focal = real("fx"),
+        .base = real("stereoBase"),
+        .stereo = {.disparities = integer("stereoDisparities"), .block = integer("stereoBlock")}});
+  }
+
+  Result<void> module_loop() override {
+    bool is_changed = false;
+    {
+      const std::lock_guard lock(format_mutex_);
+      is_changed = std::exchange(is_changed_, false);
+    }
+    if (is_changed)
+      if (auto opened = open_device(); !opened) return opened;
+    return Driver::module_loop();
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case CameraType::kGetParameter:
+        reply(message.header, CameraType::kParameter, calibration());
+        return {};
+      case CameraType::kSetFormat:
+        return set_format(message);
+      default:
+        return Driver::module_command(message);
+    }
+  }
+
+  [[nodiscard]] CameraParamData calibration() const {
+    CameraParamData data;
+    const auto format = wanted();
+    data.calibration_width = format ? format->width : 0;
+    data.calibration_height = format ? format->height : 0;
+    data.fx = real("fx");
+    data.fy = real("fy");
+    data.e0 = real("e0");
+    data.n0 = real("n0");
+    data.coordinateRotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    return data;
+  }
+
+  // Holds until one of its parameters is set, or the program ends. While it is on, the next picture
+  // is of the new format. What is negative stays as it is: the window of the original's GUI sets
+  // either the size or the mode.
+  Result<void> set_format(const tims::MessageView& message) {
+    const auto asked = decode<CameraFormatData>(message);
+    if (!asked) return asked.error();
+    const auto present = wanted();
+    if (!present) return present.error();
+    Format format = *present;
+    if (asked->width >= 0) format.width = asked->width;
+    if (asked->height >= 0) format.height = asked->height;
+    if (asked->mode >= 0) format.mode = static_cast<u16>(asked->mode);
+    if (asked->mode > 0xFFFF || depth_of(format.mode) == 0)
+      return refused("mode " + std::to_string(asked->mode) + " is none of this camera's");
+    if (format.width < 1 || format.height < 1 || format.width > 0xFFFF || format.height > 0xFFFF)
+      return refused("a picture has 1 to 65535 pixels a side");
+    if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
+        asked->depth != depth_of(format.mode))
+      return refused(std::string(name_of_mode(format.mode)) + " has a depth of " +
+                     std::to_string(depth_of(format.mode)));
+    auto address = address_for(format);
+    if (!address) return address.error();
+    const bool has_two_eyes = real("stereoBase") > 0 && real("fx") > 0;
+    if (format.mode == camera_mode::kRange && !has_two_eyes) address->options["format"] = "Z16";
+    if (address->kind == TransportKind::kVideo)
+      if (auto has = check_video(*address); !has) return has;
+    {
+      const std::lock_guard lock(format_mutex_);
+      asked_ = format;
+      asked_over_ = of_parameters();
+      is_changed_ = true;
+    }
+    wake();
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  [[nodiscard]] std::optional<Format> of_parameters() const {
+    const auto mode = mode_of(text("mode"));
+    if (!mode) return std::nullopt;
+    return Format{integer("width"), integer("height"), *mode};
+  }
+
+  [[nodiscard]] Result<Format> wanted() const {
+    const auto format = of_parameters();
+    const std::lock_guard lock(format_mutex_);
+    if (asked_ && asked_over_ == format) return *asked_;
+    if (!format)
+      return refused("mode is mono8, mono16, rgb24, yuv422, jpeg, range or disparity, not " +
+                     text("mode"));
+    return *format;
+  }
+
+  mutable std::mutex format_mutex_;
+  std::optional<Format> asked_;       // by SET_FORMAT
+  std::optional<Format> asked_over_;  // what the parameters said then
+  bool is_changed_ = false;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::CameraV4l camera;
+  return camera.run(argc, argv);
+}

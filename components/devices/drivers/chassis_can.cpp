@@ -1,0 +1,49 @@
+// ChassisCan: a vehicle with ODrive or VESC motor controllers at a CAN bus.
+#include "components/devices/chassis/odrive.h"
+#include "components/devices/chassis/vesc.h"
+#include "components/devices/drivers/can_chassis.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = chassis_parameters(
+    joined(can_chassis_parameters(0), std::array<ParameterInfo, 2>{{
+                                          {"controller", 0, "0 ODrive, 1 VESC", 0, 1},
+                                          {"polePairs", 7, "of a motor at a VESC", 1, 100},
+                                      }}),
+    ChassisDefaults{.wheelRadius = 85});
+
+constexpr ModuleInfo kInfo{
+    .program = "ChassisCan",
+    .purpose =
+        "A differential or steered vehicle with ODrive or VESC motor controllers at a CAN "
+        "bus. A guard beside the driver stops them when it dies; with the cable cut a VESC "
+        "stops after a second, an ODrive when its watchdog is set.",
+    .class_id = tims::class_id::kChassis,
+    .parameters = kParameters,
+};
+
+class ChassisCan : public CanChassis {
+ public:
+  ChassisCan() : CanChassis(kInfo) {}
+
+ private:
+  [[nodiscard]] bool is_vesc() const { return integer("controller") == 1; }
+  [[nodiscard]] bool is_canopen() const override { return false; }
+  [[nodiscard]] std::uint8_t last_node() const override { return is_vesc() ? 254 : 62; }
+  [[nodiscard]] bool turns_on_the_spot() const override { return integer("steering") == 0; }
+
+  Result<std::unique_ptr<Motor>> make_motor(std::uint8_t node, MotorTask task) const override {
+    if (!is_vesc()) return std::unique_ptr<Motor>(std::make_unique<Odrive>(node, task));
+    return std::unique_ptr<Motor>(std::make_unique<Vesc>(
+        VescSettings{.node = node, .task = task, .pole_pairs = integer("polePairs")}));
+  }
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::ChassisCan chassis;
+  return chassis.run(argc, argv);
+}

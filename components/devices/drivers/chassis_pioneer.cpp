@@ -1,0 +1,82 @@
+// ChassisPioneer: a Pioneer, or another robot that speaks P2OS, at a serial line.
+#include "components/devices/chassis/p2os.h"
+#include "components/devices/drivers/chassis_driver.h"
+#include "components/devices/drivers/relay.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = chassis_parameters(
+    std::array<ParameterInfo, 7>{{
+        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+        {"sonar", 0, "1: the sonars measure", 0, 1},
+        {"ladarSonarSys", 0, "system id of the Ladar that publishes the sonars", 0, kIdMax},
+        {"ladarSonarInst", -1, "its instance; -1: none", -1, kIdMax},
+        {"ticksPerMetre", 48500, "of the encoders; 128000 of a Pioneer 3-DX", 1, 1e6},
+        {"rotationWidth", 400, "between the wheels as they turn the robot, mm", 1, 1e5},
+        {"sonarScale", 268, "1/1000 mm for each unit of a sonar; 1000 of a Pioneer 3", 1, 1e6},
+    }},
+    ChassisDefaults{});
+
+constexpr ModuleInfo kInfo{
+    .program = "ChassisPioneer",
+    .purpose =
+        "A Pioneer 2 or 3, or another robot that speaks P2OS, at a serial line. It stops by "
+        "itself when it hears nothing for two seconds.",
+    .class_id = tims::class_id::kChassis,
+    .parameters = kParameters,
+};
+
+class ChassisPioneer : public ChassisDriver<P2os> {
+ public:
+  ChassisPioneer() : ChassisDriver(kInfo) {}
+
+ private:
+  Result<void> module_init() override {
+    auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    work_ = *work;
+    return ChassisDriver::module_init();
+  }
+
+  Result<DeviceOptions> device() const override {
+    return device_by("serialDev", serial_device, kBaud);
+  }
+
+  Result<std::unique_ptr<P2os>> make_dialogue() override {
+    set_period(std::chrono::milliseconds(100));
+    sonars_.stop();
+    if (integer("sonar") != 0) aim(sonars_, *work_, tims::class_id::kLadar, "ladarSonar");
+    if (auto on = sonars_.turn_on(); !on) return on.error();
+    return std::make_unique<P2os>(
+        P2osSettings{.sonar = integer("sonar") != 0,
+                     .ticks_per_mm = integer("ticksPerMetre") / 1000.0,
+                     .rotation_width = static_cast<double>(integer("rotationWidth")),
+                     .sonar_scale = integer("sonarScale") / 1000.0,
+                     .acceleration = integer("accMax"),
+                     .deceleration = integer("decMax"),
+                     .only_listen = is_recording()});
+  }
+
+  Result<void> complete(ChassisData& data) override {
+    tims::Time measured{};
+    if (sonars_.is_aimed() && dialogue().take_sonars(rays_, measured)) {
+      rays_.recordingTime = time_stamp_of(measured);
+      sonars_.send(*work_, rays_);
+    }
+    return ChassisDriver::complete(data);
+  }
+
+  static constexpr std::uint32_t kBaud = 9600;
+  tims::Mailbox* work_ = nullptr;
+  Relay<LadarData> sonars_;
+  LadarData rays_;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::ChassisPioneer chassis;
+  return chassis.run(argc, argv);
+}

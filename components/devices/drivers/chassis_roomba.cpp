@@ -1,0 +1,112 @@
+// ChassisRoomba: an iRobot Roomba or Create 2 at a serial line.
+#include "components/devices/chassis/roomba.h"
+#include "components/devices/drivers/chassis_driver.h"
+#include "components/devices/drivers/relay.h"
+#include "rack/proxies/io.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = chassis_parameters(
+    std::array<ParameterInfo, 10>{{
+        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+        {"model", 0, "0 Roomba (400), 1 Create 2, Roomba 600 and later", 0, 1},
+        {"scan2dSys", 0, "system id of the Scan2d that publishes bumpers and cliffs", 0, kIdMax},
+        {"scan2dInst", -1, "its instance; -1: none", -1, kIdMax},
+        {"ioSys", 0, "system id of the Io that publishes its sensors", 0, kIdMax},
+        {"ioInst", -1, "its instance; -1: none", -1, kIdMax},
+        {"motorMainBrush", 0, "1: turns", 0, 1},
+        {"motorVacuum", 0, "1: sucks", 0, 1},
+        {"motorSideBrush", 0, "1: turns", 0, 1},
+        {"startDocking", 0, "1: it seeks its dock by itself", 0, 1},
+    }},
+    ChassisDefaults{.vxMax = 500,
+                    .minTurningRadius = 100,
+                    .safetyMarginMove = 0,
+                    .front = 170,
+                    .back = 170,
+                    .left = 170,
+                    .right = 170,
+                    .wheelBase = 258,
+                    .trackWidth = 258});
+
+constexpr ModuleInfo kInfo{
+    .program = "ChassisRoomba",
+    .purpose =
+        "An iRobot Roomba or Create 2 at a serial line. It would drive on when its driver "
+        "dies, so a guard beside the driver stops it.",
+    .class_id = tims::class_id::kChassis,
+    .parameters = kParameters,
+};
+
+class ChassisRoomba : public ChassisDriver<Roomba> {
+ public:
+  ChassisRoomba() : ChassisDriver(kInfo) {}
+
+ private:
+  Result<void> module_init() override {
+    auto work = create_mailbox(1, 128);
+    if (!work) return work.error();
+    work_ = *work;
+    return ChassisDriver::module_init();
+  }
+
+  [[nodiscard]] RoombaModel model() const { return static_cast<RoombaModel>(integer("model")); }
+
+  Result<DeviceOptions> device() const override {
+    const bool is_new = model() == RoombaModel::kCreate2;
+    return device_by("serialDev", serial_device, is_new ? 115200 : 57600);
+  }
+
+  Result<std::unique_ptr<Roomba>> make_dialogue() override {
+    set_period(std::chrono::milliseconds(100));
+    aim(scan_, *work_, tims::class_id::kScan2d, "scan2d");
+    aim(io_, *work_, tims::class_id::kIo, "io");
+    if (auto on = scan_.turn_on(); !on) return on.error();
+    if (auto on = io_.turn_on(); !on) return on.error();
+    return std::make_unique<Roomba>(
+        RoombaSettings{.model = model(),
+                       .track = static_cast<double>(integer("trackWidth")),
+                       .main_brush = integer("motorMainBrush") != 0,
+                       .vacuum = integer("motorVacuum") != 0,
+                       .side_brush = integer("motorSideBrush") != 0,
+                       .dock = integer("startDocking") != 0,
+                       .only_listen = is_recording()});
+  }
+
+  Result<void> complete(ChassisData& data) override {
+    if (scan_.is_aimed()) {
+      dialogue().look(points_);
+      points_.recordingTime = data.recordingTime;
+      points_.duration = static_cast<u32>(period().count());
+      points_.sectorNum = 1;
+      scan_.send(*work_, points_);
+    }
+    if (io_.is_aimed()) {
+      const RoombaSensors& sensors = dialogue().sensors();
+      values_.recordingTime = data.recordingTime;
+      values_.values.clear();
+      for (const int value :
+           {static_cast<int>(sensors.bumps), sensors.wall ? 1 : 0, sensors.cliffs[0] ? 1 : 0,
+            sensors.cliffs[1] ? 1 : 0, sensors.cliffs[2] ? 1 : 0, sensors.cliffs[3] ? 1 : 0,
+            static_cast<int>(sensors.overcurrents), static_cast<int>(sensors.charging)})
+        values_.values.push_back(static_cast<u8>(value));
+      io_.send(*work_, values_);
+    }
+    return ChassisDriver::complete(data);
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  Relay<Scan2dData> scan_;
+  Relay<IoData> io_;
+  Scan2dData points_;
+  IoData values_;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::ChassisRoomba chassis;
+  return chassis.run(argc, argv);
+}

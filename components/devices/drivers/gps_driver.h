@@ -1,0 +1,164 @@
+// What all drivers of satellite receivers do with a fix: the pulse says when it was measured,
+// Position where that is in the robot's world, and who needs the time gets it.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "components/clock/calendar.h"
+#include "components/devices/drivers/driver.h"
+#include "components/devices/drivers/host_clock.h"
+#include "components/devices/drivers/relay.h"
+#include "components/devices/io/pulse.h"
+#include "components/devices/positioning/gps.h"
+#include "rack/proxies/clock.h"
+#include "rack/proxies/position.h"
+
+namespace rack::device {
+
+inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
+    {"positionSys", 0, "system id of the Position that makes robot coordinates of places", 0,
+     kIdMax},
+    {"positionInst", 0, "its instance; -1: none", -1, kIdMax},
+    {"positionUpdate", 0,
+     "1: Position is told where it is by fixes, weighed by how sure it and they are", 0, 1},
+    {"clockRelaySys", 0, "system id of the clock relay that gets the time", 0, kIdMax},
+    {"clockRelayInst", -1, "its instance; -1: none", -1, kIdMax},
+    {"realtimeClockUpdate", 0, "1: sets the time of this host, which needs CAP_SYS_TIME", 0, 1},
+    {"realtimeClockUpdateTime", 60000, "how often, ms", 0},
+    {"enablePPSTiming", 1, "1: fixes are stamped by the pulse of each second, if the kernel has it",
+     0, 1},
+    {"pps", "", "the kernel's pulse, as /dev/pps0; empty: that of the serial line"},
+}};
+
+// `Dialog`: of NmeaReceiver's form.
+template <class Dialog>
+class GpsDriver : public Driver<GpsData, Dialog> {
+ public:
+  using Driver<GpsData, Dialog>::Driver;
+
+ protected:
+  Result<void> module_init() override {
+    if (auto good = Driver<GpsData, Dialog>::module_init(); !good) return good;
+    return this->create_mailbox(work_, 2, 256);
+  }
+
+  Result<void> module_on() override {
+    // A recording tells the time of another day.
+    clock_.start(this->integer("realtimeClockUpdate") != 0 && !this->is_recording(),
+                 std::chrono::milliseconds(this->integer("realtimeClockUpdateTime")));
+    position_.reset();
+    position_asked_.reset();
+    if (this->integer("positionInst") >= 0)
+      position_.emplace(*work_, this->address_of(tims::class_id::kPosition, "position"));
+    this->aim(relay_, *work_, tims::class_id::kClock, "clockRelay");
+    open_pulse();
+    return Driver<GpsData, Dialog>::module_on();
+  }
+
+  void module_off() override {
+    Driver<GpsData, Dialog>::module_off();
+    pulse_.reset();
+  }
+
+  Result<void> complete(GpsData& data) override {
+    const GpsMoment& moment = this->dialogue().moment();
+    tims::Time measured = this->dialogue().recorded();
+    const bool by_pulse = take_pulse(moment, measured);
+    data.recordingTime = time_stamp_of(measured);
+    if (data.mode != gps_mode::kInvalid) tell_time(data, moment, measured, by_pulse);
+    ask_position(data);
+    return {};
+  }
+
+ private:
+  // The pulse is seen by the wall clock, which may be set at any time: only the age of it counts.
+  bool take_pulse(const GpsMoment& moment, tims::Time& measured) const {
+    if (!pulse_ || !moment.utc) return false;
+    const auto pulse = pulse_->last();
+    if (!pulse) return false;
+    timespec wall{};
+    ::clock_gettime(CLOCK_REALTIME, &wall);
+    const tims::Duration wall_now =
+        std::chrono::seconds(wall.tv_sec) + tims::Duration(wall.tv_nsec);
+    const tims::Duration arrived = wall_now - (now() - measured);
+    const auto then = measured_by_pulse(*pulse, moment.fraction(), arrived);
+    if (then) measured -= arrived - *then;
+    return then.has_value();
+  }
+
+  void tell_time(GpsData& data, const GpsMoment& moment, tims::Time measured, bool by_pulse) {
+    if (!moment.utc || moment.is_leap_second) return;
+    const auto updated = clock_.update(*moment.utc, measured, now());
+    if (!updated) this->log().warning("%s", updated.error().detail());
+    if (updated && *updated) data.recordingTime = time_stamp_of(measured);
+    constexpr i32 kDeviation = 300;  // ms, of what a receiver needs until it sends
+    constexpr i32 kCentury = 100;
+    ClockData clock = clock::clock_of(std::chrono::floor<std::chrono::seconds>(*moment.utc));
+    clock.year = clock.year % kCentury;
+    clock.recordingTime = data.recordingTime;
+    clock.syncMode = 1;
+    clock.varT = by_pulse ? 1 : kDeviation;
+    relay_.send(*work_, clock);
+  }
+
+  // While Position is not there, it is asked every few seconds only.
+  void ask_position(GpsData& data) {
+    constexpr tims::Duration kPause = std::chrono::seconds(5);
+    if (!position_ || data.mode == gps_mode::kInvalid) return;
+    if (position_asked_ && now() - *position_asked_ < kPause) return;
+    const auto position = position_->wgs84_to_pos({.latitude = data.latitude,
+                                                   .longitude = data.longitude,
+                                                   .altitude = data.altitude,
+                                                   .heading = data.heading});
+    if (position) {
+      data.pos = position->pos;
+      position_asked_.reset();
+      if (this->integer("positionUpdate") != 0) tell_position(data);
+      return;
+    }
+    if (!position_asked_)
+      this->log().warning(
+          "%s; places have no robot coordinates until it answers (positionInst=-1: "
+          "none are wanted)",
+          position.error().message());
+    position_asked_ = now();
+  }
+
+  // A course says where the robot heads only while it moves. Position may not know that time.
+  void tell_position(const GpsData& data) {
+    constexpr i32 kMoves = 1000;  // mm/s
+    const auto known = position_->get_data(data.recordingTime);
+    if (!known) return;
+    const auto both = weighed(*known, data, data.speed >= kMoves);
+    if (!both) return;
+    if (const auto told = position_->update(*both); !told)
+      this->log().warning("%s", told.error().message());
+  }
+
+  void open_pulse() {
+    pulse_.reset();
+    if (this->integer("enablePPSTiming") == 0) return;
+    std::string path = this->text("pps");
+    if (path.empty()) {
+      const auto options = this->device();
+      if (options && options->address.kind == TransportKind::kSerial)
+        path = Pulse::find(options->address.place);
+    }
+    if (path.empty()) return;
+    auto opened = Pulse::open(path);
+    if (opened)
+      pulse_.emplace(std::move(*opened));
+    else
+      this->log().warning("%s; fixes are stamped when they arrive", opened.error().message());
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PositionProxy> position_;
+  std::optional<tims::Time> position_asked_;  // in vain
+  Relay<ClockData> relay_;
+  HostClock clock_;
+  std::optional<Pulse> pulse_;
+};
+
+}  // namespace rack::device

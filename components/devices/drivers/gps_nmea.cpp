@@ -1,0 +1,65 @@
+// GpsNmea: a satellite receiver that talks NMEA 0183.
+#include <numbers>
+
+#include "components/devices/drivers/gps_driver.h"
+#include "components/devices/positioning/nmea_receiver.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = driver_parameters(joined(
+    std::array<ParameterInfo, 10>{{
+        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+        {"baudrate", 4800, "of the line", 1200, 4000000},
+        {"periodTime", 1000, "of the receiver, ms", 10, 60000},
+        {"trigMsgStart", 0, "sentence that begins a data set: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
+        {"trigMsgEnd", 0, "sentence that ends it: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
+        {"sdXYMax", 50000, "standard deviation with 4 satellites, mm", 0},
+        {"sdXYMin", 10000, "standard deviation with 12 satellites and more, mm", 0},
+        {"sdZMax", 100000, "of the height, with 4 satellites, mm", 0},
+        {"sdZMin", 20000, "of the height, with 12 satellites and more, mm", 0},
+        {"sdRho", 20, "standard deviation of the heading, deg", 0, 180},
+    }},
+    kGpsParameters));
+
+constexpr ModuleInfo kInfo{
+    .program = "GpsNmea",
+    .purpose = "A satellite receiver that talks NMEA 0183, at a serial line or elsewhere.",
+    .class_id = tims::class_id::kGps,
+    .parameters = kParameters,
+};
+
+class GpsNmea : public GpsDriver<NmeaReceiver> {
+ public:
+  GpsNmea() : GpsDriver(kInfo, {.history = 10}) {}
+
+ private:
+  Result<DeviceOptions> device() const override {
+    return device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
+  }
+
+  Result<std::unique_ptr<NmeaReceiver>> make_dialogue() override {
+    const std::chrono::milliseconds period(integer("periodTime"));
+    set_period(period);
+    const double rho = integer("sdRho") * std::numbers::pi / 180;
+    return std::make_unique<NmeaReceiver>(
+        NmeaSettings{.start = static_cast<NmeaKind>(integer("trigMsgStart")),
+                     .end = static_cast<NmeaKind>(integer("trigMsgEnd")),
+                     .period = period,
+                     .deviations = {.xy_max = integer("sdXYMax"),
+                                    .xy_min = integer("sdXYMin"),
+                                    .z_max = integer("sdZMax"),
+                                    .z_min = integer("sdZMin"),
+                                    .rho = static_cast<f32>(rho)},
+                     .baud = static_cast<std::uint32_t>(integer("baudrate")),
+                     .only_listen = is_recording()});
+  }
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::GpsNmea gps;
+  return gps.run(argc, argv);
+}

@@ -1,0 +1,59 @@
+#include "components/devices/drivers/host_clock.h"
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <string>
+
+#include <sys/time.h>
+
+namespace rack::device {
+namespace {
+
+using tims::Duration;
+
+Duration wall_clock() {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  return std::chrono::seconds(now.tv_sec) + Duration(now.tv_nsec);
+}
+
+bool slew(Duration difference) {
+  const auto microseconds = std::chrono::duration_cast<std::chrono::microseconds>(difference);
+  timeval delta{.tv_sec = 0, .tv_usec = microseconds.count()};
+  return ::adjtime(&delta, nullptr) == 0;
+}
+
+bool step(Duration time) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  const timespec now{.tv_sec = seconds.count(), .tv_nsec = (time - seconds).count()};
+  return ::clock_settime(CLOCK_REALTIME, &now) == 0;
+}
+
+}  // namespace
+
+tims::Result<bool> HostClock::update(Duration utc, tims::Time measured, tims::Time now) {
+  if (!is_wanted_ || (updated_ && now - *updated_ < interval_)) return false;
+  const Duration time = utc + (now - measured);
+  const Duration ahead = wall_clock() - time;
+  const ClockChange change = clock_change(ahead);
+  if (change == ClockChange::kRefused) {
+    is_wanted_ = false;
+    const auto days = std::chrono::duration_cast<std::chrono::days>(ahead).count();
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       "the device's time is " + std::to_string(days) +
+                           " days behind this host's: the clock is not set back that far; whose "
+                           "date is wrong?");
+  }
+  const bool is_slow = change == ClockChange::kSlowly;
+  if (!(is_slow ? slew(-ahead) : step(time))) {
+    is_wanted_ = false;
+    return tims::Error(tims::Errc::kSystem,
+                       std::string("cannot set the time of this host: ") + std::strerror(errno) +
+                           "; it needs CAP_SYS_TIME, or realtimeClockUpdate=0");
+  }
+  updated_ = now;
+  return !is_slow;
+}
+
+}  // namespace rack::device

@@ -1,0 +1,139 @@
+// LadarIbeoLux: an Ibeo Lux in the network. Its points are the data; what it takes for objects goes
+// to up to two ObjRecogRelayLadar, boxes to the one, contours to the other.
+#include <optional>
+
+#include "components/devices/drivers/driver.h"
+#include "components/devices/scanners/ibeo_lux.h"
+#include "rack/proxies/position.h"
+
+namespace rack::device {
+namespace {
+
+constexpr std::int32_t kPort = 12002;
+
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 10>{{
+    {"ladarIp", "", "where the scanner is: name or number; not needed with device="},
+    {"ladarPort", kPort, "its TCP port", 1, 65535},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos of objects; -1: none", -1, kIdMax},
+    {"objRecogBoundSys", 0, "system id of the relay for boxes", 0, kIdMax},
+    {"objRecogBoundInst", -1, "instance of the relay for boxes; -1: none", -1, kIdMax},
+    {"objRecogContourSys", 0, "system id of the relay for contours", 0, kIdMax},
+    {"objRecogContourInst", -1, "instance of the relay for contours; -1: none", -1, kIdMax},
+    {"distanceFilter", 0, "1: at each angle of a layer only the nearest object", 0, 1},
+    {"velocityMode", 0, "of objects: 0 relative to the scanner, 1 over ground", 0, 1},
+}});
+
+constexpr ModuleInfo kInfo{
+    .program = "LadarIbeoLux",
+    .purpose = "A laser range finder Ibeo Lux in the network.",
+    .class_id = tims::class_id::kLadar,
+    .parameters = kParameters,
+};
+
+class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
+ public:
+  LadarIbeoLux() : Driver(kInfo, {.history = 10}) {
+    reserve_all(boxes_);
+    reserve_all(contours_);
+    bytes_.resize(body_max<ObjRecogData>());
+  }
+
+ private:
+  Result<void> module_init() override {
+    if (auto good = Driver::module_init(); !good) return good;
+    return create_mailbox(work_, 10, wire_size<PositionData>());
+  }
+
+  Result<DeviceOptions> device() const override {
+    DeviceOptions options{.baud = 0, .record = text("record")};
+    std::string address = text("device");
+    if (address.empty()) {
+      if (text("ladarIp").empty()) return refused("ladarIp or device must be said");
+      address = "tcp:" + text("ladarIp") + ":" + std::to_string(integer("ladarPort"));
+    }
+    const auto parsed = DeviceAddress::parse(address);
+    if (!parsed) return parsed.error();
+    options.address = *parsed;
+    return options;
+  }
+
+  Result<std::unique_ptr<IbeoLux>> make_dialogue() override {
+    set_period(std::chrono::milliseconds(80));
+    return std::make_unique<IbeoLux>(
+        IbeoLuxSettings{.only_nearest = integer("distanceFilter") != 0,
+                        .absolute_speeds = integer("velocityMode") != 0});
+  }
+
+  Result<void> module_on() override {
+    if (auto on = turn_on("objRecogBound", box_relay_); !on) return on;
+    if (auto on = turn_on("objRecogContour", contour_relay_); !on) return on;
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    return Driver::module_on();
+  }
+
+  void module_off() override {
+    for (auto* const relay : {&box_relay_, &contour_relay_}) {
+      if (*relay) (void)(*relay)->off();
+      relay->reset();
+    }
+    Driver::module_off();
+  }
+
+  // A relay can be turned on when it has something to relay.
+  Result<void> turn_on(const std::string& name, std::optional<ObjRecogProxy>& relay) {
+    relay.reset();
+    if (integer(name + "Inst") < 0) return {};
+    relay.emplace(*work_, address_of(tims::class_id::kObjRecog, name));
+    ObjRecogData nothing;
+    nothing.recordingTime = time_stamp();
+    send(*relay, nothing);
+    return relay->on();
+  }
+
+  // To its first mailbox, as the original does. Who is not there gets the next ones.
+  void send(const ObjRecogProxy& relay, const ObjRecogData& objects) {
+    const auto size = encode(objects, bytes_);
+    if (!size) return;
+    auto fields = relay.component().fields(address_widths());
+    fields.local = 1;
+    const tims::Envelope envelope{.dest = tims::Address::of(fields, address_widths()),
+                                  .type = tims::type::kData,
+                                  .stream = true};
+    (void)work_->send(envelope, std::span<const std::byte>(bytes_).first(*size));
+  }
+
+  // Objects come beside the scan they were made of.
+  Result<void> complete(LadarData&) override {
+    tims::Time recorded{};
+    if (!dialogue().take_objects(boxes_, contours_, recorded)) return {};
+    for (ObjRecogData* const objects : {&boxes_, &contours_}) {
+      objects->recordingTime = time_stamp_of(recorded);
+      if (!position_) continue;
+      const auto position = position_->get_data(objects->recordingTime);
+      if (!position) return position.error();
+      objects->refPos = position->pos;
+      objects->varRefPos = position->var;
+    }
+    if (box_relay_) send(*box_relay_, boxes_);
+    if (contour_relay_) send(*contour_relay_, contours_);
+    return {};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<ObjRecogProxy> box_relay_;
+  std::optional<ObjRecogProxy> contour_relay_;
+  std::optional<PositionProxy> position_;
+  ObjRecogData boxes_;
+  ObjRecogData contours_;
+  std::vector<std::byte> bytes_;
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::LadarIbeoLux ladar;
+  return ladar.run(argc, argv);
+}

@@ -1,0 +1,47 @@
+// LadarSickPicoScan: a SICK picoScan100 or multiScan100, whose segments come by UDP.
+#include "components/devices/drivers/driver.h"
+#include "components/devices/scanners/sick_compact.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
+    {"periodTime", 50, "of its turns, ms: 20 to 67", 1, 1000},
+    {"maxRange", 75000, "of the scanner, mm", 1, 1000000},
+    {"serialNumber", 0, "of the only scanner that is heard; 0: any", 0},
+}});
+
+constexpr ModuleInfo kInfo{
+    .program = "LadarSickPicoScan",
+    .purpose = "A laser range finder SICK picoScan100, or a level layer of a multiScan100.",
+    .class_id = tims::class_id::kLadar,
+    .parameters = kParameters,
+};
+
+class LadarSickPicoScan : public Driver<LadarData, SickCompact> {
+ public:
+  LadarSickPicoScan() : Driver(kInfo, {.history = 10}) {}
+
+ private:
+  Result<DeviceOptions> device() const override {
+    const std::string given = text("device");
+    const auto address = DeviceAddress::parse(given.empty() ? "udp::2115" : given);
+    if (!address) return address.error();
+    return DeviceOptions{.address = *address, .record = text("record")};
+  }
+
+  Result<std::unique_ptr<SickCompact>> make_dialogue() override {
+    set_period(std::chrono::milliseconds(integer("periodTime")));
+    return std::make_unique<SickCompact>(
+        SickCompactSettings{.serial_number = static_cast<std::uint32_t>(integer("serialNumber")),
+                            .max_range = integer("maxRange")});
+  }
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::LadarSickPicoScan ladar;
+  return ladar.run(argc, argv);
+}

@@ -1,0 +1,53 @@
+// LadarSickS: a SICK S300 or S3000 at a serial line.
+#include "components/devices/drivers/driver.h"
+#include "components/devices/scanners/sick_s.h"
+
+namespace rack::device {
+namespace {
+
+constexpr std::int32_t kRate = 500000;
+
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
+    {"devNumber", 300, "300 or 3000", 300, 3000, true},
+    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+    {"EFIdev", 0, "0 master of the EFI bus, 1 its slave", 0, 1},
+    {"baudrate", kRate, "as it is set up: 500000 or less", 9600, kRate},
+}});
+
+constexpr ModuleInfo kInfo{
+    .program = "LadarSickS",
+    .purpose = "A safety laser range finder SICK S300 or S3000 at a serial line.",
+    .class_id = tims::class_id::kLadar,
+    .parameters = kParameters,
+};
+
+class LadarSickS : public Driver<LadarData, SickS> {
+ public:
+  LadarSickS() : Driver(kInfo, {.history = 5}) {}
+
+ private:
+  Result<DeviceOptions> device() const override {
+    return device_by("serialDev", serial_device, static_cast<std::uint32_t>(integer("baudrate")));
+  }
+
+  Result<std::unique_ptr<SickS>> make_dialogue() override {
+    const std::int32_t number = integer("devNumber");
+    if (number != 300 && number != 3000) return refused("devNumber is 300 or 3000");
+    const bool is_small = number == 300;
+    const std::int32_t baud = integer("baudrate");
+    // As the original counts: a slower line takes as many times longer.
+    set_period(std::chrono::milliseconds(kRate / baud * (is_small ? 40 : 30)));
+    return std::make_unique<SickS>(
+        SickSSettings{.device = is_small ? SickSDevice::kS300 : SickSDevice::kS3000,
+                      .is_slave = integer("EFIdev") == 1,
+                      .baud = static_cast<std::uint32_t>(baud)});
+  }
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::LadarSickS ladar;
+  return ladar.run(argc, argv);
+}

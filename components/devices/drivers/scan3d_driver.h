@@ -1,0 +1,71 @@
+// What drivers of spinning scanners share: their parameters, where the robot was, and the commands
+// of the class.
+#pragma once
+
+#include <numbers>
+#include <optional>
+
+#include "components/devices/drivers/driver.h"
+#include "components/devices/scan3d/spinning_scan.h"
+#include "components/scan3d/scan3d_commands.h"
+#include "rack/proxies/position.h"
+
+namespace rack::device {
+
+inline constexpr std::array<ParameterInfo, 7> kSpinParameters = {{
+    {"sectors", 1, "messages a turn", 1, 64},
+    {"minRange", 0, "nearer points are the robot itself, mm", 0, 1e6},
+    {"maxRange", 0, "farther points are left out, mm; 0: as the scanner", 0, 1e6},
+    {"direction", 0, "where its front looks on the robot, clockwise, deg", -360, 360},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+    kStorePath,
+}};
+
+template <std::size_t N>
+constexpr auto spin_parameters(const std::array<ParameterInfo, N>& own) {
+  return joined(own, kSpinParameters);
+}
+
+template <class Dialog>
+class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
+ public:
+  explicit Scan3dDriver(const ModuleInfo& info)
+      : Scan3dCommands<Driver<Scan3dData, Dialog>>(info, {.history = 4}) {}
+
+ protected:
+  using Base = Scan3dCommands<Driver<Scan3dData, Dialog>>;
+
+  SpinSettings spin_settings() const {
+    return {.sectors = this->integer("sectors"),
+            .range_min = this->integer("minRange"),
+            .range_max = this->integer("maxRange"),
+            .direction = this->integer("direction") * std::numbers::pi / 180};
+  }
+
+  Result<void> module_init() override {
+    if (auto good = Base::module_init(); !good) return good;
+    return this->create_mailbox(work_, 1, 256);
+  }
+
+  Result<void> module_on() override {
+    if (auto on = this->turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position");
+        !on)
+      return on;
+    return Base::module_on();
+  }
+
+  Result<void> complete(Scan3dData& scan) override {
+    if (!position_) return {};
+    const auto position = position_->get_data(scan.recordingTime);
+    if (!position) return position.error();
+    scan.refPos = position->pos;
+    return {};
+  }
+
+ private:
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PositionProxy> position_;
+};
+
+}  // namespace rack::device

@@ -1,0 +1,166 @@
+// ServoDrive: one axis with a drive after CiA 402 at a CAN bus.
+#include <mutex>
+#include <numbers>
+
+#include "components/devices/chassis/servo_axis.h"
+#include "components/devices/drivers/driver.h"
+
+namespace rack::device {
+namespace {
+
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
+    {"canDev", 0, "N of canN", 0, 255},
+    {"node", 1, "of the drive", 1, 126},
+    {"sliding", 0, "0: it turns (rad, parameters in deg), 1: it slides (mm)", 0, 1},
+    {"gearRatio", 1.0F, "turns of the motor for a turn, or 1 mm; below 0: the other way round",
+     -10000, 10000},
+    {"increments", 4096, "of the motor's encoder for a turn", 1, 1e9},
+    {"velocityUnits", 0, "of the drive for a turn each second; 60 where it is rpm; 0: increments",
+     0, 1e9},
+    {"posMin", -180.0F, "where it may be, deg or mm", -1e6, 1e6},
+    {"posMax", 180.0F, "deg or mm", -1e6, 1e6},
+    {"velMax", 90.0F, "deg/s or mm/s", 0.001, 1e6},
+    {"accMax", 180.0F, "deg/s2 or mm/s2", 0.001, 1e6},
+    {"homingMethod", 35, "of CiA 402; 35, 37: where it is now is 0", -128, 127},
+    {"homeAtOn", 0, "1: it goes home when it is turned on", 0, 1},
+    {"periodTime", 50, "of the data, ms", 20, 1000},
+    {"moveDeadline", 0, "how long a MOVE_VEL holds, ms; 0: three periods of its sender", 0,
+     3600000},
+}});
+
+constexpr ModuleInfo kInfo{
+    .program = "ServoDrive",
+    .purpose =
+        "One axis with a CANopen drive after CiA 402. Without the driver's heartbeat the "
+        "drive stops after 0.2 s.",
+    .class_id = tims::class_id::kServoDrive,
+    .parameters = kParameters,
+};
+
+class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
+ public:
+  ServoDrive() : Driver(kInfo, {.history = 100}) {}
+
+ private:
+  Result<DeviceOptions> device() const override { return device_by("canDev", can_device, 0); }
+
+  // rad or mm.
+  [[nodiscard]] double axis(std::string_view name) const {
+    const auto value = static_cast<double>(real(name));
+    return integer("sliding") != 0 ? value : value * std::numbers::pi / 180;
+  }
+
+  Result<std::unique_ptr<ServoAxis>> make_dialogue() override {
+    set_period(std::chrono::milliseconds(integer("periodTime")));
+    const double turns = static_cast<double>(real("gearRatio"));
+    if (turns == 0) return refused("gearRatio=0: the axis would never move");
+    if (axis("posMin") > axis("posMax")) return refused("posMin is larger than posMax");
+    const double gear = integer("sliding") != 0 ? turns * 2 * std::numbers::pi : turns;
+    const auto increments = static_cast<double>(integer("increments"));
+    const auto units = static_cast<double>(integer("velocityUnits"));
+    const double acceleration = axis("accMax") * std::abs(gear);
+    auto dialogue = std::make_unique<ServoAxis>(ServoAxisSettings{
+        .drive = {.node = static_cast<std::uint8_t>(integer("node")),
+                  .increments_of_turn = increments,
+                  .velocity_of_turn = units > 0 ? units : increments,
+                  .acceleration = acceleration,
+                  .deceleration = acceleration,
+                  .quick_stop = 2 * acceleration,
+                  .homing_method = static_cast<std::int8_t>(integer("homingMethod"))},
+        .gear = gear,
+        .min = axis("posMin"),
+        .max = axis("posMax"),
+        .velocity_max = axis("velMax"),
+        .period = period(),
+        .move_deadline = std::chrono::milliseconds(integer("moveDeadline")),
+        .only_listen = is_recording()});
+    const std::lock_guard lock(wish_mutex_);
+    wish_ = {.home = integer("homeAtOn") != 0};
+    waiting_.reset();
+    return dialogue;
+  }
+
+  tims::Time prepare(tims::Time now) override {
+    const std::lock_guard lock(wish_mutex_);
+    if (!dialogue().is_ready()) return tims::kNever;
+    if (dialogue().take_overdue()) log().warning("No MOVE_VEL in time, stopped");
+    if (std::exchange(wish_.home, false)) dialogue().home();
+    if (wish_.position)
+      dialogue().move_to(static_cast<double>(wish_.position->position),
+                         static_cast<double>(wish_.position->vel),
+                         static_cast<double>(wish_.position->acc));
+    if (wish_.velocity) dialogue().move(static_cast<double>(*wish_.velocity), now);
+    wish_ = {};
+    return tims::kNever;
+  }
+
+  Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const override {
+    return data_between(time, to, interpolated);
+  }
+
+  // Whoever wanted to know is told that it is there.
+  Result<void> complete(ServoDriveData&) override {
+    const std::lock_guard lock(wish_mutex_);
+    if (!waiting_ || wish_.position || wish_.home || !dialogue().is_reached()) return {};
+    (void)reply(*waiting_, ServoDriveType::kPositionReached);
+    waiting_.reset();
+    return {};
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case ServoDriveType::kHome:
+        return accept(message, {.home = true}, false);
+      case ServoDriveType::kMovePos: {
+        const auto wish = decode<ServoDriveMovePosData>(message);
+        if (!wish) return wish.error();
+        return accept(message, {.position = *wish}, wish->replyPositionReached != 0);
+      }
+      case ServoDriveType::kMoveVel: {
+        const auto wish = decode<ServoDriveMoveVelData>(message);
+        if (!wish) return wish.error();
+        return accept(message, {.velocity = wish->vel}, false);
+      }
+      case ServoDriveType::kInformReached: {
+        const std::lock_guard lock(wish_mutex_);
+        waiting_ = message.header;
+        break;
+      }
+      default:
+        return Driver::module_command(message);
+    }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  struct Wish {
+    bool home = false;
+    std::optional<ServoDriveMovePosData> position{};
+    std::optional<f32> velocity{};
+  };
+
+  Result<void> accept(const tims::MessageView& message, const Wish& wish, bool inform) {
+    if (!is_on()) return refused("the drive is off");
+    {
+      const std::lock_guard lock(wish_mutex_);
+      wish_ = wish;
+      waiting_.reset();
+      if (inform) waiting_ = message.header;
+    }
+    wake();
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  PriorityMutex wish_mutex_;
+  Wish wish_;
+  std::optional<tims::Header> waiting_;  // who wants to know when it is there
+};
+
+}  // namespace
+}  // namespace rack::device
+
+int main(int argc, char** argv) {
+  rack::device::ServoDrive drive;
+  return drive.run(argc, argv);
+}

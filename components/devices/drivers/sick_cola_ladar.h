@@ -1,0 +1,42 @@
+// What LadarSickCola and LadarSickLms100 have in common: what their scanner complains of is logged.
+#pragma once
+
+#include "components/devices/drivers/driver.h"
+#include "components/devices/scanners/sick_cola.h"
+
+namespace rack::device {
+
+class SickColaLadar : public Driver<LadarData, SickCola> {
+ public:
+  explicit SickColaLadar(const ModuleInfo& info) : Driver(info, {.history = 10}) {}
+
+ protected:
+  Result<void> complete(LadarData& /*data*/) override {
+    if (is_first_) {
+      log().info("scanner %s\n", dialogue().identity());
+      is_first_ = false;
+    }
+    if (const std::string notes = dialogue().take_notes(); !notes.empty())
+      log().warning("%s\n", notes);
+    constexpr unsigned kBecomesDirty = 2;
+    constexpr unsigned kTooDirty = 4;
+    const unsigned dirt = dialogue().scan().status() & (kBecomesDirty | kTooDirty);
+    if (dirt > dirt_)
+      log().warning((dirt & kTooDirty) != 0 ? "its front screen is too dirty to measure\n"
+                                            : "its front screen becomes dirty\n");
+    dirt_ = dirt;
+    return {};
+  }
+
+  Result<std::unique_ptr<SickCola>> make(const SickColaSettings& settings) {
+    is_first_ = !settings.only_listen;
+    dirt_ = 0;
+    return std::make_unique<SickCola>(settings);
+  }
+
+ private:
+  bool is_first_ = true;
+  unsigned dirt_ = 0;
+};
+
+}  // namespace rack::device

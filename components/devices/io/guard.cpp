@@ -1,0 +1,89 @@
+#include "components/devices/io/guard.h"
+
+#include <cerrno>
+#include <csignal>
+#include <span>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace rack::device {
+namespace {
+
+using tims::Result;
+using tims::os::File;
+using tims::os::system_error;
+
+constexpr char kReleased = 'r';
+
+// Only what may be called after fork() in a program with threads: from here to _exit().
+
+// False: the line does not take it, for a second.
+bool write_whole(int line, std::span<const std::byte> piece) {
+  constexpr int kPause = 1;  // ms
+  constexpr int kAttempts = 1000;
+  for (int attempt = 0; attempt < kAttempts && !piece.empty(); ++attempt) {
+    const ssize_t written = ::write(line, piece.data(), piece.size());
+    if (written > 0) piece = piece.subspan(static_cast<std::size_t>(written));
+    // The queue of a CAN interface is full (ENOBUFS): poll() says that it can be written.
+    const bool is_full = written < 0 && (errno == EAGAIN || errno == ENOBUFS);
+    if (written < 0 && !is_full && errno != EINTR) return false;
+    if (is_full) ::poll(nullptr, 0, kPause);
+  }
+  return piece.empty();
+}
+
+[[noreturn]] void stand_guard(int line, int alive,
+                              const std::vector<std::vector<std::byte>>& last_words) {
+  ::prctl(PR_SET_NAME, "device-guard");
+  // It ends when the driver does, whatever is sent to the group of both.
+  sigset_t all;
+  ::sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, nullptr);
+  // Nobody must take the driver for alive because a socket of it is still open here.
+  if (::dup2(line, 0) < 0 || ::dup2(alive, 1) < 0) ::_exit(1);
+  ::close_range(2, ~0U, 0);
+  char said = 0;
+  ssize_t got = 0;
+  do {
+    got = ::read(1, &said, 1);
+  } while (got < 0 && errno == EINTR);
+  if (got == 1) ::_exit(0);
+  for (const auto& piece : last_words)
+    if (!write_whole(0, piece)) break;
+  ::_exit(0);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Guard>> Guard::start(int line,
+                                            const std::vector<std::vector<std::byte>>& last_words) {
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    return system_error("socket of the device's guard");
+  // Above those that the guard uses itself.
+  constexpr int kAbove = 3;
+  File reads(ends[0]);
+  File writes(ends[1]);
+  File own_line(::fcntl(line, F_DUPFD_CLOEXEC, kAbove));
+  File own_read(::fcntl(reads.get(), F_DUPFD_CLOEXEC, kAbove));
+  if (!own_line || !own_read) return system_error("line of the device's guard");
+  const pid_t process = ::fork();
+  if (process < 0) return system_error("guard of the device");
+  if (process == 0) stand_guard(own_line.get(), own_read.get(), last_words);
+  return std::unique_ptr<Guard>(new Guard(std::move(writes), process));
+}
+
+Guard::~Guard() {
+  while (::send(alive_.get(), &kReleased, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
+  }
+  alive_.reset();
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+}  // namespace rack::device

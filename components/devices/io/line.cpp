@@ -1,0 +1,189 @@
+#include "components/devices/io/line.h"
+
+#include <algorithm>
+
+#include <arpa/inet.h>
+#include <asm/termbits.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "components/devices/core/device_clock.h"
+#include "components/devices/io/stream.h"
+#include "components/devices/io/transports.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+using tims::os::File;
+using tims::os::system_error;
+
+constexpr std::size_t kWaitingMax = 1 << 16;
+constexpr Duration kSlice = std::chrono::milliseconds(1);  // of what is sent at once
+
+// A driver opens the terminal's other end as its serial line. Who talks at another rate than the
+// device hears noise, and is heard as noise; a rate of 0 is any.
+class EmulatedLine final : public StreamTransport {
+ public:
+  EmulatedLine(Terminal terminal, std::uint32_t baud, const std::string& link)
+      : StreamTransport(std::move(terminal.own), link, 0),
+        other_(std::move(terminal.other)),
+        rate_(baud),
+        link_(link) {}
+  ~EmulatedLine() override { ::unlink(link_.c_str()); }
+
+  [[nodiscard]] Time next_timeout() const override {
+    return waiting_.empty() ? StreamTransport::next_timeout() : pace_.next();
+  }
+  Result<void> receive(Time now, const Receive& receive) override {
+    if (auto sent = send_waiting(now); !sent) return sent;
+    return StreamTransport::receive(now, [&](const Arrival& arrival) {
+      if (is_right_rate())
+        receive(arrival);
+      else
+        receive({.bytes = noise(arrival.bytes), .first = arrival.first, .last = arrival.last});
+    });
+  }
+  Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t) override {
+    if (waiting_.size() + bytes.size() > kWaitingMax) return false;
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+    if (auto sent = send_waiting(now); !sent) return sent.error();
+    return true;
+  }
+  // After what was sent before, as a device does it.
+  void set_baud(std::uint32_t baud) override {
+    if (waiting_.empty())
+      rate_ = baud;
+    else
+      next_rate_ = baud;
+  }
+
+ private:
+  Result<void> on_end() override { return {}; }
+
+  [[nodiscard]] bool is_right_rate() const {
+    termios2 settings{};
+    return rate_ == 0 || ::ioctl(other_.get(), TCGETS2, &settings) != 0 ||
+           settings.c_ospeed == rate_;
+  }
+  std::span<const std::byte> noise(std::span<const std::byte> bytes) {
+    noise_.assign(bytes.begin(), bytes.end());
+    for (std::byte& byte : noise_) byte = (byte << 1) ^ std::byte{0xE1};
+    return noise_;
+  }
+
+  Result<void> send_waiting(Time now) {
+    const std::size_t count = pace_.allowed(now, waiting_.size(), rate_);
+    if (count > 0) {
+      const auto piece = std::span<const std::byte>(waiting_).first(count);
+      auto sent = StreamTransport::send(now, is_right_rate() ? piece : noise(piece), 0);
+      if (!sent) return sent.error();
+      waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+    if (waiting_.empty() && next_rate_ != 0) rate_ = std::exchange(next_rate_, 0);
+    return {};
+  }
+
+  File other_;
+  std::uint32_t rate_;
+  std::uint32_t next_rate_ = 0;
+  std::string link_;
+  Pace pace_;
+  std::vector<std::byte> waiting_;
+  std::vector<std::byte> noise_;
+};
+
+// One client at a time; who comes next takes its place, as with most scanners.
+class Listener final : public Transport {
+ public:
+  Listener(File listener, std::string description)
+      : listener_(std::move(listener)), description_(std::move(description)) {}
+
+  [[nodiscard]] int descriptor() const override {
+    return client_ ? client_->descriptor() : listener_.get();
+  }
+  [[nodiscard]] std::string description() const override { return description_; }
+  // Another client is not told by the descriptor of this one.
+  [[nodiscard]] Time next_timeout() const override { return next_look_; }
+
+  Result<void> receive(Time now, const Receive& receive) override {
+    constexpr Duration kLookEvery = std::chrono::milliseconds(20);
+    next_look_ = now + kLookEvery;
+    File next(::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (next) client_ = std::make_unique<Client>(std::move(next), description_, 0);
+    if (client_ && !client_->receive(now, receive)) client_.reset();
+    return {};
+  }
+  Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) override {
+    if (!client_) return false;
+    const auto sent = client_->send(now, bytes, id);
+    if (!sent) client_.reset();
+    return sent && *sent;
+  }
+
+ private:
+  class Client final : public StreamTransport {
+   public:
+    using StreamTransport::StreamTransport;
+
+   private:
+    Result<void> on_end() override { return Error(Errc::kClosed, "it has gone"); }
+  };
+
+  File listener_;
+  std::string description_;
+  std::unique_ptr<Client> client_;
+  Time next_look_{};
+};
+
+Result<std::unique_ptr<Transport>> emulated_line(const DeviceAddress& address, std::uint32_t baud) {
+  auto made = make_terminal(address.place, 0);
+  if (!made) return made.error();
+  return std::unique_ptr<Transport>(
+      std::make_unique<EmulatedLine>(std::move(*made), address.baud(baud), address.place));
+}
+
+Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
+  File listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const int on = 1;
+  ::setsockopt(listener.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  sockaddr_in where{};
+  where.sin_family = AF_INET;
+  where.sin_port = htons(address.port);
+  if (::inet_pton(AF_INET, address.place.c_str(), &where.sin_addr) != 1)
+    return Error(Errc::kInvalidArgument, address.place + " is no IPv4 address");
+  if (::bind(listener.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0 ||
+      ::listen(listener.get(), 4) != 0)
+    return system_error(address.to_string());
+  return std::unique_ptr<Transport>(
+      std::make_unique<Listener>(std::move(listener), address.to_string()));
+}
+
+}  // namespace
+
+std::size_t Pace::allowed(Time now, std::size_t waiting, std::uint32_t baud) {
+  if (baud == 0 || waiting == 0) return waiting;
+  if (is_idle_) carried_ = now;
+  const Duration of_byte = line_time(1, baud);
+  const std::size_t count = std::min(waiting, static_cast<std::size_t>((now - carried_) / of_byte));
+  carried_ += line_time(count, baud);
+  is_idle_ = count == waiting;
+  next_ = carried_ + std::max(of_byte, std::min(kSlice, line_time(waiting - count, baud)));
+  return count;
+}
+
+Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
+  if (address.kind == TransportKind::kPty) {
+    const std::uint32_t bit_rate = address.can_bit_rate();
+    auto line = emulated_line(address, baud);
+    return line && bit_rate != 0 ? slcan_frames(std::move(*line), bit_rate) : std::move(line);
+  }
+  if (address.kind == TransportKind::kTcp) return listen(address);
+  return open_transport(address, baud);
+}
+
+}  // namespace rack::device

@@ -1,0 +1,118 @@
+// A recording instead of a device: what was received comes again, at the pace of then, and what was
+// sent then as such (Arrival::is_sent); what is sent now goes nowhere. Captures, candump logs,
+// packet captures (payloads of UDP and TCP), raw bytes; a folder of pictures (.jpg) as a camera's
+// frames.
+#include <algorithm>
+#include <cmath>
+
+#include <sys/timerfd.h>
+
+#include "components/devices/io/recording.h"
+#include "components/devices/io/transports.h"
+#include "os/clock.h"
+#include "os/file.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Result;
+using tims::os::File;
+using tims::os::system_error;
+
+class Playback final : public Transport {
+ public:
+  Playback(std::unique_ptr<Recording> recording, File timer, const DeviceAddress& address)
+      : recording_(std::move(recording)),
+        timer_(std::move(timer)),
+        speed_(address.speed()),
+        loops_(address.options.contains("loop") && address.options.at("loop") == "1"),
+        description_(address.to_string()) {}
+
+  [[nodiscard]] int descriptor() const override { return timer_.get(); }
+  [[nodiscard]] Time next_timeout() const override { return due_; }
+  [[nodiscard]] std::string description() const override { return description_; }
+  [[nodiscard]] bool is_recording() const override { return true; }
+  [[nodiscard]] bool is_over() const override { return is_over_; }
+
+  // One record at a time, also when it is late or need not wait: whoever has made a scan of it has
+  // to be able to take that before the next one comes.
+  Result<void> receive(Time now, const Receive& receive) override {
+    bool has_played = false;
+    while (!is_over_ && due_ <= now && !has_played) {
+      has_played = has_record_;
+      const Time when = speed_ == 0 ? now : due_;
+      const Duration took = speed_ == 0 ? Duration(0) : at_speed(record_.took);
+      if (has_record_)
+        receive({.bytes = record_.bytes,
+                 .first = when - took,
+                 .last = when,
+                 .id = record_.id,
+                 .is_sent = record_.direction == Direction::kSent});
+      if (auto taken = take_next(now); !taken) return taken;
+    }
+    return {};
+  }
+  // Nobody hears it.
+  Result<bool> send(Time, std::span<const std::byte>, std::uint32_t) override { return true; }
+
+ private:
+  Result<void> take_next(Time now) {
+    auto got = next_words();
+    if (!got) return got.error();
+    if (!*got && loops_) {
+      recording_->rewind();
+      began_.reset();
+      got = next_words();
+      if (!got) return got.error();
+    }
+    has_record_ = *got;
+    is_over_ = !*got;
+    if (is_over_) due_ = tims::kNever;
+    if (is_over_ || speed_ == 0) return {};
+    if (!began_) {
+      began_ = record_.time;
+      started_ = now;
+    }
+    due_ = started_ + at_speed(record_.time - *began_);
+    return {};
+  }
+  [[nodiscard]] Duration at_speed(Duration then) const {
+    if (speed_ == 1) return std::max(Duration(0), then);
+    const double now = static_cast<double>(then.count()) / speed_;
+    return Duration(std::llround(std::clamp(now, 0.0, 1e18)));
+  }
+
+  Result<bool> next_words() {
+    for (;;) {
+      auto got = recording_->next(record_);
+      const bool is_of_line =
+          record_.direction == Direction::kReceived || record_.direction == Direction::kSent;
+      if (!got || !*got || is_of_line) return got;
+    }
+  }
+
+  std::unique_ptr<Recording> recording_;
+  File timer_;  // never rings: the times of the recording are waited for
+  double speed_;
+  bool loops_;
+  std::string description_;
+  CaptureRecord record_;
+  bool has_record_ = false;
+  bool is_over_ = false;
+  std::optional<Duration> began_;  // the first record's time, which is played at once
+  Time started_{};
+  Time due_{};
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transport>> open_playback(const DeviceAddress& address, std::uint32_t baud) {
+  auto recording = open_recording(address, baud);
+  if (!recording) return recording.error();
+  File timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC));
+  if (!timer) return system_error("timer");
+  return std::unique_ptr<Transport>(
+      std::make_unique<Playback>(std::move(*recording), std::move(timer), address));
+}
+
+}  // namespace rack::device

@@ -1,0 +1,175 @@
+// Serial lines, and pseudo terminals that stand in for them.
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <linux/serial.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include "base/text.h"
+#include "components/devices/io/stream.h"
+#include "components/devices/io/transports.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+using tims::os::File;
+using tims::os::system_error;
+
+std::string first_line_of(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+// Who holds the lock of a file: "LadarSickLms200 (pid 4711)". The kernel lists all of them:
+// "1: FLOCK  ADVISORY  WRITE 4711 00:06:88 0 EOF".
+std::string holder_of(int file) {
+  struct stat status {};
+  if (::fstat(file, &status) != 0) return "another program";
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    const auto words = tims::base::split_words(line);
+    if (!words || words->size() < 6 || (*words)[1] != "FLOCK") continue;
+    const std::string& place = (*words)[5];
+    const std::size_t colon = place.rfind(':');
+    if (place.substr(colon + 1) != std::to_string(status.st_ino)) continue;
+    const std::string& pid = (*words)[4];
+    return first_line_of("/proc/" + pid + "/comm").append(" (pid ").append(pid).append(")");
+  }
+  return "another program";
+}
+
+// 8 data bits, nothing translated, no modem lines waited for.
+Result<void> make_raw(int file, std::uint32_t baud, const std::string& parity) {
+  termios2 settings{};
+  if (::ioctl(file, TCGETS2, &settings) != 0) return system_error("no terminal");
+  settings.c_iflag = 0;
+  settings.c_oflag = 0;
+  settings.c_lflag = 0;
+  settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
+  if (parity == "even" || parity == "odd") settings.c_cflag |= PARENB;
+  if (parity == "odd") settings.c_cflag |= PARODD;
+  settings.c_ispeed = settings.c_ospeed = baud;
+  settings.c_cc[VMIN] = 0;
+  settings.c_cc[VTIME] = 0;
+  if (::ioctl(file, TCSETSF2, &settings) != 0)
+    return system_error("cannot set " + std::to_string(baud) + " baud");
+  return {};
+}
+
+// Else a terminal would hand back what is sent, as to somebody who types, until a driver has opened
+// it.
+void hand_nothing_back(int file) {
+  termios2 settings{};
+  if (::ioctl(file, TCGETS2, &settings) != 0) return;
+  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
+  ::ioctl(file, TCSETS2, &settings);
+}
+
+// What USB converters call latency timer: 16 ms by default, more than a scan at 75 Hz.
+bool make_low_latency(int file) {
+  serial_struct serial{};
+  if (::ioctl(file, TIOCGSERIAL, &serial) != 0) return false;
+  serial.flags |= ASYNC_LOW_LATENCY;
+  return ::ioctl(file, TIOCSSERIAL, &serial) == 0;
+}
+
+class SerialLine : public StreamTransport {
+ public:
+  using StreamTransport::StreamTransport;
+
+  void set_baud(std::uint32_t baud) override {
+    termios2 settings{};
+    if (::ioctl(file_.get(), TCGETS2, &settings) != 0) return;
+    settings.c_cflag = (settings.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
+    settings.c_ispeed = settings.c_ospeed = baud;
+    // What has come at the old rate is thrown away.
+    if (::ioctl(file_.get(), TCSETSF2, &settings) == 0) baud_ = baud;
+  }
+
+  void set_dtr(bool on) override {
+    int line = TIOCM_DTR;
+    ::ioctl(file_.get(), on ? TIOCMBIS : TIOCMBIC, &line);
+  }
+
+ private:
+  // A line that says nothing reads like one that was pulled out; its driver knows the difference.
+  Result<void> on_end() override {
+    int lines = 0;
+    if (::ioctl(file_.get(), TIOCMGET, &lines) == 0 || errno == ENOTTY || errno == EINVAL)
+      return {};
+    return Error(Errc::kSystem, "the device is gone");
+  }
+};
+
+// A pseudo terminal whose name goes with it.
+class PseudoTerminal final : public SerialLine {
+ public:
+  PseudoTerminal(Terminal terminal, std::uint32_t baud, const std::string& link)
+      : SerialLine(std::move(terminal.own), link, baud),
+        other_(std::move(terminal.other)),
+        link_(link) {}
+  ~PseudoTerminal() override { ::unlink(link_.c_str()); }
+
+ private:
+  File other_;
+  std::string link_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transport>> open_serial(const DeviceAddress& address, std::uint32_t baud) {
+  File file(::open(address.place.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!file) return cannot_open_device(address.place, "dialout");
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0)
+    return Error(Errc::kSystem, address.place + " is used by " + holder_of(file.get()));
+  const auto parity = address.options.find("parity");
+  const std::uint32_t rate = address.baud(baud);
+  if (auto raw = make_raw(file.get(), rate, parity == address.options.end() ? "" : parity->second);
+      !raw)
+    return Error(Errc::kSystem, address.place + ": " + raw.error().detail());
+  std::string description = address.place + " at " + std::to_string(rate) + " baud";
+  if (make_low_latency(file.get())) description += ", low latency";
+  return std::unique_ptr<Transport>(
+      std::make_unique<SerialLine>(std::move(file), std::move(description), rate));
+}
+
+Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud) {
+  File own(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  std::array<char, 64> name{};
+  if (!own || ::grantpt(own.get()) != 0 || ::unlockpt(own.get()) != 0 ||
+      ::ptsname_r(own.get(), name.data(), name.size()) != 0)
+    return system_error("cannot make a terminal");
+  File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  if (!other) return system_error(name.data());
+  if (baud == 0)
+    hand_nothing_back(other.get());
+  else if (auto raw = make_raw(other.get(), baud, ""); !raw)
+    return raw.error();
+  ::unlink(path.c_str());
+  if (::symlink(name.data(), path.c_str()) != 0) return system_error(path);
+  return Terminal{.own = std::move(own), .other = std::move(other)};
+}
+
+Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud) {
+  const std::uint32_t rate = address.baud(baud);
+  auto made = make_terminal(address.place, rate);
+  if (!made) return made.error();
+  return std::unique_ptr<Transport>(
+      std::make_unique<PseudoTerminal>(std::move(*made), rate, address.place));
+}
+
+}  // namespace rack::device

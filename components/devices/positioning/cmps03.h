@@ -1,0 +1,79 @@
+// A compass CMPS03 behind a small board with a serial line (57600 baud).
+//
+// The board sends "$dddd" and LF, tenths of a degree from magnetic north, clockwise. To be
+// calibrated the compass is turned to each of the four directions: at each the board gets 7E, says
+// "$OK", and gets 23. It keeps the calibration.
+//
+// Source: what RACK 0.6.1 sends; Devantech's description of the compass: 0.1 deg resolution, 3 to 4
+// deg accuracy, four directions to calibrate.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "components/devices/core/stream_buffer.h"
+#include "rack/proxies/compass.h"
+
+namespace rack::device {
+
+namespace cmps03 {
+inline constexpr std::byte kCalibrate{0x7E};  // '~'
+inline constexpr std::byte kConfirm{0x23};    // '#'
+inline constexpr int kDirections = 4;
+}  // namespace cmps03
+
+// A line without its end: "$1234" is 123.4 deg. Nothing: it is none.
+std::optional<double> parse_cmps03(std::string_view line);
+
+struct Cmps03Settings {
+  double offset = 0;  // deg, added to what it says
+};
+
+class Cmps03 final : public Dialogue {
+ public:
+  // Of the calibration, for people.
+  enum class Step : std::uint8_t { kNone, kAlign, kConfirmed, kSilent, kDone, kEnded };
+
+  explicit Cmps03(const Cmps03Settings& settings) : settings_(settings) {}
+
+  void start(Time now, Output& out) override;
+  void on_arrival(const Arrival& arrival, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override { return timeout_; }
+
+  [[nodiscard]] bool is_ready() const { return has_heard_ && !is_calibrating(); }
+  bool take(CompassData& data, Time& recorded);
+
+  // What people want: to calibrate, and that the compass looks into the direction that step() asked
+  // for. Taken up within the next turn of the dialogue.
+  void want_calibration(bool wanted, bool aligned, Time now);
+  [[nodiscard]] bool is_calibrating() const { return state_ != State::kMeasuring; }
+  // The next thing to be told, once; `direction`: 1 to 4.
+  Step take_step(int& direction);
+
+ private:
+  // kAligning: waits for people; kAsked: waits for OK.
+  enum class State : std::uint8_t { kMeasuring, kAligning, kAsked };
+  static constexpr std::size_t kLineMax = 64;
+
+  void on_line(std::string_view line, Time began, Time now, Output& out);
+  void on_confirmed(Output& out);
+  void forget_noise();
+  void tell(Step step) { step_ = step; }
+
+  Cmps03Settings settings_;
+  StreamBuffer buffer_{2048};
+  State state_ = State::kMeasuring;
+  int direction_ = 1;
+  bool ask_ = false;  // at the next opportunity
+  Step step_ = Step::kNone;
+  int step_direction_ = 1;
+  bool has_heard_ = false;
+  std::uint64_t bytes_ = 0;
+  Time timeout_ = tims::kNever;
+  bool has_data_ = false;
+  CompassData data_{};
+  Time recorded_{};
+};
+
+}  // namespace rack::device

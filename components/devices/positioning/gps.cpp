@@ -1,0 +1,65 @@
+#include "components/devices/positioning/gps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace rack::device {
+
+using namespace std::chrono_literals;
+
+Duration GpsMoment::fraction() const { return utc ? *utc % Duration(1s) : Duration(0); }
+
+Position3d guessed_deviations(const GpsDeviations& deviations, i32 mode, i32 satellites) {
+  constexpr double kFewest = 4;
+  constexpr double kEnough = 12;
+  const double share = mode == gps_mode::kInvalid
+                           ? 0
+                           : std::clamp((satellites - kFewest) / (kEnough - kFewest), 0.0, 1.0);
+  const auto between = [share](i32 max, i32 min) {
+    return static_cast<i32>(std::lround(std::lerp(max, min, share)));
+  };
+  const i32 xy = between(deviations.xy_max, deviations.xy_min);
+  return {
+      .x = xy, .y = xy, .z = between(deviations.z_max, deviations.z_min), .rho = deviations.rho};
+}
+
+std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Duration arrived) {
+  constexpr Duration kSecond = 1s;
+  Duration measured = pulse + fraction;
+  if (measured > arrived) measured -= kSecond;  // of the second before the pulse
+  if (measured > arrived || arrived - measured >= kSecond) return std::nullopt;
+  return measured;
+}
+
+std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix,
+                                    bool has_course) {
+  if (2.0 * std::max(known.var.x, known.var.y) <= std::max(fix.var.x, fix.var.y)) return {};
+  // Of the way from what is known to the fix.
+  const auto share = [](double known_deviation, double fix_deviation) {
+    const double squares = known_deviation * known_deviation + fix_deviation * fix_deviation;
+    return squares > 0 ? known_deviation * known_deviation / squares : 0;
+  };
+  const auto length = [&](auto& at, auto& deviation, double fix_at, double fix_deviation) {
+    const double part = share(deviation, fix_deviation);
+    at = static_cast<i32>(std::lround(at + part * (fix_at - at)));
+    deviation = static_cast<i32>(std::lround(deviation * std::sqrt(1 - part)));
+  };
+  PositionData both = known;
+  both.recordingTime = fix.recordingTime;
+  length(both.pos.x, both.var.x, fix.pos.x, fix.var.x);
+  length(both.pos.y, both.var.y, fix.pos.y, fix.var.y);
+  if (!has_course) return both;
+  const double part = share(known.var.rho, fix.var.rho);
+  const double turn = std::remainder(fix.pos.rho - known.pos.rho, 2 * std::numbers::pi);
+  both.pos.rho = static_cast<f32>(known.pos.rho + part * turn);
+  both.var.rho = static_cast<f32>(known.var.rho * std::sqrt(1 - part));
+  return both;
+}
+
+f32 heading_of(double degrees) {
+  const double turn = std::fmod(degrees, 360.0);
+  return static_cast<f32>((turn < 0 ? turn + 360 : turn) * std::numbers::pi / 180);
+}
+
+}  // namespace rack::device

@@ -1,0 +1,121 @@
+// What a receiver has said in its sentences, brought together: a position comes in pieces.
+//
+// RMC: time, date, position, speed, course. GGA, GNS: position, quality, satellites, height. GLL:
+// position. GSA: 2D or 3D, dilution. VTG: speed, course. GST: standard deviations. ZDA: time and
+// date. HDT: heading of two antennas. All sentences of one measurement have the same time of day:
+// they are a round. What is older than the round before it is no longer believed.
+#pragma once
+
+#include "components/devices/positioning/gps.h"
+#include "components/devices/positioning/nmea.h"
+
+namespace rack::device {
+
+// The first four as the original's trigMsgStart and trigMsgEnd count them.
+enum class NmeaKind : std::uint8_t { kRmc, kGga, kGsa, kVtg, kGll, kGst, kZda, kHdt, kGns, kOther };
+inline constexpr std::size_t kNmeaKinds = 10;
+NmeaKind nmea_kind(const NmeaSentence& sentence);
+// It says where the receiver is.
+bool tells_position(NmeaKind kind);
+
+class NmeaFix {
+ public:
+  explicit NmeaFix(const GpsDeviations& deviations) : deviations_(deviations) {}
+
+  void reset();
+  void add(NmeaKind kind, const NmeaSentence& sentence);
+
+  // When the first sentence of this round began.
+  [[nodiscard]] Time round_began() const { return round_began_; }
+  // All that is known now; recordingTime is left as it is.
+  void fill(GpsData& data) const;
+  [[nodiscard]] GpsMoment moment() const;
+  // Its data were handed out. Of a receiver that does not know the time nothing else tells that a
+  // new measurement begins.
+  void end_round();
+
+ private:
+  // As GGA counts it.
+  enum class Quality : std::uint8_t {
+    kNone = 0,
+    kGps = 1,
+    kDifferential = 2,
+    kPrecise = 3,
+    kRtkFixed = 4,
+    kRtkFloat = 5,
+    kEstimated = 6,
+    kManual = 7,
+    kSimulated = 8,
+  };
+  // Something, and the round it was said in.
+  template <typename T>
+  struct Said {
+    std::optional<T> value{};
+    std::uint64_t round = 0;
+  };
+  struct Place {
+    double latitude = 0;
+    double longitude = 0;
+  };
+  struct Deviations {  // m
+    double latitude = 0;
+    double longitude = 0;
+    double height = 0;
+  };
+  struct Date {
+    int day = 0;             // since 1970
+    Duration time_of_day{};  // when it was that day
+  };
+
+  void add_rmc(const NmeaSentence& sentence);
+  void add_gga(const NmeaSentence& sentence);
+  void add_gsa(const NmeaSentence& sentence);
+  void add_vtg(const NmeaSentence& sentence);
+  void add_gll(const NmeaSentence& sentence);
+  void add_gst(const NmeaSentence& sentence);
+  void add_zda(const NmeaSentence& sentence);
+  void add_gns(const NmeaSentence& sentence);
+
+  void take_time(std::string_view field, Time began);
+  void take_date(std::optional<int> day, std::string_view time);
+  void take_place(const NmeaSentence& sentence, std::size_t first_field);
+  void take_height(const NmeaSentence& sentence, std::size_t satellites_field);
+  void take_motion(std::string_view knots, std::string_view course);
+  static Quality quality_of(std::string_view status, std::string_view mode);
+  static Quality quality_of(char mode);
+
+  template <typename T>
+  void say(Said<T>& said, std::optional<T> value) const {
+    said = {value, round_};
+  }
+  template <typename T>
+  [[nodiscard]] std::optional<T> known(const Said<T>& said, std::uint64_t rounds = 1) const {
+    return round_ - said.round <= rounds ? said.value : std::nullopt;
+  }
+  [[nodiscard]] Quality quality() const;
+  [[nodiscard]] i32 mode() const;
+
+  GpsDeviations deviations_;
+  std::uint64_t round_ = kRoundsKept + 1;
+  std::optional<Duration> time_of_day_;
+  bool has_time_ = false;  // since the last end_round()
+  bool is_leap_second_ = false;
+  Time round_began_{};
+  std::optional<Date> date_;
+  std::optional<Place> place_;    // the last one that was known
+  std::optional<double> course_;  // deg
+  Said<Quality> gga_;
+  Said<Quality> status_;  // of RMC, GLL, GNS
+  Said<int> dimensions_;  // GSA: 1 none, 2, 3
+  Said<int> satellites_;
+  Said<double> height_;  // m
+  Said<double> pdop_;
+  Said<double> hdop_;
+  Said<double> speed_;  // m/s
+  Said<double> heading_;
+  Said<Deviations> said_deviations_;
+
+  static constexpr std::uint64_t kRoundsKept = 10;  // of what some send every 5 s only
+};
+
+}  // namespace rack::device

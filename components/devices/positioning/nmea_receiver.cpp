@@ -1,0 +1,101 @@
+#include "components/devices/positioning/nmea_receiver.h"
+
+#include <algorithm>
+
+#include "components/devices/core/pieces.h"
+
+namespace rack::device {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Of a receiver that was just switched on.
+constexpr Duration kNmeaPatience = 5s;
+constexpr int kOftenEnough = 4;
+
+}  // namespace
+
+void NmeaReceiver::start(Time now, Output&) {
+  clear_failure();
+  lines_.clear();
+  fix_.reset();
+  instead_.reset();
+  since_end_ = {};
+  has_begun_ = start_comes_ = is_ready_ = has_data_ = false;
+  bytes_ = 0;
+  timeout_ = settings_.only_listen
+                 ? tims::kNever
+                 : now + std::max(kNmeaPatience, (kOftenEnough + 2) * settings_.period);
+}
+
+void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
+  bytes_ += arrival.bytes.size();
+  in_pieces(arrival, NmeaLines::kPieceMax, [this](const Arrival& piece) {
+    lines_.add(piece);
+    NmeaSentence sentence;
+    while (lines_.next(sentence)) add(sentence);
+  });
+}
+
+// Nothing has come of it: says what may be wrong.
+void NmeaReceiver::on_timeout(Time now, Output&) {
+  if (timeout_ > now) return;
+  timeout_ = tims::kNever;
+  const std::string at = std::to_string(settings_.baud) + " baud";
+  if (bytes_ == 0)
+    fail(tims::Errc::kTimeout,
+         "the receiver sends nothing; is it switched on, and its line the right one?");
+  else if (lines_.sentences() == 0)
+    fail(tims::Errc::kTimeout, "what comes is not NMEA at " + at +
+                                   "; receivers send at 4800, 9600, 38400 or 115200: baudrate");
+  else
+    fail(tims::Errc::kTimeout,
+         "the receiver sends no position; it has to send RMC, GGA, GNS or GLL");
+}
+
+void NmeaReceiver::add(const NmeaSentence& sentence) {
+  const NmeaKind kind = nmea_kind(sentence);
+  if (kind == NmeaKind::kOther) return;
+  fix_.add(kind, sentence);
+  if (kind == settings_.start) start_comes_ = true;
+  if (kind == settings_.end && std::exchange(start_comes_, false)) instead_.reset();
+  const NmeaKind start = instead_.value_or(settings_.start);
+  const NmeaKind end = instead_.value_or(settings_.end);
+  if (kind == start && !has_begun_) {
+    has_begun_ = true;
+    // Of sentences of one measurement the first is nearest to it.
+    begun_ = start == end && fix_.round_began() != Time{} ? fix_.round_began() : sentence.began;
+  }
+  if (kind == end && has_begun_)
+    publish();
+  else if (tells_position(kind))
+    count_position(kind, sentence.began);
+}
+
+void NmeaReceiver::count_position(NmeaKind kind, Time began) {
+  if (++since_end_[static_cast<std::size_t>(kind)] < kOftenEnough) return;
+  instead_ = kind;
+  begun_ = began;
+  publish();
+}
+
+void NmeaReceiver::publish() {
+  since_end_ = {};
+  has_begun_ = false;
+  fix_.fill(data_);
+  moment_ = fix_.moment();
+  fix_.end_round();
+  recorded_ = begun_;
+  has_data_ = is_ready_ = true;
+  timeout_ = tims::kNever;
+}
+
+bool NmeaReceiver::take(GpsData& data, Time& recorded) {
+  if (!std::exchange(has_data_, false)) return false;
+  data = data_;
+  recorded = recorded_;
+  taken_ = moment_;
+  return true;
+}
+
+}  // namespace rack::device

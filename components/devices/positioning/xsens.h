@@ -1,0 +1,181 @@
+// Xsens MTi and MTx: inertial measurement units at a serial line.
+//
+// A message is FA, FF, number, length, data, checksum; FF and the checksum included all bytes after
+// FA add up to 0 (modulo 256). Length FF means that two bytes of length follow. Numbers are
+// big-endian. In the state of configuration (after 30) it is told what to send, then it measures
+// (10). Two generations: MTData (32) has an order that was agreed on before; MTData2 (36) is a list
+// of items, each with what it is and its length.
+//
+// The original only listens, takes wrong checksums for good, and scales rates of turn as if they
+// were degrees; here wrong ones are refused, and rates are what the device says: rad/s.
+//
+// Source: Xsens' "MT Low Level Communication Protocol"; messages of an MTi-300 with what the
+// manufacturer's program made of them.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "components/devices/core/device_clock.h"
+#include "components/devices/core/stream_buffer.h"
+#include "rack/proxies/gyro.h"
+
+namespace rack::device {
+
+namespace xsens {
+inline constexpr std::uint8_t kAskIdentity = 0x00;
+inline constexpr std::uint8_t kToMeasurement = 0x10;
+inline constexpr std::uint8_t kToConfiguration = 0x30;
+inline constexpr std::uint8_t kData = 0x32;
+inline constexpr std::uint8_t kData2 = 0x36;
+inline constexpr std::uint8_t kError = 0x42;
+inline constexpr std::uint8_t kSetPeriod = 0x04;
+inline constexpr std::uint8_t kSetOutput = 0xC0;  // of MTData2
+inline constexpr std::uint8_t kSetMode = 0xD0;    // of MTData
+inline constexpr std::uint8_t kSetSettings = 0xD2;
+inline constexpr std::uint8_t kAnswers = 1;  // an answer is one more than what it answers
+
+inline constexpr std::uint16_t kPacketCounter = 0x1020;
+inline constexpr std::uint16_t kSampleTime = 0x1060;  // 0.1 ms
+inline constexpr std::uint16_t kQuaternion = 0x2010;
+inline constexpr std::uint16_t kEuler = 0x2030;
+inline constexpr std::uint16_t kAcceleration = 0x4020;
+inline constexpr std::uint16_t kRateOfTurn = 0x8020;
+// What the lower bits of an orientation say: the frame it is given in.
+inline constexpr std::uint16_t kFrameMask = 0x000C;
+inline constexpr std::uint16_t kEastNorthUp = 0x0000;
+inline constexpr std::uint16_t kNorthEastDown = 0x0004;
+inline constexpr std::uint16_t kNorthWestUp = 0x0008;
+}  // namespace xsens
+
+struct XsensMessage {
+  std::uint8_t number = 0;
+  std::span<const std::byte> data{};  // valid until the next call
+  Time began{};
+};
+
+void append_xsens(std::vector<std::byte>& out, std::uint8_t number,
+                  std::span<const std::byte> data = {});
+
+class XsensMessages {
+ public:
+  // Of what comes at once: next() is to be called until there is none before more is added.
+  static constexpr std::size_t kPieceMax = 1024;
+
+  void add(const Arrival& arrival) { buffer_.add(arrival); }
+  bool next(XsensMessage& message);
+  void clear();
+
+  [[nodiscard]] std::uint64_t broken() const { return broken_; }
+
+ private:
+  static constexpr std::size_t kDataMax = 2048;
+
+  StreamBuffer buffer_{2 * (kDataMax + 7)};
+  std::size_t used_ = 0;
+  std::uint64_t broken_ = 0;
+};
+
+// What one measurement says, in the device's own axes and units.
+struct XsensSample {
+  struct Vector {
+    double x = 0;
+    double y = 0;
+    double z = 0;
+  };
+  struct Rotation {  // a quaternion: the device in its frame of the Earth
+    double w = 1;
+    double x = 0;
+    double y = 0;
+    double z = 0;
+  };
+
+  std::optional<Vector> acceleration{};  // m/s2
+  std::optional<Vector> rate{};          // rad/s
+  std::optional<Rotation> orientation{};
+  std::optional<Vector> euler{};  // rad: roll, pitch, yaw as the device says them
+  std::uint16_t frame = xsens::kNorthWestUp;
+  std::optional<std::uint64_t> counter{};  // 0.1 ms of MTData2, else samples
+
+  bool operator==(const XsensSample&) const = delete;
+};
+
+// False: it is none that this program has asked for. MTData has calibrated data and Euler angles or
+// a quaternion, perhaps a counter: its length tells.
+bool decode_xsens(const XsensMessage& message, XsensSample& sample);
+
+// How the device is mounted.
+enum class XsensMounting : std::uint8_t {
+  kAsItSays,  // as the original: angles and rates as they come, x forward and z down
+  kLabelUp,   // as it usually is; angles become the robot's, with heading 0 in the north
+  kLabelDown,
+};
+// The fields of the data; false: something is missing. Accelerations have the original's sign: that
+// of the force that a mass in the robot feels, so gravity is 9810 mm/s2 in z.
+bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data);
+
+struct XsensSettings {
+  Duration period = std::chrono::milliseconds(10);
+  XsensMounting mounting = XsensMounting::kAsItSays;
+  std::uint32_t baud = 115200;  // for words only
+  std::string serial_number{};  // of the only device that will do, its id in hex; empty: any
+  bool only_listen = false;     // to a recording
+};
+
+class Xsens final : public Dialogue {
+ public:
+  explicit Xsens(const XsensSettings& settings) : settings_(settings) {}
+
+  void start(Time now, Output& out) override;
+  void on_arrival(const Arrival& arrival, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override { return timeout_; }
+
+  [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
+  bool take(GyroData& data, Time& recorded);
+  // Empty: it has told none.
+  [[nodiscard]] const std::string& serial_number() const { return serial_number_; }
+  [[nodiscard]] const XsensMessages& messages() const { return messages_; }
+  [[nodiscard]] std::uint64_t broken() const { return messages_.broken(); }
+
+ private:
+  // In the order in which they are gone through: of MTData2 kOutput, of MTData the three after it.
+  enum class State : std::uint8_t {
+    kConfiguration,
+    kIdentity,
+    kOutput,
+    kPeriod,
+    kMode,
+    kSettings,
+    kStart,
+    kMeasuring
+  };
+
+  void enter(State state, Time now, Output& out);
+  void ask(Time now, Output& out);
+  void on_message(const XsensMessage& message, Output& out);
+  void on_answer(const XsensMessage& message, Output& out);
+  bool is_right_one();
+  void identified(Time now, Output& out);
+  void on_refusal(const XsensMessage& message, Output& out);
+  void take_sample(const XsensMessage& message);
+  Time measured_at(const XsensMessage& message, const XsensSample& sample);
+
+  XsensSettings settings_;
+  State state_ = State::kConfiguration;
+  int attempts_ = 0;
+  bool sends_data_ = false;  // whatever it was told
+  std::uint8_t asked_ = 0;
+  std::string serial_number_;
+  Time timeout_ = tims::kNever;
+  XsensMessages messages_;
+  std::vector<std::byte> question_;
+  std::vector<std::byte> body_;
+  std::optional<DeviceClock> clock_;
+  bool clock_counts_time_ = false;
+  bool has_data_ = false;
+  GyroData data_{};
+  Time recorded_{};
+};
+
+}  // namespace rack::device

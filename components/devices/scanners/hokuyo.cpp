@@ -1,0 +1,304 @@
+#include "components/devices/scanners/hokuyo.h"
+
+#include <utility>
+
+#include "base/text.h"
+
+namespace rack::device {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kHokuyoAttempts = 2;
+constexpr int kAttemptsWhenKnown = 4;
+constexpr Duration kHokuyoAnswerTime = 200ms;
+// An answer that measures first: at 19200 baud a whole scan needs a second and a half.
+constexpr Duration kMeasureTime = 2s;
+// The motor may have slept.
+constexpr Duration kHokuyoSpinUp = 5s;
+constexpr std::uint64_t kTimeStampEnd = 1ULL << 24;
+// What they can be set to; the first is that of power on.
+constexpr std::array<std::uint32_t, 7> kHokuyoRates = {19200,  115200, 57600, 38400,
+                                                       250000, 500000, 750000};
+
+void append_decimal(std::string& out, std::uint32_t number, std::size_t digits) {
+  const std::string text = std::to_string(number);
+  if (text.size() < digits) out.append(digits - text.size(), '0');
+  out += text;
+}
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+}  // namespace
+
+Hokuyo::Hokuyo(const HokuyoSettings& settings) : settings_(settings), clock_(1ms, kTimeStampEnd) {
+  scans_.set_start_angle(settings.start_angle);
+  reserve_all(scan_);
+  constexpr std::size_t kLongest = 64;
+  question_.reserve(kLongest);
+}
+
+void Hokuyo::start(Time now, Output& out) {
+  clear_failure();
+  answers_.clear();
+  clock_.reset();
+  has_scan_ = has_measured_ = switched_ = is_scip1_ = false;
+  serial_number_.clear();
+  parameters_ = {};
+  scans_.set_parameters(parameters_);
+  if (settings_.only_listen) {
+    state_ = State::kMeasuring;
+    timeout_ = tims::kNever;
+    return;
+  }
+  rate_index_ = 0;
+  rate_ = settings_.baud;
+  out.set_baud(rate_);
+  enter(State::kStop, now, out);
+}
+
+// It sleeps, at the rate of power on: whoever comes next finds it.
+void Hokuyo::stop(Time, Output& out) {
+  if (settings_.only_listen || state_ < State::kVersion) return;
+  if (!is_scip1_) out.send(bytes_of("QT\n"));
+  if (!settings_.has_rate || rate_found_ == rate_) return;
+  question_ = is_scip1_ ? "S" : "SS";
+  append_decimal(question_, kHokuyoRates[0], 6);
+  question_ += is_scip1_ ? "5555555\n" : "\n";
+  out.send(bytes_of(question_));
+}
+
+void Hokuyo::enter(State state, Time now, Output& out) {
+  state_ = state;
+  attempts_ = 0;
+  ask(now, out);
+}
+
+std::string Hokuyo::question() const {
+  std::string text;
+  switch (state_) {
+    case State::kStop:
+      return "QT";
+    case State::kSwitch:
+      return "SCIP2.0";
+    case State::kVersion:
+      return "VV";
+    case State::kParameters:
+      return "PP";
+    case State::kRate:
+      // The seven fives of SCIP 1 mean nothing, but must be there.
+      text = is_scip1_ ? "S" : "SS";
+      append_decimal(text, settings_.baud, 6);
+      return is_scip1_ ? text + "5555555" : text;
+    case State::kStart:
+    case State::kMeasuring:
+      text = is_scip1_ ? "G" : settings_.intensities ? "ME" : "MD";
+      append_decimal(text, static_cast<std::uint32_t>(settings_.start), is_scip1_ ? 3 : 4);
+      append_decimal(text, static_cast<std::uint32_t>(settings_.end), is_scip1_ ? 3 : 4);
+      append_decimal(text, static_cast<std::uint32_t>(settings_.cluster), 2);
+      // Each scan, without end.
+      return is_scip1_ ? text : text + "000";
+  }
+  return text;
+}
+
+void Hokuyo::ask(Time now, Output& out) {
+  // The same scan again and again is asked for without making the question anew.
+  const bool is_same =
+      state_ == State::kMeasuring && is_scip1_ && !question_.empty() && question_[0] == 'G';
+  if (!is_same) question_ = question() + "\n";
+  ++attempts_;
+  out.send(bytes_of(question_));
+  const bool measures = state_ >= State::kStart;
+  const Duration on_line = rate_ == 0 ? Duration(0) : line_time(question_.size(), rate_);
+  timeout_ = now + on_line + (measures ? kMeasureTime : kHokuyoAnswerTime);
+}
+
+void Hokuyo::on_timeout(Time now, Output& out) {
+  if (timeout_ > now) return;
+  retry(now, out);
+}
+
+void Hokuyo::retry(Time now, Output& out) {
+  // What it was told it does, sooner or later.
+  const bool waits = state_ == State::kMeasuring && !is_scip1_;
+  const int allowed = state_ == State::kStop ? kHokuyoAttempts : kAttemptsWhenKnown;
+  if (attempts_ < allowed && !waits) {
+    ask(now, out);
+    return;
+  }
+  if (state_ == State::kStop && !switched_) {
+    try_next_rate(now, out);
+    return;
+  }
+  timeout_ = tims::kNever;
+  fail(tims::Errc::kTimeout,
+       waits ? std::string("the scanner sends no scans; does its motor turn?")
+             : "the scanner does not answer " + tims::base::in_quotes(question()) + " any more");
+}
+
+void Hokuyo::try_next_rate(Time now, Output& out) {
+  while (settings_.has_rate && rate_index_ < kHokuyoRates.size()) {
+    const std::uint32_t rate = kHokuyoRates[rate_index_++];
+    if (rate == settings_.baud) continue;
+    rate_ = rate;
+    out.set_baud(rate_);
+    answers_.clear();
+    enter(State::kStop, now, out);
+    return;
+  }
+  timeout_ = tims::kNever;
+  fail(tims::Errc::kTimeout,
+       settings_.has_rate ? "no scanner answers, neither at " + std::to_string(settings_.baud) +
+                                " baud nor at another rate of SCIP; is it switched on?"
+                          : "no scanner answers; does another program hold its connection?");
+}
+
+void Hokuyo::on_arrival(const Arrival& arrival, Output& out) {
+  answers_.add(arrival);
+  ScipAnswer answer;
+  while (answers_.next(answer)) {
+    take_answer(answer, arrival.last, out);
+    if (failure()) return;
+  }
+}
+
+void Hokuyo::take_answer(const ScipAnswer& answer, Time now, Output& out) {
+  if (answer.question == "PP" && parse_scip_parameters(answer, parameters_))
+    scans_.set_parameters(parameters_);
+  if (state_ == State::kMeasuring) {
+    take_scan(answer, now, out);
+    return;
+  }
+  // Scans that were on their way when it was stopped, answers that came late.
+  const std::string_view asked(question_.data(), question_.size() - 1);
+  if (answer.question != asked) return;
+  switch (state_) {
+    case State::kStop:
+      on_stopped(answer, now, out);
+      break;
+    case State::kSwitch:
+      // Whatever it says: how it answers the next question tells which language it has.
+      switched_ = true;
+      enter(State::kStop, now, out);
+      break;
+    case State::kVersion:
+      serial_number_ = scip_field(answer, "SERI");
+      if (is_right_one()) enter(State::kParameters, now, out);
+      break;
+    case State::kParameters:
+      enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
+      break;
+    case State::kRate:
+      on_rate(answer, now, out);
+      break;
+    case State::kStart:
+      on_started(answer, now, out);
+      break;
+    case State::kMeasuring:
+      break;
+  }
+}
+
+void Hokuyo::on_stopped(const ScipAnswer& answer, Time now, Output& out) {
+  rate_found_ = rate_;
+  is_scip1_ = !answer.has_sums();
+  if (is_scip1_ && !switched_) {
+    enter(State::kSwitch, now, out);
+  } else if (is_scip1_) {
+    if (is_right_one())
+      enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
+  } else if (answer.status == "0E") {
+    // It compares clocks with somebody who has gone: that is ended otherwise.
+    out.send(bytes_of("TM2\n"));
+    timeout_ = now + kHokuyoAnswerTime;
+  } else {
+    enter(State::kVersion, now, out);
+  }
+}
+
+bool Hokuyo::is_right_one() {
+  if (is_wanted("scanner", serial_number_, settings_.serial_number)) return true;
+  timeout_ = tims::kNever;
+  return false;
+}
+
+void Hokuyo::on_rate(const ScipAnswer& answer, Time now, Output& out) {
+  const bool is_set = answer.status == "00" || answer.status == "0";
+  // 03: it has this rate already; 04: it has none, as behind USB.
+  if (!is_set && answer.status != "03" && answer.status != "04") {
+    timeout_ = tims::kNever;
+    fail(tims::Errc::kInvalidArgument, "the scanner refuses " + std::to_string(settings_.baud) +
+                                           " baud (status " + std::string(answer.status) + ")");
+    return;
+  }
+  if (answer.status != "04") {
+    rate_ = settings_.baud;
+    out.set_baud(rate_);
+  }
+  enter(State::kStart, now, out);
+}
+
+void Hokuyo::on_started(const ScipAnswer& answer, Time now, Output& out) {
+  if (!is_scip1_ && answer.status != "00") {
+    refuse(answer);
+    return;
+  }
+  if (is_scip1_ && answer.status != "0") {
+    refuse(answer);
+    return;
+  }
+  state_ = State::kMeasuring;
+  attempts_ = 0;
+  timeout_ = now + kHokuyoSpinUp;
+  if (is_scip1_) take_scan(answer, now, out);
+}
+
+void Hokuyo::refuse(const ScipAnswer& answer) {
+  timeout_ = tims::kNever;
+  std::string why = "the scanner refuses " + tims::base::in_quotes(answer.question) + ", status " +
+                    std::string(answer.status);
+  if (answer.status >= "01" && answer.status <= "07")
+    why += ": start and end must be between " + std::to_string(parameters_.first) + " and " +
+           std::to_string(parameters_.last);
+  else if (answer.status >= "50" && answer.status <= "97")
+    why += ": its laser or its motor has failed";
+  fail(tims::Errc::kInvalidArgument, std::move(why));
+}
+
+void Hokuyo::take_scan(const ScipAnswer& answer, Time now, Output& out) {
+  const auto range = scip_range(answer.question);
+  if (!range) return;
+  if (!settings_.only_listen) {
+    const auto asked = scip_range(std::string_view(question_).substr(0, question_.size() - 1));
+    if (range != asked) return;
+    if (answer.has_sums() && answer.status >= "50" && answer.status <= "97") {
+      refuse(answer);
+      return;
+    }
+  }
+  std::uint32_t counter = 0;
+  const bool is_scan = scans_.decode(answer, scan_, counter);
+  if (is_scan) {
+    has_scan_ = has_measured_ = true;
+    if (!is_scip1_) timeout_ = tims::kNever;
+    // It sends when it has looked at the last step.
+    const Time end = answer.has_sums() ? clock_.to_host(counter, answer.began) : answer.began;
+    recorded_ = end - std::chrono::milliseconds(scan_.duration) / 2;
+    attempts_ = 0;
+  } else if (answer.status != "00") {
+    ++broken_;
+  }
+  if (is_scip1_) ask(now, out);
+}
+
+bool Hokuyo::take(LadarData& scan, Time& recorded) {
+  if (!std::exchange(has_scan_, false)) return false;
+  std::swap(scan, scan_);
+  recorded = recorded_;
+  return true;
+}
+
+}  // namespace rack::device

@@ -1,0 +1,87 @@
+// A scanner that speaks CoLa, from its side: knows its password, its variables and methods, says
+// sFA to what it does not know, and sends the scans of what it sees, or those of a recording, at
+// its own pace and with its own counters.
+#pragma once
+
+#include "components/devices/scanners/cola_scan.h"
+#include "components/devices/scanners/room.h"
+
+namespace rack::device::emulator {
+
+struct SickColaEmulatorSettings {
+  ColaDialect dialect = ColaDialect::kBinary;  // it hears nothing in the other one
+  std::string device = "LMS111";
+  std::string version = "V1.80";
+  std::uint32_t serial_number = 18090362;
+  std::uint32_t password = 0xF4724744;
+  bool has_wide_remission = true;
+  // Of a turn, and of the scan: 1/100 Hz, 1/10000 degree from the right, counter-clockwise.
+  std::uint32_t scan_frequency = 5000;
+  std::int32_t start_angle = -450000;
+  std::uint16_t step = 5000;
+  std::uint16_t values = 541;
+  Duration answer_time = std::chrono::milliseconds(2);
+  Duration spin_up = std::chrono::milliseconds(500);        // from the start to the first scan
+  Duration transmits_after = std::chrono::milliseconds(3);  // the end of a scan
+  Sight sight = Room{};
+  // One after the other instead of it, again and again; their counters count on.
+  std::vector<ColaScan> scans{};
+};
+
+// The scans of a stream as it was captured. `most`: that many.
+std::vector<ColaScan> scans_of_cola(std::span<const std::byte> stream, std::size_t most);
+
+class SickColaEmulator final : public Dialogue {
+ public:
+  explicit SickColaEmulator(SickColaEmulatorSettings settings = {})
+      : settings_(std::move(settings)) {}
+
+  void start(Time now, Output& out) override;
+  void on_arrival(const Arrival& arrival, Output& out) override;
+  void on_timeout(Time now, Output& out) override;
+  [[nodiscard]] Time next_timeout() const override { return std::min(answer_at_, scan_at_); }
+
+  [[nodiscard]] bool measures() const { return measures_; }
+  [[nodiscard]] bool is_logged_in() const { return is_logged_in_; }
+  [[nodiscard]] bool sends_scans() const { return sends_scans_; }
+  [[nodiscard]] std::size_t scans_sent() const { return scans_sent_; }
+  [[nodiscard]] std::size_t errors_sent() const { return errors_sent_; }
+  // How the newest scan was measured: the middle of it.
+  [[nodiscard]] Time measured() const { return measured_; }
+
+ private:
+  void take_command(const ColaTelegram& telegram, Time now);
+  void take_read(ColaReader& reader);
+  void take_write(ColaReader& reader);
+  void take_method(ColaReader& reader, Time now);
+  void take_event(ColaReader& reader, Time now);
+  void say(std::string_view kind, std::string_view name, std::initializer_list<unsigned> bytes);
+  void refuse(unsigned number);
+  void begin_scans(Time now);
+  void send_scan(Output& out);
+  void make_scan(Time started);
+  [[nodiscard]] std::uint32_t counter(Time now) const;
+  [[nodiscard]] Duration scan_time() const;
+  [[nodiscard]] Duration turn() const;
+
+  SickColaEmulatorSettings settings_;
+  bool is_logged_in_ = false;
+  bool measures_ = false;
+  bool sends_scans_ = false;
+  bool has_remission_ = false;
+  bool is_wide_ = false;
+  ColaTelegrams telegrams_;
+  std::vector<std::byte> body_;
+  std::vector<std::byte> answers_;  // whole telegrams, sent when their time comes
+  std::vector<std::byte> telegram_;
+  ColaScan scan_;
+  Time switched_on_{};
+  Time turns_since_ = tims::kNever;  // its mirror is at speed
+  Time answer_at_ = tims::kNever;
+  Time scan_at_ = tims::kNever;  // the next one is transmitted
+  Time measured_{};
+  std::size_t scans_sent_ = 0;
+  std::size_t errors_sent_ = 0;
+};
+
+}  // namespace rack::device::emulator

@@ -1,0 +1,60 @@
+// A capture that is written while its driver works: the driver's thread only appends to a buffer,
+// another one writes. A disk that is full or slow costs records, which are counted, never time.
+//
+// A recording that is there already is continued: a driver that opens its device anew, or is
+// started again after a crash, does not erase what led to that.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "components/recordings/capture.h"
+#include "os/file.h"
+
+namespace rack::device {
+
+class CaptureFile {
+ public:
+  // `device`: for its first line. kInvalidArgument: there is a file that is no recording.
+  static tims::Result<std::unique_ptr<CaptureFile>> create(const std::string& path,
+                                                           std::string_view device,
+                                                           tims::Time begin);
+  ~CaptureFile();
+
+  void add(tims::Time when, Direction direction, std::uint32_t id, std::span<const std::byte> bytes,
+           tims::Duration took = {});
+  void add_event(tims::Time when, std::string_view event);
+
+  // Records that are missing in the file, so far.
+  [[nodiscard]] std::uint64_t lost() const;
+  // What people should know since it was asked last: it cannot be written, or can be again.
+  std::optional<std::string> take_event();
+  // Writes the rest; nothing can be added afterwards.
+  void finish();
+
+ private:
+  CaptureFile(tims::os::File file, std::string path, tims::Time begin);
+  template <typename Append>
+  void append(std::size_t room, Append append);
+  void write_until_ended();
+  tims::Result<void> write_all(std::string_view text);
+  void on_written(std::string_view text, const tims::Result<void>& written);
+
+  tims::os::File file_;
+  const std::string path_;
+  const tims::Time begin_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string waiting_;               // under mutex_
+  std::uint64_t lost_ = 0;            // under mutex_
+  std::uint64_t told_ = 0;            // of those, under mutex_
+  bool failed_ = false;               // under mutex_
+  bool ended_ = false;                // under mutex_
+  std::optional<std::string> event_;  // under mutex_
+  std::thread writer_;
+};
+
+}  // namespace rack::device

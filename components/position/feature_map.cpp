@@ -1,0 +1,166 @@
+// FeatureMap: a map of lines that people look at and edit.
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <optional>
+
+#include "components/localisation/line_map.h"
+#include "components/position/map_file.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/proxies/position.h"
+
+namespace rack::navigation {
+namespace {
+
+using localisation::LineMap;
+
+constexpr std::array<ParameterInfo, 7> kParameters = {{
+    {"mapFile", "", "floor plan (DXF); none: an empty map"},
+    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1,
+     "instance of the position: of large maps the lines near it are sent; -1: none", -1, kIdMax},
+    {"period", 1000, "between two data sets, ms", 10, 60000},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "FeatureMap",
+    .purpose = "A map of lines that people look at and edit.",
+    .class_id = tims::class_id::kFeatureMap,
+    .parameters = kParameters,
+};
+
+class FeatureMap : public DataModule<FeatureMapData> {
+ public:
+  FeatureMap() : DataModule(kInfo, {.history = 2}) {}
+
+ private:
+  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
+
+  // What was loaded or edited stays, also when it is turned off and on.
+  Result<void> module_on() override {
+    if (const std::string path = text("mapFile"); !begun_ && !path.empty())
+      if (auto loaded = load(path); !loaded) return loaded;
+    begun_ = true;
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    set_period(std::chrono::milliseconds(integer("period")));
+    return DataModule::module_on();
+  }
+
+  Result<void> module_loop() override {
+    Pose robot;
+    FeatureMapData& data = get_local_buffer();
+    sleep_until_next(period());
+    data.recordingTime = time_stamp();
+    if (position_) {
+      const auto position = position_->get_data();
+      if (!position) return position.error();
+      robot = Pose::of(position->pos);
+    }
+    {
+      const std::lock_guard lock(map_mutex_);
+      map_.fill(robot, data);
+    }
+    return put_local_buffer();
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    switch (message.header.type) {
+      case FeatureMapType::kLoadMap:
+        return with<FileName>(message, [&](const FileName& file) {
+          auto loaded = load(std::string(file.view()));
+          if (loaded) set_parameter("mapFile", file.view());
+          return loaded;
+        });
+      case FeatureMapType::kSaveMap:
+        return with<FileName>(message,
+                              [&](const FileName& file) { return save(std::string(file.view())); });
+      case FeatureMapType::kAddLine:
+        return edit(message, [&](const auto& line) { return map_.add(line.feature); });
+      case FeatureMapType::kDeleteLine:
+        return edit(message, [&](const auto& line) { return map_.erase(line.featureNumTemp); });
+      case FeatureMapType::kDisplaceLine:
+        return edit(message, [&](const auto& line) {
+          return map_.displace(line.featureNumTemp, line.feature);
+        });
+      case FeatureMapType::kSetLayer:
+        return with<FeatureMapLayerData>(message, [&](const FeatureMapLayerData& layers) {
+          const std::lock_guard lock(map_mutex_);
+          map_.show(layers);
+          return Result<void>();
+        });
+      case FeatureMapType::kGetLayer: {
+        const std::lock_guard lock(map_mutex_);
+        reply(message.header, FeatureMapType::kLayer, map_.layers());
+        return {};
+      }
+      default:
+        return DataModule::module_command(message);
+    }
+  }
+
+  // Decoded, done, and answered by OK.
+  template <typename Body, typename Do>
+  Result<void> with(const tims::MessageView& message, const Do& what) {
+    const auto body = decode<Body>(message);
+    if (!body) return body.error();
+    return answered(message, what(*body));
+  }
+  template <typename Do>
+  Result<void> edit(const tims::MessageView& message, const Do& what) {
+    return with<FeatureMapFeature>(message, [&](const FeatureMapFeature& line) {
+      const std::lock_guard lock(map_mutex_);
+      return what(line);
+    });
+  }
+
+  [[nodiscard]] localisation::PlanScale scale() const {
+    return {static_cast<double>(integer("mapScaleFactor")),
+            static_cast<double>(integer("mapOffsetX")), static_cast<double>(integer("mapOffsetY"))};
+  }
+
+  Result<void> load(const std::string& path) {
+    const auto bytes = read_file(path);
+    if (!bytes) return bytes.error();
+    const auto drawing = read_dxf(*bytes);
+    if (!drawing)
+      return tims::Error(drawing.error().code(), path + ": " + drawing.error().detail());
+    for (const std::string& skipped : drawing->skipped) log().warning("%s, %s", path, skipped);
+    LineMap map(*drawing, scale());
+    if (map.size() == 0) return refused(path + ": no lines");
+    log().info("map %s: %u lines", path, static_cast<unsigned>(map.size()));
+    const std::lock_guard lock(map_mutex_);
+    std::swap(map_, map);
+    begun_ = true;
+    return {};
+  }
+
+  Result<void> save(const std::string& path) {
+    std::string text;
+    {
+      const std::lock_guard lock(map_mutex_);
+      text = map_.to_dxf(scale());
+    }
+    if (auto written = write_file(path, text); !written) return written;
+    log().info("map saved as %s", path);
+    return {};
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PositionProxy> position_;
+  std::atomic<bool> begun_ = false;  // it has its map, and mapFile counts no more
+  PriorityMutex map_mutex_;
+  LineMap map_;
+};
+
+}  // namespace
+}  // namespace rack::navigation
+
+int main(int argc, char** argv) {
+  rack::navigation::FeatureMap map;
+  return map.run(argc, argv);
+}

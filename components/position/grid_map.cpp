@@ -1,0 +1,97 @@
+// GridMap: a map of cells, as a whole or the part of it around the robot.
+#include <array>
+#include <optional>
+
+#include "components/geometry/pose.h"
+#include "components/position/map_file.h"
+#include "rack/clock.h"
+#include "rack/data_module.h"
+#include "rack/proxies/position.h"
+
+namespace rack::navigation {
+namespace {
+
+constexpr std::array<ParameterInfo, 8> kParameters = {{
+    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true},
+    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1,
+     "instance of the position: of large maps the part around it is sent; -1: the whole, with "
+     "larger "
+     "cells",
+     -1, kIdMax},
+    {"period", 1000, "between two data sets, ms", 10, 60000},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "GridMap",
+    .purpose = "A map of cells, as a whole or the part of it around the robot.",
+    .class_id = tims::class_id::kGridMap,
+    .parameters = kParameters,
+};
+
+constexpr std::size_t kCellsMax = decltype(GridMapData::occupancy)::kMax;
+constexpr std::int32_t kSide = 500;  // of a part: a data set full
+
+class GridMap : public DataModule<GridMapData> {
+ public:
+  GridMap() : DataModule(kInfo, {.history = 2}) {}
+
+ private:
+  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
+
+  Result<void> module_on() override {
+    const std::string path = text("mapFile");
+    auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                               .offset_x = static_cast<double>(integer("mapOffsetX")),
+                               .offset_y = static_cast<double>(integer("mapOffsetY")),
+                               .resolution = static_cast<double>(integer("mapResolution"))});
+    if (!map) return map.error();
+    map_ = std::move(*map);
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    if (!position_ && map_.cells.size() > kCellsMax) {
+      map_ = localisation::coarser(map_, kCellsMax);
+      log().info("%s has too many cells for a data set: sent with cells of %u mm", path,
+                 static_cast<unsigned>(map_.resolution));
+    }
+    part_ = {};
+    if (!position_) tell({0, 0, map_.rows, map_.columns});
+    set_period(std::chrono::milliseconds(integer("period")));
+    return DataModule::module_on();
+  }
+
+  Result<void> module_loop() override {
+    sleep_until_next(period());
+    if (position_) {
+      const auto position = position_->get_data();
+      if (!position) return position.error();
+      const Pose robot = Pose::of(position->pos);
+      tell(localisation::part_around(map_, {robot.x, robot.y}, kSide));
+    }
+    get_local_buffer().recordingTime = time_stamp();
+    return put_local_buffer();
+  }
+
+  void tell(const localisation::GridPart& part) {
+    if (part == part_) return;
+    part_ = part;
+    localisation::to_message(map_, part, get_local_buffer());
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<PositionProxy> position_;
+  localisation::GridMap map_;
+  localisation::GridPart part_;  // of it, in the local buffer
+};
+
+}  // namespace
+}  // namespace rack::navigation
+
+int main(int argc, char** argv) {
+  rack::navigation::GridMap map;
+  return map.run(argc, argv);
+}

@@ -1,0 +1,249 @@
+// MonteCarloLocalisation: where the robot is in a map, by its scanner.
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "components/localisation/mcl_messages.h"
+#include "components/position/map_file.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/odometry.h"
+
+namespace rack::navigation {
+namespace {
+
+using localisation::LikelihoodField;
+using localisation::Localiser;
+using localisation::WallLines;
+
+constexpr std::array<ParameterInfo, 24> kParameters = {{
+    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
+    {"scan2dInst", 0, "instance of the scan", 0, kIdMax},
+    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
+    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position that is told where it is; -1: none", -1, kIdMax},
+    {"period", 1000, "between two data sets and updates of the position, ms", 1, 60000},
+    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); none: LOAD_MAP brings it"},
+    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
+    {"particles", 500, "while it knows where it is", 10, 100000},
+    {"particlesMax", 20000, "while it searches", 10, 100000},
+    {"beams", 60, "of a scan", 1, 8000},
+    {"scanMatching", 1, "lay each scan on the walls of the map at last: 1 yes, 0 no", 0, 1},
+    {"maxRange", 30000, "mm", 1, 1e9},
+    {"scanLag", 0, "how much older scans are than they say, ms", 0, 1000},
+    {"startMode", 0, "0: at startX ..., 1: anywhere, 2: where the position says", 0, 2},
+    {"startX", 0, "mm"},
+    {"startY", 0, "mm"},
+    {"startRho", 0, "deg", -360, 360},
+    {"startDeviation", 500, "mm; as many times 0.03 deg", 0, 100000},
+    {"seed", 1, "of all that is random", 0, 2147483647.0},
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "MonteCarloLocalisation",
+    .purpose = "Where the robot is in a map, by its scanner.",
+    .class_id = tims::class_id::kMcl,
+    .parameters = kParameters,
+};
+
+constexpr double kUpdateDeviation = 500;  // mm: less sure ones are not told
+constexpr i32 kLostDeviation = 5000;      // mm, at least
+constexpr int kMissesMax = 20;            // scans in a row of which the odometry knows nothing
+constexpr double kDeviationTurn = radians(0.03);  // for each mm
+
+class MonteCarloLocalisation : public DataModule<MclData> {
+ public:
+  MonteCarloLocalisation() : DataModule(kInfo, {.history = 10}) {
+    reserve_all(scan_);
+    beams_.reserve(decltype(scan_.points)::kMax);
+  }
+
+ private:
+  Result<void> module_init() override {
+    if (auto made = create_mailbox(work_, 1, body_max<PositionData>()); !made) return made;
+    return create_input(scan2d_, *work_, 2, body_max<Scan2dData>());
+  }
+
+  Result<void> module_on() override {
+    if (auto map = have_map(); !map) return map;
+    lag_ = std::chrono::milliseconds(integer("scanLag"));
+    range_max_ = integer("maxRange");
+    matches_scans_ = integer("scanMatching") != 0;
+    misses_ = 0;
+    published_.reset();
+    was_sure_ = false;
+    odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
+    if (auto on = odometry_->on(); !on) return on;
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    make_localiser();
+    if (auto started = start(); !started) return started;
+    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (!granted) return granted.error();
+    scan_period_ = *granted;
+    data_period_ = std::chrono::milliseconds(integer("period"));
+    set_period(std::max(data_period_, scan_period_));
+    return DataModule::module_on();
+  }
+
+  void module_off() override { scan2d_->stop(); }
+
+  // The one that LOAD_MAP brought stays, also when it is turned off and on.
+  Result<void> have_map() {
+    {
+      const std::lock_guard lock(field_mutex_);
+      if (commanded_) return {};
+    }
+    const std::string path = text("mapFile");
+    if (path.empty()) return refused("no map: mapFile is empty, and no LOAD_MAP has come");
+    return take_map(path, false);
+  }
+
+  // Any task. Reading takes its time; only the exchange is locked.
+  Result<void> take_map(const std::string& path, bool commanded) {
+    const auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                                     .offset_x = static_cast<double>(integer("mapOffsetX")),
+                                     .offset_y = static_cast<double>(integer("mapOffsetY")),
+                                     .resolution = static_cast<double>(integer("mapResolution"))});
+    if (!map) return map.error();
+    auto made = LikelihoodField::of(*map, {});
+    if (!made) return tims::Error(made.error().code(), path + ": " + made.error().detail());
+    auto field = std::make_unique<LikelihoodField>(std::move(made).value());
+    auto walls = std::make_unique<WallLines>(*map);
+    log().info("map %s: %u x %u cells of %u mm, %u free", path, static_cast<unsigned>(map->rows),
+               static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution),
+               static_cast<unsigned>(field->free_cells()));
+    const std::lock_guard lock(field_mutex_);
+    field_.swap(field);
+    walls_.swap(walls);
+    commanded_ = commanded_ || commanded;
+    return {};
+  }
+
+  void make_localiser() {
+    localisation::LocaliserSettings settings;
+    settings.filter.particles = static_cast<std::uint32_t>(integer("particles"));
+    settings.filter.particles_max =
+        std::max(settings.filter.particles, static_cast<std::uint32_t>(integer("particlesMax")));
+    settings.beams = static_cast<std::uint32_t>(integer("beams"));
+    localiser_.emplace(settings, static_cast<std::uint64_t>(integer("seed")));
+  }
+
+  Result<void> start() {
+    const int mode = integer("startMode");
+    if (mode == 1) {
+      localiser_->start_anywhere();
+      return {};
+    }
+    Pose at{.x = static_cast<double>(integer("startX")),
+            .y = static_cast<double>(integer("startY")),
+            .rho = heading(radians(integer("startRho")))};
+    if (mode == 2) {
+      if (!position_) return refused("startMode 2 needs positionInst");
+      const auto known = position_->get_data();
+      if (!known) return known.error();
+      at = Pose::of(known->pos);
+    }
+    const auto deviation = static_cast<double>(integer("startDeviation"));
+    localiser_->start_at(at, deviation, deviation * kDeviationTurn);
+    return {};
+  }
+
+  Result<void> module_loop() override {
+    if (auto come = scan2d_->next(scan_, 5 * scan_period_); !come) return come;
+    const TimeStamp time = scan_.recordingTime - lag_;
+    const auto odometry = odometry_->get_data(time);
+    if (!odometry) {
+      // It may be a moment behind or have just begun.
+      if (++misses_ > kMissesMax) return odometry.error();
+      return {};
+    }
+    misses_ = 0;
+    localisation::beams_of(scan_, range_max_, beams_);
+    {
+      const std::lock_guard lock(field_mutex_);
+      localiser_->take(*field_, Pose::of(odometry->pos), beams_,
+                       matches_scans_ ? walls_.get() : nullptr);
+    }
+    if (!is_due()) return {};
+    return tell(time);
+  }
+
+  // On average each period, whichever scan that is.
+  bool is_due() {
+    if (published_ && scan_.recordingTime - *published_ < data_period_) return false;
+    const bool follows = published_ && scan_.recordingTime - *published_ < 2 * data_period_;
+    published_ = follows ? *published_ + data_period_ : scan_.recordingTime;
+    return true;
+  }
+
+  Result<void> tell(TimeStamp time) {
+    if (position_) {
+      auto taken = tell_position(time);
+      if (!taken) return taken;
+    }
+    localisation::to_message(*localiser_, time, get_local_buffer());
+    return put_local_buffer();
+  }
+
+  // Where it was; or, that nobody is sure any more: Position stays where it believes to be then.
+  Result<void> tell_position(TimeStamp time) {
+    PositionData known = localisation::to_update(*localiser_, time);
+    const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
+    if (is_sure != was_sure_)
+      log().print(is_sure ? "It is sure where it is" : "It is no longer sure where it is");
+    const bool has_lost = was_sure_ && !is_sure;
+    was_sure_ = is_sure;
+    if (!is_sure && !has_lost) return {};
+    if (has_lost) {
+      const auto believed = position_->get_data(time);
+      if (!believed) return believed.error();
+      known.pos = believed->pos;
+      known.var.x = std::max<i32>(known.var.x, kLostDeviation);
+      known.var.y = std::max<i32>(known.var.y, kLostDeviation);
+    }
+    return position_->update(known);
+  }
+
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != MclType::kLoadMap) return DataModule::module_command(message);
+    const auto file = decode<FileName>(message);
+    if (!file) return file.error();
+    auto taken = take_map(std::string(file->view()), true);
+    if (taken) set_parameter("mapFile", file->view());
+    return answered(message, taken);
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<Scan2dProxy>> scan2d_;
+  std::optional<OdometryProxy> odometry_;
+  std::optional<PositionProxy> position_;
+  std::optional<Localiser> localiser_;
+  Scan2dData scan_;
+  std::vector<localisation::BeamEnd> beams_;
+  std::chrono::milliseconds scan_period_{};
+  std::chrono::milliseconds data_period_{};
+  std::chrono::milliseconds lag_{};
+  i32 range_max_ = 0;
+  bool matches_scans_ = true;
+  int misses_ = 0;
+  std::optional<TimeStamp> published_;
+  bool was_sure_ = false;
+  PriorityMutex field_mutex_;  // of the three below, which LOAD_MAP exchanges
+  std::unique_ptr<LikelihoodField> field_;
+  std::unique_ptr<WallLines> walls_;
+  bool commanded_ = false;
+};
+
+}  // namespace
+}  // namespace rack::navigation
+
+int main(int argc, char** argv) {
+  rack::navigation::MonteCarloLocalisation localisation;
+  return localisation.run(argc, argv);
+}

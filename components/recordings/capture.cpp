@@ -1,0 +1,237 @@
+#include "components/recordings/capture.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+
+#include "base/text.h"
+
+namespace rack::device {
+namespace {
+
+using tims::Errc;
+using tims::Error;
+
+constexpr std::string_view kMagic = "# rack capture 1";
+constexpr std::string_view kDigits = "0123456789ABCDEF";
+constexpr std::string_view kDirections = "<>*~=";  // of all but events
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+constexpr std::uint32_t kExtendedId = 0x80000000;  // CAN_EFF_FLAG
+constexpr std::uint32_t kRemote = 0x40000000;      // CAN_RTR_FLAG
+constexpr std::size_t kShortId = 3;                // digits of a standard CAN identifier
+constexpr std::size_t kCanBytes = 8;
+
+void append_time(std::string& text, Duration time) {
+  std::array<char, 32> digits{};
+  const std::int64_t count = std::max<std::int64_t>(0, time.count());
+  const auto whole =
+      std::to_chars(digits.data(), digits.data() + digits.size(), count / kNanoseconds);
+  text.append(digits.data(), whole.ptr);
+  text += '.';
+  std::int64_t scale = kNanoseconds / 10;
+  for (std::int64_t rest = count % kNanoseconds; scale > 0; rest %= scale, scale /= 10)
+    text += kDigits[static_cast<std::size_t>(rest / scale)];
+}
+
+void append_id(std::string& text, std::uint32_t id) {
+  for (int shift = 28; shift >= 0; shift -= 4) text += kDigits[id >> shift & 0xF];
+}
+
+Error malformed(std::string_view line, std::string_view why) {
+  constexpr std::size_t kShown = 40;
+  return {Errc::kMalformed, std::string(why) + ": " +
+                                tims::base::printable(line.substr(0, kShown)) +
+                                (line.size() > kShown ? "..." : "")};
+}
+
+std::string_view next_word(std::string_view& line) {
+  const std::size_t begin = std::min(line.find_first_not_of(" \t"), line.size());
+  line.remove_prefix(begin);
+  const std::string_view word = line.substr(0, line.find_first_of(" \t"));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+// "12.345": exact, whatever the number of digits.
+std::optional<Duration> parse_time(std::string_view text) {
+  const std::size_t point = text.find('.');
+  const auto whole = tims::base::parse_number<std::int64_t>(text.substr(0, point));
+  if (!whole || *whole < 0 || *whole > INT64_MAX / kNanoseconds - 1) return std::nullopt;
+  std::int64_t fraction = 0;
+  std::int64_t scale = kNanoseconds / 10;
+  if (point == std::string_view::npos) return Duration(*whole * kNanoseconds);
+  for (const char c : text.substr(point + 1)) {
+    if (c < '0' || c > '9') return std::nullopt;
+    fraction += (c - '0') * scale;
+    scale /= 10;
+  }
+  return Duration(*whole * kNanoseconds + fraction);
+}
+
+// By a character's code; what is no digit has a bit above its lower four.
+constexpr unsigned kNoDigit = 0x10;
+constexpr std::array<std::uint8_t, 256> kDigitOf = [] {
+  std::array<std::uint8_t, 256> digits{};
+  digits.fill(kNoDigit);
+  for (std::size_t i = 0; i < kDigits.size(); ++i) {
+    const auto upper = static_cast<unsigned char>(kDigits[i]);
+    digits[upper] = static_cast<std::uint8_t>(i);
+    if (upper >= 'A') digits[upper - 'A' + 'a'] = static_cast<std::uint8_t>(i);
+  }
+  return digits;
+}();
+
+bool parse_bytes(std::string_view text, std::vector<std::byte>& bytes) {
+  bytes.clear();
+  if (text.size() % 2 != 0) return false;
+  bytes.resize(text.size() / 2);
+  unsigned seen = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const unsigned high = kDigitOf[static_cast<unsigned char>(text[2 * i])];
+    const unsigned low = kDigitOf[static_cast<unsigned char>(text[2 * i + 1])];
+    seen |= high | low;
+    bytes[i] = static_cast<std::byte>(high << 4 | low);
+  }
+  return (seen & kNoDigit) == 0;
+}
+
+// "181#3701", "18DAF110#R", "00000181#3701". Eight digits of candump are an extended identifier, of
+// ours all the flags as well.
+bool parse_frame(std::string_view text, bool is_candump, CaptureRecord& record) {
+  const std::size_t mark = text.find('#');
+  const auto id = tims::base::parse_number<std::uint32_t>(text.substr(0, mark), 16);
+  if (!id) return false;
+  record.id = *id;
+  if (is_candump && mark > kShortId) record.id |= kExtendedId;
+  std::string_view data = text.substr(mark + 1);
+  if (is_candump && data.starts_with('R')) {
+    record.id |= kRemote;
+    data = {};
+  }
+  return parse_bytes(data, record.bytes) && (!is_candump || record.bytes.size() <= kCanBytes);
+}
+
+Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
+  const std::string_view whole = line;
+  std::string_view time = next_word(line);
+  const std::string_view interface = next_word(line);
+  const std::string_view frame = next_word(line);
+  const bool in_brackets = time.size() > 2 && time.ends_with(')');
+  const auto stamp =
+      in_brackets ? parse_time(time.substr(1, time.size() - 2)) : std::optional<Duration>();
+  if (!stamp || interface.empty() || frame.find('#') == std::string_view::npos ||
+      !parse_frame(frame, true, record))
+    return malformed(whole, "no line of candump");
+  record.time = *stamp;
+  record.took = {};
+  record.direction = Direction::kReceived;
+  return true;
+}
+
+// Behind comments. A line that is longer than what was read is judged by what is there of it.
+bool begins_with_record(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    std::string_view line = text.substr(0, end);
+    CaptureRecord record;
+    auto parsed = parse_record(line, record);
+    if (end == std::string_view::npos && !parsed) {
+      line.remove_suffix(1);  // a digit of two
+      parsed = parse_record(line, record);
+    }
+    if (!parsed || *parsed) return parsed.ok() && *parsed;
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string capture_header(std::string_view device, std::string_view date) {
+  std::string line(kMagic);
+  line += ' ';
+  line += tims::base::printable(device);
+  line += ' ';
+  line += date;
+  line += '\n';
+  return line;
+}
+
+void append_record(std::string& text, Duration time, Direction direction, std::uint32_t id,
+                   std::span<const std::byte> bytes, Duration took) {
+  append_time(text, time);
+  if (took.count() > 0) {
+    text += '-';
+    append_time(text, took);
+  }
+  text += ' ';
+  text += static_cast<char>(direction);
+  text += ' ';
+  if (id != 0) {
+    append_id(text, id);
+    text += '#';
+  }
+  for (const std::byte byte : bytes) {
+    text += kDigits[std::to_integer<unsigned>(byte) >> 4];
+    text += kDigits[std::to_integer<unsigned>(byte) & 0xF];
+  }
+  text += '\n';
+}
+
+void append_event(std::string& text, Duration time, std::string_view event) {
+  append_time(text, time);
+  text += " ! ";
+  text += tims::base::printable(event);
+  text += '\n';
+}
+
+RecordingFormat format_of(std::span<const std::byte> beginning) {
+  constexpr std::array<std::uint32_t, 5> kPcap = {0xA1B2C3D4, 0xD4C3B2A1, 0xA1B23C4D, 0x4D3CB2A1,
+                                                  0x0A0D0D0A};
+  std::uint32_t magic = 0;
+  for (std::size_t i = 0; i < std::min<std::size_t>(4, beginning.size()); ++i)
+    magic = magic << 8 | std::to_integer<std::uint32_t>(beginning[i]);
+  if (std::ranges::find(kPcap, magic) != kPcap.end()) return RecordingFormat::kPcap;
+
+  std::string text;
+  for (const std::byte byte : beginning) text += static_cast<char>(byte);
+  if (text.starts_with(kMagic)) return RecordingFormat::kCapture;
+  return begins_with_record(text) ? RecordingFormat::kCapture : RecordingFormat::kRaw;
+}
+
+Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  if (line.empty() || line.front() == '#') return false;
+  if (line.front() == '(') return parse_candump(line, record);
+
+  const std::string_view whole = line;
+  const std::string_view times = next_word(line);
+  const std::size_t mark = times.find('-');
+  const auto time = parse_time(times.substr(0, mark));
+  const auto took =
+      mark == std::string_view::npos ? Duration(0) : parse_time(times.substr(mark + 1));
+  if (!time || !took) return malformed(whole, "a line of a recording begins with seconds");
+  record.time = *time;
+  record.took = *took;
+  record.direction = Direction::kReceived;
+  record.id = 0;
+  record.event.clear();
+  std::string_view word = next_word(line);
+  if (word == "!") {
+    record.direction = Direction::kEvent;
+    record.bytes.clear();
+    record.event = line.substr(std::min<std::size_t>(1, line.size()));
+    return true;
+  }
+  if (word.size() == 1 && kDirections.find(word.front()) != std::string_view::npos) {
+    record.direction = static_cast<Direction>(word.front());
+    word = next_word(line);
+  }
+  const bool has_id = word.find('#') != std::string_view::npos;
+  const bool good = has_id ? parse_frame(word, false, record) : parse_bytes(word, record.bytes);
+  if (!good || !next_word(line).empty()) return malformed(whole, "bytes are pairs of hex digits");
+  return true;
+}
+
+}  // namespace rack::device

@@ -1,0 +1,65 @@
+// What is in a recording: how much of what, for how long, and when nothing came.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "components/recordings/capture.h"
+
+namespace rack::device {
+
+class CaptureStatistics {
+ public:
+  struct Sum {
+    std::uint64_t records = 0;
+    std::uint64_t bytes = 0;
+  };
+  struct Event {
+    Duration time{};  // as all times here: since the first record
+    std::string text;
+  };
+
+  void add(const CaptureRecord& record);
+
+  [[nodiscard]] const Sum& received() const { return received_; }
+  [[nodiscard]] const Sum& sent() const { return sent_; }
+  [[nodiscard]] Duration duration() const { return last_ - first_.value_or(last_); }
+  // Of CAN frames and datagrams: by what came with them, at most kIdsMax of them.
+  [[nodiscard]] const std::map<std::uint32_t, Sum>& by_id() const { return by_id_; }
+  // The first kEventsMax of them, and how many there are.
+  [[nodiscard]] const std::vector<Event>& events() const { return events_; }
+  [[nodiscard]] std::uint64_t event_count() const { return event_count_; }
+
+  // The longest time without anything received, and when it began.
+  [[nodiscard]] Duration longest_gap() const { return longest_gap_; }
+  [[nodiscard]] Duration longest_gap_at() const { return longest_gap_at_; }
+  // Times without anything received that were 10 times as long as the mean one, and 100 ms at
+  // least.
+  [[nodiscard]] std::uint64_t gaps() const { return gaps_; }
+  // Records whose time is before that of the one before them.
+  [[nodiscard]] std::uint64_t backwards() const { return backwards_; }
+
+  static constexpr std::size_t kIdsMax = 4096;
+  static constexpr std::size_t kEventsMax = 100;
+
+ private:
+  void add_received(const CaptureRecord& record);
+
+  Sum received_;
+  Sum sent_;
+  std::map<std::uint32_t, Sum> by_id_;
+  std::vector<Event> events_;
+  std::uint64_t event_count_ = 0;
+  std::optional<Duration> first_;
+  Duration last_{};
+  std::optional<Duration> last_received_;
+  Duration between_received_{};  // all of them
+  Duration longest_gap_{};
+  Duration longest_gap_at_{};
+  std::uint64_t gaps_ = 0;
+  std::uint64_t backwards_ = 0;
+};
+
+}  // namespace rack::device

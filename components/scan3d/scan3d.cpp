@@ -1,0 +1,294 @@
+// Scan3d: the scans of a ladar on an axis that tilts or turns it, as scans of space.
+#include <array>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "components/geometry/pose.h"
+#include "components/scan3d/scan3d_commands.h"
+#include "components/scan3d/sweep.h"
+#include "rack/input.h"
+#include "rack/proxies/ladar.h"
+#include "rack/proxies/odometry.h"
+#include "rack/proxies/position.h"
+#include "rack/proxies/servo_drive.h"
+
+namespace rack::scan3d {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSilence{200};      // of the ladar, at least five of its periods
+constexpr milliseconds kToldAgain{500};    // the axis, where it shall go
+constexpr double kThere = radians(1);      // near the end where it turns back
+constexpr std::uint32_t kLadarSlots = 16;  // scans that wait while a message is made
+
+constexpr std::array<ParameterInfo, 36> kParameters = {{
+    {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
+    {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
+    {"servoDriveSys", 0, "system id of the axis", 0, kIdMax},
+    {"servoDriveInst", 0, "instance of the axis", 0, kIdMax, true},
+    {"positionSys", 0, "system id of the position", 0, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos and the way; -1: none", -1, kIdMax},
+    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
+    {"odometryInst", -1,
+     "instance of the odometry, for the way instead of the position, which may jump; -1: none", -1,
+     kIdMax},
+    {"scanMode", 2,
+     "1 roll (about x), 2 pitch (about y), 3 yaw, 4 top, 5 top-down (about z, the ladar upright, "
+     "its front ahead, up, down)",
+     1, 5},
+    {"angleMin", -45.0F, "of the axis: where a scan ends on this side, deg", -1e5, 1e5},
+    {"angleMax", 45.0F, "on the other side, deg", -1e5, 1e5},
+    {"round", 0, "1: round and round, each angleMax - angleMin is a scan; 0: to and fro", 0, 1},
+    {"drive", 1, "1: it moves the axis; 0: somebody else does", 0, 1},
+    {"axisVel", 20.0F, "how fast the axis is moved, deg/s; below 0: round the other way", -720,
+     720},
+    {"sectors", 8, "messages while it scans, beside the whole; 1: only the whole", 1, 64},
+    {"scanNum", 400, "flat scans of a whole, at most", 1, 10000},
+    {"maxPoints", 72400, "of a whole; with more points there are fewer flat scans", 1,
+     static_cast<double>(kScan3dPointsMax)},
+    {"reduce", 1, "each so many-th point", 1, 10000},
+    {"minRange", 0, "nearer points are the robot itself, mm", 0, 1e6},
+    {"maxRange", 0, "farther points are left out, mm; 0: as the ladar", 0, 1e6},
+    {"axisX", 0, "where the axis is on the robot, mm"},
+    {"axisY", 0, "mm"},
+    {"axisZ", 0, "mm, down"},
+    {"axisPhi", 0.0F, "how it is built in, deg about x", -360, 360},
+    {"axisPsi", 0.0F, "deg about y", -360, 360},
+    {"axisRho", 0.0F, "deg about z", -360, 360},
+    {"ladarX", 0, "where the ladar is on what turns, at angle 0, mm"},
+    {"ladarY", 0, "mm"},
+    {"ladarZ", 0, "mm, down"},
+    {"ladarRho", 0.0F, "where it looks in its plane, deg clockwise", -360, 360},
+    {"ladarUpsideDown", 0, "1: it is built on upside down", 0, 1},
+    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200, S300)", 0, 1},
+    {"ladarLag", 0.0F, "how much later than its scans its times are, ms", -1000, 1000},
+    {"ladarDuration", -1.0F, "of a flat scan, ms; -1: as the ladar says; LadarSim: 0", -1, 1000},
+    {"compress", 0, "1: points are sent compressed", 0, 1},
+    kStorePath,
+}};
+
+constexpr ModuleInfo kInfo{
+    .program = "Scan3d",
+    .purpose = "The scans of a ladar on an axis that tilts or turns it, as scans of space.",
+    .class_id = tims::class_id::kScan3d,
+    .parameters = kParameters,
+};
+
+class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
+ public:
+  Scan3d() : Scan3dCommands(kInfo, {.history = 4}) {
+    reserve_all(ladar_data_);
+    reserve_all(whole_);
+  }
+
+ private:
+  Result<void> module_init() override {
+    if (auto made = create_mailbox(work_, 1, 256); !made) return made;
+    return create_input(ladar_, *work_, kLadarSlots, body_max<LadarData>());
+  }
+
+  Result<void> module_on() override {
+    const SweepSettings settings = sweep_settings();
+    if (!(settings.to > settings.from)) return refused("angleMax is not larger than angleMin");
+    velocity_ = radians(static_cast<double>(real("axisVel")));
+    if (velocity_ == 0) return refused("axisVel=0: the axis would never move");
+    if (velocity_ < 0 && !settings.is_round) return refused("axisVel is below 0, but not round");
+    sweep_ = std::make_unique<Sweep>(settings);
+    told_ = {};
+    losses_told_ = {};
+    servo_.emplace(*work_, address_of(tims::class_id::kServoDrive, "servoDrive"));
+    if (auto on = servo_->on(); !on) return on;
+    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
+      return on;
+    if (auto on = turn_on_if_named(odometry_, *work_, tims::class_id::kOdometry, "odometry"); !on)
+      return on;
+    const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
+    if (!granted) return granted.error();
+    silence_ = std::max(5 * *granted, kSilence);
+    const double whole = (settings.to - settings.from) / std::abs(velocity_);  // s
+    set_period(std::max(milliseconds(std::lround(1000 * whole / settings.sectors)), *granted));
+    return DataModule::module_on();
+  }
+
+  [[nodiscard]] double angle(std::string_view name) const {
+    return radians(static_cast<double>(real(name)));
+  }
+  [[nodiscard]] double number(std::string_view name) const {
+    return static_cast<double>(integer(name));
+  }
+
+  [[nodiscard]] SweepMounting mounting() const {
+    return {.mode = integer("scanMode"),
+            .axis = {.x = number("axisX"),
+                     .y = number("axisY"),
+                     .z = number("axisZ"),
+                     .phi = angle("axisPhi"),
+                     .psi = angle("axisPsi"),
+                     .rho = angle("axisRho")},
+            .ladar = {number("ladarX"), number("ladarY"), number("ladarZ")},
+            .ladar_rho = angle("ladarRho"),
+            .upside_down = integer("ladarUpsideDown") != 0,
+            .is_reversed = integer("ladarReversed") != 0};
+  }
+  [[nodiscard]] SweepSettings sweep_settings() const {
+    return {.mounting = mounting(),
+            .from = angle("angleMin"),
+            .to = angle("angleMax"),
+            .is_round = integer("round") != 0,
+            .scans_max = static_cast<std::size_t>(integer("scanNum")),
+            .points_max = static_cast<std::size_t>(integer("maxPoints")),
+            .sectors = integer("sectors"),
+            .reduce = static_cast<std::size_t>(integer("reduce")),
+            .range_min = integer("minRange"),
+            .range_max = integer("maxRange"),
+            .lag_ms = static_cast<double>(real("ladarLag")),
+            .duration_ms = static_cast<double>(real("ladarDuration")),
+            .has_poses = integer("positionInst") >= 0 || integer("odometryInst") >= 0};
+  }
+
+  void module_off() override {
+    ladar_->stop();
+    if (servo_ && integer("drive") != 0) (void)servo_->move_vel(0);
+    servo_.reset();
+  }
+
+  Result<void> module_loop() override {
+    if (auto come = ladar_->next(ladar_data_, silence_); !come) return come;
+    sweep_->add(ladar_data_);
+    if (auto asked = ask(); !asked) return asked;
+    if (auto moved = move_axis(); !moved) return moved;
+    while (sweep_->next(get_local_buffer()))
+      if (auto sent = send(); !sent) return sent;
+    return {};
+  }
+
+  // Where axis and robot are now, and where they were when the scan that waits was made.
+  Result<void> ask() {
+    const auto axis = servo_->get_data();
+    if (!axis) return axis.error();
+    angle_ = static_cast<double>(axis->position);
+    sweep_->add_axis(axis->recordingTime, angle_);
+    const auto pose = newest_pose();
+    if (!pose) return pose.error();
+    const auto wanted = sweep_->wanted();
+    if (!wanted || axis->recordingTime < wanted->end || *pose < wanted->end) return {};
+    const TimeStamp middle = wanted->begin + (wanted->end - wanted->begin) / 2;
+    for (const TimeStamp time : {wanted->begin, middle, wanted->end}) {
+      const auto then = servo_->get_data(time);
+      if (then) sweep_->add_axis(then->recordingTime, static_cast<double>(then->position));
+      if (auto known = known_or_lost(then); !known) return known;
+      if (auto known = ask_pose(time); !known) return known;
+    }
+    return {};
+  }
+
+  // The time of the newest; without a robot's way it is never too old.
+  Result<TimeStamp> newest_pose() {
+    if (!position_ && !odometry_) return ladar_data_.recordingTime + kSilence;
+    TimeStamp time = 0;
+    if (auto asked = ask_pose(0, &time); !asked) return asked.error();
+    return time;
+  }
+
+  Result<void> ask_pose(TimeStamp time, TimeStamp* recorded = nullptr) {
+    if (odometry_) return take_pose(odometry_->get_data(time), recorded);
+    if (position_) return take_pose(position_->get_data(time), recorded);
+    return {};
+  }
+  template <typename Data>
+  Result<void> take_pose(const Result<Data>& data, TimeStamp* recorded) {
+    if (!data) return known_or_lost(data);
+    sweep_->add_pose(data->recordingTime, data->pos);
+    if (recorded != nullptr) *recorded = data->recordingTime;
+    return {};
+  }
+  // Who has no data of that time any more answers ERROR: the flat scan is lost, no more.
+  template <typename Data>
+  static Result<void> known_or_lost(const Result<Data>& data) {
+    if (data || data.error().code() == tims::Errc::kAnsweredError) return {};
+    return data.error();
+  }
+
+  // To the other end when it is at one; again and again, for it may have been off meanwhile.
+  Result<void> move_axis() {
+    if (integer("drive") == 0) return {};
+    const double low = angle("angleMin");
+    const double high = angle("angleMax");
+    const double before = goal_;
+    if (!told_ || (goal_ != low && goal_ != high))
+      goal_ = std::abs(angle_ - low) < std::abs(angle_ - high) ? low : high;
+    if (std::abs(angle_ - goal_) < kThere) goal_ = goal_ == low ? high : low;
+    const bool is_round = integer("round") != 0;
+    const tims::Time time = now();
+    if (told_ && (is_round || goal_ == before) && time - *told_ < kToldAgain) return {};
+    told_ = time;
+    if (is_round) return servo_->move_vel(static_cast<f32>(velocity_));
+    return servo_->move_pos(
+        {.position = static_cast<f32>(goal_), .vel = static_cast<f32>(velocity_)});
+  }
+
+  Result<void> send() {
+    Scan3dData& scan = get_local_buffer();
+    if (odometry_) {  // its frame is nobody else's
+      scan.refPos = {};
+      if (position_) {
+        const auto position = position_->get_data(scan.recordingTime);
+        if (!position) return position.error();
+        scan.refPos = position->pos;
+      }
+    }
+    if (scan.sectorNum == 1) {
+      tell_losses();
+      const std::lock_guard lock(whole_mutex_);
+      whole_ = scan;
+    }
+    if (integer("compress") != 0) compression_.compress(scan);
+    return put_local_buffer();
+  }
+
+  void tell_losses() {
+    const SweepLosses& losses = sweep_->losses();
+    const auto told = std::exchange(losses_told_, losses);
+    const auto lost = losses.unplaced + losses.crowded - told.unplaced - told.crowded;
+    if (lost > 0)
+      log().warning("%d flat scans left out: where axis or robot were is not known in time",
+                    static_cast<std::int64_t>(lost));
+    if (losses.broken > told.broken)
+      log().warning("%d flat scans left out: without points, or of more than a second",
+                    static_cast<std::int64_t>(losses.broken - told.broken));
+  }
+
+  Result<Scan3dData> shown() const override {
+    const std::lock_guard lock(whole_mutex_);
+    if (whole_.points.empty()) return refused("there is no whole scan yet");
+    return whole_;
+  }
+
+  tims::Mailbox* work_ = nullptr;
+  std::optional<Input<LadarProxy>> ladar_;
+  std::optional<ServoDriveProxy> servo_;
+  std::optional<PositionProxy> position_;
+  std::optional<OdometryProxy> odometry_;
+  LadarData ladar_data_;
+  std::unique_ptr<Sweep> sweep_;
+  SweepLosses losses_told_{};
+  Scan3dCompression compression_;
+  milliseconds silence_{};
+  double velocity_ = 0;  // rad/s
+  double angle_ = 0;     // of the axis, the newest
+  double goal_ = 0;
+  std::optional<tims::Time> told_{};  // the axis, last
+  mutable PriorityMutex whole_mutex_;
+  Scan3dData whole_;
+};
+
+}  // namespace
+}  // namespace rack::scan3d
+
+int main(int argc, char** argv) {
+  rack::scan3d::Scan3d scan;
+  return scan.run(argc, argv);
+}

@@ -1,0 +1,95 @@
+// What LadarSim and Scan2dSim share: scans of a floor plan from where the odometry says the robot
+// is.
+#pragma once
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+
+#include "components/world/core/models.h"
+#include "rack/data_module.h"
+#include "rack/input.h"
+#include "rack/proxies/odometry.h"
+
+namespace rack::sim {
+
+inline constexpr std::size_t kMapScannerParameters = 8;
+inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
+    {"odometrySys", 0, "system id of the odometry", 0, 255},
+    {"odometryInst", 0, "instance of the odometry", 0, 255},
+    {"maxRange", 10000, "how far it sees, mm", 1, 1e6},
+    {"angleRes", 1, "between two rays, deg", 1, 360},
+    {"mapFile", "", "the floor plan, DXF as text", 0, 0, true},
+    {"mapScaleFactor", 1000, "mm for each unit of the plan", 1, 1e6},
+    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
+    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+}};
+
+inline constexpr std::streamoff kFileMax = 64 << 20;  // a drawing of such a size is none of a floor
+
+inline Result<std::string> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file || file.tellg() < 0)
+    return tims::Error(tims::Errc::kSystem, std::generic_category().message(errno));
+  if (file.tellg() > kFileMax) return tims::Error(tims::Errc::kTooBig, "it is larger than 64 MB");
+  file.seekg(0);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+// What of it could not be read is said in the log; a file that is no drawing is an error.
+inline Result<FloorMap> load_map(const std::string& path, double scale, double offset_x,
+                                 double offset_y, TextLog& log) {
+  const auto text = read_file(path);
+  const auto drawing = text ? read_dxf(*text) : Result<DxfDrawing>(text.error());
+  if (!drawing)
+    return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
+  for (const std::string& skipped : drawing->skipped) log.warning("%s, %s", path, skipped);
+  FloorMap map(*drawing, scale, offset_x, offset_y);
+  log.info("%s has %u features", path, static_cast<unsigned>(map.size()));
+  return map;
+}
+
+template <Struct Scan>
+class MapScanner : public DataModule<Scan> {
+ public:
+  explicit MapScanner(const ModuleInfo& info) : DataModule<Scan>(info, {.history = 10}) {}
+
+ private:
+  virtual Result<ScanSettings> settings() const = 0;
+
+  Result<void> module_init() override {
+    const auto work = this->create_mailbox(1, 128);
+    if (!work) return work.error();
+    return this->create_input(odometry_, **work, 1, wire_size<OdometryData>());
+  }
+
+  Result<void> module_on() override {
+    const auto wanted = settings();
+    if (!wanted) return wanted.error();
+    auto map = load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
+                        this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log());
+    if (!map) return map.error();
+    model_.emplace(std::move(*map), *wanted);
+    const auto granted = odometry_->start(this->address_of(tims::class_id::kOdometry, "odometry"));
+    if (!granted) return granted.error();
+    this->set_period(*granted);
+    return DataModule<Scan>::module_on();
+  }
+
+  void module_off() override { odometry_->stop(); }
+
+  Result<void> module_loop() override {
+    OdometryData position;
+    if (auto come = odometry_->next(position, 2 * this->period()); !come) return come;
+    model_->measure(position, this->period(), this->get_local_buffer());
+    return this->put_local_buffer();
+  }
+
+  std::optional<Input<OdometryProxy>> odometry_;
+  std::optional<ScanModel> model_;
+};
+
+}  // namespace rack::sim

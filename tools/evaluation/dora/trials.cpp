@@ -1,0 +1,323 @@
+// What is done to Dora in her world: things before her feet, her eyes pulled out, carried away.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "components/devices/io/recording.h"
+#include "components/pilot/pilot_replay.h"
+#include "os/clock.h"
+#include "rack/clock.h"
+#include "rack/proxies/generic.h"
+#include "tools/cli/failure.h"
+#include "tools/cli/service.h"
+#include "tools/evaluation/dora/scenario.h"
+#include "tools/evaluation/dora/track.h"
+
+namespace rack::dora {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kFront = 1150;        // of her hull
+constexpr double kPost = 250;          // radius
+constexpr double kTight = 600;         // from her to a post that wants MOVE 0 at once, mm
+constexpr double kDecelerates = 2000;  // mm/s2
+constexpr double kAccelerates = 1000;  // mm/s2
+constexpr double kReaction =
+    0.25;                        // s: a scan, pilot, chassis, its lag, and the truth is 20 ms old
+constexpr double kMargin = 200;  // she keeps, mm
+constexpr double kMore = 500;    // than that
+constexpr double kSlow = 400;    // mm/s
+constexpr double kWalks = 900;
+constexpr Duration kTakesNotice = 300ms;  // of a post
+constexpr Duration kLoads = 2s;           // until there is a stream
+constexpr double kStraysMax = 4000;       // further than that things are put behind, mm
+constexpr Duration kTrialsPatience = 20s;
+constexpr Duration kSearches = 60s;         // a scan a second, and a dozen until it doubts
+constexpr double kStandsStill = 60;         // mm/s: she creeps up to her margin
+constexpr double kFast = 3000;              // mm/s
+constexpr double kCarried = 20000;          // mm
+constexpr double kGetsFast = 24000;         // in 6 s
+constexpr double kFound = 500;              // mm off
+constexpr Duration kNotices = 600ms;        // what Position has said before she was carried
+constexpr Duration kRight = 500ms;          // all positions of so long
+constexpr Duration kKnowsNothing = 1200ms;  // Mcl's period and what it takes
+
+}  // namespace
+
+// --- obstacles: (b) and (c)
+
+// On her path, so far before her reference point. Its number.
+std::optional<i32> Scenario::put_post(double ahead) {
+  const PathData path = notes_.path();
+  const TruthNote truth = notes_.truth();
+  const auto place = place_on(path.splines, truth.pose);
+  if (!place || rest_of(path.splines, *place) < ahead + kStraysMax) return {};
+  const Pose at = ahead_of(path.splines, *place, ahead);
+  const Pose seen = at - truth.pose;
+  notes_.look_at(seen.x, seen.y, kPost + kReaction * truth.speed + 400);
+  WorldObstacle post{.radius = static_cast<i32>(kPost)};
+  post.pos = {.x = whole_millimetres(at.x), .y = whole_millimetres(at.y)};
+  const auto put = WorldProxy(base(), world()).put(post);
+  if (!put) return {};
+  return put->id;
+}
+
+void Scenario::remove_post(i32 id) {
+  WorldProxy world_proxy(base(), world());
+  await(kTrialsPatience, [&] { return world_proxy.remove(id).ok(); });
+}
+
+// From a stand: something is right before her.
+void Scenario::step_before_her(std::vector<double>& reactions) {
+  const auto is_slow = [&] {
+    const double speed = notes_.truth().speed;
+    return speed > kSlow && speed < kWalks;
+  };
+  if (!await(kTrialsPatience, is_slow)) return;
+  const TimeStamp put_at = time_stamp();
+  const Time since = tims::os::now();
+  const u32 contacts = notes_.truth().posts;
+  const auto post = put_post(kFront + kPost + kTight);
+  if (!post) return;
+  std::optional<ScanNote> seen;
+  std::optional<PilotNote> stop;
+  await(1s, [&] {
+    seen = notes_.seen(put_at);
+    stop = notes_.pilot(since, [](const PilotNote& pilot) { return pilot.speed == 0; });
+    return seen && stop;
+  });
+  if (seen && stop) {
+    // The scan is of its recording time; it came when it was whole.
+    const auto age = wall_of(stop->at) - seen->recorded;
+    reactions.push_back(static_cast<double>(age.count()));
+  } else if (seen) {
+    reactions.push_back(1000);
+  }
+  stand_and_remove(*post, contacts);
+}
+
+// At any speed: something appears as near as she can still stop. Most speeds are low ones: of those
+// there are many in a minute.
+void Scenario::appear_before_her() {
+  const double part = random_.uniform();
+  const double wished = kSlow + part * part * (kFast + 500 - kSlow);
+  await(5s, [&] { return notes_.truth().speed > wished; });
+  const TruthNote truth = notes_.truth();
+  if (truth.speed < kSlow) return;
+  // Until she reacts she may get faster.
+  const double then = truth.speed + kReaction * kAccelerates;
+  const double stops_in = then * kReaction + then * then / (2 * kDecelerates);
+  const auto post = put_post(kFront + kPost + stops_in + kMargin + random_.uniform() * kMore);
+  if (post) stand_and_remove(*post, truth.posts);
+}
+
+void Scenario::stand_and_remove(i32 post, u32 contacts_before) {
+  ++posts_;
+  const Time since = tims::os::now();
+  await(5s, [&] {
+    return tims::os::now() - since > kTakesNotice && notes_.truth().speed < kStandsStill;
+  });
+  if (const u32 more = notes_.truth().posts - contacts_before; more > 0) {
+    contacts_ += more;
+    say("    she has driven against a post");
+  }
+  remove_post(post);
+}
+
+void Scenario::try_obstacles(Time until, std::vector<double>& reactions) {
+  say("(b) (c) posts before her feet");
+  const Time since = tims::os::now();
+  const int posts_before = posts_;
+  do {
+    keep_driving();
+    if (notes_.truth().speed < kWalks) step_before_her(reactions);
+    appear_before_her();
+  } while (tims::os::now() < until);
+  obstacles_for_ += tims::os::now() - since;
+  say(fmt::format("    {} posts, {} of them right before her; {} contacts so far",
+                  posts_ - posts_before, reactions.size(), contacts_));
+}
+
+void Scenario::try_obstacles_under_load(Duration length) {
+  say("(b) pictures of 1 MiB and a recording go to the base");
+  try {
+    load_.emplace(*ears_.back());
+  } catch (const timsctl::Failure& failure) {
+    no_load_ = failure.message;
+    say("    not here: " + no_load_);
+    return;
+  }
+  pause(kLoads);
+  try_obstacles(tims::os::now() + length, loaded_reactions_ms_);
+  load_->end();
+}
+
+// --- (g)
+
+void Scenario::pull_out_her_eyes() {
+  keep_driving();
+  await(6s, [&] { return notes_.truth().speed > kFast; });
+  say("(g) her laser is pulled out, and plugged in again");
+  WorldProxy world_proxy(base(), world());
+  const Time pulled = tims::os::now();
+  timsctl::value_or_fail(world_proxy.plug("dora", "laser", false), "World(1/0)");
+  std::optional<PilotNote> stop;
+  await(2s, [&] {
+    stop = notes_.pilot(pulled, [](const PilotNote& pilot) { return pilot.speed == 0; });
+    return stop.has_value();
+  });
+  unplugged_ms_.push_back(stop ? milliseconds(stop->at - pulled) : 2000);
+  pause(2s);
+  const Time plugged = tims::os::now();
+  timsctl::value_or_fail(world_proxy.plug("dora", "laser", true), "World(1/0)");
+  const auto back = drives_within(kTrialsPatience, plugged);
+  plugged_ms_.push_back(milliseconds(back.value_or(kTrialsPatience)));
+  say(fmt::format("    told to stand after {:.0f} ms, on her way {:.0f} ms after it is back",
+                  unplugged_ms_.back(), plugged_ms_.back()));
+}
+
+// --- (e)
+
+void Scenario::carry_her_away() {
+  keep_driving(kGetsFast + kCarried + 2 * kStraysMax);
+  await(6s, [&] { return notes_.truth().speed > kFast; });
+  const PathData path = notes_.path();
+  const TruthNote before = notes_.truth();
+  const auto place = place_on(path.splines, before.pose);
+  if (!place || rest_of(path.splines, *place) < kCarried + 2 * kStraysMax) {
+    rows_.push_back(left_out("e", "carried away", "she was too near to the end of her round"));
+    return;
+  }
+  say("(e) she is carried 20 m on");
+  const Pose there = ahead_of(path.splines, *place, kCarried);
+  const Time carried = tims::os::now();
+  timsctl::value_or_fail(WorldProxy(base(), world())
+                             .place("dora", {.x = whole_millimetres(there.x),
+                                             .y = whole_millimetres(there.y),
+                                             .rho = static_cast<f32>(there.rho)}),
+                         "World(1/0)");
+  std::optional<PilotNote> held;
+  std::optional<Time> told;  // for the first time where she is
+  std::optional<Time> found;
+  await(kSearches, [&] {
+    if (!held) held = notes_.pilot(carried, [](const PilotNote& note) { return note.speed == 0; });
+    const auto errors = notes_.position_errors(tims::os::now() - kRight);
+    if (errors.empty() || tims::os::now() - carried <= kNotices) return false;
+    if (!told && errors.back() < kFound) told = tims::os::now();
+    if (std::ranges::max(errors) < kFound) found = tims::os::now();
+    return found.has_value();
+  });
+  const double way = (notes_.truth().way - before.way) / 1000;
+  rows_.push_back(judge_fact(
+      "e", "carried 20 m away: found again", "within 30 m",
+      found ? fmt::format("after {:.1f} m, {:.1f} s", way, milliseconds(*found - carried) / 1000)
+            : fmt::format("not within {:.0f} s", milliseconds(kSearches) / 1000),
+      found && way <= 30, "the log of Mcl(1/0)"));
+  const bool at_once = told && *told - carried <= kKnowsNothing;
+  rows_.push_back(
+      judge_fact("e", "carried away: the pilot holds meanwhile", "it holds",
+                 held      ? fmt::format("after {:.1f} s", milliseconds(held->at - carried) / 1000)
+                 : at_once ? std::string("found before anybody could know that she was lost")
+                           : std::string("it drives on"),
+                 held || at_once, "deviationMax of Pilot(1/0); the log of Mcl(1/0)"));
+  say(found ? "    found again" : "    lost");
+}
+
+void Scenario::drive_by_satellites(Duration length) {
+  keep_driving();
+  say("(e) satellites alone");
+  Proxy mcl(work(), address_of("Mcl(1/0)"));
+  Proxy pilot(work(), address_of("Pilot(1/0)"));
+  (void)mcl.off();
+  (void)pilot.set_param(integer_parameter("deviationMax", 0));
+  pause(5s);  // she has to miss it first
+  const Time since = tims::os::now();
+  pause(length);
+  satellite_errors_ = notes_.position_errors(since);
+  turn_on("Mcl(1/0)");
+  await(kTrialsPatience, [&] {
+    const PositionData now = notes_.position();
+    return now.var.x < 500 && now.var.y < 500;
+  });
+  (void)pilot.set_param(integer_parameter("deviationMax", 1000));
+}
+
+// --- (i)
+
+// What her pilot has decided by what it received, and what her drivers have made of what their
+// devices said, as they have recorded it themselves.
+void Scenario::replay_all() {
+  say("(i) what her pilot decided is decided again, and what her drivers heard is decoded again");
+  for (const std::string_view component : kRecorded) {
+    Proxy proxy(work(), address_of(component));
+    (void)proxy.off();
+    await(kTrialsPatience, [&] {
+      const auto status = proxy.status();
+      return status && *status == Status::kDisabled;
+    });
+  }
+  replay_her_pilot();
+  for (const std::string_view component : kRecorded)
+    if (component != kPilot) replay_driver(component);
+}
+
+void Scenario::replay_her_pilot() {
+  pilot::PilotReplay replay;
+  const auto read = device::read_recording(
+      recording_of(kPilot),
+      [&](const device::CaptureRecord& record) { return replay.take(record); });
+  rows_.push_back(
+      judge_fact("i", "her pilot's recording, decided again", "the same MOVE, bit for bit",
+                 fmt::format("{} decisions, {} different, {} cannot be made", replay.decisions(),
+                             replay.different(), replay.undecided()),
+                 read && replay.decisions() > 0 && replay.different() + replay.undecided() == 0,
+                 replay.first_difference() ? replay.first_difference()->text
+                                           : "the log of Pilot(1/0): what could not be written"));
+}
+
+// By its own program, with the parameters that it has.
+void Scenario::replay_driver(std::string_view component) {
+  ParameterList list;
+  await(kTrialsPatience, [&] {
+    auto got = Proxy(work(), address_of(component)).get_param();
+    if (got) list = std::move(*got);
+    return got.ok();
+  });
+  tims::os::Command command;
+  for (const Parameter& parameter : list.parameters) {
+    if (command.empty()) {
+      command.emplace_back(parameter.valueString.view());  // its first one is its program
+      continue;
+    }
+    std::string value = std::to_string(parameter.valueInt);
+    if (parameter.type == Parameter::kString) value = parameter.valueString.view();
+    if (parameter.type == Parameter::kFloat) value = fmt::format("{}", parameter.valueFloat);
+    command.push_back(fmt::format("--{}={}", parameter.name.view(), value));
+  }
+  command.push_back("--replay=" + recording_of(component));
+  const auto ran = timsctl::run({.command = command});
+  std::string said = ran.output.substr(0, ran.output.find_last_not_of('\n') + 1);
+  const std::size_t last = said.rfind('\n') + 1;  // before it, what is different first
+  rows_.push_back(
+      judge_fact("i", fmt::format("what {} heard, decoded again", component),
+                 "the same data, bit for bit", said.substr(last), ran.status.success(),
+                 last == 0 ? fmt::format("the log of {}: what could not be written", component)
+                           : said.substr(0, last - 1)));
+}
+
+// --- (d), and (e) with her laser
+
+void Scenario::note_track(Time since) {
+  const PathData path = notes_.path();
+  for (const TruthNote& note : notes_.truths(since)) {
+    if (note.speed < kFast) continue;
+    const auto place = place_on(path.splines, note.pose);
+    if (place) lateral_mm_.push_back(std::abs(place->across));
+  }
+  const auto errors = notes_.position_errors(since);
+  position_mm_.insert(position_mm_.end(), errors.begin(), errors.end());
+}
+
+}  // namespace rack::dora

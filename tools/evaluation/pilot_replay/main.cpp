@@ -1,0 +1,128 @@
+// pilot-replay: the recording of a pilot, decided again: why it stopped, and whether it is the
+// same.
+#include <cstdio>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <boost/json.hpp>
+#include <fmt/core.h>
+
+#include "base/text.h"
+#include "components/devices/io/recording.h"
+#include "components/pilot/pilot_replay.h"
+#include "tools/cli/failure.h"
+
+namespace rack::pilot {
+namespace {
+
+using timsctl::Exit;
+using timsctl::Failure;
+
+constexpr const char* kAbout =
+    "What PilotPath decided, again, from what it received then (PilotPath --record=FILE): at "
+    "once,\n"
+    "without a robot. Each MOVE has to be the same, bit for bit; the first that is not is shown\n"
+    "with what it was decided by.";
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  pilot-replay drive.cap --why                  each stop, and why\n"
+    "  pilot-replay drive.cap --set maxSpeed=2000    where another value would have mattered\n"
+    "\n"
+    "Exit status: 0 all is the same, 1 something is not, or parts of the recording are missing,\n"
+    "2 wrong command line, 4 no such file.";
+
+struct Wanted {
+  std::string file;
+  std::vector<std::string> changes;
+  bool why = false;
+  bool json = false;
+};
+
+double seconds(tims::Duration time) { return std::chrono::duration<double>(time).count(); }
+
+void change(PilotReplay& replay, const std::string& text) {
+  const std::size_t mark = text.find('=');
+  const auto value = mark == std::string::npos
+                         ? std::nullopt
+                         : tims::base::parse_number<i32>(std::string_view(text).substr(mark + 1));
+  if (!value)
+    throw Failure(Exit::kUsage, "usage",
+                  fmt::format("--set {}: write NAME=NUMBER, as maxSpeed=2000", text));
+  if (auto good = replay.change(text.substr(0, mark), *value); !good)
+    throw Failure(Exit::kUsage, "usage", "--set: " + good.error().detail());
+}
+
+// Returns how many lines cannot be read.
+std::uint64_t play(const std::string& file, PilotReplay& replay) {
+  const auto read = device::read_recording(
+      file, [&](const device::CaptureRecord& record) { return replay.take(record); });
+  if (read) return *read;
+  if (read.error().code() == tims::Errc::kSystem)
+    throw Failure(Exit::kNoSuch, "no_such_file", read.error().detail());
+  throw Failure(Exit::kNo, "bad_file", read.error().detail(),
+                "is it what PilotPath --record=FILE has written?");
+}
+
+void print_text(const PilotReplay& replay, const Wanted& wanted) {
+  if (wanted.why) {
+    for (const PilotReplay::Event& event : replay.events())
+      fmt::print("{:10.3f} s  at {:.2f} {:.2f} m  {}: {}\n", seconds(event.at), event.pose.x / 1000,
+                 event.pose.y / 1000, event.stops ? "stands" : "drives", event.why);
+  }
+  if (const auto& first = replay.first_difference())
+    fmt::print("{:10.3f} s  {}\n", seconds(first->at), first->text);
+  fmt::print("{} decisions: {} different", replay.decisions(), replay.different());
+  if (replay.undecided() > 0)
+    fmt::print("; {} more cannot be made again, records before them are missing",
+               replay.undecided());
+  fmt::print("\n");
+}
+
+void print_json(const PilotReplay& replay, std::uint64_t unreadable) {
+  boost::json::array events;
+  for (const PilotReplay::Event& event : replay.events())
+    events.push_back({{"s", seconds(event.at)},
+                      {"x_m", event.pose.x / 1000},
+                      {"y_m", event.pose.y / 1000},
+                      {"stands", event.stops},
+                      {"why", event.why}});
+  boost::json::object all{{"begins", replay.begins()},       {"decisions", replay.decisions()},
+                          {"different", replay.different()}, {"undecided", replay.undecided()},
+                          {"unreadable_lines", unreadable},  {"events", std::move(events)}};
+  if (const auto& first = replay.first_difference())
+    all["first_difference"] = {{"s", seconds(first->at)}, {"text", first->text}};
+  fmt::print("{}\n", boost::json::serialize(all));
+}
+
+Exit run(const Wanted& wanted) {
+  PilotReplay replay;
+  for (const std::string& text : wanted.changes) change(replay, text);
+  const std::uint64_t unreadable = play(wanted.file, replay);
+  if (replay.begins() == 0)
+    throw Failure(Exit::kNo, "bad_file", wanted.file + ": no pilot was turned on in it",
+                  "PilotPath --record=FILE writes it");
+  if (wanted.json)
+    print_json(replay, unreadable);
+  else
+    print_text(replay, wanted);
+  return replay.different() + replay.undecided() == 0 ? Exit::kDone : Exit::kNo;
+}
+
+}  // namespace
+}  // namespace rack::pilot
+
+int main(int argc, char** argv) {
+  using namespace rack::pilot;
+  Wanted wanted;
+  CLI::App app(kAbout, "pilot-replay");
+  app.add_option("FILE", wanted.file, "what PilotPath --record=FILE has written")->required();
+  app.add_flag("--why", wanted.why, "each time it began to stand or to drive, and why");
+  app.add_option("--set", wanted.changes, "another parameter: " + PilotReplay::changeable())
+      ->type_name("NAME=NUMBER")
+      ->expected(1)
+      ->take_all();
+  app.add_flag("--json", wanted.json, "all of it as one JSON object");
+  app.set_version_flag("--version", TIMS_VERSION);
+  app.footer(kExamples);
+  return timsctl::run_program(argc, argv, app, [&] { return run(wanted); });
+}

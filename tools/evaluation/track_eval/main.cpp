@@ -1,0 +1,209 @@
+// track-eval: how well people and other things that move are followed.
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+#include "base/statistics.h"
+#include "tools/cli/failure.h"
+#include "tools/evaluation/mcl_eval/files.h"
+#include "tools/evaluation/track_eval/tracking.h"
+
+namespace rack::track_eval {
+namespace {
+
+using localisation::LikelihoodField;
+using mcl_eval::print_line;
+using mcl_eval::read_file;
+using mcl_eval::stopwatch_us;
+using mcl_eval::well;
+using timsctl::Exit;
+using timsctl::Failure;
+
+struct Wanted {
+  std::string log{};
+  std::string map{};
+  HallSettings hall{};
+  double seconds = 300;
+  std::uint64_t seeds = 1;
+  std::optional<double> lag{};
+  bool judge = false;
+  bool list = false;
+  bool json = false;
+};
+
+// --- people in a hall
+
+LikelihoodField hall_field() {
+  const auto map = localisation::read_map(Hall::plan(), 1000, 0, 0, 50);
+  auto field = map ? LikelihoodField::of(*map, {}) : tims::Result<LikelihoodField>(map.error());
+  if (!field) throw Failure(Exit::kNo, "no_map", field.error().detail());
+  return std::move(field).value();
+}
+
+// What the lines of all seeds come to.
+void print_all(const std::vector<Score>& scores, bool json) {
+  std::vector<double> mota;
+  std::vector<double> off;
+  std::vector<double> speed;
+  std::vector<double> ghosts;
+  std::vector<double> us;
+  for (const Score& score : scores) {
+    mota.push_back(score.mota());
+    off.push_back(tims::base::mean(score.off) / 1000);
+    speed.push_back(tims::base::mean(score.speed) / 1000);
+    ghosts.push_back(score.ghosts / score.minutes);
+    us.push_back(score.us_per_scan);
+  }
+  print_line({{"seeds", static_cast<double>(scores.size()), 0},
+              {"mota", tims::base::mean(mota), 4},
+              {"mota_worst", std::ranges::min(mota), 4},
+              {"mean_m", tims::base::mean(off), 3},
+              {"mean_m_s", tims::base::mean(speed), 3},
+              {"mean_m_s_worst", std::ranges::max(speed), 3},
+              {"ghosts_per_minute", tims::base::mean(ghosts), 2},
+              {"us_per_scan", tims::base::mean(us), 1}},
+             json);
+}
+
+Exit evaluate_people(Wanted wanted) {
+  std::vector<Score> scores;
+  std::optional<LikelihoodField> field;
+  if (wanted.hall.localised) field = hall_field();
+  for (std::uint64_t i = 0; i < wanted.seeds; ++i, ++wanted.hall.seed) {
+    const Score score =
+        follow_people(wanted.hall, wanted.seconds, field ? &*field : nullptr, stopwatch_us);
+    scores.push_back(score);
+    const auto share = [&](std::uint64_t count) {
+      return static_cast<double>(count) / std::max(1.0, static_cast<double>(score.people));
+    };
+    print_line({{"seed", static_cast<double>(wanted.hall.seed), 0},
+                {"mota", score.mota(), 4},
+                {"missed", share(score.missed), 4},
+                {"wrong", share(score.wrong), 4},
+                {"switches", static_cast<double>(score.switches), 0},
+                {"mean_m", tims::base::mean(score.off) / 1000, 3},
+                {"mean_m_s", tims::base::mean(score.speed) / 1000, 3},
+                {"p95_m_s", tims::base::quantile(score.speed, 0.95) / 1000, 3},
+                {"ghosts_per_minute", score.ghosts / score.minutes, 2},
+                {"us_per_scan", score.us_per_scan, 1}},
+               wanted.json);
+  }
+  if (scores.size() > 1) print_all(scores, wanted.json);
+  return Exit::kDone;
+}
+
+// --- a recorded drive
+
+void print_mover(const Mover& mover, bool json) {
+  print_line({{"id", static_cast<double>(mover.id), 0},
+              {"from_s", mover.from, 1},
+              {"to_s", mover.to, 1},
+              {"way_m", mover.way / 1000, 2},
+              {"mean_m_s", mover.speed / 1000, 2},
+              {"size_m", mover.size / 1000, 2},
+              {"type", static_cast<double>(mover.kind), 0},
+              {"on_map", mover.on_map, 2},
+              {"x_m", mover.first.x / 1000, 2},
+              {"y_m", mover.first.y / 1000, 2},
+              {"to_x_m", mover.last.x / 1000, 2},
+              {"to_y_m", mover.last.y / 1000, 2}},
+             json);
+}
+
+Exit evaluate_drive(const Wanted& wanted) {
+  const auto log = well(localisation::read_carmen(read_file(wanted.log)), wanted.log);
+  std::optional<LikelihoodField> field;
+  if (!wanted.map.empty()) field = mcl_eval::field_of(mcl_eval::read_map(wanted.map), wanted.map);
+  const DriveSettings settings{.lag = wanted.lag ? *wanted.lag : localisation::estimate_lag(log),
+                               .map = field ? &*field : nullptr,
+                               .subtract = !wanted.judge,
+                               .seed = wanted.hall.seed};
+  const DriveScore score = follow_drive(log, settings, stopwatch_us);
+  if (wanted.list)
+    for (const Mover& mover : score.movers) print_mover(mover, wanted.json);
+  const double minutes = std::max(score.minutes, 1e-9);
+  const auto on_map =
+      std::ranges::count_if(score.movers, [](const Mover& m) { return m.on_map > 0.5; });
+  print_line(
+      {{"minutes", score.minutes, 2},
+       {"scans", static_cast<double>(score.scans), 0},
+       {"movers", static_cast<double>(score.movers.size()), 0},
+       {"movers_per_minute", static_cast<double>(score.movers.size()) / minutes, 3},
+       {"on_map", static_cast<double>(on_map), 0},
+       {"objects_per_scan",
+        static_cast<double>(score.objects) / std::max<double>(1, static_cast<double>(score.scans)),
+        2},
+       {"us_per_scan", score.us_per_scan, 1}},
+      wanted.json);
+  return Exit::kDone;
+}
+
+constexpr const char* kAbout =
+    "How well people and other things that move are followed.\n\n"
+    "Without LOG: simulated people in a hall, whose truth is known, and a robot that drives among\n"
+    "them. One line a seed: mota (1 - missed, wrong and changed numbers, for each person seen),\n"
+    "mean_m, mean_m_s (error of places and of speeds), ghosts_per_minute (objects that move where\n"
+    "nobody is), us_per_scan (time of the processor); of several seeds a last line: means, worst.\n"
+    "With LOG: what was said to move on a recorded drive, for you to judge; with MAP the robot is\n"
+    "localised in it, and what it has is no object.";
+constexpr const char* kExits =
+    "Exit status: 0 done, 1 a file is broken (FILE: line N: what), 2 wrong command line, 4 no "
+    "such\n"
+    "file.";
+
+void add_options(CLI::App& app, Wanted& wanted) {
+  app.add_option("LOG", wanted.log, "log of CARMEN, .clf");
+  app.add_option("MAP", wanted.map,
+                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)");
+  app.add_option("--people", wanted.hall.people, "in the hall")
+      ->capture_default_str()
+      ->check(CLI::Range(0U, 20U));
+  app.add_option("--seconds", wanted.seconds, "of each run")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 86400.0));
+  app.add_option("--beams", wanted.hall.beams, "of a scan")
+      ->capture_default_str()
+      ->check(CLI::Range(2U, 8000U));
+  app.add_option("--opening", wanted.hall.opening, "of the scanner, deg")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 360.0));
+  app.add_option("--period", wanted.hall.period, "between scans, s")
+      ->capture_default_str()
+      ->check(CLI::Range(0.005, 1.0));
+  app.add_option("--noise", wanted.hall.noise, "of ranges, mm")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 200.0));
+  app.add_option("--robot-speed", wanted.hall.robot_speed, "mm/s")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3000.0));
+  app.add_flag("--localised", wanted.hall.localised,
+               "the robot has the hall's map and knows where it is");
+  app.add_option("--seed", wanted.hall.seed, "of all that is random")->capture_default_str();
+  app.add_option("--seeds", wanted.seeds, "one run after the other")
+      ->check(CLI::Range(1U, 1000000U));
+  app.add_option("--lag", wanted.lag, "age of a log's scans, s (default: seen from its turns)")
+      ->check(CLI::Range(-10.0, 10.0));
+  app.add_flag("--judge", wanted.judge,
+               "MAP only says which movers are where it has something; it is not subtracted");
+  app.add_flag("--list", wanted.list, "each that was said to move");
+  app.add_flag("--json", wanted.json, "a JSON object a line");
+  app.set_version_flag("--version", TIMS_VERSION);
+  app.footer(kExits);
+}
+
+}  // namespace
+}  // namespace rack::track_eval
+
+int main(int argc, char** argv) {
+  using namespace rack::track_eval;
+  Wanted wanted;
+  CLI::App app(kAbout, "track-eval");
+  add_options(app, wanted);
+  return timsctl::run_program(argc, argv, app, [&] {
+    return wanted.log.empty() ? evaluate_people(wanted) : evaluate_drive(wanted);
+  });
+}
