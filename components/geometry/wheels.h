@@ -7,9 +7,15 @@
 #include <span>
 #include <vector>
 
-#include "components/devices/chassis/chassis_control.h"
-
 namespace rack::device {
+
+struct ChassisSpeed {
+  float vx = 0;     // mm/s, forward
+  float vy = 0;     // mm/s, to the right
+  float omega = 0;  // rad/s, clockwise
+
+  bool operator==(const ChassisSpeed&) const = default;
+};
 
 struct Wheel {
   double x = 0;  // mm, from the reference point

@@ -17,7 +17,7 @@ def check_readmes(tree):
 
 
 def check_tests(tree):
-    """Pure: ★ in ARCHITECTURE.md, and router/config, which is pure but for read_files()."""
+    """Pure: ★ in layers.md, and router/config, which is pure but for read_files()."""
     pure = Layers(tree).pure | {"router/config"}
     known = tree.table(KNOWN)  # "path test: reason"
     elsewhere = dict(key.split() for key in known)

@@ -1,10 +1,11 @@
-"""Includes only go down. The table in ARCHITECTURE.md is the truth: it is read, not repeated."""
+"""Includes only go down. The table in layers.md is the truth: it is read, not repeated."""
 
 import os
 import re
 
 from tree import Finding, line_of
 
+TABLE = "tools/check.d/layers.md"
 ROW = re.compile(r"^\| `([^`]+)`( ★)? \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 # Public headers lie apart, as they are installed; each belongs to the layer of its sources.
@@ -23,8 +24,7 @@ PUBLIC_OF_CLIENT = ("libtims/include/tims.h", "libtims/include/tims/session.h",
 class Layers:
     def __init__(self, tree):
         self.pure, self.may_use = set(), {}
-        text = tree.text("ARCHITECTURE.md") if tree.has("ARCHITECTURE.md") else ""
-        rows = ROW.findall(text[text.find("## Layers"):])
+        rows = ROW.findall(tree.text(TABLE)) if tree.has(TABLE) else []
         folders = [folder for folder, _, _ in rows]
         # "core" is the neighbour of that name, router/core for router/link; else the first one.
         short = {os.path.basename(folder): folder for folder in reversed(folders)}
@@ -70,7 +70,7 @@ def check(tree):
     for path in tree.sources():
         user = layers.layer_of(path)
         if user is None:
-            yield Finding(path, 0, "lies in no layer: add its folder to the table of ARCHITECTURE.md")
+            yield Finding(path, 0, "lies in no layer: add its folder to tools/check.d/layers.md")
             continue
         text = tree.text(path)
         for match in INCLUDE.finditer(text):
@@ -85,4 +85,4 @@ def check(tree):
                 continue  # a test beside its file, and what several of them share, may use what all tests are made of
             if not layers.allows(user, used):
                 yield Finding(path, line, f"{user} may not use {used or target} "
-                                          "(layers in ARCHITECTURE.md)")
+                                          "(tools/check.d/layers.md)")

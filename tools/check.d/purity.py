@@ -1,5 +1,5 @@
 """Pure libraries call nothing of the system and keep no state of their own: those of the folders
-with a ★ in ARCHITECTURE.md, and NAME_core, the part of a folder of programs that only computes.
+with a ★ in layers.md, and NAME_core, the part of a folder of programs that only computes.
 
 Proved on the object files: every undefined symbol must be in the list below or in another pure
 library, and no variable may lie in writable memory.
@@ -42,8 +42,13 @@ CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 BESIDE = {"libtims/base": ("tims_toml",)}
 
 
+# Folders of components whose libraries are named without the first part.
+SHORT = "components/devices/", "components/world/"
+
+
 def library_name(folder):
-    return folder.replace("libtims/", "tims_").replace("router/", "router_").replace("/", "_")
+    name = folder.removeprefix("components/") if folder.startswith(SHORT) else folder
+    return name.replace("libtims/", "tims_").replace("/", "_")
 
 
 def _lines(*command):

@@ -15,12 +15,11 @@ def projects_apart(tree):
 
 
 def compiled(tree):
-    commands = tree.build / "compile_commands.json"
-    if not commands.exists():
+    if not tree.commands.exists():
         return None
     root = tree.root.resolve()
     files = (os.path.normpath(os.path.join(c["directory"], c["file"]))
-             for c in json.loads(commands.read_text()))
+             for c in json.loads(tree.commands.read_text()))
     return {os.path.relpath(f, root) for f in files}
 
 

@@ -95,7 +95,7 @@ def selected(tree, includes, changed):
 
 def _commands(tree, folder):
     """Each source's command, as clang takes it: without what g++ alone knows, and has precompiled."""
-    text = (tree.build / "compile_commands.json").read_text()
+    text = tree.commands.read_text()
     text = re.sub(r" -include [^ ]*/cmake_pch\.hxx| -Winvalid-pch| -fpch-preprocess"
                   r"| -Wno-(restrict|stringop-\w+)", "", text)
     (folder / "compile_commands.json").write_text(text)

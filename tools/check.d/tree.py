@@ -20,11 +20,14 @@ class Finding:
 
 
 class Tree:
-    """The project's own files: what git knows or would add. `build` is where it was built."""
+    """The project's own files: what git knows or would add. `build` is where it was built.
+    `commands` says how each source is compiled by itself."""
 
     def __init__(self, root, build=None):
         self.root = Path(root)
         self.build = Path(build) if build else self.root / "build" / "release"
+        alone = self.build.parent / "commands"
+        self.commands = (alone if alone.exists() else self.build) / "compile_commands.json"
         self.files = sorted(self._list())
         self._texts = {}
 

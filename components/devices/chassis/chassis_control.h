@@ -10,17 +10,10 @@
 
 #include "components/devices/chassis/move_deadline.h"
 #include "components/devices/core/dialogue.h"
+#include "components/geometry/wheels.h"
 #include "rack/proxies/chassis.h"
 
 namespace rack::device {
-
-struct ChassisSpeed {
-  float vx = 0;     // mm/s, forward
-  float vy = 0;     // mm/s, to the right
-  float omega = 0;  // rad/s, clockwise
-
-  bool operator==(const ChassisSpeed&) const = default;
-};
 
 class ChassisDialogue : public Dialogue {
  public:
