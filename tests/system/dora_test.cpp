@@ -1,5 +1,5 @@
-// `rack-dora`, for a short while: the whole fleet of the robot Dora, what is done to her, and that
-// nothing of it stays. How late things may be is for a quiet machine to judge, not for this test.
+// A short run of `rack-dora`: the whole fleet of the robot Dora starts, all steps run, and nothing
+// is left behind. This test does not judge timing; that needs a quiet machine.
 #include <csignal>
 #include <filesystem>
 
@@ -79,11 +79,11 @@ TEST_F(DoraTest, DrivesStopsAndGoesOnByHerself) {
     const std::string what = text(row, "what");
     const std::string measured = text(row, "measured");
     const bool held = text(row, "verdict") == "held";
-    // All of them came, in time or not; what her way has no room for in five seconds is no failure.
+    // All messages must arrive, in time or not. Steps that do not fit in five seconds are no failure.
     if (what.starts_with("period of ")) {
       ++periods;
-      if (measured.find("messages came") != std::string::npos) failed.push_back(what);
-    } else if (what.starts_with("posts that appear") || what == "no program ends by itself") {
+      if (measured.find("intervals received") != std::string::npos) failed.push_back(what);
+    } else if (what.starts_with("posts that appear") || what == "programs that ended unexpectedly") {
       if (!held) failed.push_back(fmt::format("{}: {}", what, measured));
     }
   }
@@ -95,7 +95,7 @@ TEST_F(DoraTest, DrivesStopsAndGoesOnByHerself) {
 TEST_F(DoraTest, LeavesNothingWhenItIsInterrupted) {
   auto dora = start({"--for", "1min"});
   const pid_t process = dora.pid();
-  if (!dora.wait_for_line("she drives", 60s)) {
+  if (!dora.wait_for_line("the robot drives", 60s)) {
     const auto ended = dora.wait(1s);
     if (ended && ended->code == kNoFleet) GTEST_SKIP() << "no network namespaces here";
     FAIL() << dora.output();

@@ -17,7 +17,7 @@ namespace {
 using tims::base::quantile;
 namespace json = timsctl::json;
 
-// `limit` and `timer` in ms: what a robot needs half of belongs to it.
+// If the timer alone uses more than half of the limit, a violation is attributed to the machine.
 Verdict verdict(bool held, double limit_ms, double timer_us) {
   if (held) return Verdict::kHeld;
   return 2 * timer_us / 1000 > limit_ms ? Verdict::kMachine : Verdict::kFailed;
@@ -25,48 +25,50 @@ Verdict verdict(bool held, double limit_ms, double timer_us) {
 
 }  // namespace
 
-Row judge_period(const PeriodWish& wish, std::span<const std::vector<Time>> spans,
+Row judge_period(const PeriodLimits& limits, std::span<const std::vector<Time>> spans,
                  const Reference& reference) {
   Row row{.check = "a",
-          .what = "period of " + wish.name,
-          .wanted = fmt::format("{:.5g} ms, mean {:g} %, p99.9 {:g} %", wish.period_ms,
-                                wish.mean_error * 100, wish.gap_error * 100),
-          .look = "timsctl msg hz " + wish.name + "; its log"};
+          .what = "period of " + limits.name,
+          .wanted = fmt::format("{:.5g} ms, mean {:g} %, p99.9 {:g} %", limits.period_ms,
+                                limits.mean_error * 100, limits.gap_error * 100),
+          .look = "timsctl msg hz " + limits.name + "; its log"};
   std::vector<double> errors;
   double sum = 0;
   for (const std::vector<Time>& times : spans)
     for (std::size_t i = 1; i < times.size(); ++i) {
       const double gap = milliseconds(times[i] - times[i - 1]);
       sum += gap;
-      errors.push_back(std::abs(gap - wish.period_ms));
+      errors.push_back(std::abs(gap - limits.period_ms));
     }
   if (errors.size() < 2) {
     row.verdict = Verdict::kFailed;
-    row.measured = fmt::format("{} messages came", errors.size());
+    row.measured = fmt::format("{} intervals received", errors.size());
     return row;
   }
   const double mean = sum / static_cast<double>(errors.size());
-  const double mean_error = mean / wish.period_ms - 1;
-  const double worst = quantile(errors, 0.999) / wish.period_ms;
+  const double mean_error = mean / limits.period_ms - 1;
+  const double worst = quantile(errors, 0.999) / limits.period_ms;
   row.measured = fmt::format("{:.5g} ms, mean {:+.3f} %, p99.9 {:.2f} % of {}", mean,
                              mean_error * 100, worst * 100, errors.size());
-  // A few gaps have an end that is early or late: that is no wrong mean.
-  const double ends = wish.gap_error / static_cast<double>(errors.size());
-  const bool mean_held = std::abs(mean_error) <= std::max(wish.mean_error, ends);
-  const TimerQuality& machine = wish.from_a_line ? reference.terminal : reference.timer;
-  row.verdict =
-      !mean_held ? Verdict::kFailed
-                 : verdict(worst < wish.gap_error, wish.gap_error * wish.period_ms, machine.p999);
+  // With few intervals, a late first or last message shifts the mean within this tolerance.
+  const double ends = limits.gap_error / static_cast<double>(errors.size());
+  const bool mean_held = std::abs(mean_error) <= std::max(limits.mean_error, ends);
+  const TimerQuality& machine = limits.from_a_line ? reference.terminal : reference.timer;
+  row.verdict = !mean_held ? Verdict::kFailed
+                           : verdict(worst < limits.gap_error, limits.gap_error * limits.period_ms,
+                                     machine.p999);
   return row;
 }
 
-Row judge_latency(const LatencyWish& wish, std::span<const double> ms, const TimerQuality& timer) {
-  Row row{.check = wish.check, .what = wish.what, .look = wish.look};
-  row.wanted = wish.p99_ms > 0 ? fmt::format("p99 {:g} ms, max {:g} ms", wish.p99_ms, wish.max_ms)
-                               : fmt::format("{:g} ms", wish.max_ms);
+Row judge_latency(const LatencyLimits& limits, std::span<const double> ms,
+                  const TimerQuality& timer) {
+  Row row{.check = limits.check, .what = limits.what, .look = limits.look};
+  row.wanted = limits.p99_ms > 0
+                   ? fmt::format("p99 {:g} ms, max {:g} ms", limits.p99_ms, limits.max_ms)
+                   : fmt::format("{:g} ms", limits.max_ms);
   if (ms.empty()) {
     row.verdict = Verdict::kFailed;
-    row.measured = "it did not happen";
+    row.measured = "it was not observed";
     return row;
   }
   const std::vector<double> all(ms.begin(), ms.end());
@@ -75,24 +77,24 @@ Row judge_latency(const LatencyWish& wish, std::span<const double> ms, const Tim
   row.measured = ms.size() == 1 ? fmt::format("{:.1f} ms", max)
                                 : fmt::format("p50 {:.1f}, p99 {:.1f}, max {:.1f} ms of {}",
                                               quantile(all, 0.5), p99, max, ms.size());
-  const bool held = max <= wish.max_ms && (wish.p99_ms == 0 || p99 <= wish.p99_ms);
-  row.verdict = verdict(held, wish.max_ms, timer.max);
+  const bool held = max <= limits.max_ms && (limits.p99_ms == 0 || p99 <= limits.p99_ms);
+  row.verdict = verdict(held, limits.max_ms, timer.max);
   return row;
 }
 
-Row judge_amount(const AmountWish& wish, std::span<const double> values) {
-  Row row{.check = wish.check, .what = wish.what, .look = wish.look};
-  row.wanted = fmt::format("p{:g} {:g} {}", wish.part * 100, wish.most, wish.unit);
+Row judge_amount(const AmountLimit& limits, std::span<const double> values) {
+  Row row{.check = limits.check, .what = limits.what, .look = limits.look};
+  row.wanted = fmt::format("p{:g} {:g} {}", limits.part * 100, limits.most, limits.unit);
   if (values.empty()) {
     row.verdict = Verdict::kFailed;
     row.measured = "nothing was measured";
     return row;
   }
   const std::vector<double> all(values.begin(), values.end());
-  const double value = quantile(all, wish.part);
-  row.measured = fmt::format("{:.{}f} {}, max {:.{}f}, of {}", value, wish.digits, wish.unit,
-                             quantile(all, 1), wish.digits, all.size());
-  row.verdict = value <= wish.most ? Verdict::kHeld : Verdict::kFailed;
+  const double value = quantile(all, limits.part);
+  row.measured = fmt::format("{:.{}f} {}, max {:.{}f}, of {}", value, limits.digits, limits.unit,
+                             quantile(all, 1), limits.digits, all.size());
+  row.verdict = value <= limits.most ? Verdict::kHeld : Verdict::kFailed;
   return row;
 }
 
@@ -114,7 +116,7 @@ Row left_out(std::string check, std::string what, std::string why) {
           .verdict = Verdict::kLeftOut};
 }
 
-// --- all of it
+// --- all rows
 
 std::string_view name(Verdict verdict) {
   constexpr std::array<std::string_view, 4> kNames = {"held", "NOT HELD", "machine", "left out"};
@@ -146,17 +148,19 @@ std::string table(std::span<const Row> rows, const Reference& reference, bool co
                         row.wanted, widths[1], row.measured, widths[2],
                         timsctl::paint(name(row.verdict), tone, colour));
     if (row.verdict == Verdict::kFailed && !row.look.empty())
-      text += fmt::format("    look at: {}\n", row.look);
+      text += fmt::format("    see: {}\n", row.look);
   }
-  const auto say = [&](const TimerQuality& quality, std::string_view what) {
+  const auto append = [&](const TimerQuality& quality, std::string_view what) {
     text += fmt::format("{}{}: {} {:.0f} us at p99, {:.0f} at p99.9, {:.0f} at most, of {}\n",
                         quality.source, quality.real_time ? "" : " (without real-time priority)",
                         what, quality.p99, quality.p999, quality.max, quality.wakeups);
   };
-  say(reference.timer, "a timer wakes late by");
-  say(reference.terminal, "a byte 75 times a second comes too soon or too late by");
+  append(reference.timer, "timer latency");
+  append(reference.terminal, "jitter of a byte sent 75 times a second");
   if (exit_status(rows) == 3)
-    text += "machine: this machine wakes nobody in time for it; the robot may be right\n";
+    text +=
+        "machine: the timers of this machine are too late for these limits; the robot may be "
+        "correct\n";
   return text;
 }
 
@@ -208,15 +212,15 @@ TimerQuality WakeupHistogram::quality(std::string source, bool real_time) const 
   return quality;
 }
 
-// "000012 001234" for each microsecond; "# Max Latencies: 00123", "# Histogram Overflows: 00002" of
-// what is beyond the last.
+// The output has one line "000012 001234" (latency, count) per microsecond. The lines
+// "# Max Latencies: 00123" and "# Histogram Overflows: 00002" describe values beyond the last bin.
 std::optional<TimerQuality> parse_cyclictest(std::string_view text) {
   WakeupHistogram histogram;
   std::uint64_t max = 0;
   std::uint64_t beyond = 0;
-  const auto after = [](std::string_view line, std::string_view word, std::uint64_t& number) {
-    if (!line.starts_with(word)) return;
-    line.remove_prefix(std::min(line.size(), line.find_first_not_of(' ', word.size())));
+  const auto after = [](std::string_view line, std::string_view prefix, std::uint64_t& number) {
+    if (!line.starts_with(prefix)) return;
+    line.remove_prefix(std::min(line.size(), line.find_first_not_of(' ', prefix.size())));
     std::from_chars(line.data(), line.data() + line.size(), number);
   };
   while (!text.empty()) {

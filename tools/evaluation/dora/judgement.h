@@ -1,10 +1,11 @@
-// What a run of Dora has to show, and whether it did: a row for each thing that was wanted. Pure.
+// Judges a run of Dora: one row per requirement, with the measured value and a verdict. Pure.
 //
-// A period is measured where its messages arrive: the mean of all gaps between them against the
-// nominal one, and how far a single gap is off, of a thousand gaps the worst but one. A machine
-// that wakes nobody in time cannot show this whatever runs on it; so the same run measures how late
-// a timer of the highest priority wakes (as cyclictest does). What is missed only because that is
-// already half of what is allowed is told apart from a failure of the robot.
+// A period is measured at the receiver: the mean interval between messages is compared with the
+// nominal period, and so is the 99.9th percentile of the deviation of single intervals. A machine
+// with late timers cannot meet these limits, whatever runs on it. Therefore the same run measures
+// the wake-up latency of a timer of the highest priority (as cyclictest does). If this latency
+// alone exceeds half of a limit, a violation of the limit is attributed to the machine, not to the
+// robot.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,8 @@ inline double milliseconds(Duration duration) {
 enum class Verdict : std::uint8_t {
   kHeld,
   kFailed,
-  kMachine,  // not held, but this machine's timers alone are too late for it
-  kLeftOut,  // not measured: `measured` says why
+  kMachine,  // not held, but the latency of this machine's timers exceeds half of the limit
+  kLeftOut,  // not measured; `measured` states the reason
 };
 
 struct Row {
@@ -38,52 +39,53 @@ struct Row {
   std::string wanted{};  // "13.33 ms, mean 0.1 %, p99.9 5 %"
   std::string measured{};
   Verdict verdict = Verdict::kLeftOut;
-  std::string look{};  // what to look at when it was not held
+  std::string look{};  // where to look for the cause if the verdict is not kHeld
 };
 
-// How late a timer wakes, or how uneven a terminal is, us.
+// The latency of a timer, or the jitter of bytes through a pseudo-terminal, us.
 struct TimerQuality {
-  std::string source{};  // "cyclictest", "timer loop", "a bare terminal"
+  std::string source{};  // "cyclictest", "timer loop", "pseudo-terminal"
   double p99 = 0;
   double p999 = 0;
   double max = 0;
   std::uint64_t wakeups = 0;
-  bool real_time = false;  // it had a real-time priority
+  bool real_time = false;  // measured with a real-time priority
 };
-// What this machine does without a robot, meanwhile.
+// The quality of this machine without a robot, measured during the run.
 struct Reference {
   TimerQuality timer;
   TimerQuality terminal;
 };
 
-// --- (a)
+// --- (a) periods
 
-struct PeriodWish {
-  std::string name;      // of the component
+struct PeriodLimits {
+  std::string name;      // the component's
   double period_ms = 0;  // nominal
   double mean_error = 0.001;
   double gap_error = 0.05;   // p99.9
-  bool from_a_line = false;  // each follows what came over a serial line
+  bool from_a_line = false;  // each message follows input from a serial line
 };
-// Of the times at which its messages arrived, in order. `lost`: the gaps in it that somebody made
-// on purpose are not in it: it is one span or several.
-Row judge_period(const PeriodWish& wish, std::span<const std::vector<Time>> spans,
+// `spans`: the arrival times of the messages, in ascending order. Deliberate interruptions separate
+// two spans; the interval between two spans does not count.
+Row judge_period(const PeriodLimits& limits, std::span<const std::vector<Time>> spans,
                  const Reference& reference);
 
-// --- how long something takes
+// --- latencies
 
-struct LatencyWish {
+struct LatencyLimits {
   std::string check;
   std::string what;
   std::string look;
-  double p99_ms = 0;  // 0: none
+  double p99_ms = 0;  // 0: no limit
   double max_ms = 0;
 };
-Row judge_latency(const LatencyWish& wish, std::span<const double> ms, const TimerQuality& timer);
+Row judge_latency(const LatencyLimits& limits, std::span<const double> ms,
+                  const TimerQuality& timer);
 
-// --- an amount that may not be more, its quantile
+// --- a quantile of an amount, with an upper limit
 
-struct AmountWish {
+struct AmountLimit {
   std::string check;
   std::string what;
   std::string look;
@@ -92,17 +94,17 @@ struct AmountWish {
   double most = 0;
   int digits = 2;
 };
-Row judge_amount(const AmountWish& wish, std::span<const double> values);
+Row judge_amount(const AmountLimit& limits, std::span<const double> values);
 
-// Something that is counted and must not happen, or is so or not.
+// A requirement that is met or not, without a quantile; the caller decides.
 Row judge_fact(std::string check, std::string what, std::string wanted, std::string measured,
                bool held, std::string look);
 Row left_out(std::string check, std::string what, std::string why);
 
-// --- all of it
+// --- all rows
 
-// 0: all of what was measured held, and nothing was left out but what `--for` has no room for; 1:
-// something failed; 3: what did not hold is the machine's.
+// 0: no row has failed (rows that were left out do not count); 1: a row is kFailed; 3: no row is
+// kFailed, but at least one is kMachine.
 int exit_status(std::span<const Row> rows);
 std::string table(std::span<const Row> rows, const Reference& reference, bool colour);
 std::string to_json(std::span<const Row> rows, const Reference& reference);
@@ -110,7 +112,7 @@ std::string_view name(Verdict verdict);
 
 // --- the timer
 
-// Late wake-ups, us, as a histogram of whole microseconds; the last bin holds what is beyond.
+// A histogram of wake-up latencies in bins of 1 us; the last bin counts all larger values.
 class WakeupHistogram {
  public:
   static constexpr std::size_t kBins = 20000;
@@ -123,7 +125,7 @@ class WakeupHistogram {
   std::uint64_t count_ = 0;
   double max_ = 0;
 };
-// What `cyclictest -q -h N` prints. Nothing: it has measured nothing.
+// Parses the output of `cyclictest -q -h N`. Empty if it contains no measurement.
 std::optional<TimerQuality> parse_cyclictest(std::string_view text);
 
 }  // namespace rack::dora

@@ -16,23 +16,23 @@ std::vector<Time> every(Duration period, int count) {
   return times;
 }
 
-const PeriodWish kScans{.name = "Scan2d(1/0)", .period_ms = 1000.0 / 75};
+const PeriodLimits kScans{.name = "Scan2d(1/0)", .period_ms = 1000.0 / 75};
 const TimerQuality kGood{.source = "timer loop", .p99 = 20, .p999 = 50, .max = 90, .wakeups = 1000};
 const TimerQuality kBad{.source = "timer loop", .p99 = 20, .p999 = 2000, .max = 90000};
 const Reference kGoodMachine{.timer = kGood, .terminal = kGood};
 const Reference kBadMachine{.timer = kBad, .terminal = kBad};
 
-TEST(PeriodTest, AnEvenOneHolds) {
+TEST(PeriodTest, RegularMessagesHold) {
   const std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
   EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kHeld);
 }
 
-TEST(PeriodTest, AWrongMeanDoesNotWhateverTheMachineIs) {
+TEST(PeriodTest, AWrongMeanFailsOnAnyMachine) {
   const std::vector<std::vector<Time>> spans{every(13400us, 1000)};
   EXPECT_EQ(judge_period(kScans, spans, kBadMachine).verdict, Verdict::kFailed);
 }
 
-TEST(PeriodTest, TwoLateOnesInAThousandAreTooMany) {
+TEST(PeriodTest, TwoDeviationsInAThousandAreTooMany) {
   std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
   spans[0][500] += 1ms;  // two gaps: a longer one, a shorter one
   EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kFailed);
@@ -41,19 +41,19 @@ TEST(PeriodTest, TwoLateOnesInAThousandAreTooMany) {
   EXPECT_EQ(judge_period(kScans, spans, kGoodMachine).verdict, Verdict::kHeld);
 }
 
-TEST(PeriodTest, WhatComesOverALineIsAsLateAsATerminal) {
+TEST(PeriodTest, SerialDataIsJudgedByTheTerminal) {
   std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 1000)};
   spans[0][500] += 1ms;
-  PeriodWish wish = kScans;
-  wish.from_a_line = true;
+  PeriodLimits limits = kScans;
+  limits.from_a_line = true;
   const Reference bad_terminal{.timer = kGood, .terminal = kBad};
   const Reference bad_timer{.timer = kBad, .terminal = kGood};
-  EXPECT_EQ(judge_period(wish, spans, bad_terminal).verdict, Verdict::kMachine);
-  EXPECT_EQ(judge_period(wish, spans, bad_timer).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_period(limits, spans, bad_terminal).verdict, Verdict::kMachine);
+  EXPECT_EQ(judge_period(limits, spans, bad_timer).verdict, Verdict::kFailed);
   EXPECT_EQ(judge_period(kScans, spans, bad_terminal).verdict, Verdict::kFailed);
 }
 
-TEST(PeriodTest, WhatIsBetweenTwoSpansDoesNotCount) {
+TEST(PeriodTest, IntervalsBetweenTwoSpansDoNotCount) {
   std::vector<std::vector<Time>> spans{every(1000000000ns / 75, 300),
                                        every(1000000000ns / 75, 300)};
   for (Time& time : spans[1]) time += 5min;
@@ -64,50 +64,51 @@ TEST(PeriodTest, SilenceIsAFailure) {
   const std::vector<std::vector<Time>> spans{every(1s, 2)};
   const Row row = judge_period(kScans, spans, kBadMachine);
   EXPECT_EQ(row.verdict, Verdict::kFailed);
-  EXPECT_THAT(row.measured, HasSubstr("1 messages"));
+  EXPECT_THAT(row.measured, HasSubstr("1 intervals received"));
 }
 
 TEST(LatencyTest, BothLimitsCount) {
-  const LatencyWish wish{.check = "b", .what = "stop", .look = "", .p99_ms = 68, .max_ms = 80};
+  const LatencyLimits limits{.check = "b", .what = "stop", .look = "", .p99_ms = 68, .max_ms = 80};
   std::vector<double> ms(200, 50);
-  EXPECT_EQ(judge_latency(wish, ms, kGood).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_latency(limits, ms, kGood).verdict, Verdict::kHeld);
   ms[0] = 79;
-  EXPECT_EQ(judge_latency(wish, ms, kGood).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_latency(limits, ms, kGood).verdict, Verdict::kHeld);
   ms[0] = 81;
-  EXPECT_EQ(judge_latency(wish, ms, kGood).verdict, Verdict::kFailed);
-  EXPECT_EQ(judge_latency(wish, ms, kBad).verdict, Verdict::kMachine);
+  EXPECT_EQ(judge_latency(limits, ms, kGood).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_latency(limits, ms, kBad).verdict, Verdict::kMachine);
   for (int i = 0; i < 4; ++i) ms[static_cast<std::size_t>(i)] = 70;
-  EXPECT_EQ(judge_latency(wish, ms, kGood).verdict, Verdict::kFailed);
-  EXPECT_EQ(judge_latency(wish, {}, kBad).verdict, Verdict::kFailed) << "it did not happen";
+  EXPECT_EQ(judge_latency(limits, ms, kGood).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_latency(limits, {}, kBad).verdict, Verdict::kFailed) << "it was not observed";
 }
 
 TEST(AmountTest, ItsQuantileCounts) {
-  const AmountWish wish{.check = "d", .what = "beside", .look = "", .unit = "mm", .most = 150};
+  const AmountLimit limits{.check = "d", .what = "beside", .look = "", .unit = "mm", .most = 150};
   std::vector<double> values(100, 100);
   std::fill_n(values.begin(), 4, 1000);
-  EXPECT_EQ(judge_amount(wish, values).verdict, Verdict::kHeld);
+  EXPECT_EQ(judge_amount(limits, values).verdict, Verdict::kHeld);
   std::fill_n(values.begin(), 7, 1000);
-  EXPECT_EQ(judge_amount(wish, values).verdict, Verdict::kFailed);
-  EXPECT_EQ(judge_amount(wish, {}).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_amount(limits, values).verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_amount(limits, {}).verdict, Verdict::kFailed);
 }
 
-TEST(TableTest, AFailureSaysWhatToLookAtAndEndsWithOne) {
+TEST(TableTest, AFailureNamesWhereToLookAndExitsWithOne) {
   std::vector<Row> rows{judge_fact("g", "unplugged", "it stops", "it stops", true, "nothing"),
                         left_out("c", "obstacles", "needs --for 2min")};
   EXPECT_EQ(exit_status(rows), 0);
   rows.push_back(judge_latency({.check = "f", .what = "killed", .look = "", .max_ms = 200},
                                std::vector<double>{300}, {.max = 150000}));
   EXPECT_EQ(exit_status(rows), 3);
-  EXPECT_THAT(table(rows, kBadMachine, false), HasSubstr("this machine wakes nobody in time"));
+  EXPECT_THAT(table(rows, kBadMachine, false),
+              HasSubstr("the timers of this machine are too late"));
   rows.push_back(judge_fact("g", "plugged", "it goes on", "it stands", false, "the ladar's log"));
   EXPECT_EQ(exit_status(rows), 1);
   const std::string text = table(rows, kGoodMachine, false);
-  EXPECT_THAT(text, HasSubstr("look at: the ladar's log"));
-  EXPECT_THAT(text, testing::Not(HasSubstr("look at: nothing")));
+  EXPECT_THAT(text, HasSubstr("see: the ladar's log"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("see: nothing")));
   EXPECT_THAT(to_json(rows, kGoodMachine), HasSubstr(R"("verdict":"left out")"));
 }
 
-TEST(TimerTest, ItsHistogram) {
+TEST(TimerTest, Histogram) {
   WakeupHistogram histogram;
   for (int i = 0; i < 998; ++i) histogram.add(10);
   histogram.add(700);
@@ -118,7 +119,7 @@ TEST(TimerTest, ItsHistogram) {
   EXPECT_EQ(quality.max, 1e6);
 }
 
-TEST(TimerTest, WhatCyclictestSays) {
+TEST(TimerTest, ParsesTheOutputOfCyclictest) {
   const auto quality = parse_cyclictest(
       "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000000 000000\n000013 000990\n000100 "
       "000009\n"

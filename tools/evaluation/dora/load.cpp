@@ -19,25 +19,25 @@ using namespace std::chrono_literals;
 using timsctl::Exit;
 using timsctl::Failure;
 
-// deploy/robots/dora-laser.toml plays one of them, dora-base.toml records into the other.
+// deploy/robots/dora-laser.toml plays the pictures, dora-base.toml stores the recording.
 constexpr const char* kPictures = "/tmp/rack-dora-1-pictures";
 constexpr const char* kRecord = "/tmp/rack-dora-1-record";
 constexpr const char* kCamera = "Camera(1/0)";
 constexpr const char* kRecorder = "Datalog(1/0)";
-constexpr int kPicturesInFolder = 20;  // a second of them
-// With the recording it is all that her line of 20 Mbit/s carries.
+constexpr int kPicturesInFolder = 20;  // one second of the camera
+// Together with the recording this fills the link of 20 Mbit/s.
 constexpr std::chrono::milliseconds kPeriod = 500ms;
 constexpr std::size_t kPictureMax = 4U << 20;
-// What goes to the base besides, 3 Mbit/s of it scans.
-constexpr std::array<std::uint32_t, 5> kRecorded = {
+// The classes that are recorded at the base; scans alone take 3 Mbit/s.
+constexpr std::array<std::uint32_t, 5> kRecordedModules = {
     tims::class_id::kScan2d, tims::class_id::kPosition, tims::class_id::kOdometry,
     tims::class_id::kChassis, tims::class_id::kPilot};
 
-void need(const Result<void>& done, const std::string& who) {
-  if (!done) throw Failure(Exit::kNo, "no_load", who + ": " + done.error().message());
+void need(const Result<void>& done, const std::string& what) {
+  if (!done) throw Failure(Exit::kNo, "no_load", what + ": " + done.error().message());
 }
 
-// Noise: nothing makes it smaller, nowhere on its way.
+// Noise cannot be compressed: the picture keeps its size on all hops.
 std::vector<std::byte> picture() {
   constexpr device::PictureSize kSize{.width = 1024, .height = 672};
   Random random(1);
@@ -58,7 +58,8 @@ void write_pictures() {
   const auto first = folder / "00.jpg";
   std::ofstream file(first, std::ios::binary);
   file.write(reinterpret_cast<const char*>(jpeg.data()), std::ssize(jpeg));
-  if (!file.flush()) throw Failure(Exit::kDenied, "no_pictures", first.string() + ": not written");
+  if (!file.flush())
+    throw Failure(Exit::kDenied, "no_pictures", first.string() + ": cannot write the file");
   for (int i = 10; i < 10 + kPicturesInFolder - 1; ++i) {
     std::error_code there;
     std::filesystem::create_hard_link(first, folder / (std::to_string(i) + ".jpg"), there);
@@ -67,7 +68,8 @@ void write_pictures() {
 
 }  // namespace
 
-Load::Load(Ears& base) : base_(base), stream_(base.open({.slots = 4, .body_max = kPictureMax})) {
+Load::Load(Subscriptions& base)
+    : base_(base), stream_(base.open({.slots = 4, .body_max = kPictureMax})) {
   try {
     write_pictures();
     std::filesystem::create_directories(kRecord);
@@ -95,7 +97,7 @@ void Load::begin() {
     throw Failure(Exit::kNo, "no_load", std::string(kRecorder) + ": " + log.error().message());
   for (DatalogLogInfo& info : log->logInfo) {
     const auto module = info.moduleMbx.fields(base_.work().address_widths()).class_id;
-    info.logEnable = std::ranges::find(kRecorded, module) != kRecorded.end() ? 1 : 0;
+    info.logEnable = std::ranges::find(kRecordedModules, module) != kRecordedModules.end() ? 1 : 0;
   }
   need(recorder.set_log(*log), kRecorder);
   need(recorder.on(), kRecorder);

@@ -1,39 +1,39 @@
-// What is carried to the base while Dora drives: pictures of 1 MiB of her camera, and what
-// DatalogRec records there. Both are of her robot files, off until somebody wants them.
+// Network load while Dora drives: a stream of camera pictures of 1 MiB and a recording by
+// DatalogRec, both sent to the base. The robot files contain both components; they are off by
+// default.
 #pragma once
 
 #include "tims/session.h"
-#include "tools/evaluation/dora/ears.h"
+#include "tools/evaluation/dora/subscriptions.h"
 
 namespace rack::dora {
 
 class Load {
  public:
-  // At the base. Throws timsctl::Failure with what keeps them from running.
-  explicit Load(Ears& base);
+  // Starts the load. Throws timsctl::Failure with the reason if a component cannot be started.
+  explicit Load(Subscriptions& base);
   ~Load();
   Load(const Load&) = delete;
   Load& operator=(const Load&) = delete;
 
-  // Pictures that have come are taken.
+  // Takes the pictures that have arrived. Call it repeatedly.
   void keep();
-  // No more from now on.
+  // Stops the load.
   void end();
 
   [[nodiscard]] std::size_t pictures() const { return pictures_; }
-  // Of all that the camera had in that time.
+  // Received pictures divided by the pictures that the camera took in that time.
   [[nodiscard]] double share() const;
   [[nodiscard]] std::size_t picture_bytes() const { return picture_bytes_; }
-  // Data sets, of all that are recorded.
+  // The number of recorded data sets.
   [[nodiscard]] std::size_t recorded() const { return recorded_; }
-  // How long it ran.
   [[nodiscard]] Duration length() const { return length_; }
 
  private:
   void begin();
   void remove_files() const;
 
-  Ears& base_;
+  Subscriptions& base_;
   tims::Mailbox stream_;
   Time began_{};
   Duration length_{};

@@ -1,4 +1,4 @@
-// rack-dora: the robot Dora on her three hosts, and whether she does what she shall.
+// rack-dora: runs the robot Dora on its three hosts and judges whether it meets its requirements.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -18,16 +18,18 @@ namespace {
 using timsctl::Exit;
 
 constexpr const char* kAbout =
-    "The robot Dora of RACK's paper: her ten components on three hosts, in network namespaces of\n"
-    "this machine (root), at the paper's periods and priorities. She drives her round while she\n"
-    "is measured and things are done to her; at the end a table says what was wanted, what was\n"
-    "measured, and whether it held. tools/evaluation/dora/README.md has the list.";
+    "Run and judge the robot Dora of RACK's paper: its ten components on three hosts, in network\n"
+    "namespaces of this machine (needs root), with the periods and priorities of the paper. The\n"
+    "robot drives its round while its timing is measured and faults are injected. The result is a\n"
+    "table of requirements, measured values and verdicts; tools/evaluation/dora/README.md lists\n"
+    "the requirements.";
 constexpr const char* kExits =
-    "Exit status: 0 all of it held, 1 something did not (the table says what to look at), 2 wrong\n"
-    "command line, 3 only what this machine's timers are too late for, 5 no fleet can be made "
-    "here.";
+    "Exit status: 0 all requirements held, 1 a requirement did not hold (the table states where "
+    "to\n"
+    "look), 2 wrong command line, 3 a requirement did not hold only because the timers of this\n"
+    "machine are too late, 5 the fleet cannot be started on this machine.";
 
-// Robot files call programs by their names.
+// Robot files name programs without a path, so the folder of this program is put into PATH.
 void find_own_programs() {
   const std::string folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   const std::string path = tims::os::environment("PATH");
@@ -38,8 +40,8 @@ void find_own_programs() {
 Exit run(Settings settings, const std::string& length, bool json) {
   const auto parsed = tims::base::parse_duration(length);
   if (!parsed || *parsed < std::chrono::seconds(1))
-    throw timsctl::usage_error(fmt::format("--for: \"{}\" is no duration", length),
-                               "write 60s or 10min");
+    throw timsctl::usage_error(fmt::format("--for: \"{}\" is not a duration", length),
+                               "write a duration such as 60s or 10min, at least 1s");
   settings.length = *parsed;
   settings.quiet = json;
   find_own_programs();
@@ -61,12 +63,13 @@ int main(int argc, char** argv) {
   std::string length = "60s";
   bool json = false;
   CLI::App app(kAbout, "rack-dora");
-  app.add_option("--for", length, "how long in all, about (60s, 10min)")->capture_default_str();
-  app.add_option("--fleet-file", settings.fleet_file, "her fleet")->capture_default_str();
+  app.add_option("--for", length, "approximate duration of the run, such as 60s or 10min")
+      ->capture_default_str();
+  app.add_option("--fleet-file", settings.fleet_file, "the fleet file")->capture_default_str();
   app.add_option(
       "--logs", settings.logs,
-      "folder for the logs of all programs, and drive.csv: where she was and believed to be");
-  app.add_flag("--json", json, "the table as JSON, and nothing else on stdout");
+      "store the logs of all programs and drive.csv (true and estimated poses) in this folder");
+  app.add_flag("--json", json, "print only the table, as JSON");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
   return timsctl::run_program(argc, argv, app, [&] { return run(settings, length, json); });

@@ -10,7 +10,7 @@ namespace rack::dora {
 namespace {
 
 constexpr std::size_t kRoom = 1 << 16;
-constexpr std::string_view kRobot = "dora";  // in her world
+constexpr std::string_view kRobot = "dora";  // its name in the world file
 
 }  // namespace
 
@@ -34,7 +34,7 @@ void Notes::take(std::size_t stream, const tims::MessageView& message, Time at) 
   const std::lock_guard lock(mutex_);
   const std::string_view component = kStreams.at(stream).component;
   if (message.header.type != tims::type::kData) {
-    // It has told its chassis to stand before.
+    // The pilot has stopped its chassis before it reports the error.
     if (component == "Pilot(1/0)") pilots_.push_back({at, 0, pilot_state::kPathError});
     return;
   }
@@ -152,7 +152,7 @@ std::vector<TruthNote> Notes::truths(Time since) const {
   return {first, truths_.end()};
 }
 
-// Between two that are not far apart.
+// Interpolates between two states that are at most kApart apart.
 std::optional<TruthNote> Notes::truth_of(TimeStamp time) const {
   constexpr std::chrono::milliseconds kApart(200);
   const auto after =

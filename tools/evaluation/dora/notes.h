@@ -1,4 +1,5 @@
-// What was heard in a run: when messages came, and of some what they said. Any thread.
+// A record of the messages received in a run: arrival times, and the content of some messages.
+// Thread-safe.
 #pragma once
 
 #include <array>
@@ -13,13 +14,13 @@
 #include "rack/proxies/position.h"
 #include "rack/proxies/scan2d.h"
 #include "rack/proxies/world.h"
-#include "tools/evaluation/dora/ears.h"
+#include "tools/evaluation/dora/subscriptions.h"
 
 namespace rack::dora {
 
 struct PilotNote {
   Time at;
-  i32 speed = 0;  // that it commanded; the chassis had it before
+  i32 speed = 0;  // commanded, mm/s; the chassis has already received the command
   u32 state = 0;
 };
 struct TruthNote {
@@ -27,13 +28,13 @@ struct TruthNote {
   TimeStamp recorded = 0;
   Pose pose;
   double speed = 0;  // mm/s, forward
-  double way = 0;    // mm, since the world began
-  // It has driven against.
-  u32 posts = 0;  // of what was put there
-  u32 walls = 0;  // and parked cars
+  double way = 0;    // distance driven since the start of the world, mm
+  // Numbers of collisions.
+  u32 posts = 0;  // with posts placed during the run
+  u32 walls = 0;  // with walls and parked cars
   u32 people = 0;
 };
-// What Position said, and where she truly was then.
+// A pose reported by Position, and the true state at its time.
 struct PositionNote {
   Time at;
   Pose pose;
@@ -44,7 +45,7 @@ struct PositionNote {
 struct ScanNote {
   Time at;
   TimeStamp recorded = 0;
-  bool in_region = false;  // something is where look_at() said
+  bool in_region = false;  // a point is in the region set by look_at()
 };
 
 class Notes {
@@ -52,25 +53,26 @@ class Notes {
   Notes();
   void take(std::size_t stream, const tims::MessageView& message, Time at);
 
-  // Gaps that somebody made on purpose are between two spans.
+  // Deliberate interruptions of the data are kept out of the spans.
   void begin_span();
   void end_span();
   [[nodiscard]] bool counts() const;
   [[nodiscard]] std::vector<std::vector<Time>> spans(std::size_t stream) const;
 
   [[nodiscard]] std::optional<Time> last(std::size_t stream) const;
-  // The first since `after` of which that is so.
+  // The first note at or after `after` for which `so` holds.
   [[nodiscard]] std::optional<PilotNote> pilot(
       Time after, const std::function<bool(const PilotNote&)>& so) const;
   [[nodiscard]] std::optional<PilotNote> newest_pilot() const;
   [[nodiscard]] PositionData position() const;
   [[nodiscard]] PathData path() const;
 
-  // In the vehicle's frame: from here on scans are looked at whether something is there, mm.
+  // Sets the region in which scans are searched for points, mm in the vehicle's frame, and forgets
+  // earlier scans.
   void look_at(double x, double y, double radius);
   [[nodiscard]] std::optional<ScanNote> seen(TimeStamp after) const;
 
-  // What was true and what was believed, since then.
+  // True states and reported positions since a time.
   [[nodiscard]] TruthNote truth() const;
   [[nodiscard]] std::vector<TruthNote> truths(Time since) const;
   [[nodiscard]] std::vector<PositionNote> positions(Time since) const;
@@ -81,7 +83,7 @@ class Notes {
   void take_truth(const tims::MessageView& message, Time at);
   [[nodiscard]] std::optional<TruthNote> truth_of(TimeStamp time) const;
 
-  // Whoever reads has the priority of the thread that has heard something: it is not late for that.
+  // With priority inheritance: a reader cannot delay the receiving threads.
   mutable PriorityMutex mutex_;
   bool counts_ = false;
   std::array<std::vector<std::vector<Time>>, kStreams.size()> spans_;
@@ -103,7 +105,7 @@ class Notes {
   double region_radius_ = 0;
 };
 
-// By its component.
+// The index in kStreams of a component.
 std::size_t stream_of(std::string_view component);
 
 }  // namespace rack::dora

@@ -24,8 +24,8 @@ using namespace std::chrono_literals;
 constexpr int kTimerPriority = 80;
 constexpr Duration kTimerPeriod = 1ms;
 constexpr Duration kReferencePatience = 5s;
-constexpr int kWrites = 60;  // as deploy/worlds/dora.toml's World
-constexpr int kReads = 30;   // as the driver of her laser
+constexpr int kWrites = 60;  // the priority of World in deploy/robots/dora-base.toml
+constexpr int kReads = 30;   // the priority of the laser driver
 constexpr Duration kBytePeriod = 13'333us;
 
 double microseconds(Duration duration) {
@@ -42,7 +42,7 @@ void sleep_until(Time time) {
 bool start_thread(Thread& thread, const std::string& name, int priority,
                   const std::function<void()>& body) {
   if (thread.start({.name = name, .priority = priority}, body)) return true;
-  timsctl::value_or_fail(thread.start({.name = name}, body), "a thread");
+  timsctl::value_or_fail(thread.start({.name = name}, body), "cannot start a thread");
   return false;
 }
 
@@ -90,8 +90,8 @@ TimerQuality ReferenceTimer::end() {
     if (cyclictest_->has_ended(kReferencePatience)) (void)cyclictest_->reap();
     cyclictest_.reset();
     std::ifstream file(log_);
-    const std::string said{std::istreambuf_iterator<char>(file), {}};
-    if (const auto quality = parse_cyclictest(said)) return *quality;
+    const std::string output{std::istreambuf_iterator<char>(file), {}};
+    if (const auto quality = parse_cyclictest(output)) return *quality;
   }
   ending_ = true;
   thread_.join();
@@ -107,7 +107,8 @@ ReferenceTerminal::ReferenceTerminal() : device_(::posix_openpt(O_RDWR | O_NOCTT
     line_ = tims::os::File(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios settings{};
   if (!line_ || ::tcgetattr(line_.get(), &settings) != 0)
-    throw timsctl::Failure(timsctl::Exit::kDenied, "no_terminal", "no terminal can be made here");
+    throw timsctl::Failure(timsctl::Exit::kDenied, "no_terminal",
+                           "cannot create a pseudo-terminal");
   ::cfmakeraw(&settings);
   (void)::tcsetattr(line_.get(), TCSANOW, &settings);
   real_time_ = start_thread(reader_, "terminal", kReads, [this] { read(); });
@@ -116,7 +117,7 @@ ReferenceTerminal::ReferenceTerminal() : device_(::posix_openpt(O_RDWR | O_NOCTT
 
 ReferenceTerminal::~ReferenceTerminal() { (void)end(); }
 
-// Until somebody ends it; the last byte wakes the reader for that.
+// Writes until end(). The last byte wakes the reader, so that it sees ending_.
 void ReferenceTerminal::write() {
   constexpr char kByte = 0;
   Time next = tims::os::now();
@@ -141,7 +142,7 @@ TimerQuality ReferenceTerminal::end() {
   ending_ = true;
   writer_.join();
   reader_.join();
-  return histogram_.quality("a bare terminal", real_time_);
+  return histogram_.quality("pseudo-terminal", real_time_);
 }
 
 }  // namespace rack::dora

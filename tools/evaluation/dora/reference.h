@@ -1,9 +1,9 @@
-// What this machine does without a robot, meanwhile: no robot on it is better.
+// Measures the timing of this machine during the run: a lower bound for any robot on it.
 //
-// ReferenceTimer: how late a timer of the highest priority wakes, by cyclictest, where it is
-// installed and may do so, else by a loop of the same kind. ReferenceTerminal: how evenly a byte
-// that is written 75 times a second comes out of a terminal; one thread writes, one reads, both of
-// a real-time priority, and nothing is between them but the kernel.
+// ReferenceTimer measures the wake-up latency of a timer of high priority with cyclictest, or with
+// an equivalent loop if cyclictest is not installed or not permitted. ReferenceTerminal measures
+// the jitter of a byte that is written 75 times a second to a pseudo-terminal: one thread writes
+// and one reads, both with a real-time priority, with only the kernel in between.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,8 @@
 
 namespace rack::dora {
 
-// With that priority, or without one where there is no right to it: false. Throws timsctl::Failure.
+// Starts the thread with this priority; returns false if that is not permitted and the thread has
+// started without it. Throws timsctl::Failure.
 bool start_thread(Thread& thread, const std::string& name, int priority,
                   const std::function<void()>& body);
 
@@ -29,7 +30,7 @@ class ReferenceTimer {
   ReferenceTimer(const ReferenceTimer&) = delete;
   ReferenceTimer& operator=(const ReferenceTimer&) = delete;
 
-  // Ends it; what it has found.
+  // Stops the measurement and returns its result.
   TimerQuality end();
 
  private:
@@ -51,15 +52,15 @@ class ReferenceTerminal {
   ReferenceTerminal(const ReferenceTerminal&) = delete;
   ReferenceTerminal& operator=(const ReferenceTerminal&) = delete;
 
-  // Ends it; by how much the gaps between two bytes were longer or shorter.
+  // Stops the measurement and returns the deviation of the intervals between two bytes.
   TimerQuality end();
 
  private:
   void write();
   void read();
 
-  tims::os::File device_;  // what a device is plugged into
-  tims::os::File line_;    // what a driver opens
+  tims::os::File device_;  // the end of the device
+  tims::os::File line_;    // the end that a driver opens
   std::atomic<bool> ending_ = false;
   bool real_time_ = false;
   WakeupHistogram histogram_;

@@ -14,7 +14,7 @@
 #include "rack/clock.h"
 #include "rack/proxies/chassis.h"
 #include "tools/cli/failure.h"
-#include "tools/evaluation/dora/track.h"
+#include "tools/evaluation/dora/cross_track.h"
 
 namespace rack::dora {
 namespace {
@@ -25,11 +25,11 @@ using timsctl::Failure;
 
 constexpr Duration kStep = 20ms;
 constexpr Duration kScenarioPatience = 30s;
-constexpr Duration kSettles = 2s;  // after something was done to her, until she is as before
+constexpr Duration kSettles = 2s;  // from a disturbance to normal driving
 constexpr Duration kPeriodsMin = 10s;
-constexpr Duration kSlowPeriods = 1s;        // in a short run there are too few of these
-constexpr Duration kShort = 45s;             // of --for: below, what takes long is left out
-constexpr Duration kStopsMax = 2s;           // waited for
+constexpr Duration kSlowPeriods = 1s;        // a short run has too few of these
+constexpr Duration kShort = 45s;             // a shorter --for leaves out the long steps
+constexpr Duration kStopsMax = 2s;           // waiting time
 constexpr double kStopMs = 200;              // (f)
 constexpr double kReturnMs = 5000;           // (f)
 constexpr double kReactsMs = 13.3 + 50 + 5;  // (b), p99
@@ -39,16 +39,17 @@ constexpr double kPositionMm = 150;  // (e)
 constexpr double kSatelliteMm = 2000;
 constexpr double kBlindMs = 3 * 13.3 + 50;  // (g)
 constexpr double kSeesMs = 2000;
-constexpr Duration kSearchesMin = 2min;  // of --for, for what takes long
+constexpr Duration kSearchesMin = 2min;  // least --for for the steps of (e) that take long
 constexpr i32 kDrives = 300;             // mm/s
 
-// The serial lines of her world have names of their own in /tmp: there is one of her on a machine.
+// The serial lines of the world have fixed names in /tmp, so only one run is possible at a time.
 tims::os::File alone() {
   const std::string path = std::filesystem::temp_directory_path() / "rack-dora.lock";
   tims::os::File lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-  if (!lock) throw Failure(Exit::kDenied, "no_lock", path + ": cannot be opened");
+  if (!lock) throw Failure(Exit::kDenied, "no_lock", "cannot open " + path);
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
-    throw Failure(Exit::kDenied, "runs_already", "she drives here already", "wait until that ends");
+    throw Failure(Exit::kDenied, "runs_already", "another rack-dora runs on this machine",
+                  "wait until it has ended");
   return lock;
 }
 
@@ -64,7 +65,7 @@ Scenario::Scenario(const Settings& settings, const timsctl::Signals& signals)
 
 Scenario::~Scenario() {
   load_.reset();
-  ears_.clear();
+  subscriptions_.clear();
   save_logs();
   fleet_.reset();
   std::error_code ignored;
@@ -73,7 +74,7 @@ Scenario::~Scenario() {
     std::filesystem::remove(recording_of(component), ignored);
 }
 
-// Also of a run that somebody or something ended.
+// The logs are also saved if the run was interrupted or failed.
 void Scenario::save_logs() const {
   if (settings_.logs.empty() || !fleet_) return;
   try {
@@ -91,7 +92,7 @@ Outcome Scenario::run() {
   begin_to_drive();
   driving_since_ = tims::os::now();
   measure_periods(is_short() ? kPeriodsMin / 2 : std::max(kPeriodsMin, settings_.length / 10));
-  note_track(driving_since_ + kSettles);
+  note_cross_track_errors(driving_since_ + kSettles);
   try_obstacles(tims::os::now() + settings_.length * 2 / 5, reactions_ms_);
   notes_.end_span();
   if (!is_short()) try_obstacles_under_load(std::max(kPeriodsMin, settings_.length / 5));
@@ -111,28 +112,29 @@ Outcome Scenario::run() {
 }
 
 void Scenario::judge_trials(const TimerQuality& timer) {
-  const auto latency = [&](const LatencyWish& wish, const std::vector<double>& ms) {
-    rows_.push_back(judge_latency(wish, ms, timer));
+  const auto latency = [&](const LatencyLimits& limits, const std::vector<double>& ms) {
+    rows_.push_back(judge_latency(limits, ms, timer));
   };
   judge_reactions(timer);
   const double minutes = std::chrono::duration<double>(obstacles_for_) / 1min;
-  rows_.push_back(judge_fact("c", "posts that appear where she can just stop", "0 contacts",
-                             fmt::format("{} contacts with {} posts, {:.0f} a minute", contacts_,
-                                         posts_, posts_ / minutes),
-                             contacts_ == 0 && posts_ > 0, "breakConstant and lag; the scan then"));
+  rows_.push_back(judge_fact(
+      "c", "posts that appear just beyond the stopping distance", "0 contacts",
+      fmt::format("{} contacts with {} posts, {:.0f} a minute", contacts_, posts_,
+                  posts_ / minutes),
+      contacts_ == 0 && posts_ > 0, "breakConstant and lag of Pilot(1/0); the scan at that time"));
   const std::string contacts = other_contacts();
-  rows_.push_back(judge_fact("c", "walls, parked cars and people on her round", "0 contacts",
+  rows_.push_back(judge_fact("c", "walls, parked cars and people on the round", "0 contacts",
                              contacts.empty() ? "0 contacts" : contacts, contacts.empty(),
-                             "people who step before her (avoids); the position's error"));
+                             "people who step in front of the robot (avoids); the position error"));
   rows_.push_back(judge_amount({.check = "d",
-                                .what = "beside her path at 3 m/s and more",
-                                .look = "the position's error; lag and steeringRate of Pilot(1/0)",
+                                .what = "cross-track error at 3 m/s and more",
+                                .look = "the position error; lag and steeringRate of Pilot(1/0)",
                                 .unit = "mm",
                                 .most = kLateralMm,
                                 .digits = 0},
                                lateral_mm_));
   rows_.push_back(judge_amount({.check = "e",
-                                .what = "position's error with her laser",
+                                .what = "position error with the laser",
                                 .look = "the log of Mcl(1/0); timsctl component data Mcl/1/0",
                                 .unit = "mm",
                                 .most = kPositionMm,
@@ -140,94 +142,95 @@ void Scenario::judge_trials(const TimerQuality& timer) {
                                position_mm_));
   if (settings_.length >= kSearchesMin) {
     rows_.push_back(judge_amount({.check = "e",
-                                  .what = "position's error by satellites alone",
+                                  .what = "position error by satellites only",
                                   .look = "timsctl component data Gps/1/0; positionUpdate",
                                   .unit = "mm",
                                   .most = kSatelliteMm,
                                   .digits = 0},
                                  satellite_errors_));
   } else {
-    rows_.push_back(left_out("e", "carried away; satellites alone", "needs --for 2min"));
+    rows_.push_back(left_out("e", "carried away; satellites only", "needs --for 2min"));
   }
-  const std::string missed = "the log of Pilot(1/0): what it missed, and when";
-  const std::string returned = "timsctl component list, and who has not come back";
+  const std::string missed = "the log of Pilot(1/0): which input was missing, and when";
+  const std::string returned = "timsctl component list: components that have not returned";
   latency({.check = "f",
-           .what = "a host's router is killed: told to stand",
+           .what = "the router of a host is killed: time to MOVE 0",
            .look = missed,
            .max_ms = kStopMs},
           stops_ms_);
   latency({.check = "f",
-           .what = "the router is back: she goes on by herself",
+           .what = "the router is back: time until the robot drives",
            .look = returned,
            .max_ms = kReturnMs},
           returns_ms_);
   const std::vector<std::string> ended = fleet_->ended();
-  rows_.push_back(judge_fact("f", "no program ends by itself", "0", std::to_string(ended.size()),
-                             ended.empty(), ended.empty() ? "" : ended.front()));
+  rows_.push_back(judge_fact("f", "programs that ended unexpectedly", "0",
+                             std::to_string(ended.size()), ended.empty(),
+                             ended.empty() ? "" : ended.front()));
   latency({.check = "g",
-           .what = "her laser is pulled out: told to stand",
+           .what = "the laser is unplugged: time to MOVE 0",
            .look = missed,
            .max_ms = kBlindMs},
           unplugged_ms_);
   latency({.check = "g",
-           .what = "it is plugged in: she goes on by herself",
+           .what = "the laser is plugged in: time until the robot drives",
            .look = returned,
            .max_ms = kSeesMs},
           plugged_ms_);
 }
 
 void Scenario::judge_reactions(const TimerQuality& timer) {
-  LatencyWish wish{
+  LatencyLimits limits{
       .check = "b",
-      .what = "a post in the scan until MOVE 0",
+      .what = "from a post in the scan to MOVE 0",
       .look = "timsctl msg hz Scan2d(1/0) Pilot(1/0) at robot1-drive; robot1-laser's line",
       .p99_ms = kReactsMs,
       .max_ms = kReactsMaxMs};
-  rows_.push_back(judge_latency(wish, reactions_ms_, timer));
-  wish.what = "the same while a camera and a recording go to the base";
+  rows_.push_back(judge_latency(limits, reactions_ms_, timer));
+  limits.what = "the same under load (camera pictures and a recording to the base)";
   if (!load_) {
-    rows_.push_back(left_out(wish.check, wish.what, is_short() ? "needs --for 45s" : no_load_));
+    rows_.push_back(left_out(limits.check, limits.what, is_short() ? "needs --for 45s" : no_load_));
     return;
   }
-  rows_.push_back(judge_latency(wish, loaded_reactions_ms_, timer));
+  rows_.push_back(judge_latency(limits, loaded_reactions_ms_, timer));
   const double seconds = std::chrono::duration<double>(load_->length()).count();
   rows_.push_back(judge_fact(
-      wish.check, "what goes to the base meanwhile", "pictures of 1 MiB, data sets",
-      fmt::format("{} of {:.2f} MiB ({:.0f} % of the camera's), {} data sets in {:.0f} s",
+      limits.check, "load to the base", "pictures of 1 MiB, data sets",
+      fmt::format("{} of {:.2f} MiB ({:.0f} % of those taken), {} data sets in {:.0f} s",
                   load_->pictures(), static_cast<double>(load_->picture_bytes()) / (1U << 20),
                   100 * load_->share(), load_->recorded(), seconds),
       load_->share() > 0.7 && load_->recorded() > 0 && load_->picture_bytes() >= 1U << 20,
       "the logs of Camera(1/0) and Datalog(1/0); timsctl link show at the base"));
 }
 
-// What (a) is judged beside.
+// Rows about the limits of the measurement for (a).
 void Scenario::judge_means(const TimerQuality& timer) {
   if (timer.source != "cyclictest")
-    rows_.push_back(left_out("a", "cyclictest beside it",
-                             "it is not installed (rt-tests); a loop of its kind ran instead"));
-  if (!timer.real_time || !std::ranges::all_of(ears_, &Ears::is_real_time))
+    rows_.push_back(left_out("a", "cyclictest",
+                             "not installed (package rt-tests); an equivalent loop ran instead"));
+  if (!timer.real_time || !std::ranges::all_of(subscriptions_, &Subscriptions::is_real_time))
     rows_.push_back(left_out("a", "real-time priorities",
-                             "no right to them (CAP_SYS_NICE): all periods are as late as others"));
+                             "not permitted (CAP_SYS_NICE): all measured times are late"));
 }
 
-// --- the fleet, and that she drives
+// --- starting the fleet and the drive
 
 void Scenario::bring_up() {
-  say("the fleet: " + settings_.fleet_file);
+  say("starting the fleet " + settings_.fleet_file);
   fleet_.emplace(timsctl::sim::RunningFleet::Options{
       .name = name_, .file = settings_.fleet_file, .log = log_});
   std::vector<std::string_view> hosts(kHosts.begin(), kHosts.end());
   hosts.push_back(kBase);
   for (const std::string_view host : hosts)
-    ears_.push_back(
-        std::make_unique<Ears>(host, fleet_->socket(std::string(host)),
-                               [this](std::size_t stream, const tims::MessageView& message,
-                                      Time at) { notes_.take(stream, message, at); }));
-  if (!std::ranges::all_of(ears_, &Ears::is_real_time))
-    say("without the right to real-time priorities: what is measured is late, too");
+    subscriptions_.push_back(
+        std::make_unique<Subscriptions>(host, fleet_->socket(std::string(host)),
+                                        [this](std::size_t stream, const tims::MessageView& message,
+                                               Time at) { notes_.take(stream, message, at); }));
+  if (!std::ranges::all_of(subscriptions_, &Subscriptions::is_real_time))
+    say("real-time priorities are not permitted: all measured times are late");
 }
 
-// Its router may not have told the others of it yet.
+// Retries: the other routers may not know the component yet.
 void Scenario::ask(std::string_view component,
                    const std::function<Result<void>(Proxy&)>& question) {
   Proxy proxy(work(), address_of(component), {.on = 5s});
@@ -237,12 +240,13 @@ void Scenario::ask(std::string_view component,
     if (!answer) why = answer.error().message();
     return answer.ok();
   });
-  if (!done) throw Failure(Exit::kNo, "refused", why, "its log: timsctl log follow");
+  if (!done)
+    throw Failure(Exit::kNo, "refused", why, "see the log of the component: timsctl log follow");
 }
 
 void Scenario::turn_on(std::string_view component) { ask(component, &Proxy::on); }
 
-// From the next ON of each.
+// Recording starts at the next ON of each component.
 void Scenario::record_all() {
   for (const std::string_view component : kRecorded) {
     Parameter record{.type = Parameter::kString};
@@ -262,21 +266,22 @@ void Scenario::begin_to_drive() {
   for (const std::string_view component : {"Chassis(1/0)", "Gyro(1/0)", "Gps(1/0)", "Path(1/0)"})
     turn_on(component);
   if (!await(kScenarioPatience, [&] { return !notes_.path().splines.empty(); }))
-    throw Failure(Exit::kNo, "no_path", "Path(1/0) sends no path", "its log");
+    throw Failure(Exit::kNo, "no_path", "Path(1/0) does not send a path", "see its log");
   if (!await(kScenarioPatience, [&] { return notes_.truth().at != Time{}; }))
-    throw Failure(Exit::kNo, "no_world", "World(1/0) tells no truth", "its log, at the base");
+    throw Failure(Exit::kNo, "no_world", "World(1/0) does not report the true state",
+                  "see its log at the base");
   begin_round();
   turn_on("Mcl(1/0)");
   ChassisProxy chassis(work(), address_of("Chassis(1/0)"));
   timsctl::value_or_fail(chassis.set_active_pilot(address_of("Pilot(1/0)")), "Chassis(1/0)");
   turn_on("Pilot(1/0)");
   if (!drives_within(kScenarioPatience))
-    throw Failure(Exit::kNo, "no_drive", "she does not begin to drive",
+    throw Failure(Exit::kNo, "no_drive", "the robot does not start driving",
                   "timsctl component data Pilot/1/0");
-  say("she drives");
+  say("the robot drives");
 }
 
-// She is put there, and somebody says so.
+// Places the robot in the world and initialises Position with the same pose.
 void Scenario::begin_round() {
   const Position2d start = notes_.path().splines.front().startPos;
   timsctl::value_or_fail(WorldProxy(base(), world()).place("dora", start), "World(1/0)");
@@ -292,13 +297,13 @@ bool Scenario::is_short() const { return settings_.length < kShort; }
 
 bool Scenario::is_near_end(double rest) const {
   const PathData path = notes_.path();
-  const auto place = place_on(path.splines, notes_.truth().pose);
-  return !place || rest_of(path.splines, *place) < rest;
+  const auto place = project_onto(path.splines, notes_.truth().pose);
+  return !place || remaining_length(path.splines, *place) < rest;
 }
 
 void Scenario::keep_driving(double rest) {
   if (!is_near_end(rest) && drives_within(3s)) return;
-  say("    another round");
+  say("    starting another round");
   const bool counts = notes_.counts();
   notes_.end_span();
   Proxy mcl(work(), address_of("Mcl(1/0)"));
@@ -310,8 +315,9 @@ void Scenario::keep_driving(double rest) {
   turn_on("Mcl(1/0)");
   turn_on("Pilot(1/0)");
   if (!drives_within(kScenarioPatience))
-    throw Failure(Exit::kNo, "no_drive", "she does not drive another round: " + where_she_is(),
-                  "--logs FOLDER keeps what all programs say");
+    throw Failure(Exit::kNo, "no_drive",
+                  "the robot does not drive another round: " + where_she_is(),
+                  "keep the logs of all programs with --logs FOLDER");
   if (!counts) return;
   pause(kSettles);
   notes_.begin_span();
@@ -321,11 +327,11 @@ std::string Scenario::where_she_is() const {
   const Pose truth = notes_.truth().pose;
   const Position3d known = notes_.position().pos;
   const auto pilot = notes_.newest_pilot();
-  return fmt::format("she is at {:.0f} {:.0f} mm, thinks at {} {} mm; her pilot's state is {}",
-                     truth.x, truth.y, known.x.raw(), known.y.raw(), pilot ? pilot->state : 0);
+  return fmt::format("true position {:.0f} {:.0f} mm, estimated {} {} mm, pilot state {}", truth.x,
+                     truth.y, known.x.raw(), known.y.raw(), pilot ? pilot->state : 0);
 }
 
-// Where she was and where she believed to be, to be drawn: timsctl nav plot.
+// True and estimated poses; timsctl nav plot draws them.
 std::string Scenario::drive_csv() const {
   std::string text =
       "time_s,truth_x_m,truth_y_m,position_x_m,position_y_m,position_error_m,path_error_m,"
@@ -333,7 +339,7 @@ std::string Scenario::drive_csv() const {
   const PathData path = notes_.path();
   for (const PositionNote& note : notes_.positions(driving_since_)) {
     const Pose& truth = note.truth.pose;
-    const auto place = place_on(path.splines, truth);
+    const auto place = project_onto(path.splines, truth);
     text += fmt::format("{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
                         std::chrono::duration<double>(note.at - began_).count(), truth.x / 1000,
                         truth.y / 1000, note.pose.x / 1000, note.pose.y / 1000, note.error() / 1000,
@@ -342,7 +348,7 @@ std::string Scenario::drive_csv() const {
   return text;
 }
 
-// When, where, and how fast she was.
+// Time, place and speed of each contact.
 std::string Scenario::other_contacts() const {
   std::string text;
   const std::vector<TruthNote> truths = notes_.truths(driving_since_);
@@ -351,7 +357,7 @@ std::string Scenario::other_contacts() const {
     const TruthNote& now = truths[i];
     if (now.walls == before.walls && now.people == before.people) continue;
     text += fmt::format("{}{} at {:.1f} s, {:.0f} {:.0f} mm, {:.0f} mm/s", text.empty() ? "" : "; ",
-                        now.walls != before.walls ? "a wall" : "somebody",
+                        now.walls != before.walls ? "a wall" : "a person",
                         std::chrono::duration<double>(now.at - began_).count(), now.pose.x,
                         now.pose.y, before.speed);
   }
@@ -388,7 +394,7 @@ void Scenario::measure_periods(Duration length) {
   pause(kSettles);
   say(fmt::format("(a) periods, for {:.0f} s", std::chrono::duration<double>(length).count()));
   notes_.begin_span();
-  pause(length);  // and on, while there are posts
+  pause(length);  // the span continues during the obstacle trials
 }
 
 void Scenario::judge_periods(const Reference& reference) {
@@ -397,7 +403,7 @@ void Scenario::judge_periods(const Reference& reference) {
     const Stream& stream = kStreams.at(i);
     if (is_short() && stream.period_ms >= milliseconds(kSlowPeriods))
       rows_.push_back(left_out("a", "period of " + std::string(stream.component),
-                               "needs --for 45s: too few of its periods"));
+                               "too few periods: needs --for 45s"));
     else
       rows_.push_back(judge_period({.name = std::string(stream.component),
                                     .period_ms = stream.period_ms,
@@ -429,26 +435,26 @@ void Scenario::kill_router(std::string_view host) {
     return stop.has_value();
   });
   if (stop) stops_ms_.push_back(milliseconds(stop->at - killed));
-  say(stop ? fmt::format("    told to stand after {:.0f} ms", stops_ms_.back())
-           : std::string("    she goes on"));
+  say(stop ? fmt::format("    MOVE 0 after {:.0f} ms", stops_ms_.back())
+           : std::string("    the robot does not stop"));
   if (!stop) stops_ms_.push_back(milliseconds(kStopsMax));
   const Time returned = tims::os::now();
   fleet_->sim({"start", std::string(host)});
   const auto back = drives_within(2 * kScenarioPatience / 3, returned);
   returns_ms_.push_back(milliseconds(back.value_or(2 * kScenarioPatience / 3)));
-  say(back
-          ? fmt::format("    on her way again {:.1f} s after its return", returns_ms_.back() / 1000)
-          : std::string("    she stays where she is"));
+  say(back ? fmt::format("    the robot drives {:.1f} s after the router is back",
+                         returns_ms_.back() / 1000)
+           : std::string("    the robot does not drive again"));
 }
 
-// --- the rest
+// --- helpers
 
 bool Scenario::await(Duration limit, const std::function<bool()>& so) {
   const Time end = tims::os::now() + limit;
   for (;;) {
     if (so()) return true;
     if (tims::os::now() >= end) return false;
-    for (const auto& ears : ears_) ears->keep();
+    for (const auto& subscriptions : subscriptions_) subscriptions->renew();
     if (load_) load_->keep();
     signals_.sleep_until(std::min(end, tims::os::now() + kStep));
   }

@@ -1,5 +1,5 @@
-// A run of Dora: her fleet is brought up, she drives her round, and meanwhile is measured, killed
-// in parts and left without eyes.
+// A run of Dora: starts the fleet, lets the robot drive its round, measures it and injects faults
+// (killed routers, an unplugged laser, obstacles).
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@
 #include "components/geometry/random.h"
 #include "os/file.h"
 #include "tools/cli/connection.h"
-#include "tools/evaluation/dora/ears.h"
 #include "tools/evaluation/dora/judgement.h"
 #include "tools/evaluation/dora/load.h"
 #include "tools/evaluation/dora/notes.h"
 #include "tools/evaluation/dora/reference.h"
+#include "tools/evaluation/dora/subscriptions.h"
 #include "tools/sim/running_fleet.h"
 
 namespace rack::dora {
@@ -23,8 +23,8 @@ namespace rack::dora {
 struct Settings {
   Duration length = std::chrono::seconds(60);
   std::string fleet_file{};
-  std::string logs{};  // folder that the logs of all programs are copied to; empty: none
-  bool quiet = false;  // without a line for each step
+  std::string logs{};  // folder for the logs of all programs; empty: they are not kept
+  bool quiet = false;  // do not print a line for each step
 };
 
 struct Outcome {
@@ -32,7 +32,7 @@ struct Outcome {
   Reference reference;
 };
 
-// Who records what comes to it: her drivers, and her pilot.
+// The components that record their input: the pilot and the drivers.
 inline constexpr std::string_view kPilot = "Pilot(1/0)";
 inline constexpr std::array kRecorded = {
     kPilot, std::string_view("Chassis(1/0)"), std::string_view("Gyro(1/0)"),
@@ -43,7 +43,7 @@ class Scenario {
   Scenario(const Settings& settings, const timsctl::Signals& signals);
   ~Scenario();
 
-  // Throws timsctl::Failure when there can be no fleet, Interrupted at Ctrl-C.
+  // Throws timsctl::Failure if the fleet cannot be started, Interrupted at Ctrl-C.
   Outcome run();
 
  private:
@@ -51,7 +51,7 @@ class Scenario {
   void begin_to_drive();
   void measure_periods(Duration length);
   void kill_routers();
-  // `reactions`: where (b) is noted.
+  // Appends the reaction times for (b) to `reactions`, ms.
   void try_obstacles(Time until, std::vector<double>& reactions);
   void try_obstacles_under_load(Duration length);
   void step_before_her(std::vector<double>& reactions);
@@ -60,7 +60,7 @@ class Scenario {
   void pull_out_her_eyes();
   void carry_her_away();
   void drive_by_satellites(Duration length);
-  void note_track(Time since);
+  void note_cross_track_errors(Time since);
   void kill_router(std::string_view host);
   void replay_all();
   void replay_her_pilot();
@@ -70,15 +70,15 @@ class Scenario {
   void judge_reactions(const TimerQuality& timer);
   void judge_means(const TimerQuality& timer);
 
-  // --- what it does
+  // --- steps and helpers
 
   void record_all();
   [[nodiscard]] std::string recording_of(std::string_view component) const;
   void ask(std::string_view component, const std::function<Result<void>(Proxy&)>& question);
   void turn_on(std::string_view component);
-  // To the beginning of her round, and off.
+  // Moves the robot to the start of its round and initialises Position there.
   void begin_round();
-  // When less than that is left of it, or she has lost her path: another round.
+  // Starts another round if less than `rest` mm of this one are left or the robot does not drive.
   void keep_driving(double rest = 15000);
   [[nodiscard]] bool is_near_end(double rest) const;
   [[nodiscard]] bool is_short() const;
@@ -91,12 +91,12 @@ class Scenario {
   [[nodiscard]] static tims::Address world();
   [[nodiscard]] static Parameter integer_parameter(std::string_view name, i32 value);
   [[nodiscard]] static TimeStamp wall_of(Time time);
-  [[nodiscard]] tims::Mailbox& work() { return ears_.front()->work(); }
-  // Where the world is.
-  [[nodiscard]] tims::Mailbox& base() { return ears_.back()->work(); }
-  // How long it takes until she drives, counted from that time (now).
+  [[nodiscard]] tims::Mailbox& work() { return subscriptions_.front()->work(); }
+  // On the host that simulates the world.
+  [[nodiscard]] tims::Mailbox& base() { return subscriptions_.back()->work(); }
+  // Waits until the robot drives; returns the time that took since `since_when` (default: now).
   std::optional<Duration> drives_within(Duration limit, std::optional<Time> since_when = {});
-  // Until it is so, or the limit; ears are kept meanwhile.
+  // Waits until `so` holds (true) or the limit has passed (false). Renews the subscriptions.
   bool await(Duration limit, const std::function<bool()>& so);
   void pause(Duration length);
   void say(const std::string& text) const;
@@ -110,7 +110,8 @@ class Scenario {
   std::string log_;
   std::optional<timsctl::sim::RunningFleet> fleet_;
   Notes notes_;
-  std::vector<std::unique_ptr<Ears>> ears_;  // in the order of kHosts, then the base
+  std::vector<std::unique_ptr<Subscriptions>>
+      subscriptions_;  // in the order of kHosts, then the base
   std::vector<Row> rows_;
   Random random_{17};
   int posts_ = 0;
@@ -119,7 +120,7 @@ class Scenario {
   std::vector<double> reactions_ms_;
   std::vector<double> loaded_reactions_ms_;
   std::optional<Load> load_;
-  std::string no_load_;  // why not
+  std::string no_load_;  // why the load could not be started
   Duration obstacles_for_{};
   std::vector<double> unplugged_ms_;
   std::vector<double> plugged_ms_;

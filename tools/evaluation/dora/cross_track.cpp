@@ -1,13 +1,15 @@
-#include "tools/evaluation/dora/track.h"
+#include "tools/evaluation/dora/cross_track.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace rack::dora {
 
-std::optional<Place> place_on(std::span<const PolarSpline> path, const Pose& at) {
-  constexpr double kPerRadian = 3000;  // mm: a path may come back beside itself
-  std::optional<Place> best;
+std::optional<PathPosition> project_onto(std::span<const PolarSpline> path, const Pose& at) {
+  // A heading difference of one radian costs as much as this distance, mm: the path may return
+  // close to itself in another direction.
+  constexpr double kPerRadian = 3000;
+  std::optional<PathPosition> best;
   double least = 1e300;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const path::Beside seen = path::beside(path[i], at);
@@ -22,17 +24,17 @@ std::optional<Place> place_on(std::span<const PolarSpline> path, const Pose& at)
   return best;
 }
 
-Pose ahead_of(std::span<const PolarSpline> path, const Place& place, double way) {
-  std::size_t i = place.spline;
-  double along = place.along + way;
+Pose ahead_of(std::span<const PolarSpline> path, const PathPosition& position, double distance) {
+  std::size_t i = position.spline;
+  double along = position.along + distance;
   while (along > path::size(path[i]) && i + 1 < path.size()) along -= path::size(path[i++]);
   along = std::min(along, path::size(path[i]));
   return path::pose_at(path[i], path::sense(path[i]) * along);
 }
 
-double rest_of(std::span<const PolarSpline> path, const Place& place) {
-  double rest = path::size(path[place.spline]) - place.along;
-  for (std::size_t i = place.spline + 1; i < path.size(); ++i) rest += path::size(path[i]);
+double remaining_length(std::span<const PolarSpline> path, const PathPosition& position) {
+  double rest = path::size(path[position.spline]) - position.along;
+  for (std::size_t i = position.spline + 1; i < path.size(); ++i) rest += path::size(path[i]);
   return rest;
 }
 

@@ -1,5 +1,5 @@
-// What Dora's components say, stamped where it arrives: at each host a mailbox of ours, and a
-// thread that nothing else keeps from waking.
+// Subscriptions to the data of Dora's components. On each host, a mailbox and a real-time thread
+// receive the messages and note when they arrive.
 #pragma once
 
 #include <array>
@@ -20,12 +20,12 @@ namespace rack::dora {
 using tims::Duration;
 using tims::Time;
 
-// Table III of the paper, and the truth.
+// The components of table III of the paper, and the world's true state.
 struct Stream {
   std::string_view component;
   std::string_view host;
   double period_ms;
-  bool from_a_line = false;  // its driver's device is behind one, or it works on what that says
+  bool from_a_line = false;  // its data comes, directly or indirectly, from a serial device
 };
 inline constexpr std::size_t kComponents = 10;
 inline constexpr std::array<Stream, kComponents + 1> kStreams = {{
@@ -45,46 +45,46 @@ inline constexpr std::array<std::string_view, 3> kHosts = {"robot1-drive", "robo
                                                            "robot1-nav"};
 inline constexpr std::string_view kBase = "base";
 
-// Throws timsctl::Failure when it is none.
+// Throws timsctl::Failure when the text is not a component address.
 tims::Address address_of(std::string_view component);
 
-// Of one host.
-class Ears {
+// All subscriptions on one host.
+class Subscriptions {
  public:
-  // Data, and that its producer went off or failed (type::kError). Called by its thread; what it is
-  // given is gone afterwards.
-  using Hear = std::function<void(std::size_t stream, const tims::MessageView&, Time)>;
+  // Receives data, and type::kError when the producer was turned off or failed. Called by the
+  // receiving thread; the message is valid only during the call.
+  using OnMessage = std::function<void(std::size_t stream, const tims::MessageView&, Time)>;
 
-  // At the router of that socket. Throws timsctl::Failure.
-  Ears(std::string_view host, const std::string& socket, Hear hear);
-  ~Ears();
-  Ears(const Ears&) = delete;
-  Ears& operator=(const Ears&) = delete;
+  // Connects to the router at `socket`. Throws timsctl::Failure.
+  Subscriptions(std::string_view host, const std::string& socket, OnMessage on_message);
+  ~Subscriptions();
+  Subscriptions(const Subscriptions&) = delete;
+  Subscriptions& operator=(const Subscriptions&) = delete;
 
-  // Asks those for data that have been silent, again and again.
-  void keep();
-  // Of its session.
+  // Subscribes again to each component that has sent nothing for a while. Call it repeatedly.
+  void renew();
+  // Opens a mailbox in the same session.
   tims::Mailbox open(const tims::MailboxOptions& options);
-  // For calls of the main thread.
+  // For requests by the main thread.
   [[nodiscard]] tims::Mailbox& work() { return *work_; }
-  // Without a real-time priority it is as late as others are.
+  // False if the receiving thread has no real-time priority: its arrival times are then late, too.
   [[nodiscard]] bool is_real_time() const { return real_time_; }
 
  private:
-  struct Heard {
+  struct Subscription {
     std::size_t stream = 0;
     tims::Address component;
-    Duration patience{};
-    std::atomic<Time::rep> last{0};
-    Time asked{};
+    Duration timeout{};
+    std::atomic<Time::rep> last_received{0};
+    Time requested{};
   };
-  void listen();
+  void receive();
 
-  Hear hear_;
+  OnMessage on_message_;
   tims::Session session_;
   std::optional<tims::Mailbox> work_;
   std::optional<tims::Mailbox> stream_;
-  std::vector<std::unique_ptr<Heard>> heard_;
+  std::vector<std::unique_ptr<Subscription>> subscribed_;
   std::atomic<bool> ending_ = false;
   bool real_time_ = false;
   Thread thread_;
