@@ -26,7 +26,7 @@ Pose OdometryHistory::at(double time) const {
 
 namespace {
 
-constexpr double kNearest = 0.02;  // m: what is nearer is the scanner itself
+constexpr double kNearest = 0.02;  // m: anything nearer is the scanner itself
 
 }  // namespace
 
@@ -51,7 +51,7 @@ constexpr std::string_view kCarmenLogBlank = " \t\r";
 constexpr std::size_t kBeamsMax = 10000;
 constexpr double kCarmenLogFarthest = 1e6;  // m
 
-// The words of a line, one after the other; what is missing or no number is remembered.
+// Reads the fields of a line one by one and remembers the first that is missing or not a number.
 class Words {
  public:
   explicit Words(std::string_view line) : left_(line) {}
@@ -70,7 +70,7 @@ class Words {
     if (wrong_.empty())
       wrong_ = std::string(what) +
                (text.empty() ? ": the line ends before it"
-                             : ": \"" + std::string(text.substr(0, 20)) + "\" is no number");
+                             : ": \"" + std::string(text.substr(0, 20)) + "\" is not a number");
     return 0;
   }
   std::size_t count(std::string_view what) {
@@ -99,7 +99,7 @@ class Reader {
  public:
   explicit Reader(double field) : field_(field) {}
 
-  // Empty, or what is wrong with the line.
+  // Empty, or the reason why the line is malformed.
   std::string take(std::string_view line) {
     Words words(line);
     const std::string_view type = words.word();
@@ -113,16 +113,16 @@ class Reader {
   tims::Result<CarmenLog> end() {
     if (log_.scans.empty())
       return tims::Error(tims::Errc::kMalformed,
-                         "no FLASER, ROBOTLASER1 or RAWLASER1: no log of CARMEN?");
+                         "no FLASER, ROBOTLASER1 or RAWLASER1: not a CARMEN log?");
     if (log_.odometry.empty() && has_raw_)
       return tims::Error(tims::Errc::kMalformed,
-                         "RAWLASER1 without ODOM: nobody knows how the robot moved");
+                         "RAWLASER1 without ODOM: the motion of the robot is unknown");
     if (has_raw_)
       for (LogScan& scan : log_.scans)
         if (scan.is_raw) scan.odometry = log_.odometry.at(scan.time);
     if (log_.odometry.empty())
       for (const LogScan& scan : log_.scans) log_.odometry.add(scan.time, scan.odometry);
-    // A scanner that saw nothing says its longest range.
+    // Scanners report their maximum range where a beam hits nothing.
     const float longest = log_.ranges.empty() ? 0 : *std::ranges::max_element(log_.ranges);
     const double seen = 0.985 * static_cast<double>(longest);
     log_.range_max = stated_max_ > 0 ? std::min(0.985 * stated_max_, seen) : std::min(40.0, seen);
@@ -160,7 +160,7 @@ class Reader {
 
   void front_laser(Words& words) {
     LogScan scan{.count = words.count("number of ranges")};
-    // 180 and 360 stop one step before the left, 181 and 361 there.
+    // Scans of 180 and 360 beams end one step before the left limit, scans of 181 and 361 at it.
     const double steps = static_cast<double>(scan.count - scan.count % 2);
     const double field = radians(field_ > 0 ? field_ : usual_field(scan.count));
     scan.first = field / 2;
@@ -190,7 +190,7 @@ class Reader {
     add(words, scan);
   }
 
-  // Such lines do not say it, but scanners are known by how many beams they have.
+  // FLASER lines do not contain the field of view; it follows from the number of beams.
   static double usual_field(std::size_t count) {
     switch (count) {
       case 271:
@@ -207,7 +207,7 @@ class Reader {
     }
   }
 
-  double field_;  // deg; 0: the usual one
+  double field_;  // deg; 0: derived from the number of beams
   double stated_max_ = 0;
   bool has_raw_ = false;
   CarmenLog log_;
@@ -231,20 +231,20 @@ namespace {
 
 constexpr int kLagSteps = 30;
 constexpr double kLagStep = 0.01;          // s
-constexpr double kTurnLeast = radians(2);  // between two scans: less says nothing
+constexpr double kTurnLeast = radians(2);  // between two scans; less is not significant
 constexpr double kTurnMost = radians(25);
-constexpr double kOffMax = radians(5);  // more is a slip, or not the same view
+constexpr double kOffMax = radians(5);  // more means slip or a different view
 constexpr double kMisfitMax = 0.5;      // m
 constexpr std::size_t kPairsMax = 3000;
 constexpr std::size_t kPairsLeast = 30;
-constexpr double kBetter = 0.9;  // than without lag
+constexpr double kBetter = 0.9;  // factor, compared to no lag
 
-// How far the robot turned between two scans, by the shift of one along the other.
+// Rotation of the robot between two scans, by matching one against the other.
 class TurnBetween {
  public:
   explicit TurnBetween(const CarmenLog& log) : log_(log) {}
 
-  // Nothing: their view is not the same, or it hardly turned.
+  // Nothing: the views differ, or the robot hardly turned.
   std::optional<double> operator()(const LogScan& a, const LogScan& b) {
     if (a.count != b.count || a.step != b.step || a.step == 0 || a.count < 90) return std::nullopt;
     const auto most = static_cast<std::ptrdiff_t>(std::abs(kTurnMost / a.step));
@@ -253,7 +253,7 @@ class TurnBetween {
       misfits_.push_back(misfit(a, b, shift));
     const auto best = std::ranges::min_element(misfits_) - misfits_.begin();
     if (best == 0 || best == 2 * most) return std::nullopt;
-    // The lowest point of the parabola through it and its neighbours.
+    // Minimum of the parabola through the best lag and its neighbours.
     const auto at = static_cast<std::size_t>(best);
     const double left = misfits_[at - 1];
     const double right = misfits_[at + 1];

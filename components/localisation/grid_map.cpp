@@ -29,7 +29,7 @@ class Drawing {
     }
   }
 
-  // Unknown becomes what can be reached from the corners, whose cells are outside of all walls.
+  // Marks the cells that can be reached from the corners as unknown: they are outside of all walls.
   void fill_outside() {
     std::vector<std::size_t> edge{0};
     map_.cells[0] = Cell::kUnknown;
@@ -75,7 +75,7 @@ tims::Result<GridMap> draw_walls(std::span<const MapLine> walls, double resoluti
   for (const MapLine& wall : walls) {
     for (const MapPoint& end : {wall.from, wall.to}) {
       if (!std::isfinite(end.x) || !std::isfinite(end.y))
-        return not_a_map("the end of a wall is no number");
+        return not_a_map("the end of a wall is not a number");
       low = {std::min(low.x, end.x), std::min(low.y, end.y)};
       high = {std::max(high.x, end.x), std::max(high.y, end.y)};
     }
@@ -130,7 +130,7 @@ tims::Result<GridMap> read_map(const GridMapData& message) {
   const auto rows = static_cast<std::size_t>(map.rows);
   const auto columns = static_cast<std::size_t>(map.columns);
   if (message.occupancy.size() != rows * columns)
-    return not_a_map("a grid map with another number of cells than it says");
+    return not_a_map("a grid map whose number of cells is not rows times columns");
   map.cells.resize(rows * columns);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {

@@ -8,10 +8,10 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr float kFar = 1e12F;  // cells squared: there is no obstacle
-constexpr double kSigmas = 5;  // beyond, nothing is told apart
+constexpr float kFar = 1e12F;  // cells squared: no obstacle
+constexpr double kSigmas = 5;  // distances beyond this are treated as equal
 
-// The lower envelope of the parabolas (x - i)^2 + f(i), read at every x: in place.
+// The lower envelope of the parabolas (x - i)^2 + f(i), evaluated at every x, in place.
 class Envelope {
  public:
   explicit Envelope(std::size_t length) : values_(length), at_(length), from_(length + 1) {}
@@ -46,17 +46,17 @@ class Envelope {
   }
 
   std::vector<float> values_;
-  std::vector<std::size_t> at_;  // whose parabola is the lowest
-  std::vector<float> from_;      // on
+  std::vector<std::size_t> at_;  // index of the parabola that is the lowest
+  std::vector<float> from_;      // from this x on
 };
 
-// Squares of the distances from the middles of cells to walls, in cells, as far as `reach`.
+// Squared distances from the centres of cells to walls, in cells, up to `reach`.
 class WallDistances {
  public:
   WallDistances(const GridMap& map, double reach, std::span<float> squares, std::size_t stride)
       : map_(map), reach_(reach / map.resolution), squares_(squares), stride_(stride) {}
 
-  // In pieces: all cells round a long wall across the map would be the whole map.
+  // In pieces: the bounding box of a long diagonal wall would be the whole map.
   void add(const MapLine& wall) {
     const double x = to_cells(wall.from.x, map_.origin.x);
     const double y = to_cells(wall.from.y, map_.origin.y);
@@ -71,7 +71,7 @@ class WallDistances {
   }
 
  private:
-  // 0: the middle of the table's first cell, which is one before the map's.
+  // 0 is the centre of the table's first cell, which is one cell before the map.
   [[nodiscard]] double to_cells(double at, double origin) const {
     return (at - origin) / map_.resolution + 0.5;
   }
@@ -104,7 +104,7 @@ class WallDistances {
   std::size_t stride_;
 };
 
-// Squares of the distances from the middles of cells to the middles of occupied ones, which are 0.
+// Squared distances from the centres of cells to the centres of occupied cells; those are 0.
 void spread(std::vector<float>& squares, std::size_t rows, std::size_t columns) {
   Envelope envelope(std::max(rows, columns));
   for (std::size_t row = 0; row < rows; ++row)
@@ -137,7 +137,7 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
   if (map.walls.empty()) {
     spread(squares, rows, columns);
   } else {
-    // Farther ones are 0 in the table.
+    // Beyond this distance the table is 0.
     WallDistances distances(map, kSigmas * settings.sigma + map.resolution, squares, columns);
     for (const MapLine& wall : map.walls) distances.add(wall);
   }
@@ -169,9 +169,9 @@ tims::Result<LikelihoodField> LikelihoodField::of(const GridMap& map,
   return field;
 }
 
-// First where all beams end, then what is there: the first loop does four beams at once, which is
-// why it has no branch, no integer multiplication (a float is exact up to 2^24 cells; larger maps
-// pay for one), and arrays. max(0, x) is 0 when x is no number.
+// First computes the indices of all end points, then reads the table. The first loop processes four
+// beams at once; therefore it has no branch, no integer multiplication (a float is exact up to 2^24
+// cells; larger maps need one), and uses arrays. max(0, x) is 0 when x is not a number.
 template <bool kIsHuge>
 std::uint32_t LikelihoodField::sum_of(float x, float y, float sine, float cosine,
                                       const Beams& beams) const {
@@ -219,15 +219,15 @@ double LikelihoodField::fit(const Pose& pose, const Beams& beams) const {
   return all / (255.0 * static_cast<double>(beams.size()));
 }
 
-// The last part of a beam does not count: a wall that is seen at a low angle is nearer or farther
-// than it was.
+// The last kAtEnd of a beam is not checked: at a low angle of incidence, the range to a wall
+// varies.
 bool LikelihoodField::is_blocked(const Pose& from, const MapPoint& end) const {
   constexpr double kAtEnd = 500;  // mm
   const double x = end.x - from.x;
   const double y = end.y - from.y;
   const double length = std::hypot(x, y);
   const auto per_mm = static_cast<double>(cells_per_mm_);
-  const auto across = static_cast<double>(row_max_ + column_max_);  // farther, it has left the map
+  const auto across = static_cast<double>(row_max_ + column_max_);  // beyond, outside of the map
   const auto cells =
       static_cast<std::size_t>(std::clamp(std::ceil((length - kAtEnd) * per_mm), 0.0, across));
   for (std::size_t cell = 0; cell < cells; ++cell) {

@@ -13,7 +13,7 @@ constexpr double kLineMapFarthest = 1e9;  // mm
 
 tims::Error wrong(std::string what) { return {tims::Errc::kInvalidArgument, std::move(what)}; }
 
-// Length and direction follow from the ends, whatever the sender has put there.
+// Length and direction are computed from the end points; the values of the sender are ignored.
 FeatureMapDataPoint completed(FeatureMapDataPoint line) {
   const double dx = line.x2 - line.x;
   const double dy = line.y2 - line.y;
@@ -50,7 +50,7 @@ LineMap::LineMap(const DxfDrawing& drawing, const PlanScale& scale) : LineMap() 
                                    .x2 = (line.to.y - scale.offset_x) * scale.scale,
                                    .y2 = (line.to.x - scale.offset_y) * scale.scale,
                                    .layer = std::clamp(line.layer, 0, kLayers - 1)};
-    (void)add(read);  // what is too far away is left out
+    (void)add(read);  // lines that are too far away are ignored
   }
 }
 
@@ -65,8 +65,8 @@ std::string LineMap::to_dxf(const PlanScale& scale) const {
 }
 
 tims::Result<void> LineMap::add(const FeatureMapDataPoint& line) {
-  if (!is_line(line)) return wrong("the ends of the line are no places");
-  if (line.layer < 0 || line.layer >= kLayers) return wrong("layers are 0 to 19");
+  if (!is_line(line)) return wrong("the ends of the line are not valid coordinates");
+  if (line.layer < 0 || line.layer >= kLayers) return wrong("the layer must be 0 to 19");
   if (lines_.size() == kLinesMax) return wrong("the map is full");
   lines_.push_back(completed(line));
   return {};
@@ -81,9 +81,9 @@ tims::Result<std::size_t> LineMap::at(i32 place) const {
 tims::Result<void> LineMap::erase(i32 place) {
   const auto line = at(place);
   if (!line) return line.error();
-  if (*line >= lines_.size()) return wrong("that line is gone");
+  if (*line >= lines_.size()) return wrong("that line was erased");
   lines_.erase(lines_.begin() + static_cast<std::ptrdiff_t>(*line));
-  // The others keep their places in the data set that its reader has.
+  // The other lines keep their indices in the data set that the editor has.
   order_[static_cast<std::size_t>(place)] = kLinesMax;
   for (std::size_t& other : order_)
     if (other != kLinesMax && other > *line) --other;
@@ -93,8 +93,8 @@ tims::Result<void> LineMap::erase(i32 place) {
 tims::Result<void> LineMap::displace(i32 place, const FeatureMapDataPoint& to) {
   const auto line = at(place);
   if (!line) return line.error();
-  if (*line >= lines_.size()) return wrong("that line is gone");
-  if (!is_line(to)) return wrong("the ends of the line are no places");
+  if (*line >= lines_.size()) return wrong("that line was erased");
+  if (!is_line(to)) return wrong("the ends of the line are not valid coordinates");
   FeatureMapDataPoint moved = to;
   moved.layer = lines_[*line].layer;
   lines_[*line] = completed(moved);

@@ -1,9 +1,9 @@
-// A map made of lines that people edit: read from a floor plan, changed line by line, and written
-// as one again. Pure.
+// A map of lines that users edit: read from a floor plan, changed line by line, and written as a
+// floor plan. Pure.
 //
-// A data set has room for 200 lines. Of larger maps it holds those nearest to the robot. Who edits
-// names a line by its place in the newest data set, so that which line stood where is kept until
-// the next one is made.
+// A data set has room for 200 lines; from a larger map it holds those nearest to the robot. An
+// editor refers to a line by its index in the newest data set, so the assignment of indices to
+// lines is kept until the next data set is made.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,9 @@
 
 namespace rack::localisation {
 
-// Between the units of a plan and the frame of RACK: x = (its y - offset_x) * scale.
+// Conversion between the units of a plan and the frame of RACK: x = (plan y - offset_x) * scale.
 struct PlanScale {
-  double scale = 1000;  // mm for each of its units
+  double scale = 1000;  // mm per unit of the plan
   double offset_x = 0;
   double offset_y = 0;
 };
@@ -33,21 +33,21 @@ class LineMap {
   LineMap();
   LineMap(const DxfDrawing& drawing, const PlanScale& scale);
 
-  // DXF (R12), lines only, each in the layer that is called by its number.
+  // DXF (R12) with lines only; the name of each layer is its number.
   [[nodiscard]] std::string to_dxf(const PlanScale& scale) const;
 
   [[nodiscard]] std::size_t size() const { return lines_.size(); }
-  // kInvalidArgument: no line, a layer that is none, no room.
+  // kInvalidArgument: not a line, layer out of range, or the map is full.
   tims::Result<void> add(const FeatureMapDataPoint& line);
-  // `place`: in the newest data set; kInvalidArgument: it has none there.
+  // `place`: index in the newest data set; kInvalidArgument: there is no such line.
   tims::Result<void> erase(i32 place);
   tims::Result<void> displace(i32 place, const FeatureMapDataPoint& to);
 
-  // Which layers data sets show; at first all.
+  // The layers that data sets contain; initially all.
   [[nodiscard]] FeatureMapLayerData layers() const;
   void show(const FeatureMapLayerData& layers);
 
-  // The lines that are shown, those nearest to `robot` first when there are too many.
+  // The lines of the shown layers; when they are too many, those nearest to `robot`.
   void fill(const Pose& robot, FeatureMapData& data);
 
  private:
@@ -56,7 +56,7 @@ class LineMap {
 
   std::vector<FeatureMapDataPoint> lines_;
   std::vector<bool> layers_;
-  std::vector<std::size_t> order_;  // lines of the newest data set
+  std::vector<std::size_t> order_;  // index in lines_ of each line of the newest data set
 };
 
 }  // namespace rack::localisation

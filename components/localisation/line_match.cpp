@@ -14,8 +14,8 @@ namespace rack::localisation {
 namespace {
 
 // --- points and their walls
-constexpr float kApart = 40;                        // mm: nearer ones say the same
-constexpr std::ptrdiff_t kLineMatchNeighbours = 4;  // on each side, that a wall is seen by
+constexpr float kApart = 40;                        // mm, minimum distance of points
+constexpr std::ptrdiff_t kLineMatchNeighbours = 4;  // on each side, for the direction of a wall
 constexpr double kNeighbourWay = 400;               // mm
 constexpr double kWallDeviationMax = 30;            // mm
 constexpr double kWallLengthLeast = 60;             // mm
@@ -26,11 +26,12 @@ constexpr double kReachLast = 100;    // mm
 constexpr double kDoneWay = 0.2;      // mm
 constexpr double kDoneTurn = 0.0001;  // rad
 constexpr std::size_t kPointsLeast = 12;
-// A point errs by 20 mm; but neighbours err together, so that a fifth of them counts.
+// The standard deviation of a point is 20 mm; errors of neighbours are correlated, so a point
+// counts a fifth.
 constexpr double kPointInformation = 1 / (20.0 * 20.0) / 5;
-constexpr double kLineMatchArm = 1000;    // mm: where a turn is as much as a way
-constexpr std::size_t kTogether = 12;     // neighbours that may err together
-constexpr double kSameDirection = 0.9;    // cosine, of a wall's points
+constexpr double kLineMatchArm = 1000;    // mm: lever arm that converts a rotation to a distance
+constexpr std::size_t kTogether = 12;     // neighbours whose errors may be correlated
+constexpr double kSameDirection = 0.9;    // cosine between normals of one wall
 constexpr double kPointErrorLeast = 4.0;  // mm2
 
 struct Wall {
@@ -38,7 +39,7 @@ struct Wall {
   double ny = 0;
 };
 
-// The line through the neighbours of a point: the small axis of their scatter.
+// The line through the neighbours of a point: its normal is the minor axis of their scatter.
 Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner,
              std::ptrdiff_t every) {
   const auto middle_at = static_cast<std::ptrdiff_t>(at);
@@ -82,7 +83,7 @@ void points_of(std::span<const BeamEnd> scan, const Pose& scanner, std::size_t e
 
 namespace {
 
-// Of one look at all points from a pose.
+// The normal equations of one iteration over all points.
 class Sums {
  public:
   Sums(const Lines& lines, std::span<const ScanPoint2d> scan, const Pose& pose, double reach,
@@ -111,9 +112,9 @@ class Sums {
     end_block();
   }
 
-  // How much more, or less, points tell than kPointInformation says: by the variance that a
-  // robust mean of them has (Huber 1981, section 6.3), times by how much more neighbours together
-  // are off than if each erred alone.
+  // The factor between the actual information of a point and kPointInformation: from the variance
+  // of a robust mean of the residuals (Huber 1981, section 6.3), times the ratio by which
+  // neighbours together deviate more than independent errors would.
   [[nodiscard]] double measured() const {
     const auto n = static_cast<double>(found);
     const double alone = std::max(pulls_ / n, 1e-9);
@@ -155,7 +156,7 @@ class Sums {
   }
 
   double cut_;
-  double nx_ = 0;  // of the last point's line
+  double nx_ = 0;  // normal of the last point's line
   double ny_ = 0;
   double block_ = 0;
   std::size_t in_block_ = 0;
@@ -165,33 +166,33 @@ class Sums {
   double slopes_ = 0;
 };
 
-// A match is never surer than its least error.
+// Limits the information to that of the minimum error.
 Information limited(const Information& h, const MatchSettings& settings) {
   Information least = Information::Zero();
   least.diagonal() << settings.least_way * settings.least_way,
       settings.least_way * settings.least_way, settings.least_turn * settings.least_turn;
-  // (H^-1 + L)^-1 = (1 + H L)^-1 H: also of an H that has no inverse.
+  // (H^-1 + L)^-1 = (1 + H L)^-1 H, which is also defined for a singular H.
   const Information all = (Information::Identity() + h * least).inverse() * h;
   return (all + all.transpose()) / 2;
 }
 
-// What is said of directions that too few points tell of is taken out.
-void leave_out_untold(Sums& sums, double least) {
+// Removes the information about directions that are determined by too few points.
+void drop_weak_directions(Sums& sums, double least) {
   if (least <= 0) return;
   const Eigen::Vector3d scale(1, 1, 1 / kLineMatchArm);
   const Information h = scale.asDiagonal() * sums.h * scale.asDiagonal();
   Eigen::SelfAdjointEigenSolver<Information> axes;
   axes.computeDirect(h);
-  Information told = Information::Zero();
+  Information kept = Information::Zero();
   for (Eigen::Index i = 0; i < 3; ++i)
     if (axes.eigenvalues()[i] >= least * kPointInformation)
-      told += axes.eigenvectors().col(i) * axes.eigenvectors().col(i).transpose();
+      kept += axes.eigenvectors().col(i) * axes.eigenvectors().col(i).transpose();
   const Eigen::Vector3d back = scale.cwiseInverse();
-  sums.h = back.asDiagonal() * (told * h * told) * back.asDiagonal();
-  sums.b = back.asDiagonal() * (told * (scale.asDiagonal() * sums.b));
+  sums.h = back.asDiagonal() * (kept * h * kept) * back.asDiagonal();
+  sums.b = back.asDiagonal() * (kept * (scale.asDiagonal() * sums.b));
 }
 
-// The prior pulls at the pose in the frame of the lines, as the points do.
+// The prior is a measurement of the pose in the frame of the lines, as the points are.
 void add_prior(const Prior& prior, const Pose& pose, Sums& sums) {
   const Eigen::Vector3d off(pose.x - prior.pose.x, pose.y - prior.pose.y,
                             signed_angle(pose.rho - prior.pose.rho));
@@ -207,13 +208,13 @@ std::optional<Match> match(const Lines& lines, std::span<const ScanPoint2d> scan
   Pose pose = start;
   double reach = settings.reach;
   for (int round = 0; round < kRounds; ++round) {
-    // Farther points first: they are what turns it the right way.
+    // Distant points first: they determine the rotation.
     reach = std::max(kReachLast, reach * 0.8);
     Sums sums(lines, scan, pose, reach, reach);
     if (sums.found < kPointsLeast) return std::nullopt;
-    leave_out_untold(sums, settings.tell_least);
+    drop_weak_directions(sums, settings.tell_least);
     add_prior(prior, pose, sums);
-    // What nobody knows anything of stays as it is.
+    // Directions without any information keep their value.
     sums.h.diagonal() += Eigen::Vector3d(1e-9, 1e-9, 1e-3);
     const Eigen::Vector3d step = sums.h.ldlt().solve(sums.b);
     if (!step.allFinite()) return std::nullopt;
@@ -226,7 +227,7 @@ std::optional<Match> match(const Lines& lines, std::span<const ScanPoint2d> scan
   }
   Sums sums(lines, scan, pose, 1.5 * kReachLast, kReachLast);
   if (sums.found < kPointsLeast) return std::nullopt;
-  leave_out_untold(sums, settings.tell_least);
+  drop_weak_directions(sums, settings.tell_least);
   if (settings.measures_noise) sums.h *= sums.measured();
   return Match{.pose = pose,
                .information = limited(sums.h, settings),

@@ -1,16 +1,16 @@
-// Where a scan fits beside lines that are known, to a few millimetres: from a pose nearby, by
-// Gauss-Newton on the distances of points to lines (Chen and Medioni 1992; PL-ICP of Censi 2008).
-// The lines are the points of other scans, or the walls of a map. Pure.
+// Matches a scan against known lines, with an accuracy of a few millimetres: from a pose nearby, by
+// Gauss-Newton on point-to-line distances (Chen and Medioni 1992; PL-ICP of Censi 2008). The lines
+// are the points of other scans, or the walls of a map. Pure.
 //
-// Each point of a scan has the direction of the wall that it lies on, from its neighbours in the
-// scan. In turns each point is given the nearest line that looks the same way, and the pose is
-// moved so that points come to lie on their lines. Points count less the farther they are from
-// their line (Tukey's weights), and at last not at all: people, doors that have moved.
+// Each point of a scan has the direction of the wall that it is on, from its neighbours in the
+// scan. The iteration alternates between two steps: it assigns to each point the nearest line of
+// similar direction, then moves the pose so that the points come to lie on their lines. The weight
+// of a point decreases with its distance to its line down to 0 (Tukey's weights): people, doors
+// that have moved.
 //
-// What is known of the result is the matrix of Gauss and Newton itself: in a corridor without doors
-// it says that nothing is known of the way along it. How much a point errs is taken as known, or
-// measured by how far points lie from their lines; neighbours that lie on the same side together
-// count as one then.
+// The information matrix of the result is that of Gauss-Newton: in a corridor without doors it has
+// no information along the corridor. The error of a point is either a constant or estimated from
+// the residuals; then neighbours with residuals of the same sign count as one.
 #pragma once
 
 #include <optional>
@@ -29,22 +29,22 @@ using Information = Eigen::Matrix3d;  // inverse covariance of x, y, rho; mm, ra
 struct ScanPoint2d {
   float x;
   float y;
-  float nx;  // of length 1, towards the scanner; 0, 0: on no wall
+  float nx;  // unit normal towards the scanner; 0, 0: not on a wall
   float ny;
   [[nodiscard]] bool on_wall() const { return nx != 0 || ny != 0; }
 };
 
-// Not more than a point each 40 mm, of each so many-th beam.
+// The points of every `every`-th beam, thinned to one point per 40 mm.
 void points_of(std::span<const BeamEnd> scan, const Pose& scanner, std::size_t every,
                std::vector<ScanPoint2d>& points);
 
-// What points are laid on.
+// The lines that points are matched against.
 class Lines {
  public:
   virtual ~Lines() = default;
   [[nodiscard]] virtual bool empty() const = 0;
-  // The one that is nearest to the point, within `reach` mm, and looks like its wall: a point of it
-  // and its direction. nullptr: none.
+  // The nearest line within `reach` mm that has a similar direction: a point on it and its normal.
+  // nullptr: there is none.
   [[nodiscard]] virtual const ScanPoint2d* nearest(const ScanPoint2d& point, float reach) const = 0;
 
  protected:
@@ -55,19 +55,21 @@ class Lines {
   Lines& operator=(Lines&&) = default;
 };
 
-// What is known of the pose beforehand.
+// Prior knowledge of the pose.
 struct Prior {
   Pose pose{};
   Information information{Information::Zero()};
 };
 
 struct MatchSettings {
-  double reach = 300;  // mm, to begin with
-  // A direction that fewer points tell of stays as it is (of rho a mm at a metre away): a nail in
-  // the wall of a corridor says nothing.
+  double reach = 300;  // mm, in the first iteration
+  // A direction that is determined by fewer points than this is not corrected (a rotation counts at
+  // 1 m distance): a single nail in the wall of a corridor does not determine the position along
+  // it.
   double tell_least = 0;
   bool measures_noise = false;
-  // However many points, a match errs so much: scanners are bent, robots sway, maps have cells.
+  // The minimum error of a match, for any number of points: scanners are bent, robots sway, maps
+  // have cells.
   double least_way = 6;               // mm
   double least_turn = radians(0.12);  // rad
 };
@@ -75,12 +77,12 @@ struct MatchSettings {
 struct Match {
   Pose pose{};
   Information information{Information::Zero()};  // of the points alone
-  double share = 0;                              // of the points on walls that found their line
-  double misfit = 0;                             // mm, of these, root of the mean square
+  double share = 0;                              // of the points on walls that have a line
+  double misfit = 0;                             // mm, RMS of their residuals
   std::size_t points = 0;
 };
 
-// Nothing: too few points, or they have nothing in common. Allocates nothing.
+// Nothing: too few points, or none of them match. Allocates nothing.
 std::optional<Match> match(const Lines& lines, std::span<const ScanPoint2d> scan, const Pose& start,
                            const Prior& prior = {}, const MatchSettings& settings = {});
 

@@ -7,11 +7,11 @@ namespace rack::localisation {
 namespace {
 
 constexpr double kSettled = 0.99;          // of the weight, in one place
-constexpr double kBelieved = 0.5;          // of it: more is elsewhere when it is less
-constexpr double kFavoured = 0.2;          // and so much stays
-constexpr std::uint32_t kDoubtsMost = 12;  // scans, until it is believed to be elsewhere
+constexpr double kBelieved = 0.5;          // of the weight; below, most of it is elsewhere
+constexpr double kFavoured = 0.2;          // of the weight, kept at the settled place
+constexpr std::uint32_t kDoubtsMost = 12;  // scans, until the other place is accepted
 constexpr double kBlocked = 0.07;          // of the beams
-constexpr std::uint32_t kHiddenMost = 20;  // scans on its way
+constexpr std::uint32_t kHiddenMost = 20;  // scans while moving
 
 bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
@@ -66,7 +66,8 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   return true;
 }
 
-// Only when it cannot be where it believes to be. At rest each scan would say the same again.
+// Only when the robot cannot be where it has settled. At rest, each scan repeats the same
+// measurement.
 bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
   if (!settled_ || filter_.searching_share() == 0) {
     hidden_ = 0;
@@ -76,7 +77,8 @@ bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
   return moved && ++hidden_ > kHiddenMost;
 }
 
-// A part of the step that the filter would take: variances grow with the way, deviations do not.
+// The noise of a part of a step of the filter: variances grow linearly with the distance, standard
+// deviations do not.
 Estimate Localiser::now() const {
   const Pose step = odometry_ - taken_;
   const double way = std::hypot(step.x, step.y);
@@ -97,7 +99,8 @@ Estimate Localiser::now() const {
   const double across = more * noise.across * noise.across;
   Covariance& now_is = now.covariance;
   const Covariance was = estimate_.covariance;
-  // Where it went depends on where it looked.
+  // The direction of the step depends on the heading, so the covariance of the heading enters the
+  // position.
   now_is.xx = was.xx - 2 * dy * was.x_rho + dy * dy * was.rho_rho + c * c * along + s * s * across;
   now_is.yy = was.yy + 2 * dx * was.y_rho + dx * dx * was.rho_rho + s * s * along + c * c * across;
   now_is.xy =

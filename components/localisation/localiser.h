@@ -1,25 +1,25 @@
-// From odometry and scans to a pose in a map: when the particle filter is fed, with which beams,
-// and what is said between its steps. Pure.
+// From odometry and scans to a pose in a map: decides which scans and beams the particle filter
+// gets, and gives the pose between two steps of the filter. Pure.
 //
-// A scan is taken when the robot has moved a little since the last one: standing still it would say
-// the same thing again and again, and the filter would believe it more than it deserves; but a scan
-// that does not fit is always taken, as odometry can stand still while the robot does not. Of a
-// scan some beams are taken, evenly spread, others each time. Between two such scans the pose goes
-// on as the odometry says. The odometry must be that of the time of the scan: a tenth of a second
-// beside it costs a degree while turning.
+// A scan is used when the robot has moved a little since the last one used: at rest, scans repeat
+// the same measurement, and the filter would become overconfident. A scan that does not fit is
+// always used, since odometry can stand still while the robot does not. Some beams of a scan are
+// used, evenly spread, other ones each time. Between two such scans the pose follows the odometry.
+// The odometry must be that of the time of the scan: an error of 0.1 s costs a degree while
+// turning.
 //
-// Where it has settled it stays for a dozen scans when another place has more of the cloud, and a
-// fifth of the cloud is kept there meanwhile: people who stand around a robot are on no map, and
-// for some scans another place of the building looks more like it than its own. When they have
-// gone, that tells the two apart; who was carried away is found that much later.
+// Once settled, the estimate stays for a dozen scans when most of the cloud is at another place,
+// and a fifth of the cloud is kept at the settled place during that time. People around a robot are
+// not in the map, and for some scans another place may look more like the map. When they have gone,
+// the scans resolve the ambiguity. A robot that was carried away is found later by that delay.
 //
-// And it searches elsewhere only when it cannot be where it has settled: when beams would have gone
-// through walls from there, or when scans have not fitted for 2 m of its way, along which nobody
-// stands before it for long. A robot that waits for people would search in each of its scans else,
-// and find, sooner or later, a place that fits by chance.
+// Once settled, the filter searches elsewhere only when the robot cannot be where it has settled:
+// beams would have passed through walls from there, or scans have not fitted for 2 m of travel,
+// along which nobody walks in front of it for that long. Otherwise a robot that waits for people
+// would search with each scan, and sooner or later find a place that fits by chance.
 //
-// With the walls of the map the scan is laid on them at last (`scan_matcher.h`), and that is the
-// pose that is told; the cloud stays as it is.
+// With the walls of the map, the scan is finally matched against them (`scan_matcher.h`), and that
+// pose is the result; the cloud is not changed.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ namespace rack::localisation {
 struct LocaliserSettings {
   FilterSettings filter{};
   std::uint32_t beams = 60;
-  double way_between = 100;   // mm between scans that are taken
+  double way_between = 100;   // mm between scans that are used
   double turn_between = 0.1;  // rad
 };
 
@@ -43,19 +43,20 @@ class Localiser {
   Localiser(const LocaliserSettings& settings, std::uint64_t seed);
 
   void start_at(const Pose& pose, double deviation, double deviation_rho);
-  // Wherever it is: found by the next scans.
+  // The pose is unknown; the next scans find it.
   void start_anywhere();
 
-  // `odometry`: its pose when the scan was made; `scan`: in the frame of the robot. True: the
-  // filter took it. `walls` of the same map: the scan is laid on them; nullptr: it is not.
+  // `odometry`: its pose at the time of the scan; `scan`: in the frame of the robot. `walls`: of
+  // the same map; the scan is matched against them; nullptr: it is not. Returns whether the filter
+  // used the scan.
   bool take(const LikelihoodField& field, const Pose& odometry, std::span<const BeamEnd> scan,
             const WallLines* walls = nullptr);
 
-  // Where the robot was at the last scan, taken or not.
+  // The pose of the robot at the last scan, used or not.
   [[nodiscard]] Pose pose() const { return estimate_.pose + (odometry_ - taken_); }
-  // The same with its covariance: what the odometry may have erred since then is in it.
+  // The same with its covariance, which includes the odometry error since the last scan used.
   [[nodiscard]] Estimate now() const;
-  // As of the last scan that was taken.
+  // The estimate at the last scan that was used.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
   [[nodiscard]] const Beams& beams() const { return beams_; }
@@ -72,12 +73,12 @@ class Localiser {
   Beams beams_;
   Estimate estimate_{};
   Pose odometry_{};  // newest
-  Pose taken_{};     // and of the last scan taken
+  Pose taken_{};     // odometry at the last scan used
   bool anywhere_ = false;
   bool first_ = true;
-  bool settled_ = false;      // most of the cloud was in one place
-  std::uint32_t doubts_ = 0;  // scans since most of it is elsewhere
-  std::uint32_t hidden_ = 0;  // scans on its way that people may stand in
+  bool settled_ = false;      // kSettled of the weight was in one place
+  std::uint32_t doubts_ = 0;  // scans since most of the weight is elsewhere
+  std::uint32_t hidden_ = 0;  // scans while moving that did not fit, maybe because of people
 };
 
 }  // namespace rack::localisation

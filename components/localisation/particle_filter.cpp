@@ -15,13 +15,14 @@ constexpr float kTurn = static_cast<float>(2 * kPi);
 constexpr double kClusterRadius = 1000;  // mm
 constexpr double kClusterAngle = kPi / 6;
 constexpr std::uint32_t kTriesAtStart = 20;
-// Of all particles that are drawn anew in one step: few of them are each the best of many.
+// Draws for all particles that one step of the recovery replaces: when they are few, each is the
+// best of many draws.
 constexpr std::size_t kDrawsInRecovery = 25000;
 constexpr std::size_t kTriesInRecoveryMost = 500;
 constexpr std::uint32_t kTriesNearby = 30;
 constexpr std::size_t kJumpShare = 5;  // a fifth of the cloud
 constexpr double kInjectedShareMax = 0.5;
-constexpr std::size_t kInjectedMax = 500;  // in one step: it must stay short
+constexpr std::size_t kInjectedMax = 500;  // a step, to limit its time
 
 std::int32_t angle_bin(float rho) {
   const float turns = rho / kTurn;
@@ -29,14 +30,14 @@ std::int32_t angle_bin(float rho) {
   return std::min(bin, kBinAngles - 1);
 }
 
-// Which particles are of one place.
+// Whether a particle belongs to the cluster around a pose.
 struct ClusterOf {
   explicit ClusterOf(const Pose& middle)
       : x(static_cast<float>(middle.x)),
         y(static_cast<float>(middle.y)),
         sine(static_cast<float>(std::sin(middle.rho))),
         cosine(static_cast<float>(std::cos(middle.rho))) {}
-  // So far from the middle, and turned so.
+  // `dx`, `dy`: distance from the centre; sine and cosine of the particle's heading.
   bool operator()(float dx, float dy, float its_sine, float its_cosine) const {
     constexpr auto kSquare = static_cast<float>(kClusterRadius * kClusterRadius);
     return dx * dx + dy * dy <= kSquare && cosine * its_cosine + sine * its_sine >= least_cosine;
@@ -64,7 +65,7 @@ PoseBins::PoseBins(std::size_t poses_max) : bins_(std::bit_ceil(4 * poses_max)) 
 void PoseBins::clear() {
   used_.clear();
   count_ = 0;
-  if (++stamp_ == 0) {  // a wrap once in a lifetime
+  if (++stamp_ == 0) {  // wrapped around
     std::ranges::fill(bins_, Bin{});
     stamp_ = 1;
   }
@@ -109,7 +110,7 @@ PoseBins::Heaviest PoseBins::heaviest() const {
     for (std::int32_t x = -1; x <= 1; ++x)
       for (std::int32_t y = -1; y <= 1; ++y)
         for (std::int32_t r = -1; r <= 1; ++r) around += weight(bin.x + x, bin.y + y, bin.rho + r);
-    around += bin.weight;  // the one that lies in the middle of its neighbours
+    around += bin.weight;  // prefers the bin in the middle of its neighbours
     if (around <= most) continue;
     most = around;
     best = &bin;
@@ -159,7 +160,7 @@ void ParticleFilter::add(float x, float y, float rho) {
   set(x_.size() - 1, x, y, rho);
 }
 
-// As many as it takes for the bins that they fall into.
+// The number of particles that KLD sampling requires for the occupied bins.
 void ParticleFilter::start_at(const Pose& pose, double deviation, double deviation_rho) {
   clear();
   bins_.clear();
@@ -225,8 +226,8 @@ void ParticleFilter::move(const Pose& step) {
   const auto dr = static_cast<float>(signed_angle(step.rho));
   const auto slipping =
       static_cast<std::size_t>(settings_.slip_share * static_cast<double>(x_.size()));
-  // Any of them may slip: a stretch of the cloud that begins anywhere, as copies lie side by side
-  // every so many-th one.
+  // The particles that slip are a range that begins at a random index: copies of a particle are
+  // neighbours, so that a fixed stride would favour some of them.
   const std::size_t every =
       slipping == 0 ? x_.size() + 1 : std::max<std::size_t>(1, x_.size() / slipping);
   const std::size_t first = random_.below(static_cast<std::uint32_t>(every));
@@ -234,7 +235,7 @@ void ParticleFilter::move(const Pose& step) {
     const float times = i % every == first ? static_cast<float>(settings_.slip_times) : 1.0F;
     const float turned = times * deviation_turn * random_.normal();
     const float along = dx + times * deviation_way * random_.normal();
-    // Half of what it turned too much was turned before it went.
+    // Half of the excess rotation happens before the translation.
     const float across = dy + times * deviation_side * random_.normal() + 0.5F * turned * dx;
     set(i, x_[i] + cosine_[i] * along - sine_[i] * across,
         y_[i] + sine_[i] * along + cosine_[i] * across, rho_[i] + dr + turned);
@@ -287,7 +288,7 @@ Estimate ParticleFilter::around(const Pose& middle) const {
     const float dx = x_[i] - is_near.x;
     const float dy = y_[i] - is_near.y;
     if (!is_near(dx, dy, sine_[i], cosine_[i])) continue;
-    // Small: the sine and its series are the angle.
+    // For small angles the sine is the angle.
     const float dr_sine = is_near.cosine * sine_[i] - is_near.sine * cosine_[i];
     const float dr = dr_sine * (1 + dr_sine * dr_sine / 6);
     const auto weight = static_cast<double>(weight_[i]);
@@ -355,27 +356,28 @@ double ParticleFilter::searching_share() const {
 void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams, bool searches) {
   const double share = searches && !beams.empty() ? searching_share() : 0;
   const std::size_t size = wanted_size();
-  const auto anew =
+  const auto replaced =
       std::min(kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));
   const auto jumped = !beams.empty() && misfits(fit_) ? size / kJumpShare : 0;
   const bool idle = effective_ < 0.5 * static_cast<double>(x_.size());
-  if (!idle && anew + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size)
+  if (!idle && replaced + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size)
     return;
-  const std::size_t kept = size - anew - jumped;
+  const std::size_t kept = size - replaced - jumped;
   draw_systematically(kept);
   for (std::size_t i = 0; i < jumped; ++i) {
     const std::size_t around = random_.below(static_cast<std::uint32_t>(kept));
     add_fitting(field, beams, kTriesNearby, [&] { return near(around); });
   }
   const auto tries = static_cast<std::uint32_t>(
-      std::min(kTriesInRecoveryMost, kDrawsInRecovery / std::max<std::size_t>(1, anew)));
-  for (std::size_t i = 0; i < anew; ++i)
+      std::min(kTriesInRecoveryMost, kDrawsInRecovery / std::max<std::size_t>(1, replaced)));
+  for (std::size_t i = 0; i < replaced; ++i)
     add_fitting(field, beams, tries, [&] { return anywhere(field); });
-  injected_ = anew;
+  injected_ = replaced;
   even_weights();
 }
 
-// `count` equal steps through the sum of all weights, from a random place in the first one.
+// Systematic resampling: `count` equal steps through the cumulative weights, from a random offset
+// within the first step.
 void ParticleFilter::draw_systematically(std::size_t count) {
   for (auto* to : {&next_.x, &next_.y, &next_.rho, &next_.sine, &next_.cosine}) to->resize(count);
   const double step = 1 / static_cast<double>(count);

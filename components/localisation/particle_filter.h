@@ -1,24 +1,26 @@
-// Where a robot is in a map, as a cloud of guesses (Monte Carlo localisation: Dellaert, Fox,
-// Burgard, Thrun 1999; Probabilistic Robotics, chapter 8). Pure.
+// Monte Carlo localisation: the pose of a robot in a map, estimated by a particle filter (Dellaert,
+// Fox, Burgard, Thrun 1999; Probabilistic Robotics, chapter 8). Pure.
 //
-// Each particle is a pose. When the robot moves, all move as the odometry says, each with some
-// noise of its own; when it scans, each gets a weight by how well the scan would fit the map from
-// there. Particles with little weight die and others multiply, so that the cloud stays where the
-// robot can be. What makes it good:
-// - Noise is split: turning wheels slip when they turn, so that the heading is much less certain
-//   than the way. A tenth of the particles believes in far worse odometry, for when it is.
-// - Weights are flat: neighbouring beams err together, so a scan counts as a few beams only.
-// - Resampling is systematic (one random number), and only when half of the cloud is idle.
-// - The number of particles follows from how far the cloud is spread (KLD sampling, Fox 2003): as
-//   many as it takes to represent the bins of space that it is in.
-// - When scans fit worse than they did for long, the robot may have been carried away (augmented
-//   MCL: two averages, a slow and a fast one). Then a part of the cloud is drawn anew, from places
-//   of the map where the scan fits.
-// - When a single scan does not fit, the odometry has jumped: then a part is drawn from places near
-//   the cloud where it fits, before the robot is lost.
+// Each particle is a pose. Odometry moves all particles, each with its own noise; a scan gives each
+// particle a weight by how well the scan fits the map from that pose. Resampling drops particles of
+// little weight and duplicates the others, so that the cloud covers the poses that the robot can
+// have. The details:
+// - Noise is split: wheels slip when they turn, so that the heading is much less certain than the
+//   distance. A tenth of the particles assumes far worse odometry, for the times when it is.
+// - Weights are flat: the errors of neighbouring beams are correlated, so a scan counts as a few
+//   beams only.
+// - Resampling is systematic (one random number), and happens only when the effective number of
+//   particles is less than half of all.
+// - The number of particles follows from the spread of the cloud (KLD sampling, Fox 2003): as many
+//   as it takes to represent the bins of space that it occupies.
+// - When scans fit worse than their long-term average, the robot may have been carried away
+//   (augmented MCL: a slow and a fast average). Then a part of the cloud is replaced by new
+//   particles at places of the map where the scan fits.
+// - When a single scan does not fit, the odometry has jumped: then a part of the cloud is replaced
+//   by new particles near it, at places where the scan fits, before the robot is lost.
 //
-// Numbers lie in arrays a field, of floats; the sine and cosine of a heading are computed once.
-// All memory is taken by the constructor.
+// Structure of arrays: each field of all particles is one contiguous array of float; sine and
+// cosine of each heading are computed once. The constructor allocates all memory.
 #pragma once
 
 #include <cstdint>
@@ -32,26 +34,28 @@
 namespace rack::localisation {
 
 struct FilterSettings {
-  std::uint32_t particles = 500;        // while it knows where it is
-  std::uint32_t particles_max = 20000;  // while it searches
-  // Standard deviations of what the odometry says.
+  std::uint32_t particles = 500;        // while the robot is localised
+  std::uint32_t particles_max = 20000;  // while the filter searches
+  // Standard deviations of the odometry.
   double turn_by_turn = 0.15;  // rad for each rad
   double turn_by_way = 0.05;   // rad for each m
   double way_by_way = 0.1;     // mm for each mm, along
-  double side_by_way = 0.02;   // and across
-  double turn_least = 0.003;   // rad in each step
-  double way_least = 8;        // mm in each step
-  double slip_share = 0.1;     // of the particles, whose noise is
-  double slip_times = 4;       // so many times larger
-  // How much likelier a scan that fits wholly is than one that does not at all: exp(this).
+  double side_by_way = 0.02;   // mm for each mm, across
+  double turn_least = 0.003;   // rad, minimum of a step
+  double way_least = 8;        // mm, minimum of a step
+  double slip_share = 0.1;     // of the particles, which assume that wheels slip
+  double slip_times = 4;       // factor of their noise
+  // A scan that fits wholly is exp(sharpness) times as likely as one that does not fit at all.
   double sharpness = 15;
   double kld_error = 0.05;
   double kld_quantile = 2.33;  // of the normal distribution: 99 %
-  // Averages of how scans fit, and how much the fast one must be below the slow one.
+  // Rates of the slow and the fast average of the fit of scans. Recovery begins when the fast one
+  // times the margin is below the slow one.
   double average_slow = 0.003;
   double average_fast = 0.15;
   double recovery_margin = 1.15;
-  // And a single scan, for a search nearby: so far, uniformly.
+  // A single scan that is below the slow average by this factor starts a search nearby: uniformly
+  // within these distances.
   double jump_margin = 1.1;
   double jump_way = 1000;  // mm
   double jump_turn = 0.6;  // rad
@@ -81,7 +85,7 @@ struct Estimate {
   double share = 0;  // of the whole weight: 1 when the cloud is in one place
 };
 
-// How much weight lies in which part of space: half a metre, 15 degrees.
+// A histogram of the weight over poses; bins of half a metre and 15 degrees.
 class PoseBins {
  public:
   explicit PoseBins(std::size_t poses_max);
@@ -89,7 +93,7 @@ class PoseBins {
   void clear();
   void add(float x, float y, float rho, float weight);
   [[nodiscard]] std::size_t count() const { return count_; }
-  // The middle of the heaviest bin with its neighbours of the same heading.
+  // The mean of the heaviest bin and its neighbours of the same heading.
   struct Heaviest {
     Pose middle{};
     float weight = 0;
@@ -118,34 +122,35 @@ class ParticleFilter {
   ParticleFilter(const FilterSettings& settings, std::uint64_t seed);
 
   void start_at(const Pose& pose, double deviation, double deviation_rho);
-  // Everywhere that is free, more where the scan fits.
+  // Everywhere in free space, denser where the scan fits.
   void start_anywhere(const LikelihoodField& field, const Beams& beams);
 
   // A step in the frame of the robot.
   void move(const Pose& step);
   void weigh(const LikelihoodField& field, const Beams& beams);
-  // What is near `pose` gets at least so much of the weight, if anything is there.
+  // Particles near `pose` get at least this share of the weight, if there are any.
   void favour(const Pose& pose, double share);
-  // After weigh() and estimate(): the cloud for the next step. `searches`: a part of it may be
-  // drawn anew from anywhere.
+  // After weigh() and estimate(): draws the cloud for the next step. `searches`: a part of it may
+  // be replaced by particles drawn from the whole map.
   void resample(const LikelihoodField& field, const Beams& beams, bool searches);
 
   // Mean and covariance of the heaviest part of the cloud.
   [[nodiscard]] Estimate estimate();
-  // And of the part that is near `expected`, however heavy.
+  // Mean and covariance of the part of the cloud near `expected`, whatever its weight.
   [[nodiscard]] Estimate estimate_near(const Pose& expected) const;
 
   [[nodiscard]] std::size_t size() const { return x_.size(); }
   [[nodiscard]] Pose particle(std::size_t i) const {
     return {.x = x_[i], .y = y_[i], .rho = rho_[i]};
   }
-  // Whether a scan that fits so well means that the robot is not where the cloud is.
+  // Whether a scan with this fit means that the robot is not where the cloud is.
   [[nodiscard]] bool misfits(double fit) const { return fit * settings_.jump_margin < slow_; }
-  // The part of the cloud that is to be drawn anew, as scans fit worse than they did for long.
+  // The share of the cloud that recovery replaces, 0 to 1; above 0 when scans fit worse than their
+  // long-term average.
   [[nodiscard]] double searching_share() const;
-  // Of the last weigh(): how well the scan fits on average, 0 to 1.
+  // The average fit of the last scan given to weigh(), 0 to 1.
   [[nodiscard]] double fit() const { return fit_; }
-  // Of the last resample(): how many particles were drawn anew.
+  // The number of particles that the last resample() replaced by new ones.
   [[nodiscard]] std::size_t injected() const { return injected_; }
 
  private:
@@ -156,7 +161,7 @@ class ParticleFilter {
   struct Draw {
     float x, y, rho;
   };
-  // The best of so many draws.
+  // Adds the draw that fits best out of `tries`.
   template <typename Source>
   void add_fitting(const LikelihoodField& field, const Beams& beams, std::uint32_t tries,
                    const Source& source);

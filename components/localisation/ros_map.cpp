@@ -13,7 +13,7 @@ namespace rack::localisation {
 namespace {
 
 constexpr std::string_view kRosMapBlank = " \t\r\n\f\v";
-constexpr std::int64_t kPixelsMax = 128'000'000;  // 500 m x 500 m of 50 mm
+constexpr std::int64_t kPixelsMax = 128'000'000;  // 500 m x 500 m with cells of 50 mm
 
 tims::Error malformed(std::string what) { return {tims::Errc::kMalformed, std::move(what)}; }
 
@@ -30,7 +30,7 @@ std::optional<double> finite(std::string_view text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-// "[-27.2, -48.3, 0.0]"; nothing when it is no list of numbers.
+// Parses "[-27.2, -48.3, 0.0]"; empty when it is not a list of numbers.
 std::vector<double> numbers_of(std::string_view text) {
   std::vector<double> numbers;
   if (!text.starts_with('[') || !text.ends_with(']')) return {};
@@ -45,11 +45,11 @@ std::vector<double> numbers_of(std::string_view text) {
   return numbers;
 }
 
-// Empty when the line is well; else what is wrong with it.
+// Empty, or the reason why the line is malformed.
 std::string take(std::string_view key, std::string_view value, RosMapInfo& info) {
   const auto number = [&](double& to) -> std::string {
     const auto parsed = finite(value);
-    if (!parsed) return std::string(key) + ": no number";
+    if (!parsed) return std::string(key) + ": not a number";
     to = *parsed;
     return {};
   };
@@ -60,23 +60,23 @@ std::string take(std::string_view key, std::string_view value, RosMapInfo& info)
     info.image = without_quotes(value);
   } else if (key == "negate") {
     if (value != "0" && value != "1" && value != "true" && value != "false")
-      return "negate: 0 or 1";
+      return "negate: must be 0 or 1";
     info.negate = value == "1" || value == "true";
   } else if (key == "origin") {
     const auto origin = numbers_of(value);
-    if (origin.size() != 3) return "origin: [x, y, theta] wanted";
-    if (origin[2] != 0) return "origin: maps that are turned are not read; turn the picture";
+    if (origin.size() != 3) return "origin: must be [x, y, theta]";
+    if (origin[2] != 0) return "origin: rotated maps are not supported; rotate the image";
     info.origin_x = origin[0];
     info.origin_y = origin[1];
   } else if (key == "mode") {
     const std::string_view mode = without_quotes(value);
-    if (mode != "trinary" && mode != "scale" && mode != "raw") return "mode: trinary, scale or raw";
+    if (mode != "trinary" && mode != "scale" && mode != "raw") return "mode: must be trinary, scale or raw";
     info.is_raw = mode == "raw";
   }
   return {};
 }
 
-// The head of a picture: words with comments between them.
+// The header of an image: tokens with comments between them.
 class PgmReader {
  public:
   explicit PgmReader(std::string_view bytes) : left_(bytes) {}
@@ -93,7 +93,7 @@ class PgmReader {
     return found;
   }
   std::int64_t number() { return tims::base::parse_number<std::int32_t>(word()).value_or(-1); }
-  // After exactly one blank; nothing when there are fewer.
+  // The next `count` bytes after exactly one blank; empty when there are fewer.
   std::string_view bytes(std::size_t count) {
     if (left_.size() < count + 1) return {};
     return left_.substr(1, count);
@@ -107,21 +107,21 @@ struct Picture {
   std::int32_t width;
   std::int32_t height;
   double white;
-  std::vector<std::uint16_t> values;  // from the top
+  std::vector<std::uint16_t> values;  // from the top row
 };
 
 tims::Result<Picture> read_pgm(std::string_view bytes) {
   PgmReader reader(bytes);
   const std::string_view kind = reader.word();
-  if (kind != "P5" && kind != "P2") return malformed("no PGM picture: it begins with P5 or P2");
+  if (kind != "P5" && kind != "P2") return malformed("not a PGM image: it must begin with P5 or P2");
   const std::int64_t width = reader.number();
   const std::int64_t height = reader.number();
   const std::int64_t white = reader.number();
-  if (width <= 0 || height <= 0) return malformed("a PGM picture without size");
+  if (width <= 0 || height <= 0) return malformed("the PGM image has no valid size");
   if (width * height > kPixelsMax)
-    return malformed("the picture has more than " + std::to_string(kPixelsMax) +
-                     " cells: cut it, or make its cells larger");
-  if (white <= 0 || white > 65535) return malformed("the PGM picture's white is not 1 to 65535");
+    return malformed("the image has more than " + std::to_string(kPixelsMax) +
+                     " pixels: crop it, or reduce its resolution");
+  if (white <= 0 || white > 65535) return malformed("the maximum value of the PGM image is not 1 to 65535");
   Picture picture{static_cast<std::int32_t>(width),
                   static_cast<std::int32_t>(height),
                   static_cast<double>(white),
@@ -130,7 +130,7 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
   if (kind == "P5") {
     const std::size_t size = white > 255 ? 2 : 1;
     const std::string_view raw = reader.bytes(count * size);
-    if (raw.empty()) return malformed("the PGM picture ends before its last row");
+    if (raw.empty()) return malformed("the PGM image ends before its last row");
     picture.values.reserve(count);
     for (std::size_t i = 0; i < raw.size(); i += size) {
       unsigned value = static_cast<unsigned char>(raw[i]);
@@ -139,12 +139,12 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
     }
     return picture;
   }
-  if (bytes.size() < count) return malformed("the PGM picture ends before its last row");
+  if (bytes.size() < count) return malformed("the PGM image ends before its last row");
   picture.values.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t value = reader.number();
     if (value < 0 || value > white)
-      return malformed("pixel " + std::to_string(i) + " of the PGM picture is none");
+      return malformed("pixel " + std::to_string(i) + " of the PGM image is not a valid value");
     picture.values.push_back(static_cast<std::uint16_t>(value));
   }
   return picture;
@@ -168,9 +168,9 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
     line = tims::base::trimmed(line, kRosMapBlank);
     if (line.empty() || line == "---" || line == "...") continue;
     const std::string at = "line " + std::to_string(number) + ": ";
-    // A list may stand below its key, a number a line.
+    // A list may follow its key as one number a line.
     if (line.starts_with("- ")) {
-      if (list_key != "origin") return malformed(at + "a list of nothing that is known");
+      if (list_key != "origin") return malformed(at + "a list without a known key");
       list += (list.empty() ? "" : ", ") +
               std::string(tims::base::trimmed(line.substr(2), kRosMapBlank));
       if (++listed < 3) continue;
@@ -178,16 +178,16 @@ tims::Result<RosMapInfo> read_ros_yaml(std::string_view text) {
       if (!wrong.empty()) return malformed(at + wrong);
       continue;
     }
-    if (listed > 0 && listed < 3) return malformed(at + "origin: [x, y, theta] wanted");
+    if (listed > 0 && listed < 3) return malformed(at + "origin: must be [x, y, theta]");
     const auto colon = line.find(':');
-    if (colon == std::string_view::npos) return malformed(at + "not `key: value`");
+    if (colon == std::string_view::npos) return malformed(at + "expected `key: value`");
     list_key = tims::base::trimmed(line.substr(0, colon), kRosMapBlank);
     const std::string_view value = tims::base::trimmed(line.substr(colon + 1), kRosMapBlank);
     if (value.empty() && list_key == "origin") continue;
     const std::string wrong = take(list_key, value, info);
     if (!wrong.empty()) return malformed(at + wrong);
   }
-  if (listed > 0 && listed < 3) return malformed("origin: [x, y, theta] wanted");
+  if (listed > 0 && listed < 3) return malformed("origin: must be [x, y, theta]");
   if (info.image.empty()) return malformed("no `image: FILE`");
   if (info.resolution < 0.001 || info.resolution > 10)
     return malformed("no `resolution: METRES` between 0.001 and 10");
@@ -208,7 +208,7 @@ tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm)
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
     const std::uint16_t value = picture->values[i];
     const double bright = value / picture->white;
-    // Raw ones are per cent; what is more is unknown.
+    // Raw values are per cent; above 100 is unknown.
     const double occupied = info.is_raw ? value / 100.0 : info.negate ? bright : 1 - bright;
     const bool is_unknown = info.is_raw && value > 100;
     const std::size_t row = static_cast<std::size_t>(map.rows) - 1 - i / columns;
@@ -226,7 +226,7 @@ std::string to_pgm(const GridMap& map) {
   for (std::int32_t row = map.rows - 1; row >= 0; --row)
     for (std::int32_t column = 0; column < map.columns; ++column) {
       const Cell cell = map.at(row, column);
-      // As map_saver of ROS paints them.
+      // Grey values as ROS's map_saver writes them.
       constexpr int kBlack = 0;
       constexpr int kWhite = 254;
       constexpr int kGrey = 205;

@@ -1,11 +1,11 @@
-// A map as ROS's map_server reads and writes it: a picture (PGM) of how occupied each cell is, and
-// a small YAML file that says where it lies. Pure: bytes come in, and the name of the picture goes
-// out for somebody who can open files.
+// A map in the format of ROS's map_server: an image (PGM) with the occupancy of each cell, and a
+// small YAML file with resolution and origin. Pure: the input is bytes; the caller opens the image
+// by the file name from the YAML file.
 //
-// The picture's lowest row is the one with the smallest y of ROS. Dark is occupied: p = (max -
-// value) / max, the other way round with `negate`; above occupied_thresh a cell is occupied, below
-// free_thresh free; of `mode: scale` as well, and with `mode: raw` the values are per cent already.
-// ROS has x to the right and y up in the picture, RACK y and x.
+// The lowest row of the image has the smallest y of ROS. Dark is occupied: p = (max - value) / max,
+// or value / max with `negate`. A cell is occupied above occupied_thresh and free below
+// free_thresh, also with `mode: scale`; with `mode: raw` the values are per cent. ROS has x to the
+// right and y up in the image; RACK has y and x.
 #pragma once
 
 #include <string>
@@ -19,25 +19,25 @@ namespace rack::localisation {
 struct RosMapInfo {
   std::string image{};    // file name, relative to that of the YAML file
   double resolution = 0;  // m
-  double origin_x = 0;    // m: the lower left corner of the picture
+  double origin_x = 0;    // m: the lower left corner of the image
   double origin_y = 0;    // m
   bool negate = false;
-  bool is_raw = false;  // values are per cent, not shades
+  bool is_raw = false;  // values are per cent instead of grey values
   double occupied_thresh = 0.65;
   double free_thresh = 0.196;
 };
 
-// kMalformed: "line 3: ...".
+// Error kMalformed: "line 3: ...".
 tims::Result<RosMapInfo> read_ros_yaml(std::string_view text);
-// PGM, as text (P2) or binary (P5).
+// PGM as text (P2) or binary (P5).
 tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm);
 
-// The same way out: a binary picture, and what says where it lies.
+// The reverse: a binary image and its YAML file.
 std::string to_pgm(const GridMap& map);
 std::string to_ros_yaml(const GridMap& map, std::string_view image);
 
-// The same place and direction: m and rad counter-clockwise from x to the right, as ROS and CARMEN
-// have them, and RACK's.
+// Converts between poses of ROS and CARMEN (m, rad, counter-clockwise from x to the right) and of
+// RACK.
 Pose pose_of_ros(double x, double y, double theta);
 struct RosPose {
   double x;      // m

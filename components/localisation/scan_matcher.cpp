@@ -11,18 +11,18 @@ namespace rack::localisation {
 namespace {
 
 constexpr std::size_t kPoints = 180;  // about
-constexpr double kTellLeast = 8;      // points, of a direction
-constexpr double kShareLeast = 0.5;   // of the points: that lie on walls
+constexpr double kTellLeast = 8;      // points that determine a direction
+constexpr double kShareLeast = 0.5;   // of the points, on walls
 constexpr double kMisfitMost = 60;    // mm
 constexpr double kScanMatcherFarthest =
-    16.3;                        // squared, by the covariance: 99.9 % of three numbers
-constexpr double kLeastWay = 2;  // mm: what a match errs however good the map is
+    16.3;                        // squared Mahalanobis distance: 99.9 % for 3 degrees of freedom
+constexpr double kLeastWay = 2;  // mm: minimum error of a match with a perfect map
 constexpr double kLeastTurn = radians(0.02);
-// However sure the filter is.
+// Minimum standard deviation of the prior, however small that of the filter is.
 constexpr double kSpreadWay = 10;  // mm
 constexpr double kSpreadTurn = radians(0.3);
 constexpr double kReachLeast = 100;       // mm
-constexpr double kScanMatcherArm = 3000;  // mm: how far away walls are, where a turn counts
+constexpr double kScanMatcherArm = 3000;  // mm: typical distance of walls, converts a rotation to a distance
 
 Information matrix_of(const Covariance& c) {
   Information matrix;

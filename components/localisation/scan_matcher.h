@@ -1,15 +1,15 @@
-// The last centimetres: an estimate of the particle filter, and the whole scan laid on the walls of
-// the map from there. Pure.
+// Refines an estimate of the particle filter by matching the whole scan against the walls of the
+// map. Pure.
 //
-// A filter is made to survive: a scan counts in it as a few beams, and 500 particles lie some
-// centimetres apart. Here all beams count for what they tell, but only near where the filter is:
-// its covariance pulls at the pose as one more measurement, and a pose that is farther away than it
-// allows is refused; so is one where half of the points fit no wall, or fit badly. Along a corridor
-// it says nothing, and what the filter knows stays. The filter itself learns nothing from the
-// result, so it can neither be lost by it nor become too sure.
+// A particle filter is designed for robustness: a scan counts as a few beams in it, and 500
+// particles are some centimetres apart. Here all beams count, but only near the estimate of the
+// filter: its covariance enters as a prior, and a pose that is farther away than it allows is
+// rejected; so is one where half of the points fit no wall, or fit badly. Along a corridor the
+// match has no information, and the estimate of the filter stays. The result is not fed back into
+// the filter, so it can neither make the filter lose the robot nor make it overconfident.
 //
-// The covariance is that of both together. How much points err is measured by the scan itself:
-// ranges, the map's walls, and neighbours that err together.
+// The covariance combines both. The error of points is estimated from the scan itself: it includes
+// range noise, the map's walls, and correlated errors of neighbours.
 #pragma once
 
 #include <optional>
@@ -26,8 +26,8 @@ class ScanMatcher {
  public:
   ScanMatcher();
 
-  // Nothing: the scan says nothing that can be believed. `scan` in the frame of the robot, in the
-  // order in which it was made. Allocates nothing.
+  // Nothing: the match is not reliable. `scan`: in the frame of the robot, in the order of
+  // measurement. Allocates nothing.
   [[nodiscard]] std::optional<Estimate> refined(const WallLines& walls,
                                                 std::span<const BeamEnd> scan,
                                                 const Estimate& estimate);

@@ -11,13 +11,13 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr double kPiece = 200;                // mm, of a plan's wall
-constexpr float kSameWall = 0.7F;             // cosine of what directions differ
-constexpr double kWallLinesNeighbours = 250;  // mm: cells that a line is laid through
-// In cells: how far those of a straight wall lie beside their line, and along it.
+constexpr double kPiece = 200;                // mm, length of the pieces of a plan's wall
+constexpr float kSameWall = 0.7F;             // cosine of the angle between normals
+constexpr double kWallLinesNeighbours = 250;  // mm: cells that a line is fitted through
+// In cells: the maximum distance of a straight wall's cells across their line, and along it.
 constexpr double kBesideMost = 0.75;
 constexpr double kAlongLeast = 1.0;
-// Lines through cells: what is left of their size.
+// Error of a line that is fitted through cells, in cells.
 constexpr double kCellError = 0.1;
 
 bool is_edge(const GridMap& map, std::int32_t row, std::int32_t column) {
@@ -27,7 +27,7 @@ bool is_edge(const GridMap& map, std::int32_t row, std::int32_t column) {
          map.at(row, column - 1) != Cell::kOccupied || map.at(row, column + 1) != Cell::kOccupied;
 }
 
-// Through the edge cells around one: in cells, seen from it.
+// The line through the edge cells around a cell, in cells relative to it.
 std::optional<ScanPoint2d> line_at(const GridMap& map, std::int32_t row, std::int32_t column,
                                    std::int32_t around) {
   Scatter edge;
@@ -112,7 +112,7 @@ void WallLines::add(const ScanPoint2d& line, double length) {
   const auto to_cells = [&](float at, float low) {
     return static_cast<double>((at - low) * cells_per_mm_) - 0.5;
   };
-  // In cells, from the middle of the first one.
+  // In cells, from the centre of the first one.
   const double x = to_cells(line.x, low_x_);
   const double y = to_cells(line.y, low_y_);
   const double half = length / 2 / resolution_;
@@ -135,7 +135,7 @@ void WallLines::add(const ScanPoint2d& line, double length) {
     }
 }
 
-// The newest line, if it is the nearest.
+// Assigns the newest line to the cell if it is the nearest.
 void WallLines::put(std::int32_t row, std::int32_t column, float square) {
   std::uint32_t& which = squares_[static_cast<std::size_t>(row / kSquare * square_columns_) +
                                   static_cast<std::size_t>(column / kSquare)];
@@ -154,7 +154,7 @@ void WallLines::put(std::int32_t row, std::int32_t column, float square) {
 const ScanPoint2d* WallLines::nearest(const ScanPoint2d& point, float reach) const {
   const float x = (point.x - low_x_) * cells_per_mm_;
   const float y = (point.y - low_y_) * cells_per_mm_;
-  // Also false for what is no number.
+  // Also false when a coordinate is not a number.
   const bool is_inside =
       x >= 0 && y >= 0 && x < static_cast<float>(rows_) && y < static_cast<float>(columns_);
   if (!is_inside) return nullptr;
@@ -168,7 +168,7 @@ const ScanPoint2d* WallLines::nearest(const ScanPoint2d& point, float reach) con
                static_cast<std::size_t>(row % kSquare * kSquare + column % kSquare)];
   if (found == 0) return nullptr;
   const ScanPoint2d& line = lines_[found - 1];
-  // Of a thin wall both sides are one line.
+  // Both sides of a thin wall are one line.
   if (std::abs(line.nx * point.nx + line.ny * point.ny) < kSameWall) return nullptr;
   const float off = line.nx * (point.x - line.x) + line.ny * (point.y - line.y);
   return std::abs(off) <= reach ? &line : nullptr;

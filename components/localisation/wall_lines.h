@@ -1,10 +1,9 @@
-// The walls of a map as lines that a scan is laid on: for each cell near a wall, the nearest one.
-// Pure.
+// The walls of a map as lines for scan matching: for each cell near a wall, the nearest line. Pure.
 //
-// Of a floor plan they are its own lines, in pieces. Of cells a line is laid through each occupied
-// one and its occupied neighbours (the long axis of their scatter), so that it is known better than
-// to a cell; cells that lie on no line, in corners and bushes, are none. Cells are kept in squares
-// of 16 x 16, and only those near walls: a large map is mostly empty.
+// For a floor plan these are its own lines, in pieces. For a grid, a line is fitted through each
+// occupied cell and its occupied neighbours (the major axis of their scatter), so that its position
+// is more exact than a cell. Cells that are not on a line (corners, bushes) have none. Cells are
+// stored in squares of 16 x 16, and only those near walls: a large map is mostly empty.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +22,7 @@ class WallLines final : public Lines {
   [[nodiscard]] bool empty() const override { return lines_.empty(); }
   [[nodiscard]] const ScanPoint2d* nearest(const ScanPoint2d& point, float reach) const override;
 
-  // Standard deviation of where a line is, mm: the cells' part of it.
+  // Standard deviation of the position of a line due to the cell size, mm.
   [[nodiscard]] double error() const { return error_; }
   [[nodiscard]] std::size_t size() const { return lines_.size(); }
 
@@ -35,7 +34,7 @@ class WallLines final : public Lines {
 
   void add_plan(const GridMap& map);
   void add_cells(const GridMap& map);
-  // A piece of a wall: its middle, direction and length.
+  // Adds a piece of a wall: its midpoint, normal and length.
   void add(const ScanPoint2d& line, double length);
   void put(std::int32_t row, std::int32_t column, float square);
 
@@ -47,9 +46,9 @@ class WallLines final : public Lines {
   std::int32_t square_columns_ = 0;
   double error_ = 0;
   double resolution_ = 0;
-  std::vector<std::uint32_t> squares_;  // 0: no wall near it; else which, from 1
-  std::vector<std::uint32_t> nearest_;  // of the cells of these: 0: none; else which line, from 1
-  std::vector<float> distances_;        // squared, while they are made
+  std::vector<std::uint32_t> squares_;  // 0: no wall near it; else index + 1
+  std::vector<std::uint32_t> nearest_;  // of their cells: 0: none; else index of the line + 1
+  std::vector<float> distances_;        // squared; only used during construction
   std::vector<ScanPoint2d> lines_;
 };
 

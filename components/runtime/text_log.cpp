@@ -14,7 +14,7 @@ namespace rack {
 
 namespace {
 
-struct Text {
+struct QueuedText {
   gdos::Level level{};
   std::uint16_t size = 0;
   gdos::Body body{};
@@ -25,7 +25,7 @@ constexpr std::size_t kTextLogRing = 64;
 constexpr std::uint64_t kTextsPerSecond = 10;
 constexpr std::uint64_t kBurst = 50;
 
-void pass_on_one(const Text& text, tims::Mailbox& mailbox) {
+void pass_on_one(const QueuedText& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
   // Texts are the least important of all, and nobody may be there to read them.
   (void)mailbox.send(
@@ -38,7 +38,7 @@ void pass_on_one(const Text& text, tims::Mailbox& mailbox) {
 }
 
 void say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
-  Text text{.level = gdos::Level::kWarning};
+  QueuedText text{.level = gdos::Level::kWarning};
   const gdos::Argument argument(count);
   text.size = static_cast<std::uint16_t>(
       gdos::encode(text.body, "%d texts suppressed: too many at once", {&argument, 1}));
@@ -48,7 +48,7 @@ void say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
 }  // namespace
 
 struct TextLog::Ring {
-  bool take(Text& text) {
+  bool take(QueuedText& text) {
     const std::lock_guard lock(mutex);
     if (count == 0) return false;
     text = texts[first];
@@ -60,7 +60,7 @@ struct TextLog::Ring {
   tims::os::File doorbell;
   tims::base::LineLimiter limiter{kTextsPerSecond, kBurst};  // the main thread
   PriorityMutex mutex;                                       // of what follows
-  std::array<Text, kTextLogRing> texts;
+  std::array<QueuedText, kTextLogRing> texts;
   std::size_t first = 0;
   std::size_t count = 0;
   std::uint32_t lost = 0;  // the ring was full
@@ -84,7 +84,7 @@ void TextLog::write(gdos::Level level, std::string_view format,
       ++ring_->lost;
       return;
     }
-    Text& text = ring_->texts[(ring_->first + ring_->count) % kTextLogRing];
+    QueuedText& text = ring_->texts[(ring_->first + ring_->count) % kTextLogRing];
     text.level = level;
     text.size = static_cast<std::uint16_t>(
         gdos::encode(text.body, format, std::span(arguments.begin(), arguments.size())));
@@ -95,7 +95,7 @@ void TextLog::write(gdos::Level level, std::string_view format,
 
 void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
   if (ring_->doorbell) tims::os::drain_event_fd(ring_->doorbell.get());
-  Text text;
+  QueuedText text;
   while (ring_->take(text)) {
     if (!ring_->limiter.take(now)) continue;
     if (const std::uint32_t held_back = ring_->limiter.take_held_back())

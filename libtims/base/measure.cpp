@@ -42,7 +42,7 @@ constexpr std::array<Unit, 8> kSizeUnitsRead{
 
 namespace {
 
-// "3.14" with so many digits behind the point.
+// "3.14" with the given number of digits after the point.
 std::string fixed(double value, int digits) {
   std::array<char, 400> text{};  // the largest double has 309 digits
   const auto end =
@@ -50,7 +50,7 @@ std::string fixed(double value, int digits) {
   return {text.begin(), end};
 }
 
-// With one digit behind the point, in the largest unit that leaves it above 1.
+// With one digit after the point, in the largest unit that leaves the number above 1.
 std::string scaled(double value, double base, std::span<const std::string_view> units) {
   std::size_t unit = 0;
   while (std::abs(value) >= base && unit + 1 < units.size()) {
@@ -70,8 +70,7 @@ std::string of_two(std::int64_t whole, std::string_view unit, std::int64_t rest,
       .append(rest_unit);
 }
 
-// A number that is not negative and its unit; `bare`: what a number without a unit is multiplied
-// with.
+// A non-negative number with its unit. `bare`: factor of a number without a unit.
 std::optional<double> parse_measure(std::string_view text, std::span<const Unit> units,
                                     double bare) {
   const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
@@ -151,7 +150,7 @@ std::string human_rate(double per_second) {
   return fixed(per_second, per_second >= 10 || per_second == 0 ? 1 : 2);
 }
 
-// --- the calendar
+// --- calendar
 
 namespace {
 
@@ -171,7 +170,7 @@ std::string clock_text(WallTime time, int digits) {
   return text;
 }
 
-// Nanoseconds in 64 bits reach no further.
+// Nanoseconds in 64 bits cover the years 1678 to 2261 only.
 constexpr year kFirstYear(1678);
 constexpr year kLastYear(2261);
 

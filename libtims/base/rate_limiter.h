@@ -1,6 +1,5 @@
-// How much may go in a while: bytes on a link, answers, lines that people read. Each is a token
-// bucket: it fills at the rate, holds no more than what may go at once after a pause, and what goes
-// is taken out of it. Time is an argument.
+// Limits a rate: bytes on a link, answers, log lines. Each limiter is a token bucket: it fills at
+// the rate, holds at most the burst, and every use takes tokens out of it. Time is an argument.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +13,11 @@ namespace tims::base {
 class RateLimiter {
  public:
   RateLimiter() = default;  // no limit
-  // `rate`: units a second, 0: no limit. `burst`: units that may go at once. It is full.
+  // `rate`: units per second, 0: no limit. `burst`: units allowed at once. The bucket starts full.
   RateLimiter(std::uint64_t rate, std::uint64_t burst)
       : rate_(rate), burst_(static_cast<double>(burst)), left_(burst_) {}
 
-  // What was taken stays so.
+  // Changes the limits; tokens already taken stay taken.
   void set(std::uint64_t rate, std::uint64_t burst) {
     rate_ = rate;
     burst_ = static_cast<double>(burst);
@@ -26,7 +25,7 @@ class RateLimiter {
   }
 
   [[nodiscard]] bool limits() const { return rate_ != 0; }
-  // Something may go when the bucket is not in debt; what goes may be larger than what is in it.
+  // True when the bucket is not in debt. The next use may be larger than the number of tokens left.
   [[nodiscard]] bool ready(Time now) {
     fill(now);
     return !limits() || left_ > 0;
@@ -34,7 +33,7 @@ class RateLimiter {
   void take(std::uint64_t units) {
     if (limits()) left_ -= static_cast<double>(units);
   }
-  // Takes one unit, if a whole one is there.
+  // Takes one token if a whole one is available.
   bool try_take(Time now) {
     constexpr double kRounding = 1e-6;
     fill(now);
@@ -42,7 +41,7 @@ class RateLimiter {
     take(1);
     return true;
   }
-  // When it is ready again, at or after `now`.
+  // Earliest time, not before `now`, when the limiter is ready.
   [[nodiscard]] Time ready_at(Time now) {
     if (ready(now)) return now;
     const double seconds = (1.0 - left_) / static_cast<double>(rate_);
@@ -68,23 +67,23 @@ class RateLimiter {
   Time filled_{};
 };
 
-// Lines for people, from somebody who may have much to say: what is too much is counted, and told
-// once there is room again.
+// Limits log lines of one source: suppressed lines are counted, and the count is reported when
+// lines are allowed again.
 class LineLimiter {
  public:
   LineLimiter(std::uint64_t lines_per_second, std::uint64_t burst)
       : limiter_(lines_per_second, burst) {}
 
-  // Whether a line may go now.
+  // Whether a line may be written now.
   bool take(Time now) {
     const bool may_go = limiter_.try_take(now);
     held_back_ += may_go ? 0 : 1;
     return may_go;
   }
-  // How many were held back since the last time this was asked.
+  // Number of lines suppressed since the last call.
   std::uint32_t take_held_back() { return std::exchange(held_back_, 0); }
 
-  // As new: nothing was taken lately, nothing is to be told.
+  // True when the bucket is full and no suppressed lines are to be reported.
   [[nodiscard]] bool is_idle(Time now) const { return limiter_.is_full(now) && held_back_ == 0; }
 
  private:

@@ -1,5 +1,5 @@
-// Things that others know by a small number: what goes leaves its number to what comes next. A port
-// gives such numbers to the router and finds its client by them with one look.
+// Objects with small numbers. The number of a removed object is used again. A port gives these
+// numbers to the router and finds a client by its number in constant time.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ class SlotMap {
  public:
   using Slot = std::uint32_t;
 
-  // The number that the next thing will get.
+  // The number that the next object will get.
   [[nodiscard]] Slot next() const {
     return free_.empty() ? static_cast<Slot>(things_.size()) : free_.back();
   }
@@ -29,17 +29,17 @@ class SlotMap {
     things_[slot] = std::move(thing);
     return *things_[slot];
   }
-  // Null when nothing has this number (any more).
+  // Null when no object has this number (any more).
   [[nodiscard]] T* find(Slot slot) const {
     return slot < things_.size() ? things_[slot].get() : nullptr;
   }
-  // Something has it.
+  // Precondition: an object has this number.
   void erase(Slot slot) {
     things_[slot].reset();
     free_.push_back(slot);
   }
 
-  template <typename Visit>  // (T&); adds nothing
+  template <typename Visit>  // visit(T&) must not add objects
   void for_each(Visit visit) const {
     for (const auto& thing : things_) {
       if (thing) visit(*thing);
@@ -48,7 +48,7 @@ class SlotMap {
 
  private:
   std::vector<std::unique_ptr<T>> things_;  // by slot
-  std::vector<Slot> free_;                  // the one left last is given first
+  std::vector<Slot> free_;                  // the number freed last is used first
 };
 
 }  // namespace tims::base

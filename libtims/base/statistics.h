@@ -1,4 +1,4 @@
-// Of measured values. Pure.
+// Statistics of measured values. Pure functions.
 #pragma once
 
 #include <span>
@@ -6,7 +6,8 @@
 
 namespace tims::base {
 
-// The value that this part of all (0 to 1) does not exceed, as near as there is one; 0 without any.
+// Quantile: the value that the fraction `part` (0 to 1) of all values does not exceed, without
+// interpolation; 0 for no values.
 double quantile(std::vector<double> values, double part);
 double mean(std::span<const double> values);
 

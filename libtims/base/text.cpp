@@ -21,7 +21,7 @@ std::optional<std::string_view> nearest_of(std::string_view name, const Names& k
   return best;
 }
 
-// Every character as it is; what is none, and what `hide` says, as '?'.
+// Copies every character; invalid bytes and characters selected by `hide` become '?'.
 template <typename Hide>
 std::string with_question_marks(std::string_view text, Hide hide) {
   std::string out;
@@ -38,10 +38,10 @@ std::string with_question_marks(std::string_view text, Hide hide) {
   return out;
 }
 
-// What stands before the next braces, and in them; `text` is left with what stands behind them.
+// The text before the next pair of braces, and the name in them; `text` becomes the remainder.
 struct Piece {
   std::string_view before;
-  std::optional<std::string_view> name;  // none: there were no more
+  std::optional<std::string_view> name;  // none: there are no more braces
 };
 Piece next_piece(std::string_view& text) {
   const std::size_t open = text.find('{');
@@ -203,7 +203,7 @@ std::string filled_in(std::string_view text, const Placeholders& values) {
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // Three rows of the usual table: the swap looks back two.
+  // Three rows of the usual distance table, because a swap refers to the row before the last.
   std::vector<std::size_t> before_last(b.size() + 1);
   std::vector<std::size_t> last(b.size() + 1);
   std::vector<std::size_t> row(b.size() + 1);

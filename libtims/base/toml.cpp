@@ -13,7 +13,7 @@
 namespace tims::base {
 namespace {
 
-// Nested deeper than any file that means something: the rest is one foreign value.
+// Deeper nesting than any valid file has: the rest is treated as one foreign value.
 constexpr int kDepthMax = 16;
 
 Place place(const TextFile& file, const toml::source_position& at) {
@@ -37,7 +37,7 @@ TomlValue value_of(const toml::node& node) {
   return texts;
 }
 
-// The library's words, and what is behind them most often.
+// The message of the TOML library, with the most frequent cause.
 std::string explained(std::string_view description) {
   std::string text(description);
   const bool bare =

@@ -1,5 +1,5 @@
-// A TOML text as a tree of nodes that know where they stand, and a reader that takes such a tree
-// apart by lists of keys and collects every problem with its place. The only file that knows the
+// A TOML text as a tree of nodes with their positions in the text, and a reader that processes the
+// tree by lists of keys and collects every problem with its position. Only this module includes the
 // TOML library.
 #pragma once
 
@@ -17,7 +17,7 @@
 namespace tims::base {
 
 struct TextFile {
-  std::string name;  // as it is printed in problems
+  std::string name;  // as printed in problems
   std::string text;
 };
 
@@ -36,7 +36,7 @@ struct Problem {
   [[nodiscard]] std::string to_string() const;  // "robot.toml:3:1: unknown key ..."
 };
 
-// What TOML has and nobody here takes: "a table", "an array of tables", "a date or time".
+// A TOML type that no setting accepts: "a table", "an array of tables", "a date or time".
 struct Foreign {
   std::string_view what;
 };
@@ -46,11 +46,11 @@ using TomlValue =
 struct TomlNode {
   enum class Form : std::uint8_t { kValue, kTable, kArray };
 
-  std::string key{};  // empty: an item of an array
+  std::string key{};  // empty: an element of an array
   Place at_key{};
   Place at_value{};
   Form form = Form::kValue;
-  TomlValue value{};                 // of kArray too, if it holds texts only; else Foreign
+  TomlValue value{};                 // set for kArray too if it contains only texts; else Foreign
   std::vector<TomlNode> children{};  // of tables and arrays, in the order of the text
 
   [[nodiscard]] bool is_array_of_tables() const;
@@ -58,7 +58,7 @@ struct TomlNode {
 
 struct TomlTree {
   TomlNode root;
-  std::vector<Problem> problems;  // of the text as TOML; then the root is empty
+  std::vector<Problem> problems;  // syntax errors; then the root is empty
 };
 
 TomlTree parse_toml(const TextFile& file);
@@ -71,7 +71,8 @@ class TomlReader {
     Read read;
   };
 
-  // Each known key's value goes to its function; the others are problems that name the nearest.
+  // Calls the function of each known key with its value; unknown keys are problems with a
+  // suggestion.
   void table(const TomlNode& node, std::string_view what, std::span<const Key> keys);
   void table(const TomlNode& node, std::string_view what, std::initializer_list<Key> keys) {
     table(node, what, std::span(keys.begin(), keys.size()));
@@ -84,20 +85,20 @@ class TomlReader {
   void texts(const TomlNode& node,
              const std::function<void(const TomlNode&, const std::string&)>& each);
 
-  // Whether it is one.
+  // Whether the node is a text.
   bool text(const TomlNode& node, std::string& out);
-  // Whatever stands there, as a program's argument: true is 1.
+  // Any scalar, in the form of a program argument: true becomes 1.
   void plain(const TomlNode& node, std::string& out);
   void number(const TomlNode& node, std::int64_t min, std::int64_t max, std::int64_t& out);
-  // Whole or not, but a number.
+  // Any number, whole or not.
   void real(const TomlNode& node, double min, double max, double& out);
-  // Above zero unless `zero` is allowed.
+  // Must be above zero unless `zero` is allowed.
   void duration(const TomlNode& node, bool zero, Duration& out);
-  // The value is a text, and not as it should be.
+  // Adds a problem: the value is a text, but not a valid one.
   void refuse(const TomlNode& node, std::string text) {
     problems_.push_back({node.at_value, std::move(text)});
   }
-  // "did you mean", or all there are.
+  // Adds a problem with "did you mean", or with the list of all known keys.
   void unknown(const Place& at, std::string_view what, std::string_view name,
                std::span<const std::string> known);
   void add(Problem problem) { problems_.push_back(std::move(problem)); }

@@ -18,7 +18,7 @@ namespace {
 thread_local WaitObserver* observer_of_this_thread = nullptr;
 
 shm::MailboxView view_of(const OwnSegment& segment, std::size_t index) {
-  // Our own memory, laid out a moment ago: it opens.
+  // This process has laid out the memory itself: opening it cannot fail.
   return *shm::MailboxView::open(segment.mapping.bytes(), segment.mailboxes[index].offset);
 }
 
@@ -37,12 +37,12 @@ Result<MessageView> copy_out(MailboxCore& core, Result<shm::Taken> taken,
 
 }  // namespace
 
-// --- Who watches a thread
+// --- Observation of waits
 
 void set_wait_observer(WaitObserver* observer) { observer_of_this_thread = observer; }
 WaitObserver* wait_observer() { return observer_of_this_thread; }
 
-// --- What is behind the handle
+// --- MailboxCore
 
 MailboxCore::MailboxCore(std::shared_ptr<SessionCore> session, std::shared_ptr<OwnSegment> segment,
                          std::size_t index, const MailboxOptions& options)
@@ -106,14 +106,14 @@ void MailboxCore::sleep(Time deadline) {
   receiver_.disarm();
 }
 
-// The caller goes back to its event loop: the next message must make the descriptor readable.
+// The caller returns to its event loop: the next message must make the descriptor readable.
 Result<shm::Taken> MailboxCore::arm_event_fd() {
   os::drain_wakes(event_fd_);
   receiver_.arm();
   if (receiver_.nothing_came()) return Errc::kEmpty;
   receiver_.disarm();
   if (auto taken = receiver_.take()) return *taken;
-  os::wake(waker_);  // a hint without a message; look again at once
+  os::wake(waker_);  // a hint without a message: make the caller check again
   return Errc::kEmpty;
 }
 
@@ -127,7 +127,7 @@ std::size_t MailboxCore::clean() {
   return receiver_.clean();
 }
 
-// An uplink has no room only for as long as the router needs for a turn.
+// Waits for room in an uplink: a running router empties it within one turn of its loop.
 shm::SendOutcome MailboxCore::wait_for_room(Draft& draft) {
   constexpr Duration kPatience = std::chrono::milliseconds(200);
   constexpr timespec kMoment{0, 20'000};
@@ -163,7 +163,7 @@ MailboxCounters MailboxCore::counters() const {
           .reclaimed = c.reclaimed};
 }
 
-// --- What the handle hands out
+// --- PeekGuard and Loan
 
 PeekGuard& PeekGuard::operator=(PeekGuard&& other) noexcept {
   std::swap(core_, other.core_);
@@ -211,7 +211,7 @@ Result<void> Loan::send() {
   return std::exchange(core_, nullptr)->commit({target_, claim, header_});
 }
 
-// --- The handle
+// --- Mailbox
 
 Mailbox::Mailbox(std::shared_ptr<MailboxCore> core) : core_(std::move(core)) {}
 Mailbox::Mailbox(Mailbox&&) noexcept = default;

@@ -1,4 +1,4 @@
-// What a mailbox is behind its handle.
+// Implementation of a mailbox behind its handle.
 #pragma once
 
 #include <atomic>
@@ -56,15 +56,15 @@ class MailboxCore {
   const std::uint32_t body_max_;
   const std::uint8_t priority_;
   const Duration spin_;
-  const int event_fd_;  // -1: a futex wakes
+  const int event_fd_;  // -1: woken by a futex
   const int waker_;
   std::atomic<bool> closed_ = false;
 
-  std::timed_mutex seat_;  // held by the one thread that takes or sleeps
+  std::timed_mutex seat_;  // held by the thread that takes a message or sleeps
   shm::Receiver receiver_;
 };
 
-// --- a message's way ---
+// --- hot path ---
 
 inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t body_size,
                                        Draft& draft) {
@@ -86,7 +86,7 @@ inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t bod
 
 inline Result<void> MailboxCore::claim_slot(Draft& draft) {
   const Header& header = draft.header;
-  // A mailbox that was closed since the last message: the router knows where its successor is.
+  // The mailbox was closed since the last message: ask the router for its successor.
   for (int attempt = 0; attempt < 3; ++attempt) {
     auto target = session_->target_for(header.dest);
     if (!target) return target.error();
@@ -109,7 +109,7 @@ inline Result<void> MailboxCore::commit(const Draft& draft) {
 
 inline Result<shm::Taken> MailboxCore::try_take() {
   const std::unique_lock seat(seat_, std::try_to_lock);
-  if (!seat.owns_lock()) return Errc::kEmpty;  // another thread takes what comes
+  if (!seat.owns_lock()) return Errc::kEmpty;  // another thread is receiving
   if (auto taken = receiver_.take()) return *taken;
   if (closed_.load(std::memory_order_acquire)) return Errc::kClosed;
   if (event_fd_ < 0) return Errc::kEmpty;

@@ -16,7 +16,7 @@ namespace tims::client {
 namespace {
 
 using namespace std::chrono_literals;
-// Of requests: what comes without having been waited for.
+// Request number of a record that was not requested.
 constexpr std::uint32_t kUnasked = 0;
 constexpr Duration kRetryFirst = 10ms;
 constexpr Duration kRetryLast = 500ms;
@@ -28,7 +28,7 @@ Result<void> send_packet(int socket, std::uint32_t request, const wire::Record& 
   return os::send_record(socket, bytes, files, wait);
 }
 
-// Of sending.
+// Timeout of send calls.
 void set_timeout(int socket, Duration timeout) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
   const timeval value{us / 1'000'000, us % 1'000'000};
@@ -93,7 +93,7 @@ Result<std::vector<Answer>> RouterLink::exchange(const wire::Record& record,
   std::unique_lock lock(mutex_);
   if (!connected_) return Error(Errc::kNoRouter, "no router at " + where_);
   const std::uint32_t request = ++last_request_;
-  // Sent under the lock: the socket cannot be replaced meanwhile.
+  // Sent under the lock: the socket cannot be replaced during the call.
   if (auto sent = send_packet(socket_.get(), request, record, files, true); !sent)
     return Error(Errc::kNoRouter, sent.error().message());
   pending_[request] = &pending;
@@ -131,9 +131,9 @@ void RouterLink::run() {
       if (stopping_within({})) return;
       listener_.lost();
       listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
-      // Who closes every connection at once is not asked again as fast as it goes.
+      // If a router closes every connection immediately, wait longer before each reconnect.
       if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
-      said = true;  // "lost" was the message
+      said = true;  // the event kLost replaces the message
     } else if (!said) {
       const bool silent =
           connected.error() == Errc::kNoRouter || connected.error() == Errc::kSystem;
@@ -177,10 +177,11 @@ Result<os::File> RouterLink::dial() {
   return os::connect_unix(std::get<wire::UnixEndpoint>(settings_.router).path);
 }
 
-// The session talks to a bridge as it would to a router.
+// The session talks to a bridge with the same protocol as to a local router.
 Result<os::File> RouterLink::dial(const wire::TcpEndpoint& router) {
   bridge_.reset();  // its connection has ended
-  // What a mailbox does not take, it counts; only what no router would send ends the connection.
+  // A mailbox counts the messages that are too large for it; only a message that no router sends
+  // ends the connection.
   const std::uint32_t received_max = std::max(settings_.tcp_message_max, TcpClient::kReceivedMax);
   auto client =
       TcpClient::connect(router, os::deadline_after(kAnswerTimeout), received_max, stop_.get());
@@ -242,7 +243,7 @@ void RouterLink::dispatch(wire::Packet packet, std::vector<os::File> files) {
   }
   const std::lock_guard lock(mutex_);
   const auto pending = pending_.find(packet.request);
-  if (pending == pending_.end()) return;  // its asker has given up
+  if (pending == pending_.end()) return;  // the requesting thread has given up
   pending->second->answers.push_back({std::move(packet.record), std::move(files)});
   changed_.notify_all();
 }

@@ -1,5 +1,5 @@
-// The connection to the router: one thread that connects, greets, receives answers, and connects
-// again when the router went away. Requests may come from any thread.
+// The connection to the router. One thread connects, registers, receives answers, and reconnects
+// when the connection is lost. Requests may come from any thread.
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,8 @@ struct Answer {
   std::vector<os::File> files;
 };
 
-// Asks and waits, on a connection that is not shared yet; not longer than until `stop` is readable.
+// Sends requests and waits for the answers on a connection that is not shared yet; ends early when
+// `stop` is readable.
 class Greeting {
  public:
   Greeting(int socket, int stop) : socket_(socket), stop_(stop) {}
@@ -41,15 +42,16 @@ class Greeting {
 
 class RouterLink {
  public:
-  // What the session does on the link's own thread.
+  // Callbacks of the session on the link's own thread.
   class Listener {
    public:
     virtual ~Listener() = default;
-    // Connected (again): register everything. What fails is tried again with another connection.
+    // Connected (again): registers everything. If it fails, the link tries again with a new
+    // connection.
     virtual Result<void> greet(Greeting& greeting) = 0;
     virtual void lost() = 0;
     virtual void moved(Address address) = 0;
-    // Answers what was asked by ask_later(); the newest connection's.
+    // The answer to ask_later(), on the newest connection.
     virtual void found(const wire::Found& found, Answer& answer) = 0;
     virtual void event(SessionEvent::Kind kind, const std::string& text) = 0;
   };
@@ -64,19 +66,20 @@ class RouterLink {
   ~RouterLink();
 
   void start();
-  // Until connected, or refused for good, or the deadline.
+  // Waits until connected, finally refused, or the deadline.
   Result<void> wait_connected(Time deadline);
 
-  // Sends a request and waits for `answers` records. kNoRouter: not connected, or lost meanwhile,
-  // or no answer within `patience`: the default for what a sender waits for.
+  // Sends a request and waits for `answers` records. kNoRouter: not connected, connection lost
+  // during the call, or no answer within `patience`; the default suits requests that a sender waits
+  // for.
   static constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
   Result<std::vector<Answer>> exchange(const wire::Record& record, std::span<const int> files,
                                        std::size_t answers, Duration patience = kAnswerTimeout);
-  // Asks where an address is, and never waits, not even for another thread that asks. False: it
-  // could not be sent now. The listener gets the answer.
+  // Requests the location of an address. Never waits, not even for another thread that is sending a
+  // request. False: it could not be sent now. The listener receives the answer.
   bool ask_later(Address address);
 
-  // Counts the routers met so far; 0: none yet. Cheap.
+  // Number of connections so far; 0: none yet. Cheap.
   [[nodiscard]] std::uint64_t connection() const {
     return connection_.load(std::memory_order_acquire);
   }
@@ -91,7 +94,7 @@ class RouterLink {
     bool failed = false;
   };
 
-  // Until `settled`; false: not within that time.
+  // Waits until `settled`; false when the time is over.
   template <typename Settled>
   bool wait(std::unique_lock<std::mutex>& lock, Duration patience, Settled settled) {
     if (patience != kForever) return changed_.wait_for(lock, patience, settled);
@@ -110,13 +113,13 @@ class RouterLink {
   bool stopping_within(Duration wait);
 
   const Settings settings_;
-  const std::string where_;  // the router, for people
+  const std::string where_;  // the router, for messages
   Listener& listener_;
   os::File stop_;                      // eventfd
   std::unique_ptr<TcpBridge> bridge_;  // of the last connection over TCP
   std::vector<std::byte> buffer_;
 
-  mutable std::mutex mutex_;  // what follows
+  mutable std::mutex mutex_;  // protects the members below
   std::condition_variable changed_;
   os::File socket_;
   wire::Welcome welcome_;

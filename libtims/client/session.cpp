@@ -32,7 +32,7 @@ SessionOptions with_defaults(SessionOptions options) {
   return options;
 }
 
-// Lays the mailboxes out one behind the other; returns the size of all.
+// Lays the mailboxes out one after another; returns the total size.
 std::size_t place(std::span<const MailboxOptions> options, OwnSegment& segment) {
   std::size_t at = 0;
   for (const MailboxOptions& o : options) {
@@ -80,7 +80,7 @@ Result<std::shared_ptr<OwnSegment>> make_segment(std::span<const MailboxOptions>
   return segment;
 }
 
-// The Open records for what is still open: as many mailboxes as one record takes.
+// Open records for the mailboxes that are not registered yet, as many in one record as it can hold.
 struct Batch {
   wire::Open open;
   std::vector<int> files;
@@ -100,7 +100,7 @@ std::vector<Batch> batches(const OwnSegment& segment) {
   return all;
 }
 
-// Those that have another owner.
+// Removes the mailboxes that have another owner.
 void remove_lost(Batch& batch, const wire::Opened& opened) {
   Batch rest;
   auto file = batch.files.begin();
@@ -114,7 +114,7 @@ void remove_lost(Batch& batch, const wire::Opened& opened) {
   batch = std::move(rest);
 }
 
-// Named by this program, which may know more names of classes than the router.
+// The address is formatted by this program, which may know more class names than the router.
 Error opening_failed(const wire::Opened& opened, const AddressWidths& widths) {
   for (const wire::OpenedEntry& entry : opened.entries) {
     if (entry.status == wire::OpenStatus::kOk || entry.status == wire::OpenStatus::kNotTried)
@@ -132,8 +132,8 @@ bool all_ok(const wire::Opened& opened) {
   });
 }
 
-// Where a router of this user is that was started without $XDG_RUNTIME_DIR. Anybody may make a
-// folder in /tmp: only one's own counts.
+// Path of a router of this user that was started without $XDG_RUNTIME_DIR. Any user can create a
+// directory in /tmp: only one owned by this user is accepted.
 std::optional<std::string> router_in_tmp() {
   const std::string folder = "/tmp/tims-" + std::to_string(::geteuid());
   const std::string path = folder + "/router.sock";
@@ -143,8 +143,8 @@ std::optional<std::string> router_in_tmp() {
   return path;
 }
 
-// After a router's restart: how long its clients may take to come back before a mailbox that is
-// not registered again counts as gone, and how often to ask meanwhile.
+// After a restart of the router: the time its clients have to reconnect before a mailbox that is
+// not registered again counts as gone, and the interval of the look-ups during that time.
 constexpr Duration kReturnGrace = 3s;
 constexpr Duration kConfirmEvery = 100ms;
 
@@ -188,7 +188,7 @@ void RouteTable::put(Table& table, Route* route) {
   table.cells[i & mask].store(route, std::memory_order_release);
 }
 
-// Readers may still be in the old table: it stays until the end.
+// Other threads may still read the old table: it is kept until the session ends.
 void RouteTable::grow(std::size_t size) {
   tables_.push_back(std::make_unique<Table>(size));
   for (const auto& route : routes_) put(*tables_.back(), route.get());
@@ -235,7 +235,8 @@ Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOpt
   }
   for (;;) {
     if (auto ready = link_.wait_connected(kNever); !ready) return ready.error();
-    // Whoever registers everything with the next router finds it there, or has not looked yet.
+    // With this lock, a reconnect either finds the new segment and registers it, or happens
+    // afterwards.
     const std::lock_guard registering(registering_mutex_);
     auto registered = register_segment(**segment);
     if (registered) {
@@ -248,8 +249,8 @@ Result<std::shared_ptr<OwnSegment>> SessionCore::open(std::span<const MailboxOpt
   }
 }
 
-// The router takes a record as a whole or not at all; with several, the earlier ones are undone.
-// One that stands still is waited for: it is not asked twice.
+// The router accepts a record as a whole or not at all; with several records, the earlier ones are
+// undone. A router that does not respond is waited for: the record is not sent twice.
 Result<void> SessionCore::register_segment(OwnSegment& segment) {
   const int memfd = segment.memfd.get();
   if (auto offered = link_.exchange(wire::OfferSegment{segment.id}, {&memfd, 1}, 0); !offered)
@@ -286,12 +287,12 @@ void SessionCore::close(OwnSegment& segment, Address address) {
   withdraw({&address, 1});
 }
 
-// A router answers a record when it has taken what was sent before. What one that dies has not
-// taken waits for the next.
+// A router answers a record after it has accepted all messages sent before. Messages that a crashed
+// router had not accepted are kept for the next one.
 Result<void> SessionCore::flush(Time deadline) {
   for (;;) {
     if (auto ready = link_.wait_connected(deadline); !ready) return ready;
-    if (!uplink_wanted_) return {};  // nothing was ever sent to elsewhere
+    if (!uplink_wanted_) return {};  // no message was ever sent to another host
     const Duration rest = deadline == kNever ? kForever : deadline - os::now();
     auto answered = link_.exchange(wire::Close{}, {}, 1, std::max(rest, Duration::zero()));
     if (answered) return {};
@@ -313,12 +314,12 @@ Result<void> SessionCore::greet(client::Greeting& greeting) {
   return uplink_again(greeting);
 }
 
-// An address that has another owner by now is lost, and the others are not.
+// An address that another program owns now is lost; the other addresses are registered.
 Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment& segment) {
   const int memfd = segment.memfd.get();
   for (std::vector<Batch> left = batches(segment); !left.empty();) {
     Batch& batch = left.back();
-    // Each time: after a refusal the router may have forgotten the memory.
+    // Each time, because a refusal may have made the router forget the memory.
     if (auto offered = greeting.tell(wire::OfferSegment{segment.id}, {&memfd, 1}); !offered)
       return Error(Errc::kNoRouter, offered.error().message());
     auto answer = greeting.ask(batch.open, batch.files);
@@ -338,8 +339,8 @@ Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment&
   return {};
 }
 
-// Whoever sent through the uplink of the last router goes on without asking this one. The last
-// word of a greeting: from now on the router may say something by itself.
+// If messages were sent through the uplink of the last router, the uplink is requested again. This
+// is the last request of a greeting: afterwards the router may send records on its own.
 Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
   if (!uplink_wanted_) return {};
   auto grant = greeting.ask(wire::UplinkRequest{});
@@ -347,7 +348,8 @@ Result<void> SessionCore::uplink_again(client::Greeting& greeting) {
   std::size_t lost = 0;
   {
     const std::lock_guard lock(resolve_mutex_);
-    (void)uplink_target(*grant);  // refused: who needs it asks once more, and is told why
+    // on refusal, the next sender requests it again and gets the reason
+    (void)uplink_target(*grant);
     lost = std::exchange(not_taken_along_, 0);
   }
   if (lost > 0)
@@ -371,8 +373,8 @@ void SessionCore::event(SessionEvent::Kind kind, const std::string& text) {
 
 // --- routes
 //
-// How a session finds where messages to an address go. Everything here happens once for each
-// address, and again after something changed; for an ordinary message target_for's first lines do.
+// Determines where messages to an address go. This is done once for each address, and again after
+// changes; an ordinary message needs only the first lines of target_for().
 
 Result<Target*> SessionCore::resolve(Route& route) {
   Target* old = nullptr;
@@ -380,7 +382,7 @@ Result<Target*> SessionCore::resolve(Route& route) {
     const std::lock_guard lock(resolve_mutex_);
     old = route.target.load(std::memory_order_acquire);
     if (old != nullptr && !old->sender.closed()) return old;  // another thread was faster
-    // Known, and not of this host: it goes through the uplink of this connection.
+    // Known, and not on this host: use the uplink of this connection.
     if (old != nullptr && old->uplink) {
       if (uplink_ == nullptr || uplink_->sender.closed())
         return Error(Errc::kNoRouter, "the connection to the router is lost");
@@ -391,7 +393,7 @@ Result<Target*> SessionCore::resolve(Route& route) {
   return ask_for_route(route, old);
 }
 
-// Waits for the router, and lets others find their routes meanwhile.
+// Waits for the router without preventing other threads from looking up their routes.
 Result<Target*> SessionCore::ask_for_route(Route& route, Target* old) {
   const std::uint64_t connection = link_.connection();
   auto answer = ask(wire::Lookup{{route.address}});
@@ -427,8 +429,8 @@ Result<Answer> SessionCore::ask(const wire::Record& question) {
   return std::move(answers->front());
 }
 
-// A known mailbox, but a new router. Its owner may not have come back to the router yet: the
-// mailbox is good as long as nobody says otherwise, and no sender waits for the answer.
+// The mailbox is known, but the router is new, and the owner may not have reconnected yet. The
+// mailbox is used until the router contradicts, so no sender waits for the answer.
 Target* SessionCore::confirm(Route& route, Target& target) {
   if (target.uplink) {
     target.confirmed.store(link_.connection(), std::memory_order_relaxed);
@@ -443,7 +445,7 @@ Target* SessionCore::confirm(Route& route, Target& target) {
   return &target;
 }
 
-// What confirm() has asked for.
+// The answer to the request of confirm().
 void SessionCore::found(const wire::Found& found, Answer& answer) {
   const std::lock_guard lock(resolve_mutex_);
   Route& route = routes_.get(found.address);
@@ -452,7 +454,7 @@ void SessionCore::found(const wire::Found& found, Answer& answer) {
   if (found.local) {
     const auto target = local_target(found, answer, old);
     if (!target) return;
-    // The answer came on this connection, which is counted when it is complete.
+    // The answer belongs to this connection, whose number is final once it is complete.
     target.value()->confirmed.store(link_.connection(), std::memory_order_relaxed);
     point(route, *target);
   } else if (os::now() - link_.connected_at() >= kReturnGrace) {
@@ -460,8 +462,8 @@ void SessionCore::found(const wire::Found& found, Answer& answer) {
   }
 }
 
-// The one that is known already, when it is the same mailbox: also when its owner says that it is
-// closed, which it can say as often as it likes.
+// Returns the known target if it is the same mailbox, even if its owner has marked it closed: an
+// owner can do that at any time.
 Result<Target*> SessionCore::local_target(const wire::Found& found, Answer& answer, Target* old) {
   const std::size_t files = found.has_waker ? 2 : 1;
   if (answer.files.size() != files) return Error(Errc::kVersion, "a descriptor is missing");
@@ -493,8 +495,8 @@ Result<Target*> SessionCore::uplink_target(Answer& grant) {
   return target;
 }
 
-// Nobody reads the old uplink any more: its routes look for the new one. What is in it waits for
-// that, too; who is writing to it now is told so, and sends again.
+// Nobody reads the old uplink any more: its routes are switched to the new one, and its content is
+// kept for that router. A sender that is writing to it now gets an error and sends again.
 void SessionCore::leave_uplink() {
   if (uplink_ == nullptr) return;
   former_uplink_ = std::exchange(uplink_, nullptr);
@@ -504,9 +506,9 @@ void SessionCore::leave_uplink() {
   shm::reclaim(view, [](std::uint32_t) { return true; });
 }
 
-// What the former router had not taken goes to this one, before anything else does. A router that
-// lives, and has only closed the connection, takes the same messages at the same time: each goes
-// to one of the two.
+// Messages that the former router had not accepted go to this one first. If the former router still
+// runs and has only closed the connection, it takes messages from the same memory at the same time:
+// each message goes to one of the two.
 void SessionCore::take_along(Target& from, Target& to) {
   constexpr Duration kTooOld = 30s;  // as long as messages wait for a link, by default
   const bool too_old = os::now() >= uplink_left_ + kTooOld;
@@ -542,8 +544,8 @@ Result<Target*> SessionCore::add_target(const os::File& memfd, std::uint64_t off
   return targets_.back().get();
 }
 
-// From now on there. What was there before is counted out once, and only now: it may lie in the
-// same memory.
+// Switches the route to the new target. The old target loses its reference only now, because both
+// may be in the same memory.
 void SessionCore::point(Route& route, Target* to) {
   Target* const old = route.target.exchange(to, std::memory_order_acq_rel);
   if (old != nullptr && old != to && !old->uplink) retire(*old);
@@ -554,7 +556,7 @@ void SessionCore::retire(Target& target) {
   if (target.segment.retired()) peers_.erase(target.segment.inode());
 }
 
-// --- The handle
+// --- Session
 
 Result<Session> Session::connect(SessionOptions options) {
   if (options.router.empty()) options.router = default_router();

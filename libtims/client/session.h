@@ -1,11 +1,11 @@
-// What a session is behind its handle: the router link, the shared memory of its own mailboxes,
-// and the routes to everybody else's.
+// Implementation of a session behind its handle: the connection to the router, the shared memory of
+// its own mailboxes, and the routes to all others.
 //
-// A route says where messages to an address go: straight into a mailbox of this host, or into the
-// uplink, the router's mailbox for what this client cannot deliver itself. Finding a known route
-// takes no lock. Routes and targets are never freed while the session lives, so a sending thread
-// may use them without counting; the memory behind a dead mailbox is given back all the same
-// (PeerSegment::retire).
+// A route determines where messages to an address go: directly into a mailbox of this host, or into
+// the uplink, the router's mailbox for messages that this client cannot deliver itself. Finding a
+// known route takes no lock. Routes and targets are not freed while the session exists, so a
+// sending thread may use them without reference counts. The memory of a mailbox that is gone is
+// released nevertheless (PeerSegment::retire).
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,7 @@ namespace tims {
 
 namespace client {
 
-// Shared memory of another client, with the mailboxes of it that are in use here.
+// Shared memory of another client, with those of its mailboxes that this session uses.
 class PeerSegment {
  public:
   PeerSegment(os::Mapping mapping, std::uint64_t inode)
@@ -36,7 +36,7 @@ class PeerSegment {
   [[nodiscard]] std::span<std::byte> bytes() const { return mapping_.bytes(); }
   [[nodiscard]] std::uint64_t inode() const { return inode_; }
   void use(std::uint64_t offset) { offsets_.push_back(offset); }
-  // One mailbox less; with the last one the shared pages go.
+  // Removes one mailbox; with the last one, the shared pages are released.
   void retire();
   [[nodiscard]] bool retired() const { return retired_ == offsets_.size(); }
 
@@ -52,10 +52,10 @@ struct Target {
       : sender(view, writer), segment(in), offset(at) {}
   shm::Sender sender;
   PeerSegment& segment;
-  const std::uint64_t offset;  // in it
+  const std::uint64_t offset;  // offset in the segment
   bool uplink = false;
-  os::File waker;  // an uplink's is its doorbell; none: a futex
-  // The router connection that last confirmed it.
+  os::File waker;  // doorbell of an uplink; none: a futex
+  // Connection number when the router last confirmed this target.
   std::atomic<std::uint64_t> confirmed = 0;
 };
 
@@ -63,7 +63,7 @@ struct Route {
   explicit Route(Address a) : address(a) {}
   const Address address;
   std::atomic<Target*> target = nullptr;
-  std::atomic<Time::rep> next_check_ns = 0;  // of a target not confirmed yet
+  std::atomic<Time::rep> next_check_ns = 0;  // of a target that is not confirmed yet
 };
 
 class RouteTable {
@@ -72,19 +72,19 @@ class RouteTable {
   RouteTable(const RouteTable&) = delete;
   RouteTable& operator=(const RouteTable&) = delete;
 
-  // Lock-free for an address that was asked for before.
+  // Lock-free for an address that was looked up before.
   Route& get(Address address) {
     if (Route* known = find(*table_.load(std::memory_order_acquire), address)) return *known;
     return add(address);
   }
 
-  // Forgets the target of one address, if it was asked for before.
+  // Removes the target of an address that was looked up before.
   void forget(Address address);
 
  private:
   struct Table {
     explicit Table(std::size_t size) : cells(size) {}
-    std::vector<std::atomic<Route*>> cells;  // power of two
+    std::vector<std::atomic<Route*>> cells;  // size is a power of two
   };
   static Route* find(const Table& table, Address address) {
     const std::size_t mask = table.cells.size() - 1;
@@ -98,7 +98,7 @@ class RouteTable {
   void grow(std::size_t size);
 
   std::atomic<Table*> table_ = nullptr;
-  std::mutex mutex_;  // of changes
+  std::mutex mutex_;  // held for changes
   std::vector<std::unique_ptr<Table>> tables_;
   std::vector<std::unique_ptr<Route>> routes_;
 };
@@ -129,8 +129,9 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   void close(OwnSegment& segment, Address address);
   Result<void> flush(Time deadline);
 
-  // Where messages to an address go, asking the router, and waiting for its answer, for one that is
-  // new or closed. One not confirmed since the router was restarted is asked for without waiting.
+  // Finds where messages to an address go. For an address that is new or closed, asks the router
+  // and waits for its answer. A target that is not confirmed since the router was restarted is
+  // looked up without waiting.
   Result<client::Target*> target_for(Address dest) {
     client::Route& route = routes_.get(dest);
     client::Target* target = route.target.load(std::memory_order_acquire);
@@ -139,7 +140,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
       return confirm(route, *target);
     return target;
   }
-  // After a message was put into the target.
+  // Call it after a message was put into the target.
   static void wake(const client::Target& target) {
     os::wake_owner(target.sender, {target.waker.get(), target.uplink});
   }
@@ -166,7 +167,7 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
   Result<client::Target*> ask_for_route(client::Route& route, client::Target* old);
   bool has_uplink();
 
-  // With resolve_mutex_ held.
+  // Precondition: resolve_mutex_ is held.
   Result<client::Target*> local_target(const wire::Found& found, client::Answer& answer,
                                        client::Target* old);
   Result<client::Target*> uplink_target(client::Answer& grant);
@@ -178,23 +179,25 @@ class SessionCore final : public std::enable_shared_from_this<SessionCore>,
 
   const SessionOptions options_;
 
-  std::mutex registering_mutex_;  // held while the router is told of own mailboxes
-  std::mutex own_mutex_;          // what follows
+  std::mutex registering_mutex_;  // held while own mailboxes are registered with the router
+  std::mutex own_mutex_;          // protects the members below
   std::vector<std::weak_ptr<OwnSegment>> own_;
   std::uint64_t last_segment_ = 0;
 
   client::RouteTable routes_;
-  std::mutex resolve_mutex_;                             // what follows; never held while waiting
+  // protects the members below; never held while waiting
+  std::mutex resolve_mutex_;
   std::map<std::uint64_t, client::PeerSegment*> peers_;  // by inode
   std::vector<std::unique_ptr<client::PeerSegment>> segments_;
   std::vector<std::unique_ptr<client::Target>> targets_;
   client::Target* uplink_ = nullptr;         // of this connection
-  client::Target* former_uplink_ = nullptr;  // of a router that went away, with what waits in it
+  client::Target* former_uplink_ = nullptr;  // of a lost connection, with the messages left in it
   Time uplink_left_{};
-  std::size_t not_taken_along_ = 0;  // messages, not told of yet: no lock is held for that
+  // messages not reported yet, because no lock is held for an event
+  std::size_t not_taken_along_ = 0;
   std::atomic<bool> uplink_wanted_ = false;
 
-  client::RouterLink link_;  // last: its thread uses all of the above
+  client::RouterLink link_;  // last: its thread uses all members above
 };
 
 }  // namespace tims

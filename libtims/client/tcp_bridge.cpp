@@ -25,8 +25,8 @@ constexpr std::uint32_t kUplinkLongPlaces = 16;
 constexpr std::size_t kWriteBytes = 64 << 10;
 constexpr int kWritesPerTurn = 8;
 
-// No component has it. A router says that it is deleted, which shows that there is a router: with
-// the connection alone it has not said anything yet.
+// An address without a mailbox. The router confirms its deletion, which proves that it is a RACK
+// router: the TCP connection alone does not.
 constexpr Address kNobody(0xFFFFFFFF);
 
 }  // namespace
@@ -50,7 +50,7 @@ void TcpBridge::run() {
   router_.socket().reset();
 }
 
-// Sends what there is to send, and waits for the next thing to do.
+// Sends what is pending, and waits for the next event.
 bool TcpBridge::turn() {
   if (!write_router()) return false;
   const bool full = !router_.protocol().unsent().empty();
@@ -67,7 +67,8 @@ bool TcpBridge::turn() {
 
 // --- to the router
 
-// What waits in the uplink, as far as the socket takes it, but not for ever. False: lost.
+// Sends messages of the uplink while the socket accepts them, up to a limit per turn. False:
+// connection lost.
 bool TcpBridge::write_router() {
   more_ = false;
   for (int writes = 0; writes < kWritesPerTurn; ++writes) {
@@ -78,8 +79,8 @@ bool TcpBridge::write_router() {
   return true;
 }
 
-// Appends what the session has sent, the most important first, until there is about as much of it.
-// False: there was nothing; the doorbell rings for the next message.
+// Appends the session's messages, the most important first, up to about the given size. False:
+// there was none, and the doorbell is armed for the next message.
 bool TcpBridge::take_sent(std::size_t bytes_max, int messages_max) {
   if (!uplink_) return false;
   std::size_t bytes = 0;
@@ -98,7 +99,7 @@ bool TcpBridge::take_sent(std::size_t bytes_max, int messages_max) {
 
 // --- from the router
 
-// False: lost, or nobody knows where the next message begins.
+// False: connection lost, or the beginning of the next message is unknown.
 bool TcpBridge::read_router() {
   const auto got = router_.read([this](const Header& header, std::span<const std::byte> body) {
     if (!wire::is_router_message(header)) return deliver(header, body);
@@ -108,7 +109,7 @@ bool TcpBridge::read_router() {
   return got || got.error() == Errc::kEmpty;
 }
 
-// To the mailbox of its receiver, if it has room; what it does not take, it counts.
+// Delivers to the receiver's mailbox if it has room; the mailbox counts what it does not accept.
 void TcpBridge::deliver(const Header& header, std::span<const std::byte> body) {
   const auto found = mailboxes_.find(header.dest);
   if (found == mailboxes_.end()) return;  // closed a moment ago
@@ -137,7 +138,7 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
                       wire::Welcome{.writer = kTcpWriter,
                                     .router = Address(),
                                     .message_max = settings_.message_max,
-                                    .widths = {}},  // on_router_word() knows
+                                    .widths = {}},  // set in on_router_word()
                       1});
     router_.protocol().put_command(router_command::kLogin, {});
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
@@ -158,7 +159,8 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
 bool TcpBridge::offer(std::uint64_t segment, std::vector<os::File> files) {
   if (files.size() != 1) return false;
   os::ClientMemory::SegmentId& known = offered_[segment];
-  if (!memory_.knows(known)) known = memory_.offer(std::move(files[0]));  // else said twice
+  // else it was offered twice
+  if (!memory_.knows(known)) known = memory_.offer(std::move(files[0]));
   return true;
 }
 
@@ -170,7 +172,7 @@ void TcpBridge::open(std::uint32_t request, const wire::Open& wish, std::vector<
   asked_.push_back({request, std::move(opened), wish.entries.size()});
 }
 
-// All, or none and a text.
+// All mailboxes, or none and a text.
 wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::File> files) {
   wire::Opened opened;
   for (const wire::OpenEntry& entry : wish.entries)
@@ -213,13 +215,13 @@ bool TcpBridge::remove_mailbox(Address address) {
   return true;
 }
 
-// A message that was sent before the mailbox was closed comes before that. One that the router
-// gave to somebody else meanwhile is not ours to delete: the original would do it.
+// Messages sent before the mailbox was closed are forwarded first. An address that the router has
+// given to another client in the meantime must not be deleted: the original router would delete it.
 void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
-  // As much as it holds, also when senders go on.
+  // At most its present capacity, even if senders continue.
   if (uplink_) (void)take_sent(uplink_->size(), kUplinkSlots);
   std::size_t deleted = 0;
-  if (wish.addresses.empty()) {  // a question whether all has arrived
+  if (wish.addresses.empty()) {  // asks whether all messages have arrived
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
     ++deleted;
   }
@@ -243,7 +245,7 @@ void TcpBridge::grant_uplink(std::uint32_t request) {
   answer(request, wire::Uplink{}, std::array{uplink_->memfd().get(), uplink_->doorbell().get()});
 }
 
-// OK or ERROR, to the first question that waits for one.
+// OK or ERROR, for the oldest pending request.
 void TcpBridge::on_router_word(bool good) {
   if (asked_.empty()) return;
   Asked& first = asked_.front();
@@ -265,8 +267,8 @@ void TcpBridge::on_router_word(bool good) {
   answer(done.request, done.answer);
 }
 
-// All mailboxes of a record or none. How many are given back, which the router confirms: when the
-// session has its answer, somebody else can have them.
+// Opens all mailboxes of a record or none. Returns how many are deleted again; the router confirms
+// each, so that their addresses are free when the session gets its answer.
 std::size_t TcpBridge::settle(wire::Opened& opened) {
   const auto is_good = [](const wire::OpenedEntry& entry) {
     return entry.status == wire::OpenStatus::kOk;

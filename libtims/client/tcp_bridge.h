@@ -1,8 +1,9 @@
-// Between a session and a router that is reached over TCP. Towards the session it speaks as the
-// router of its host would (wire/local_protocol.h), towards the router as an original client does
-// (wire/tcp_protocol.h): so a session knows one way only, and every message takes it.
+// Adapter between a session and a router that is reached over TCP. It uses the local protocol
+// towards the session (wire/local_protocol.h), and the TCP protocol of an original client towards
+// the router (wire/tcp_protocol.h). The session therefore implements only one protocol, and all
+// messages use it.
 //
-// One thread, which ends with either of the two connections, and closes the other.
+// One thread, which ends when either connection ends, and then closes the other.
 #pragma once
 
 #include <array>
@@ -27,29 +28,30 @@
 
 namespace tims::client {
 
-inline constexpr std::uint32_t kTcpWriter = 1;  // the only process that writes to the mailboxes
+// writer identity: no other process writes into the mailboxes
+inline constexpr std::uint32_t kTcpWriter = 1;
 
 class TcpBridge {
  public:
   struct Settings {
-    std::string where;              // the router, for people
-    std::uint32_t message_max = 0;  // that it takes, header included
-    int priority = 0;               // real-time, of the thread; 0: none
+    std::string where;              // the router, for messages
+    std::uint32_t message_max = 0;  // limit of the router, header included
+    int priority = 0;               // real-time priority of the thread; 0: none
   };
   // `router`: connected, non-blocking. `session`: the other end of the session's socket.
   TcpBridge(TcpClient router, os::File session, Settings settings);
   TcpBridge(const TcpBridge&) = delete;
   TcpBridge& operator=(const TcpBridge&) = delete;
-  ~TcpBridge();  // one of the connections must be closed
+  ~TcpBridge();  // precondition: one of the connections is closed
 
  private:
-  // An answer to the session for which the router has to say something first. The router answers
-  // in the order of what it was asked.
+  // An answer to the session that depends on replies of the router. The router replies in the order
+  // of the requests.
   struct Asked {
     std::uint32_t request = 0;
     wire::Record answer;
-    std::size_t missing = 0;  // of the router's words
-    bool undone = false;      // an Open that was refused: its other mailboxes are given back
+    std::size_t missing = 0;  // number of replies to come
+    bool undone = false;      // an Open that was refused: its other mailboxes are deleted again
   };
 
   void run();
@@ -79,16 +81,17 @@ class TcpBridge {
   const Settings settings_;
   TcpClient router_;
   os::File session_;
-  bool failed_ = false;  // the session takes no more
+  bool failed_ = false;  // the session no longer accepts records
 
   std::deque<Asked> asked_;
   os::ClientMemory memory_{kTcpWriter};
-  std::map<std::uint64_t, os::ClientMemory::SegmentId> offered_;  // by the session's numbers
+  // key: the session's segment number
+  std::map<std::uint64_t, os::ClientMemory::SegmentId> offered_;
   std::map<Address, os::ClientMemory::Handle> mailboxes_;
   std::unique_ptr<os::Uplink> uplink_;
-  bool more_ = false;  // there may be more in the uplink
+  bool more_ = false;  // the uplink may contain more
 
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last: it uses all members above
 };
 
 }  // namespace tims::client

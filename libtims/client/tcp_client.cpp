@@ -20,7 +20,7 @@ namespace {
 namespace router_command = wire::router_command;
 
 constexpr std::size_t kScratchBytes = 64 << 10;
-constexpr std::size_t kCopiedMax = 16 << 10;  // larger bodies are written from where they are
+constexpr std::size_t kCopiedMax = 16 << 10;  // larger bodies are sent without a copy
 
 Error closed_by_router() { return {Errc::kClosed, "the router closed the connection"}; }
 
@@ -65,7 +65,7 @@ Result<void> TcpClient::flush(Time deadline) {
   }
 }
 
-// What is left of a message that was begun is copied after all: the next one goes behind it.
+// The rest of a partly sent message is copied, because the next message is appended to it.
 Result<void> TcpClient::send(const Header& header, std::span<const std::byte> body, Time deadline) {
   if (body.size() <= kCopiedMax) {
     protocol_.put(header, body);
@@ -89,7 +89,7 @@ Result<void> TcpClient::send(const Header& header, std::span<const std::byte> bo
 
 // --- Receiving
 
-// Into the place of a large message that is being gathered, and what is behind it elsewhere.
+// Reads into the buffer of a large message that is incomplete; bytes beyond it go to the chunk.
 Result<std::span<std::byte>> TcpClient::read_chunk() {
   if (broken_) return *broken_;
   const std::span<std::byte> room = protocol_.room();
@@ -128,7 +128,7 @@ Result<Message> TcpClient::take() {
     auto got = read([this](const Header& header, std::span<const std::byte> body) {
       received_.push_back({header, {body.begin(), body.end()}});
     });
-    const auto answered = flush();  // of lifesigns; what is not taken goes with what follows
+    const auto answered = flush();  // answers to lifesigns; the rest is sent with the next output
     if (!got && received_.empty()) return got.error();
     if (!answered && answered.error() == Errc::kClosed && received_.empty())
       return answered.error();
@@ -147,7 +147,7 @@ Result<Message> TcpClient::receive(Time deadline) {
   }
 }
 
-// --- What the router answers
+// --- Replies of the router
 
 Result<void> TcpClient::log_in(Time deadline) {
   protocol_.put_command(router_command::kLogin, {});

@@ -1,8 +1,7 @@
-// A client of the original's TCP protocol: one connection to a router, an original one or ours.
-// libtims uses it for sessions over TCP, timsctl, tests and benchmarks use it where they are such a
-// client.
+// A client of the original TCP protocol: one connection to a router, an original one or ours. Used
+// by libtims for sessions over TCP, and by timsctl, tests and benchmarks.
 //
-// One thread at a time. Without a deadline a call never waits.
+// Not thread-safe. A call without a deadline never waits.
 #pragma once
 
 #include <cstddef>
@@ -32,40 +31,40 @@ struct Message {
 
 class TcpClient {
  public:
-  static constexpr std::uint32_t kReceivedMax = 16U << 20;  // bytes, with the header
+  static constexpr std::uint32_t kReceivedMax = 16U << 20;  // bytes, header included
 
-  // `socket`: connected. Whether read() and flush() wait is up to it: non-blocking, they do not.
+  // `socket`: connected. If it is non-blocking, read() and flush() do not wait.
   explicit TcpClient(os::File socket, std::uint32_t received_max = kReceivedMax);
-  // kTimeout or kSystem, and why not, without the host; `cancel` as in os::connect_tcp().
+  // kTimeout or kSystem with the reason, without the host; `cancel` as in os::connect_tcp().
   static Result<TcpClient> connect(const wire::TcpEndpoint& router, Time deadline,
                                    std::uint32_t received_max = kReceivedMax, int cancel = -1);
 
   [[nodiscard]] const os::File& socket() const { return socket_; }
   [[nodiscard]] os::File& socket() { return socket_; }
-  // What has been put into it goes out with the next flush() or send().
+  // Its pending output is sent by the next flush() or send().
   [[nodiscard]] wire::TcpClientProtocol& protocol() { return protocol_; }
   [[nodiscard]] const wire::TcpClientProtocol& protocol() const { return protocol_; }
 
-  // As much as the socket takes. kEmpty: not all; kClosed: the router has gone.
+  // Sends what the socket accepts. kEmpty: not all was sent; kClosed: the router is gone.
   Result<void> flush();
-  // All, or kTimeout.
+  // Sends everything, or kTimeout.
   Result<void> flush(Time deadline);
 
-  // Reads once, and calls on_message(const Header&, std::span<std::byte> body) for every message
-  // that is complete, also for those of the router itself. kEmpty: nothing has come; kClosed; and
-  // where nobody knows where the next message begins kTooBig, kMalformed, or kVersion: it answers
+  // Reads once, and calls on_message(const Header&, std::span<std::byte> body) for every complete
+  // message, including those of the router itself. kEmpty: nothing has arrived; kClosed. When the
+  // beginning of the next message is unknown: kTooBig, kMalformed, or kVersion if the peer answers
   // in HTTP.
   template <typename OnMessage>
   Result<void> read(OnMessage on_message);
 
-  // Messages one by one. The header's length is filled in; a large body is not copied. kTimeout.
+  // Sends one message. The header's length is filled in; a large body is not copied. kTimeout.
   Result<void> send(const Header& header, std::span<const std::byte> body, Time deadline);
-  // The next one: kEmpty, or kTimeout at the deadline.
+  // The next message: kEmpty, or kTimeout at the deadline.
   Result<Message> take();
   Result<Message> receive(Time deadline);
 
-  // What the router answers: messages for mailboxes that come meanwhile wait for take(). Says who
-  // is there, and learns how the fleet divides its addresses.
+  // Requests to the router: messages for mailboxes that arrive during the call are kept for take().
+  // log_in() sends the login and receives the fleet's address widths.
   Result<void> log_in(Time deadline);
   Result<void> register_mailbox(Address address, Time deadline);  // kAddressInUse
   Result<void> delete_mailbox(Address address, Time deadline);    // kNoMailbox
@@ -79,7 +78,7 @@ class TcpClient {
   wire::TcpClientProtocol protocol_;
   std::vector<std::byte> scratch_;
   std::deque<Message> received_;
-  std::optional<Error> broken_;  // the stream is lost, and why
+  std::optional<Error> broken_;  // the stream is lost, with the reason
 };
 
 template <typename OnMessage>

@@ -1,4 +1,4 @@
-// The C API on top of Session and Mailbox: nothing else happens here.
+// The C API: a thin layer on top of Session and Mailbox.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -46,7 +46,7 @@ static_assert(TIMS_EVENT_MESSAGES_LOST == static_cast<int>(Kind::kMessagesLost))
 
 namespace {
 
-// Of each thread: C has nowhere else to put a text.
+// Per thread, because a C function has no other place to return a text.
 struct Failure {
   int code = 0;
   std::string text;
@@ -71,7 +71,7 @@ std::span<const std::byte> bytes(const void* data, size_t size) {
   return {static_cast<const std::byte*>(data), size};
 }
 
-// As much of the text as there is room for, and a NUL. The length of all of it.
+// Copies as much of the text as fits, and a NUL. Returns the length of the whole text.
 size_t give_text(const std::string& text, char* buffer, size_t size) {
   if (size > 0) {
     const size_t n = std::min(size - 1, text.size());
@@ -218,7 +218,7 @@ int tims_send(tims_mailbox* mailbox, const tims_header* header, const void* body
 
 int tims_send_pieces(tims_mailbox* mailbox, const tims_header* header, const tims_piece* pieces,
                      size_t count) {
-  constexpr size_t kMany = 64;  // more than that are worth an allocation
+  constexpr size_t kMany = 64;  // more than this number justify an allocation
   std::array<std::span<const std::byte>, kMany> few;
   std::vector<std::span<const std::byte>> many(count > kMany ? count : 0);
   const std::span<std::span<const std::byte>> spans =
@@ -295,7 +295,7 @@ int tims_parse_address(const tims_session* session, const char* text, uint32_t* 
   const auto parsed = Address::parse(text, widths_of(session));
   if (!parsed) {
     std::string problem(text);
-    problem += " is no address; write Ladar(3/0) or 0x03140000";
+    problem += " is not an address; write Ladar(3/0) or 0x03140000";
     return fail(Error(Errc::kInvalidArgument, std::move(problem)));
   }
   *address = parsed->raw();

@@ -7,7 +7,7 @@ namespace tims::os {
 namespace {
 
 constexpr std::size_t kPage = 4096;
-constexpr std::size_t kKeepBytes = 2 << 20;  // of a place: stays in memory for the next message
+constexpr std::size_t kKeepBytes = 2 << 20;  // of one place: stays in memory for the next message
 
 }  // namespace
 
@@ -72,13 +72,13 @@ Result<ClientMemory::Handle> ClientMemory::add_mailbox(SegmentId id, std::uint64
   }
   auto view = shm::MailboxView::open(segment.mapping.bytes(), offset);
   if (!view) return view.error();
-  if (view->address() != address) return Error(Errc::kBadLayout, "another address in the layout");
+  if (view->address() != address) return Error(Errc::kBadLayout, "the layout has another address");
   if ((view->wake() == shm::WakeKind::kSocket) != static_cast<bool>(waker) ||
       view->wake() == shm::WakeKind::kDoorbell)
-    return Error(Errc::kBadLayout, "the kind of waking does not fit");
-  // For everybody who will send to it.
+    return Error(Errc::kBadLayout, "the kind of waker does not match the layout");
+  // Every sender will receive this descriptor, so it must be safe to use.
   if (waker && !is_waker(waker.get()))
-    return Error(Errc::kBadLayout, "what wakes its owner is no Unix datagram socket");
+    return Error(Errc::kBadLayout, "the waker is not a Unix datagram socket");
   Handle handle = static_cast<Handle>(mailboxes_.size());
   if (free_.empty()) {
     mailboxes_.emplace_back();

@@ -1,4 +1,4 @@
-// Clocks: read here, passed on as arguments.
+// Clocks. They are read here and passed on as arguments.
 #pragma once
 
 #include <ctime>
@@ -19,19 +19,19 @@ inline timespec to_timespec(Time time) {
   return {static_cast<time_t>(seconds.count()), static_cast<long>((since - seconds).count())};
 }
 
-// `now` + `wait`, kNever where that is beyond the end of time.
+// `now` + `wait`; kNever on overflow.
 inline Time deadline_after(Duration wait) {
   const Time present = now();
   return wait >= kNever - present ? kNever : present + wait;
 }
 
-// --- The clock on the wall
+// --- Wall clock
 
 inline std::chrono::sys_time<std::chrono::nanoseconds> wall_now() {
   return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
 }
 
-// What local time has more than UTC, at that time.
+// Offset of local time from UTC at the given time.
 inline std::chrono::seconds utc_offset(std::chrono::sys_time<std::chrono::nanoseconds> time) {
   const std::time_t whole =
       std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();

@@ -1,6 +1,5 @@
-// What surrounds a program: the variables it was started with, the programs beside it, and the
-// service manager that wants to hear how it does, by datagrams to $NOTIFY_SOCKET as sd_notify(3)
-// describes them.
+// Environment of a program: its variables, the programs installed next to it, and the service
+// manager, which receives status datagrams at $NOTIFY_SOCKET as sd_notify(3) describes.
 #pragma once
 
 #include <cstdlib>
@@ -11,25 +10,27 @@
 
 namespace tims::os {
 
-// Empty: not set, or set to nothing.
+// Returns an empty text when the variable is not set or is empty.
 inline std::string environment(const char* name) {
   const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
   return text == nullptr ? "" : text;
 }
 
-// A program of that name beside this one, so that a build's programs start the build's others, or
-// where an installation has its programs; else the name as it is, for PATH.
+// Path of a program with this name: in the directory of this program (so that programs of one build
+// start each other), else where an installation has its programs; else the name itself, to be found
+// through PATH.
 std::string find_program(const std::string& name);
 
 class ServiceManager {
  public:
-  // Empty: nobody listens, and what is told goes nowhere. A name that begins with @ is abstract.
+  // Empty path: there is no service manager, and messages are discarded. A name that begins with @
+  // is abstract.
   explicit ServiceManager(std::string path);
 
   static ServiceManager of_environment();
 
   [[nodiscard]] bool listens() const { return !path_.empty(); }
-  // "READY=1", "STATUS=on". Never waits: a manager that does not read is no reason to.
+  // Sends "READY=1", "STATUS=on". Never waits, even if the manager does not read.
   void tell(std::string_view text) const;
 
  private:

@@ -1,4 +1,4 @@
-// File descriptors with an owner, the pipe between two of them, and errno as an Error.
+// File descriptors with an owner, pipes, and errno as an Error.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ class File {
   int fd_ = -1;
 };
 
-// The system's words for errno, behind what was tried.
+// An error with the system's text for errno after the failed operation.
 inline Error system_error(const std::string& what) {
   return {Errc::kSystem, what + ": " + std::generic_category().message(errno)};
 }
@@ -49,7 +49,7 @@ struct Pipe {
   File write;
 };
 
-// Neither end is passed on to programs that are started.
+// Both ends are closed in programs that are started.
 inline Result<Pipe> make_pipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return system_error("pipe");

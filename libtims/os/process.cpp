@@ -45,7 +45,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return result;
 }
 
-// Everything that needs memory, made before the fork.
+// Everything that needs memory; it is allocated before the fork.
 struct Prepared {
   std::vector<std::string> words;
   std::vector<std::string> environment;
@@ -76,14 +76,15 @@ Error cannot_execute(const Prepared& program, int error) {
           "cannot run " + program.words.front() + ": " + std::generic_category().message(error)};
 }
 
-// What stdin, stdout and stderr become; -1: they stay.
+// Descriptors that become stdin, stdout and stderr; -1: unchanged.
 struct Streams {
   int in = -1;
   int out = -1;
   int err = -1;
 };
 
-// From here on only what is safe in the copy of a program that may have had several threads.
+// From here on only async-signal-safe calls are allowed: the process is a copy of a program that
+// may have had several threads.
 void execute(const Prepared& program, Streams streams) {
   sigset_t none;
   sigemptyset(&none);
@@ -106,7 +107,7 @@ Result<pid_t> fork_and_execute(const Prepared& program, Streams streams, bool ow
   if (pid == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (own_group) ::setpgid(0, 0);
-    if (::getppid() == parent) execute(program, streams);  // else it died before the prctl
+    if (::getppid() == parent) execute(program, streams);  // else the parent ended before the prctl
     const int error = errno;
     [[maybe_unused]] const ssize_t n = ::write(problem->write.get(), &error, sizeof error);
     ::_exit(127);
@@ -126,7 +127,8 @@ ExitStatus wait_for_exit(pid_t pid) {
   return {.code = WEXITSTATUS(status)};
 }
 
-// Input and output of a program that is run to its end: no thread has to read and write meanwhile.
+// Input and output of a program that is run to completion. With a file, no thread has to read and
+// write while the program runs.
 Result<File> memory_file(std::string_view content) {
   File file(::memfd_create("stdio", MFD_CLOEXEC));
   if (!file ||

@@ -1,9 +1,9 @@
-// Other programs: started and watched, run to their end, or become. For the supervisor, the
-// simulator and the tests; not part of the installed libtims.
+// Other programs: started and watched, run to completion, or replacing this process. Used by the
+// supervisor, the simulator and the tests; not part of the installed libtims.
 //
-// A program that is started ends with the thread that started it, however that ends
-// (PR_SET_PDEATHSIG): start programs from a thread that lives as long as they should. All memory is
-// prepared before the fork, so that programs with several threads may start others.
+// A started program ends together with the thread that started it (PR_SET_PDEATHSIG): start
+// programs from a thread that exists as long as they should run. All memory is allocated before the
+// fork, so that programs with several threads may start others.
 #pragma once
 
 #include <string>
@@ -24,31 +24,31 @@ using Command = std::vector<std::string>;
 struct Launch {
   Command command;        // command[0]: beside this program or installed with it, else in PATH
   std::string network{};  // namespace to run in; empty: this one
-  std::vector<std::string> environment{};  // "NAME=value", over this program's own
-  std::string folder{};                    // to run in; empty: this program's
-  std::string log{};  // file for stdout and stderr, appended to; empty: they stay as they are
+  std::vector<std::string> environment{};  // "NAME=value", added to this program's own environment
+  std::string folder{};                    // working directory; empty: that of this program
+  std::string log{};  // file for stdout and stderr, opened for appending; empty: unchanged
   // Descriptors for stdin (else /dev/null) and for stdout and stderr (else `log`).
   int in = -1;
   int out = -1;
-  int err = -1;            // -1: as stdout
-  bool own_group = false;  // not reached by the Ctrl-C of our terminal
+  int err = -1;            // -1: same as stdout
+  bool own_group = false;  // own process group, which Ctrl-C of our terminal does not reach
 };
 
 struct ExitStatus {
   int code = 0;    // valid when signal is 0
-  int signal = 0;  // that ended it
+  int signal = 0;  // the signal that ended the program
 
   [[nodiscard]] bool success() const { return code == 0 && signal == 0; }
-  // As shells have it: 128 and the signal's number.
+  // Exit status as in a shell: 128 plus the signal number.
   [[nodiscard]] int as_shell() const { return signal != 0 ? 128 + signal : code; }
   [[nodiscard]] std::string to_string() const;  // "exit status 1", "killed by signal 9"
   bool operator==(const ExitStatus&) const = default;
 };
 
-// A program that runs. Who ends it, and takes its exit status, is whoever has this.
+// A running program. The owner of this object may signal it and must collect its exit status.
 class Process {
  public:
-  // kInvalidArgument: it cannot be executed; errno says why.
+  // kInvalidArgument: the program cannot be executed; errno states why.
   static Result<Process> start(const Launch& launch);
 
   [[nodiscard]] pid_t pid() const { return pid_; }
@@ -57,9 +57,9 @@ class Process {
     return is_readable(pidfd_.get(), within);
   }
   void signal(int number) const;
-  // To what it has started, too; it has a group of its own.
+  // Signals the whole process group, including the program's children; requires a group of its own.
   void signal_group(int number) const;
-  // After it has ended, once.
+  // Call once, after the program has ended.
   [[nodiscard]] ExitStatus reap() const;
 
  private:
@@ -72,14 +72,15 @@ struct Ran {
   ExitStatus status;
   std::string output;  // stdout and stderr
 };
-// To its end, with this on stdin. Errors as those of Process::start().
+// Runs a program to completion with `input` on its stdin. Errors as those of Process::start().
 Result<Ran> run_to_end(const Launch& launch, std::string_view input = {});
 
-// This process becomes that program, with its own stdin, stdout and stderr. Returns only why not.
+// Replaces this process by the program, with the same stdin, stdout and stderr. Returns only on
+// failure.
 Error become(const Launch& launch);
 
 std::string namespace_path(std::string_view network);
-// Every process in the namespace, this one not.
+// Every process in the network namespace, except this one.
 std::vector<pid_t> processes_in(std::string_view network);
 
 }  // namespace tims::os

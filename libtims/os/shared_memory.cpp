@@ -53,7 +53,7 @@ Result<File> make_memfd(const std::string& name, std::size_t size) {
   File file(::memfd_create(name.c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!file) return system_error("memfd_create");
   if (::ftruncate(file.get(), static_cast<off_t>(size)) != 0) return system_error("ftruncate");
-  // Only after the size is set: sealed too early, the mapping would be empty.
+  // Seal only after the size is set: sealed earlier, the file would remain empty.
   if (::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return system_error("sealing shared memory");
   return file;

@@ -1,4 +1,4 @@
-// Shared memory: a sealed memfd and its mapping; and waking the owner of a mailbox that lies in it.
+// Shared memory: a sealed memfd and its mapping, and waking the owner of a mailbox in it.
 #pragma once
 
 #include <cstddef>
@@ -19,22 +19,23 @@ class Mapping {
   Mapping& operator=(Mapping&& other) noexcept;
   ~Mapping();
 
-  // Whole, readable and writable. Refuses a file that could shrink under the mapping (kBadLayout).
+  // Maps the whole file, readable and writable. Refuses a file that could shrink under the mapping
+  // (kBadLayout).
   static Result<Mapping> of(const File& memfd);
 
   [[nodiscard]] std::span<std::byte> bytes() const { return {data_, size_}; }
 
-  // Puts private memory that `prepare` has filled in the place of the shared pages, at once and at
-  // the same addresses: threads that are still writing there do no harm, and the pages are free.
+  // Replaces the shared pages atomically by private memory that `prepare` has filled, at the same
+  // addresses. Threads that are still writing there do no harm, and the shared pages are freed.
   template <typename Prepare>
   void replace(Prepare prepare) {
     std::byte* fresh = reserve(size_);
-    if (fresh == nullptr) return;  // the old pages stay: memory, not safety
+    if (fresh == nullptr) return;  // the old pages remain: costs memory, not safety
     prepare(std::span(fresh, size_));
     move_over(fresh);
   }
 
-  // Gives the pages from `offset` on back to the system; they read as zeros afterwards.
+  // Releases the pages from `offset` on to the system; they read as zeros afterwards.
   void discard(std::size_t offset, std::size_t size) const;
 
  private:
@@ -46,21 +47,22 @@ class Mapping {
   std::size_t size_ = 0;
 };
 
-// A new memfd of `size` bytes, zeroed, that can no longer change its size.
+// Creates a zeroed memfd of `size` bytes whose size can no longer change.
 Result<File> make_memfd(const std::string& name, std::size_t size);
 
-// How the owner of a mailbox is woken: -1, by its futex.
+// How the owner of a mailbox is woken; descriptor -1: by its futex.
 struct Waker {
   int fd = -1;
-  bool is_doorbell = false;  // an eventfd of the router's, else a socket (os/wakeup.h)
+  bool is_doorbell = false;  // an eventfd created by the router; else a socket (os/wakeup.h)
 };
 
-// Wakes the owner of a mailbox if it sleeps; after each message that was put into it.
+// Wakes the owner of a mailbox if it sleeps; call it after each message that was put into the
+// mailbox.
 //
-// Every kind wakes first and clears the sign after it, or both at once: a sender that dies in
-// between leaves the owner woken, or the sign standing for the next sender. Which kind it is says
-// the router, not the memory, which the owner can change: a waker is checked, a doorbell is the
-// router's own.
+// Every kind of waker first wakes and then clears the sleep flag, or does both atomically. If a
+// sender crashes in between, the owner is awake or the flag is still set for the next sender. The
+// router decides which kind of waker is used, not the shared memory, which the owner can change: a
+// waker from a client is checked, and a doorbell is created by the router.
 void wake_sleeper(const shm::Sender& sender, std::uint32_t sleep, Waker waker);
 inline void wake_owner(const shm::Sender& sender, Waker waker) {
   if (const std::uint32_t sleep = sender.sleeper()) wake_sleeper(sender, sleep, waker);

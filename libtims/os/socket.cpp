@@ -30,11 +30,11 @@ std::optional<sockaddr_un> socket_address(const std::string& path) {
 }
 
 Error bad_path(const std::string& path) {
-  return {Errc::kInvalidArgument, "'" + path + "' is no socket path of 1 to 107 bytes"};
+  return {Errc::kInvalidArgument, "'" + path + "' is not a socket path of 1 to 107 bytes"};
 }
 
-// Of the folders above `path`: one that another user has made where everybody may make some. Root
-// and whoever runs this program are trusted.
+// Refuses a path below a directory that another user created in a world-writable directory. Root
+// and the user that runs this program are trusted.
 Result<void> check_owners(const std::filesystem::path& path) {
   for (auto folder = path.parent_path(); folder.has_relative_path();
        folder = folder.parent_path()) {
@@ -44,9 +44,9 @@ Result<void> check_owners(const std::filesystem::path& path) {
       continue;
     const bool for_everybody = (parent.st_mode & S_ISVTX) != 0 && (parent.st_mode & S_IWOTH) != 0;
     if (for_everybody && self.st_uid != 0 && self.st_uid != ::geteuid())
-      return Error(Errc::kSystem,
-                   folder.string() + " belongs to another user (" + std::to_string(self.st_uid) +
-                       "), who could take the socket's place: choose another folder");
+      return Error(Errc::kSystem, folder.string() + " belongs to another user (" +
+                                      std::to_string(self.st_uid) +
+                                      "), who could replace the socket: choose another directory");
   }
   return {};
 }
@@ -85,7 +85,7 @@ Result<AddressList> look_up(const std::string& host, std::uint16_t port) {
   return AddressList(found, ::freeaddrinfo);
 }
 
-// 0, or the errno that says why not.
+// Returns 0, or the errno of the failure.
 int wait_connected(int socket, Time deadline, int cancel) {
   std::array<pollfd, 2> waits{{{socket, POLLOUT, 0}, {cancel, POLLIN, 0}}};
   (void)poll_until(waits, deadline);
@@ -106,7 +106,7 @@ void set(int socket, int level, int option, int value) {
   ::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-// Also one that stands still for so long while messages wait for it.
+// Detects also a router that does not respond for this time while messages wait for it.
 void find_dead_router(int socket) {
   constexpr int kIdleSeconds = 10;
   constexpr int kProbeSeconds = 2;

@@ -1,4 +1,4 @@
-// Sockets: whole records between programs of one host, and TCP connections to routers elsewhere.
+// Sockets: whole records between programs of one host, and TCP connections to remote routers.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,11 @@
 
 namespace tims::os {
 
-// --- Unix sockets of whole records (SEQPACKET), with file descriptors beside them
+// --- Unix sockets that carry whole records (SEQPACKET) together with file descriptors
 
-inline constexpr std::size_t kRecordFilesMax = 64;  // beside one record
+inline constexpr std::size_t kRecordFilesMax = 64;  // with one record
 
-// Connected to a listener at `path`. Paths are limited by the system to 107 bytes.
+// Connects to a listener at `path`. The system limits paths to 107 bytes.
 Result<File> connect_unix(const std::string& path);
 // Two ends of one connection within this process.
 struct RecordPair {
@@ -28,31 +28,32 @@ struct RecordPair {
   File other;
 };
 Result<RecordPair> make_record_pair();
-// Listening. Takes the place of a socket nobody listens at any more; refuses a living one
-// (kAddressInUse). `mode`: who may connect. Makes the parent folder when it is missing; refuses one
-// that somebody else has made where everybody may, as in /tmp: he could put his own socket there.
+// Starts listening. Replaces a stale socket that has no listener; refuses if a program listens
+// there (kAddressInUse). `mode`: who may connect. Creates a missing parent directory. Refuses a
+// directory that another user created in a world-writable place such as /tmp, because that user
+// could replace the socket.
 Result<File> listen_unix(const std::string& path, mode_t mode);
-// Which file lies at a path, to know it again.
+// Identifies the file at a path, to detect that it was replaced.
 struct FileId {
   dev_t device = 0;
-  ino_t inode = 0;  // 0: there is none
+  ino_t inode = 0;  // 0: there is no file
   bool operator==(const FileId&) const = default;
 };
 FileId file_at(const std::string& path);
-// The next connection, non-blocking; nothing when none waits (kEmpty).
+// Accepts the next connection, non-blocking; kEmpty when none waits.
 Result<File> accept_unix(const File& listener);
 
-// kEmpty: the socket takes nothing at the moment. kClosed: the other side is gone.
+// kEmpty: the socket accepts nothing at the moment. kClosed: the peer is gone.
 Result<void> send_record(int socket, std::span<const std::byte> record,
                          std::span<const int> files = {}, bool wait = true);
 
 struct Received {
-  std::size_t size = 0;     // 0: the other side has closed
+  std::size_t size = 0;     // 0: the peer has closed
   bool truncated = false;   // longer than the buffer
-  bool files_lost = false;  // descriptors came for which this process has no room
+  bool files_lost = false;  // descriptors arrived, but this process has no free descriptor for them
   std::vector<File> files;
 };
-// kEmpty: nothing there (never when `wait`).
+// kEmpty: nothing has arrived (never when `wait`).
 Result<Received> receive_record(int socket, std::span<std::byte> buffer, bool wait);
 
 struct PeerCredentials {
@@ -60,21 +61,21 @@ struct PeerCredentials {
   uid_t uid = 0;
 };
 PeerCredentials peer_credentials(int socket);
-// The other side has closed, whatever of it is still to be read.
+// Whether the peer has closed, even if data is still to be read.
 bool has_hung_up(int socket);
 
 // --- TCP
 
-// Non-blocking, and given up by the system when the other side's machine has gone. Tries each
-// address of the name in turn, until one answers, the deadline, or `cancel` (-1: nothing) is
-// readable. The detail of the error: why not, without the host. Only the look-up of a name has no
-// end but the system's.
+// Non-blocking, with keep-alive, so that the system ends the connection when the remote host is
+// gone. Tries each address of the name in turn until one answers, the deadline passes, or `cancel`
+// (-1: none) becomes readable. The error detail states the reason, without the host. The name
+// look-up is limited only by the system's own timeout.
 Result<File> connect_tcp(const std::string& host, std::uint16_t port, Time deadline,
                          int cancel = -1);
 
-// Binds also to an address that this host does not have yet: a router may be started before the
-// interface is there.
-enum class Bound { kNo, kYes, kAddressNotHereYet };  // kNo: errno says why
+// Binds also to an address that this host does not have yet: a router may start before the
+// interface exists.
+enum class Bound { kNo, kYes, kAddressNotHereYet };  // kNo: errno states the reason
 Bound bind_even_early(int socket, const sockaddr* address, socklen_t size);
 
 }  // namespace tims::os

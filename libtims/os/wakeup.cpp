@@ -24,7 +24,7 @@ void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, 
 }
 
 void futex_clear_and_wake(const std::atomic<std::uint32_t>& word) {
-  // The comparison is never true: nobody is woken a second time.
+  // The comparison is never true: no second sleeper is woken.
   const std::uint32_t operation = FUTEX_OP(FUTEX_OP_ANDN, 1, FUTEX_OP_CMP_LT, 0);
   const std::uintptr_t second_wakes = 0;
   ::syscall(SYS_futex, &word, FUTEX_WAKE_OP, 1, second_wakes, &word, operation);
@@ -63,7 +63,8 @@ bool is_waker(int fd) {
 void wake(int waker) { ::send(waker, nullptr, 0, MSG_DONTWAIT | MSG_NOSIGNAL); }
 
 void drain_wakes(int woken) {
-  constexpr unsigned kAtOnce = 16;  // more than wait by default (net.unix.max_dgram_qlen)
+  // more than a socket queues by default (net.unix.max_dgram_qlen)
+  constexpr unsigned kAtOnce = 16;
   std::array<mmsghdr, kAtOnce> wakes{};
   while (::recvmmsg(woken, wakes.data(), kAtOnce, MSG_DONTWAIT, nullptr) == kAtOnce) {
   }

@@ -1,6 +1,5 @@
-// Waiting until something happens, and waking whoever waits: on a word in shared memory, on a
-// counter of the kernel, on a socket between programs that do not trust each other, on any
-// descriptor.
+// Waiting for an event and waking the waiter: by a futex in shared memory, by a kernel counter
+// (eventfd), by a socket between programs that do not trust each other, or on any descriptor.
 #pragma once
 
 #include <atomic>
@@ -15,51 +14,54 @@
 
 namespace tims::os {
 
-// --- A word in shared memory (futex)
+// --- A 32-bit word in shared memory (futex)
 
-// Until the word is no longer `expected`, a wake-up, or the deadline. May return early.
+// Waits until the word is no longer `expected`, a wake-up, or the deadline. May return early.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, Time deadline);
 
-// Clears bit 0 of the word and wakes one sleeper, as one step of the kernel: a process that dies
-// here has done both or nothing.
+// Clears bit 0 of the word and wakes one sleeper, in one system call: a process that is killed here
+// has done both or nothing.
 void futex_clear_and_wake(const std::atomic<std::uint32_t>& word);
 
-// --- A counter (eventfd): an event loop can wait for it. Between threads of one program, and for
-// programs that trust whoever made it.
+// --- A counter (eventfd), which an event loop can wait for. For threads of one program, and for
+// programs that trust its creator.
 
 Result<File> make_event_fd();
 void signal_event_fd(int fd);
-// Never waits: the descriptor's own flags can be changed by whoever shares it.
+// Never waits, because any program that shares the descriptor can change its flags.
 void drain_event_fd(int fd);
 
 // --- A wake-up between programs that do not trust each other: a pair of datagram sockets. The
-// owner keeps one end, for its event loop, and gives the other away; what is sent there wakes it.
+// owner keeps one end for its event loop and gives the other end to the senders; a datagram wakes
+// the owner.
 //
-// An eventfd would not do: its flags belong to everybody who has it, so that its owner could fill
-// it, clear O_NONBLOCK, and have whoever wants to wake it wait.
+// An eventfd is not suitable: all programs that have it share its flags. Its owner could fill it
+// and clear O_NONBLOCK, and a sender that wants to wake the owner would block.
 
 struct WakePair {
   File woken;  // readable until drain_wakes()
   File waker;
 };
 Result<WakePair> make_wake_pair();
-// Whether a descriptor that somebody gave us is a waker. Sockets of other families can be locked
-// for as long as another program likes, which MSG_DONTWAIT waits for all the same.
+// Checks whether a descriptor received from another program is a waker. Sockets of other families
+// can be locked by another program for any time, and a send would wait for the lock in spite of
+// MSG_DONTWAIT.
 bool is_waker(int fd);
-// Never waits, whatever has been done to the sockets. When no more goes in, there is enough to wake
-// the owner. Empty: it means nothing to whoever else it may reach.
+// Never waits, whatever state the sockets are in. When the queue is full, the owner is woken
+// already. The datagram is empty, so that it has no meaning for any other receiver.
 void wake(int waker);
 void drain_wakes(int woken);
 
 // --- Any descriptor
 
-// poll(2) until one of them reports what is asked of it; false at the deadline.
+// Calls poll(2) until one of them reports a requested event; false at the deadline.
 bool poll_until(std::span<pollfd> waits, Time deadline);
-// Whether poll() reports one of `events` before the deadline; -1 never is ready.
+// Whether poll() reports one of `events` before the deadline; a descriptor of -1 is never ready.
 bool is_ready(int fd, short events, Time deadline);
-// Can be read within that time.
+// Whether it becomes readable within the given time.
 bool is_readable(int fd, Duration within = {});
-// Readable when one of them is. -1 and plain files, for which nobody can wait, are left out.
+// A descriptor that is readable when one of `fds` is. -1 and regular files, which cannot be polled,
+// are ignored.
 Result<File> any_of(std::span<const int> fds);
 
 }  // namespace tims::os

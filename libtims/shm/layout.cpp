@@ -15,10 +15,10 @@ Result<MailboxView> MailboxView::open(std::span<std::byte> mapping, std::uint64_
   const auto bad = [](const char* what) { return Error(Errc::kBadLayout, what); };
   if (offset % kMailboxAlign != 0) return bad("the mailbox is not aligned");
   if (offset > mapping.size() || mapping.size() - offset < sizeof(MailboxHeader))
-    return bad("the mailbox lies outside its segment");
+    return bad("the mailbox is outside its segment");
   auto& header = *reinterpret_cast<MailboxHeader*>(mapping.data() + offset);
   if (header.ready.load(std::memory_order_acquire) != kReady) return bad("not ready");
-  // Volatile: one reading each, of memory that may change between two.
+  // Volatile: each field is read exactly once, because the memory may change between two reads.
   const auto once = [](const auto& field) {
     return *static_cast<const volatile std::remove_cvref_t<decltype(field)>*>(&field);
   };

@@ -1,5 +1,5 @@
-// What lies where in shared memory, and a mailbox there as this process may touch it. The drawing
-// and the crash rules: LAYOUT.md.
+// Layout of a mailbox in shared memory, and a checked view of it for this process. The diagram and
+// the rules for crashes are in LAYOUT.md.
 #pragma once
 
 #include <atomic>
@@ -12,8 +12,8 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
-// The atomics of shared memory, behind one name: a test can put its own in their place, by naming
-// its header in TIMS_ATOMIC_HEADER, and so run the interleavings of the very code that ships.
+// Atomics in shared memory. A test can substitute its own by naming a header in TIMS_ATOMIC_HEADER,
+// and so explore the interleavings of the production code.
 #ifdef TIMS_ATOMIC_HEADER
 #include TIMS_ATOMIC_HEADER
 #else
@@ -32,7 +32,7 @@ class Atomic {
     return value_.compare_exchange_strong(expected, desired, order, std::memory_order_relaxed);
   }
   T fetch_add(T n, std::memory_order order) { return value_.fetch_add(n, order); }
-  // The futex word's address, for the system call.
+  // Address of the futex word for the system call.
   const std::atomic<T>* raw() const { return &value_; }
 
  private:
@@ -54,9 +54,10 @@ inline constexpr std::uint32_t kReady = 0x4D584254;  // "TBXM"; written last
 inline constexpr std::uint32_t kSlotsMax = 65535;
 inline constexpr std::uint32_t kMessageMax = 1U << 30;  // bytes, header included
 inline constexpr std::size_t kLine = 64;
-inline constexpr std::size_t kPair = 2 * kLine;  // as the processor fetches them
+inline constexpr std::size_t kPair = 2 * kLine;  // the unit that the processor fetches
 
-// Entries of a ring beyond two for each slot. Tests make it small, so that a ring's end is near.
+// Entries of a ring in addition to two for each slot. Tests make it small to reach the end of a
+// ring quickly.
 #ifndef TIMS_RING_SPARE
 #define TIMS_RING_SPARE 64
 #endif
@@ -65,8 +66,8 @@ inline constexpr std::uint32_t kRingSpare = TIMS_RING_SPARE;
 // How a sender wakes the owner.
 enum class WakeKind : std::uint32_t {
   kFutex,     // on MailboxHeader::sleep
-  kSocket,    // a socket of the owner's (os/wakeup.h)
-  kDoorbell,  // an eventfd that came with it: the mailbox is a client's uplink to the router
+  kSocket,    // a socket created by the owner (os/wakeup.h)
+  kDoorbell,  // an eventfd sent with the mailbox: the mailbox is a client's uplink to the router
 };
 
 struct MailboxHeader {
@@ -80,24 +81,25 @@ struct MailboxHeader {
   std::uint32_t owner_pid;
   std::uint32_t long_places;  // for long bodies
 
-  // Read by everybody for each message, seldom written: when the owner falls asleep, when the
-  // priority of what is sent changes, when the mailbox closes.
+  // Read by all processes for each message, but seldom written: when the owner goes to sleep, when
+  // the highest announced priority changes, when the mailbox is closed.
   alignas(kLine) Word32 sleep;  // odd: the owner sleeps
   Word32 closed;                // not 0: senders must look the address up again
-  // At least the highest priority announced since the owner last lowered it: as long as it is not
-  // above what the owner has in hand, the owner leaves the arrival ring to the senders.
+  // At least the highest priority announced since the owner last lowered it. While it is not above
+  // the priority that the owner has in hand, the owner does not access the arrival ring.
   Word32 highest;
 
-  // Moved by senders.
+  // Advanced by senders.
   alignas(kLine) Word64 arrival_tail;
   Word64 free_head;
 
-  // Moved by the owner.
+  // Advanced by the owner.
   alignas(kLine) Word64 arrival_head;
   Word64 received;
 
-  // Seldom written, by anybody.
-  alignas(kLine) Word64 rescans;  // raised: hints are missing, the owner must look at every slot
+  // Seldom written, by any process.
+  // incremented when hints are missing and the owner must look at every slot
+  alignas(kLine) Word64 rescans;
   Word64 replaced;
   Word64 refused;
   Word64 too_big;
@@ -107,8 +109,8 @@ struct MailboxHeader {
 struct SlotHeader {
   Word64 word;   // SlotWord
   Word64 stamp;  // Stamp
-  // the message's header follows, 16 bytes in native order; then the body, or of a long one the
-  // number of its place
+  // The message header follows: 16 bytes in native order; then the body, or for a long body the
+  // number of its place.
 };
 
 static_assert(offsetof(MailboxHeader, ready) == 0);
@@ -131,47 +133,50 @@ static_assert(offsetof(MailboxHeader, reclaimed) == 288);
 static_assert(sizeof(MailboxHeader) == 320);
 static_assert(sizeof(SlotHeader) == 16);
 
-// Slots up to this size are in one piece. Of larger ones the short messages, by far the most in
-// number, lie close together, so that they share pages and cache; only long ones are far apart.
+// Slots up to this size are contiguous. In mailboxes with larger slots, short messages, which are
+// by far the most frequent, are stored close together and share pages and cache lines; only long
+// bodies are stored far apart.
 inline constexpr std::size_t kWholeMax = 4096;
-inline constexpr std::size_t kDividedSlot = 17 * kPair;  // odd: neighbours share no line of a cache
+// odd: neighbouring slots do not map to the same cache lines
+inline constexpr std::size_t kDividedSlot = 17 * kPair;
 
-// Where the parts of a mailbox lie, computed from the numbers that are its size.
+// Offsets of the parts of a mailbox, computed from its size parameters.
 struct Geometry {
   std::uint32_t slots = 0;
   std::uint32_t message_max = 0;
-  std::uint32_t ring = 0;     // entries of the arrival ring and of the free ring each, power of two
-  std::size_t stride = 0;     // of slots, bytes
-  std::size_t short_max = 0;  // longest body that lies in its slot
-  std::uint32_t long_places = 0;  // of longer ones
+  // entries of the arrival ring and of the free ring each; a power of two
+  std::uint32_t ring = 0;
+  std::size_t stride = 0;         // between slots, bytes
+  std::size_t short_max = 0;      // longest body that is stored in its slot
+  std::uint32_t long_places = 0;  // places for longer bodies
   std::size_t long_stride = 0;
   std::size_t arrival_at = 0;
   std::size_t free_at = 0;
-  std::size_t holders_at = 0;  // of shared places
+  std::size_t holders_at = 0;  // offset of the holders of shared places
   std::size_t slots_at = 0;
   std::size_t long_at = 0;
-  std::size_t bytes = 0;  // all of it
+  std::size_t bytes = 0;  // total size
 
   static constexpr bool valid(std::uint32_t slots, std::uint32_t message_max) {
     return slots >= 1 && slots <= kSlotsMax && message_max >= kHeaderSize &&
            message_max <= kMessageMax;
   }
 
-  // `long_places`: fewer than slots when they are shared, 0: one for each.
+  // `long_places`: less than `slots` when they are shared; 0: one for each slot.
   static constexpr Geometry of(std::uint32_t slots, std::uint32_t message_max,
                                std::uint32_t long_places = 0) {
     Geometry g{.slots = slots, .message_max = message_max};
-    // Room for stale hints beside one for each slot.
+    // Room for stale hints in addition to one hint for each slot.
     g.ring = std::bit_ceil(2 * slots + kRingSpare);
     const std::size_t whole = sizeof(SlotHeader) + message_max;
     const bool divided = whole > kWholeMax;
     const std::size_t slot = divided ? kDividedSlot : whole;
-    // From two lines on in pairs.
+    // Slots larger than one line are aligned to pairs of lines.
     g.stride = up(slot, slot > kLine ? kPair : kLine);
     g.short_max = slot - sizeof(SlotHeader) - kHeaderSize;
     if (divided) {
       g.long_places = long_places == 0 || long_places > slots ? slots : long_places;
-      // An odd number of pairs: neighbours do not compete for the same lines of a cache.
+      // An odd number of pairs: neighbouring places do not map to the same cache lines.
       g.long_stride = ((message_max - kHeaderSize + kPair - 1) / kPair | 1) * kPair;
     }
     g.arrival_at = sizeof(MailboxHeader);
@@ -199,14 +204,15 @@ struct Geometry {
 
 inline constexpr std::size_t kMailboxAlign = 128;  // of a mailbox inside a segment
 
-// A mailbox in shared memory as this process may touch it. What the other side wrote is read once,
-// checked, and kept here; afterwards every index goes through a function that cannot leave the
-// mapping, whatever anybody writes into it.
+// A checked view of a mailbox in shared memory. Values written by another process are read once,
+// checked and stored here. Afterwards every index goes through a function that cannot leave the
+// mapping, whatever another process writes into it.
 class MailboxView {
  public:
   MailboxView() = default;
 
-  // A mailbox that somebody else laid out at `offset` of `mapping`. kBadLayout says what is wrong.
+  // Opens a mailbox that another process laid out at `offset` of `mapping`. The detail of
+  // kBadLayout states the problem.
   static Result<MailboxView> open(std::span<std::byte> mapping, std::uint64_t offset);
 
   struct Options {
@@ -237,19 +243,19 @@ class MailboxView {
     // NOLINTNEXTLINE(clang-analyzer-core.uninitialized.UndefReturn): a view that was made has slots
     return *reinterpret_cast<SlotHeader*>(slots_ + index * geometry_.stride);
   }
-  // The header of a slot's message: kHeaderSize bytes.
+  // The header of the message in a slot: kHeaderSize bytes.
   [[nodiscard]] std::byte* message_header(std::uint32_t index) const {
     return slots_ + index * geometry_.stride + sizeof(SlotHeader);
   }
-  // Its body, when it has at most geometry().short_max bytes.
+  // Body in the slot, of at most geometry().short_max bytes.
   [[nodiscard]] std::byte* short_body(std::uint32_t index) const {
     return message_header(index) + kHeaderSize;
   }
-  // A longer one. Precondition: place < geometry().long_places.
+  // Body in a long place. Precondition: place < geometry().long_places.
   [[nodiscard]] std::byte* long_body(std::uint32_t place) const {
     return long_ + place * geometry_.long_stride;
   }
-  // Who has a shared place: geometry().long_places of them.
+  // Holder of a shared place. Precondition: place < geometry().long_places.
   [[nodiscard]] Word64& holder(std::uint32_t place) const { return holders_[place]; }
   void prefetch(std::uint32_t index) const {
     const std::byte* at = slots_ + index * geometry_.stride;
@@ -271,12 +277,12 @@ class MailboxView {
   Address address_;
 };
 
-// --- What a dead client left in other clients' mailboxes. Called by the router; doing it twice, or
-// while senders and owner go on, is harmless.
+// --- Cleaning up after a crashed client in the mailboxes of other clients. Called by the router;
+// the functions are idempotent and safe while senders and the owner are running.
 
-// Takes back the slots that `is_dead(writer)` was writing, and makes the owner look for messages
-// that were committed but not announced. Returns the number of slots. The caller then wakes the
-// owner, in case the dead client was about to.
+// Reclaims the slots that were being written by writers for which `is_dead(writer)` holds, and
+// makes the owner look for messages that were committed but not announced. Returns the number of
+// slots. The caller then wakes the owner, because the crashed client may not have done so.
 template <typename IsDead>
 std::uint32_t reclaim(const MailboxView& view, IsDead is_dead) {
   std::uint32_t taken = 0;
@@ -292,13 +298,13 @@ std::uint32_t reclaim(const MailboxView& view, IsDead is_dead) {
   return taken;
 }
 
-// The owner is gone: senders must look the address up again.
+// Marks the mailbox closed because its owner is gone: senders must look the address up again.
 inline void condemn(const MailboxView& view) {
   view.header().closed.store(1, std::memory_order_release);
 }
 
-// The owner is registered (again): a mailbox that was condemned, because its owner seemed to be
-// gone, takes messages again.
+// Opens the mailbox again after its owner has registered it again, although it was condemned
+// before.
 inline void pardon(const MailboxView& view) {
   view.header().closed.store(0, std::memory_order_release);
 }

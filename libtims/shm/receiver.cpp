@@ -1,4 +1,4 @@
-// What the owner does when hints are missing, or on its own account.
+// The seldom used part of the receiver, for lost hints and for cleaning up.
 #include "shm/receiver.h"
 
 #include <algorithm>
@@ -38,8 +38,8 @@ std::size_t Receiver::clean() {
   return thrown;
 }
 
-// Hints of messages that were replaced pile up while more important ones keep the owner busy. One
-// for each slot stays, so there is room for as many as there are slots.
+// Hints of replaced messages accumulate while more important messages keep the owner busy. Only one
+// valid hint remains for each slot, so there is room for as many as there are slots.
 void Receiver::make_room() {
   if (!index_.full()) return;
   std::vector<bool> kept(view_.geometry().slots);
@@ -54,11 +54,11 @@ bool Receiver::still_waiting(Hint hint) const {
   return view_.slot(hint.index).word.load(memory_order_acquire) == hint.readable().pack();
 }
 
-// Hints were lost: builds the order anew from the slots themselves.
+// Hints were lost: rebuilds the order from the slots themselves.
 //
-// A message stamped not after `now` was announced before this look at the slots began, and so was
-// everything sent before it: nothing is overtaken. Messages stamped later stay for the next time:
-// their hints come behind the tail, or the counter has moved on from what is remembered.
+// A message with a stamp not after `now` was announced before this scan began, and so was every
+// message sent before it: order is preserved. Messages with a later stamp are left for the next
+// scan: their hints are behind the tail, or the rescan counter has advanced since.
 void Receiver::rescan() {
   MailboxHeader& header = view_.header();
   rescans_seen_ = header.rescans.load(memory_order_acquire);
@@ -86,13 +86,13 @@ void Receiver::rescan() {
   header.arrival_head.store(arrival_head_, memory_order_release);
 }
 
-// The tail was read before the counter is: no hint in front of it has a stamp after this one.
+// The tail is read before the counter: no hint before the tail has a later stamp than the result.
 Stamp Receiver::stamp_at(std::uint64_t tail) const {
   return {static_cast<std::uint32_t>(tail),
           static_cast<std::uint32_t>(view_.header().rescans.load(memory_order_acquire))};
 }
 
-// A stamp from the future is nonsense, and no reason to keep its message for ever.
+// A stamp from the future is invalid, but must not block its message for ever.
 bool Receiver::is_possible(Stamp stamp) const {
   return stamp.not_after(stamp_at(view_.header().arrival_tail.load(memory_order_acquire)));
 }

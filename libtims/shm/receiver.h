@@ -1,8 +1,8 @@
-// The owner's side of a mailbox. One thread at a time may take; release() may be called by any
-// thread of the owner at any time.
+// The owner's side of a mailbox. Only one thread at a time may call take(); any thread of the owner
+// may call release() at any time.
 //
-// The owner keeps its order in private memory (PriorityIndex) and checks every hint against the
-// slot's word when it takes the message: a message that was replaced meanwhile is passed over.
+// The owner keeps the order in private memory (PriorityIndex) and checks every hint against the
+// slot's state word when it takes the message. The hint of a message that was replaced is skipped.
 #pragma once
 
 #include <atomic>
@@ -29,23 +29,23 @@ class Receiver {
  public:
   explicit Receiver(const MailboxView& view);
 
-  // The most important message, the oldest of its priority; nothing when none waits.
+  // Takes the most important message, the oldest of its priority; nothing when none waits.
   std::optional<Taken> take();
   // Undoes take(): the message is first again.
   void put_back(const Taken& taken);
   void release(Hint hint);
-  // Throws away what is waiting at the moment; returns how many.
+  // Discards the messages that are waiting now; returns their number.
   std::size_t clean();
 
-  // Before sleeping: arm(), and only if nothing_came() wait until MailboxHeader::sleep is no
-  // longer the value that arm() returned; then disarm(). Closed or not: that is for anybody to
-  // write who shares the memory, and must not keep its owner awake; an owner knows whether it has
-  // closed.
+  // Before sleeping: call arm(). Only if nothing_came(), wait until MailboxHeader::sleep differs
+  // from the value that arm() returned; then call disarm(). The closed flag is not checked here:
+  // every process that shares the memory can write it, and it must not keep the owner awake. The
+  // owner knows itself whether it has closed the mailbox.
   std::uint32_t arm();
   void disarm();
   [[nodiscard]] bool nothing_came() const;
-  // For who is woken by a doorbell. True: it is armed, and nothing is to be done until it rings.
-  // False: take() again.
+  // For an owner that is woken by a doorbell. True: the mailbox is armed, and nothing has to be
+  // done until the doorbell rings. False: call take() again.
   [[nodiscard]] bool rest();
 
   void close() { view_.header().closed.store(1, std::memory_order_release); }
@@ -78,9 +78,9 @@ class Receiver {
   Word64 free_head_seen_{0};
 };
 
-// --- a message's way; what is seldom needed is in receiver.cpp ---
+// --- hot path; seldom used functions are in receiver.cpp ---
 
-// The arrival ring is looked at only when something more important may be in it: a look takes the
+// Looks at the arrival ring only when it may contain something more important: reading it takes the
 // cache line away from the senders.
 inline std::optional<Taken> Receiver::take() {
   bool looked = false;
@@ -94,13 +94,13 @@ inline std::optional<Taken> Receiver::take() {
   }
 }
 
-// What is in the ring is neither more important than the first here, nor older than its equals.
+// No message in the ring is more important than the first one here, or of equal priority and older.
 inline bool Receiver::first_is_in_hand() const {
   return !index_.empty() && view_.header().highest.load(std::memory_order_acquire) <=
                                 std::uint32_t{index_.front().priority};
 }
 
-// Nothing: the message was replaced meanwhile, or its sender wrote nonsense.
+// Nothing: the message was replaced, or its sender wrote invalid data.
 inline std::optional<Taken> Receiver::take_front() {
   const Hint hint = index_.front();
   index_.pop();
@@ -122,8 +122,7 @@ inline std::optional<Taken> Receiver::take_front() {
   return Taken{hint, header, {body, header.body_size()}};
 }
 
-// The sender wrote the length and the place: they are checked before anybody follows them. Null:
-// nonsense.
+// Checks the length and the place, which the sender wrote, before they are used. Null: invalid.
 inline const std::byte* Receiver::body_of(std::uint32_t index, std::uint32_t length) const {
   const Geometry& geometry = view_.geometry();
   if (length < kHeaderSize || length > geometry.message_max) return nullptr;
@@ -140,9 +139,11 @@ inline void Receiver::release(Hint hint) {
   push_free(hint);
 }
 
-// The free ring only hints: when it has no room, the slot is found by looking at every slot.
+// The free ring only contains hints: when it is full, a sender finds the slot by scanning all
+// slots.
 inline void Receiver::push_free(Hint hint) {
-  constexpr std::uint32_t kMargin = kRingSpare / 2;  // threads that may be past the check at once
+  // maximum number of threads past the check at the same time
+  constexpr std::uint32_t kMargin = kRingSpare / 2;
   const Geometry& geometry = view_.geometry();
   const std::uint64_t limit = geometry.ring - kMargin;
   if (free_tail_.load(std::memory_order_relaxed) -
@@ -161,13 +162,14 @@ inline void Receiver::push_free(Hint hint) {
 inline void Receiver::ingest() {
   fetch_hints();
   if (index_.empty() || first_is_in_hand()) return;
-  // It was raised for what is gone by now. Lowered first, looked again after: see raise_highest().
+  // It was raised for messages that are gone. Lower it first and check again afterwards: see
+  // raise_highest().
   view_.header().highest.store(0, std::memory_order_seq_cst);
   fetch_hints();
 }
 
-// Moves hints from the shared ring into the private order. Whether hints are missing is asked once
-// more afterwards: one that is here may have come after one that is not.
+// Moves hints from the shared ring into the private order. Checks for missing hints again
+// afterwards: a hint that arrived may be younger than one that is missing.
 inline void Receiver::fetch_hints() {
   const Word64& rescans = view_.header().rescans;
   if (rescans.load(std::memory_order_acquire) == rescans_seen_) drain_ring();
@@ -212,10 +214,10 @@ inline bool Receiver::rest() {
   return false;
 }
 
-// Readable messages at this moment, by looking at every slot.
+// Number of readable messages now, by scanning all slots.
 std::uint64_t waiting(const MailboxView& view);
 
-// What has happened in a mailbox; the words: tims/mailbox.h.
+// Counters of a mailbox; the fields are explained in tims/mailbox.h.
 struct Counters {
   std::uint64_t received = 0;
   std::uint64_t replaced = 0;

@@ -1,4 +1,4 @@
-// What a sender does with whole messages, and when there is no hint to go by.
+// Functions of the sender for whole messages, and for claiming a slot without a hint.
 #include "shm/sender.h"
 
 #include <algorithm>
@@ -19,16 +19,16 @@ SendOutcome Sender::put(std::span<const std::byte, kHeaderSize> header,
   const auto length = static_cast<std::uint32_t>(kHeaderSize + body.size());
   const SendOutcome outcome = claim(length, priority, slot);
   if (!taken(outcome)) return outcome;
-  // By std::ranges::copy (g++ 12) messages of 1 MiB between hosts were a third slower.
+  // With std::ranges::copy (g++ 12), messages of 1 MiB between hosts were a third slower.
   std::memcpy(slot.header, header.data(), header.size());
   if (!body.empty()) std::memcpy(slot.body, body.data(), body.size());
   const SendOutcome committed = commit(slot);
   return committed == SendOutcome::kOk ? outcome : committed;
 }
 
-// No hint: look at every slot, until one is claimed or two looks have seen the same: words do not
-// come back, so at the moment between the two the mailbox was full. The bound is for hostile
-// memory.
+// Without a hint: scans all slots until one is claimed or two scans have seen the same state words.
+// State words never repeat, so in the second case the mailbox was full at a moment between the two
+// scans. The bound protects against hostile memory.
 SendOutcome Sender::claim_by_scan(std::uint8_t priority, Claim& claim) {
   constexpr int kLooksMax = 32;
   if (const auto known = claim_remembered(priority, claim)) return *known;
@@ -49,8 +49,8 @@ SendOutcome Sender::claim_by_scan(std::uint8_t priority, Claim& claim) {
   return SendOutcome::kFull;
 }
 
-// A free slot, else that of the oldest message of the lowest priority waiting, if that is not above
-// `priority`.
+// Finds a free slot, else the slot of the oldest message of the lowest waiting priority, if that is
+// not above `priority`.
 Sender::Room Sender::find_room(std::uint8_t priority, Stamp present) const {
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15;
   Room room;
@@ -61,7 +61,8 @@ Sender::Room Sender::find_room(std::uint8_t priority, Stamp present) const {
     const SlotWord word = SlotWord::unpack(packed);
     if (word.state == SlotState::kFree || word.state == SlotState::kAbandoned)
       return {.found = true, .index = i, .word = word};
-    // What waits in an uplink has receivers of its own: its sender waits for room instead.
+    // Messages in an uplink have different final receivers: the sender waits for room instead of
+    // replacing them.
     if (view_.wake() == WakeKind::kDoorbell) continue;
     if (word.state != SlotState::kReadable || word.priority > priority) continue;
     const std::uint64_t age = Stamp::unpack(slot.stamp.load(memory_order_relaxed)).age(present);
@@ -73,8 +74,8 @@ Sender::Room Sender::find_room(std::uint8_t priority, Stamp present) const {
   return room;
 }
 
-// Those that are as unimportant as the one in `room`, and came next after it. `tail`: where the
-// arrival ring ended before the look.
+// Remembers the messages of the same priority as the one in `room` that came next after it. `tail`:
+// end of the arrival ring before the scan.
 void Sender::remember(const Room& room, Stamp present, std::uint64_t tail) {
   if (next_to_go_.capacity() == 0 || !remembering_.compare_exchange(0, 1, memory_order_acquire))
     return;
@@ -89,9 +90,11 @@ void Sender::remember(const Room& room, Stamp present, std::uint64_t tail) {
     const SlotWord word = SlotWord::unpack(slot.word.load(memory_order_acquire));
     if (word.state != SlotState::kReadable || word.priority > room.word.priority) continue;
     const std::uint64_t age = Stamp::unpack(slot.stamp.load(memory_order_relaxed)).age(present);
-    const bool less_important = word.priority < room.word.priority;  // it has come meanwhile
+    // it arrived after the scan of its slot
+    const bool less_important = word.priority < room.word.priority;
     if (!less_important && (age > room.age || age + kRemembered <= room.age)) continue;
-    if (less_important || next_to_go_.size() == kRemembered) {  // more at a time than there can be
+    // more than can be waiting at one time
+    if (less_important || next_to_go_.size() == kRemembered) {
       next_to_go_.clear();
       break;
     }
@@ -101,8 +104,8 @@ void Sender::remember(const Room& room, Stamp present, std::uint64_t tail) {
   remembering_.store(0, memory_order_release);
 }
 
-// Nothing: another look is needed. What was replaced, read or taken back since has another word;
-// what came since is younger, and not less important.
+// Nothing: a new scan is needed. A message that was replaced, read or reclaimed since the scan has
+// another state word; a message that arrived since the scan is younger and not less important.
 std::optional<SendOutcome> Sender::claim_remembered(std::uint8_t priority, Claim& claim) {
   if (next_to_go_.capacity() == 0 || !remembering_.compare_exchange(0, 1, memory_order_acquire))
     return std::nullopt;
@@ -127,13 +130,14 @@ std::optional<SendOutcome> Sender::claim_remembered(std::uint8_t priority, Claim
   return outcome;
 }
 
-// Since the look. More than was remembered is not gone through: another look does no worse.
+// Checks the messages announced since the scan. If there are more than the remembered number, a new
+// scan is not more expensive.
 bool Sender::nothing_less_important_came() {
   const MailboxHeader& header = view_.header();
   const std::uint64_t tail = header.arrival_tail.load(memory_order_acquire);
   const auto rescans = static_cast<std::uint32_t>(header.rescans.load(memory_order_acquire));
   const std::uint8_t lowest = next_to_go_.front().word.priority;
-  // When the ring is full, only those that were sent from here are known.
+  // Of the messages sent without a hint, only those of this sender are known.
   if (rescans - rescans_then_ != without_hint_.load(memory_order_acquire)) return false;
   if (lowest_without_hint_.load(memory_order_relaxed) < lowest) return false;
   if (tail - looked_up_to_ > kRemembered) return false;
@@ -145,7 +149,7 @@ bool Sender::nothing_less_important_came() {
   return true;
 }
 
-// Its priority first: who sees it counted must see that too.
+// The priority is stored first: a thread that sees the message counted must see its priority too.
 void Sender::count_without_hint(std::uint8_t priority) {
   std::uint32_t seen = lowest_without_hint_.load(memory_order_relaxed);
   while (priority < seen &&
@@ -154,7 +158,8 @@ void Sender::count_without_hint(std::uint8_t priority) {
   without_hint_.fetch_add(1, memory_order_release);
 }
 
-// For a long body. The first place that is free: its pages are most likely to be there.
+// Claims a place for a long body. The first free place is preferred: its pages are most likely to
+// be allocated.
 bool Sender::claim_place(Claim& claim) {
   const auto place = place_for(claim);
   if (!place) {
@@ -167,7 +172,8 @@ bool Sender::claim_place(Claim& claim) {
   return true;
 }
 
-// A shared place is held by one life of a slot: it is free when that has ended, however it did.
+// A shared place is held by one generation of a slot: it is free when that generation has ended,
+// for whatever reason.
 std::optional<std::uint32_t> Sender::place_for(const Claim& claim) {
   const Geometry& geometry = view_.geometry();
   if (!geometry.shares_places()) return claim.index;

@@ -1,11 +1,11 @@
-// The sending side of a mailbox: claim a slot, write the message into it, commit. Lock-free, any
-// number of threads and processes; never waits. Waking a sleeping owner is the caller's business.
+// The sending side of a mailbox: claim a slot, write the message into it, commit. Lock-free, for
+// any number of threads and processes; never waits. The caller must wake a sleeping owner.
 //
-// Rules that keep this safe against death at any step and against other senders:
-//  - A slot changes hands only by compare-and-swap on its word, which names the writer.
-//  - Rings are moved by helping: whoever finds an entry that was already used moves the position
-//    on, so nobody waits for a sender that was stopped in between.
-//  - Every loop is bounded by the size of the mailbox, whatever the memory says.
+// Rules that make this safe against a crash at any step and against other senders:
+//  - A slot changes its owner only by compare-and-swap on its state word, which names the writer.
+//  - Rings are advanced by helping: a thread that finds an entry already used advances the
+//    position, so no thread waits for a sender that was stopped in between.
+//  - Every loop is bounded by the size of the mailbox, whatever the memory contains.
 #pragma once
 
 #include <atomic>
@@ -21,11 +21,11 @@ namespace tims::shm {
 
 enum class SendOutcome : std::uint8_t {
   kOk,
-  kReplaced,   // claimed, and an older message had to go for it
+  kReplaced,   // claimed; an older message was dropped for it
   kFull,       // only more important messages, or slots that are being written or read
   kTooBig,     // larger than a slot
   kClosed,     // the mailbox is gone; look the address up again
-  kReclaimed,  // the router had given this writer up and took the slot back
+  kReclaimed,  // the router had declared this writer dead and reclaimed the slot
 };
 constexpr bool taken(SendOutcome o) { return o == SendOutcome::kOk || o == SendOutcome::kReplaced; }
 
@@ -33,13 +33,13 @@ constexpr bool taken(SendOutcome o) { return o == SendOutcome::kOk || o == SendO
 struct Claim {
   std::uint32_t index = 0;
   SlotWord word;
-  std::byte* header = nullptr;  // of the message: room for kHeaderSize bytes
-  std::byte* body = nullptr;    // room for as many as it was claimed for
+  std::byte* header = nullptr;  // of the message: kHeaderSize bytes
+  std::byte* body = nullptr;    // as many bytes as were claimed
 };
 
 class Sender {
  public:
-  // `writer`: the identity the router gave this process, 1 to 0xFFFFFF.
+  // `writer`: the identity that the router assigned to this process, 1 to 0xFFFFFF.
   Sender(const MailboxView& view, std::uint32_t writer) : view_(view), writer_(writer) {
     if (view_.geometry().slots >= kManySlots) next_to_go_.reserve(kRemembered);
   }
@@ -49,11 +49,12 @@ class Sender {
   // Makes the message visible. kOk or kReclaimed.
   SendOutcome commit(const Claim& claim);
   void give_up(const Claim& claim);
-  // All of it: a message that lies somewhere else. kOk and kReplaced: it is there.
+  // Claims, copies and commits a message from other memory. kOk and kReplaced: the message was
+  // delivered.
   SendOutcome put(std::span<const std::byte, kHeaderSize> header, std::span<const std::byte> body,
                   std::uint8_t priority);
 
-  // After commit: the value of MailboxHeader::sleep when the owner must be woken, else 0.
+  // After commit: the value of MailboxHeader::sleep if the owner must be woken, else 0.
   [[nodiscard]] std::uint32_t sleeper() const {
     const std::uint32_t sleep = view_.header().sleep.load(std::memory_order_seq_cst);
     return (sleep & 1) != 0 ? sleep : 0;
@@ -69,17 +70,18 @@ class Sender {
   bool claim_place(Claim& claim);
   std::optional<std::uint32_t> place_for(const Claim& claim);
   bool claim_slot(std::uint32_t index, SlotWord from, std::uint8_t priority, Claim& claim);
-  // What one look at every slot has found.
+  // Result of one scan over all slots.
   struct Room {
     bool found = false;
     std::uint32_t index = 0;
     SlotWord word;
-    std::uint64_t fingerprint = 0;  // of all words
+    std::uint64_t fingerprint = 0;  // of all state words
     std::uint64_t age = 0;          // of the message there
   };
   [[nodiscard]] Room find_room(std::uint8_t priority, Stamp present) const;
 
-  // A full mailbox of many slots: one look says what goes next for many messages to come.
+  // In a full mailbox of many slots, one scan finds the slots to replace for many following
+  // messages.
   static constexpr std::uint32_t kRemembered = 256;
   static constexpr std::uint32_t kNoPriority = 256;
   static constexpr std::uint32_t kManySlots = 4 * kRemembered;
@@ -99,20 +101,21 @@ class Sender {
 
   MailboxView view_;
   std::uint32_t writer_;
-  // The owner's head as last seen: spares the sender the owner's cache line.
+  // The owner's head when last read: saves an access to the owner's cache line.
   Word64 arrival_head_seen_{0};
 
-  Word32 remembering_{0};             // 1: a thread has what follows
-  std::vector<NextToGo> next_to_go_;  // of the lowest priority, the oldest first
-  std::size_t gone_ = 0;              // of them
-  std::uint64_t looked_up_to_ = 0;    // in the arrival ring
+  Word32 remembering_{0};             // 1: a thread uses the members below
+  std::vector<NextToGo> next_to_go_;  // messages of the lowest priority, the oldest first
+  std::size_t gone_ = 0;              // how many of them were used
+  std::uint64_t looked_up_to_ = 0;    // position in the arrival ring
   std::uint32_t rescans_then_ = 0;
-  // Messages from here that came without a hint since the look, and their lowest priority.
+  // Messages from this sender that were sent without a hint since the scan, and their lowest
+  // priority.
   Word32 without_hint_{0};
   Word32 lowest_without_hint_{kNoPriority};
 };
 
-// --- a message's way; what is seldom needed is in sender.cpp ---
+// --- hot path; seldom used functions are in sender.cpp ---
 
 inline SendOutcome Sender::claim(std::uint32_t length, std::uint8_t priority, Claim& claim) {
   if (closed()) return SendOutcome::kClosed;
@@ -136,14 +139,14 @@ inline bool Sender::claim_free(std::uint8_t priority, Claim& claim) {
     const std::uint64_t position = head.load(std::memory_order_acquire);
     const Hint hint = Hint::unpack(view_.free(position).load(std::memory_order_acquire));
     if (hint.lap != geometry.lap_of(position)) {
-      if (head.load(std::memory_order_acquire) == position) return false;  // nothing free
-      continue;                                                            // a late look
+      if (head.load(std::memory_order_acquire) == position) return false;  // no free slot
+      continue;                                                            // outdated position
     }
     const bool mine = hint.index < geometry.slots &&
                       claim_slot(hint.index, {.generation = hint.generation}, priority, claim);
     head.compare_exchange(position, position + 1, std::memory_order_acq_rel);
     if (!mine) continue;
-    // A slot of one of the next messages is on its way into this processor's cache meanwhile.
+    // Prefetches the slot of one of the next messages into the cache of this processor.
     constexpr std::uint64_t kPrefetchAhead = 6;
     const Hint next =
         Hint::unpack(view_.free(position + kPrefetchAhead).load(std::memory_order_relaxed));
@@ -179,8 +182,9 @@ inline SendOutcome Sender::commit(const Claim& claim) {
   return SendOutcome::kOk;
 }
 
-// Puts a hint into the arrival ring; when there is no room, asks the owner to look at every slot.
-// Sequentially consistent: either the owner sees it before it sleeps, or sleeper() sees it asleep.
+// Puts a hint into the arrival ring; if the ring is full, asks the owner to scan all slots.
+// Sequentially consistent: either the owner sees the hint before it sleeps, or sleeper() sees that
+// the owner sleeps.
 inline void Sender::announce(const Claim& claim) {
   const Geometry& geometry = view_.geometry();
   Word64& tail = view_.header().arrival_tail;
@@ -191,13 +195,15 @@ inline void Sender::announce(const Claim& claim) {
     Word64& cell = view_.arrival(position);
     const std::uint64_t before = cell.load(std::memory_order_acquire);
     const std::uint16_t lap_before = Hint::unpack(before).lap;
-    if (lap_before == lap) {  // its sender has not moved the tail yet, or never will
+    if (lap_before == lap) {  // its sender has not advanced the tail yet, or never will
       tail.compare_exchange(position, position + 1, std::memory_order_acq_rel);
       continue;
     }
     if (lap_before != static_cast<std::uint16_t>(lap - 1)) {
-      if (tail.load(std::memory_order_acquire) == position) break;  // nonsense: do without the ring
-      continue;                                                     // a late look at the tail
+      if (tail.load(std::memory_order_acquire) == position)
+        // invalid content: do without the ring
+        break;
+      continue;  // outdated tail
     }
     const Hint hint{lap, claim.word.generation, claim.word.priority,
                     static_cast<std::uint16_t>(claim.index)};
@@ -209,9 +215,10 @@ inline void Sender::announce(const Claim& claim) {
   if (next_to_go_.capacity() != 0) count_without_hint(claim.word.priority);
 }
 
-// After announcing: either the owner, having lowered it, sees the hint, or this sees it lowered.
+// After announcing: either the owner sees the hint after it lowered the value, or this sender sees
+// the lowered value.
 inline void Sender::raise_highest(std::uint8_t priority) {
-  constexpr int kTriesMax = 512;  // of honest senders each raises it, and the owner lowers it once
+  constexpr int kTriesMax = 512;  // each honest sender raises it, and the owner lowers it once
   Word32& highest = view_.header().highest;
   for (int tries = 0; tries < kTriesMax; ++tries) {
     const std::uint32_t seen = highest.load(std::memory_order_seq_cst);
@@ -220,7 +227,7 @@ inline void Sender::raise_highest(std::uint8_t priority) {
   }
 }
 
-// The head may be in front of the tail: the owner takes a hint before its sender has moved the
+// The head may be ahead of the tail: the owner can take a hint before its sender has advanced the
 // tail.
 inline bool Sender::ring_full(std::uint64_t position) {
   const auto full_at = [this, position](std::uint64_t head) {

@@ -1,5 +1,5 @@
-// The life of a slot and the hints that point at it, two 64-bit words; and the order of hints that
-// the owner of a mailbox keeps for itself.
+// The state of a slot and the hints that refer to it, two 64-bit words; and the order of hints that
+// the owner of a mailbox keeps in private memory.
 //
 //             claim (sender)              commit (sender)            take (owner)
 //   kFree ───────────────────▶ kWriting ─────────────────▶ kReadable ───────────▶ kLocked
@@ -9,10 +9,10 @@
 //     └────── kAbandoned ◀────────┘  └─────────────────────────┘                     │
 //     └──────────────────────────────────────────────────────────────────────────────┘
 //
-// Every arrow is one compare-and-swap on the slot's word (release is a store: only the owner may
-// leave kLocked). The word is the truth; rings only hint at slots, so whoever dies between two
-// steps leaves at worst a missing or a stale hint. Each claim raises the generation, by which a
-// stale hint or a slow sender is recognised.
+// Every arrow is one compare-and-swap on the slot's state word (release is a store: only the owner
+// may leave kLocked). The state word is authoritative; rings contain only hints. A process that
+// crashes between two steps therefore leaves at most a missing or a stale hint. Each claim
+// increments the generation, which identifies stale hints and slow senders.
 #pragma once
 
 #include <array>
@@ -79,15 +79,15 @@ struct Hint {
             static_cast<std::uint8_t>(e >> 16), static_cast<std::uint16_t>(e)};
   }
 
-  // The word of the slot while the message waits.
+  // The state word of the slot while the message waits.
   [[nodiscard]] constexpr SlotWord readable() const {
     return {SlotState::kReadable, priority, 0, generation};
   }
 };
 
-// When a message was committed, as the sender saw it just before: how many hints had been put into
-// the arrival ring, and how often the owner had been asked to look at every slot instead. If A was
-// sent before B, neither part of A's stamp is larger and one is smaller.
+// When a message was committed, as the sender saw it just before: the number of hints put into the
+// arrival ring, and the number of requests to the owner to scan all slots instead. If A was sent
+// before B, neither part of A's stamp is larger and at least one is smaller.
 struct Stamp {
   std::uint32_t arrivals = 0;
   std::uint32_t rescans = 0;
@@ -98,7 +98,7 @@ struct Stamp {
   static constexpr Stamp unpack(std::uint64_t s) {
     return {static_cast<std::uint32_t>(s >> 32), static_cast<std::uint32_t>(s)};
   }
-  // How long ago, seen from `now`: none for what came after it. Both counters may wrap.
+  // Age seen from `now`; zero for messages committed after it. Both counters may wrap.
   [[nodiscard]] constexpr std::uint64_t age(Stamp now) const {
     return since(arrivals, now.arrivals) + since(rescans, now.rescans);
   }
@@ -114,7 +114,7 @@ struct Stamp {
   }
 };
 
-// The owner's private order of the messages it knows of: higher priority first, then as put in.
+// The owner's private order of the known messages: higher priority first, then order of insertion.
 // Fixed memory; put, front and pop take constant time.
 class PriorityIndex {
  public:
@@ -145,7 +145,7 @@ class PriorityIndex {
     }
     tails_[priority] = node;
   }
-  // In front of its equals. Precondition: not full.
+  // Inserts in front of hints of the same priority. Precondition: not full.
   void put_back(Hint hint) {
     const std::uint32_t node = take_node(hint);
     const std::uint8_t priority = hint.priority;
@@ -167,7 +167,7 @@ class PriorityIndex {
     --size_;
   }
 
-  // Forgets the hints for which keep(hint) is false.
+  // Removes the hints for which keep(hint) is false.
   template <typename Keep>
   void retain(Keep keep) {
     std::vector<Hint> kept;

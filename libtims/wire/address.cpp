@@ -13,7 +13,7 @@ struct ClassName {
   std::string_view name;
 };
 
-// Printed names of the original (specification, section 2.2) and our own "Tool" and "World".
+// Printed names of the original RACK (specification, section 2.2), and our own "Tool" and "World".
 constexpr ClassName kClassNames[] = {
     {0x00, "Tims"},       {0x01, "GDOS"},    {0x02, "GUI"},      {0x0F, "Tool"},
     {0x10, "Test"},       {0x11, "Chassis"}, {0x12, "Odometry"}, {0x13, "Position"},
@@ -25,7 +25,7 @@ constexpr ClassName kClassNames[] = {
     {0x28, "Compass"},    {0x7F, "World"},
 };
 
-// The only variable of this library: what people call a class is the same in all of a program.
+// The only global variable of this library: the names of classes are the same in the whole program.
 struct OwnClassNames {
   std::array<ClassName, 64> names{};
   std::size_t count = 0;
@@ -34,13 +34,13 @@ OwnClassNames own;
 
 std::span<const ClassName> own_names() { return std::span(own.names).first(own.count); }
 
-// One place of a text form: a number or "*".
+// One field of the text form: a number or "*".
 struct Field {
   bool any = false;
   std::uint32_t value = 0;
 };
 
-// "Ladar(3/0):2" taken apart.
+// The parts of "Ladar(3/0):2".
 struct Form {
   Field system;
   Field class_id;
@@ -173,7 +173,7 @@ std::optional<Field> parse_class(std::string_view text, std::uint8_t bits) {
   return Field{.value = *id};
 }
 
-// Cuts `text` behind the first `mark` and returns what was before it.
+// Cuts `text` after the first `mark` and returns the part before it.
 std::optional<std::string_view> cut(std::string_view& text, char mark) {
   const std::size_t at = text.find(mark);
   if (at == std::string_view::npos) return std::nullopt;

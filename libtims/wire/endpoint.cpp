@@ -21,7 +21,7 @@ std::optional<std::uint16_t> port_of(std::string_view text) {
   return port;
 }
 
-// `rest`: what stands behind the host, "" or ":PORT".
+// `rest`: the text after the host, "" or ":PORT".
 Result<Endpoint> tcp_endpoint(std::string_view text, std::string_view host, std::string_view rest) {
   if (host.empty()) return no_endpoint(text, "it has no host");
   if (rest.empty()) return Endpoint(TcpEndpoint{.host = std::string(host)});

@@ -1,7 +1,7 @@
-// Where a router is, as people write it:
+// Text forms of the location of a router:
 //
 //   unix:PATH, /PATH or ./PATH              the Unix socket of this host's router
-//   HOST:PORT, HOST, [IPv6]:PORT or IPv6    over TCP; port 2000 unless it is given
+//   HOST:PORT, HOST, [IPv6]:PORT or IPv6    over TCP; the default port is 2000
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct TcpEndpoint {
 };
 using Endpoint = std::variant<UnixEndpoint, TcpEndpoint>;
 
-// kInvalidArgument: the detail says what is wrong, and which forms there are.
+// kInvalidArgument: the detail states what is wrong, and lists the valid forms.
 Result<Endpoint> parse_endpoint(std::string_view text);
 // "/run/tims/router.sock", "robot:2000", "[::1]:2000"
 std::string to_string(const TcpEndpoint& endpoint);

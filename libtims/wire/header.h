@@ -1,9 +1,9 @@
-// The 16 header bytes in all four byte-order combinations: the only place that knows them.
+// The 16 header bytes in all four combinations of byte orders. No other module knows this layout.
 //
 //   0 flags u8 | 1 type i8 | 2 priority u8 | 3 seq_nr u8 | 4 dest u32 | 8 src u32 | 12 length u32
 //
-// Bit 0 of flags gives the order of dest, src and length; bit 1 that of the body, which is
-// carried untouched (specification, section 1).
+// Bit 0 of flags is the byte order of dest, src and length; bit 1 is the order of the body, which
+// is forwarded unchanged (specification, section 1).
 #pragma once
 
 #include <bit>
@@ -19,11 +19,11 @@ namespace tims::wire {
 using HeaderBytes = std::span<std::byte, kHeaderSize>;
 using ConstHeaderBytes = std::span<const std::byte, kHeaderSize>;
 
-// Every 16 bytes are a header; the length may still be anything (check_length).
-// The header words come back in native order and flag bit 0 as it was on the wire.
+// Any 16 bytes decode to a header; the length is not checked (see check_length). The 32-bit fields
+// are returned in native order, and flag bit 0 as it was on the wire.
 Header decode_header(ConstHeaderBytes bytes);
 
-// Writes dest, src and length in `order` and sets flag bit 0 to match; all other flags as given.
+// Writes dest, src and length in `order` and sets flag bit 0 accordingly; all other flags are kept.
 void encode_header(const Header& header, HeaderBytes bytes,
                    std::endian order = std::endian::native);
 
@@ -44,9 +44,9 @@ constexpr Header reply_to(const Header& request, std::int8_t type, std::uint32_t
           .length = static_cast<std::uint32_t>(kHeaderSize) + body_size};
 }
 
-// --- a message's way: in place
+// --- hot path: access in place
 
-// A word of four bytes, as it stands in `order`.
+// A 32-bit field in the given byte order.
 struct HeaderWord {
   static std::uint32_t in(std::endian order, std::uint32_t word) {
     return order == std::endian::native ? word : __builtin_bswap32(word);

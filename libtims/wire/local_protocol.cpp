@@ -7,20 +7,20 @@
 #include <type_traits>
 #include <utility>
 
-// A record: u16 kind, u16 zero, u32 request, then its fields without gaps. Numbers in the machine's
-// order, a bool is a byte 0 or 1, a text and a list are a u16 count and their elements. There is
-// exactly one way to write a record, so what was decoded encodes to the same bytes again.
+// A record: u16 kind, u16 zero, u32 request, then its fields without gaps. Numbers are in native
+// byte order, a bool is a byte 0 or 1, a text or a list is a u16 count and its elements. The
+// encoding is unique: a decoded record encodes to the same bytes again.
 namespace tims::wire {
 namespace {
 
-// The fields of every record, in the order they are written.
+// The fields of every record, in the order of encoding.
 template <typename Owner>
 struct Text {
   std::string Owner::*member;
   std::size_t max;
 };
 template <typename Owner>
-Text(std::string Owner::*, std::size_t) -> Text<Owner>;  // clang-16 cannot guess
+Text(std::string Owner::*, std::size_t) -> Text<Owner>;  // clang-16 cannot deduce it
 template <typename T>
 constexpr std::tuple<> none() {
   static_assert(std::is_empty_v<T>, "a record whose fields are not listed below");
@@ -110,7 +110,7 @@ class Writer {
   std::vector<std::byte>& out_;
 };
 
-// After the first problem nothing more is read; values are what they were.
+// After the first problem nothing more is read, and later values keep their defaults.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -142,7 +142,7 @@ class Reader {
     get<AddressWidths>(widths);
     if (!widths.valid()) fail("address fields that are not 32 bits");
   }
-  // Memory only for elements that have come: the count alone is somebody's claim.
+  // Memory is allocated only for elements that have arrived: the count itself is not trusted.
   template <typename T>
   void get(std::vector<T>& list) {
     std::uint16_t count = 0;
@@ -184,7 +184,7 @@ class Reader {
   std::string_view problem_;
 };
 
-// The kind is the place in Record, from 1: a new record goes to the end of the list.
+// The kind is the index in Record, counted from 1: append new records to the list.
 template <std::size_t... kIndex>
 bool get_record(Reader& reader, std::size_t index, Record& record,
                 std::index_sequence<kIndex...> /*all*/) {

@@ -1,5 +1,5 @@
-// The words between a client and its router on one host: one SEQPACKET record each, over the Unix
-// socket, numbers in the machine's own order. File descriptors travel beside a record.
+// The protocol between a client and the router of its host: each record is one SEQPACKET datagram
+// on the Unix socket, with numbers in native byte order. File descriptors are sent with a record.
 //
 //   client                                   router
 //     Hello                            ->
@@ -15,17 +15,17 @@
 //                                      <-    Uplink + memfd, eventfd
 //                                      <-    Moved                (look this address up again)
 //
-// A client may have at most 16 segments in which it has opened nothing. With the last mailbox in
-// it, and with an Open that is refused when there is none, the router forgets a segment: offer it
-// again. Offering one, or opening a mailbox at its place, twice on one connection changes nothing.
-// Who is back on a new connection, the old one closed, gets its writer and its addresses at once,
-// and the router takes the mark `closed` off its mailboxes. What a client has put into its uplink
-// before a record, or before it closes the connection, goes first; so the answer to a Close of
-// nothing says that the router has taken all that was sent before. A router without free file
-// descriptors refuses (kTooMany); it closes no connection for that. One client may use a quarter of
-// them.
+// A client may have at most 16 segments without an open mailbox. The router forgets a segment when
+// its last mailbox is closed, or when an Open is refused and the segment has no mailbox: the client
+// must offer it again. Offering a segment twice on one connection, or opening a mailbox twice at
+// its place, has no effect. A client that reconnects after its old connection was closed gets its
+// writer identity and its addresses immediately, and the router clears the `closed` flag of its
+// mailboxes. Messages that a client put into its uplink before a record, or before it closes the
+// connection, are processed first; the answer to an empty Close therefore states that the router
+// has accepted all messages sent before. A router without free file descriptors refuses (kTooMany)
+// but keeps the connection. One client may use a quarter of the descriptors.
 //
-// Every decoder takes whatever came and says what is wrong with it.
+// Every decoder accepts arbitrary bytes and reports what is wrong with them.
 #pragma once
 
 #include <array>
@@ -47,7 +47,7 @@ inline constexpr std::size_t kBatchMax = 1024;  // mailboxes in one Open, Close 
 inline constexpr std::size_t kNameMax = 31;
 inline constexpr std::size_t kTextMax = 512;
 
-// Where a mailbox lies: in which client's shared memory, at which byte.
+// Location of a mailbox: the shared memory of a client, and the byte offset in it.
 struct MailboxPlace {
   std::uint64_t segment = 0;
   std::uint64_t offset = 0;
@@ -57,19 +57,19 @@ struct MailboxPlace {
 struct Hello {
   std::uint16_t version_min = kLocalVersion;
   std::uint16_t version_max = kLocalVersion;
-  std::uint32_t writer = 0;  // the identity it had with the last router, 0: none
+  std::uint32_t writer = 0;  // the identity assigned by the last router, 0: none
   std::string name;
 };
 struct Welcome {
   std::uint16_t version = kLocalVersion;
-  std::uint32_t writer = 0;  // marks the slots this client is writing; never 0
+  std::uint32_t writer = 0;  // marks the slots that this client is writing; never 0
   Address router;
   std::uint64_t epoch = 0;
   std::uint32_t message_max = 0;  // bytes, header included
   AddressWidths widths;           // of the fleet's addresses
 };
 struct Refused {
-  std::string text;  // what, why, and what to do
+  std::string text;  // what failed, why, and what to do
 };
 struct OfferSegment {
   std::uint64_t segment = 0;  // chosen by the client, unique for it
@@ -77,7 +77,7 @@ struct OfferSegment {
 struct OpenEntry {
   Address address = {};
   MailboxPlace place = {};
-  bool has_waker = false;  // then the wakers (os/wakeup.h) come beside the record, in order
+  bool has_waker = false;  // the wakers (os/wakeup.h) are sent with the record, in order
 };
 struct Open {
   std::vector<OpenEntry> entries;
@@ -89,7 +89,8 @@ struct OpenedEntry {
 };
 struct Opened {
   std::vector<OpenedEntry> entries;
-  // What is said of the first that is not open, behind its address: "belongs to pid 4711 (laser)".
+  // Reason for the first entry that is not open, to be printed after its address: "belongs to pid
+  // 4711 (laser)".
   std::string text;
 };
 struct Close {
@@ -102,14 +103,14 @@ struct Lookup {
 struct Found {
   Address address = {};
   bool local = false;       // false: send through the uplink
-  MailboxPlace place = {};  // segment ids here are the router's, unique on this host
+  MailboxPlace place = {};  // the router's segment ids, unique on this host
   bool has_waker = false;
 };
 struct UplinkRequest {};
 struct Uplink {
   MailboxPlace place = {};
 };
-// A message came through the uplink although its receiver is on this host by now.
+// A message arrived through the uplink although its receiver is on this host now.
 struct Moved {
   Address address = {};
 };
@@ -118,14 +119,14 @@ using Record = std::variant<Hello, Welcome, Refused, OfferSegment, Open, Opened,
                             Lookup, Found, UplinkRequest, Uplink, Moved>;
 
 struct Packet {
-  std::uint32_t request = 0;  // a client's number for a request, repeated in the answer
+  std::uint32_t request = 0;  // number chosen by the client, repeated in the answer
   Record record;
 };
 
-// Appends the record's bytes. Lists beyond kBatchMax and texts beyond their limits are cut.
+// Appends the record's bytes. Lists beyond kBatchMax and texts beyond their limits are truncated.
 void encode(const Packet& packet, std::vector<std::byte>& out);
 
-// Nullopt and a reason for whatever is not exactly one record.
+// Nullopt and a reason if the bytes are not exactly one record.
 struct Decoded {
   std::optional<Packet> packet;
   std::string_view problem;

@@ -24,13 +24,13 @@ constexpr Words kWords[] = {
     {Errc::kTooBig, "too_big", "the message is too big"},
     {Errc::kBufferTooSmall, "buffer_too_small",
      "the buffer is too small; the message is still in the mailbox"},
-    {Errc::kReclaimed, "reclaimed", "the slot was taken back by the router"},
-    {Errc::kBadLayout, "bad_layout", "the shared memory does not look like a mailbox"},
+    {Errc::kReclaimed, "reclaimed", "the slot was reclaimed by the router"},
+    {Errc::kBadLayout, "bad_layout", "the shared memory is not a valid mailbox"},
     {Errc::kVersion, "version", "client and router share no protocol version"},
     {Errc::kInvalidArgument, "invalid_argument", "invalid argument"},
     {Errc::kSystem, "system", "the operating system refused"},
     {Errc::kAnsweredError, "answered_error", "the component answered with an error"},
-    {Errc::kMalformed, "malformed", "the bytes are no such message"},
+    {Errc::kMalformed, "malformed", "the bytes are not a valid message"},
     {Errc::kDiskFull, "disk_full", "the disk is full"},
 };
 
@@ -43,7 +43,7 @@ constexpr bool table_is_in_order() {
 static_assert(table_is_in_order());
 static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kDiskFull) + 1);
 
-// A code may have come out of a C API or a damaged file.
+// The code may be out of range when it comes from the C API or a damaged file.
 const Words& words(Errc code) {
   static constexpr Words kUnknown = {Errc::kSystem, "unknown", "unknown error code"};
   const auto i = static_cast<std::size_t>(code);

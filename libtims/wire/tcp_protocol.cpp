@@ -11,8 +11,8 @@ namespace {
 constexpr std::size_t kKeptBytesMax = 64 << 10;
 constexpr std::size_t kBufferBytesMin = 4 << 10;
 
-// Less than this is cheaper to copy than to fetch with a read of its own, which would bring
-// nothing of the messages behind it.
+// Smaller remainders are copied: reading them directly would need a system call of its own, which
+// could not fetch the following messages.
 constexpr std::size_t kRoomBytesMin = 16 << 10;
 
 // Beyond this, lifesigns are no longer answered.
@@ -84,7 +84,7 @@ void StreamReader::take(std::span<std::byte>& chunk, std::size_t filled_end) {
   chunk = chunk.subspan(n);
 }
 
-// Not set to zero: pages of a large buffer cost nothing until the sender's bytes are there.
+// Not zeroed: the pages of a large buffer are allocated only when the bytes arrive.
 void StreamReader::reserve(std::size_t bytes) {
   if (bytes <= capacity_) return;
   const std::size_t capacity = std::max(bytes, kBufferBytesMin);
@@ -151,7 +151,7 @@ StreamReader::Item TcpClientProtocol::next(std::span<std::byte>& chunk) {
   }
 }
 
-// A router that asks and asks, and takes no answer, gets no more of them.
+// A router that sends lifesigns but does not read the answers gets no more of them.
 void TcpClientProtocol::answer(const Header& lifesign) {
   ++lifesigns_;
   if (!answers_lifesigns_ || unsent().size() > kAnswersBytesMax) return;

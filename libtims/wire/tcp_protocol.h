@@ -1,6 +1,6 @@
-// The original's TCP protocol as bytes: messages behind one another in a stream, and what clients
-// and the router say to each other, messages with dest = src = 0 (specification, section 3.2).
-// Pure: the caller reads and writes the socket.
+// The original TCP protocol as bytes: a stream of messages; messages with dest = src = 0 are
+// exchanged between a client and the router itself (specification, section 3.2). Pure: the caller
+// reads and writes the socket.
 #pragma once
 
 #include <array>
@@ -18,11 +18,11 @@
 
 namespace tims::wire {
 
-// The numbers of these commands mean something else between mailboxes.
+// Commands with dest = src = 0; the same numbers have other meanings between mailboxes.
 namespace router_command {
 
-// Ignored by the original. With a body of kWidthsSize bytes, and where addresses are not divided
-// into four times 8 bits, our router answers kAddressWidths, before it answers what comes later.
+// Ignored by the original router. If the body has kWidthsSize bytes and addresses are not divided
+// into four fields of 8 bits, our router answers kAddressWidths before its other replies.
 inline constexpr std::int8_t kLogin = 10;
 inline constexpr std::int8_t kAddressWidths = -10;
 inline constexpr std::int8_t kMailboxInit = 11;
@@ -42,7 +42,7 @@ constexpr std::array<std::byte, kWidthsSize> encode_widths(const AddressWidths& 
           std::byte{widths.local}};
 }
 
-// Nothing when they are no widths.
+// Nothing when the bytes are not valid widths.
 constexpr std::optional<AddressWidths> decode_widths(std::span<const std::byte> body) {
   if (body.size() != kWidthsSize) return std::nullopt;
   const auto bits = [&](std::size_t i) { return std::to_integer<std::uint8_t>(body[i]); };
@@ -53,41 +53,41 @@ constexpr std::optional<AddressWidths> decode_widths(std::span<const std::byte> 
 
 }  // namespace router_command
 
-// Bytes of a stream, split anywhere, into whole messages.
+// Splits a stream, received in arbitrary chunks, into whole messages.
 //
-// Whole messages that lie inside one received chunk are handed out in place, without a copy; only
-// a message that spans chunks is gathered in a buffer of its own, which never grows beyond
-// `length_max` and, when it is large, is given back when the message is done.
+// A message that is complete within one received chunk is returned in place, without a copy. A
+// message that spans chunks is assembled in a buffer, which never grows beyond `length_max`; a
+// large buffer is freed after its message.
 class StreamReader {
  public:
   explicit StreamReader(std::uint32_t length_max) : length_max_(length_max) {}
 
   enum class Status {
     kMessage,   // `message` is set; call again
-    kNeedMore,  // chunk used up
-    kTooShort,  // a header says less than 16 bytes: close the connection
-    kTooLong,   // a header says more than length_max: close the connection
+    kNeedMore,  // chunk is used up
+    kTooShort,  // the length is below 16 bytes: close the connection
+    kTooLong,   // the length is above length_max: close the connection
   };
   struct Item {
     Status status;
-    // The whole message, header included. In place in the chunk, or in the reader's own buffer;
-    // valid until the chunk is gone and the next call of next() or room() respectively. Writable:
-    // the router rewrites headers in place.
+    // The whole message, header included: in the chunk and valid as long as it, or in the reader's
+    // own buffer and valid until the next call of next() or room(). Writable: the router changes
+    // headers in place.
     std::span<std::byte> message;
-    Header header;  // decoded; of the refused message after kTooShort and kTooLong
+    Header header;  // decoded; after kTooShort and kTooLong that of the refused message
   };
 
-  // Takes the next message from `chunk` and shortens it. After kTooShort/kTooLong the stream is
-  // lost; every later call says the same.
+  // Takes the next message from `chunk` and removes its bytes from it. After kTooShort or kTooLong
+  // the stream is lost; every later call returns the same result.
   Item next(std::span<std::byte>& chunk);
 
-  // While a large message is being gathered: where the next bytes may be read directly, to save a
-  // copy; empty when the reader would rather be given chunks. After reading n bytes there, call
-  // advance(n), then next() with an empty chunk.
+  // While a large message is incomplete: where the next bytes can be read directly, to save a copy;
+  // empty when the next bytes should come in a chunk. After reading n bytes there, call advance(n),
+  // then next() with an empty chunk.
   std::span<std::byte> room();
   void advance(std::size_t n);
 
-  // Bytes held of a message that is not complete.
+  // Number of bytes held of an incomplete message.
   [[nodiscard]] std::size_t pending() const { return handed_out_ ? 0 : filled_; }
 
  private:
@@ -98,35 +98,34 @@ class StreamReader {
   void release();
 
   std::uint32_t length_max_;
-  // The message being gathered: its first filled_ bytes; header_ is valid once 16 are there.
+  // The incomplete message: its first filled_ bytes; header_ is valid once 16 are there.
   std::unique_ptr<std::byte[]> buffer_;
   std::size_t capacity_ = 0;
   std::size_t filled_ = 0;
   Header header_;
-  bool handed_out_ = false;     // the caller is looking at buffer_
-  std::optional<Item> broken_;  // the stream is lost, and why
+  bool handed_out_ = false;     // the caller uses buffer_
+  std::optional<Item> broken_;  // the stream is lost, with the reason
 };
 
-// The client's end of a connection, without its socket: what is to be sent piles up here, and what
-// has come is cut into messages. It answers lifesigns, and remembers how the fleet divides
-// addresses when the router says so.
+// The client's end of a connection, without its socket: collects output, and splits input into
+// messages. It answers lifesigns and remembers the address widths that the router reports.
 class TcpClientProtocol {
  public:
-  // `received_max`: of what may come, bytes with the header; what is longer ends the stream.
+  // `received_max`: largest message accepted, header included; a longer one ends the stream.
   explicit TcpClientProtocol(std::uint32_t received_max) : reader_(received_max) {}
 
-  // Of headers, and of addresses in commands. Default: the machine's.
+  // Byte order of headers, and of addresses in commands. Default: native.
   void set_byte_order(std::endian order) { order_ = order; }
-  // A client that does not is closed by the router's watchdog.
+  // For tests: the router's watchdog closes a client that does not answer lifesigns.
   void set_answers_lifesigns(bool answers) { answers_lifesigns_ = answers; }
   [[nodiscard]] std::uint64_t lifesigns() const { return lifesigns_; }
-  // As a flag of what is made in that order.
+  // The flag for bodies in this byte order.
   [[nodiscard]] std::uint8_t body_order() const {
     return order_ == std::endian::little ? flag::kBodyLittleEndian : std::uint8_t{0};
   }
   [[nodiscard]] const AddressWidths& widths() const { return widths_; }
 
-  // To be sent. The header's length is filled in.
+  // Appends a message to the output. The header's length is filled in.
   void put(Header header, std::span<const std::byte> body = {});
   void put_command(std::int8_t type);
   void put_command(std::int8_t type, Address mailbox);
@@ -134,11 +133,11 @@ class TcpClientProtocol {
     return std::span(output_).subspan(sent_);
   }
   void sent(std::size_t bytes);
-  // The header's bytes, with the length filled in, for who sends a body without copying it.
+  // Encodes the header with its length, for a caller that sends the body without copying it.
   [[nodiscard]] std::array<std::byte, kHeaderSize> encode(Header header,
                                                           std::size_t body_size) const;
 
-  // What has come: as StreamReader, without what is dealt with here.
+  // As StreamReader::next(), without the messages that are handled here.
   StreamReader::Item next(std::span<std::byte>& chunk);
   std::span<std::byte> room() { return reader_.room(); }
   void advance(std::size_t bytes) { reader_.advance(bytes); }
@@ -155,7 +154,7 @@ class TcpClientProtocol {
   std::size_t sent_ = 0;  // of output_
 };
 
-// Between a client and its router, not between mailboxes.
+// Whether the message is exchanged between a client and its router, not between mailboxes.
 constexpr bool is_router_message(const Header& header) {
   return header.dest == Address() && header.src == Address();
 }

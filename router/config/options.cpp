@@ -69,14 +69,14 @@ constexpr std::array kOptions{
         {.key = "router.name",
          .range = {1, 64},
          .reload = Reload::kRestart,
-         .help = "Name of this router, for people: it stands in logs, refusals and metrics.",
+         .help = "Name of this router for users: used in log lines, refusals and metrics.",
          .default_note = "the host's name",
          .sample = R"("${HOSTNAME}")"}),
     row<Kind::kRole, &Config::router, &Config::Router::role>(
         {.key = "router.role",
          .reload = Reload::kRestart,
-         .help = "Place in the tree of routers: a subsystem router has a super router at most, a "
-                 "system router stands for one robot, a top-level router joins robots."}),
+         .help = "Position in the tree of routers: a subsystem router has at most a super router, "
+                 "a system router represents one robot, a top-level router connects robots."}),
     row<Kind::kNumber, &Config::router, &Config::Router::system>(
         {.key = "router.system",
          .range = {0, 255},
@@ -87,17 +87,15 @@ constexpr std::array kOptions{
         {.key = "router.id",
          .range = {0, 255},
          .reload = Reload::kRestart,
-         .help = "Number of this router within its system; no two routers of a system have "
-                 "the same."}),
+         .help = "Number of this router within its system; must be unique in the system."}),
     row<Kind::kNumber, &Config::router, &Config::Router::priority>(
         {.key = "router.priority",
          .range = {0, 99},
          .reload = Reload::kRestart,
-         .help =
-             "Real-time priority (SCHED_FIFO) of the thread that carries messages, whose memory "
-             "is locked then; 0 for none. The original's -P. It needs LimitRTPRIO and "
-             "LimitMEMLOCK of a unit, or ulimit -r and -l; without them the router warns and "
-             "runs as an ordinary program."}),
+         .help = "Real-time priority (SCHED_FIFO) of the thread that carries messages, whose "
+                 "memory is then locked; 0 for none. Corresponds to the original's -P. Requires "
+                 "LimitRTPRIO and LimitMEMLOCK of a unit, or ulimit -r and -l; without them the "
+                 "router warns and runs as an ordinary process."}),
 
     row<Kind::kWidths, &Config::address, &Config::AddressBits::widths>(
         {.key = "address.widths",
@@ -122,11 +120,11 @@ constexpr std::array kOptions{
     row<Kind::kEndpoint, &Config::tcp, &Config::Tcp::listen>(
         {.key = "tcp.listen",
          .reload = Reload::kRestart,
-         .help = "Where original RACK programs and remote clients connect; \"off\" for "
-                 "nowhere, port 0 for any free one. Beyond loopback it needs "
-                 "security.insecure. Whoever reaches the port can command every component, on "
-                 "loopback every user of this host: where users do not trust each other, write "
-                 "\"off\" here and at http.listen, so that unix.path is the only way in."}),
+         .help = "Address for connections of original RACK programs and remote clients; \"off\" "
+                 "for none, port 0 for any free port. Beyond loopback it needs security.insecure. "
+                 "Any program that can reach the port can command every component; on loopback "
+                 "this includes every user of this host. Where users do not trust each other, set "
+                 "this and http.listen to \"off\", so that unix.path is the only entry."}),
     row<Kind::kFlag, &Config::tcp, &Config::Tcp::admin>(
         {.key = "tcp.admin",
          .reload = Reload::kYes,
@@ -143,28 +141,28 @@ constexpr std::array kOptions{
         {.key = "tcp.queue",
          .range = {64 * kKi, kGi},
          .reload = Reload::kYes,
-         .help = "What may wait for one slow TCP client before messages are dropped and "
-                 "counted, the least important first."}),
+         .help = "Maximum amount of data queued for one slow TCP client; beyond it messages are "
+                 "dropped and counted, the least important first."}),
 
     row<Kind::kEndpoint, &Config::http, &Config::Http::listen>(
         {.key = "http.listen",
          .reload = Reload::kRestart,
-         .help = "Where WebSocket clients connect, and /metrics and /healthz are served; "
-                 "\"off\" for nowhere. Beyond loopback it needs security.insecure. They can do "
-                 "what those of tcp.listen can."}),
+         .help = "Address for WebSocket clients, /metrics and /healthz; \"off\" for none. Beyond "
+                 "loopback it needs security.insecure. WebSocket clients have the same rights as "
+                 "clients of tcp.listen."}),
     row<Kind::kText, &Config::http, &Config::Http::origins>(
         {.key = "http.origins",
          .range = {0, 1024},
          .reload = Reload::kYes,
-         .help = "Web pages that may open a WebSocket here beside those that came from this port: "
-                 "\"http://robot7:3000, http://localhost:5173\". The names in them count as names "
-                 "of this host."}),
+         .help = "Web pages that may open a WebSocket here in addition to pages served by this "
+                 "port: \"http://robot7:3000, http://localhost:5173\". The host names in them are "
+                 "accepted as names of this host."}),
 
     row<Kind::kEndpoint, &Config::udp, &Config::Udp::listen>(
         {.key = "udp.listen",
          .reload = Reload::kRestart,
-         .help = "Where this router speaks with other routers, see [[link]]; \"off\" for nowhere. "
-                 "Beyond loopback it needs security.insecure.",
+         .help = "Address for datagrams of other routers, see [[link]]; \"off\" for none. Beyond "
+                 "loopback it needs security.insecure.",
          .default_note = "127.0.0.1:2010, with security.insecure 0.0.0.0:2010",
          .sample = R"("127.0.0.1:2010")"}),
 
@@ -172,14 +170,14 @@ constexpr std::array kOptions{
         {.key = "fleet.name",
          .range = {0, 63},
          .reload = Reload::kRestart,
-         .help = "Fleet of this router: routers with the same one find each other by DDS, see "
-                 "link.to and link.paths. Routers of other fleets are not seen. Empty: none."}),
+         .help = "Fleet of this router: routers with the same name find each other by DDS, see "
+                 "link.to and link.paths. Routers of other fleets are ignored. Empty: none."}),
 
     row<Kind::kNumber, &Config::dds, &Config::Dds::domain>(
         {.key = "dds.domain",
          .range = {0, 232},
          .reload = Reload::kRestart,
-         .help = "DDS domain of the fleet: its number decides which UDP ports DDS uses."}),
+         .help = "DDS domain of the fleet: its number determines the UDP ports that DDS uses."}),
     row<Kind::kFlag, &Config::dds, &Config::Dds::multicast>(
         {.key = "dds.multicast",
          .reload = Reload::kRestart,
@@ -188,97 +186,95 @@ constexpr std::array kOptions{
         {.key = "dds.peers",
          .range = {0, 1024},
          .reload = Reload::kRestart,
-         .help = "Where to look for routers that multicast does not reach: "
-                 "\"10.9.1.1, 10.9.1.2:7410\". One side listing the other is enough."}),
+         .help = "Addresses of routers that multicast does not reach: \"10.9.1.1, 10.9.1.2:7410\". "
+                 "It is enough when one side lists the other."}),
     row<Kind::kText, &Config::dds, &Config::Dds::server>(
         {.key = "dds.server",
          .range = {0, 64},
          .reload = Reload::kRestart,
-         .help = "A discovery server (timsctl fleet server) that tells who there is, such as "
-                 "\"10.9.1.1:11811\"; nobody else is asked then."}),
+         .help = "Address of a discovery server (timsctl fleet server) that announces all routers, "
+                 "such as \"10.9.1.1:11811\"; with it, no other discovery is used."}),
     row<Kind::kDuration, &Config::dds, &Config::Dds::lease>(
         {.key = "dds.lease",
          .range = {500 * kMs, kHour},
          .reload = Reload::kRestart,
-         .help = "After so long without a sign of life a router of the fleet is gone."}),
+         .help = "Time without an announcement after which a router is removed from the fleet."}),
     row<Kind::kSize, &Config::dds, &Config::Dds::message_max>(
         {.key = "dds.message",
          .range = {512, 65500},
          .reload = Reload::kRestart,
-         .help = "Largest datagram of DDS. Beyond what the network takes they go in IP fragments: "
-                 "faster where nothing is lost, where some are lost nothing arrives."}),
+         .help = "Largest datagram of DDS. Datagrams larger than the MTU are sent as IP fragments: "
+                 "faster on a network without loss, but with packet loss no message may arrive."}),
     row<Kind::kNumber, &Config::dds, &Config::Dds::history>(
         {.key = "dds.history",
          .range = {2, 1024},
          .reload = Reload::kRestart,
-         .help = "How many samples of up to 64 KiB one router may leave unacknowledged. What comes "
-                 "after them waits, then goes the way of any full queue."}),
+         .help = "Number of samples of up to 64 KiB that one router may leave unacknowledged. "
+                 "Further messages are queued, with the rules of a full queue."}),
     row<Kind::kDuration, &Config::dds, &Config::Dds::heartbeat>(
         {.key = "dds.heartbeat",
          .range = {kMs, 1000 * kMs},
          .reload = Reload::kRestart,
-         .help = "How often a router is asked what it has got, as long as it has not acknowledged "
-                 "all: so much later is sent again what was lost."}),
+         .help = "Interval of heartbeats to a router that has not acknowledged everything; lost "
+                 "samples are sent again after this time."}),
     row<Kind::kText, &Config::dds, &Config::Dds::profiles>(
         {.key = "dds.profiles",
          .range = {0, 255},
          .reload = Reload::kRestart,
-         .help = "File of XML profiles of Fast DDS; what its participant, data_writer and "
-                 "data_reader profiles named \"tims\" say counts."}),
+         .help = "File with XML profiles of Fast DDS; its participant, data_writer and data_reader "
+                 "profiles named \"tims\" are used."}),
 
     row<Kind::kSize, &Config::message, &Config::Message::bytes_max>(
         {.key = "message.max",
          .range = {64 * kKi, kGi},
          .reload = Reload::kRestart,
-         .help = "Largest message, its 16-byte header included. The original's is 262144B; "
+         .help = "Largest message, including its 16-byte header. The original's limit is 262144B; "
                  "below 64KiB ordinary laser scans would not fit."}),
     row<Kind::kClasses, &Config::message, &Config::Message::classes>(
         {.key = "message.classes",
          .reload = Reload::kRestart,
-         .help = "From which priority on a message belongs to class 1, 2, ... 7 of a link; texts "
-                 "for people are class 0. 4 to 7 have the reserve of a link's rate, 5 to 7 are "
-                 "urgent. The same for all routers of a fleet: a link between others is refused."}),
+         .help = "Lowest priorities of the classes 1, 2, ... 7 of a link; texts for users are "
+                 "class 0. Classes 4 to 7 may use the reserve of a link's rate, 5 to 7 are urgent. "
+                 "Must be the same for all routers of a fleet: a link between routers with "
+                 "different values is refused."}),
 
     row<Kind::kDuration, &Config::lifesign, &Config::Lifesign::interval>(
         {.key = "lifesign.interval",
          .range = {100 * kMs, kHour},
          .reload = Reload::kYes,
-         .help =
-             "How often a TCP client is asked whether it still lives; one that has not answered "
-             "when the next is due is disconnected. Original Java clients leave by themselves "
-             "when they hear nothing for 10s."}),
+         .help = "Interval of lifesigns to TCP clients; a client that has not answered when the "
+                 "next one is due is disconnected. Original Java clients disconnect when they "
+                 "receive nothing for 10s."}),
 
     row<Kind::kNumber, &Config::limits, &Config::Limits::clients>(
         {.key = "limits.clients",
          .range = {1, 16384},
          .reload = Reload::kYes,
-         .help =
-             "Clients connected at the same time, over all ports. A quarter is kept for programs "
-             "of this host; pages of browsers have at most another quarter. While no place is "
-             "left for TCP, clients that have not said anything yet make room for new ones."}),
+         .help = "Maximum number of connected clients, over all ports. A quarter is reserved for "
+                 "programs of this host; browser pages have at most another quarter. When there is "
+                 "no room left for TCP, clients that have not sent anything yet are disconnected "
+                 "to make room for new ones."}),
     row<Kind::kNumber, &Config::limits, &Config::Limits::mailboxes_per_client>(
         {.key = "limits.mailboxes_per_client",
          .range = {1, 1048576},
          .reload = Reload::kYes,
-         .help = "Mailboxes that one client may have registered."}),
+         .help = "Maximum number of mailboxes one client may register."}),
 
     row<Kind::kLogLevel, &Config::log, &Config::Log::level>(
-        {.key = "log.level",
-         .reload = Reload::kYes,
-         .help = "What is logged: this and everything more serious."}),
+        {.key = "log.level", .reload = Reload::kYes, .help = "Lowest severity that is logged."}),
 
     row<Kind::kFlag, &Config::security, &Config::Security::insecure>(
         {.key = "security.insecure",
          .reload = Reload::kRestart,
-         .help = "Allows listening beyond loopback although this version has no keys: "
-                 "everybody who reaches the port can command the robot. Only for networks "
-                 "where every machine is trusted."}),
+         .help = "Allows listening beyond loopback, although this version has no authentication: "
+                 "any program that can reach the port can command the robot. Use it only in "
+                 "networks where every machine is trusted."}),
 
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",
          .reload = Reload::kYes,
-         .help = "Lets timsctl sim fault make this router lose and delay UDP on purpose; only for "
-                 "tests."}),
+         .help = "Allows timsctl sim fault to drop and delay UDP datagrams of this router; only "
+                 "for tests."}),
 };
 
 // --- the items of lists: [[link]] and [[route]]
@@ -307,61 +303,62 @@ constexpr Option accepted_system_row(const Spec& spec) {
 constexpr std::array kLinkOptions{
     row<Kind::kLinkKind, &Config::links, &Link::kind>(
         {.key = "link.kind",
-         .help = "What the other router is to this one: its super router (a second super link is "
-                 "the next in order of preference), a peer, or a router below it.",
-         .default_note = "none: it must be written"}),
+         .help = "Role of the other router relative to this one: its super router (further super "
+                 "links are used in order of preference), a peer, or a router below it.",
+         .default_note = "none: required"}),
     destination_row({.key = "link.to",
-                     .help = "Where this side connects; without a port 2010. Beyond loopback it "
-                             "needs security.insecure. \"auto\" finds the super router in the "
-                             "fleet, by role and system. A super link needs it, a sub link has "
-                             "none, a peer link without it accepts.",
+                     .help = "Address this side connects to; the default port is 2010. Beyond "
+                             "loopback it needs security.insecure. \"auto\" finds the super router "
+                             "in the fleet, by role and system. Required for a super link, not "
+                             "allowed for a sub link; a peer link without it accepts.",
                      .default_note = "none: this side accepts"}),
     accepted_system_row({.key = "link.system",
-                         .help = "Whom this side accepts: routers of this system, \"*\" for any. "
-                                 "Only where it accepts."}),
+                         .help = "Routers this side accepts: those of this system, \"*\" for any. "
+                                 "Only for links that accept."}),
     row<Kind::kPaths, &Config::links, &Link::paths>(
         {.key = "link.paths",
-         .help = "Ways to the other router in order of preference: \"udp\", \"dds\". A later one "
-                 "carries the link while those before do not work; dds wants fleet.name.",
+         .help = "Paths to the other router in order of preference: \"udp\", \"dds\". A later path "
+                 "carries the link while the earlier ones do not work; dds requires fleet.name.",
          .default_note = R"(["udp"], with fleet.name ["udp", "dds"])",
          .sample = R"(["udp", "dds"])"}),
     row<Kind::kText, &Config::links, &Link::name>(
-        {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for people."}),
+        {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for display."}),
     row<Kind::kNumber, &Config::links, &Link::mailboxes>(
         {.key = "link.mailboxes",
          .range = {1, 1048576},
-         .help = "Mailboxes that the other router may announce over this link; what is beyond is "
-                 "not taken, and said in the log. A link for one system (link.system) brings only "
-                 "mailboxes and messages of that system."}),
+         .help = "Maximum number of mailboxes the other router may announce over this link; "
+                 "further ones are refused and logged. A link for one system (link.system) accepts "
+                 "only mailboxes and messages of that system."}),
     row<Kind::kDuration, &Config::links, &Link::interval>(
         {.key = "link.interval",
          .range = {50 * kMs, 10'000 * kMs},
-         .help = "How often the link shows that it lives; after three missed it is dead."}),
+         .help = "Interval of keep-alives; the link is down after three are missed."}),
     row<Kind::kRate, &Config::links, &Link::rate>(
         {.key = "link.rate",
          .range = {10'000, 100'000'000'000},
-         .help = "Bytes a second this router sends at most; 0 for no cap."}),
+         .help = "Maximum number of bytes per second this router sends; 0 for no limit."}),
     row<Kind::kNumber, &Config::links, &Link::reserve>(
         {.key = "link.reserve",
          .range = {0, 90},
-         .help = "Percent of the rate that is kept for the upper classes of priority."}),
+         .help = "Percentage of the rate that is reserved for the upper priority classes."}),
     row<Kind::kDuration, &Config::links, &Link::lifetime>(
         {.key = "link.lifetime",
          .range = {100 * kMs, kHour},
-         .help = "How long a reliable message is tried before it is given up and counted."}),
+         .help = "How long the router tries to deliver a reliable message before it is dropped and "
+                 "counted."}),
 };
 
 constexpr std::array kRouteOptions{
     row<Kind::kText, &Config::routes, &Route::match>(
         {.key = "route.match",
          .range = {1, 64},
-         .help = "Which destinations: an address pattern such as \"Ladar(3/*)\".",
-         .default_note = "none: it must be written"}),
+         .help = "Destinations of the route: an address pattern such as \"Ladar(3/*)\".",
+         .default_note = "none: required"}),
     row<Kind::kText, &Config::routes, &Route::via>(
         {.key = "route.via",
          .range = {1, 64},
          .help = "Name (router.name) of the router at the other end of a link.",
-         .default_note = "none: it must be written"}),
+         .default_note = "none: required"}),
 };
 
 template <auto items>
@@ -386,12 +383,12 @@ constexpr List link_list() {
 kind = "super"
 to = "10.9.1.1:2010"
 
-[[link]]                        # where to turn when the first is not there
+[[link]]                        # used when the first is not available
 kind = "super"
 to = "fleet.example.org"
 rate = "6MB"
 
-[[link]]                        # by the name of the fleet, see [fleet]
+[[link]]                        # found in the fleet, see [fleet]
 kind = "super"
 to = "auto"
 paths = ["udp", "dds"]
@@ -410,7 +407,9 @@ system = 1
 
 constexpr List route_list() {
   List routes = list<&Config::routes>("route", kRouteOptions);
-  routes.help = "What goes another way than the tree's, over the link to a certain router.";
+  routes.help =
+      "Exceptions from routing along the tree: destinations that are reached over the link to a "
+      "given router.";
   routes.sample_items = R"toml([[route]]
 match = "Ladar(3/*)"
 via = "robot2"
@@ -424,10 +423,10 @@ constexpr std::array kLists{link_list(), route_list()};
 // --- what people read: --help and the sample file
 
 constexpr std::string_view kSampleTop =
-    "# Configuration of tims-router: every key with its default, switched off by a '#'.\n"
+    "# Configuration of tims-router: every key with its default, commented out.\n"
     "# Sizes (B, KiB, MiB, GiB) and durations (ms, s, min, h) carry units. ${NAME} in a text is\n"
-    "# the environment variable. An unknown key is an error. tims-router --help says the same.\n"
-    "# [[link]] and [[route]] at the end have no defaults: what stands there are examples.\n";
+    "# the environment variable. An unknown key is an error. tims-router --help prints the same.\n"
+    "# [[link]] and [[route]] at the end have no defaults: the entries below are examples.\n";
 
 std::string default_text(const Option& option) {
   if (!option.default_note.empty()) return std::string(option.default_note);

@@ -11,7 +11,7 @@ constexpr BlockPool::Index kByteChainNone = BlockPool::kNone;
 
 std::size_t room_behind(const ChainBlock& block) { return ByteChain::kBlockBytes - block.end; }
 
-// Copies as much as fits; returns what is left.
+// Copies as much as fits; returns the rest.
 std::span<const std::byte> fill(ChainBlock& block, std::span<const std::byte> bytes) {
   const std::size_t n = std::min(bytes.size(), room_behind(block));
   std::copy_n(bytes.begin(), n, block.data + block.end);

@@ -1,4 +1,4 @@
-// The memory of messages that wait: streams of bytes (ByteChain) in blocks of a shared pool
+// Memory for waiting messages: streams of bytes (ByteChain) in blocks of a shared pool
 // (BlockPool).
 #pragma once
 
@@ -8,15 +8,15 @@
 
 namespace tims::core {
 
-// Fixed blocks of memory for messages that must wait. The caller reserves the memory once; a block
-// is touched when it is used for the first time, and the blocks used last are used again first.
+// Fixed-size blocks for waiting messages. The caller reserves the memory once; a block is first
+// touched when it is first used, and the most recently freed blocks are reused first.
 class BlockPool {
  public:
   static constexpr std::size_t kBlockSize = 4096;
   using Index = std::uint32_t;
   static constexpr Index kNone = 0xFFFFFFFF;
 
-  // Aligned to kBlockSize; a rest that is no whole block is not used.
+  // Aligned to kBlockSize; a remainder smaller than a block is not used.
   explicit BlockPool(std::span<std::byte> memory);
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
@@ -34,8 +34,8 @@ class BlockPool {
 
   [[nodiscard]] std::size_t touched_bytes() const { return touched_ * kBlockSize; }
 
-  // While no block is used: all count as never touched again, and the caller may give the memory
-  // back to the system.
+  // Precondition: no block is in use. Marks all blocks as never touched, so that the caller may
+  // return the memory to the system.
   void forget();
 
  private:
@@ -43,7 +43,7 @@ class BlockPool {
   std::size_t capacity_;
   std::size_t used_ = 0;
   std::size_t touched_ = 0;  // blocks from here on were never used
-  Index free_ = kNone;       // first of those that were; each holds the index of the next
+  Index free_ = kNone;       // first free block among those; each holds the index of the next
 };
 
 // A block of a chain: bytes [begin, end) of its data are in use.
@@ -59,8 +59,8 @@ struct ChainBlock {
 };
 static_assert(sizeof(ChainBlock) == BlockPool::kBlockSize);
 
-// A first-in first-out stream of bytes in blocks of a pool. Plain data, so that it may itself lie
-// in a block; the pool is handed to every call.
+// A first-in first-out stream of bytes in blocks of a pool. Trivially copyable, so that it can
+// itself be stored in a block; the pool is passed to every call.
 struct ByteChain {
   static constexpr std::size_t kBlockBytes = sizeof(ChainBlock::data);
 
@@ -71,12 +71,12 @@ struct ByteChain {
 
   // New blocks that append() of `size` bytes would take.
   [[nodiscard]] std::size_t blocks_needed(BlockPool& pool, std::size_t size) const;
-  // The pool has that many.
+  // Precondition: the pool has that many blocks.
   void append(BlockPool& pool, std::span<const std::byte> bytes);
 
-  // Copies the first bytes without taking them; the chain has as many.
+  // Copies the first bytes without removing them. Precondition: the chain has as many.
   void peek(BlockPool& pool, std::span<std::byte> to) const;
-  // Takes the first `size` bytes away; the chain has as many.
+  // Removes the first `size` bytes. Precondition: the chain has as many.
   void drop(BlockPool& pool, std::size_t size);
   void clear(BlockPool& pool);
 
@@ -84,7 +84,8 @@ struct ByteChain {
   // later bytes is copied: into `spare`, which is kNone afterwards if it was needed.
   void move_front(BlockPool& pool, std::size_t size, ByteChain& to, BlockPool::Index& spare);
 
-  // Fills `pieces` from `count` on with what is in the chain, front to back. Returns the new count.
+  // Fills `pieces` from index `count` on with the contents of the chain, front to back. Returns
+  // the new count.
   std::size_t gather(BlockPool& pool, std::span<std::span<const std::byte>> pieces,
                      std::size_t count) const;
 

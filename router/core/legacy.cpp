@@ -22,7 +22,7 @@ std::uint32_t read_u32(std::span<const std::byte> bytes, std::endian order) {
   return value;
 }
 
-// Bytes behind the address are ignored, as the original does.
+// Bytes after the address are ignored, as in the original.
 LegacyCommand with_mailbox(Verb verb, bool wants_reply, const Message& message) {
   const auto body = message.body();
   if (body.size() < kMailboxBodySize) return {.verb = Verb::kMalformed};

@@ -12,7 +12,7 @@
 
 namespace tims::core {
 
-// A command to the router: a message with dest = src = 0. What it means; router.cpp carries it out.
+// A decoded command to the router: a message with dest = src = 0. router.cpp executes it.
 struct LegacyCommand {
   enum class Verb : std::uint8_t {
     kLogin,     // nothing to do
@@ -22,8 +22,8 @@ struct LegacyCommand {
     kAlive,     // the answer to a lifesign
     kEnableWatchdog,
     kDisableWatchdog,
-    kAdmin,      // ours: a question in JSON
-    kMalformed,  // too short; never answered, whatever it was
+    kAdmin,      // extension: a question in JSON
+    kMalformed,  // too short; never answered
     kUnknown,    // never answered; also a lifesign sent by a client
   };
   Verb verb = Verb::kUnknown;
@@ -35,9 +35,9 @@ constexpr bool is_for_router(const Header& h) { return (h.dest.raw() | h.src.raw
 
 LegacyCommand parse_command(const Message& message);
 
-// The original's watchdog: one beat for all clients. With each beat
-// every watched client is asked whether it lives; one that still owes the answer when the next
-// beat comes is given up. While no client is watched there is no beat and no timer.
+// The original's watchdog: one common period for all clients. In each period every watched client
+// is sent a lifesign; a client that has not answered the previous one is disconnected. While no
+// client is watched there is no period and no timer.
 class Lifesigns {
  public:
   explicit Lifesigns(Duration interval) : interval_(interval) {}
@@ -49,11 +49,11 @@ class Lifesigns {
 
   [[nodiscard]] Time next_beat() const { return watched_ == 0 ? kNever : next_; }
 
-  // Is it time? Then every watched client wants its turn() after this.
+  // Checks whether the period is over. If so, call turn() for every watched client afterwards.
   enum class Beat : std::uint8_t {
     kNotYet,
-    kAsk,   // ask all, give up those that owe an answer
-    kLate,  // ask all: the router itself was away, and answers may wait in its sockets
+    kAsk,   // ask all; disconnect those that have not answered
+    kLate,  // ask all: the router itself was delayed, and answers may wait in its sockets
   };
   Beat beat(Time now);
 

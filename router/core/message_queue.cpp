@@ -71,7 +71,7 @@ void MessageQueue::clear(LossCounts& lost) {
   close();
 }
 
-// Takes the blocks for the levels' index and the spare one.
+// Allocates the blocks for the index of levels and the spare block.
 bool MessageQueue::open() {
   if (index_ != kMessageQueueNone) return true;
   if (pool_.available() < 2) return false;
@@ -87,15 +87,15 @@ void MessageQueue::close() {
   index_ = spare_ = kMessageQueueNone;
 }
 
-// Half of what is left, and what the queue has itself: it may have a third of both.
+// Solves bytes <= (left + bytes) / 3: the queue takes at most half of what it leaves in the pool.
 std::uint64_t MessageQueue::limit() const {
   if (share_ == Share::kAll) return bytes_max_;
   const std::uint64_t left = std::uint64_t{pool_.available()} * BlockPool::kBlockSize;
   return std::min(bytes_max_, (left + bytes_) / 3);
 }
 
-// Nothing is dropped for a message that would then be refused all the same, unless what is short
-// is the pool itself.
+// Drops nothing for a message that would be refused anyway, unless it is the pool itself that is
+// short of memory.
 bool MessageQueue::make_room(std::size_t size, std::uint8_t priority, LossCounts& replaced) {
   if (bytes_ + size > limit()) {
     const std::uint64_t stays = bytes_ - bytes_up_to(priority);
@@ -128,19 +128,19 @@ void MessageQueue::drop_oldest(std::size_t level, LossCounts& replaced) {
   took(level, header.length);
 }
 
-// Returns how many bytes that were.
+// Returns the number of bytes consumed.
 std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
   const std::uint64_t n = std::min(size, begun_bytes_);
   begun_.drop(pool_, n);
   begun_bytes_ -= n;
   bytes_ -= n;
-  // The blocks just given back are enough for a new spare.
+  // The blocks just released are enough for a new spare block.
   if (begun_bytes_ == 0 && index_ != kMessageQueueNone && spare_ == kMessageQueueNone)
     spare_ = pool_.allocate();
   return n;
 }
 
-// Consumes from the first message of the highest level; what is left of it becomes begun_.
+// Consumes from the first message of the highest level; the rest of the message becomes begun_.
 std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
   const std::size_t i = highest();
   Level& level = levels()[i];
@@ -163,7 +163,7 @@ Header MessageQueue::header_of_first(const Level& level) const {
   return wire::decode_header(header);
 }
 
-// A message has left the level.
+// Updates the level after a message was removed.
 void MessageQueue::took(std::size_t i, std::uint32_t length) {
   Level& level = levels()[i];
   level.bytes -= length;

@@ -1,13 +1,14 @@
-// Messages that wait for a slow receiver: whole ones, the most important first, then by arrival,
-// within a bound.
+// Messages waiting for a slow receiver: whole messages, by priority, then by arrival, within a
+// size limit.
 //
-// Full: the oldest message of the lowest priority here goes, if its priority is not higher than
-// the new one's, and so on until the new one fits; otherwise the new one is refused. A message of
-// which bytes have already been written is never removed and never overtaken.
+// When the queue is full, the oldest message of the lowest priority is dropped if its priority is
+// not higher than the new one's, repeatedly until the new message fits; otherwise the new message
+// is refused. A message that is already partly written is never removed or overtaken.
 //
-// Every priority is a stream of bytes in blocks of a shared pool: messages leave each only at the
-// front, to be written or to be dropped, so nothing else must be kept of them and small ones lie
-// side by side. The index of the 256 priorities is itself a block, taken with the first message.
+// Each priority is a stream of bytes in blocks of a shared pool: messages leave it only at the
+// front, to be written or dropped, so no other bookkeeping is needed and small messages are
+// contiguous. The index of the 256 priorities is itself a block, allocated with the first
+// message.
 #pragma once
 
 #include <array>
@@ -24,10 +25,11 @@ namespace tims::core {
 
 class MessageQueue {
  public:
-  // kFair: beside its bound, the queue takes at most half of what the pool has left (a dynamic
-  // threshold). However many receivers are stalled, there is room for the next one.
+  // KFair: in addition to its own limit, the queue takes at most half of the free space of the
+  // pool (a dynamic threshold). However many receivers are stalled, there is room for the next
+  // one.
   enum class Share : std::uint8_t { kAll, kFair };
-  // `classes`: what is lost is counted by, by header; they live as long as the queue.
+  // `classes`: lost messages are counted by class; must outlive the queue.
   MessageQueue(BlockPool& pool, std::uint64_t bytes_max, Share share = Share::kAll,
                const PriorityClasses& classes = kConventionalClasses)
       : pool_(pool), classes_(classes), bytes_max_(bytes_max), share_(share) {}
@@ -38,20 +40,21 @@ class MessageQueue {
   // A lower bound takes effect with the next push.
   void set_bytes_max(std::uint64_t bytes_max) { bytes_max_ = bytes_max; }
 
-  // `message`: a whole one, its header in the machine's own order. False: refused. What had to go
-  // for it is added to `replaced`.
+  // `message`: a whole message, its header in host byte order. Returns false when refused.
+  // Messages dropped to make room are added to `replaced`.
   bool push(std::span<const std::byte> message, std::uint8_t priority, LossCounts& replaced);
 
-  // The rest of a message whose beginning was written past this queue, which is empty. False when
-  // the pool has no memory for it: then the receiver cannot be served any more.
+  // The rest of a message whose beginning was written directly, while this queue was empty.
+  // Returns false when the pool has no memory for it: then the receiver cannot be served any
+  // more.
   bool push_rest(std::span<const std::byte> rest, const Header& header);
 
-  // What is to be written next, in order; returns how many pieces there are.
+  // The bytes to be written next, in order; returns the number of pieces.
   std::size_t gather(std::span<std::span<const std::byte>> pieces) const;
-  // The first `size` bytes of that were written.
+  // The first `size` bytes returned by gather() were written.
   void consume(std::uint64_t size);
 
-  // Throws everything away.
+  // Drops all messages.
   void clear(LossCounts& lost);
 
   [[nodiscard]] bool empty() const { return bytes_ == 0; }
@@ -91,8 +94,9 @@ class MessageQueue {
   ByteChain begun_;          // the rest of a message that has been written in part
   std::uint64_t begun_bytes_ = 0;
   std::size_t begun_class_ = 0;
-  BlockPool::Index index_ = BlockPool::kNone;       // block of the levels, while there are some
-  BlockPool::Index spare_ = BlockPool::kNone;       // so that a message can always become begun_
+  BlockPool::Index index_ = BlockPool::kNone;  // block of the levels, while there are some
+  // reserved so that a message can always become begun_
+  BlockPool::Index spare_ = BlockPool::kNone;
   std::array<std::uint64_t, kLevels / 64> used_{};  // bit: this level has messages
 };
 

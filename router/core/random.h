@@ -1,7 +1,7 @@
-// SplitMix64 (Steele, Lea, Flood 2014): a step of a generator whose state is one number, and its
-// finaliser, which spreads every bit of a number over all of it. Whoever sees one of its numbers
-// knows all the others. For what nobody may guess there is SipHash-2-4 (Aumasson, Bernstein 2012),
-// a hash with a secret key.
+// SplitMix64 (Steele, Lea, Flood 2014): one step of a generator with a 64-bit state, and its
+// finaliser, which spreads every input bit over the whole result. Its output is predictable: one
+// number reveals all others. Where values must not be predictable, use SipHash-2-4 (Aumasson,
+// Bernstein 2012), a hash with a secret key.
 #pragma once
 
 #include <bit>
@@ -20,7 +20,7 @@ constexpr std::uint64_t next_random(std::uint64_t& state) {
   return spread(state += 0x9E3779B97F4A7C15U);
 }
 
-// From 0 to below 1.
+// Uniform in [0, 1).
 constexpr double next_share(std::uint64_t& state) {
   return static_cast<double>(next_random(state) >> 11) * 0x1.0p-53;
 }
@@ -30,7 +30,7 @@ struct SipKey {
   std::uint64_t high = 0;
 };
 
-// Of the words' bytes, least significant first.
+// Hash of the bytes of the given 64-bit integers, least significant byte first.
 constexpr std::uint64_t sip_hash(const SipKey& key, std::initializer_list<std::uint64_t> words) {
   std::uint64_t v0 = key.low ^ 0x736F6D6570736575U;
   std::uint64_t v1 = key.high ^ 0x646F72616E646F6DU;
@@ -61,7 +61,7 @@ constexpr std::uint64_t sip_hash(const SipKey& key, std::initializer_list<std::u
   rounds(4);
   return v0 ^ v1 ^ v2 ^ v3;
 }
-// A test vector of its authors.
+// Test vector published by the authors.
 static_assert(sip_hash({0x0706050403020100, 0x0F0E0D0C0B0A0908}, {0x0706050403020100}) ==
               0x93F5F5799A932462);
 

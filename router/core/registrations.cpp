@@ -11,7 +11,7 @@ namespace {
 
 bool is_link(const Client& owner) { return owner.info.port == PortKind::kLink; }
 
-// Mailboxes above and beside us are not ours to tell of.
+// Mailboxes above and beside this router are not announced by it.
 bool is_below(const Client& owner) {
   return !is_link(owner) || owner.info.link.kind == LinkKind::kSub;
 }
@@ -79,7 +79,7 @@ void Registrations::insert(Time now, Client& owner, Address address, std::uint32
 void Registrations::remove(Client& owner, Address address) {
   const Table::Entry* entry = table_.find(address);
   withdraw(owner, *entry);
-  // The last of the list takes the place of the one that goes.
+  // The last list entry takes the place of the removed one.
   const std::uint32_t position = entry->position;
   table_.erase(entry);
   addresses_.erase(address);
@@ -158,7 +158,7 @@ void Clients::remove(ClientId id) {
   slot(id).reset();
 }
 
-// Numbers that differ modulo n also differ modulo 2n: nobody meets in the new slots.
+// Numbers that differ modulo n also differ modulo 2n, so no collision occurs in the new slots.
 void Clients::grow() {
   auto old = std::exchange(slots_, std::vector<std::unique_ptr<Client>>(slots_.size() * 2));
   for (auto& client : old) {

@@ -1,7 +1,7 @@
-// Who is connected (Clients), and which mailbox belongs to whom: the table and what is kept in step
-// with it (Registrations), the routers that mailboxes behind links live at (Origins), what this
-// router tells those above and beside it (ExportedTable), and the routers that went with their link
-// (MissingRouters).
+// The connected clients (Clients), and the owner of each mailbox: the table and the data kept
+// consistent with it (Registrations), the routers that own mailboxes behind links (Origins), the
+// table this router announces to routers above and beside it (ExportedTable), and the routers
+// that were lost with their link (MissingRouters).
 #pragma once
 
 #include <array>
@@ -24,22 +24,22 @@ namespace tims::core {
 
 // --- clients
 
-// What a port says about a new client.
+// What a port knows about a new client.
 struct ClientInfo {
   PortKind port = PortKind::kTcp;
-  std::uint32_t token = 0;  // the port's own number for it, handed back with every delivery
+  std::uint32_t token = 0;  // the port's own number for it, returned with every delivery
   std::uint32_t pid = 0;    // 0: not known
   std::uint32_t uid = 0;
   Text<31> name{};
   Text<55> endpoint{};  // "127.0.0.1:54321"
-  struct Link {         // of another router
+  struct Link {         // data of a link to another router
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
     std::uint8_t system = 0;
     Address router{};
-    std::optional<std::uint8_t> only{};  // nothing but this system comes from it; nothing: any
+    std::optional<std::uint8_t> only{};  // accept only addresses of this system; empty: of any
   } link{};
-  bool lifesign = false;  // is asked whether it lives from the start, as original clients are
+  bool lifesign = false;  // send lifesigns from the start, as to original clients
 };
 
 struct OwnedMailbox {
@@ -51,12 +51,12 @@ struct Client {
   ClientId id{};
   ClientInfo info{};
   Time connected_at{};
-  std::vector<OwnedMailbox> mailboxes{};  // in no order
-  bool watched = false;                   // gets lifesigns
-  bool owes_answer = false;               // to the last one
-  Count in{};                             // from it
-  Count out{};                            // to it: taken by its mailbox, connection or queue
-  Count dropped{};                        // to it, and lost
+  std::vector<OwnedMailbox> mailboxes{};  // unordered
+  bool watched = false;                   // receives lifesigns
+  bool owes_answer = false;               // has not answered the last lifesign
+  Count in{};                             // sent by it
+  Count out{};                            // accepted by its mailbox, connection or queue
+  Count dropped{};                        // addressed to it, and lost
 
   [[nodiscard]] Peer peer() const {
     return {
@@ -64,8 +64,8 @@ struct Client {
   }
 };
 
-// A client's slot is its number modulo the number of slots; numbers whose slot is taken are left
-// out. So a number leads to its client with one look, and an old number to nobody.
+// A client's slot is its number modulo the number of slots; numbers whose slot is occupied are
+// skipped. So one access finds a client by its number, and an old number finds none.
 class Clients {
  public:
   Clients() : slots_(kSlotsMin) {}
@@ -82,7 +82,7 @@ class Clients {
     return sizes_[static_cast<std::size_t>(port)];
   }
 
-  // `visit` may remove the client it is given.
+  // `visit` may remove the client it is called with.
   template <typename Visit>
   void for_each(Visit visit) const {
     for (const auto& slot : slots_) {
@@ -96,7 +96,7 @@ class Clients {
   void grow();
   std::unique_ptr<Client>& slot(ClientId id) { return slots_[id.value & (slots_.size() - 1)]; }
 
-  std::vector<std::unique_ptr<Client>> slots_;  // at most half of them taken
+  std::vector<std::unique_ptr<Client>> slots_;  // at most half of them occupied
   std::size_t size_ = 0;
   std::array<std::size_t, kPortKindCount> sizes_{};
   ClientId last_{};
@@ -104,11 +104,11 @@ class Clients {
 
 // --- mailboxes
 
-// The routers that mailboxes behind links live at: a short list with numbers, so that a mailbox
-// needs no more than one of them.
+// The routers that own mailboxes behind links: a short numbered list, so that a mailbox stores
+// only an index.
 class Origins {
  public:
-  // A number for this origin, held until release().
+  // An index for this origin, valid until release().
   std::uint32_t hold(const Origin& origin) {
     const auto [place, added] = numbers_.try_emplace(key(origin), 0);
     if (added) {
@@ -146,13 +146,13 @@ class Origins {
   std::vector<std::uint32_t> free_;
 };
 
-// One mailbox's part in the hash over a table, which is the exclusive or of all of them. `hops` as
-// the router that tells counts them.
+// One mailbox's contribution to the hash of a table, which is the exclusive or of all
+// contributions. `hops` as counted by the announcing router.
 std::uint32_t table_hash(Address address, const Origin& origin);
 
-// What this router tells the routers above and beside it: every mailbox below it, and each change
-// of that, numbered. A neighbour that knows number n is told what has changed since; one that is
-// too far behind, everything. So nothing is ever queued for a slow neighbour.
+// The table this router announces to the routers above and beside it: every mailbox below it,
+// with each change numbered. A neighbour that has state n receives the changes since n; one that
+// is too far behind receives the whole table. So nothing is ever queued for a slow neighbour.
 class ExportedTable {
  public:
   static constexpr std::uint32_t kRemembered = 8192;  // changes
@@ -173,9 +173,9 @@ class ExportedTable {
   [[nodiscard]] std::uint32_t number() const { return number_; }  // of the newest change
   [[nodiscard]] std::uint32_t hash() const { return hash_; }
   [[nodiscard]] std::uint32_t size() const { return size_; }
-  // Can the changes after number `n` be told?
+  // True when all changes after number `n` are still stored.
   [[nodiscard]] bool remembers(std::uint32_t n) const { return number_ - n <= kRemembered; }
-  // What change number `n` was about; remembers(n - 1).
+  // The address that change number `n` affected. Precondition: remembers(n - 1).
   [[nodiscard]] Address changed(std::uint32_t n) const { return (*changed_)[n % kRemembered]; }
 
  private:
@@ -187,26 +187,26 @@ class ExportedTable {
   std::unique_ptr<std::array<Address, kRemembered>> changed_;
 };
 
-// When there are more, the oldest go.
+// Beyond this number the oldest entries are removed.
 inline constexpr std::size_t kMissingRoutersMax = 1024;
-// Who has not come back in this time is not expected any more.
+// A router that has not returned within this time is no longer expected.
 inline constexpr Duration kMissingRouterKept = std::chrono::minutes(10);
 
 struct MissingRouter {
-  std::uint64_t number = 0;  // counts up: the place in a list that is read in pages
+  std::uint64_t number = 0;  // increasing; the position in a list that is read in pages
   Address router{};
-  Address behind{};  // the router at the other end of the link; may be this one itself
-  Text<31> via{};    // and its name
+  Address behind{};  // the router at the other end of the link; may be the missing router itself
+  Text<31> via{};    // the name of that router
   Time since{};
 };
 
-// The routers that went with the link they were behind: who knows the fleet shall see that they are
-// missing. Nothing is routed by it.
+// The routers that were lost with the link they were behind, so that operators see which routers
+// are missing. Not used for routing.
 class MissingRouters {
  public:
-  // In the order of time. It is none of them yet.
+  // In order of time. Precondition: it is not in the list.
   void add(MissingRouter missing);
-  // It is there again, behind whatever link.
+  // The router is reachable again, through any link.
   void found(Address router);
   template <typename Visit>  // (const MissingRouter&), the oldest first
   void for_each(Time now, Visit visit) const {
@@ -219,12 +219,12 @@ class MissingRouters {
   std::uint64_t numbers_ = 0;
 };
 
-// Mailboxes and their owners: keeps the table, the clients' own lists and what is told to the
-// routers above in step.
+// Mailboxes and their owners: keeps the table, the clients' own lists and the exported table
+// consistent.
 //
-// A mailbox behind a link may be announced by several links: by two ways to the same router, of
-// which the shorter is used, or by two routers that both claim it, of which the first has it. The
-// others wait here and are looked at when the owner is gone.
+// Several links may announce the same mailbox: two routes to the same router, of which the
+// shorter is used, or two routers that both claim the address, of which the first keeps it. The
+// other announcements wait here and are considered when the owner is gone.
 class Registrations {
  public:
   explicit Registrations(HashSeed seed) : table_(seed) {}
@@ -235,21 +235,22 @@ class Registrations {
   [[nodiscard]] const ExportedTable& exported_table() const { return exported_; }
   ExportedTable& exported_table() { return exported_; }
 
-  // Nobody owns the address. A client's mailbox, with its port's number for it; or one behind a
-  // link, with the router it lives at.
+  // Precondition: the address has no owner. Adds a client's mailbox with its port's number, or a
+  // mailbox behind a link with the router that owns it.
   void add(Time now, Client& owner, Address address, std::uint32_t handle);
   void add(Time now, Client& link, Address address, const Origin& origin);
-  // It is one of the owner's.
+  // Precondition: the owner has it.
   void remove(Client& owner, Address address);
-  // The owner's last one; it has at least one. All of them go in time proportional to their number.
+  // Removes the owner's last mailbox; the owner has at least one. Removing all of them takes time
+  // proportional to their number.
   Address remove_last(Client& owner);
 
-  // Where a mailbox lives; `here` for those of this host.
+  // The router that owns a mailbox; `here` for mailboxes of this host.
   [[nodiscard]] Origin origin(const Client& owner, const Table::Entry& entry) const;
   void set_here(const Origin& here) { here_ = here; }
   [[nodiscard]] const Origin& here() const { return here_; }
 
-  // Those that wait for an address to become free, in the order they came.
+  // Announcements that wait for an address to become free, in order of arrival.
   struct Waiting {
     ClientId link{};
     Origin origin{};
@@ -257,7 +258,7 @@ class Registrations {
   void wait(Address address, const Waiting& waiting) { waiting_.emplace(address.raw(), waiting); }
   bool stop_waiting(Address address, ClientId link);
   void stop_waiting(ClientId link);
-  // The one with the fewest hops; it waits no longer.
+  // Removes and returns the one with the fewest hops.
   std::optional<Waiting> take_waiting(Address address);
   [[nodiscard]] std::optional<Origin> waiting_origin(Address address, ClientId link) const;
   [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }

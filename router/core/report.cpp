@@ -128,7 +128,7 @@ std::vector<EventCountReport> report_event_counts(const Router& router) {
 EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit) {
   const EventLog& log = router.events();
   EventPage page{.items = {}, .last = log.last()};
-  // A number from before a restart of the router means: from the beginning.
+  // A number from before a restart of the router means "from the beginning".
   if (since > log.last()) since = 0;
   const std::uint64_t first = std::max(since + 1, log.oldest());
   page.lost = first - (since + 1);

@@ -12,13 +12,14 @@ namespace {
 constexpr std::uint8_t kOwnFlags =
     flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
 
-// Nobody on the way knows where it should go: the sender of a command is told.
+// No route to the destination exists: the sender of a command receives NOT_AVAILABLE.
 bool is_no_way(Outcome outcome) {
   return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
          outcome == Outcome::kHopLimit;
 }
 
-// That nobody owns the destination. Original programs set our flags as they like.
+// True when the sender must be notified that the destination is not registered. The extension
+// flags of original programs are arbitrary and therefore ignored.
 bool wants_to_know(const Client& sender, const Header& header) {
   const bool asks = (header.flags & flag::kTellIfGone) != 0;
   return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
@@ -42,7 +43,7 @@ bool is_link(const Client* client, LinkKind kind) {
          client->info.link.kind == kind;
 }
 
-// What comes from above or beside goes down and nowhere else: so no message goes round.
+// Messages from routers above or beside are forwarded only downwards, which rules out loops.
 bool only_down(const Client* from) {
   return is_link(from, LinkKind::kSuper) || is_link(from, LinkKind::kPeer);
 }
@@ -131,7 +132,7 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   Client* client = clients_.find(id);
   if (client == nullptr) return;
   std::vector<Address> behind = routers_behind(*client);
-  // It said goodbye: nobody misses it. Those behind it did not.
+  // It sent CLOSE before it ended, so it is not missing. The routers behind it did not.
   if (reason == CloseReason::kShutdown) std::erase(behind, client->info.link.router);
   registrations_.stop_waiting(id);
   withdraw_all(now, *client);
@@ -195,7 +196,7 @@ Outcome Router::on_message(Time now, ClientId from, Message& message) {
   Client* sender = clients_.find(from);
   if (sender == nullptr) return Outcome::kClientGone;
   sender->in.add(message.bytes.size());
-  // The sender may be gone after this.
+  // The sender may be removed during dispatch.
   const PortKind port = sender->info.port;
   const Outcome outcome = dispatch(now, *sender, message);
   if (!taken(outcome)) drops_.add(now);
@@ -256,7 +257,7 @@ std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address addr
   return reader->handle;
 }
 
-// Routers have a class of their own, 0.
+// Addresses of routers have class 0, which is reserved for them.
 bool Router::is_router(Address address) const {
   return address.fields(settings_.widths).class_id ==
          settings_.address.fields(settings_.widths).class_id;
@@ -280,8 +281,8 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
       on = who_keeps_texts(on);
     }
   }
-  // Original programs set these bits as they like and know nothing of what they mean to us; among
-  // themselves they keep them.
+  // Original programs set these bits arbitrarily and do not know the meaning of the extensions;
+  // between original programs the bits pass unchanged.
   const bool original = from != nullptr && from->info.port == PortKind::kTcp;
   const bool to_original = on.to->info.port == PortKind::kTcp;
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
@@ -292,7 +293,8 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   return hand_over(now, receiver_of(*on.to, on.handle), *on.to, message);
 }
 
-// To all who have the sink of texts but the first. Flags of our own are nothing that texts need.
+// Delivers the text to all owners of the sink except the first. Texts do not need the extension
+// flags.
 void Router::copy_text(Time now, Message& message) {
   message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
   for (const TextReader& reader : text_readers_) {
@@ -304,7 +306,8 @@ void Router::copy_text(Time now, Message& message) {
   }
 }
 
-// A command to the sink is for a log of our own; the original's windows know texts only.
+// A command to the sink is meant for our own log program; the original's windows accept texts
+// only.
 Router::NextHop Router::who_keeps_texts(const NextHop& otherwise) const {
   for (const TextReader& reader : text_readers_) {
     Client* client = clients_.find(reader.client);
@@ -326,7 +329,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
   }
   receiver.out.add(one.bytes);
   if (outcome == Outcome::kMailboxReplaced) {
-    // How long the older message was is not known, and its priority was not higher.
+    // The length of the replaced message is unknown; its priority was not higher.
     const Count older{1, 0};
     messages_.add(to.port, settings_.classes.of(header), outcome, older);
     count_dropped(&receiver, older);
@@ -377,7 +380,7 @@ void Router::count_dropped(Client* receiver, const Count& count) {
   receiver->dropped.bytes += count.bytes;
 }
 
-// --- What happened
+// --- events
 
 bool Router::may_share(const Client& client, Address address) const {
   const Table::Entry* entry = address == kTextSink ? find(address) : nullptr;
@@ -389,7 +392,7 @@ bool Router::stop_sharing(ClientId client) {
   return std::erase_if(text_readers_, [&](const auto& r) { return r.client == client; }) > 0;
 }
 
-// The first has gone: the next takes its place.
+// The first owner has gone: the next one takes its place.
 void Router::next_text_reader(Time now) {
   if (text_readers_.empty() || find(kTextSink) != nullptr) return;
   const TextReader next = text_readers_.front();
@@ -406,7 +409,7 @@ void Router::withdraw_all(Time now, Client& client) {
   }
 }
 
-// Whoever has waited for the address gets it.
+// The address is assigned to a link that waits for it, if any.
 void Router::withdrawn(Time now, Address address, const Peer& owner) {
   happened(now, EventKind::kWithdrawn, address, owner, owner);
   learn_again(now, address);
@@ -477,7 +480,7 @@ Router::NextHop Router::next_hop(const Client* from, Address dest) const {
   const auto system = dest.fields(settings_.widths).system;
   if (const ClientId peer = peer_router(system); peer && take(peer, 0, NextHop::By::kSystem))
     return on;
-  // Of the own system, too: an operator's joystick for this robot may be registered at the base.
+  // Includes the own system: an operator's joystick for this robot may be registered at the base.
   take(uplink_, 0, NextHop::By::kUp);
   return on;
 }
@@ -487,7 +490,7 @@ bool Router::leads_over_link(const Client& from, Address dest) const {
   return on.to != nullptr && on.to->info.port == PortKind::kLink;
 }
 
-// The system router of another robot, beside this one.
+// The system router of another robot, linked as a peer.
 ClientId Router::peer_router(std::uint32_t system) const {
   for (const ClientId id : links_) {
     const Client& other = *clients_.find(id);
@@ -528,7 +531,7 @@ void Router::set_uplink(Time now, ClientId link) {
   happened(now, EventKind::kUplinkChanged, Address(), peer(link));
 }
 
-// --- What other routers announce
+// --- announcements of other routers
 
 std::optional<Origin> Router::exported(Address address) const {
   if (address == settings_.address) return registrations_.here();
@@ -544,7 +547,8 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   if (from == nullptr || address == kTextSink) return false;
   const Origin& here = registrations_.here();
   if (origin.router == here.router || origin.hops >= kHopsMax) {
-    // Our own mailboxes come back to us, or somebody else's go round; or somebody has our address.
+    // Either one of our own mailboxes came back, or another router's announcement is in a loop,
+    // or another router uses our address.
     const bool loop = origin.router != here.router || origin.epoch == here.epoch;
     happened(now, loop ? EventKind::kLoop : EventKind::kDuplicateRouter, address, from->peer(),
              peer_router(*from, origin));
@@ -568,14 +572,14 @@ bool Router::learn(Time now, ClientId link, Address address, const Origin& origi
   return true;
 }
 
-// Another link, or a client here, has the address already.
+// The address is already owned by another link or a local client.
 void Router::duplicate(Time now, const Client& link, Address address, const Origin& origin) {
   const Table::Entry* entry = find(address);
   const Client* owner = entry == nullptr ? nullptr : clients_.find(entry->owner);
   if (owner != nullptr && owner->info.port == PortKind::kLink) {
     const Origin current = this->origin(*entry);
     if (current.same_router(origin)) {
-      // Two ways to one router: the shorter.
+      // Two routes to the same router: use the shorter one.
       if (origin.hops >= current.hops) return;
       registrations_.wait(address, {owner->id, current});
       Client& loser = *clients_.find(owner->id);
@@ -583,7 +587,7 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
       learn_again(now, address);
       return;
     }
-    // The same router after a restart: the old announcement is on its way out.
+    // The same router after a restart: the old announcement will be withdrawn soon.
     if (current.router == origin.router) return;
     happened(now, EventKind::kDuplicateAddress, address, peer_router(link, origin),
              peer_router(*owner, current));
@@ -593,7 +597,7 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
            owner == nullptr ? Peer{} : owner->peer());
 }
 
-// The address has become free: who has waited for it?
+// The address has become free: assign it to a link that waited for it.
 void Router::learn_again(Time now, Address address) {
   if (address == kTextSink) next_text_reader(now);
   if (find(address) != nullptr) return;
@@ -618,7 +622,7 @@ void Router::forget_all(Time now, ClientId link) {
   withdraw_all(now, *from);
 }
 
-// The nearest first. A router announces its own address as it does those of its mailboxes.
+// Sorted by distance. A router announces its own address in the same way as its mailboxes.
 std::vector<Address> Router::routers_behind(const Client& link) const {
   std::vector<Address> routers;
   if (link.info.port != PortKind::kLink) return routers;
@@ -630,7 +634,7 @@ std::vector<Address> Router::routers_behind(const Client& link) const {
   return routers;
 }
 
-// The link has gone, and with it those that no other link brings.
+// The link is down: the routers that no other link announces are now missing.
 void Router::miss(Time now, const Client& link, const std::vector<Address>& routers) {
   for (const Address router : routers) {
     if (find(router) != nullptr) continue;
@@ -645,7 +649,7 @@ std::optional<Origin> Router::announced(ClientId link, Address address) const {
   return registrations_.waiting_origin(address, link);
 }
 
-// A mailbox's owner behind a link: the link's name, and the router it lives at.
+// The owner of a mailbox behind a link: the name of the link and the router that has the mailbox.
 Peer Router::peer_router(const Client& link, const Origin& origin) const {
   Peer party = link.peer();
   party.endpoint = Text<55>(origin.router.to_string(settings_.widths));
@@ -658,13 +662,13 @@ void Router::on_undelivered(Time now, ClientId link, const Header& header, Outco
   drops_.add(now);
   count_dropped(clients_.find(link), one);
   if (header.type <= 0) return;
-  // As if it had been refused at once, only later.
+  // The sender is answered as if the message had been refused immediately.
   const NextHop back = next_hop(nullptr, header.src);
   if (back.to == nullptr) return;
   answer_not_available(now, receiver_of(*back.to, back.handle), header);
 }
 
-// --- The original's commands (legacy.h), and its watchdog
+// --- the original's commands (legacy.h) and its watchdog
 
 Outcome Router::carry_out(Time now, Client& sender, Message& message) {
   using Verb = LegacyCommand::Verb;
@@ -678,7 +682,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
     }
     case Verb::kDelete: {
       const Removal result = remove_mailbox(now, sender.id, command.mailbox);
-      // An unknown address is deleted already, says the original.
+      // In the original, deleting an unknown address succeeds.
       const bool success = result != Removal::kNotOwner;
       if (command.wants_reply) answer_command(now, sender, message.header, success);
       break;
@@ -709,9 +713,9 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
   return Outcome::kHandled;
 }
 
-// The original let anybody delete any mailbox. It had no local clients, and theirs stay out of it:
-// other programs send to them without asking the router. So do those of other routers, which would
-// not hear of it.
+// The original let any client delete any mailbox. It had no local clients, so their mailboxes are
+// excluded: other programs send to them directly, without the router. Mailboxes of other routers
+// are also excluded because those routers would not be notified.
 bool Router::may_delete(const Client& by, const Client& owner) const {
   if (by.id == owner.id) return true;
   return settings_.compat_delete && owner.info.port != PortKind::kLocal &&
@@ -723,7 +727,8 @@ void Router::answer_command(Time now, const Client& client, const Header& reques
   port_of(to).reply(now, to, wire::reply_to(request, success ? type::kOk : type::kError));
 }
 
-// To whoever has left room for it: in the place of the question.
+// Only for clients that left room for the widths in their login; the answer overwrites the
+// question.
 void Router::tell_widths(Time now, Client& client, Message& login) {
   namespace command = wire::router_command;
   if (settings_.widths == AddressWidths() || login.body().size() != command::kWidthsSize) return;

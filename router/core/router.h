@@ -1,9 +1,9 @@
-// The router's decisions: who is connected, who owns which mailbox, where does this message go; and
-// what it asks of its surroundings: ports, which carry out what it decides, and the program around
-// it.
+// The router's decisions: which clients are connected, which client owns which mailbox, and where
+// each message goes. It also defines the interfaces to its surroundings: the ports, which carry
+// out its decisions, and the program around it.
 //
-// Pure: time and bytes come in as arguments, actions go out through its ports. Nothing is allocated
-// on a message's way; connecting and registering allocate.
+// Pure: time and bytes come in as arguments, actions go out through its ports. Forwarding a
+// message does not allocate; connecting and registering do.
 #pragma once
 
 #include <array>
@@ -28,157 +28,163 @@ struct Receiver {
   std::uint32_t handle = 0;  // the port's own number for this mailbox (register_mailbox)
 };
 
-// A port: where clients of one kind attach. It feeds the router (Router::connect, on_message, ...)
-// and carries out what that decides. But for flush(), none of these may call the router.
+// A port: where clients of one kind attach. It feeds the router (Router::connect, on_message,
+// ...) and carries out the router's decisions. Except for flush(), none of these functions may
+// call the router.
 class Port : public Interface {
  public:
-  // The bytes stay valid until the ports are flushed at the end of the turn. What is answered is
-  // counted: kDelivered, kMailboxFull, kMailboxReplaced, kTooBig, kQueueFull, kClientGone or
+  // The bytes stay valid until the ports are flushed at the end of the turn. The returned outcome
+  // is counted: kDelivered, kMailboxFull, kMailboxReplaced, kTooBig, kQueueFull, kClientGone or
   // kOwnerGone.
   virtual Outcome deliver(Time now, const Receiver& to, const Message& message) = 0;
 
-  // A message without a body that the router itself made (lifesign, answer to a command,
+  // A message without a body that the router itself created (lifesign, answer to a command,
   // NOT_AVAILABLE). `to.handle` is 0 when it goes to the connection and not to a mailbox.
   virtual void reply(Time now, const Receiver& to, const Header& header) = 0;
 
-  // The router has already forgotten this client and its mailboxes: end its connection.
+  // The router has already removed this client and its mailboxes: close its connection.
   virtual void close(const Receiver& client, CloseReason reason) = 0;
 
-  // Its clients, if they send to this mailbox by themselves, must come by the router from now on.
+  // Clients of this port that send to this mailbox directly must send through the router from now
+  // on.
   virtual void moved(Address) {}
 
-  // Ends what deliver() and reply() began since the last flush: bytes go into sockets or queues,
-  // sleeping receivers are woken. After this, delivered bytes are no longer needed. May call the
-  // router (losses, disconnected clients). Called after every batch; cheap when nothing is to do.
+  // Completes what deliver() and reply() began since the last flush: bytes go into sockets or
+  // queues, sleeping receivers are woken. Afterwards, delivered bytes are no longer needed. May
+  // call the router (losses, disconnected clients). Called after every batch; cheap when there is
+  // nothing to do.
   virtual void flush(Time) {}
 
-  // What waits for a client that reads slowly.
+  // Bytes queued for a client that reads slowly.
   [[nodiscard]] virtual std::uint64_t queued_bytes(std::uint32_t /*token*/) const { return 0; }
 
-  // Before the router ends: no new clients; and is there nothing left to be written?
+  // Called before the router exits: accept no new clients. drained() then reports whether all
+  // output has been written.
   virtual void stop_accepting() {}
   [[nodiscard]] virtual bool drained() const { return true; }
 };
 
-// The program around the router. Nothing here may call back into the router.
+// The program around the router. None of these functions may call the router.
 class RouterHooks : public Interface {
  public:
   // A question to the router. Answered with Router::answer(), now or later.
   virtual void admin(Time now, ClientId from, const Message& request) = 0;
 
-  // A client of TCP or of a WebSocket asks another router. False: it may not; admin() gets the
-  // question and refuses it.
+  // A TCP or WebSocket client sends a question to another router. Returns false when it is not
+  // permitted; the question is then passed to admin(), which refuses it.
   virtual bool may_ask(ClientId /*from*/, const Message& /*request*/) { return true; }
 
-  // A message with flag TRACE is about to go from one client to another.
+  // A message with flag TRACE is about to be forwarded from one client to another.
   virtual void traced(ClientId from, ClientId to, const Message& message) = 0;
 
-  // Something happened that is kept in the event log.
+  // An event was added to the event log.
   virtual void event(const Event& event) = 0;
 };
 
 struct RouterSettings {
-  Address address{};  // the router's own: Tims(system/id)
+  Address address{};  // this router's address: Tims(system/id)
   AddressWidths widths{};
   PriorityClasses classes{};
   Role role = Role::kSystem;
-  std::uint32_t epoch = 0;     // lower half of what was drawn at start
+  std::uint32_t epoch = 0;     // lower half of the epoch chosen at start
   bool compat_delete = false;  // any TCP client may delete any TCP client's mailbox
   Duration lifesign_interval = std::chrono::seconds(5);
   std::uint32_t clients_max = 1024;  // see Router::has_room()
   std::uint32_t mailboxes_per_client_max = 4096;
 };
 
-// Clients of one router that may have the sink of texts at a time.
+// Maximum number of clients of one router that may own the sink of texts at the same time.
 inline constexpr std::size_t kTextReadersMax = 16;
 
-// Where messages go whose destination nobody has registered.
+// The route for messages to unregistered destinations.
 struct StaticRoute {
   AddressPattern match{};
-  Text<63> text{};  // the pattern as it was written
+  Text<63> text{};  // the pattern as configured
   Text<63> via{};   // name of a router at the other end of a link
 };
 
 struct Registration {
   enum class Status : std::uint8_t { kOk, kAddressInUse, kTooMany, kNoSuchClient };
   Status status = Status::kOk;
-  ClientId owner{};  // kAddressInUse: who has it; kNoClient means the router itself
+  ClientId owner{};  // kAddressInUse: the current owner; kNoClient means the router itself
 };
 
-// kUnknown: nobody has registered the address.
+// KUnknown: the address is not registered.
 enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
 
 class Router {
  public:
   Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks);
 
-  // Set up before traffic starts. A port that is switched off is not attached, and has no clients.
+  // Must be called before traffic starts. A port that is switched off is not attached and has no
+  // clients.
   void attach(PortKind kind, Port& port) { ports_[static_cast<std::size_t>(kind)] = &port; }
-  // At the end of every turn, and whenever delivered bytes are not to be needed any more.
+  // Called at the end of every turn, and whenever delivered bytes are about to become invalid.
   void flush(Time now);
   void stop_accepting();
-  [[nodiscard]] bool drained() const;  // of all ports
+  [[nodiscard]] bool drained() const;  // true when all ports are drained
   [[nodiscard]] std::uint64_t queued_bytes(PortKind kind, std::uint32_t token) const;
 
-  // Settings of a running router. The address stays.
+  // Changes the settings of a running router. The address does not change.
   void configure(Time now, const RouterSettings& settings);
 
-  // Without room for it, kNoClient: the port closes the connection.
+  // Returns kNoClient when there is no room: the port must close the connection.
   ClientId connect(Time now, const ClientInfo& info);
-  // A quarter of clients_max is kept for programs of this host, another quarter is all that
-  // browsers can have, so that guests of one port do not shut out others. Links are counted and
-  // bounded by those who make them.
+  // A quarter of clients_max is reserved for programs of this host, and browsers can have at most
+  // another quarter, so that clients of one port do not lock out others. Links are counted and
+  // bounded by the code that creates them.
   [[nodiscard]] bool has_room(PortKind port) const;
-  // A client that a port had to turn away itself.
+  // Records a client that a port itself had to refuse.
   void refuse(Time now, const ClientInfo& info, CloseReason reason);
-  // Withdraws its mailboxes. Nothing happens when the router has given the client up itself.
+  // Withdraws its mailboxes. Does nothing when the router has already removed the client.
   void disconnect(Time now, ClientId id, CloseReason reason);
 
-  // Of a client of this host. What links announce: learn().
+  // For clients of this host. Announcements of links: learn().
   Registration register_mailbox(Time now, ClientId id, Address address, std::uint32_t handle = 0);
   Removal remove_mailbox(Time now, ClientId by, Address address);
 
-  // A client sent something. The header may be rewritten; the bytes are used until the flush.
+  // A client sent a message. The header may be rewritten; the bytes are used until the flush.
   Outcome on_message(Time now, ClientId from, Message& message);
-  // The router's answer to an admin request: to the address in it, or, with dest = src = 0, to
-  // the connection of the one who asked.
+  // The router's answer to an admin request: to the address in it or, with dest = src = 0, to the
+  // connection that sent the request.
   Outcome answer(Time now, ClientId asker, Message& message);
   // Messages for (or, with bad_length and incomplete, from) a client that a port has lost.
   void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, const LossCounts& losses);
   void on_lost(Time now, PortKind port, ClientId client, Outcome outcome, std::uint8_t priority,
                std::uint64_t size);
 
-  // A client that had fallen behind has read something of what waits for it. It lives, although the
-  // lifesign may not have reached it yet.
+  // A client that had fallen behind has read some of its queue. It counts as running, although
+  // the lifesign may not have reached it yet.
   void on_progress(ClientId id);
 
-  // --- Links: clients with PortKind::kLink, whose mailboxes live behind another router.
+  // --- Links: clients with PortKind::kLink, whose mailboxes are behind another router.
 
-  // Where unknown destinations go; kNoClient: nowhere.
+  // Sets the link for messages to unknown destinations; kNoClient: none.
   void set_uplink(Time now, ClientId link);
   [[nodiscard]] ClientId uplink() const { return uplink_; }
-  // The link announces a mailbox. `origin`: with the hops from here.
-  // False: not taken, it goes round in a loop.
+  // The link announces a mailbox. `origin.hops` is counted from this router. Returns false when
+  // the announcement is refused because it is in a loop.
   bool learn(Time now, ClientId link, Address address, const Origin& origin);
   void forget(Time now, ClientId link, Address address);
   void forget_all(Time now, ClientId link);
-  // What the link has announced of it, whether it owns it or waits for it.
+  // The link's current announcement of this address, whether the link owns it or waits for it.
   [[nodiscard]] std::optional<Origin> announced(ClientId link, Address address) const;
-  // Is it of the system the link is for, or does a static route lead there over it? Of a mailbox
-  // that the link announces, and of the source of a message it brings.
+  // True when the address is in the system the link is configured for, or when a static route
+  // leads to it over the link. Checked for mailboxes that the link announces and for sources of
+  // messages it brings.
   [[nodiscard]] bool may_come_from(const Client& link, Address address) const;
-  // A message that was handed to a link, and that the link has lost or given up.
+  // A message that was handed to a link, and that the link has lost or dropped.
   void on_undelivered(Time now, ClientId link, const Header& header, Outcome outcome);
-  // Links have things to tell that are no message's: counted and kept.
+  // Events of links that are not about a message: counted and logged.
   void note(const Event& event) { happened(event); }
   void set_static_routes(std::vector<StaticRoute> routes) { static_routes_ = std::move(routes); }
   [[nodiscard]] const std::vector<StaticRoute>& static_routes() const { return static_routes_; }
 
-  // What is told to routers above and beside: all that is below this one, itself included.
+  // The table announced to routers above and beside: all mailboxes below this router and its own.
   [[nodiscard]] const ExportedTable& exported_table() const {
     return registrations_.exported_table();
   }
-  // Nothing: the address is not below.
+  // Empty when the address is not below this router.
   [[nodiscard]] std::optional<Origin> exported(Address address) const;
   template <typename Visit>  // (Address, const Origin&)
   void for_each_exported(Visit visit) const {
@@ -191,26 +197,27 @@ class Router {
     return registrations_.origin(*clients_.find(entry.owner), entry);
   }
 
-  // The client a message to this address is handed to; `from` is null for the router itself.
+  // The client that a message to this address is handed to; `from` is null for the router itself.
   struct NextHop {
     Client* to = nullptr;
     std::uint32_t handle = 0;
     enum class By : std::uint8_t { kTable, kStatic, kSystem, kUp, kNone } by = By::kNone;
-    Outcome why_not = Outcome::kNoRoute;  // without `to`
+    Outcome why_not = Outcome::kNoRoute;  // set when `to` is null
   };
   [[nodiscard]] NextHop next_hop(const Client* from, Address dest) const;
 
-  // Those that links announced until they went down, and that no other link has brought since.
+  // Routers that a link announced before it went down, and that no other link has announced
+  // since.
   [[nodiscard]] const MissingRouters& missing() const { return missing_; }
 
-  // Whether more than one client has the sink of texts: each gets every text.
+  // True when more than one client owns the sink of texts: each receives every text.
   [[nodiscard]] bool shares_texts() const { return !text_readers_.empty(); }
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const { return lifesigns_.next_beat(); }
   void on_timeout(Time now);
 
-  // To look at. An entry is valid until mailboxes come or go.
+  // Read access. An entry is valid until mailboxes are added or removed.
   [[nodiscard]] const Table::Entry* find(Address address) const {
     return registrations_.find(address);
   }
@@ -230,7 +237,8 @@ class Router {
     return *ports_[static_cast<std::size_t>(to.port)];
   }
   Outcome dispatch(Time now, Client& sender, Message& message);
-  // The port's number for a mailbox of the client's; nothing: it is somebody else's.
+  // The port's number for a mailbox of the client; empty when the mailbox belongs to another
+  // client.
   [[nodiscard]] std::optional<std::uint32_t> handle_of(const Client& owner, Address address) const;
   [[nodiscard]] bool is_router(Address address) const;
   // Without a handle: its connection.
@@ -254,7 +262,7 @@ class Router {
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
-  // --- the original's commands
+  // --- commands of the original protocol
   Outcome carry_out(Time now, Client& sender, Message& message);
   void tell_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
@@ -264,7 +272,8 @@ class Router {
 
   void withdraw_all(Time now, Client& client);
   void withdrawn(Time now, Address address, const Peer& owner);
-  // The sink of texts, which several may have: the first as any mailbox, the others beside it.
+  // The sink of texts can have several owners: the first is in the table, the others in a
+  // separate list.
   [[nodiscard]] bool may_share(const Client& client, Address address) const;
   bool stop_sharing(ClientId client);
   void next_text_reader(Time now);
@@ -286,7 +295,7 @@ class Router {
     ClientId client{};
     std::uint32_t handle = 0;
   };
-  std::vector<TextReader> text_readers_;  // but for the first, who is in the table
+  std::vector<TextReader> text_readers_;  // all but the first, which is in the table
   Clients clients_;
   Registrations registrations_;
   MissingRouters missing_;

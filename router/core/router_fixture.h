@@ -1,4 +1,4 @@
-// A router whose decisions are written down, for tests.
+// A router that records its decisions, for tests.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ inline Bytes bytes_of(std::string_view text) {
   return bytes;
 }
 
-// A message on the wire, in the order its flags say.
+// An encoded message, in the byte order given by its flags.
 inline Bytes encoded(Header header, const Bytes& body = {}) {
   header.length = static_cast<std::uint32_t>(kHeaderSize + body.size());
   Bytes bytes(header.length);
@@ -67,7 +67,7 @@ class RecordingSink final : public Port, public RouterHooks {
   void event(const Event& event) override { events.push_back(event); }
   void moved(Address address) override { moved_addresses.push_back(address); }
 
-  Outcome outcome = Outcome::kDelivered;  // of every delivery
+  Outcome outcome = Outcome::kDelivered;  // returned for every delivery
   std::vector<Delivery> delivered;
   std::vector<Reply> replies;
   std::vector<Close> closed;
@@ -77,7 +77,7 @@ class RecordingSink final : public Port, public RouterHooks {
   std::vector<Address> moved_addresses;
 };
 
-// The sink is all of the router's ports.
+// Uses one sink for all ports of the router.
 inline void attach_all(Router& router, Port& sink) {
   for (const PortKind kind : values<PortKind, kPortKindCount>()) router.attach(kind, sink);
 }
@@ -127,7 +127,7 @@ class RouterTest : public testing::Test {
       {.address = kOwn, .clients_max = 100, .mailboxes_per_client_max = 10}, {1, 2}, sink_};
   Time now_ = at(100);
   std::uint32_t token_ = 0;
-  Bytes sent_;  // the last message, as the router has left it
+  Bytes sent_;  // the last message, as rewritten by the router
 };
 
 }  // namespace tims::core::test

@@ -1,5 +1,5 @@
-// What is counted and kept: what became of every message (Outcome), what happened to clients and
-// mailboxes (Event), how often, and of which port and class.
+// Statistics: the outcome of every message (Outcome), events of clients and mailboxes (Event),
+// and their counts by port and class.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace tims::core {
 
-// Everything that can happen to a message. Each message that enters the router gets exactly one of
-// these when it comes; one that was taken and is lost later (queue_replaced, mailbox_replaced,
+// All possible outcomes of a message. Each message that enters the router gets exactly one when
+// it arrives; one that was accepted and is lost later (queue_replaced, mailbox_replaced,
 // client_gone, link_reset, expired) is counted once more under that reason.
 enum class Outcome : std::uint8_t {
   kDelivered,
@@ -85,15 +85,15 @@ static_assert(complete(kOutcomes, Outcome::kUnread) && kOutcomes.size() == kOutc
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 
-// kMailboxReplaced as the answer of a port: this message was taken, an older one had to go for it.
-// Texts may go unread: that is no loss.
+// KMailboxReplaced as the result of a port: this message was accepted and an older one was
+// dropped for it. An unread text does not count as a loss.
 constexpr bool taken(Outcome o) {
   return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced ||
          o == Outcome::kUnread;
 }
 
-// What happened to clients and mailboxes: counted by kind, and the newest kept for
-// `timsctl route watch`.
+// Events of clients and mailboxes: counted by kind; the newest are kept for `timsctl route
+// watch`.
 enum class EventKind : std::uint8_t {
   kClientCame,
   kClientWent,
@@ -113,7 +113,7 @@ enum class EventKind : std::uint8_t {
   kDuplicateAddress,
   kDuplicateRouter,
   kLoop,
-  // These come with messages, as often as those: they are counted and nothing else.
+  // These occur as often as messages: they are counted but not logged.
   kForgedSourceTolerated,
   kNotAvailable,
   kLifesign,
@@ -212,11 +212,11 @@ static_assert(complete(kCloseReasons, CloseReason::kStalled));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 
-// A client as people know it, kept after it has gone.
+// Identification of a client for users, kept after the client has gone.
 struct Peer {
-  ClientId id{};  // kNoClient: the router itself, or nobody
+  ClientId id{};  // kNoClient: the router itself, or none
   PortKind port = PortKind::kRouter;
-  std::uint32_t pid = 0;  // 0: not known
+  std::uint32_t pid = 0;  // 0: unknown
   Text<31> name{};
   Text<55> endpoint{};  // "127.0.0.1:54321"; empty on the local port
 };
@@ -226,28 +226,28 @@ struct Event {
   Time at{};
   EventKind kind = EventKind::kClientCame;
   CloseReason reason = CloseReason::kNone;
-  Address address{};  // of the mailbox, where there is one
-  Peer client{};      // whose doing it was
-  Text<191> text{};   // kLinkRefused: what the other router said; kLinkPath: from, to and why
-  Peer owner{};       // kAddressRefused, kDeleteRefused: to whom the address belongs
+  Address address{};  // of the mailbox, if any
+  Peer client{};      // the client that caused the event
+  Text<191> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason
+  Peer owner{};       // kAddressRefused, kDeleteRefused: the owner of the address
 };
 
-// The newest events, in memory reserved once.
+// The newest events, in memory allocated once.
 class EventLog {
  public:
   static constexpr std::size_t kCapacity = 4096;
 
   EventLog() : ring_(kCapacity) {}
 
-  // Numbers the event and keeps it, in place of the oldest when there are too many.
+  // Assigns a sequence number and stores the event, replacing the oldest when the log is full.
   const Event& add(const Event& event);
 
   [[nodiscard]] std::uint64_t last() const { return last_; }  // 0: none yet
-  // Number of the oldest event that is still here, last() + 1 when there is none.
+  // Sequence number of the oldest stored event, last() + 1 when there is none.
   [[nodiscard]] std::uint64_t oldest() const {
     return last_ < kCapacity ? 1 : last_ - kCapacity + 1;
   }
-  // `sequence` from oldest() to last().
+  // Precondition: `sequence` is between oldest() and last().
   [[nodiscard]] const Event& at(std::uint64_t sequence) const {
     return ring_[sequence % kCapacity];
   }
@@ -268,11 +268,10 @@ struct Count {
   bool operator==(const Count&) const = default;
 };
 
-// Messages that were taken and lost, by class.
+// Messages that were accepted and then lost, by class.
 using LossCounts = std::array<Count, kClasses>;
 
-// The port is the one a message entered through; for a message that was lost in a queue, the
-// queue's.
+// The port through which a message entered; for a message lost in a queue, the port of the queue.
 class MessageCounters {
  public:
   void add(PortKind port, std::size_t message_class, Outcome outcome, std::uint64_t size) {
@@ -287,7 +286,7 @@ class MessageCounters {
     return counts_[static_cast<std::size_t>(port)][message_class]
                   [static_cast<std::size_t>(outcome)];
   }
-  // Over all ports and classes.
+  // Sum over all ports and classes.
   [[nodiscard]] Count total(Outcome outcome) const;
 
  private:
@@ -309,7 +308,7 @@ class EventCounters {
   std::array<std::uint64_t, kEventKindCount> counts_{};
 };
 
-// How many messages were dropped within the last minute, to the second.
+// Number of messages dropped within the last minute, with a resolution of one second.
 class DropHistory {
  public:
   void add(Time now, std::uint64_t messages = 1);
@@ -317,7 +316,7 @@ class DropHistory {
 
  private:
   struct Second {
-    std::int64_t number = -1;  // of this second since the clock began
+    std::int64_t number = -1;  // seconds since the start of the clock
     std::uint64_t drops = 0;
   };
   std::array<Second, 60> seconds_;

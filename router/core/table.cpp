@@ -10,7 +10,7 @@ constexpr std::size_t kCapacityMin = 64;
 }  // namespace
 
 Table::Table(HashSeed seed)
-    : seed_{seed.first, seed.second | 1},  // a factor of 0 would fold everything to 0
+    : seed_{seed.first, seed.second | 1},  // a factor of 0 would map everything to 0
       mask_(kCapacityMin - 1),
       entries_(std::make_unique<Entry[]>(kCapacityMin)) {}
 
@@ -22,7 +22,7 @@ void Table::insert(const Entry& entry) {
 
 void Table::erase(const Entry* entry) {
   auto hole = static_cast<std::size_t>(entry - entries_.get());
-  // An entry behind the hole moves into it unless it would then stand before its home.
+  // An entry after the hole moves into it, unless it would then precede its home position.
   for (std::size_t i = (hole + 1) & mask_; entries_[i].owner; i = (i + 1) & mask_) {
     const std::size_t from_home = (i - home(entries_[i].address)) & mask_;
     const std::size_t from_hole = (i - hole) & mask_;
@@ -52,7 +52,7 @@ void Table::grow() {
 void AddressSet::insert(Address address) {
   auto at = std::prev(chunks_.upper_bound(address.raw()));
   if (at->second.size() == kChunkMax) {
-    // Who registers in ascending order leaves full arrays behind, everybody else halves.
+    // Registration in ascending order leaves full arrays behind; any other order leaves halves.
     Chunk& full = at->second;
     const bool behind = address.raw() > full.back();
     const auto middle = behind ? full.end() : full.begin() + kChunkMax / 2;
@@ -76,7 +76,7 @@ void AddressSet::erase(Address address) {
   }
 }
 
-// So that arrays with few addresses do not stay behind.
+// Prevents nearly empty arrays from accumulating.
 void AddressSet::merge_with_next(Chunks::iterator at) {
   const auto next = std::next(at);
   if (next == chunks_.end() || at->second.size() + next->second.size() > kChunkMax / 2) return;

@@ -1,5 +1,5 @@
-// The two containers of all registered addresses: Table, a flat hash map that is asked once or
-// twice for every message, and AddressSet, which has them in order for those who ask page by page.
+// The two containers of all registered addresses: Table, a flat hash map with one or two look-ups
+// per message, and AddressSet, which keeps them in order for paged queries.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,18 @@
 
 namespace tims::core {
 
-// Who owns which address: a flat hash map that is asked once or twice for every message.
+// Maps each address to its owner: a flat hash map with one or two look-ups per message.
 //
 // Open addressing with linear probing in a power of two of 16-byte entries, at most three quarters
 // full; removal shifts later entries back, so there are no tombstones and look-ups do not grow
 // slower with time. Worst case, just after growing: 16 / (3/8) = 43 bytes a mailbox, which leaves
 // 21 of the 64 we allow for the owner's list (registrations.h) and for the order (AddressSet).
 //
-// The hash is keyed with a secret: a client that chooses its addresses cannot choose collisions.
-// All 2^32 addresses are keys like any other, also 0: an entry is empty when nobody owns it.
+// The hash is keyed with a secret, so a client that chooses its addresses cannot choose
+// collisions. All 2^32 addresses are valid keys, including 0: an entry is empty when it has no
+// owner.
 //
-// Growing moves everything: one registration in a million costs some ten milliseconds.
+// Growing rehashes everything: one registration in a million costs some ten milliseconds.
 struct HashSeed {  // random, drawn at start
   std::uint64_t first = 0;
   std::uint64_t second = 0;
@@ -35,23 +36,24 @@ class Table {
  public:
   struct Entry {
     Address address;
-    ClientId owner;              // kNoClient: this entry is empty
-    std::uint32_t handle = 0;    // the port's number for the mailbox; of a link's, of its origin
-    std::uint32_t position = 0;  // in the owner's list
+    ClientId owner;  // kNoClient: this entry is empty
+    // the port's number for the mailbox; for a link, the number of its origin
+    std::uint32_t handle = 0;
+    std::uint32_t position = 0;  // index in the owner's list
   };
   static_assert(sizeof(Entry) == 16);
 
   explicit Table(HashSeed seed);
 
-  // Null when nobody owns the address. Valid until the next insert() or erase().
+  // Null when the address has no owner. Valid until the next insert() or erase().
   [[nodiscard]] const Entry* find(Address address) const;
   [[nodiscard]] Entry* find(Address address) {
     return const_cast<Entry*>(static_cast<const Table*>(this)->find(address));
   }
 
-  // The address is in nobody's hands, and the entry has an owner.
+  // Precondition: the address has no owner, and the entry has one.
   void insert(const Entry& entry);
-  // `entry` came from find().
+  // Precondition: `entry` was returned by find().
   void erase(const Entry* entry);
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -65,7 +67,7 @@ class Table {
   }
 
  private:
-  // Product of two 64-bit numbers, its halves folded together.
+  // Product of two 64-bit numbers, with its upper and lower halves combined by exclusive or.
   static std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
     __extension__ using Wide = unsigned __int128;
     const Wide product = Wide{a} * b;
@@ -92,20 +94,20 @@ inline const Table::Entry* Table::find(Address address) const {
   }
 }
 
-// All registered addresses in order, for those who ask for them page by page: the table
-// has them in no order, and looking through all of it would cost the same for one item as for all.
+// All registered addresses in order, for paged queries: the table is unordered, and a page of it
+// would cost a scan of the whole table.
 //
 // Sorted arrays of bounded size: 4 to 16 bytes a mailbox, and an insertion moves 2 KiB at most.
 class AddressSet {
  public:
   AddressSet() : chunks_{{0, {}}} {}
 
-  // It is not here yet.
+  // Precondition: the address is not in the set.
   void insert(Address address);
-  // It is here.
+  // Precondition: the address is in the set.
   void erase(Address address);
 
-  // In order, from `first` on, until `visit` says false.
+  // In order, from `first` on, until `visit` returns false.
   template <typename Visit>
   void for_each_from(Address first, Visit visit) const {
     for (auto at = chunk_of(first.raw()); at != chunks_.end(); ++at) {
@@ -122,9 +124,10 @@ class AddressSet {
 
  private:
   static constexpr std::size_t kChunkMax = 512;
-  static constexpr std::size_t kNodeBytes = 96;  // about: of the map and of the allocator
+  // Approximate size of a map node, including the allocator's overhead.
+  static constexpr std::size_t kNodeBytes = 96;
   using Chunk = std::vector<std::uint32_t>;
-  // By the lowest address that belongs into each; there is always one for 0.
+  // Keyed by the lowest address that belongs into the chunk; a chunk for 0 always exists.
   using Chunks = std::map<std::uint32_t, Chunk>;
 
   [[nodiscard]] Chunks::const_iterator chunk_of(std::uint32_t address) const {

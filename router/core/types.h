@@ -1,6 +1,6 @@
-// What all of the core speaks of: short texts and closed lists, neither of which allocates;
-// clients, the kinds of ports they attach at, and routers; a message on its way, and the eight
-// classes that messages have by their priority.
+// Types used throughout the core: short texts and closed lists, neither of which allocates;
+// clients, the kinds of ports they attach to, and routers; a message in transit, and the eight
+// classes that messages have by priority.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace tims::core {
 
 // --- texts
 
-// A short text inside a struct: no allocation, cut when it is too long.
+// A short text inside a struct: no allocation, truncated when it is too long.
 template <std::size_t capacity>
 class Text {
   static_assert(capacity < 256);
@@ -41,8 +41,8 @@ class Text {
   std::uint8_t size_ = 0;
 };
 
-// Closed lists: an enum, and for each of its values one word for JSON and metrics and one sentence
-// for people. A list that misses a value, or has two of them in the wrong order, does not compile.
+// Closed lists: an enum with, for each value, one name for JSON and metrics and one sentence for
+// users. A list that misses a value, or has two in the wrong order, does not compile.
 template <typename Enum>
 struct Label {
   Enum value;
@@ -50,7 +50,7 @@ struct Label {
   std::string_view sentence;  // without a full stop
 };
 
-// `labels` has every value from 0 to `last`, in order.
+// True when `labels` has every value from 0 to `last`, in order.
 template <typename Enum, std::size_t size>
 constexpr bool complete(const std::array<Label<Enum>, size>& labels, Enum last) {
   if (size != static_cast<std::size_t>(last) + 1) return false;
@@ -60,13 +60,13 @@ constexpr bool complete(const std::array<Label<Enum>, size>& labels, Enum last) 
   return true;
 }
 
-// Of a value in a complete list.
+// Label of a value in a complete list.
 template <typename Enum, std::size_t size>
 constexpr const Label<Enum>& label(const std::array<Label<Enum>, size>& labels, Enum value) {
   return labels[static_cast<std::size_t>(value)];
 }
 
-// The words of a list.
+// The names in a list.
 template <typename Enum, std::size_t size>
 constexpr std::array<std::string_view, size> names(const std::array<Label<Enum>, size>& labels) {
   std::array<std::string_view, size> all{};
@@ -74,7 +74,7 @@ constexpr std::array<std::string_view, size> names(const std::array<Label<Enum>,
   return all;
 }
 
-// All values of an enum that has `count` of them.
+// All values of an enum that has `count` values.
 template <typename Enum, std::size_t count>
 constexpr std::array<Enum, count> values() {
   std::array<Enum, count> all{};
@@ -82,7 +82,7 @@ constexpr std::array<Enum, count> values() {
   return all;
 }
 
-// What others carry out. Not copied by way of this.
+// Base of classes that others implement. Not copyable through this base.
 class Interface {
  public:
   virtual ~Interface() = default;
@@ -93,10 +93,10 @@ class Interface {
   Interface& operator=(const Interface&) = default;
 };
 
-// --- who is meant
+// --- clients, routers and links
 
-// A client as long as it is connected. Numbers run on: the same number does not come back before
-// four billion others.
+// Identifies a client while it is connected. Numbers are assigned in sequence: a number is not
+// reused before four billion others.
 struct ClientId {
   std::uint32_t value = 0;
 
@@ -113,7 +113,8 @@ enum class PortKind : std::uint8_t {
   kLink,       // another router
 };
 inline constexpr std::size_t kPortKindCount = 5;
-// Not inline: lists with texts are read-only only as constants of each file that uses them.
+// Not inline: tables that contain texts are placed in read-only memory only when they are
+// constants of each file that uses them.
 constexpr std::array kPortKinds{
     Label<PortKind>{PortKind::kLocal, "local", "a program on this host"},
     Label<PortKind>{PortKind::kTcp, "tcp", "a program connected over TCP"},
@@ -135,7 +136,7 @@ constexpr std::array kRoles{
 static_assert(complete(kRoles, Role::kTop));
 std::string_view name(Role role);
 
-// What the other router is, seen from here.
+// The role of the other router relative to this one.
 enum class LinkKind : std::uint8_t { kSuper, kPeer, kSub };
 constexpr std::array kLinkKinds{
     Label<LinkKind>{LinkKind::kSuper, "super", "the router above"},
@@ -145,55 +146,56 @@ constexpr std::array kLinkKinds{
 static_assert(complete(kLinkKinds, LinkKind::kSub));
 std::string_view name(LinkKind kind);
 
-// Ways to move the datagrams of a link.
+// Transports for the datagrams of a link.
 enum class PathKind : std::uint8_t { kUdp, kDds };
 inline constexpr std::size_t kPathKindCount = 2;
 constexpr std::array kPathKinds{
     Label<PathKind>{PathKind::kUdp, "udp", "from address to address"},
-    Label<PathKind>{PathKind::kDds, "dds", "by way of DDS"},
+    Label<PathKind>{PathKind::kDds, "dds", "DDS"},
 };
 static_assert(complete(kPathKinds, PathKind::kDds) && kPathKinds.size() == kPathKindCount);
 std::string_view name(PathKind kind);
 
-// The router that a mailbox lives at, as a link tells it.
+// The router that owns a mailbox, as announced by a link.
 struct Origin {
   Address router{};
-  std::uint32_t epoch = 0;  // the lower half of that router's
-  std::uint8_t hops = 0;    // links between it and us
+  std::uint32_t epoch = 0;  // the lower half of that router's epoch
+  std::uint8_t hops = 0;    // links between that router and this one
 
-  // The same router, and not one that has taken its place.
+  // True for the same instance of the router: same address and same epoch.
   [[nodiscard]] bool same_router(const Origin& other) const {
     return router == other.router && epoch == other.epoch;
   }
   bool operator==(const Origin&) const = default;
 };
 
-// A message or registration that has passed so many links goes round in a loop.
+// A message or registration that has passed this many links is in a loop.
 inline constexpr std::uint8_t kHopsMax = 16;
 
 // --- messages
 
 struct Message {
   Header header{};  // decoded
-  // All of it, header included. The router writes the header here again when it forwards, so this
-  // is memory that nobody else writes to: what lies in shared memory is copied out first.
+  // The whole message, header included. The router rewrites the header here when it forwards, so
+  // no other process may write to this memory: messages in shared memory are copied out first.
   std::span<std::byte> bytes{};
-  std::uint8_t hops = 0;  // links it has passed
-  Duration waited{};      // in the queue of the last one, when it is traced
+  std::uint8_t hops = 0;  // number of links it has passed
+  Duration waited{};      // time in the queue of the last link, when the message is traced
 
   [[nodiscard]] std::span<const std::byte> body() const { return bytes.subspan(kHeaderSize); }
 };
 
-// Messages are counted and, on links, sent in eight classes by their priority. The thresholds are
-// one setting of a whole fleet.
+// Messages are counted and, on links, sent in eight classes by priority. The thresholds must be
+// the same in the whole fleet.
 struct PriorityClasses {
-  // The lowest priority of each class above 0. As RACK is used: 0 are tools and the GUI, 1 is who
-  // was given no priority, robots have steps of ten up to 50 (each data task one below its command
+  // The lowest priority of each class above 0. Priorities in RACK: 0 for tools and the GUI; 1 for
+  // components without a configured priority; steps of ten up to 50 on robots (each data task one
+  // below its command task, so 19 belongs to 20); 100 and above only for stop commands.
   // task, so 19 belongs to 20), nothing but stop commands 100 and more.
   std::array<std::uint8_t, kClasses - 1> from{0, 1, 15, 25, 35, 45, 100};
 
-  // Texts for people are the least of all, though originals send them as urgently as their data.
-  // By convention they are alone in class 0.
+  // Texts for users are least important, although original programs send them with the priority
+  // of their data. By convention they have class 0 to themselves.
   [[nodiscard]] constexpr std::size_t of(const Header& header) const {
     return header.dest == kTextSink ? 0 : of(header.priority);
   }
@@ -202,7 +204,7 @@ struct PriorityClasses {
     for (const std::uint8_t first : from) message_class += priority >= first ? 1 : 0;
     return message_class;
   }
-  // With what a message waits for a slow client: texts give way to all others.
+  // The priority with which a message waits for a slow client: texts yield to all other messages.
   [[nodiscard]] static constexpr std::uint8_t waits_with(const Header& header) {
     return header.dest == kTextSink ? 0 : header.priority;
   }

@@ -1,7 +1,8 @@
-// What the admin protocol tells of a router (ADMIN.md). Answers are made of the core's own reports,
-// of what only the process and its ports know (AdminSource and the structs above it), and of views
-// that put what one item tells of beside what it is told with. The fields of each are listed once,
-// with the metrics that some of them are. Pure.
+// The reports that the admin protocol (ADMIN.md) sends. Their contents come from the core's
+// reports, from values that only the process and its ports have (AdminSource and the structs
+// above it), and from views that combine an item with the context needed to print it. The fields
+// of each report are listed once, together with the metrics that some of them are exported as.
+// Pure.
 #pragma once
 
 #include <cstdint>
@@ -28,27 +29,27 @@
 
 namespace tims::io {
 
-// --- what answers are made of
+// --- sources of the answers
 
-// The socket under all links.
+// The socket shared by all links.
 struct UdpReport {
-  std::uint32_t asked_buffer_bytes = 0;  // of the system, in each direction
+  std::uint32_t asked_buffer_bytes = 0;  // requested from the system, in each direction
   std::uint32_t receive_buffer_bytes = 0;
   std::uint32_t send_buffer_bytes = 0;
-  std::uint64_t dropped_by_kernel = 0;  // datagrams for which the buffer had no room
+  std::uint64_t dropped_by_kernel = 0;  // datagrams dropped because the buffer was full
 };
 
-// The engine under all DDS paths.
+// The engine that serves all DDS paths.
 struct DdsReport {
   std::string state{};    // "up", "starting"
-  std::string trouble{};  // what it last complained about
+  std::string trouble{};  // the last error or warning it reported
   std::string address{};
   std::uint64_t samples_in = 0;
   std::uint64_t samples_out = 0;
   std::uint64_t datagrams_in = 0;
   std::uint64_t datagrams_out = 0;
-  std::uint64_t strange = 0;    // samples that are none of ours
-  std::uint64_t refused = 0;    // datagrams for which there was no room, or nobody
+  std::uint64_t strange = 0;    // samples not sent by a tims router
+  std::uint64_t refused = 0;    // datagrams dropped: no room, or no receiver
   std::uint64_t unmatched = 0;  // datagrams whose receiver did not appear
   std::uint64_t waiting_bytes = 0;
 };
@@ -57,11 +58,11 @@ struct ProcessReport {
   std::string name{};     // router.name
   std::string version{};  // of the program
   std::uint32_t pid = 0;
-  std::uint64_t epoch = 0;  // drawn at start
+  std::uint64_t epoch = 0;  // chosen at random at start
   Duration uptime{};
   std::uint64_t rss_bytes = 0;
   Duration longest_turn{};  // of the event loop
-  // Where it listens; empty: it does not.
+  // Listening addresses; empty when the port is not listening.
   std::string unix_path{};
   std::string tcp{};
   std::string http{};
@@ -69,7 +70,7 @@ struct ProcessReport {
   std::optional<UdpReport> udp_socket{};
 };
 
-// What is to be seen of a mailbox in shared memory.
+// State of a mailbox as visible in shared memory.
 struct MailboxFill {
   std::uint32_t slots = 0;
   std::uint32_t message_max = 0;  // bytes, header included
@@ -84,17 +85,17 @@ class AdminSource : public core::Interface {
   [[nodiscard]] virtual ProcessReport process(Time now) const = 0;
   [[nodiscard]] virtual const config::Config& config() const = 0;
   [[nodiscard]] virtual const config::Origins& origins() const = 0;
-  // Null when there are none to be told of.
+  // Null when the router has no links.
   [[nodiscard]] virtual const link::Links* links() const { return nullptr; }
-  // Nothing when this router is in no fleet.
+  // Empty when this router is not in a fleet.
   [[nodiscard]] virtual std::optional<DdsReport> dds() const { return std::nullopt; }
-  // Does what a question asks for; false: there is no such link.
+  // Executes the request; returns false when the link does not exist.
   virtual bool act_on_link(std::string_view, link::Links::Action) { return false; }
   virtual bool inject_faults(std::string_view, const link::Faults&) { return false; }
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) {}
-  // `handle` of a local mailbox (core::MailboxReport); nothing when it cannot be told.
+  // `handle` of a local mailbox (core::MailboxReport); empty when its fill level is unknown.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
-  // Of all of them, those that are gone as well.
+  // Sums over all mailboxes, including those that no longer exist.
   [[nodiscard]] virtual shm::Counters mailbox_counts() const = 0;
   [[nodiscard]] virtual std::uint64_t queued_bytes(core::PortKind port,
                                                    std::uint32_t token) const = 0;
@@ -102,7 +103,7 @@ class AdminSource : public core::Interface {
 
 using base::WallTime;
 
-// Two clocks read at the same moment: events carry the monotonic one, people want the other.
+// Two clocks read at the same moment: events carry monotonic time, users expect wall-clock time.
 struct Clocks {
   Time now{};
   WallTime wall{};
@@ -112,18 +113,18 @@ struct Clocks {
 
 // --- texts
 
-// 16 hex digits: JSON's numbers do not hold 64 bits everywhere.
+// 16 hex digits, because JSON numbers do not hold 64 bits in every implementation.
 std::string epoch_text(std::uint64_t epoch);
-// What is behind a link goes by the name of the router there.
+// A mailbox behind a link is reported with the name of the router at the other end of the link.
 std::string via_text(const core::Peer& owner);
-// One line for people: "Ladar(3/0) registered by laser (pid 811)".
+// One line of text: "Ladar(3/0) registered by laser (pid 811)".
 std::string event_text(const core::Event& event, const AddressWidths& widths);
 
 // --- addresses, clients, mailboxes
 
 struct AddressView {
   Address address{};
-  AddressWidths widths{};  // those of the router, which names are made with
+  AddressWidths widths{};  // the router's widths, used to format names
 };
 template <>
 struct Fields<AddressView> {
@@ -165,7 +166,7 @@ struct Fields<core::ClientReport> {
       Field{"drop_bytes", [](auto& r) { return r.dropped.bytes; }}};
 };
 
-// What a port has, all its clients together: a metric only.
+// Totals of all clients of one port; exported as a metric only.
 struct PortUse {
   core::PortKind port{};
   std::size_t clients = 0;
@@ -178,7 +179,7 @@ struct Fields<PortUse> {
             gauge(1, "tims_router_clients", "Clients that are connected, by port.")},
       Field{"", &PortUse::queued_bytes,
             gauge(2, "tims_router_queued_bytes",
-                  "What waits in the router for clients that read slowly, by port.")}};
+                  "Bytes queued in the router for clients that read slowly, by port.")}};
 };
 
 struct MailboxView {
@@ -203,7 +204,7 @@ struct Fields<MailboxView> {
       Field{"age_s", [](auto& v) { return v.report.age; }}};
 };
 
-// By what became of the messages; the names are labels of one metric too.
+// Counted by outcome; the field names are also label values of one metric.
 template <>
 struct Fields<shm::Counters> {
   static constexpr std::tuple list{
@@ -220,7 +221,7 @@ struct Fields<MailboxFill> {
       Field{"asleep", &MailboxFill::asleep}};
 };
 
-// What would become of a message: which fields there are depends on that.
+// The result of routing a message; the set of fields depends on the verdict.
 boost::json::object to_json(const core::RouteReport& report, Address to,
                             const AddressWidths& widths);
 
@@ -366,7 +367,7 @@ struct Fields<link::Identity> {
       Field{"epoch", [](auto& who) { return epoch_text(who.epoch); }}};
 };
 
-// The router that is asked, as one of the fleet's.
+// The router that answers, as an entry of the router list.
 struct SelfView {
   const link::Identity& self;
   const ProcessReport& process;
@@ -381,7 +382,7 @@ struct Fields<SelfView> {
                                    Field{"version", [](auto& v) { return v.process.version; }}};
 };
 
-// One that was announced by a link until that went down.
+// A router that a link announced before the link went down.
 struct MissingView {
   const core::MissingRouter& missing;
   const AddressWidths& widths;
@@ -454,7 +455,7 @@ struct Fields<PathView> {
       Field{"wire_bytes_out", [](auto& v) { return v.path.counters.bytes_out; }}};
 };
 
-// What is at the other end of a link: one of the fleet's routers.
+// The router at the other end of a link.
 struct RouterView {
   RouterView(const link::Link& one, Time at) : link(one), now(at) {}
   [[nodiscard]] bool is_known() const { return link.peer().epoch != 0; }
@@ -462,7 +463,7 @@ struct RouterView {
   const link::Link& link;
   Time now{};
 };
-// What routers and links are told with alike.
+// The fields that reports of routers and of links have in common.
 struct RouterFields {
   using View = RouterView;
   static std::optional<link::Identity> peer(const View& v) {
@@ -493,7 +494,7 @@ struct Fields<RouterView> : RouterFields {
       rest);
 };
 
-// One link, with all that can be seen of it. `client`: what the router counts of it; null: nothing.
+// One link with all its state. `client`: the router's counters for it; null when there are none.
 struct LinkView : RouterView {
   LinkView(const link::Links& all, const link::Link& one, const core::Router& router, Time at)
       : RouterView(one, at), links(all), client(router.client(one.client())) {}
@@ -517,7 +518,7 @@ struct Fields<LinkView> : RouterFields {
   static boost::json::array paths(const View& v);
   static std::optional<std::string> peer_address(const View& v);
   static boost::json::array queue_bytes(const View& v);
-  // By name and kind: links are few, and do not change.
+  // Sorted by name and kind: there are few links, and their order rarely changes.
   static constexpr std::tuple list = std::tuple_cat(
       std::tuple{who, kind, Field{"state", [](auto& v) { return v.link.state(); }}}, rest,
       std::tuple{
@@ -595,8 +596,8 @@ struct Fields<AnnouncementView> {
 
 // --- metrics
 
-// The router's counters in Prometheus' text format (version 0.0.4). Labels are from closed lists:
-// however many mailboxes and clients there are, the page stays short.
+// The router's counters in Prometheus' text format (version 0.0.4). Label values come from closed
+// lists, so the page stays short however many mailboxes and clients there are.
 std::string metrics_text(const AdminSource& source, Time now);
 
 }  // namespace tims::io

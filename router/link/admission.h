@@ -1,9 +1,10 @@
-// Who may connect: what becomes of a router that says HELLO.
+// Decides which routers may connect: the handling of HELLO.
 //
-// Nothing is kept, looked up or said at length for somebody who may not be there: the first HELLO
-// is answered with a cookie (RETRY), and the one that brings it back was sent from where it says.
-// Then the configuration decides whom this router links with; and of two routers that say they have
-// the same system and id, the one that is linked stays, as long as it shows that it lives.
+// Nothing is stored, looked up or sent at length for a sender whose address is unverified: the
+// first HELLO is answered with a cookie (RETRY), and only a HELLO that returns the cookie proves
+// its source address. Then the configuration decides whether this router links with the sender.
+// Of two routers with the same system and id, the linked one stays as long as it proves that it
+// is running.
 #pragma once
 
 #include <functional>
@@ -25,32 +26,32 @@ class Admission {
   Admission(core::Router& router, const Identity& self, const core::SipKey& secret)
       : router_(router), self_(self), secret_(secret) {}
 
-  // Nothing: we have a version of the protocol in common.
+  // Empty when both sides have a protocol version in common.
   [[nodiscard]] static std::optional<Refuse> version_refusal(const Hello& hello);
-  // "Tims(1/1) robot1" and what is behind it.
+  // "Tims(1/1) robot1" followed by `what`.
   [[nodiscard]] Refuse refusal(const Hello& hello, RefuseCode code, std::string_view what) const;
 
-  // Whoever says it has received what was sent to its address a moment ago; else it is asked to say
-  // it again.
+  // True when the sender has received what was sent to its address a moment ago; otherwise it is
+  // asked to repeat the HELLO.
   [[nodiscard]] bool is_proven(Time now, const NetAddress& from, const Hello& hello) const;
   [[nodiscard]] Retry retry(Time now, const NetAddress& from, const Hello& hello) const {
     return {hello.token, cookie(from, hello, now.time_since_epoch())};
   }
 
-  // The setting under which this router may connect; else `refuse` says why not. `is_called`: with
-  // settings that connect, whether we call this router.
+  // The setting under which this router may connect; null otherwise, with the reason in `refuse`.
+  // `is_called`: for settings that connect, whether this side calls that router.
   using IsCalled = std::function<bool(const LinkSettings&)>;
   [[nodiscard]] const LinkSettings* accepting(std::span<const LinkSettings> settings,
                                               const NetAddress& from, const Hello& hello,
                                               const IsCalled& is_called, Refuse& refuse) const;
 
-  // kWait: the one that is linked is given time to show that it lives.
+  // KWait: the linked router is given time to prove that it is running.
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
   [[nodiscard]] Rival rival(Time now, const NetAddress& from, const Hello& hello, const Link& link,
                             Refuse& refuse);
   void forget_rivals(const Identity& who) { conflicts_.erase(who.address().raw()); }
 
-  // For the event log; not each time.
+  // For the event log; rate-limited.
   void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
 
  private:
@@ -60,8 +61,10 @@ class Admission {
   core::Router& router_;
   const Identity self_;
   const core::SipKey secret_;
-  std::unordered_map<std::uint32_t, Time> conflicts_;  // router address -> first rival HELLO
-  std::unordered_map<std::uint32_t, Time> refused_;    // router address -> when it was noted
+  // Router address -> time of the first rival HELLO.
+  std::unordered_map<std::uint32_t, Time> conflicts_;
+  // Router address -> time of the last log entry.
+  std::unordered_map<std::uint32_t, Time> refused_;
 };
 
 }  // namespace tims::link

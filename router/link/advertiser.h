@@ -1,12 +1,12 @@
-// The mailboxes that two linked routers advertise to each other: what we say (all that is below us,
-// the router's exported table) and what we hold of theirs.
+// The mailboxes that two linked routers announce to each other: our announcements (the router's
+// exported table: everything below this router) and our copy of the other side's.
 //
-// Neither side keeps a queue of changes for the other. A table is numbered by its changes and has a
-// hash; who comes up says what it still holds (WANT), and hears what has changed since that number,
-// or everything when too much has. The keep-alives carry number and hash on, so that both sides can
-// compare at any time: a link that comes back, or a message that was lost with a restarted router,
-// never leaves a table wrong for longer than a few of them. (BGP says a change once and trusts the
-// session; we compare as OSPF does with its database descriptions.)
+// Neither side queues changes for the other. A table is numbered by its changes and has a hash. A
+// side that comes up sends the state it still holds (WANT) and receives the changes since that
+// number, or the whole table when there were too many. Keep-alives carry number and hash, so both
+// sides can compare at any time: after a lost link, or a message lost by a restart, a table is
+// never wrong for longer than a few keep-alives. (BGP announces a change once and relies on the
+// session; this protocol compares, as OSPF does with its database descriptions.)
 #pragma once
 
 #include <cstdint>
@@ -23,36 +23,36 @@ class Advertiser {
  public:
   Advertiser(core::Router& router, LinkSession& session) : router_(router), session_(session) {}
 
-  // The link is up. `imports`: we want the other side's table.
+  // The link is up. `imports`: this side wants the other side's table.
   void begin(Time now, core::ClientId client, bool imports);
-  // More than this is not taken of the other side's table. What was left is asked for again when
-  // there is room.
+  // Upper bound on imported mailboxes. The rest is requested again when there is room.
   void set_mailboxes_max(std::uint32_t max) { mailboxes_max_ = max; }
-  // The link is down; what we held is withdrawn with the client.
+  // The link is down; imported mailboxes are withdrawn with the client.
   void end();
 
-  // A super router that is not used is told nothing. One that was used until now hears for a while
-  // that we are farther away than we are: those above prefer the other way, and what is on its way
-  // through this one finds us still.
+  // Scope of announcements. A super router that is not in use receives none. One that was in use
+  // until now is told for a while that everything is farther away: routers above then prefer the
+  // other route, while messages already in transit through this one still arrive.
   enum class Scope : std::uint8_t { kNothing, kAsFarther, kAll };
   void set_scope(Time now, Scope scope);
-  // Tells what has changed. Cheap when nothing has.
+  // Announces changes. Cheap when there are none.
   void advertise(Time now);
 
-  // From the control lane. False: it is none of these messages.
+  // A message from the control lane. Returns false when it is not one of these messages.
   bool on_control(Time now, const core::Message& message);
-  // What the keep-alive says of the other side's table: asks again when ours is different. False:
-  // it was asked so often that the lane itself must be damaged; only a new session mends that.
+  // Compares with the table state in the other side's keep-alive, and requests the table again
+  // when ours differs. Returns false after so many requests that the lane itself must be damaged;
+  // only a new session repairs that.
   [[nodiscard]] bool compare(Time now, const TableState& theirs);
   // For our keep-alive.
   [[nodiscard]] TableState advertised() const { return wanted_ ? advertised_ : kNobodyAsked; }
   [[nodiscard]] std::uint64_t held() const { return held_count_; }
-  // Announced and not taken, so far: too many, or of a system that the link is not for.
+  // Number of announcements refused so far: too many, or of a system that the link is not for.
   [[nodiscard]] std::uint64_t refused() const { return refused_count_; }
 
  private:
-  // Says the keep-alive of a router that does not know what the other one holds: no table is 0
-  // with this hash.
+  // State sent in the keep-alive by a router that does not know what the other side holds. No
+  // table has number 0 with this hash.
   static constexpr TableState kNobodyAsked{0, 1};
 
   void send(Time now, ControlMessage& message);
@@ -75,21 +75,21 @@ class Advertiser {
   bool imports_ = false;
 
   Scope scope_ = Scope::kAll;
-  bool wanted_ = false;      // the other side has said what it holds
-  TableState advertised_{};  // what it will hold when all has arrived
+  bool wanted_ = false;      // the other side has sent WANT
+  TableState advertised_{};  // state the other side will have when everything has arrived
 
-  TableState holding_{};    // the last DONE
-  std::uint32_t hash_ = 0;  // of what we hold
+  TableState holding_{};    // state of the last DONE
+  std::uint32_t hash_ = 0;  // hash of what we hold
   std::uint64_t held_count_ = 0;
-  Time asked_{};  // last WANT
+  Time asked_{};  // time of the last WANT
   int asked_in_vain_ = 0;
-  Time heard_{};  // last word about the other side's table
-  // What the router did not take: it goes round in a loop, or is not the link's to bring. Counts as
-  // held, or we would ask for ever.
+  Time heard_{};  // time of the last message about the other side's table
+  // Announcements that the router refused: in a loop, or of a system the link is not for. Counted
+  // as held, otherwise they would be requested forever.
   std::map<std::uint32_t, core::Origin> refused_;
   std::uint32_t mailboxes_max_ = 0;
   std::uint64_t refused_count_ = 0;
-  bool incomplete_ = false;  // there were more: what we hold is not what the other side told
+  bool incomplete_ = false;  // the limit was reached: we hold less than the other side announced
   Time next_note_{};
 };
 

@@ -1,6 +1,6 @@
-// The memory of lanes: bytes between two offsets that wait or are on their way (StreamBuffer),
-// since when (AgeMarks), which of them (RangeSet) and what became of those (SentRanges), and
-// messages that come in parts (MessageMemory).
+// Memory of the lanes: bytes between two offsets, waiting or in flight (StreamBuffer), their age
+// (AgeMarks), sets of ranges (RangeSet), the fate of sent bytes (SentRanges), and messages
+// received in parts (MessageMemory).
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 
 namespace tims::link {
 
-// A set of half-open ranges of byte offsets: few of them, sorted, apart from each other.
+// A half-open range of byte offsets. RangeSet: a small, sorted set of disjoint ranges.
 struct Range {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
@@ -34,10 +34,10 @@ class RangeSet {
  public:
   static constexpr std::size_t kRangesMax = 512;
 
-  // False: it would be more than kRangesMax ranges, and nothing was added.
+  // Returns false, with nothing added, when there would be more than kRangesMax ranges.
   bool add(Range range);
   void remove(Range range);
-  // Everything below.
+  // Removes everything below `offset`.
   void remove_below(std::uint64_t offset);
   void clear() { ranges_.clear(); }
 
@@ -54,11 +54,12 @@ class RangeSet {
   std::vector<Range> ranges_;
 };
 
-// What became of bytes that were sent and are kept: which have come, and which are to be sent
-// again.
+// The fate of bytes that were sent and are still stored: which were acknowledged, and which must
+// be sent again.
 class SentRanges {
  public:
-  // False: it forgot, being full. They are sent once more, and the other side knows them already.
+  // Returns false when the set is full and the acknowledgement was not recorded. These bytes are
+  // sent once more; the receiver ignores them.
   bool on_acked(Range range) {
     if (repeats()) lost_.remove(range);
     if (acked_.add(range)) return true;
@@ -67,7 +68,7 @@ class SentRanges {
   }
   void on_lost(Range range);
   void on_sent_again(Range range) { lost_.remove(range); }
-  // They are no longer kept.
+  // The bytes are no longer stored.
   void forget(Range range) {
     if (!acked_.empty()) acked_.remove(range);
     if (repeats()) lost_.remove(range);
@@ -87,8 +88,8 @@ class SentRanges {
   RangeSet lost_;
 };
 
-// Since when the bytes of a queue are there, to some milliseconds: marks at the beginnings of
-// messages, so few that they never matter.
+// The age of bytes in a queue, to within some milliseconds: marks at the beginnings of messages,
+// few enough to cost nothing.
 class AgeMarks {
  public:
   // A message was appended at `offset`.
@@ -96,14 +97,14 @@ class AgeMarks {
     if (!marks_.empty() && now < marks_.back().at + kResolution) return;
     marks_.push_back({offset, now});
   }
-  // Messages begin at the result, and all below it were appended before `limit`.
+  // The result is the beginning of a message; everything below it was appended before `limit`.
   [[nodiscard]] std::uint64_t older_than(Time limit, std::uint64_t end) const {
     for (const Mark& mark : marks_) {
       if (mark.at + kResolution > limit) return mark.offset;
     }
     return end;
   }
-  // When what lies at the front was appended; `offset` is the front.
+  // Time at which the bytes at the front were appended; `offset` is the front.
   [[nodiscard]] Time oldest(std::uint64_t offset) {
     forget_below(offset);
     return marks_.empty() ? kNever : marks_.front().at;
@@ -123,7 +124,8 @@ class AgeMarks {
 };
 
 // Bytes of a lane between two offsets: appended at the end, released at the front, read anywhere.
-// They lie in blocks of a shared pool; a ring of block numbers leads to each with one look.
+// They are stored in blocks of a shared pool; a ring of block numbers finds each block in
+// constant time.
 class StreamBuffer {
  public:
   explicit StreamBuffer(core::BlockPool& pool) : pool_(pool) {}
@@ -136,9 +138,9 @@ class StreamBuffer {
   [[nodiscard]] std::uint64_t size() const { return end_ - begin_; }
   [[nodiscard]] bool empty() const { return begin_ == end_; }
 
-  // Has the pool enough blocks to append as much?
+  // True when the pool has enough blocks to append as much.
   [[nodiscard]] bool has_room(std::size_t size) const;
-  void append(std::span<const std::byte> bytes) {  // has_room()
+  void append(std::span<const std::byte> bytes) {  // precondition: has_room()
     while (!bytes.empty()) {
       if (end_ == base_ + count_ * kBlock) add_block();
       const std::size_t size = std::min(kBlock - (end_ - base_) % kBlock, bytes.size());
@@ -149,7 +151,7 @@ class StreamBuffer {
     }
   }
 
-  // Copies what lies from `offset` on; all of it is here.
+  // Copies the bytes from `offset` on. Precondition: all of them are stored.
   void read(std::uint64_t offset, std::span<std::byte> to) const {
     while (!to.empty()) {
       const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, to.size());
@@ -158,15 +160,16 @@ class StreamBuffer {
       to = to.subspan(size);
     }
   }
-  // Overwrites what lies from `offset` on; all of it is here.
+  // Overwrites the bytes from `offset` on. Precondition: all of them are stored.
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
-  // Moves the first `size` bytes to the end of another buffer, which has room for them.
+  // Moves the first `size` bytes to the end of another buffer. Precondition: it has room.
   void move_front(std::size_t size, StreamBuffer& to);
 
   void release_to(std::uint64_t offset);
-  // Instead of that, wherever they lie, each byte once: a block of which all were freed goes back.
+  // Alternative to release(): frees bytes anywhere, each once; a block whose bytes are all freed
+  // is returned.
   void free(Range range);
-  // Empty, and the next byte has this offset.
+  // Empties the buffer; the next byte has this offset.
   void reset(std::uint64_t offset);
 
  private:
@@ -174,7 +177,7 @@ class StreamBuffer {
 
   struct Block {
     core::BlockPool::Index index = core::BlockPool::kNone;  // kNone: all of it was freed
-    std::uint32_t needed = 0;                               // bytes that were not freed
+    std::uint32_t needed = 0;                               // bytes not yet freed
   };
   [[nodiscard]] std::byte* at(std::uint64_t offset) const {
     const std::uint64_t i = (offset - base_) / kBlock;
@@ -189,35 +192,37 @@ class StreamBuffer {
 
   core::BlockPool& pool_;
   std::vector<Block> ring_;  // a power of two, or empty
-  std::size_t first_ = 0;    // where the first block stands in ring_
+  std::size_t first_ = 0;    // index of the first block in ring_
   std::size_t count_ = 0;
-  std::uint64_t base_ = 0;  // offset of the first block's first byte
+  std::uint64_t base_ = 0;  // offset of the first byte of the first block
   std::uint64_t begin_ = 0;
   std::uint64_t end_ = 0;
 };
 
-// Memory for messages that come in parts, of all links of a router.
+// Memory for messages received in parts, shared by all links of a router.
 //
-// A message has a place for the largest one: address space that the caller has reserved. It takes
-// memory as its bytes come, a chunk at a time, and all together take no more than `bytes_max`. So
-// what comes is copied once, and what is only announced costs nothing.
+// Each message has a place for the largest message: address space reserved by the caller.
+// Physical memory is taken as its bytes arrive, one chunk at a time, and all messages together
+// take at most `bytes_max`. So received bytes are copied once, and an announced length alone
+// costs nothing.
 //
-// Messages that are half here could wait for each other's memory for ever. Therefore as much as the
-// largest message needs is kept: the first that finds no other memory has it until it is complete
-// or given up. It can always go on, whatever the others hold, and after it the next one.
+// Incomplete messages could block each other forever, each waiting for memory the others hold.
+// Therefore memory for one message of maximum size is reserved: the first message that finds no
+// other memory has it until it is complete or given up. It can always progress, whatever the
+// others hold, and after it the next one.
 class MessageMemory {
  public:
   static constexpr std::size_t kChunk = 16 << 10;
   static constexpr std::size_t kPlacesMax = 1024;
   static constexpr std::size_t kPlacesMin = 16;
 
-  // `address_space`: untouched, at the beginning of a page.
+  // `address_space`: untouched and page-aligned.
   MessageMemory(std::span<std::byte> address_space, std::uint32_t message_max,
                 std::size_t bytes_max);
   MessageMemory(const MessageMemory&) = delete;
   MessageMemory& operator=(const MessageMemory&) = delete;
 
-  // Enough places, and memory for others beside what is kept.
+  // True when there are enough places, and memory in addition to the reserve.
   [[nodiscard]] bool is_enough() const {
     return touched_.size() >= kPlacesMin && bytes_max_ >= 2 * place_bytes_;
   }
@@ -231,20 +236,21 @@ class MessageMemory {
   [[nodiscard]] std::size_t bytes_max() const { return bytes_max_; }
   [[nodiscard]] std::size_t used_bytes() const { return used_ + kept_used_; }
   [[nodiscard]] std::size_t free_bytes() const { return bytes_max_ - place_bytes_ - used_; }
-  // What one link may have while another wants some: as much as it leaves, or an equal share.
+  // The amount one link may have while another needs some: as much as it leaves, or an equal
+  // share.
   [[nodiscard]] std::size_t share() const {
     return std::max(free_bytes(), (bytes_max_ - place_bytes_) / (users_ + 1));
   }
-  void add_user() { ++users_; }  // a link that has some
+  void add_user() { ++users_; }  // a link that uses some of the memory
   void remove_user() { --users_; }
   [[nodiscard]] std::size_t free_places() const { return free_.size(); }
 
-  // A part of a free place that was used before, and whose memory should go back to the system;
-  // empty when there is no more. The caller does it, after every turn.
+  // Part of a free, previously used place, whose memory should be returned to the system; empty
+  // when there is no more. The caller returns it after every turn.
   [[nodiscard]] std::span<std::byte> surplus();
 
-  // A link has asked in vain: the others give back what they hold without need. Not itself, whose
-  // lanes wait for each other.
+  // A link's request failed: the others must give back what they hold without need. Not the
+  // requesting link itself, whose lanes wait for each other.
   void note_wanted(Time now, const void* link) {
     if (link != wanted_by_[0].link) wanted_by_[1] = wanted_by_[0];
     wanted_by_[0] = {link, now};
@@ -262,7 +268,7 @@ class MessageMemory {
   static constexpr std::size_t kTouchedIfIdle = 32 << 20;
 
   [[nodiscard]] std::uint32_t take_place();
-  // From `size` to `larger` bytes, both in whole chunks.
+  // Grows from `size` to `larger` bytes, both whole chunks.
   [[nodiscard]] bool grow(std::uint32_t place, std::size_t size, std::size_t larger);
   [[nodiscard]] bool grow_as_kept(std::uint32_t place, std::size_t size, std::size_t larger);
   void touch(std::uint32_t place, std::size_t size);
@@ -272,12 +278,12 @@ class MessageMemory {
   std::byte* memory_;
   std::size_t place_bytes_;
   std::size_t bytes_max_;
-  std::size_t used_ = 0;              // but for the message that has what is kept
-  std::size_t kept_used_ = 0;         // by that one
-  std::uint32_t has_kept_ = kNone;    // its place
-  std::vector<std::size_t> touched_;  // by place: bytes that the system may have given
-  std::size_t touched_bytes_ = 0;     // of all
-  std::vector<std::uint32_t> free_;   // the place used last is used again first
+  std::size_t used_ = 0;              // without the message that has the reserve
+  std::size_t kept_used_ = 0;         // by the message that has the reserve
+  std::uint32_t has_kept_ = kNone;    // place of that message
+  std::vector<std::size_t> touched_;  // by place: bytes the system may have committed
+  std::size_t touched_bytes_ = 0;     // sum over all places
+  std::vector<std::uint32_t> free_;   // most recently used places are reused first
   std::size_t users_ = 0;
   struct Wanted {
     const void* link = nullptr;
@@ -286,11 +292,11 @@ class MessageMemory {
   std::array<Wanted, 2> wanted_by_{};  // the last two links
 };
 
-// A place, and the memory that was taken for it; goes back by itself.
+// A place and the memory taken for it; both are returned by the destructor.
 class MessageBuffer {
  public:
   MessageBuffer() = default;
-  // Empty when there is no place. It has no bytes yet.
+  // Empty when there is no place. No memory is taken yet.
   explicit MessageBuffer(MessageMemory& memory) : memory_(&memory), place_(memory.take_place()) {}
   MessageBuffer(MessageBuffer&& other) noexcept { *this = std::move(other); }
   MessageBuffer& operator=(MessageBuffer&& other) noexcept {
@@ -307,7 +313,8 @@ class MessageBuffer {
   [[nodiscard]] std::span<std::byte> bytes() const {
     return *this ? std::span(memory_->at(place_), size_) : std::span<std::byte>();
   }
-  // To `size` bytes and the rest of the chunk, at most a place. False: there are none now.
+  // Grows to `size` bytes, rounded up to a chunk, at most one place. Returns false when there is
+  // no memory now.
   bool grow(std::size_t size) {
     const std::size_t larger = MessageMemory::whole_chunks(size);
     if (larger <= size_) return true;
@@ -315,7 +322,7 @@ class MessageBuffer {
     size_ = larger;
     return true;
   }
-  // The same with what is kept, for a message that will wait for it.
+  // As grow(), using the reserve, for a message that would otherwise wait for memory.
   bool grow_as_kept(std::size_t size) {
     const std::size_t larger = MessageMemory::whole_chunks(size);
     if (!memory_->grow_as_kept(place_, size_, larger)) return false;
@@ -333,29 +340,30 @@ class MessageBuffer {
   std::size_t size_ = 0;
 };
 
-// What the lanes of one link share, and their share of what all links have. While another link
-// wants memory, one takes no more than it leaves to others (a dynamic threshold: Choudhury, Hahne
-// 1998) or an equal share, but for the one message that has what is kept (MessageMemory). Places
-// and blocks are always shared like that.
+// Reassembly memory shared by the lanes of one link, and the link's share of the memory of all
+// links. While another link needs memory, a link takes no more than it leaves to others (a
+// dynamic threshold: Choudhury, Hahne 1998) or an equal share, except for the one message that
+// has the reserve (MessageMemory). Places and blocks are always shared in this way.
 struct Reassembly {
-  core::BlockPool& pool;             // for what comes too early
-  MessageMemory& memory;             // for messages that come in parts
-  std::vector<MessageBuffer>& done;  // messages that were handed on and are still looked at
+  core::BlockPool& pool;             // for bytes that arrive out of order
+  MessageMemory& memory;             // for messages received in parts
+  std::vector<MessageBuffer>& done;  // messages handed on and still being read
   std::uint32_t message_max = kMessageMaxDefault;
-  std::size_t blocks = 0;  // of the pool, that this link has
-  std::size_t bytes = 0;   // of the memory
-  std::size_t places = 0;  // of the memory
+  std::size_t blocks = 0;  // blocks of the pool used by this link
+  std::size_t bytes = 0;   // bytes of the memory used by this link
+  std::size_t places = 0;  // places of the memory used by this link
 
   core::BlockPool::Index take_block();
   void give_block(core::BlockPool::Index& block);
-  // Makes `buffer` as large, which is empty before its first bytes come. False: not now. Who
-  // `insists` comes again, and may have what is kept.
+  // Grows `buffer`, which is empty before its first bytes arrive, to `size`. Returns false when
+  // that is not possible now. With `insists` the bytes will be sent again, and the reserve may be
+  // used.
   bool grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists);
   void give(MessageBuffer& buffer);
-  void hand_on(MessageBuffer& buffer);  // it is looked at until the turn ends
+  void hand_on(MessageBuffer& buffer);  // the message is read until the turn ends
   void forget(const MessageBuffer& buffer);
   [[nodiscard]] bool is_used() const { return places > 0; }
-  // Would so many bytes be more than it may have now?
+  // True when so many bytes are more than the link may have now.
   [[nodiscard]] bool is_over_share(Time now, std::size_t of_bytes) const {
     return memory.is_wanted(now, this) && of_bytes > memory.share();
   }

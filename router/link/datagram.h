@@ -1,9 +1,10 @@
-// The datagrams with which two routers find each other and begin, byte for byte (PROTOCOL.md draws
-// them), and what a router says of itself in them and to its whole fleet.
+// The datagrams with which two routers find each other and open a session, byte for byte (drawn
+// in PROTOCOL.md), and a router's description of itself in them and in its announcement to the
+// fleet.
 //
-// HELLO, RETRY, WELCOME and REFUSE begin with the word "TIMS", so that any version can tell any
-// other what it speaks; RESET says that its token is not known here. What is carried once a link is
-// up goes in DATA (frame.h).
+// HELLO, RETRY, WELCOME and REFUSE contain the magic number "TIMS" at a fixed offset, so that any
+// version can report its supported versions to any other; RESET reports that its token is
+// unknown. Everything carried over an established link is in DATA (frame.h).
 #pragma once
 
 #include <concepts>
@@ -25,8 +26,8 @@
 
 namespace tims::link {
 
-// Integers in datagrams: little-endian, read and written with bounds. Neither end ever leaves its
-// span: a reader that has run out says so once (ok()) and reads zeros.
+// Integers in datagrams: little-endian, read and written with bounds checks. Neither class ever
+// leaves its span: after an overrun a reader returns zeros and ok() is false.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}
@@ -70,7 +71,7 @@ class ByteReader {
   bool ok_ = true;
 };
 
-// The caller has seen to it that there is room (room()).
+// Precondition of every put: there is room (room()).
 class ByteWriter {
  public:
   explicit ByteWriter(std::span<std::byte> to) : to_(to) {}
@@ -79,7 +80,7 @@ class ByteWriter {
   [[nodiscard]] std::size_t room() const { return to_.size() - used_; }
   [[nodiscard]] std::span<std::byte> written() const { return to_.first(used_); }
 
-  template <typename... T>  // integers, and enumerations
+  template <typename... T>  // integers and enumerations
   void put(T... values) {
     (put_one(values), ...);
   }
@@ -88,7 +89,7 @@ class ByteWriter {
     used_ += bytes.size();
   }
   void put_text(std::string_view text) { put_bytes(std::as_bytes(std::span(text))); }
-  // The next `size` bytes, for somebody else to fill.
+  // The next `size` bytes, to be filled by the caller.
   std::span<std::byte> reserve(std::size_t size) {
     used_ += size;
     return to_.subspan(used_ - size, size);
@@ -110,7 +111,7 @@ class ByteWriter {
 using core::LinkKind;
 using core::Role;
 
-// Who a router is. `epoch` is drawn at random when it starts.
+// Identity of a router. `epoch` is chosen at random when it starts.
 struct Identity {
   std::uint64_t epoch = 0;
   Role role = Role::kSystem;
@@ -127,16 +128,15 @@ struct Identity {
   bool operator==(const Identity&) const = default;
 };
 
-// Whether `who` is what a router like `below` looks for above it: the system router of its system,
-// or a top-level one.
+// True when `who` can be the router above `below`: the system router of its system, or a
+// top-level router.
 inline bool is_above(const Identity& who, const Identity& below) {
   if (below.role == Role::kSubsystem)
     return who.role == Role::kSystem && who.system == below.system;
   return below.role == Role::kSystem && who.role == Role::kTop;
 }
 
-// Who a router is, as bytes: what a HELLO, a WELCOME and an announcement have in common
-// (PROTOCOL.md draws it).
+// The encoding of an identity, common to HELLO, WELCOME and announcements (drawn in PROTOCOL.md).
 inline constexpr std::size_t kWhoBytesMax = 27 + 63;
 
 template <typename Enum>
@@ -147,18 +147,19 @@ bool get_enum(ByteReader& in, Enum last, Enum& value) {
 }
 
 void put(ByteWriter& out, const Identity& who);
-// False for bytes that are nobody.
+// Returns false when the bytes are not a valid identity.
 bool get(ByteReader& in, Identity& who);
 
 // --- the datagrams
 
-// Versions of this protocol that are understood here.
+// Supported versions of this protocol.
 inline constexpr std::uint8_t kVersionMin = 1;
 inline constexpr std::uint8_t kVersionMax = 1;
 
-inline constexpr std::size_t kDatagramBase = 1200;      // every path carries this much
-inline constexpr std::size_t kDatagramEthernet = 1472;  // of 1500 bytes, less IPv4 and UDP
-inline constexpr std::size_t kDatagramMax = 8972;       // 9000 bytes of Ethernet less IP and UDP
+inline constexpr std::size_t kDatagramBase = 1200;      // every path carries datagrams of this size
+inline constexpr std::size_t kDatagramEthernet = 1472;  // 1500 bytes minus IPv4 and UDP headers
+// 9000 bytes of Ethernet minus IP and UDP headers
+inline constexpr std::size_t kDatagramMax = 8972;
 
 enum class DatagramKind : std::uint8_t {
   kData = 1,
@@ -172,17 +173,17 @@ enum class DatagramKind : std::uint8_t {
 struct Hello {
   std::uint8_t version_min = kVersionMin;
   std::uint8_t version_max = kVersionMax;
-  LinkKind kind = LinkKind::kSuper;  // what the receiver is to the sender
-  std::uint64_t token = 0;           // the receiver puts this into DATA for the sender
-  std::uint64_t resume = 0;          // the newest token the receiver has given; 0: none
-  std::uint64_t cookie = 0;          // of the RETRY this one answers; 0: of none
-  Duration keep_alive{};             // how often the sender says that it lives
+  LinkKind kind = LinkKind::kSuper;  // the receiver's relation to the sender
+  std::uint64_t token = 0;           // the receiver puts this into its DATA to the sender
+  std::uint64_t resume = 0;          // the newest token issued by the receiver; 0: none
+  std::uint64_t cookie = 0;          // from the RETRY being answered; 0: none
+  Duration keep_alive{};             // the sender's keep-alive interval
   Identity who{};
 };
-// Filled up with zeros, and never shorter: so no answer is longer than its question.
+// Padded with zeros to at least this size, so that no answer is longer than its question.
 inline constexpr std::size_t kHelloSize = 256;
 
-// Say it again, with this: then I know that you are where you say.
+// Requests to repeat the HELLO with this cookie, which proves the sender's address.
 struct Retry {
   std::uint64_t echo = 0;  // Hello::token
   std::uint64_t cookie = 0;
@@ -190,9 +191,9 @@ struct Retry {
 
 struct Welcome {
   std::uint8_t version = kVersionMax;
-  bool resumed = false;     // the session of Hello::resume goes on
+  bool resumed = false;     // the session of Hello::resume continues
   std::uint64_t echo = 0;   // Hello::token
-  std::uint64_t token = 0;  // the sender of the HELLO puts this into DATA
+  std::uint64_t token = 0;  // the sender of the HELLO puts this into its DATA
   Duration keep_alive{};
   Identity who{};
 };
@@ -233,20 +234,20 @@ struct Refuse {
   std::uint8_t version_max = kVersionMax;
   std::uint64_t echo = 0;  // Hello::token
   RefuseCode code = RefuseCode::kVersion;
-  core::Text<191> text{};  // names who and what
+  core::Text<191> text{};  // names the router and the reason
 };
 
 struct Reset {
-  std::uint64_t token = 0;  // of the DATA that nobody here knows
+  std::uint64_t token = 0;  // from the DATA whose token is unknown
 };
 
 using Datagram = std::variant<Hello, Retry, Welcome, Refuse, Reset>;
 
-// Nothing for bytes that are none of these (DATA: frame.h). A HELLO of a version we do not know is
-// one, with nothing but its versions and token filled in.
+// Empty for other bytes (DATA: frame.h). A HELLO of an unknown version is returned with only its
+// versions and token filled in.
 std::optional<Datagram> decode(std::span<std::byte> bytes);
 
-inline constexpr std::size_t kControlDatagramMax = 512;  // none of these is longer
+inline constexpr std::size_t kControlDatagramMax = 512;  // maximum size of these datagrams
 std::size_t encode(const Hello& hello, std::span<std::byte> to);
 std::size_t encode(const Retry& retry, std::span<std::byte> to);
 std::size_t encode(const Welcome& welcome, std::span<std::byte> to);
@@ -255,13 +256,13 @@ std::size_t encode(const Reset& reset, std::span<std::byte> to);
 
 // --- the announcement
 
-// What a router says of itself to all of its fleet, so that others find it without its address. It
-// travels with DDS's discovery (the participant's user data).
+// A router's announcement to its whole fleet, with which others find it without a configured
+// address. It is part of DDS discovery (the participant's user data).
 struct Announcement {
   core::Text<63> fleet{};
   Identity who{};
-  NetAddress dds{};               // where it was announced from; not in the bytes
-  std::vector<NetAddress> udp{};  // where it takes datagrams; kAnnouncedAddressesMax at most
+  NetAddress dds{};               // source of the announcement; not encoded
+  std::vector<NetAddress> udp{};  // where it receives datagrams; kAnnouncedAddressesMax at most
 
   bool operator==(const Announcement&) const = default;
 };
@@ -269,10 +270,10 @@ struct Announcement {
 inline constexpr std::size_t kAnnouncedAddressesMax = 16;
 inline constexpr std::size_t kAnnouncementBytesMax = 512;
 
-// Addresses beyond kAnnouncedAddressesMax are left out, and those with a scope, which means
-// nothing on another host.
+// Addresses beyond kAnnouncedAddressesMax are omitted, and those with a scope, which has no
+// meaning on another host.
 std::vector<std::byte> encode(const Announcement& announcement);
-// Nothing for bytes that are none, among them those of a version that is not known here.
+// Empty for invalid bytes and for unknown versions.
 std::optional<Announcement> decode_announcement(std::span<const std::byte> bytes);
 
 }  // namespace tims::link

@@ -10,8 +10,8 @@
 
 namespace tims::link {
 
-// Round-trip time, smoothed as in RFC 6298 and RFC 9002, section 5; and the smallest one seen
-// lately.
+// Round-trip time, smoothed as in RFC 6298 and RFC 9002, section 5; and the smallest recent
+// value.
 class RttEstimator {
  public:
   void add(Duration sample) {
@@ -31,11 +31,11 @@ class RttEstimator {
   [[nodiscard]] Duration smoothed() const { return known() ? smoothed_ : kInitial; }
   [[nodiscard]] Duration variation() const { return known() ? variation_ : kInitial / 2; }
 
-  // A packet that was sent this long before one that is acknowledged is lost (RFC 9002, 6.1.2).
+  // A packet sent this long before an acknowledged one is lost (RFC 9002, 6.1.2).
   [[nodiscard]] Duration loss_delay() const {
     return std::max(std::max(smoothed(), latest_) * 9 / 8, kGranularity);
   }
-  // Without any acknowledgement for so long, something is sent to get one (RFC 9002, 6.2.1).
+  // After this time without an acknowledgement, a probe is sent to elicit one (RFC 9002, 6.2.1).
   [[nodiscard]] Duration probe_timeout() const {
     return smoothed() + std::max(4 * variation(), kGranularity) + kAckDelayMax;
   }
@@ -51,12 +51,12 @@ class RttEstimator {
   Duration latest_{};
 };
 
-// How far the other host's clock is ahead of ours, from the four times of the keep-alives (RFC
-// 5905, section 8): of the samples of the last ones, that with the shortest round trip counts.
+// Offset of the other host's clock from ours, from the four timestamps of keep-alives (RFC 5905,
+// section 8): of the most recent samples, the one with the shortest round trip is used.
 class ClockOffset {
  public:
-  // Nanoseconds, each on the clock of the host it says: ours sent, theirs received and sent, ours
-  // received.
+  // Nanoseconds, each on the clock of its host: our send time, their receive time, their send
+  // time, our receive time.
   void add(std::int64_t sent, std::int64_t their_received, std::int64_t their_sent,
            std::int64_t received) {
     Sample& sample = samples_[count_++ % samples_.size()];
@@ -66,8 +66,8 @@ class ClockOffset {
   void reset() { count_ = 0; }
 
   struct Sample {
-    std::int64_t offset = 0;      // theirs less ours
-    std::int64_t round_trip = 0;  // the offset is right within half of it
+    std::int64_t offset = 0;      // theirs minus ours
+    std::int64_t round_trip = 0;  // the error of the offset is at most half of it
   };
   [[nodiscard]] std::optional<Sample> best() const {
     if (count_ == 0) return std::nullopt;
@@ -79,7 +79,7 @@ class ClockOffset {
   }
 
  private:
-  // What the other side says may be anything.
+  // Saturating: values received from the other side are arbitrary.
   static std::int64_t less(std::int64_t a, std::int64_t b) {
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
   }

@@ -1,5 +1,5 @@
-// The DATA datagram, byte for byte (PROTOCOL.md draws it): its frames, the messages as they stand
-// in the lanes, and what the routers say to each other in the control lane.
+// The DATA datagram, byte for byte (drawn in PROTOCOL.md): its frames, the messages as stored in
+// the lanes, and the routers' own messages in the control lane.
 #pragma once
 
 #include <algorithm>
@@ -28,14 +28,14 @@ struct Data {
   DataHeader header{};
   std::span<std::byte> frames{};
 };
-// Nothing for any other datagram.
+// Empty for any other datagram.
 std::optional<Data> decode_data(std::span<std::byte> datagram);
 void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to);
 
 // --- frames
 
-// A link carries nine lanes: one for each class of messages, and one above them all for what the
-// routers themselves have to say.
+// A link carries nine lanes: one for each class of messages, and the most urgent one for the
+// routers' own messages.
 inline constexpr std::size_t kLanes = core::kClasses + 1;
 inline constexpr std::size_t kControlLane = core::kClasses;
 
@@ -53,35 +53,36 @@ enum class FrameType : std::uint8_t {
 };
 
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
-// offset come from the four times, as in NTP's symmetric mode (RFC 5905, section 8).
+// offset follow from the four timestamps, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
-  bool unheard = false;        // its sender has not heard the receiver for long
-  std::uint8_t questions = 0;  // CHALLENGE and RESPONSE so far: on a dead path they are no loss
-  std::uint64_t sent_ns = 0;   // on the sender's monotonic clock
-  std::uint64_t echo_ns = 0;   // sent_ns of the last one that came; 0: none yet
-  std::uint32_t held_us = 0;   // how long ago that came
-  std::uint16_t loss_permille = 0;  // of the datagrams that the sender of this should have received
-  std::int64_t wall_ns = 0;         // the sender's real-time clock less its monotonic one
-  std::uint32_t table_number = 0;   // how often the sender's exported table has changed
-  std::uint32_t table_hash = 0;     // what it is now
+  bool unheard = false;  // its sender has received nothing from the receiver for a long time
+  // number of CHALLENGE and RESPONSE sent: lost on a dead path, they do not count as loss
+  std::uint8_t questions = 0;
+  std::uint64_t sent_ns = 0;        // on the sender's monotonic clock
+  std::uint64_t echo_ns = 0;        // sent_ns of the last keep-alive received; 0: none yet
+  std::uint32_t held_us = 0;        // time since that was received
+  std::uint16_t loss_permille = 0;  // of the datagrams that its sender should have received
+  std::int64_t wall_ns = 0;         // the sender's real-time clock minus its monotonic clock
+  std::uint32_t table_number = 0;   // number of changes of the sender's exported table
+  std::uint32_t table_hash = 0;     // hash of its current state
 };
 inline constexpr std::uint8_t kQuestionsModulo = 128;
 inline constexpr std::size_t kKeepAliveSize = 40;
 
-struct PacketRange {  // both ends belong to it
+struct PacketRange {  // both ends inclusive
   std::uint32_t first = 0;
   std::uint32_t last = 0;
 };
 struct Ack {
   static constexpr std::size_t kRangesMax = 32;
-  std::uint16_t delay = 0;  // since the newest of them came, in units of kAckDelayUnit
+  std::uint16_t delay = 0;  // since the newest of them arrived, in units of kAckDelayUnit
   std::uint8_t count = 0;
   std::array<PacketRange, kRangesMax> ranges{};  // newest first
 };
 inline constexpr Duration kAckDelayUnit = std::chrono::microseconds(4);
 constexpr std::size_t ack_size(std::size_t ranges) { return 4 + 8 * ranges; }
 
-// Bytes of a lane: what is reliable and in order.
+// Bytes of a lane, reliable and in order.
 struct StreamFrame {
   std::uint8_t lane = 0;
   std::uint64_t offset = 0;
@@ -89,18 +90,18 @@ struct StreamFrame {
 };
 inline constexpr std::size_t kStreamHeaderSize = 12;
 
-// What the lane has below `to` will not come any more; `to` begins a message.
+// The lane's bytes below `to` will not be sent any more; a message begins at `to`.
 struct SkipFrame {
   std::uint8_t lane = 0;
   std::uint64_t to = 0;
 };
 inline constexpr std::size_t kSkipSize = 12;
 
-// A sample of a stream (flag STREAM), or a part of one: never sent twice.
+// A sample of a stream (flag STREAM), or part of one. Not sent in a lane.
 struct SampleFrame {
   std::uint8_t hops = 0;
-  std::uint32_t number = 0;  // of the sample, counted over the link
-  std::uint32_t total = 0;   // bytes of the sample
+  std::uint32_t number = 0;  // number of the sample, counted per link
+  std::uint32_t total = 0;   // size of the sample in bytes
   std::uint32_t offset = 0;
   std::span<std::byte> bytes{};
 };
@@ -117,18 +118,18 @@ inline constexpr std::size_t kNonceFrameSize = 9;
 struct CloseFrame {
   std::uint8_t reason = 0;
 };
-// There was no memory for what came in these lanes: try again in a while (the RNR NAK of
-// InfiniBand). A hint, which may be lost: what was not kept is not acknowledged either.
+// There was no memory for bytes of these lanes: try again later (the RNR NAK of InfiniBand). A
+// hint, which may be lost: bytes that were not stored are not acknowledged either.
 struct NotReadyFrame {
-  std::uint16_t lanes = 0;  // a bit for each
+  std::uint16_t lanes = 0;  // one bit per lane
 };
 inline constexpr std::size_t kNotReadySize = 3;
 
 using Frame = std::variant<KeepAlive, Ack, StreamFrame, SkipFrame, SampleFrame, ProbeFrame,
                            ChallengeFrame, ResponseFrame, CloseFrame, NotReadyFrame>;
 
-// Walks the frames of a datagram. Once next() has said nothing, ok() tells whether that was the end
-// or something that is no frame.
+// Iterates over the frames of a datagram. When next() returns nothing, ok() distinguishes the end
+// from an invalid frame.
 class FrameReader {
  public:
   explicit FrameReader(std::span<std::byte> frames) : rest_(frames) {}
@@ -155,11 +156,11 @@ void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size);
 
 // --- messages in lanes
 
-// A message as it stands in a lane: four bytes of the link's own, then the message.
+// A message as encoded in a lane: a prefix of four bytes, then the message.
 //
 //   0 hops u8 | 1 flags u8 (0) | 2 waited u16: for traced messages, time in the sender's queue
 //
-// What the routers say to each other (ControlMessage) stands in its lane in the same way.
+// The routers' own messages (ControlMessage) are encoded in the same form.
 inline constexpr std::size_t kRecordPrefix = 4;
 inline constexpr std::size_t kRecordHead = kRecordPrefix + kHeaderSize;
 inline constexpr Duration kWaitedUnit = std::chrono::microseconds(100);
@@ -183,10 +184,10 @@ struct RecordPrefix {
   }
 };
 
-// Takes what a link has brought.
+// Receives the messages a link brings.
 class ArrivalObserver : public core::Interface {
  public:
-  // The bytes, which may be changed, stay where they are until the turn is flushed.
+  // The bytes may be modified and stay valid until the turn is flushed.
   virtual void on_message(Time now, const RecordPrefix& prefix, core::Message& message) = 0;
   virtual void on_control(Time now, const core::Message& message) = 0;
   virtual void on_frame(Time now, const KeepAlive& frame) = 0;
@@ -195,7 +196,7 @@ class ArrivalObserver : public core::Interface {
   virtual void on_frame(Time now, const CloseFrame& frame) = 0;
 };
 
-// Hears of messages that were taken and will not arrive.
+// Receives messages that were accepted and will not arrive.
 class LossObserver : public core::Interface {
  public:
   virtual void on_lost(Time now, const Header& header, core::Outcome why) = 0;
@@ -203,8 +204,8 @@ class LossObserver : public core::Interface {
 
 // --- the control lane
 
-// What two routers say to each other in the control lane, byte for byte: messages as any others,
-// with their meaning in the type.
+// The routers' own messages in the control lane, byte for byte: they have the form of other
+// messages, with their meaning in the type.
 //
 //   WANT      number u32, hash u32                       I hold your table in this state: go on
 //   SNAPSHOT  -                                          forget it: all of it follows
@@ -229,7 +230,7 @@ struct TableState {
   bool operator==(const TableState&) const = default;
 };
 
-// A control message in the making: its header and body.
+// A control message being built: its header and body.
 class ControlMessage {
  public:
   static constexpr std::size_t kBodyMax = 16 << 10;
@@ -238,12 +239,12 @@ class ControlMessage {
 
   void put(const TableState& state);
   void put(Address address);
-  // Joins the group of the last address when it has the same origin.
+  // Adds to the group of the last address when the origin is the same.
   void put(Address address, const core::Origin& origin);
   [[nodiscard]] bool full() const { return bytes_.size() + 32 > kBodyMax; }
   [[nodiscard]] bool empty() const { return bytes_.size() == kHeaderSize; }
 
-  // All of it, the header filled in.
+  // The whole message, with its header filled in.
   std::span<const std::byte> finish();
 
  private:
@@ -251,12 +252,12 @@ class ControlMessage {
 
   Header header_;
   std::vector<std::byte> bytes_;
-  std::size_t group_ = 0;  // where the count of the open group stands; 0: none
+  std::size_t group_ = 0;  // offset of the open group's count; 0: none
   core::Origin origin_{};
   std::uint16_t count_ = 0;
 };
 
-// Reads them; false when the body is not what the type says.
+// Read the bodies; return false when a body does not match the type.
 bool read_state(std::span<const std::byte> body, TableState& state);
 template <typename Visit>  // (Address)
 bool read_addresses(std::span<const std::byte> body, Visit visit) {
@@ -268,8 +269,8 @@ bool read_addresses(std::span<const std::byte> body, Visit visit) {
   }
   return true;
 }
-template <typename Visit>  // (Address, const Origin&), with the hops as the other router counts
-                           // them
+// Calls visit(Address, const Origin&), with hops as counted by the other router.
+template <typename Visit>
 bool read_announcements(std::span<const std::byte> body, Visit visit) {
   ByteReader in(body);
   while (!in.empty()) {

@@ -1,15 +1,15 @@
-// The lanes of a link: each is a reliable stream of messages, in order, and the streams know
-// nothing of each other, so that what is lost in one holds up none of the others.
+// The lanes of a link: each is a reliable, ordered stream of messages. The streams are
+// independent, so a loss in one does not delay the others.
 //
-// Out: a message first waits, in order of arrival, and may still be dropped there when more
-// important ones need the room. Then it is committed: it gets its place in the stream and is kept
-// until the other side has acknowledged it, or it has grown too old and the stream goes on behind
-// it (SKIP, as the FORWARD-TSN of SCTP's partial reliability, RFC 3758). So what is urgent
-// overtakes until the last moment, and only what is on its way takes memory for being repeated.
+// Sending: a message first waits, in order of arrival, and may still be dropped when more
+// important messages need the room. Then it is committed: it gets its position in the stream and
+// is kept until the other side has acknowledged it, or until it is too old and the stream skips
+// it (SKIP, as the FORWARD-TSN of SCTP's partial reliability, RFC 3758). So urgent messages can
+// overtake until the last moment, and only messages in flight need memory for retransmission.
 //
-// In: the stream is put together again and cut into messages. What comes in order is handed on at
-// once, from the datagram itself when the message is whole in it. What comes too early is kept;
-// what cannot be kept is refused, and comes again.
+// Receiving: the stream is reassembled and split into messages. In-order bytes are delivered
+// immediately, directly from the datagram when it contains the whole message. Out-of-order bytes
+// are stored; bytes that cannot be stored are refused and sent again.
 #pragma once
 
 #include <array>
@@ -26,10 +26,10 @@
 
 namespace tims::link {
 
-// Some of a link's lanes, a bit each; read from the most urgent one down.
+// A set of lanes as a bit mask; iterated from the most urgent one down.
 class LaneSet {
  public:
-  // Goes through the lanes as they were when it began.
+  // Iterates over the set as it was at the beginning.
   class Iterator {
    public:
     explicit Iterator(std::uint32_t bits) : bits_(bits) {}
@@ -54,13 +54,13 @@ class LaneSet {
   std::uint32_t bits_ = 0;
 };
 
-// How far the stream may run ahead of what the other side is known to have.
+// How far the stream may run ahead of what the other side has acknowledged.
 inline constexpr std::uint64_t kLaneWindow = 8U << 20;
-// In the routers' own lane it is short: what comes late comes all at once, and each mailbox told is
-// work.
+// The window of the routers' own lane is small: late data arrives all at once, and each announced
+// mailbox must be processed.
 inline constexpr std::uint64_t kControlWindow = 256U << 10;
 
-// One lane on its way out.
+// The sending end of one lane.
 class LaneSender {
  public:
   LaneSender(core::BlockPool& pool, LossObserver& losses)
@@ -71,29 +71,29 @@ class LaneSender {
   [[nodiscard]] bool has_room(std::size_t message) const {
     return waiting_.has_room(record_size(message) + 2 * core::BlockPool::kBlockSize);
   }
-  // `message`: whole, its header in the machine's own order. There is room. While less than
-  // `committed_max` bytes are committed and not sent, it need not wait.
+  // `message`: a whole message, its header in host byte order. Precondition: there is room. It is
+  // committed immediately while less than `committed_max` bytes are committed and not sent.
   void push(Time now, const RecordPrefix& prefix, std::span<const std::byte> message,
             std::uint64_t committed_max);
 
   [[nodiscard]] std::uint64_t bytes() const { return waiting_.size() + stream_.size(); }
-  // Nothing is to be sent, and nothing that was sent can come back as lost.
+  // True when there is nothing to send, and nothing sent can be reported as lost.
   [[nodiscard]] bool is_idle() const { return bytes() == 0 && skip_acked_ == skip_to_; }
   [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
   [[nodiscard]] std::uint64_t waiting_bytes() const { return waiting_.size(); }
-  // Drops the message that waits longest. Its header.
+  // Drops the message that has waited longest and returns its header.
   Header drop_oldest();
 
-  // What is to be sent next: something that was lost, or what has never been sent.
+  // True when there is something to send: lost bytes, or bytes not sent before.
   [[nodiscard]] bool wants_to_send() const;
   [[nodiscard]] bool repeats() const { return sent_.repeats(); }
-  // At most `size` bytes of it, which now count as sent.
+  // At most `size` bytes of it, which count as sent afterwards.
   std::optional<Range> take(Time now, std::size_t size, std::uint64_t committed_max);
   void read(Range range, std::span<std::byte> to) const { stream_.read(range.begin, to); }
 
   void on_acked(Range range);
   void on_lost(Range range);
-  // To be said until it is acknowledged: the stream goes on at this offset.
+  // Sent until it is acknowledged: the stream continues at this offset.
   [[nodiscard]] std::optional<std::uint64_t> skip() const {
     return skip_due_ ? std::optional(skip_to_) : std::nullopt;
   }
@@ -101,14 +101,14 @@ class LaneSender {
   void on_skip_lost() { skip_due_ = skip_to_ > skip_acked_; }
   void on_skip_acked(std::uint64_t to) { skip_acked_ = std::max(skip_acked_, to); }
 
-  // Gives up what is older than `lifetime`.
+  // Drops everything older than `lifetime`.
   void expire(Time now, Duration lifetime);
-  // Gives up everything; the lane begins anew.
+  // Drops everything; the lane restarts.
   void clear(Time now, core::Outcome why);
 
  private:
   void commit(Time now, std::uint64_t committed_max);
-  // Blocks come free in waiting_ as a message moves.
+  // Moving a message frees blocks in waiting_.
   [[nodiscard]] bool can_commit() const {
     return stream_.has_room(2 * core::BlockPool::kBlockSize);
   }
@@ -120,16 +120,16 @@ class LaneSender {
   std::uint64_t window_ = kLaneWindow;
   StreamBuffer waiting_;
   AgeMarks waiting_since_;
-  StreamBuffer stream_;  // from the first message that is not acknowledged whole
+  StreamBuffer stream_;  // from the first message that is not fully acknowledged
   AgeMarks stream_since_;
-  std::uint64_t next_ = 0;  // first byte that was never sent
+  std::uint64_t next_ = 0;  // first byte never sent
   SentRanges sent_;         // parts above stream_.begin()
   std::uint64_t skip_to_ = 0;
   std::uint64_t skip_acked_ = 0;
   bool skip_due_ = false;
 };
 
-// One lane on its way in.
+// The receiving end of one lane.
 class LaneReceiver {
  public:
   // `control`: the routers' own lane.
@@ -140,29 +140,31 @@ class LaneReceiver {
   ~LaneReceiver() { drop_early(); }
 
   enum class Verdict : std::uint8_t {
-    kTaken,    // or known already
+    kTaken,    // or a duplicate
     kRefused,  // no memory, or too far ahead: must not be acknowledged
-    kBroken,   // no stream of messages: the other side is no router of ours
+    kBroken,   // not a stream of messages: protocol violation
   };
   Verdict on_bytes(Time now, std::uint64_t offset, std::span<std::byte> bytes);
   Verdict on_skip(Time now, std::uint64_t to);
 
-  // There was no memory for what has just come.
+  // True when there was no memory for the bytes that just arrived.
   [[nodiscard]] bool has_refused(Time now) const { return refused_ == now; }
 
-  // What is here and in order could not be handed on for lack of memory: on_bytes and retry do.
+  // True when bytes that are in order could not be delivered for lack of memory; on_bytes and
+  // retry try again.
   [[nodiscard]] bool is_stuck() const { return !early_.empty() && early_.front().begin <= next_; }
   Verdict retry(Time now) { return is_stuck() ? drain_early(now) : Verdict::kTaken; }
 
-  // A message that makes no progress is given up after a while, sooner when other links want its
-  // memory; what still comes of it is thrown away. Not one that waits for memory, unless its link
-  // has more than its share. Its header.
+  // A message without progress is given up after a while, sooner when other links need its
+  // memory; its remaining bytes are discarded. A message that waits for memory is exempt, unless
+  // its link has more than its share. Returns its header.
   static constexpr Duration kPatience = std::chrono::seconds(30);
   static constexpr Duration kPatienceIfWanted = std::chrono::seconds(2);
-  static constexpr std::size_t kProgress = 16 << 10;  // so much more, or all of it
+  // Significant progress: this much more, or all of it.
+  static constexpr std::size_t kProgress = 16 << 10;
   std::optional<Header> give_up_stalled(Time now);
 
-  void clear();  // the lane begins anew
+  void clear();  // the lane restarts
   [[nodiscard]] std::uint64_t next() const { return next_; }
 
  private:
@@ -171,7 +173,8 @@ class LaneReceiver {
   void drop_early();
   [[nodiscard]] core::BlockPool::Index& block_of(std::uint64_t offset);
 
-  // Returns how many bytes it took; sets broken_. `stable`: the bytes stay until the flush.
+  // Returns the number of bytes taken; sets broken_. `stable`: the bytes stay valid until the
+  // flush.
   std::size_t consume(Time now, std::span<std::byte> bytes, bool stable);
   std::size_t consume_head(Time now, std::span<const std::byte> bytes);
   std::size_t consume_body(Time now, std::span<const std::byte> bytes);
@@ -182,22 +185,23 @@ class LaneReceiver {
   Reassembly& reassembly_;
   ArrivalObserver& arrivals_;
   const bool control_;
-  std::uint64_t next_ = 0;  // first byte that has not come
+  std::uint64_t next_ = 0;  // first byte not received
   bool broken_ = false;
 
-  // The message in the making.
+  // The message being received.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
-  MessageBuffer body_;           // the message, header included, as far as it came
-  std::size_t body_size_ = 0;    // so much of it is there
-  std::size_t thrown_away_ = 0;  // of a message that was given up: so much is still to come
-  Time progress_{};              // a good part of it has come
+  MessageBuffer body_;           // the received part of the message, header included
+  std::size_t body_size_ = 0;    // number of bytes received
+  std::size_t thrown_away_ = 0;  // remaining bytes of a message that was given up
+  Time progress_{};              // time of the last significant progress
   std::size_t progress_at_ = 0;
-  Time refused_{};  // when there was no memory for what came, the last time
+  Time refused_{};  // last time there was no memory
   Header header_{};
 
   RangeSet early_;
-  std::vector<core::BlockPool::Index> early_blocks_;  // a ring, by block number; empty until used
+  // A ring, indexed by block number; empty until used.
+  std::vector<core::BlockPool::Index> early_blocks_;
 };
 
 }  // namespace tims::link

@@ -1,12 +1,13 @@
-// A link to one other router: finding it, noticing that it is gone, and what is carried meanwhile.
+// A link to one other router: finding it, detecting its loss, and carrying messages in between.
 //
 //   idle ──► connecting ──► up ⇄ silent        the side that connects
 //                 ▲  └──► refused (again later)
 //                 └─────── reset, closed
 //             up ⇄ silent ──► gone             the side that accepts
 //
-// The session (session.h) outlives silence: when the other side is heard again, or answers from
-// another address, everything goes on where it was. It ends when the other router has forgotten it.
+// The session (link_session.h) outlives silence: when the other side is received again, or
+// answers from another address, everything continues where it stopped. It ends when the other
+// router has lost it.
 #pragma once
 
 #include <cstdint>
@@ -29,31 +30,31 @@ inline constexpr std::string_view kAutomatic = "auto";
 
 struct LinkSettings {
   LinkKind kind = LinkKind::kSuper;
-  bool connects = true;                         // else it accepts
-  std::string to{};                             // as it was written; empty when it accepts
-  std::optional<std::uint8_t> system{};         // that is accepted; nothing: any
+  bool connects = true;                         // otherwise it accepts
+  std::string to{};                             // as configured; empty when it accepts
+  std::optional<std::uint8_t> system{};         // the only system accepted; empty: any
   std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
-  std::uint32_t mailboxes_max = 65536;          // that the other side may announce
+  std::uint32_t mailboxes_max = 65536;          // maximum the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);
   LinkSessionSettings session{};
 
-  // Its other end is found in the fleet.
+  // The other end is determined by the fleet's announcements.
   [[nodiscard]] bool is_automatic() const { return to == kAutomatic; }
   bool operator==(const LinkSettings&) const = default;
 };
 
-// What a link needs of those around it.
+// The interface of a link to its surroundings.
 class LinkContext : public core::Interface {
  public:
   virtual std::uint64_t random() = 0;
   [[nodiscard]] virtual const Identity& self() const = 0;
-  // The sender's real-time clock less its monotonic one.
+  // The sender's real-time clock minus its monotonic clock.
   [[nodiscard]] virtual std::int64_t wall_ns() const = 0;
-  // A datagram that goes out by itself.
+  // Sends a single datagram, outside of bursts.
   virtual void send(const NetAddress& to, std::span<const std::byte> datagram) = 0;
-  // A message was taken and is lost: the router hears of it when it can.
+  // A message was accepted and is lost: the router is notified as soon as possible.
   virtual void lost(core::ClientId client, const Header& header, core::Outcome why) = 0;
-  // A link went up or down: is another super router to be used?
+  // A link went up or down: the choice of the super router must be checked.
   virtual void changed() = 0;
 };
 
@@ -70,51 +71,54 @@ class Link final : private ArrivalObserver, private LossObserver {
   void set_targets(Time now, PathKind kind, std::span<const NetAddress> targets);
   void on_retry(const NetAddress& from, const Retry& retry);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
-  // Who is called does not answer, or refuses: perhaps another does. Says so once.
+  // Returns true once when the router being called does not answer or refuses, so that another
+  // candidate can be tried.
   bool gives_up();
-  // There is nobody to be called, and why.
+  // There is no router to call; `why` is the reason.
   void note_nobody(std::string_view why);
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
-  // --- the side that accepts: the HELLO came from where it says.
+  // --- the side that accepts. The source address of the HELLO has been verified.
   void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
-  // The session goes on, with the intervals that both have said now.
+  // The session continues, with the keep-alive intervals that both sides now state.
   void resume(const Hello& hello);
 
   // --- both
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_reset(Time now);
-  void on_gone(Time now, const NetAddress& where);  // who was there
+  void on_gone(Time now, const NetAddress& where);  // no router at this address any more
   core::Outcome send(Time now, const core::Message& message);
-  // The next sign of life goes out now.
+  // Sends the next HELLO or keep-alive immediately.
   void call_now(Time now);
-  // Tells what has changed below us; cheap when nothing has.
+  // Announces changes of the exported table; cheap when there are none.
   void advertise(Time now) { advertiser_.advertise(now); }
   void set_scope(Time now, Advertiser::Scope scope) { advertiser_.set_scope(now, scope); }
-  // Builds the next datagram for address() into `to`; 0: none now.
+  // Builds the next datagram for address() into `to`; returns 0 when there is none.
   std::size_t build(Time now, std::span<std::byte> to);
   std::size_t build_probe(Time now, std::span<std::byte> to);
 
   [[nodiscard]] Time next_timeout(Time now);
   void on_timeout(Time now);
-  // It accepted a router that has ended, or has not been heard for long and nothing waits for it.
+  // True for an accepted link whose router has ended, or has been silent for a long time, when no
+  // messages wait for it.
   [[nodiscard]] bool is_gone(Time now) const { return now >= gone_at(); }
 
-  // By hand: `timsctl link down|up|reset`.
+  // Manual control: `timsctl link down|up|reset`.
   void take_down(Time now, State state = State::kDown,
                  core::CloseReason reason = core::CloseReason::kAdministrative);
   void bring_up(Time now);
   void start_anew(Time now);
   void configure(Time now, const LinkSettings& settings);
 
-  // --- to look at
+  // --- read access
   [[nodiscard]] std::uint32_t slot() const { return slot_; }
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] bool is_up() const { return state_ == State::kUp; }
   [[nodiscard]] std::uint64_t our_token() const { return our_token_; }
   [[nodiscard]] std::uint64_t their_token() const { return their_token_; }
-  // Who says this HELLO has the session that is kept here, or asks for it once more.
+  // True when the sender of this HELLO owns the current session, or repeats the HELLO that
+  // created it.
   [[nodiscard]] bool is_of_session(const Hello& hello) const {
     return is_to(hello.who) && peer_.epoch == hello.who.epoch && hello.token == their_token_;
   }
@@ -125,7 +129,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   }
   [[nodiscard]] const NetAddress& address() const { return paths_.address(); }
   [[nodiscard]] const Paths& paths() const { return paths_; }
-  [[nodiscard]] Time since() const { return since_; }  // in this state
+  [[nodiscard]] Time since() const { return since_; }  // start of the current state
   [[nodiscard]] Time heard() const { return heard_; }
   [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
   [[nodiscard]] const LinkSession& session() const { return session_; }
@@ -149,7 +153,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_lost(Time now, const Header& header, core::Outcome why) override;
 
   void enter(Time now, State state);
-  // Tells the other side why this one ends.
+  // Sends CLOSE with the reason to the other side.
   void say_goodbye(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
   void say_hello(Time now);
@@ -176,29 +180,30 @@ class Link final : private ArrivalObserver, private LossObserver {
   Time since_{};
   Paths paths_;
   Identity peer_{};
-  bool called_ = false;  // the session came about by our HELLO
+  bool called_ = false;  // this side's HELLO created the session
   std::uint64_t our_token_ = 0;
   std::uint64_t their_token_ = 0;  // 0: there is no session
-  std::uint64_t known_token_ = 0;  // the newest of theirs: we are the one it was given to
+  // their newest token; proves that we are the router it was issued to
+  std::uint64_t known_token_ = 0;
   core::ClientId client_{};
   core::Text<191> refusal_{};
 
   Time next_hello_ = kNever;
-  int hellos_ = 0;  // since it began to connect
+  int hellos_ = 0;  // number of HELLOs since connecting began
   Time next_keep_alive_ = kNever;
   Time heard_{};
-  Duration keep_alive_{};  // that the other side was told
+  Duration keep_alive_{};  // the interval announced to the other side
   Duration their_keep_alive_{};
-  std::uint64_t last_sent_ns_ = 0;  // of their last keep-alive
-  Time last_keep_alive_{};          // when it came
+  std::uint64_t last_sent_ns_ = 0;  // from their last keep-alive
+  Time last_keep_alive_{};          // time of its arrival
   std::uint16_t their_loss_permille_ = 0;
   RttEstimator rtt_;
   ClockOffset clock_;
 
-  NetAddress from_{};     // of the datagram at hand
-  bool broken_ = false;   // it was none of ours
-  bool unheard_ = false;  // it says that they do not hear us
-  bool ended_ = false;    // their router said that it ends
+  NetAddress from_{};     // source of the datagram being processed
+  bool broken_ = false;   // the datagram violated the protocol
+  bool unheard_ = false;  // the other side reports that it does not receive our datagrams
+  bool ended_ = false;    // the other router announced its end
 };
 
 std::string_view name(Link::State state);

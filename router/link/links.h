@@ -1,10 +1,9 @@
-// All links of a router: which datagram belongs to which, which super router is used, and what goes
-// out.
+// All links of a router: assigns datagrams to links, chooses the super router in use, and builds
+// outgoing datagrams.
 //
-// It is the router's port for other routers: what the router delivers goes into the session of a
-// link, and when the turn is flushed the datagrams that may go are built, at the last moment, and
-// offered to the senders. The shell (io/link_port.h) hands in datagrams, time and names that were
-// resolved, and owns the sockets.
+// It is the router's port for other routers. A delivered message goes into the session of a link;
+// when the turn is flushed, datagrams are built as late as possible and offered to the senders.
+// The shell (io/link_port.h) supplies datagrams, time and resolved names, and owns the sockets.
 #pragma once
 
 #include <cstdint>
@@ -27,16 +26,16 @@ namespace tims::link {
 
 struct LinksSetup {
   Identity self{};
-  std::uint64_t seed = 0;  // of tokens, cookies, nonces and jitter; secret
+  std::uint64_t seed = 0;  // for tokens, cookies, nonces and jitter; secret
   std::uint32_t links_max = 4096;
 };
 
-// What is left to do when the turn has been flushed.
+// Requests for work after the turn has been flushed.
 class LinksShell : public core::Interface {
  public:
-  // A sender takes nothing now: flush again when it does.
+  // A sender accepts nothing at the moment: flush again when it does.
   virtual void wait_for_sender() = 0;
-  // There is more to send: flush again when others have had their turn.
+  // There is more to send: flush again after others have had their turn.
   virtual void continue_later() = 0;
 };
 
@@ -44,54 +43,55 @@ class Links final : public core::Port, private LinkContext {
  public:
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
         LinksShell* shell = nullptr);
-  // What carries datagrams of this kind from now on; null: nothing, and they are lost.
+  // Sets the sender for this kind of path; null: datagrams of this kind are lost.
   void set_sender(PathKind kind, DatagramSender* sender) { senders_[index(kind)] = sender; }
 
-  // --- configuration. Those with kind kSuper in order of preference.
+  // --- configuration. Links of kind kSuper in order of preference.
   void configure(Time now, std::span<const LinkSettings> wanted);
-  // What the `to` of a link means on this kind of path.
+  // The addresses that the `to` of a link resolves to on this kind of path.
   void set_targets(Time now, const std::string& to, PathKind kind,
                    std::span<const NetAddress> targets);
   void set_target(Time now, const std::string& to, const NetAddress& target) {
     set_targets(now, to, target.kind, {&target, 1});
   }
   void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
-  // A router of the fleet announces itself, or is gone.
+  // A router of the fleet announces itself, or has gone.
   void on_announced(Time now, const Announcement& announcement);
   void on_gone(Time now, const NetAddress& dds);
-  // Why nothing goes over this kind of path on any link; empty: it may.
+  // The reason why this kind of path does not work on any link; empty: it works.
   void set_trouble(PathKind kind, std::string why) { trouble_[index(kind)] = std::move(why); }
   [[nodiscard]] const std::string& trouble(PathKind kind) const { return trouble_[index(kind)]; }
-  // Addresses or routes of this host are different now: everybody hears of us at once.
+  // Addresses or routes of this host have changed: send a keep-alive on every link immediately.
   void network_changed(Time now);
-  // Names that should be resolved (again): links that connect and are not up.
+  // Names to be resolved (again): those of links that connect and are not up.
   [[nodiscard]] std::vector<std::string> wants_addresses() const;
 
-  // --- what comes in. The bytes stay until the turn is flushed.
+  // --- input. The bytes stay valid until the turn is flushed.
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
 
-  // --- what the router decides (core::Port)
+  // --- deliveries from the router (core::Port)
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
   void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver&, core::CloseReason) override {}  // links are not watched
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
-  // What goes out: all that may go now, and that the senders take.
+  // Sends as much as is allowed now and the senders accept.
   void flush(Time now) override;
-  // After all ports were flushed: what was handed on is not looked at any more.
+  // Called after all ports were flushed: messages handed on are not read any more.
   void release() { done_.clear(); }
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
 
   [[nodiscard]] Time next_timeout() const { return wake_.empty() ? kNever : wake_.top().at; }
   void on_timeout(Time now);
 
-  // Before the router ends: says so to all, and no link comes up any more.
+  // Called before the router exits: sends CLOSE on all links; no link comes up afterwards.
   void end(Time now);
 
-  // By hand: the name of the other router, or what stands behind `to`. False: there is none.
+  // Manual control by the name of the other router or by `to`. Returns false when there is no
+  // such link.
   enum class Action : std::uint8_t { kUp, kDown, kReset };
   bool act(Time now, std::string_view name, Action what);
 
-  // --- to look at
+  // --- read access
   template <typename Visit>
   void for_each(Visit visit) const {
     for (const Slot& slot : slots_) {
@@ -105,9 +105,9 @@ class Links final : public core::Port, private LinkContext {
   [[nodiscard]] const Fleet& fleet() const { return fleet_; }
   [[nodiscard]] const Identity& self() const override { return setup_.self; }
   struct Counters {
-    std::uint64_t strange = 0;        // datagrams that are none of ours
-    std::uint64_t unknown_token = 0;  // of a session that nobody here knows
-    std::uint64_t refused = 0;        // HELLOs
+    std::uint64_t strange = 0;        // datagrams that do not belong to this protocol
+    std::uint64_t unknown_token = 0;  // datagrams of unknown sessions
+    std::uint64_t refused = 0;        // refused HELLOs
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
@@ -128,7 +128,7 @@ class Links final : public core::Port, private LinkContext {
   void lost(core::ClientId client, const Header& header, core::Outcome why) override;
   void changed() override { choose_ = true; }
 
-  // --- who may connect
+  // --- admission
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
   void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
   void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
@@ -141,7 +141,7 @@ class Links final : public core::Port, private LinkContext {
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
   Link& add(const LinkSettings& settings);
   Link* find(std::string_view name);
-  template <typename Visit>  // (Link&); adds none
+  template <typename Visit>  // calls (Link&); must not add links
   void for_each_link(Visit visit) {
     for (const Slot& slot : slots_) {
       if (slot.link) visit(*slot.link);
@@ -174,7 +174,7 @@ class Links final : public core::Port, private LinkContext {
   MessageMemory& memory_;
   LinksSetup setup_;
   const core::SipKey secret_;
-  std::uint64_t drawn_ = 0;  // random numbers, so far
+  std::uint64_t drawn_ = 0;  // number of random numbers drawn
   std::int64_t wall_ns_ = 0;
 
   static std::size_t index(PathKind kind) { return static_cast<std::size_t>(kind); }
@@ -188,22 +188,22 @@ class Links final : public core::Port, private LinkContext {
   std::vector<LinkSettings> settings_;
   struct Slot {
     std::unique_ptr<Link> link{};
-    std::uint64_t token = 0;  // of ours, as it stands in tokens_
+    std::uint64_t token = 0;  // our token, as stored in tokens_
     bool is_touched = false;
-    Time wakes_at = kNever;  // the earliest in wake_
-    bool was_up = false;     // when it was last looked for
-    std::size_t tries = 0;   // which candidate of the fleet is called
+    Time wakes_at = kNever;  // the earliest time in wake_
+    bool was_up = false;     // at the last search for the router meant
+    std::size_t tries = 0;   // index of the fleet candidate being called
     StandbyTurns::Turn standby{};
   };
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference
   std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
   Link* uplink_ = nullptr;
-  const Link* uplink_before_ = nullptr;  // only to be compared: it may be gone
+  const Link* uplink_before_ = nullptr;  // only compared, never dereferenced: the link may be gone
   Time overlap_end_{};
   bool choose_ = false;
   bool ends_ = false;
-  std::uint32_t advertised_ = 0;  // number of the router's table that was told
+  std::uint32_t advertised_ = 0;  // number of the router's table that was announced last
   Counters counters_;
 
   std::vector<Link*> touched_;
@@ -221,9 +221,9 @@ class Links final : public core::Port, private LinkContext {
     std::uint32_t size = 0;
     std::array<std::byte, kControlDatagramMax> bytes{};
   };
-  std::vector<Single> singles_;  // datagrams that go out by themselves
+  std::vector<Single> singles_;  // datagrams sent individually
   std::unique_ptr<std::byte[]> scratch_;
-  Burst held_{};  // was built, and the socket did not take it
+  Burst held_{};  // built, but not accepted by the socket
 };
 
 }  // namespace tims::link

@@ -1,13 +1,13 @@
-// The paths of one link to the other router, in order of preference, and which of them carries what
-// we send; and how large datagrams may be on it. The other side chooses for its own direction.
+// The paths of one link to the other router, in order of preference, the choice of the path for
+// our datagrams, and the datagram size on it. The other side chooses for its own direction.
 //
-// A path works while what is asked over it is answered (CHALLENGE, RESPONSE); the answer may come
-// over any path, so that a filter in one direction stops that direction only. The path in use is
-// asked every keep-alive interval, and more often once an answer is overdue; it is given up after
-// two intervals, before the third without a sign of life takes the link itself down. A better one
-// is taken back when it has worked for a while.
+// A path works while challenges sent over it are answered (CHALLENGE, RESPONSE); the answer may
+// arrive over any path, so a filter in one direction disables only that direction. The path in
+// use is challenged every keep-alive interval, and more often once an answer is overdue; it is
+// given up after two intervals, before the third interval without a reply takes the link itself
+// down. A preferred path is used again after it has worked for a while.
 //
-// A link with one path asks nothing: it has no choice.
+// A link with one path sends no challenges, since it has no choice.
 #pragma once
 
 #include <array>
@@ -24,14 +24,14 @@
 
 namespace tims::link {
 
-// How large datagrams may be: found by sending larger ones and seeing whether they arrive, without
-// any help from routers on the way (DPLPMTUD, RFC 8899). 1200 bytes always pass. When datagrams
-// larger than that keep being lost, the path has changed, and it begins again at 1200.
+// Size of datagrams: found by sending larger ones and checking whether they arrive, without help
+// from routers on the path (DPLPMTUD, RFC 8899). 1200 bytes always pass. When larger datagrams
+// are lost repeatedly, the path has changed, and the search restarts at 1200.
 class PathMtu {
  public:
   [[nodiscard]] std::size_t size() const { return size_; }
 
-  // The size to try now, as a datagram of its own and not above `most`; 0: none.
+  // The size to probe now with a datagram of its own, not above `most`; 0: none.
   [[nodiscard]] std::size_t probe(Time now, std::size_t most) const;
   [[nodiscard]] Time next_probe(std::size_t most) const {
     const bool tries = !probing_ && step_ < kSteps.size() && kSteps[step_] <= most;
@@ -41,24 +41,24 @@ class PathMtu {
   void on_probe_acked(Time now, std::size_t size);
   void on_probe_lost(Time now);
 
-  // An ordinary datagram. True when the size was reduced.
+  // Called for ordinary datagrams; on_lost() returns true when the size was reduced.
   void on_acked(std::size_t datagram);
   bool on_lost(Time now, std::size_t datagram);
-  void reset(Time now);  // another path
-  // One that takes any datagram up to this, and none larger: nothing is tried.
+  void reset(Time now);  // called for a new path
+  // For a path that takes any datagram up to this size and none larger: nothing is probed.
   void fix(std::size_t size);
 
  private:
-  // Ethernet less IPv6 and UDP, less IPv4 and UDP; steps of overlays; jumbo frames.
+  // Ethernet minus IPv6 and UDP, and minus IPv4 and UDP; sizes of overlay networks; jumbo frames.
   static constexpr std::array<std::size_t, 7> kSteps{1372, 1432, 1452,        1472,
                                                      4052, 8952, kDatagramMax};
   static constexpr int kTries = 3;
-  static constexpr int kBlackHole = 6;  // large ones lost in a row
+  static constexpr int kBlackHole = 6;  // consecutive losses of large datagrams
   static constexpr Duration kTryAgain = std::chrono::minutes(5);
   static constexpr Duration kBetween = std::chrono::milliseconds(20);
 
   std::size_t size_ = kDatagramBase;
-  std::size_t step_ = 0;  // of kSteps, to be tried next
+  std::size_t step_ = 0;  // index in kSteps of the next size to try
   bool fixed_ = false;
   bool probing_ = false;
   int tries_ = 0;
@@ -74,19 +74,19 @@ struct PathCounters {
 };
 
 struct Path {
-  // So long must a better path have worked before it is used again: twice as long each time that it
-  // fails again within a minute, so that one that comes and goes is left alone.
+  // How long a preferred path must work before it is used again: doubled each time it fails again
+  // within a minute, so that an unstable path is avoided.
   static constexpr Duration kProbation = std::chrono::seconds(3);
   static constexpr Duration kProbationMax = std::chrono::minutes(1);
 
   PathKind kind = PathKind::kUdp;
-  std::vector<NetAddress> targets{};  // where the other router should be
-  NetAddress address{};               // where it is, as far as we know
+  std::vector<NetAddress> targets{};  // possible addresses of the other router
+  NetAddress address{};               // its current address, as far as known
   bool works = false;
-  Time since{};     // it works, or does not
-  Time answered{};  // the newest answer
-  Time asked{};     // the newest question
-  Time failed{};    // it was given up while it was used
+  Time since{};     // start of the current state (working or not)
+  Time answered{};  // time of the newest answer
+  Time asked{};     // time of the newest challenge
+  Time failed{};    // when it was given up while in use
   Duration probation = kProbation;
   PathCounters counters{};
 
@@ -95,40 +95,41 @@ struct Path {
 
 class Paths {
  public:
-  // What is not in use is asked so often, or every keep-alive interval if that is longer.
+  // Challenge interval for paths not in use, unless the keep-alive interval is longer.
   static constexpr Duration kStandbyEvery = std::chrono::seconds(1);
 
-  // True when the path that was used is none any more.
+  // Returns true when the path in use has been removed.
   bool configure(Time now, std::span<const PathKind> preference, Duration keep_alive);
   void set_targets(PathKind kind, std::span<const NetAddress> targets);
   [[nodiscard]] bool has_targets() const;
   [[nodiscard]] bool is_target(const NetAddress& address) const;
-  // Where HELLOs go; `first`: to the preferred path only, if it leads anywhere.
+  // Addresses for HELLO; `first`: only those of the preferred path, if it has any.
   [[nodiscard]] std::vector<NetAddress> to_call(bool first) const;
 
-  // The other router has answered from there: this path is used from now on.
+  // The other router has answered from this address: this path is used from now on.
   void begin(Time now, const NetAddress& address);
-  // It is there, as far as we know.
+  // True when the other router is at this address, as far as known.
   [[nodiscard]] bool is_at(const NetAddress& address) const;
-  // Whether anything may be sent over it: where it is or should be is known.
+  // True when datagrams can be sent over it: an actual or possible address is known.
   [[nodiscard]] bool leads(PathKind kind) const;
-  // No other path has led to it so far: whoever is there may be another router.
+  // True when no other path has led to this address: the sender may be another router.
   [[nodiscard]] bool is_strange(const NetAddress& from) const;
-  // The link was silent and is up again: which paths still work is to be seen.
+  // The link was silent and is up again: all paths must be checked.
   void begin_again(Time now);
 
-  // Where to send; no address before begin().
+  // The destination of our datagrams; no address before begin().
   [[nodiscard]] const NetAddress& address() const { return used().address; }
   [[nodiscard]] PathKind kind() const { return used().kind; }
 
-  // --- questions
+  // --- challenges
   struct Question {
     NetAddress to{};
     std::uint64_t nonce = 0;
   };
-  // A datagram of the other router's came from there: is it there now? A question, if so.
+  // A datagram of the other router came from this address. Returns a challenge if it may have
+  // moved there.
   std::optional<Question> on_source(Time now, const NetAddress& from, std::uint64_t random);
-  // What is to be asked now.
+  // Calls `ask` for each challenge that is due.
   template <typename Random, typename Ask>
   void ask(Time now, Duration rtt, Random random, Ask ask) {
     if (!several()) return;
@@ -138,20 +139,20 @@ class Paths {
       for (const NetAddress& to : places(path)) ask(note({to, random()}, true));
     }
   }
-  // True when datagrams go elsewhere from now on.
+  // Returns true when the path in use has changed.
   bool on_answer(Time now, const NetAddress& from, std::uint64_t nonce);
-  // Nobody is there any more. As on_answer().
+  // The other router is no longer at this address. Returns as on_answer().
   bool on_gone(Time now, const NetAddress& where);
-  // What we sent then, over the path in use, has arrived.
+  // A packet sent at this time over the path in use has arrived.
   void on_arrived(Time sent) {
     if (sent >= since_ && sent > used().answered) used().answered = sent;
   }
 
   // --- time
   [[nodiscard]] Time next_timeout(Duration rtt) const;
-  bool on_timeout(Time now, Duration rtt);  // as on_answer()
+  bool on_timeout(Time now, Duration rtt);  // returns as on_answer()
 
-  // --- to look at
+  // --- read access
   [[nodiscard]] std::span<const Path> all() const { return paths_; }
   [[nodiscard]] const Path* find(PathKind kind) const;
   [[nodiscard]] bool uses(PathKind kind) const { return find(kind) != nullptr; }
@@ -165,7 +166,8 @@ class Paths {
  private:
   struct Asked {
     Question question{};
-    bool known = false;  // an address of ours; else one that only a datagram's source told
+    // A configured or announced address; otherwise known only as the source of a datagram.
+    bool known = false;
   };
   [[nodiscard]] Path* mine(PathKind kind);
   [[nodiscard]] Path& used() { return paths_[used_]; }
@@ -187,7 +189,7 @@ class Paths {
   Time since_{};
   std::array<Asked, 32> asked_{};
   std::size_t next_asked_ = 0;
-  NetAddress suspected_{};  // the newest on_source()
+  NetAddress suspected_{};  // from the newest on_source()
   Time suspected_at_{};
 };
 

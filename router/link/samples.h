@@ -1,13 +1,13 @@
-// Samples of continuous streams (flag STREAM), where only the newest matters. While the link is
-// short of bandwidth, a newer sample takes the place of a waiting older one of the same source,
-// destination and type. At the other end, what came whole is handed on; what is in part is kept for
-// a while among few others, and a sample that comes after a newer one of its stream is thrown away.
+// Samples of continuous streams (flag STREAM), of which only the newest matters. While the link
+// is short of bandwidth, a newer sample replaces a waiting older one of the same source,
+// destination and type. At the receiver, complete samples are delivered; a few incomplete ones
+// are kept for a while, and a sample that arrives after a newer one of its stream is discarded.
 //
-// One that fits into a datagram is sent once and never again: the next is newer. Of a larger one,
-// that would be the end as soon as one of its datagrams is lost. Therefore it is kept until it has
-// come whole, as the acknowledgements of packets tell, and parts that were lost are sent again,
-// with the same number, before anything newer of its class. It is forgotten when a newer one of its
-// stream has come whole, after a while, and first of all when others need the memory.
+// A sample that fits into one datagram is sent once and never repeated: the next one is newer. A
+// larger sample would be lost with any one of its datagrams. Therefore it is kept until all its
+// packets are acknowledged, and lost parts are sent again, with the same number, before anything
+// newer of its class. It is discarded when a newer one of its stream has arrived completely,
+// after a timeout, and first when memory is needed.
 #pragma once
 
 #include <array>
@@ -25,11 +25,11 @@
 
 namespace tims::link {
 
-// For so long the rest of a sample is sent again after all of it was sent; and waited for, when no
-// more of it comes.
+// How long a sender repeats lost parts after the whole sample was sent, and how long a receiver
+// waits for more parts.
 inline constexpr Duration kSamplePatience = std::chrono::seconds(2);
 
-// Of one class, on their way out.
+// Outgoing samples of one class.
 class SampleSender {
  public:
   static constexpr std::size_t kKeptMax = 256;
@@ -37,43 +37,44 @@ class SampleSender {
   SampleSender(core::BlockPool& pool, LossObserver& losses) : losses_(losses), bytes_(pool) {}
 
   [[nodiscard]] bool has_room(std::size_t message) const { return bytes_.has_room(message); }
-  // `message`: whole, its header in the machine's own order. There is room.
+  // `message`: a whole message, its header in host byte order. Precondition: there is room.
   void push(Time now, std::uint8_t hops, const Header& header, std::span<const std::byte> message);
 
-  // Of those that wait, and of those that are kept.
+  // Bytes waiting and bytes kept for repetition.
   [[nodiscard]] std::uint64_t bytes() const { return held_; }
-  // None waits, and none can come back as lost.
+  // True when no sample waits and none can be reported as lost.
   [[nodiscard]] bool is_idle() const { return waiting_.empty() && kept_.empty(); }
   [[nodiscard]] bool wants_to_send() const { return ranges_.repeats() || !waiting_.empty(); }
-  // All but the one that is being sent.
+  // All bytes except those of the sample being sent.
   [[nodiscard]] std::uint64_t droppable_bytes() const {
     return held_ - (sent_ > 0 ? waiting_.front().header.length : 0);
   }
-  // What was sent goes first, then what waits longest. False: there is none.
+  // Drops sent samples first, then the one that has waited longest. Returns false when there is
+  // none.
   bool drop_one(Time now);
 
-  // The next piece of at most `size` bytes: something that was lost, or what has never been sent.
-  // `last_number`: of the sample that began last.
+  // The next piece of at most `size` bytes: a lost part, or bytes not sent before. `last_number`:
+  // number of the most recently started sample.
   struct Piece {
-    SampleFrame frame{};  // its place in the sample
+    SampleFrame frame{};  // its position in the sample
     std::size_t size = 0;
     std::uint64_t at = 0;  // for read(), on_acked(), on_lost()
     bool again = false;
 
-    // What becomes of it is of no interest: it is never sent again.
+    // True when its fate need not be tracked: it is never sent again.
     [[nodiscard]] bool is_sent_once() const { return !again && size == frame.total; }
     [[nodiscard]] Range range() const { return {at, at + size}; }
   };
   std::optional<Piece> next(std::size_t size, std::uint32_t& last_number);
   void read(const Piece& piece, std::span<std::byte> to) const { bytes_.read(piece.at, to); }
-  // After its bytes were read.
+  // Called after its bytes were read.
   void sent(Time now, const Piece& piece);
 
-  // What became of a piece.
+  // The fate of a piece.
   void on_acked(Range range);
   void on_lost(Range range);
 
-  // What waits now was not sent although it was tried: from now on newer samples replace it.
+  // The waiting samples could not be sent: from now on newer samples replace them.
   void congested();
   void expire(Time now, Duration lifetime);
   void clear(Time now, core::Outcome why);
@@ -81,9 +82,9 @@ class SampleSender {
  private:
   struct Sample {
     Header header{};
-    std::uint64_t at = 0;      // in bytes_
-    Time since{};              // it waits; once all of it was sent, since then
-    std::uint32_t number = 0;  // once its first piece was sent
+    std::uint64_t at = 0;      // position in bytes_
+    Time since{};              // start of waiting; once completely sent, the time of that
+    std::uint32_t number = 0;  // assigned when its first piece is sent
     std::uint8_t hops = 0;
     bool replaceable = false;
 
@@ -99,38 +100,39 @@ class SampleSender {
   LossObserver& losses_;
   StreamBuffer bytes_;  // in order of arrival
   std::deque<Sample> waiting_;
-  std::uint32_t sent_ = 0;    // bytes of the first of them
-  std::vector<Sample> kept_;  // that were sent, in their order
-  SentRanges ranges_;         // of all that was sent of both
+  std::uint32_t sent_ = 0;    // bytes of the first waiting sample already sent
+  std::vector<Sample> kept_;  // completely sent, in order of sending
+  SentRanges ranges_;         // for the bytes sent of both
   std::uint64_t held_ = 0;    // bytes of both
 };
 
-// Of all classes, on their way in.
+// Incoming samples of all classes.
 class SampleReceiver {
  public:
   SampleReceiver(Reassembly& reassembly, ArrivalObserver& arrivals)
       : reassembly_(reassembly), arrivals_(arrivals) {}
 
-  // False: it is no sample.
+  // Returns false when it is not a valid sample.
   bool on_frame(Time now, const SampleFrame& frame);
   void expire(Time now);
   void clear();
 
-  // Given up, and thrown away for a newer one.
+  // Number of samples given up, and number discarded because a newer one had arrived.
   [[nodiscard]] std::uint64_t incomplete() const { return incomplete_; }
   [[nodiscard]] std::uint64_t overtaken() const { return overtaken_; }
 
  private:
-  static constexpr std::size_t kPartsMax = 8;   // samples in part
-  static constexpr std::size_t kStreams = 128;  // whose newest number is remembered
-  // Parts are taken so far ahead: this, and so many times what has come.
+  static constexpr std::size_t kPartsMax = 8;  // maximum number of incomplete samples
+  // number of streams whose newest number is remembered
+  static constexpr std::size_t kStreams = 128;
+  // Parts are accepted this far ahead, plus a multiple of what has arrived.
   static constexpr std::size_t kAheadMin = 64 << 10;
   static constexpr std::size_t kAheadTimes = 4;
 
   struct Part {
     std::uint32_t number = 0;
     std::uint32_t total = 0;
-    Time progress{};  // a good part of it has come
+    Time progress{};  // time of the last significant progress
     std::size_t progress_at = 0;
     MessageBuffer bytes{};
     std::size_t received = 0;  // bytes
@@ -153,7 +155,7 @@ class SampleReceiver {
   ArrivalObserver& arrivals_;
   std::array<Part, kPartsMax> parts_;
   PacketWindow finished_;                 // numbers of which no more parts are wanted
-  std::array<Stream, kStreams> streams_;  // by a hash of what makes a stream
+  std::array<Stream, kStreams> streams_;  // indexed by a hash of the stream's key
   std::uint64_t incomplete_ = 0;
   std::uint64_t overtaken_ = 0;
 };

@@ -1,5 +1,5 @@
-// What links and the sockets under them hand each other: where a datagram comes from or goes to
-// (NetAddress), several for one call of the system (Burst), several as one sample of DDS (Batch).
+// Types exchanged between links and the sockets below them: the address of a datagram
+// (NetAddress), several datagrams for one system call (Burst), several in one DDS sample (Batch).
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ namespace tims::link {
 
 using core::PathKind;
 
-// The first bytes of a DDS participant's GUID, which no other participant has.
+// The first bytes of a DDS participant's GUID, which are unique to it.
 using DdsParticipant = std::array<std::uint8_t, 12>;
 
-// IPv4 addresses stand in their IPv6 form ::ffff:a.b.c.d, so that all are one kind of key. Of a DDS
-// participant, `ip` begins with the GUID prefix.
+// IPv4 addresses are stored in their IPv6 form ::ffff:a.b.c.d, so that all addresses have one
+// form. For a DDS participant, `ip` begins with the GUID prefix.
 struct NetAddress {
   std::array<std::uint8_t, 16> ip{};  // network order
   std::uint16_t port = 0;             // 0: no address
@@ -31,7 +31,7 @@ struct NetAddress {
   [[nodiscard]] bool is_v4() const;
   // "10.9.1.1:2010", "[fe80::1%3]:2010", "dds:010f6e1f0a00000001000000"
   [[nodiscard]] std::string to_string() const;
-  [[nodiscard]] DdsParticipant participant() const;  // of a DDS address
+  [[nodiscard]] DdsParticipant participant() const;  // for a DDS address
 
   static NetAddress v4(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d,
                        std::uint16_t port);
@@ -40,19 +40,19 @@ struct NetAddress {
   auto operator<=>(const NetAddress&) const = default;
 };
 
-inline constexpr std::size_t kBurstBytesMax = 65'000;  // what the kernel takes in one call
+inline constexpr std::size_t kBurstBytesMax = 65'000;  // maximum for one system call
 inline constexpr std::size_t kBurstDatagramsMax = 64;
 
-// What a datagram costs a link beside its bytes: Ethernet, IPv4 and UDP.
+// Bytes a datagram costs on the link in addition to its payload: Ethernet, IPv4 and UDP headers.
 inline constexpr std::size_t kDatagramOverhead = 42;
 
-// Datagrams on their way out: several of one size to one address, which a path hands to the system
-// in one call (UDP_SEGMENT).
+// Outgoing datagrams of equal size to one address, which a path passes to the system in one call
+// (UDP_SEGMENT).
 struct Burst {
   NetAddress to{};
-  std::span<const std::byte> bytes{};  // all datagrams, one behind the other
-  std::size_t datagram_size = 0;       // of each but the last, which may be shorter
-  std::uint8_t dscp = 0;               // 6 bits, from the most urgent class in it
+  std::span<const std::byte> bytes{};  // all datagrams, concatenated
+  std::size_t datagram_size = 0;       // of all but the last, which may be shorter
+  std::uint8_t dscp = 0;               // 6 bits, of the most urgent class contained
 
   [[nodiscard]] std::size_t count() const {
     return datagram_size == 0 ? 0 : (bytes.size() + datagram_size - 1) / datagram_size;
@@ -67,29 +67,29 @@ struct Burst {
   }
 };
 
-// What carries bursts over one kind of path: a socket, DDS, or a simulated network.
+// Sends bursts over one kind of path: a socket, DDS, or a simulated network.
 class DatagramSender : public core::Interface {
  public:
-  // False: it takes nothing now, and the same burst is offered again later.
+  // Returns false when it cannot accept the burst now; the same burst is offered again later.
   virtual bool offer(const Burst& burst) = 0;
 };
 
-inline constexpr std::size_t kBatchSizeBytes = 2;   // before each datagram
-inline constexpr std::size_t kBatchedMax = 0xFFFF;  // bytes of one datagram
+inline constexpr std::size_t kBatchSizeBytes = 2;   // size field before each datagram
+inline constexpr std::size_t kBatchedMax = 0xFFFF;  // maximum size of one datagram
 
-// Several datagrams as one sample of a DDS topic: each behind its size, two bytes. So many small
-// ones cost what one costs.
+// Several datagrams as one sample of a DDS topic: each preceded by its size in two bytes. A
+// sample with many small datagrams costs the same as a sample with one.
 //
-// Bytes that somebody else wrote: valid() looks at all of them, first.
+// The bytes are untrusted input: call valid() first, which checks all of them.
 class Batch {
  public:
   explicit Batch(std::span<std::byte> bytes) : bytes_(bytes) {}
 
-  // At least one datagram, none of them empty, and nothing behind the last one but the zeros that
-  // make a sample a multiple of four bytes.
+  // At least one datagram, none empty, and nothing after the last one except the zeros that pad a
+  // sample to a multiple of four bytes.
   [[nodiscard]] bool valid() const;
 
-  // visit(std::span<std::byte> datagram), of a valid one.
+  // Calls visit(std::span<std::byte> datagram) for each datagram of a valid batch.
   template <typename Visit>
   void for_each(Visit&& visit) const {
     for (std::size_t at = 0; at + kBatchSizeBytes <= bytes_.size();) {

@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "tests/fuzz/fuzz_input.h"
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 namespace {
 
 using namespace tims;
 using namespace std::chrono_literals;
 
-struct Pair : sim::World {
-  Pair() : World(1) {
+struct Pair : sim::SimulatedNetwork {
+  Pair() : SimulatedNetwork(1) {
     base = &add(setup("base", core::Role::kTop, 0, {sim::sub_link()}));
     robot = &add(setup("robot", core::Role::kSystem, 1, {sim::super_link(sim::address_of(0))}));
     tap = [this](sim::Node& from, const sim::NetAddress& to, std::span<const std::byte> bytes) {
@@ -166,14 +166,14 @@ struct Pair : sim::World {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input in(data, size);
-  Pair world;
-  for (int n = 0; n < 400 && !in.empty(); ++n) world.act(in);
-  world.leave_alone();
+  Pair pair;
+  for (int n = 0; n < 400 && !in.empty(); ++n) pair.act(in);
+  pair.leave_alone();
   const auto together = [&] {
-    return world.base->router().find(world.mailbox(*world.robot)) != nullptr;
+    return pair.base->router().find(pair.mailbox(*pair.robot)) != nullptr;
   };
   // A refusal is believed for three seconds. A lane that was damaged in spite of UDP's checksum is
   // noticed by the table that stays wrong.
-  fuzz::require(world.run_until(together, world.damaged ? 60s : 8s));
+  fuzz::require(pair.run_until(together, pair.damaged ? 60s : 8s));
   return 0;
 }

@@ -6,43 +6,43 @@
 namespace tims::sched {
 
 inline Actor producer(std::uint32_t writer, int messages = 1, std::uint8_t priority = 0) {
-  return {"producer " + std::to_string(writer), [=](World& world) {
-            for (int i = 0; i < messages; ++i) world.send(writer, priority);
+  return {"producer " + std::to_string(writer), [=](MailboxFixture& fixture) {
+            for (int i = 0; i < messages; ++i) fixture.send(writer, priority);
           }};
 }
 inline Actor borrower(std::uint32_t writer) {
   return {"borrower " + std::to_string(writer),
-          [=](World& world) { world.loan_and_give_up(writer); }};
+          [=](MailboxFixture& fixture) { fixture.loan_and_give_up(writer); }};
 }
 // Looks for a message so many times, and does not wait for one.
 inline Actor owner(int looks) {
-  return {"owner", [=](World& world) {
-            for (int i = 0; i < looks; ++i) world.receive();
+  return {"owner", [=](MailboxFixture& fixture) {
+            for (int i = 0; i < looks; ++i) fixture.receive();
           }};
 }
 inline Actor sleepy_owner(int messages) {
-  return {"owner", [=](World& world) {
-            for (int i = 0; i < messages; ++i) world.receive_or_sleep();
+  return {"owner", [=](MailboxFixture& fixture) {
+            for (int i = 0; i < messages; ++i) fixture.receive_or_sleep();
           }};
 }
 // Once `writer`, the first actor, has died.
 inline Actor router(std::uint32_t writer) {
-  return {"router", [=](World& world) { world.reclaim_after_death(writer); }};
+  return {"router", [=](MailboxFixture& fixture) { fixture.reclaim_after_death(writer); }};
 }
 
-using Stage = std::function<void(World&)>;
+using Stage = std::function<void(MailboxFixture&)>;
 
 // Both rings stand `places` before their ends.
 inline Stage near_the_end(std::uint32_t places) {
-  return [=](World& world) { world.advance(world.view().geometry().ring - places); };
+  return [=](MailboxFixture& fixture) { fixture.advance(fixture.view().geometry().ring - places); };
 }
 // Nobody has taken for so long that only `places` hints still fit into the arrival ring.
 inline Stage overrun_but_for(std::uint32_t places) {
-  return [=](World& world) { world.overrun(world.view().geometry().ring - places); };
+  return [=](MailboxFixture& fixture) { fixture.overrun(fixture.view().geometry().ring - places); };
 }
 inline Stage waiting(std::vector<std::uint8_t> priorities) {
-  return [priorities = std::move(priorities)](World& world) {
-    for (const std::uint8_t priority : priorities) world.send(1, priority);
+  return [priorities = std::move(priorities)](MailboxFixture& fixture) {
+    for (const std::uint8_t priority : priorities) fixture.send(1, priority);
   };
 }
 

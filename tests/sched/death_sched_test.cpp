@@ -55,7 +55,7 @@ TEST(DeathSched, WhileGivingUpALoan) {
 
 // The router may be wrong. Then the writer learns it; what commit() says is still true.
 TEST(DeathSched, OnlyThoughtToBeDead) {
-  const Actor mistaken{"router", [](World& world) { world.reclaim_slots_of(2); }};
+  const Actor mistaken{"router", [](MailboxFixture& fixture) { fixture.reclaim_slots_of(2); }};
   explore({.actors = {producer(2, 2), owner(2), mistaken}}, all_traces());
 }
 

@@ -16,20 +16,21 @@ namespace {
 // Prints every step of a schedule that is repeated.
 class Told : public Strategy {
  public:
-  Told(const Scenario& scenario, const World& world, std::vector<int> schedule)
-      : scenario_(scenario), world_(world), replay_(std::move(schedule)) {}
+  Told(const Scenario& scenario, const MailboxFixture& fixture, std::vector<int> schedule)
+      : scenario_(scenario), fixture_(fixture), replay_(std::move(schedule)) {}
 
   int choose(const Moment& moment) override {
     const int chosen = replay_.choose(moment);
     const auto index = static_cast<std::size_t>(chosen);
-    std::cout << scenario_.actors[index].name << " " << world_.name_of(moment.next[index]) << '\n';
+    std::cout << scenario_.actors[index].name << " " << fixture_.name_of(moment.next[index])
+              << '\n';
     return chosen;
   }
   bool next_run() override { return false; }
 
  private:
   const Scenario& scenario_;
-  const World& world_;
+  const MailboxFixture& fixture_;
   Replay replay_;
 };
 
@@ -61,10 +62,10 @@ class Exploration {
   Exploration(const Scenario& scenario, Memory memory)
       : scenario_(scenario),
         weak_(memory == Memory::kWeak),
-        world_(scheduler_, weak_ ? &memory_ : nullptr) {
+        fixture_(scheduler_, weak_ ? &memory_ : nullptr) {
     if (weak_) scheduler_.use_memory(&memory_);
     for (const Actor& actor : scenario_.actors)
-      bodies_.emplace_back([this, &actor] { actor.act(world_); });
+      bodies_.emplace_back([this, &actor] { actor.act(fixture_); });
   }
 
   void run_all(const MakeStrategy& strategy) {
@@ -89,23 +90,23 @@ class Exploration {
       const auto seed = static_cast<std::uint32_t>(runs_);
       const Outcome& outcome = run_one(strategy, death, seed);
       died_ = died_ || outcome.died;
-      if (const auto problem = world_.judge(outcome)) return tell(*problem, outcome, death, seed);
+      if (const auto problem = fixture_.judge(outcome)) return tell(*problem, outcome, death, seed);
       runs_ += strategy.redundant() ? 0 : 1;
     } while (strategy.next_run());
   }
   bool run_requested() {
     const auto request = requested();
     if (!request) return false;
-    Told told(scenario_, world_, request->schedule);
-    const auto problem = world_.judge(run_one(told, request->death, request->memory_seed));
+    Told told(scenario_, fixture_, request->schedule);
+    const auto problem = fixture_.judge(run_one(told, request->death, request->memory_seed));
     EXPECT_FALSE(problem) << *problem;
     return true;
   }
   const Outcome& run_one(Strategy& strategy, std::optional<Death> death, std::uint32_t seed) {
     memory_.reset(seed);
-    world_.reset(scenario_.slots);
-    scenario_.set_stage(world_);
-    return scheduler_.run(bodies_, strategy, death, [this] { world_.observe(); });
+    fixture_.reset(scenario_.slots);
+    scenario_.set_stage(fixture_);
+    return scheduler_.run(bodies_, strategy, death, [this] { fixture_.observe(); });
   }
   void tell(const std::string& problem, const Outcome& outcome, std::optional<Death> death,
             std::uint32_t seed) const {
@@ -122,7 +123,7 @@ class Exploration {
   bool weak_;
   WeakMemory memory_;
   Scheduler scheduler_;
-  World world_;
+  MailboxFixture fixture_;
   std::vector<Scheduler::Body> bodies_;
   std::uint64_t runs_ = 0;
   bool died_ = false;

@@ -10,17 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "tests/sched/world.h"
+#include "tests/sched/mailbox_fixture.h"
 
 namespace tims::sched {
 
 struct Actor {
   std::string name;
-  std::function<void(World&)> act;
+  std::function<void(MailboxFixture&)> act;
 };
 struct Scenario {
   std::uint32_t slots = 2;
-  std::function<void(World&)> set_stage = [](World&) {};
+  std::function<void(MailboxFixture&)> set_stage = [](MailboxFixture&) {};
   std::vector<Actor> actors;
 };
 

@@ -1,8 +1,8 @@
 // What must be true of every run, whoever was interrupted or died wherever.
 #include <algorithm>
 
+#include "tests/sched/mailbox_fixture.h"
 #include "tests/sched/weak_memory.h"
-#include "tests/sched/world.h"
 
 namespace tims::sched {
 
@@ -22,20 +22,20 @@ std::string text_of(const Message& message) {
 
 }  // namespace
 
-void World::accuse(std::string what) {
+void MailboxFixture::accuse(std::string what) {
   if (!accusation_) accusation_ = std::move(what);
 }
 
-SlotWord World::word_of(std::uint32_t index) const {
+SlotWord MailboxFixture::word_of(std::uint32_t index) const {
   return SlotWord::unpack(view_.slot(index).word.raw()->load(memory_order_relaxed));
 }
 
-bool World::still_readable(const Message& message) const {
+bool MailboxFixture::still_readable(const Message& message) const {
   const SlotWord word = word_of(message.claim.index);
   return word.state == SlotState::kReadable && word.generation == message.claim.word.generation;
 }
 
-void World::look_for_room(Message& message) const {
+void MailboxFixture::look_for_room(Message& message) const {
   bool full = true;
   for (std::uint32_t i = 0; i < view_.geometry().slots; ++i) {
     const SlotWord word = word_of(i);
@@ -46,12 +46,12 @@ void World::look_for_room(Message& message) const {
   message.was_full = message.was_full || full;
 }
 
-void World::observe() {
+void MailboxFixture::observe() {
   for (Message* message : claiming_) look_for_room(*message);
 }
 
 // What nobody may overlook: commit() has come back, and nobody has it.
-std::vector<const Message*> World::certainly_waiting() const {
+std::vector<const Message*> MailboxFixture::certainly_waiting() const {
   std::vector<const Message*> waiting;
   if (weak_ != nullptr) return waiting;
   for (const Message& message : messages_)
@@ -61,7 +61,7 @@ std::vector<const Message*> World::certainly_waiting() const {
 }
 
 // The message that had to go for this one, if it is known.
-const Message* World::replaced_by(const Message& message) const {
+const Message* MailboxFixture::replaced_by(const Message& message) const {
   const auto is_victim = [&message](const Message& other) {
     const std::uint32_t next = (other.claim.word.generation + 1) & SlotWord::kMask24;
     return other.has_slot() && other.claim.index == message.claim.index &&
@@ -72,7 +72,7 @@ const Message* World::replaced_by(const Message& message) const {
   return victim == messages_.end() ? nullptr : &*victim;
 }
 
-void World::check_claim(const Message& message) {
+void MailboxFixture::check_claim(const Message& message) {
   switch (message.claim_outcome) {
     case SendOutcome::kFull:
       if (!message.was_full && weak_ == nullptr)
@@ -90,7 +90,7 @@ void World::check_claim(const Message& message) {
 }
 
 // The oldest of the lowest priority has to go.
-void World::check_victim(const Message& message) {
+void MailboxFixture::check_victim(const Message& message) {
   const Message* victim = replaced_by(message);
   if (victim == nullptr) return;
   if (victim->priority > message.priority)
@@ -105,8 +105,8 @@ void World::check_victim(const Message& message) {
 }
 
 // `waiting`: certainly when take() was called, at the tick `begun`.
-void World::check_taken(const Message& message, std::uint64_t begun,
-                        const std::vector<const Message*>& waiting) {
+void MailboxFixture::check_taken(const Message& message, std::uint64_t begun,
+                                 const std::vector<const Message*>& waiting) {
   if (message.taken != 0) accuse(text_of(message) + " was taken twice");
   if (!message.has_slot() || message.given_up) accuse(text_of(message) + " was never committed");
   for (const Message* other : waiting) {
@@ -119,12 +119,12 @@ void World::check_taken(const Message& message, std::uint64_t begun,
   }
 }
 
-void World::check_nothing_taken(const std::vector<const Message*>& waiting) {
+void MailboxFixture::check_nothing_taken(const std::vector<const Message*>& waiting) {
   for (const Message* message : waiting)
     if (still_readable(*message)) accuse(text_of(*message) + " was waiting, but not found");
 }
 
-std::optional<std::string> World::judge(const Outcome& outcome) {
+std::optional<std::string> MailboxFixture::judge(const Outcome& outcome) {
   if (outcome.endless) accuse("a loop without end");
   if (weak_ != nullptr && weak_->raced()) accuse("a message is written while it may be read");
   if (accusation_) return accusation_;
@@ -141,13 +141,13 @@ std::optional<std::string> World::judge(const Outcome& outcome) {
   return accusation_;
 }
 
-void World::check_sleep(Threads stuck) {
+void MailboxFixture::check_sleep(Threads stuck) {
   if (stuck != 0 && asleep_ && shm::waiting(receiver_->view()) > 0)
     accuse("the owner sleeps while a message waits");
 }
 
 // Arrival order holds between messages of which one was committed before the other was begun.
-void World::check_order() {
+void MailboxFixture::check_order() {
   for (const Message& early : messages_)
     for (const Message& late : messages_)
       if ((weak_ == nullptr || early.writer == late.writer) && early.priority == late.priority &&
@@ -157,7 +157,7 @@ void World::check_order() {
 }
 
 // Every message is taken, or replaced by one that says so. Who dies while claiming says nothing.
-void World::check_losses(bool died) {
+void MailboxFixture::check_losses(bool died) {
   std::size_t unexplained = 0;
   for (const Message& message : messages_) {
     const auto is_successor = [&](const Message& m) { return replaced_by(m) == &message; };
@@ -172,7 +172,7 @@ void World::check_losses(bool died) {
   if (unexplained > (died_claiming ? 1 : 0)) accuse("a message is lost");
 }
 
-void World::check_counters(bool died) {
+void MailboxFixture::check_counters(bool died) {
   const auto check = [this](const char* name, std::uint64_t is, std::uint64_t should,
                             std::uint64_t unsure) {
     if (is < should || is > should + unsure)
@@ -194,7 +194,7 @@ void World::check_counters(bool died) {
   check("received", header.received.raw()->load(), takes_, 0);
 }
 
-void World::check_slots_come_back() {
+void MailboxFixture::check_slots_come_back() {
   shm::Sender sender(view_, shm::SlotWord::kMask24);
   const std::uint32_t slots = view_.geometry().slots;
   std::vector<shm::Claim> claims(slots);
@@ -209,7 +209,7 @@ void World::check_slots_come_back() {
 
 // Nothing that happened may slow the mailbox down for good: with the owner awake, no sender looks
 // at every slot, and nor does the owner.
-void World::check_rings_are_well() {
+void MailboxFixture::check_rings_are_well() {
   const shm::MailboxHeader& header = view_.header();
   const std::uint64_t rescans = header.rescans.raw()->load();
   const std::uint64_t free_head = header.free_head.raw()->load();

@@ -71,13 +71,13 @@ TEST(MailboxSched, TwoThreadsOfTheOwnerRelease) {
     std::optional<shm::Taken> second;
   };
   const auto peeks = std::make_shared<Peeks>();
-  const auto stage = [peeks](World& world) {
-    world.send(1), world.send(1);
-    peeks->first = world.peek();
-    peeks->second = world.peek();
+  const auto stage = [peeks](MailboxFixture& fixture) {
+    fixture.send(1), fixture.send(1);
+    peeks->first = fixture.peek();
+    peeks->second = fixture.peek();
   };
-  const Actor one{"one", [peeks](World& world) { world.release(*peeks->first); }};
-  const Actor other{"other", [peeks](World& world) { world.release(*peeks->second); }};
+  const Actor one{"one", [peeks](MailboxFixture& fixture) { fixture.release(*peeks->first); }};
+  const Actor other{"other", [peeks](MailboxFixture& fixture) { fixture.release(*peeks->second); }};
   explore({.set_stage = stage, .actors = {one, other, producer(1, 2)}}, all_traces());
 }
 
@@ -87,23 +87,24 @@ TEST(MailboxSched, LoansGivenUp) {
 }
 
 TEST(MailboxSched, PutBack) {
-  const Actor undecided{"owner", [](World& world) { world.peek_and_put_back(), world.receive(); }};
+  const Actor undecided{
+      "owner", [](MailboxFixture& fixture) { fixture.peek_and_put_back(), fixture.receive(); }};
   explore({.set_stage = waiting({0, 0}), .actors = {producer(2, 2), undecided}}, all_traces());
 }
 
 TEST(MailboxSched, Closed) {
-  const Actor closing{"owner", [](World& world) { world.receive(), world.close(); }};
+  const Actor closing{"owner", [](MailboxFixture& fixture) { fixture.receive(), fixture.close(); }};
   explore({.actors = {producer(1, 2), producer(2), closing}}, few_preemptions(2));
 }
 
 // Laps have 16 bits, generations 24.
 TEST(MailboxSched, LapsAndGenerationsBeginAgain) {
   Scheduler scheduler;
-  World world(scheduler);
-  world.reset(1);
-  world.age_slots(shm::SlotWord::kMask24 - 1000);
-  world.advance(3 * 65536 * world.view().geometry().ring);
-  EXPECT_EQ(world.judge({}), std::nullopt);
+  MailboxFixture fixture(scheduler);
+  fixture.reset(1);
+  fixture.age_slots(shm::SlotWord::kMask24 - 1000);
+  fixture.advance(3 * 65536 * fixture.view().geometry().ring);
+  EXPECT_EQ(fixture.judge({}), std::nullopt);
 }
 
 TEST(MailboxSched, ManyMessagesAtRandom) {

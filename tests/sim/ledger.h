@@ -1,4 +1,4 @@
-// Every message that was sent in a simulated world, and what became of it.
+// Every message that was sent in a simulated network, and what became of it.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 namespace tims::sim {
 

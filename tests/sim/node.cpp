@@ -1,11 +1,11 @@
-// World, the part that is one host.
+// SimulatedNetwork, the part that is one host.
 #include <algorithm>
 #include <new>
 
 #include <sys/mman.h>
 
 #include "router/core/random.h"
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 #include "wire/header.h"
 
 namespace tims::sim {
@@ -61,11 +61,11 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
     links.set_sender(kind, &node);
 }
 
-Node::Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed)
-    : world_(world),
+Node::Node(SimulatedNetwork& network, const NodeSetup& setup, std::size_t index, std::uint64_t seed)
+    : network_(network),
       setup_(setup),
       address_(address_of(index)),
-      dds_(dds_address_of(world.participants_++)),
+      dds_(dds_address_of(network.participants_++)),
       random_(seed) {}
 
 void Node::start(Time now) {
@@ -73,11 +73,11 @@ void Node::start(Time now) {
   running_->links.configure(now, setup_.links);
   for (const link::LinkSettings& settings : setup_.links) {
     if (!settings.connects) continue;
-    const NetAddress target = world_.resolve(settings.to);
+    const NetAddress target = network_.resolve(settings.to);
     if (target) running_->links.set_target(now, settings.to, target);
   }
   end_turn(now);
-  if (!setup_.fleet.empty()) world_.announce(*this);
+  if (!setup_.fleet.empty()) network_.announce(*this);
 }
 
 link::Announcement Node::announcement() const {
@@ -89,19 +89,19 @@ link::Announcement Node::announcement() const {
 
 void Node::kill() {
   if (before_kill) before_kill(*this);
-  if (!setup_.fleet.empty()) world_.forget(*this);
+  if (!setup_.fleet.empty()) network_.forget(*this);
   // Its next life has another participant.
-  world_.addresses_.erase(dds_);
-  dds_ = dds_address_of(world_.participants_++);
-  world_.addresses_[dds_] = this;
+  network_.addresses_.erase(dds_);
+  dds_ = dds_address_of(network_.participants_++);
+  network_.addresses_[dds_] = this;
   for (std::size_t c = 0; c < core::kClasses; ++c) lost_[c] = lost(c);
   running_.reset();
 }
 
 void Node::move_to(const NetAddress& address) {
-  world_.addresses_.erase(address_);
+  network_.addresses_.erase(address_);
   address_ = address;
-  world_.addresses_[address] = this;
+  network_.addresses_[address] = this;
 }
 
 std::uint64_t Node::lost(std::size_t message_class) const {
@@ -166,7 +166,7 @@ void Node::reply(Time now, const core::Receiver& to, const Header& header) {
 }
 
 bool Node::offer(const link::Burst& burst) {
-  world_.transmit(*this, burst);
+  network_.transmit(*this, burst);
   return true;
 }
 
@@ -188,7 +188,7 @@ void Node::end_turn(Time now) {
     running_->router.flush(now);
   } while (running_->links.has_something_to_send());
   running_->links.release();
-  world_.schedule(*this);
+  network_.schedule(*this);
 }
 
 }  // namespace tims::sim

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 namespace tims::sim {
 namespace rate_test {
@@ -18,10 +18,10 @@ using std::chrono::duration;
 constexpr std::uint64_t kMbit = 125'000;
 
 // Two routers, a sender at one and a receiver at the other.
-struct Line : World {
+struct Line : SimulatedNetwork {
   explicit Line(const Faults& faults, const link::LinkSessionSettings& session = {},
                 std::uint64_t seed = 1)
-      : World(seed) {
+      : SimulatedNetwork(seed) {
     auto up = super_link(address_of(0));
     up.session = session;
     base = &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
@@ -283,46 +283,46 @@ TEST(Rate, AFastLink) {
 
 // Two links of two robots through one radio.
 TEST(Rate, TwoLinksShareABottleneck) {
-  World world(7);
-  Node& base = world.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
+  SimulatedNetwork network(7);
+  Node& base = network.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   std::array<Node*, 2> robots{};
   std::array<core::ClientId, 2> clients{};
   std::array<std::uint64_t, 2> bytes{};
   const auto mailbox = [](std::size_t i) {
     return Address::of({.system = static_cast<std::uint32_t>(i + 1), .class_id = 0x14});
   };
-  world.set_faults({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
-  base.start(world.now());
+  network.set_faults({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
+  base.start(network.now());
   for (std::size_t i = 0; i < 2; ++i) {
-    robots[i] = &world.add({.name = "robot" + std::to_string(i),
-                            .system = static_cast<std::uint8_t>(i + 1),
-                            .links = {super_link(address_of(0))}});
-    robots[i]->start(world.now());
-    clients[i] = robots[i]->add_client(world.now(), "source");
-    robots[i]->add_mailbox(world.now(), clients[i], mailbox(i));
+    robots[i] = &network.add({.name = "robot" + std::to_string(i),
+                              .system = static_cast<std::uint8_t>(i + 1),
+                              .links = {super_link(address_of(0))}});
+    robots[i]->start(network.now());
+    clients[i] = robots[i]->add_client(network.now(), "source");
+    robots[i]->add_mailbox(network.now(), clients[i], mailbox(i));
   }
-  world.share("robot0", "base", "robot1", "base");
-  const auto sink = base.add_client(world.now(), "sink");
-  base.add_mailbox(world.now(), sink, Line::kSink);
+  network.share("robot0", "base", "robot1", "base");
+  const auto sink = base.add_client(network.now(), "sink");
+  base.add_mailbox(network.now(), sink, Line::kSink);
   base.on_arrival = [&](Node&, core::ClientId, Arrival&& arrival) {
     bytes[arrival.header.src == mailbox(0) ? 0 : 1] += arrival.header.length;
   };
-  world.run_for(1s);
+  network.run_for(1s);
   const std::vector<std::byte> body(50'000);
   std::function<void(std::size_t)> refill = [&](std::size_t i) {
     std::uint64_t queued = 0;
     robots[i]->links().for_each([&](const link::Link& l) { queued = l.session().queued_bytes(); });
     for (; queued < 2'000'000; queued += body.size())
-      robots[i]->send(world.now(), clients[i], {.type = -7, .dest = Line::kSink, .src = mailbox(i)},
-                      body);
-    world.at(world.now() + 5ms, [&, i] { refill(i); });
+      robots[i]->send(network.now(), clients[i],
+                      {.type = -7, .dest = Line::kSink, .src = mailbox(i)}, body);
+    network.at(network.now() + 5ms, [&, i] { refill(i); });
   };
   refill(0);
-  world.run_for(3s);  // the second comes late
+  network.run_for(3s);  // the second comes late
   refill(1);
-  world.run_for(5s);
+  network.run_for(5s);
   bytes = {};
-  world.run_for(10s);
+  network.run_for(10s);
   const double share = static_cast<double>(bytes[0]) / static_cast<double>(bytes[1]);
   const double all = static_cast<double>(bytes[0] + bytes[1]) / 10 / (50 * kMbit);
   std::printf("two links share a bottleneck: first/second %.2f, together %.2f of the rate\n", share,

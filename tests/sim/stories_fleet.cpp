@@ -8,7 +8,7 @@ using link::PathKind;
 
 class Fleet : public testing::Test {
  protected:
-  Fleet() : world(1) { world.set_faults({.delay = 1ms}); }
+  Fleet() : network(1) { network.set_faults({.delay = 1ms}); }
 
   Node& add(NodeSetup setup, bool accepts = true) {
     const std::vector both{PathKind::kUdp, PathKind::kDds};
@@ -18,8 +18,8 @@ class Fleet : public testing::Test {
     below.paths = above.paths = both;
     if (accepts && setup.role != core::Role::kSubsystem) setup.links.push_back(below);
     if (setup.role != core::Role::kTop) setup.links.push_back(above);
-    Node& node = world.add(setup);
-    node.start(world.now());
+    Node& node = network.add(setup);
+    node.start(network.now());
     return node;
   }
   Node& base() { return add({.name = "base", .role = core::Role::kTop, .id = 0}); }
@@ -41,14 +41,14 @@ class Fleet : public testing::Test {
     return up == nullptr ? "" : std::string(up->peer().name.view());
   }
   bool becomes(Node& node, const std::string& super, Duration within = 3s) {
-    return world.run_until([&] { return super_of(node) == super; }, within);
+    return network.run_until([&] { return super_of(node) == super; }, within);
   }
 
   // A base and its robots, from when all links are up: too early for most ways over DDS.
   Node& all_up(std::uint8_t count) {
     Node& ship = base();
     for (std::uint8_t system = 1; system <= count; ++system) robots.push_back(&robot(system));
-    EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == count; }, 5s));
+    EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == count; }, 5s));
     return ship;
   }
   Node& fifty_up() { return all_up(50); }
@@ -74,7 +74,7 @@ class Fleet : public testing::Test {
         std::ranges::count_if(robots, [&](Node* node) { return goes_by(*node, kind); }));
   }
 
-  World world;
+  SimulatedNetwork network;
   std::vector<Node*> robots;
 };
 
@@ -86,13 +86,13 @@ TEST_F(Fleet, EachFindsItsSuperRouterByRoleAndSystem) {
   EXPECT_TRUE(becomes(one, "base"));
   EXPECT_TRUE(becomes(two, "base"));
   EXPECT_TRUE(becomes(host_of_two, "robot2-1"));
-  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 2; }, 1s));
+  EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 2; }, 1s));
   EXPECT_EQ(one.links().uplink()->paths().kind(), PathKind::kUdp);
 }
 
 TEST_F(Fleet, WhoComesFirstWaitsAndSaysForWhom) {
   Node& below = host(3);
-  world.run_for(5s);
+  network.run_for(5s);
   std::string refusal;
   below.links().for_each([&](const link::Link& l) { refusal = l.refusal().view(); });
   EXPECT_EQ(refusal, "nobody in the fleet is a system router of system 3");
@@ -103,23 +103,23 @@ TEST_F(Fleet, WhoComesFirstWaitsAndSaysForWhom) {
 TEST_F(Fleet, TwoFleetsDoNotSeeEachOther) {
   add({.name = "base", .role = core::Role::kTop, .id = 0, .fleet = "airport"});
   Node& one = robot(1);
-  world.run_for(5s);
+  network.run_for(5s);
   EXPECT_EQ(super_of(one), "");
   EXPECT_TRUE(one.links().fleet().routers().empty());
 }
 
 TEST_F(Fleet, WhereUdpDoesNotGetThroughDdsDoes) {
   Node& ship = base();
-  world.set_faults({.blackout = true});
+  network.set_faults({.blackout = true});
   const auto open = [&](const std::string& from, const std::string& to) {
-    world.set_faults(from, to, {.delay = 5ms}, PathKind::kDds);
+    network.set_faults(from, to, {.delay = 5ms}, PathKind::kDds);
   };
   Node& one = robot(1);
   open("base", "robot1-1");
   open("robot1-1", "base");
   EXPECT_TRUE(becomes(one, "base"));
   EXPECT_EQ(one.links().uplink()->paths().kind(), PathKind::kDds);
-  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 1; }, 1s));
+  EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 1; }, 1s));
 }
 
 TEST_F(Fleet, WhoDoesNotTakeUsIsNotAskedForEver) {
@@ -134,7 +134,7 @@ TEST_F(Fleet, TwoWithOneIdAreNamedOnBothEnds) {
   Node& first = robot(1);
   EXPECT_TRUE(becomes(first, "base"));
   Node& second = add({.name = "impostor", .system = 1});
-  world.run_for(5s);
+  network.run_for(5s);
   EXPECT_EQ(super_of(first), "base");
   EXPECT_EQ(super_of(second), "");
   for (Node* node : {&ship, &first, &second}) {
@@ -153,10 +153,10 @@ TEST_F(Fleet, ASuperRouterThatDiesAndComesBackIsFoundAgain) {
   Node& one = robot(1);
   EXPECT_TRUE(becomes(one, "base"));
   ship.kill();
-  world.run_for(5s);
+  network.run_for(5s);
   EXPECT_EQ(super_of(one), "");
   EXPECT_TRUE(one.links().fleet().routers().empty()) << "nobody stale after the lease";
-  ship.start(world.now());
+  ship.start(network.now());
   EXPECT_TRUE(becomes(one, "base"));
 }
 
@@ -166,7 +166,7 @@ TEST_F(Fleet, OneThatIsStartedAnewElsewhereIsFoundWhileItsFormerLifeIsStillHeard
   EXPECT_TRUE(becomes(one, "base"));
   ship.kill();
   ship.move_to(address_of(60));
-  ship.start(world.now());
+  ship.start(network.now());
   EXPECT_TRUE(becomes(one, "", 1s));
   EXPECT_TRUE(becomes(one, "base", 500ms));
   EXPECT_EQ(one.links().uplink()->address(), address_of(60));
@@ -175,7 +175,7 @@ TEST_F(Fleet, OneThatIsStartedAnewElsewhereIsFoundWhileItsFormerLifeIsStillHeard
 TEST_F(Fleet, FiftyComeUpTogether) {
   Node& ship = base();
   for (std::uint8_t system = 1; system < 50; ++system) robot(system);
-  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 49; }, 5s));
+  EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 49; }, 5s));
 }
 
 TEST_F(Fleet, WaysOverDdsArePreparedAFewASecond) {
@@ -184,26 +184,26 @@ TEST_F(Fleet, WaysOverDdsArePreparedAFewASecond) {
   EXPECT_LT(before, 15U);
   EXPECT_LT(prepared_by_robots(), 15U);
   for (int second = 0; second < 6; ++second) {
-    world.run_for(1s);
+    network.run_for(1s);
     EXPECT_LE(prepared(ship), before + 20) << "ten, and ten saved";
     before = prepared(ship);
   }
   EXPECT_TRUE(
-      world.run_until([&] { return prepared(ship) == 50 && prepared_by_robots() == 50; }, 40s));
+      network.run_until([&] { return prepared(ship) == 50 && prepared_by_robots() == 50; }, 40s));
   EXPECT_EQ(robots_by(PathKind::kUdp), 50U);
 }
 
 TEST_F(Fleet, WhoLosesUdpBeforeItsTurnDoesNotWaitForIt) {
   Node& ship = fifty_up();
-  world.run_for(10s);
+  network.run_for(10s);
   const std::size_t before = prepared(ship);
   std::vector<Node*> some;
   for (Node* node : robots) {
     if (prepared(*node) == 0 && some.size() < 5) some.push_back(node);
   }
   ASSERT_EQ(some.size(), 5U);
-  for (Node* node : some) world.cut("base", node->setup().name, true, PathKind::kUdp);
-  EXPECT_TRUE(world.run_until(
+  for (Node* node : some) network.cut("base", node->setup().name, true, PathKind::kUdp);
+  EXPECT_TRUE(network.run_until(
       [&] {
         return std::ranges::all_of(some, [](Node* n) { return goes_by(*n, PathKind::kDds); });
       },
@@ -214,13 +214,13 @@ TEST_F(Fleet, WhoLosesUdpBeforeItsTurnDoesNotWaitForIt) {
 // Of a hundred others and one, each has this way only when it needs it.
 TEST_F(Fleet, InALargeFleetWaysOverDdsArePreparedWhenTheyAreNeeded) {
   Node& ship = all_up(101);
-  world.run_for(60s);
+  network.run_for(60s);
   EXPECT_EQ(prepared(ship), 0U);
   EXPECT_EQ(prepared_by_robots(), 0U);
   Node& one = *robots[7];
-  world.cut("base", one.setup().name, true, PathKind::kUdp);
-  EXPECT_TRUE(world.run_until([&] { return goes_by(one, PathKind::kDds); }, 3s));
-  world.run_for(3s);
+  network.cut("base", one.setup().name, true, PathKind::kUdp);
+  EXPECT_TRUE(network.run_until([&] { return goes_by(one, PathKind::kDds); }, 3s));
+  network.run_for(3s);
   EXPECT_TRUE(goes_by(one, PathKind::kDds));
   EXPECT_EQ(Story::links_up(ship), 101U);
   EXPECT_LE(prepared(ship), 1U);
@@ -230,28 +230,28 @@ TEST_F(Fleet, InALargeFleetWaysOverDdsArePreparedWhenTheyAreNeeded) {
 TEST_F(Fleet, WhoNeverHadUdpDoesNotWaitForItsTurn) {
   fifty_up();
   Node& one = robot(60);
-  world.cut("base", one.setup().name, true, PathKind::kUdp);
-  EXPECT_TRUE(world.run_until([&] { return goes_by(one, PathKind::kDds); }, 11s));
+  network.cut("base", one.setup().name, true, PathKind::kUdp);
+  EXPECT_TRUE(network.run_until([&] { return goes_by(one, PathKind::kDds); }, 11s));
 }
 
 TEST_F(Fleet, WhenAllFallSilentTheirWaysArePreparedInTurnsToo) {
   Node& ship = fifty_up();
-  for (Node* node : robots) world.cut("base", node->setup().name, true, PathKind::kUdp);
-  world.run_for(2 * kKeepAlive);
+  for (Node* node : robots) network.cut("base", node->setup().name, true, PathKind::kUdp);
+  network.run_for(2 * kKeepAlive);
   EXPECT_LE(prepared(ship), 20U);
-  EXPECT_TRUE(world.run_until(
+  EXPECT_TRUE(network.run_until(
       [&] { return robots_by(PathKind::kDds) == 50 && Story::links_up(ship) == 50; }, 40s));
 }
 
 // The base knows them no longer than their lease, and each has a participant of its own now.
 TEST_F(Fleet, AfterAPowerCutOfAllTheBaseTakesTurnsAgain) {
   Node& ship = fifty_up();
-  world.run_for(40s);
+  network.run_for(40s);
   EXPECT_EQ(prepared(ship), 50U);
   for (Node* node : robots) node->kill();
-  world.run_for(10s);
-  for (Node* node : robots) node->start(world.now());
-  EXPECT_TRUE(world.run_until([&] { return Story::links_up(ship) == 50; }, 5s));
+  network.run_for(10s);
+  for (Node* node : robots) node->start(network.now());
+  EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 50; }, 5s));
   EXPECT_LT(prepared(ship), 15U);
 }
 

@@ -27,7 +27,7 @@ TEST(Identity, TwoLivingRoutersHaveOneId) {
 
 // It says seldom that it lives.
 TEST(Identity, TheFirstOfTwoIsGivenTheTimeItNeeds) {
-  World w(9);
+  SimulatedNetwork w(9);
   auto seldom = super_link(address_of(0));
   seldom.keep_alive = 2s;
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
@@ -174,7 +174,7 @@ TEST(Identity, AnUnknownVersionIsRefusedByName) {
 
 // Three routers with static routes in a circle.
 TEST(Identity, StaticRoutesInACircle) {
-  World w(3);
+  SimulatedNetwork w(3);
   const auto peers = [](std::size_t to) {
     return std::vector<link::LinkSettings>{peer_link(address_of(to)),
                                            {.kind = core::LinkKind::kPeer, .connects = false}};
@@ -287,7 +287,7 @@ TEST(Identity, APeerThatFloods) {
 }
 
 TEST(Identity, NoMoreLinksThanThereMayBe) {
-  World w(5);
+  SimulatedNetwork w(5);
   Node& base =
       w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .links_max = 2});
   base.start(w.now());
@@ -310,7 +310,7 @@ TEST(Identity, NoMoreLinksThanThereMayBe) {
 
 // A base that takes few mailboxes from a link, and a robot that has many.
 TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
-  World w(5);
+  SimulatedNetwork w(5);
   auto few = sub_link();
   few.mailboxes_max = 101;  // with the router's own
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {few}});
@@ -349,7 +349,7 @@ TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
 
 // A link for one system brings mailboxes and messages of that system.
 TEST(Identity, ALinkForOneSystemBringsNothingOfOthers) {
-  World w(5);
+  SimulatedNetwork w(5);
   Node& base =
       w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link(1), sub_link(2)}});
   Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});

@@ -237,7 +237,7 @@ TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
 // Two radios, side by side: a robot that is linked to the base and to another robot, which is
 // linked to the base too.
 TEST(Load, OverTwoWaysEachMessageArrivesOnce) {
-  World w(4);
+  SimulatedNetwork w(4);
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   Node& one = w.add(
       {.name = "one", .system = 1, .links = {super_link(address_of(0)), peer_link(address_of(2))}});

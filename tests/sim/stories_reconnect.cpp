@@ -182,7 +182,7 @@ TEST(Reconnect, AsymmetricLoss) {
 
 // One side says often that it lives, the other seldom.
 TEST(Reconnect, EachSideHasItsOwnKeepAlive) {
-  World w(6);
+  SimulatedNetwork w(6);
   auto sub = sub_link();
   auto super = super_link(address_of(0));
   sub.keep_alive = 50ms;

@@ -49,7 +49,7 @@ TEST(Routes, AMailboxOfARobotMayBeAtTheBase) {
 }
 
 TEST(Routes, AnotherSuperRouterTakesOver) {
-  World w(2);
+  SimulatedNetwork w(2);
   Node& a = w.add({.name = "a", .role = core::Role::kTop, .id = 1, .links = {sub_link()}});
   Node& b = w.add({.name = "b", .role = core::Role::kTop, .id = 2, .links = {sub_link()}});
   Node& robot = w.add({.name = "robot",
@@ -90,7 +90,7 @@ TEST(Routes, ALinkThatIsConfiguredNoMoreIsGone) {
 
 // A robot below either of two routers goes back to the one it prefers: nothing is lost meanwhile.
 TEST(Routes, NothingIsLostOnTheWayBackToThePreferredSuperRouter) {
-  World w(3);
+  SimulatedNetwork w(3);
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   for (std::uint8_t system = 1; system <= 2; ++system) {
     w.add({.name = "gate" + std::to_string(system),
@@ -236,7 +236,7 @@ TEST(Routes, AMailboxIsKnownAtTheTopAtOnce) {
 
 // A top router above a thousand others, with a hundred mailboxes each.
 TEST(Routes, AThousandRoutersComeBack) {
-  World w(4);
+  SimulatedNetwork w(4);
   constexpr std::uint32_t kRouters = test::kSlowdown > 1 ? 100 : 1000;
   constexpr std::uint32_t kMailboxes = 100;
   Node& top = w.add({.name = "top", .role = core::Role::kTop, .links = {sub_link()}});

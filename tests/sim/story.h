@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 namespace tims::sim {
 
@@ -19,9 +19,9 @@ inline constexpr Address kCamera{0x01150000};   // at the robot's second host
 inline constexpr Address kChassis{0x02110000};  // at the other robot
 inline constexpr Duration kKeepAlive = 300ms;
 
-struct Story : World {
+struct Story : SimulatedNetwork {
   // `base_setup`: what the base has little of, if anything.
-  explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {}) : World(seed) {
+  explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {}) : SimulatedNetwork(seed) {
     base_setup.name = "base";
     base_setup.role = core::Role::kTop;
     base_setup.links = {sub_link()};

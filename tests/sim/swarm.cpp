@@ -25,7 +25,7 @@ constexpr Duration kSlowDrain = 60s;
 Swarm::Swarm(std::uint64_t seed, bool verbose)
     : seed_(seed),
       verbose_(verbose),
-      world_(seed * 0x9E3779B97F4A7C15U + 12345),
+      network_(seed * 0x9E3779B97F4A7C15U + 12345),
       ledger_([this](const std::string& what) { fail(what); }) {}
 
 void Swarm::fail(const std::string& what) {
@@ -41,28 +41,28 @@ void Swarm::tell(const std::string& what) {
 
 Duration Swarm::within(Duration span) {
   return Duration(static_cast<std::int64_t>(
-      world_.random(static_cast<std::uint64_t>(std::max<std::int64_t>(span.count(), 1)))));
+      network_.random(static_cast<std::uint64_t>(std::max<std::int64_t>(span.count(), 1)))));
 }
 
 std::vector<std::string> Swarm::run() {
   try {
     build();
-    world_.run_for(1s + within(1500ms));
+    network_.run_for(1s + within(1500ms));
     // The ways over DDS have their turns (PROTOCOL.md, section 7): before, a link that loses UDP is
     // down.
     const Duration turns =
         plan_.troubles.dds ? 2s + static_cast<int>(plan_.nodes.size()) * 500ms : Duration{};
-    if (plan_.troubles.half_cuts) world_.run_for(turns);
+    if (plan_.troubles.half_cuts) network_.run_for(turns);
     const Duration span =
         500ms + within(plan_.troubles.partitions || plan_.troubles.half_cuts ? 6s : 2s);
     plan_trouble(span);
-    plan_traffic(span, 30 + world_.random(120));
-    world_.run_for(span);
+    plan_traffic(span, 30 + network_.random(120));
+    network_.run_for(span);
     heal();
-    world_.run_for(kConvergence + (plan_.one_way_only ? 0ms : kFailBack));
+    network_.run_for(kConvergence + (plan_.one_way_only ? 0ms : kFailBack));
     check_tables();
     check_ways();
-    world_.run_for((plan_.troubles.rates ? kSlowDrain : kDrain) + turns);
+    network_.run_for((plan_.troubles.rates ? kSlowDrain : kDrain) + turns);
     check_losses();
     check_answers();
     check_idle();
@@ -71,27 +71,27 @@ std::vector<std::string> Swarm::run() {
   } catch (const std::exception& e) {
     fail(e.what());
   }
-  totals_.datagrams = world_.datagrams();
+  totals_.datagrams = network_.datagrams();
   return failures_;
 }
 
 // --- the tree
 
 void Swarm::build() {
-  plan_ = make_plan(world_);
+  plan_ = make_plan(network_);
   if (verbose_)
     std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
   ledger_.keeps_order = plan_.one_way_only;
   crashed_.assign(plan_.nodes.size(), false);
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
-    Node& node = world_.add(plan_.nodes[i].setup);
+    Node& node = network_.add(plan_.nodes[i].setup);
     node.on_arrival = [this](Node&, core::ClientId, Arrival&& arrival) {
       ledger_.on_arrival(arrival);
     };
-    const std::uint64_t count = world_.random(3) + (i == 0 ? 1 : 0);
+    const std::uint64_t count = network_.random(3) + (i == 0 ? 1 : 0);
     for (std::uint32_t c = 0; c < count; ++c) {
       Client client{.node = i, .name = node.setup().name + "/" + std::to_string(c)};
-      const std::uint64_t mailboxes = 1 + world_.random(3);
+      const std::uint64_t mailboxes = 1 + network_.random(3);
       for (std::uint32_t m = 0; m < mailboxes; ++m)
         client.mailboxes.push_back(Address::of({.system = node.setup().system,
                                                 .class_id = 0x10U + node.setup().id,
@@ -101,7 +101,7 @@ void Swarm::build() {
     }
   }
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i)
-    world_.at(now() + within(300ms), [this, i] { start(i); });
+    network_.at(now() + within(300ms), [this, i] { start(i); });
   plan_faults(now());
 }
 
@@ -126,24 +126,24 @@ void Swarm::attach(Client& client) {
 
 void Swarm::plan_trouble(Duration span) {
   const Troubles& t = plan_.troubles;
-  for (std::uint64_t n = world_.random(4); n > 0; --n) plan_faults(now() + within(span));
+  for (std::uint64_t n = network_.random(4); n > 0; --n) plan_faults(now() + within(span));
   if (t.crashes)
-    for (std::uint64_t n = 1 + world_.random(3); n > 0; --n) plan_crash(now() + within(span));
+    for (std::uint64_t n = 1 + network_.random(3); n > 0; --n) plan_crash(now() + within(span));
   if (t.partitions)
-    for (std::uint64_t n = 1 + world_.random(3); n > 0; --n)
+    for (std::uint64_t n = 1 + network_.random(3); n > 0; --n)
       plan_partition(now() + within(span), span);
   if (t.half_cuts) plan_half_cuts(span);
   if (t.moves)
-    for (std::uint64_t n = 1 + world_.random(2); n > 0; --n) plan_move(now() + within(span));
+    for (std::uint64_t n = 1 + network_.random(2); n > 0; --n) plan_move(now() + within(span));
   if (t.churn)
-    for (std::uint64_t n = 1 + world_.random(6); n > 0; --n) plan_churn(now() + within(span));
+    for (std::uint64_t n = 1 + network_.random(6); n > 0; --n) plan_churn(now() + within(span));
   if (t.wall_jumps)
-    world_.at(now() + within(span),
-              [this] { node(world_.random(plan_.nodes.size())).jump_wall(within(48h) - 24h); });
+    network_.at(now() + within(span),
+                [this] { node(network_.random(plan_.nodes.size())).jump_wall(within(48h) - 24h); });
 }
 
 void Swarm::plan_faults(Time when) {
-  world_.at(when, [this] {
+  network_.at(when, [this] {
     if (healed_) return;
     for (const PlannedNode& from : plan_.nodes) {
       for (const PlannedNode& to : plan_.nodes) {
@@ -154,34 +154,34 @@ void Swarm::plan_faults(Time when) {
 }
 
 void Swarm::set_faults(const std::string& from, const std::string& to) {
-  world_.set_faults(from, to, make_faults(world_, plan_.troubles));
+  network_.set_faults(from, to, make_faults(network_, plan_.troubles));
   if (plan_.troubles.dds)
-    world_.set_faults(from, to, make_dds_faults(world_, plan_.troubles), PathKind::kDds);
+    network_.set_faults(from, to, make_dds_faults(network_, plan_.troubles), PathKind::kDds);
 }
 
 void Swarm::plan_crash(Time when) {
-  const std::size_t i = world_.random(plan_.nodes.size());
-  const Duration away = world_.random(2) == 0 ? within(20ms) : within(3s);
-  world_.at(when, [this, i, away] {
+  const std::size_t i = network_.random(plan_.nodes.size());
+  const Duration away = network_.random(2) == 0 ? within(20ms) : within(3s);
+  network_.at(when, [this, i, away] {
     if (!node(i).alive() || healed_) return;
     tell(node(i).setup().name + " crashes");
     node(i).kill();
     crashed_[i] = true;
     for (Client& client : clients_)
       if (client.node == i) client.id = core::kNoClient;
-    world_.at(now() + away, [this, i] { start(i); });
+    network_.at(now() + away, [this, i] { start(i); });
   });
 }
 
 void Swarm::plan_partition(Time when, Duration span) {
-  const std::size_t a = world_.random(plan_.nodes.size());
+  const std::size_t a = network_.random(plan_.nodes.size());
   const PlannedNode& planned = plan_.nodes[a];
   if (planned.supers.empty() && planned.peers.empty()) return;
   const std::size_t b = planned.supers.empty() ? planned.peers.front() : planned.supers.front();
-  const bool one_way = world_.random(4) == 0;
-  const Duration length = 100ms + (world_.random(3) == 0 ? within(20s) : within(span));
-  const std::uint64_t dice = plan_.troubles.dds ? world_.random(3) : 0;
-  world_.at(when, [this, a, b, one_way, length, dice] {
+  const bool one_way = network_.random(4) == 0;
+  const Duration length = 100ms + (network_.random(3) == 0 ? within(20s) : within(span));
+  const std::uint64_t dice = plan_.troubles.dds ? network_.random(3) : 0;
+  network_.at(when, [this, a, b, one_way, length, dice] {
     if (dice != 2) cut(a, b, PathKind::kUdp, one_way, length);
     if (dice != 0) cut(a, b, PathKind::kDds, one_way, length);
   });
@@ -193,10 +193,10 @@ void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Durat
   const std::string to = node(b).setup().name;
   const std::string over = " over " + std::string(name(kind));
   tell(from + (one_way ? " -> " : " <-> ") + to + over + " cut");
-  one_way ? world_.cut_one_way(from, to, true, kind) : world_.cut(from, to, true, kind);
-  world_.at(now() + length, [this, from, to, over, kind] {
+  one_way ? network_.cut_one_way(from, to, true, kind) : network_.cut(from, to, true, kind);
+  network_.at(now() + length, [this, from, to, over, kind] {
     tell(from + " <-> " + to + over + " joined");
-    world_.cut(from, to, false, kind);
+    network_.cut(from, to, false, kind);
   });
 }
 
@@ -204,38 +204,38 @@ void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Durat
 void Swarm::plan_half_cuts(Duration span) {
   for (const auto& [lower, upper] : plan_.both_ways) {
     for (Time when = now() + within(span); when < now() + span; when += 3s) {
-      const std::size_t a = world_.random(2) == 0 ? lower : upper;
+      const std::size_t a = network_.random(2) == 0 ? lower : upper;
       const std::size_t b = a == lower ? upper : lower;
-      const PathKind kind = world_.random(2) == 0 ? PathKind::kUdp : PathKind::kDds;
-      const bool one_way = world_.random(2) == 0;
+      const PathKind kind = network_.random(2) == 0 ? PathKind::kUdp : PathKind::kDds;
+      const bool one_way = network_.random(2) == 0;
       const Duration length = within(1500ms);
-      world_.at(when, [this, a, b, kind, one_way, length] { cut(a, b, kind, one_way, length); });
+      network_.at(when, [this, a, b, kind, one_way, length] { cut(a, b, kind, one_way, length); });
     }
   }
 }
 
 void Swarm::plan_move(Time when) {
-  const std::size_t i = world_.random(plan_.nodes.size());
+  const std::size_t i = network_.random(plan_.nodes.size());
   const Duration known_after = within(500ms);
-  world_.at(when, [this, i, known_after] {
+  network_.at(when, [this, i, known_after] {
     if (healed_) return;
     const NetAddress to = address_of(1000 + moves_++);
     tell(node(i).setup().name + " moves to " + to.to_string());
-    world_.move(node(i), to, known_after);
-    if (plan_.troubles.dds && node(i).alive()) world_.announce(node(i));
+    network_.move(node(i), to, known_after);
+    if (plan_.troubles.dds && node(i).alive()) network_.announce(node(i));
   });
 }
 
 void Swarm::plan_churn(Time when) {
   if (clients_.empty()) return;
-  const std::size_t i = world_.random(clients_.size());
+  const std::size_t i = network_.random(clients_.size());
   const Duration away = within(1s);
-  world_.at(when, [this, i, away] {
+  network_.at(when, [this, i, away] {
     Client& client = clients_[i];
     if (!client.id || healed_) return;
     tell(client.name + " leaves");
     node(client.node).remove_client(now(), std::exchange(client.id, core::kNoClient));
-    world_.at(now() + away, [this, i] {
+    network_.at(now() + away, [this, i] {
       if (clients_[i].id || !node(clients_[i].node).alive()) return;
       tell(clients_[i].name + " comes back");
       attach(clients_[i]);
@@ -246,7 +246,7 @@ void Swarm::plan_churn(Time when) {
 void Swarm::heal() {
   tell("peace");
   healed_ = true;
-  world_.set_faults({.delay = 100us});
+  network_.set_faults({.delay = 100us});
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) start(i);
   for (Client& client : clients_)
     if (!client.id) attach(client);
@@ -258,28 +258,28 @@ void Swarm::plan_traffic(Duration span, std::uint64_t messages) {
   for (std::uint64_t n = 0; n < messages; ++n) {
     // Some come together.
     const Time when = now() + within(span);
-    for (std::uint64_t burst = world_.random(8) == 0 ? 5 : 1; burst > 0; --burst)
-      world_.at(when, [this] { send_something(); });
+    for (std::uint64_t burst = network_.random(8) == 0 ? 5 : 1; burst > 0; --burst)
+      network_.at(when, [this] { send_something(); });
   }
 }
 
 void Swarm::send_something() {
   if (clients_.empty()) return;
-  Client& from = clients_[world_.random(clients_.size())];
-  Client& to = clients_[world_.random(clients_.size())];
+  Client& from = clients_[network_.random(clients_.size())];
+  Client& to = clients_[network_.random(clients_.size())];
   if (!from.id) return;
   const auto one_of = [&](const std::vector<Address>& all) {
-    return all[world_.random(all.size())];
+    return all[network_.random(all.size())];
   };
-  const bool sample = plan_.troubles.samples && world_.random(3) == 0;
-  Header header{.type = static_cast<std::int8_t>(world_.random(2) == 0 ? 7 : -7),
-                .priority = static_cast<std::uint8_t>(world_.random(256))};
+  const bool sample = plan_.troubles.samples && network_.random(3) == 0;
+  Header header{.type = static_cast<std::int8_t>(network_.random(2) == 0 ? 7 : -7),
+                .priority = static_cast<std::uint8_t>(network_.random(256))};
   if (sample) header.flags |= flag::kStream, header.type = type::kData;
-  std::size_t size = world_.random(64);
-  const std::uint64_t kind = world_.random(100);
-  if (kind >= 50) size = world_.random(1400);
-  if (kind >= 80) size = world_.random(20'000);
-  if (kind >= 95) size = world_.random(300'000);
+  std::size_t size = network_.random(64);
+  const std::uint64_t kind = network_.random(100);
+  if (kind >= 50) size = network_.random(1400);
+  if (kind >= 80) size = network_.random(20'000);
+  if (kind >= 95) size = network_.random(300'000);
   if (kind >= 97 && plan_.troubles.large) size = 2'000'000;
   send(from, one_of(from.mailboxes), to, one_of(to.mailboxes), header, size);
 }

@@ -1,5 +1,5 @@
-// A world that follows from a seed: a tree of routers, traffic, trouble; then peace, and a look at
-// whether everything that must be true is.
+// A network that follows from a seed: a tree of routers, traffic, trouble; then peace, and a look
+// at whether everything that must be true is.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/sim/ledger.h"
+#include "tests/sim/simulated_network.h"
 #include "tests/sim/swarm_plan.h"
-#include "tests/sim/world.h"
 
 namespace tims::sim {
 
@@ -68,13 +68,13 @@ class Swarm {
 
   void fail(const std::string& what);
   void tell(const std::string& what);
-  [[nodiscard]] Time now() const { return world_.now(); }
-  [[nodiscard]] Node& node(std::size_t i) { return *world_.nodes()[i]; }
+  [[nodiscard]] Time now() const { return network_.now(); }
+  [[nodiscard]] Node& node(std::size_t i) { return *network_.nodes()[i]; }
   Duration within(Duration span);
 
   const std::uint64_t seed_;
   const bool verbose_;
-  World world_;
+  SimulatedNetwork network_;
   Plan plan_;
   std::vector<Client> clients_;
   Ledger ledger_;

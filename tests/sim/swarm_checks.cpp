@@ -72,7 +72,7 @@ void Swarm::check_ways() {
     for (Client& client : clients_)
       send(guest, guest.mailboxes[0], client, client.mailboxes[0], {.type = 9, .priority = 200}, 8);
   }
-  world_.run_until([&] { return waiting_from(before) == 0; }, plan_.troubles.rates ? 60s : 500ms);
+  network_.run_until([&] { return waiting_from(before) == 0; }, plan_.troubles.rates ? 60s : 500ms);
   for (std::size_t n = before; n < ledger_.entries().size(); ++n) {
     const Ledger::Entry& entry = ledger_.entries()[n];
     const bool reachable = !plan_.way(entry.from, entry.to).empty();
@@ -118,7 +118,7 @@ void Swarm::check_answers() {
   // The answer may have been lost, too.
   std::array<std::uint64_t, core::kClasses> told{};
   for (std::size_t c = 0; c < core::kClasses; ++c) {
-    for (const auto& one : world_.nodes()) told[c] += one->lost(c);
+    for (const auto& one : network_.nodes()) told[c] += one->lost(c);
   }
   for (const Ledger::Entry& entry : ledger_.entries()) {
     if (entry.arrived || entry.answered || entry.header.type <= 0) continue;
@@ -131,26 +131,26 @@ void Swarm::check_answers() {
 
 void Swarm::check_idle() {
   std::vector<std::uint64_t> before;
-  for (const auto& one : world_.nodes()) before.push_back(world_.bytes_sent(one->setup().name));
-  const std::uint64_t steps = world_.steps();
-  world_.run_for(kIdle);
+  for (const auto& one : network_.nodes()) before.push_back(network_.bytes_sent(one->setup().name));
+  const std::uint64_t steps = network_.steps();
+  network_.run_for(kIdle);
   std::uint64_t links = 0;
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
     std::uint64_t own = 0;
     node(i).links().for_each([&](const link::Link&) { ++own; });
-    const std::uint64_t sent = world_.bytes_sent(node(i).setup().name) - before[i];
+    const std::uint64_t sent = network_.bytes_sent(node(i).setup().name) - before[i];
     const std::uint64_t each = plan_.troubles.dds ? kIdleBytesOfTwoPaths : kIdleBytesPerSecond;
     if (sent > own * each * 3)
       fail(node(i).setup().name + " is idle and sends " + std::to_string(sent / 3) +
            " bytes a second over " + std::to_string(own) + " links");
     links += own;
   }
-  if (world_.steps() - steps > links * kIdleStepsPerSecond * 3)
-    fail("idle, and " + std::to_string((world_.steps() - steps) / 3) + " steps a second");
+  if (network_.steps() - steps > links * kIdleStepsPerSecond * 3)
+    fail("idle, and " + std::to_string((network_.steps() - steps) / 3) + " steps a second");
 }
 
 void Swarm::check_memory() {
-  for (const auto& one : world_.nodes()) {
+  for (const auto& one : network_.nodes()) {
     if (one->memory_in_use() != 0)
       fail(one->setup().name + " still holds " + std::to_string(one->memory_in_use()) + " bytes");
     if (verbose_) tell(one->setup().name + " " + std::to_string(one->events.size()) + " events");
@@ -161,7 +161,7 @@ void Swarm::check_events() {
   // A way of each link always works.
   const bool stays_up = plan_.troubles.half_cuts && !plan_.troubles.crashes &&
                         !plan_.troubles.loss && !plan_.troubles.rates;
-  for (const auto& one : world_.nodes()) {
+  for (const auto& one : network_.nodes()) {
     for (const core::Event& event : one->events) {
       const bool wrong = event.kind == core::EventKind::kLoop ||
                          event.kind == core::EventKind::kDuplicateAddress ||

@@ -1,4 +1,4 @@
-// sim_swarm [--seed N] [--count N] [--verbose]: worlds from seeds, as the test runs them.
+// sim_swarm [--seed N] [--count N] [--verbose]: networks from seeds, as the test runs them.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     sum.datagrams += swarm.totals().datagrams;
   }
   std::printf(
-      "%llu worlds, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
+      "%llu networks, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
       "%llu datagrams\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
       static_cast<unsigned long long>(sum.messages), static_cast<unsigned long long>(sum.arrived),

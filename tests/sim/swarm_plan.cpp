@@ -9,34 +9,34 @@ namespace {
 
 using link::PathKind;
 
-Troubles make_troubles(World& world) {
-  const auto coin = [&] { return world.random(2) == 0; };
-  const auto rare = [&] { return world.random(4) == 0; };
+Troubles make_troubles(SimulatedNetwork& network) {
+  const auto coin = [&] { return network.random(2) == 0; };
+  const auto rare = [&] { return network.random(4) == 0; };
   Troubles t;
   for (bool* one : {&t.loss, &t.duplicates, &t.reordering, &t.delay, &t.jitter, &t.samples})
     *one = coin();
   for (bool* one : {&t.rates, &t.mtus, &t.partitions, &t.crashes, &t.moves, &t.churn, &t.wall_jumps,
                     &t.small_queues, &t.short_lifetimes, &t.little_memory})
     *one = rare();
-  t.large = world.random(16) == 0 && !t.little_memory;
-  t.dds = world.random(3) == 0;
+  t.large = network.random(16) == 0 && !t.little_memory;
+  t.dds = network.random(3) == 0;
   t.half_cuts = t.dds && coin();
   if (t.half_cuts) t.partitions = t.moves = false;
   return t;
 }
 
-link::LinkSessionSettings make_session(World& world, const Troubles& troubles) {
+link::LinkSessionSettings make_session(SimulatedNetwork& network, const Troubles& troubles) {
   link::LinkSessionSettings settings;
-  if (troubles.small_queues) settings.queue_bytes_max = (100 + world.random(900)) << 10;
+  if (troubles.small_queues) settings.queue_bytes_max = (100 + network.random(900)) << 10;
   if (troubles.short_lifetimes)
-    settings.lifetime = std::chrono::milliseconds(200 + world.random(3000));
-  if (troubles.rates && world.random(2) == 0) settings.rate = 200'000 + world.random(5'000'000);
+    settings.lifetime = std::chrono::milliseconds(200 + network.random(3000));
+  if (troubles.rates && network.random(2) == 0) settings.rate = 200'000 + network.random(5'000'000);
   return settings;
 }
 
 class Planner {
  public:
-  Planner(World& world, Plan& plan) : world_(world), plan_(plan) {}
+  Planner(SimulatedNetwork& network, Plan& plan) : network_(network), plan_(plan) {}
 
   std::size_t add(core::Role role, std::uint8_t system, std::uint8_t id) {
     const std::size_t index = plan_.nodes.size();
@@ -54,9 +54,9 @@ class Planner {
   // `only_one`: no other router could be meant.
   void connect(std::size_t lower, std::size_t upper, bool only_one) {
     auto settings = super_link(address_of(upper));
-    settings.session = make_session(world_, plan_.troubles);
+    settings.session = make_session(network_, plan_.troubles);
     if (plan_.troubles.dds) settings.paths = paths(only_one && !plan_.troubles.half_cuts);
-    if (plan_.troubles.dds && only_one && world_.random(2) == 0) settings.to = link::kAutomatic;
+    if (plan_.troubles.dds && only_one && network_.random(2) == 0) settings.to = link::kAutomatic;
     if (settings.paths.size() == 2) plan_.both_ways.push_back({lower, upper});
     plan_.nodes[lower].setup.links.push_back(settings);
     plan_.nodes[lower].supers.push_back(upper);
@@ -67,7 +67,7 @@ class Planner {
     plan_.nodes[a].setup.links.push_back(settings);
     if (settings.paths.size() == 2) plan_.both_ways.push_back({a, b});
     // Sometimes both call.
-    if (world_.random(2) == 0) {
+    if (network_.random(2) == 0) {
       settings.to = address_of(a).to_string();
       plan_.nodes[b].setup.links.push_back(settings);
     } else {
@@ -79,7 +79,7 @@ class Planner {
 
  private:
   std::vector<PathKind> paths(bool may_be_one) {
-    const std::uint64_t dice = world_.random(may_be_one ? 6 : 4);
+    const std::uint64_t dice = network_.random(may_be_one ? 6 : 4);
     if (dice == 5) return {PathKind::kDds};
     if (dice == 4) return {PathKind::kUdp};
     if (dice == 3) return {PathKind::kDds, PathKind::kUdp};
@@ -95,12 +95,12 @@ class Planner {
   }
   void accept(std::size_t node, core::LinkKind kind) {
     link::LinkSettings settings{
-        .kind = kind, .connects = false, .session = make_session(world_, plan_.troubles)};
+        .kind = kind, .connects = false, .session = make_session(network_, plan_.troubles)};
     if (plan_.troubles.dds) settings.paths = paths(false);
     plan_.nodes[node].setup.links.push_back(settings);
   }
 
-  World& world_;
+  SimulatedNetwork& network_;
   Plan& plan_;
 };
 
@@ -132,32 +132,32 @@ std::string Troubles::to_string() const {
   return text.empty() ? "none" : text;
 }
 
-Plan make_plan(World& world) {
+Plan make_plan(SimulatedNetwork& network) {
   Plan plan;
-  plan.troubles = make_troubles(world);
-  Planner planner(world, plan);
+  plan.troubles = make_troubles(network);
+  Planner planner(network, plan);
   std::vector<std::size_t> tops;
-  const std::uint64_t top_count = world.random(3) == 0 ? 2 : 1;
+  const std::uint64_t top_count = network.random(3) == 0 ? 2 : 1;
   for (std::uint8_t i = 1; i <= top_count; ++i) tops.push_back(planner.add(core::Role::kTop, 0, i));
   std::vector<std::size_t> systems;
-  const std::uint64_t system_count = 1 + world.random(4);
-  const bool two_supers = tops.size() == 2 && world.random(2) == 0;
+  const std::uint64_t system_count = 1 + network.random(4);
+  const bool two_supers = tops.size() == 2 && network.random(2) == 0;
   for (std::uint8_t s = 1; s <= system_count; ++s) {
     const std::size_t system = planner.add(core::Role::kSystem, s, 1);
     systems.push_back(system);
-    const std::size_t first = world.random(tops.size());
+    const std::size_t first = network.random(tops.size());
     planner.connect(system, tops[first], tops.size() == 1);
-    if (two_supers && world.random(2) == 0) {
+    if (two_supers && network.random(2) == 0) {
       planner.connect(system, tops[1 - first], false);
       plan.one_way_only = false;
     }
-    const std::uint64_t below = world.random(4);
+    const std::uint64_t below = network.random(4);
     for (std::uint8_t i = 0; i < below; ++i)
       planner.connect(planner.add(core::Role::kSubsystem, s, static_cast<std::uint8_t>(i + 2)),
                       system, true);
   }
-  if (tops.size() == 2 && world.random(3) != 0) planner.connect_peers(tops[0], tops[1]);
-  if (systems.size() > 1 && world.random(3) == 0) {
+  if (tops.size() == 2 && network.random(3) != 0) planner.connect_peers(tops[0], tops[1]);
+  if (systems.size() > 1 && network.random(3) == 0) {
     planner.connect_peers(systems[0], systems[1]);
     plan.one_way_only = false;
   }
@@ -204,27 +204,28 @@ std::string Plan::to_string() const {
   return text;
 }
 
-Faults make_faults(World& world, const Troubles& troubles) {
+Faults make_faults(SimulatedNetwork& network, const Troubles& troubles) {
   using std::chrono::microseconds;
   Faults faults;
-  if (world.random(4) == 0) return faults;
-  if (troubles.loss) faults.loss = 0.3 * world.chance() * world.chance();
-  if (troubles.duplicates) faults.duplicate = 0.1 * world.chance();
-  if (troubles.reordering) faults.reorder = 0.1 * world.chance();
-  faults.held_back = microseconds(world.random(20'000));
-  faults.delay = microseconds(troubles.delay ? world.random(50'000) : world.random(500));
-  if (troubles.jitter) faults.jitter = microseconds(world.random(20'000));
-  if (troubles.rates) faults.rate = 125'000 + world.random(6'000'000);
-  if (troubles.mtus) faults.mtu = 1200 + world.random(400);
+  if (network.random(4) == 0) return faults;
+  if (troubles.loss) faults.loss = 0.3 * network.chance() * network.chance();
+  if (troubles.duplicates) faults.duplicate = 0.1 * network.chance();
+  if (troubles.reordering) faults.reorder = 0.1 * network.chance();
+  faults.held_back = microseconds(network.random(20'000));
+  faults.delay = microseconds(troubles.delay ? network.random(50'000) : network.random(500));
+  if (troubles.jitter) faults.jitter = microseconds(network.random(20'000));
+  if (troubles.rates) faults.rate = 125'000 + network.random(6'000'000);
+  if (troubles.mtus) faults.mtu = 1200 + network.random(400);
   return faults;
 }
 
-Faults make_dds_faults(World& world, const Troubles& troubles) {
+Faults make_dds_faults(SimulatedNetwork& network, const Troubles& troubles) {
   using std::chrono::microseconds;
-  Faults faults{.delay = microseconds(500 + world.random(20'000))};
-  if (troubles.jitter) faults.jitter = microseconds(world.random(20'000));
-  if (troubles.rates) faults.rate = 125'000 + world.random(6'000'000);
-  if (troubles.loss && world.random(4) == 0) faults.loss = 0.3 * world.chance() * world.chance();
+  Faults faults{.delay = microseconds(500 + network.random(20'000))};
+  if (troubles.jitter) faults.jitter = microseconds(network.random(20'000));
+  if (troubles.rates) faults.rate = 125'000 + network.random(6'000'000);
+  if (troubles.loss && network.random(4) == 0)
+    faults.loss = 0.3 * network.chance() * network.chance();
   return faults;
 }
 

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 namespace tims::sim {
 
-// Trouble is switched on and off as a whole by the seed, so that some worlds have much of one kind
-// and none of the others (swarm testing, Groce et al. 2012).
+// Trouble is switched on and off as a whole by the seed, so that some networks have much of one
+// kind and none of the others (swarm testing, Groce et al. 2012).
 struct Troubles {
   bool loss = false;
   bool duplicates = false;
@@ -65,9 +65,9 @@ struct Plan {
   [[nodiscard]] std::string to_string() const;
 };
 
-Plan make_plan(World& world);
-Faults make_faults(World& world, const Troubles& troubles);
+Plan make_plan(SimulatedNetwork& network);
+Faults make_faults(SimulatedNetwork& network, const Troubles& troubles);
 // What DDS makes of it: in order, seldom with losses, slower.
-Faults make_dds_faults(World& world, const Troubles& troubles);
+Faults make_dds_faults(SimulatedNetwork& network, const Troubles& troubles);
 
 }  // namespace tims::sim

@@ -1,4 +1,4 @@
-// Worlds from seeds, in portions that run beside each other.
+// Networks from seeds, in portions that run beside each other.
 #include "tests/sim/swarm.h"
 
 #include <gtest/gtest.h>

@@ -68,6 +68,9 @@ endfunction()
 function(tims_compile name precompiled)
   tims_reuse(${name} ${precompiled})
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${TIMS_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+  if(TIMS_UNITY)  # g++ takes a source that another one includes for a header
+    target_compile_options(${name} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
+  endif()
 endfunction()
 
 # tims_library(name SOURCES... [LINK targets...]): a static library of this project.
@@ -84,6 +87,45 @@ function(tims_program name)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
   tims_compile(${name} programs_precompiled)
+  if(NOT CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests(/|$)")
+    set_property(GLOBAL APPEND PROPERTY TIMS_PROGRAMS ${name})
+  endif()
+endfunction()
+
+# programs_named_in(VARIABLE FILES...): the programs that robot files start.
+function(programs_named_in variable)
+  set(names "")
+  foreach(file ${ARGN})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    file(STRINGS ${file} lines REGEX "^ *program *=")
+    foreach(line ${lines})
+      string(REGEX REPLACE ".*\"([A-Za-z0-9-]+)\".*" "\\1" name "${line}")
+      list(APPEND names ${name})
+    endforeach()
+  endforeach()
+  list(REMOVE_DUPLICATES names)
+  set(${variable} ${names} PARENT_SCOPE)
+endfunction()
+
+# tims_program_groups(): targets of what a verb of tools/dev needs, so that nobody waits for the rest.
+# programs: all that is installed or judges algorithms. demo_programs: what deploy/fleets/demo.toml starts.
+# bench_programs: tims-bench and what it measures. Called when all targets are known.
+function(tims_program_groups)
+  get_property(programs GLOBAL PROPERTY TIMS_PROGRAMS)
+  add_custom_target(programs DEPENDS ${programs})
+
+  set(robots ${CMAKE_SOURCE_DIR}/deploy/robots)
+  programs_named_in(started ${robots}/sim.toml ${robots}/emulated.toml ${robots}/dora-base.toml
+                    ${robots}/dora-drive.toml ${robots}/dora-laser.toml ${robots}/dora-nav.toml)
+  add_custom_target(demo_programs DEPENDS ${started} tims-router timsctl timsctl-robot timsctl-sim tims-demo
+                                          tims-crash-report World)
+  if(TARGET tims-replay)
+    add_dependencies(demo_programs tims-replay)
+  endif()
+  if(TARGET tims-bench)
+    add_custom_target(bench_programs DEPENDS tims-bench tims-router timsctl CameraV4l ChassisSim ClockSystem
+                                             LadarSickCola LadarSickLms200 LadarSim OdometryChassis)
+  endif()
 endfunction()
 
 # Tests (not what they test) are compiled with less optimisation, which together with the precompiled
@@ -105,7 +147,7 @@ function(tims_test name)
   if(NOT TIMS_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "" "" "LINK;DEFINE;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "ONE_PROCESS" "" "LINK;DEFINE;LABELS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
                         GTest::gtest_main)
@@ -113,6 +155,11 @@ function(tims_test name)
   target_compile_options(${name} PRIVATE ${TIMS_TEST_OPTIONS})
   tims_compile(${name} tests_precompiled)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if(arg_ONE_PROCESS AND TIMS_SANITIZE)
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1200)
+    return()
+  endif()
   set(properties TIMEOUT 300)
   if(arg_LABELS)
     list(APPEND properties LABELS "${arg_LABELS}" RESOURCE_LOCK "${arg_LABELS}")  # one kernel for all
@@ -120,10 +167,10 @@ function(tims_test name)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
 
-# tims_pure_test(...): the same for code that knows no threads, where the thread sanitizer has nothing
-# to see.
+# tims_pure_test(...): the same for code without threads, where the thread sanitizer has nothing to find.
+# Instrumented, all tests of the program are one ctest test: most of their time would be its start.
 function(tims_pure_test)
   if(NOT TIMS_SANITIZE MATCHES "thread")
-    tims_test(${ARGN})
+    tims_test(${ARGN} ONE_PROCESS)
   endif()
 endfunction()

@@ -427,7 +427,7 @@ std::string section(const json::value& items, std::span<const Column> columns, c
   return "\n" + render_items(items.as_array(), columns, look);
 }
 
-std::string text_of(const json::object& answer, const Look& look) {
+std::string answer_text(const json::object& answer, const Look& look) {
   std::string text = render_page(answer, kState, look);
   if (const json::value* found = answer.if_contains("real_time")) {
     const json::object& real_time = found->as_object();
@@ -450,7 +450,7 @@ Exit component_show(Context& context) {
   ComponentClient client(context);
   const tims::Address component = client.address(context.options.arguments.front());
   const json::object answer = ask_all(client, component, client.widths());
-  context.out.write(answer, [&] { return text_of(answer, context.out.look()); });
+  context.out.write(answer, [&] { return answer_text(answer, context.out.look()); });
   return Exit::kDone;
 }
 

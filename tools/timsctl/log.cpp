@@ -19,23 +19,22 @@
 
 namespace timsctl {
 
-using rack::gdos::Level;
 using rack::gdos::Record;
 using rack::gdos::RecordTime;
 
 namespace {
 
-Tone tone_of(Level level) {
+Tone tone_of(rack::gdos::Level level) {
   switch (level) {
-    case Level::kError:
+    case rack::gdos::Level::kError:
       return Tone::kBad;
-    case Level::kWarning:
+    case rack::gdos::Level::kWarning:
       return Tone::kWarning;
-    case Level::kInfo:
+    case rack::gdos::Level::kInfo:
       return Tone::kGood;
-    case Level::kDetail:
+    case rack::gdos::Level::kDetail:
       return Tone::kDim;
-    case Level::kPrint:
+    case rack::gdos::Level::kPrint:
       break;
   }
   return Tone::kPlain;

@@ -7,7 +7,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Classes of error frames, as linux/can/error.h has them.
+// Classes of error frames, from linux/can/error.h.
 constexpr std::uint32_t kTransmitTimeout = 0x001;
 constexpr std::uint32_t kController = 0x004;
 constexpr std::uint32_t kProtocol = 0x008;
@@ -17,7 +17,7 @@ constexpr std::uint32_t kBusOff = 0x040;
 constexpr std::uint32_t kBusError = 0x080;
 constexpr std::uint32_t kRestarted = 0x100;
 
-// Of its second byte, what the controller says.
+// Bits of the second data byte: the state of the controller.
 constexpr unsigned kOverflow = 0x03;
 constexpr unsigned kWarning = 0x0C;
 constexpr unsigned kPassive = 0x30;
@@ -46,17 +46,17 @@ std::optional<std::string> CanBus::on_error_frame(std::uint32_t id,
   if ((id & (kProtocol | kBusError | kTransceiver | kTransmitTimeout)) != 0) ++counters_.errors;
   if ((id & kBusOff) != 0) {
     on_bus_off(now);
-    // More than what was said before, but a storm of them is one sentence a second.
+    // Bus-off is reported even if another message was reported less than a second ago, but repeated
+    // bus-off only once a second.
     if (said_off_ == Time{} || now - said_off_ >= kSayEvery) said_ = {};
     if (said_ == Time{}) said_off_ = now;
     return say(now,
-               "has left the bus (bus-off); is its cable good, are both ends terminated, is "
-               "the bit rate right?");
+               "is bus-off; check the cable, the termination at both ends and the bit rate");
   }
   if ((id & kNoAcknowledge) != 0)
-    return say(now, "is acknowledged by nobody; is another node there, at this bit rate?");
+    return say(now, "receives no acknowledge; check that another node is on at this bit rate");
   if ((controller & kPassive) != 0) return say(now, "has many errors (error passive)");
-  if ((controller & kOverflow) != 0) return say(now, "had no room for a frame");
+  if ((controller & kOverflow) != 0) return say(now, "lost a frame: buffer overflow");
   return {};
 }
 
@@ -74,7 +74,7 @@ void CanBus::on_bus_off(Time now) {
 }
 
 void CanBus::plan_restart(Time now) {
-  // A minute without any: it begins anew.
+  // After a minute without a restart, the pause starts at its minimum again.
   const Time last = restarted_ == 0 ? Time{} : restarts_[(restarted_ - 1) % kRestartsMax];
   const bool is_long_ago = last == Time{} || now - last > kMinute;
   pause_ = is_long_ago ? kFirstPause : std::min(2 * pause_, kLongestPause);
@@ -97,11 +97,11 @@ void CanBus::on_restart(Time now) {
 
 std::optional<std::string> CanBus::failure(Time now) const {
   if (is_off() && is_given_up_)
-    return name_ + " has left the bus more than " + std::to_string(kRestartsMax) +
+    return name_ + " went bus-off more than " + std::to_string(kRestartsMax) +
            " times a minute";
   if (is_off() && now - off_since_ > kOffMax)
-    return name_ + " is off the bus; ip link set " + name_ +
-           " type can restart-ms 100 lets it come back";
+    return name_ + " is bus-off; to restart it automatically: ip link set " + name_ +
+           " type can restart-ms 100";
   return {};
 }
 

@@ -1,7 +1,7 @@
-// What is known of a CAN bus by the error frames of its controller, and when a controller that has
-// left the bus (bus-off) is sent back: after 0.1 s, then each time twice as late, and not more
-// often than five times a minute, for a bus that is broken stays so, and each attempt disturbs
-// those who can still talk.
+// The state of a CAN bus according to the error frames of its controller, and the times at which a
+// controller in state bus-off is restarted: after 0.1 s, then after twice the previous pause, at
+// most five times a minute. On a bus with a persistent fault, each attempt disturbs the nodes that
+// can still communicate.
 #pragma once
 
 #include <array>
@@ -23,38 +23,38 @@ class CanBus {
   struct Counters {
     std::uint64_t bus_off = 0;
     std::uint64_t restarts = 0;
-    std::uint64_t no_acknowledge = 0;  // nobody else is on the bus, or at another bit rate
-    std::uint64_t lost = 0;            // frames that the controller had no room for
-    std::uint64_t warnings = 0;        // its error counters have come above 96
-    std::uint64_t passive = 0;         // above 127
-    std::uint64_t errors = 0;          // of bits, forms, checksums
-    std::uint64_t late = 0;            // frames that were dropped unsent, after the queue's limit
+    std::uint64_t no_acknowledge = 0;  // no other node is on the bus, or none at this bit rate
+    std::uint64_t lost = 0;            // frames lost because the controller's buffer was full
+    std::uint64_t warnings = 0;        // an error counter exceeded 96
+    std::uint64_t passive = 0;         // an error counter exceeded 127
+    std::uint64_t errors = 0;          // bit, form and checksum errors
+    std::uint64_t late = 0;            // frames dropped unsent because their deadline had passed
   };
 
   explicit CanBus(std::string name) : name_(std::move(name)) {}
 
-  // The interface was opened (again): what was missed meanwhile is not known.
+  // The interface was opened (again); events before are unknown.
   void on_open(Time now);
-  // With the flags of SocketCAN. Returns what people should know, at most once a second.
+  // `id` has the flags of SocketCAN. Returns a message for the log, at most once a second.
   std::optional<std::string> on_error_frame(std::uint32_t id, std::span<const std::byte> bytes,
                                             Time now);
-  // Something has come over the bus: it is there again.
+  // A frame was received: the bus works again.
   void on_frame() { off_since_ = next_restart_ = tims::kNever; }
   void on_late(std::size_t frames) { counters_.late += frames; }
 
-  // When the controller is to be sent back to the bus.
+  // When the controller must be restarted next.
   [[nodiscard]] Time next_restart() const { return next_restart_; }
   void on_restart(Time now);
-  // Why this bus is given up for now: it was off too often, or is for too long.
+  // Why the bus must be closed: it went bus-off too often, or has been off for too long.
   [[nodiscard]] std::optional<std::string> failure(Time now) const;
 
   [[nodiscard]] bool is_off() const { return off_since_ != tims::kNever; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
-  // "1 bus-off, 12 errors"; empty: nothing was wrong.
+  // For example "1 bus-off, 12 errors"; empty if there were no errors.
   [[nodiscard]] std::string summary() const;
 
  private:
-  static constexpr std::size_t kRestartsMax = 5;  // a minute
+  static constexpr std::size_t kRestartsMax = 5;  // per minute
 
   void on_bus_off(Time now);
   void plan_restart(Time now);
@@ -65,16 +65,16 @@ class CanBus {
   Time off_since_ = tims::kNever;
   Time next_restart_ = tims::kNever;
   Duration pause_{};
-  std::array<Time, kRestartsMax> restarts_{};  // the last ones
+  std::array<Time, kRestartsMax> restarts_{};  // ring buffer of the most recent restarts
   std::size_t restarted_ = 0;
   bool is_given_up_ = false;
   Time said_{};
   Time said_off_{};
 };
 
-// Frames that wait until they can be sent: few, the lower identifier first as on the bus itself
-// (a standard one before extended ones that begin alike), and those whose time has passed are
-// dropped.
+// A short queue of frames to send. The frame with the lowest identifier is first, as in the
+// arbitration of the bus (a standard frame precedes extended frames with the same leading bits).
+// Frames whose deadline has passed are dropped.
 class CanQueue {
  public:
   struct Frame {
@@ -86,13 +86,13 @@ class CanQueue {
 
   CanQueue() { frames_.reserve(kMost); }
 
-  // False: it is full, or the frame is longer than 8 bytes.
+  // Returns false if the queue is full or the frame is longer than 8 bytes.
   bool add(std::uint32_t id, std::span<const std::byte> bytes, Time deadline);
   [[nodiscard]] bool empty() const { return frames_.empty(); }
   [[nodiscard]] const Frame& front() const { return frames_.front(); }
   void pop() { frames_.erase(frames_.begin()); }
   void clear() { frames_.clear(); }
-  // How many.
+  // Returns the number of frames dropped.
   std::size_t drop_late(Time now);
 
  private:

@@ -25,7 +25,7 @@ class CanBusTest : public testing::Test {
 };
 
 TEST_F(CanBusTest, SaysWhatIsWrongOnceASecond) {
-  EXPECT_THAT(error(kNoAcknowledge).value_or(""), testing::HasSubstr("acknowledged by nobody"));
+  EXPECT_THAT(error(kNoAcknowledge).value_or(""), testing::HasSubstr("receives no acknowledge"));
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(error(kNoAcknowledge));
   now_ += 1s;
   EXPECT_THAT(error(kController, 0x20).value_or(""), testing::HasSubstr("error passive"));
@@ -69,7 +69,7 @@ TEST_F(CanBusTest, WhoOpensItAgainGoesOnWhereItWas) {
   bus_.on_restart(planned);
   now_ += 10s;
   EXPECT_TRUE(bus_.failure(now_));
-  bus_.on_open(now_);  // it may have come back while nobody listened
+  bus_.on_open(now_);  // the controller may have restarted while the interface was closed
   EXPECT_FALSE(bus_.failure(now_));
   EXPECT_EQ(bus_.next_restart(), now_ + 200ms);
 }
@@ -90,7 +90,7 @@ TEST_F(CanBusTest, WhoDoesNotComeBackIsGivenUp) {
   bus_.on_restart(now_ + 100ms);
   EXPECT_FALSE(bus_.failure(now_ + 5s));
   EXPECT_THAT(bus_.failure(now_ + 6s).value_or(""), testing::HasSubstr("restart-ms 100"));
-  bus_.on_frame();  // the kernel has sent it back
+  bus_.on_frame();  // the kernel has restarted the controller
   EXPECT_FALSE(bus_.failure(now_ + 6s));
 }
 
@@ -105,7 +105,7 @@ TEST_F(CanBusTest, AStormOfBusOffIsOneSentenceASecond) {
   int said = 0;
   for (Time now{10s}; now < Time{20s}; now += 1ms) {
     said += bus.on_error_frame(0x40, std::array<std::byte, 8>{}, now) ? 1 : 0;
-    bus.on_frame();  // between them it works
+    bus.on_frame();  // the bus works between two bus-off events
   }
   EXPECT_EQ(said, 10);
   EXPECT_EQ(bus.counters().bus_off, 10'000U);

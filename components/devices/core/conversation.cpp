@@ -5,7 +5,7 @@
 namespace rack::device {
 namespace {
 
-// Of a stream: no two telegrams with data end in so few bytes.
+// Slice of a stream: so short that at most one telegram with data ends in it.
 constexpr std::size_t kSliceBytes = 16;
 
 }  // namespace
@@ -24,7 +24,7 @@ void Conversation::tell_time(Time now, Output& out) {
   take();
 }
 
-// What comes behind an error is of a device that is opened again.
+// After an error the device is opened again, so the rest of the input is ignored.
 void Conversation::hear_piece(const Arrival& piece, Output& out) {
   if (has_ended_ || refused_ || dialogue_.failure()) return;
   dialogue_.on_arrival(piece, out);

@@ -1,9 +1,9 @@
-// A dialogue, and what it hears: as a driver leads it at its device, and again when a recording of
-// that is replayed (replay.h).
+// Passes received data and timeouts to a dialogue and takes its results: live in a driver, and
+// again when the recording of a driver is replayed (replay.h).
 //
-// A stream is handed over in slices, and after each of them, as after each frame, datagram and time
-// of the dialogue, what it has made is taken: whoever reads late finds several telegrams at once,
-// and a dialogue keeps the result of one. Behind a failure nothing is heard.
+// A stream is passed in slices. The results are taken after each slice, frame, datagram and
+// timeout, because a single read may return several telegrams and a dialogue stores the result of
+// one only. After a failure, all input is ignored.
 #pragma once
 
 #include <functional>
@@ -16,23 +16,23 @@ namespace rack::device {
 
 class Conversation {
  public:
-  // Takes what the dialogue has ready. Its error is that of state().
+  // Takes the results the dialogue has ready. state() returns its error.
   using Take = std::function<tims::Result<void>()>;
 
-  // The dialogue must outlive it.
+  // The dialogue must outlive this object.
   explicit Conversation(Dialogue& dialogue, Take take = {})
       : dialogue_(dialogue), take_(std::move(take)) {}
 
   void start(Time now, Output& out) { dialogue_.start(now, out); }
   void hear(const Arrival& arrival, Output& out);
   void tell_time(Time now, Output& out);
-  // The dialogue has set another rate: the rest of what is heard came at the one before, and is
-  // noise.
+  // The dialogue has changed the baud rate: the rest of the current arrival was received at the
+  // previous rate and is discarded.
   void drop_rest() { drops_rest_ = true; }
-  // The line is gone.
+  // The line was closed or lost.
   void end() { has_ended_ = true; }
 
-  // Why it cannot go on: the dialogue has given the device up, or once what could not be taken.
+  // An error if the dialogue has given up the device, or, once, the error of `take`.
   tims::Result<void> state();
 
  private:
@@ -41,8 +41,8 @@ class Conversation {
 
   Dialogue& dialogue_;
   const Take take_;                     // or none
-  std::optional<tims::Error> refused_;  // what was taken
-  bool drops_rest_ = false;             // of the arrival that is heard
+  std::optional<tims::Error> refused_;  // error of take_
+  bool drops_rest_ = false;             // of the current arrival
   bool has_ended_ = false;
 };
 

@@ -62,7 +62,7 @@ std::string known_schemes() {
   return all;
 }
 
-// "?baud=9600&parity=even" of a text, which loses it.
+// Removes the options, for example "?baud=9600&parity=even", from the text.
 Result<DeviceAddress> with_options(DeviceAddress address, std::string_view& text) {
   const std::size_t mark = text.rfind('?');
   if (mark == std::string_view::npos) return address;
@@ -77,8 +77,8 @@ Result<DeviceAddress> with_options(DeviceAddress address, std::string_view& text
     const bool is_known =
         !name.empty() && std::ranges::find(scheme.options, name) != scheme.options.end();
     if (!is_known || equals == std::string_view::npos)
-      return Error(Errc::kInvalidArgument, "no option " + base::in_quotes(item) + " of " +
-                                               std::string(scheme.name) + ":, as in " +
+      return Error(Errc::kInvalidArgument, "unknown option " + base::in_quotes(item) + " of " +
+                                               std::string(scheme.name) + ":, example: " +
                                                std::string(scheme.example));
     address.options.insert_or_assign(std::string(name), std::string(item.substr(equals + 1)));
   }
@@ -93,42 +93,42 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
   if (const std::string* baud = value("baud")) {
     const auto number = base::parse_number<std::uint32_t>(*baud);
     if (!number || *number < kBaudMin || *number > kBaudMax)
-      return "baud is a number from 50 to 12000000, not " + base::in_quotes(*baud);
+      return "baud must be a number from 50 to 12000000, not " + base::in_quotes(*baud);
   }
   if (const std::string* can = value("can");
       can != nullptr && !base::parse_number<std::uint32_t>(*can))
-    return "can is the bit rate of a bus behind an adapter, as 500000, not " +
+    return "can must be the bit rate of the bus behind the adapter, for example 500000, not " +
            base::in_quotes(*can);
   if (const std::string* parity = value("parity");
       parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
-    return "parity is none, even or odd, not " + base::in_quotes(*parity);
+    return "parity must be none, even or odd, not " + base::in_quotes(*parity);
   if (const std::string* speed = value("speed"); speed != nullptr && *speed != "max") {
     const auto number = base::parse_number<double>(*speed);
     if (!number || !(*number > 0) || *number > kSpeedMax)
-      return "speed is max, or how many times as fast, not " + base::in_quotes(*speed);
+      return "speed must be max or a factor above 0, not " + base::in_quotes(*speed);
   }
   if (const std::string* port = value("port");
       port != nullptr && base::parse_number<std::uint16_t>(*port).value_or(0) == 0)
-    return "port is a number from 1 to 65535, not " + base::in_quotes(*port);
+    return "port must be a number from 1 to 65535, not " + base::in_quotes(*port);
   if (const std::string* local = value("local");
       local != nullptr && !base::parse_number<std::uint16_t>(*local))
-    return "local is a port, or 0 for any, not " + base::in_quotes(*local);
+    return "local must be a port number, or 0 for any free port, not " + base::in_quotes(*local);
   if (const std::string* loop = value("loop"); loop != nullptr && *loop != "0" && *loop != "1")
-    return "loop is 0 or 1, not " + base::in_quotes(*loop);
+    return "loop must be 0 or 1, not " + base::in_quotes(*loop);
   return std::nullopt;
 }
 
-// "host:port", "[host]:port"; of udp the host may be left out.
+// Takes "host:port" or "[host]:port"; udp addresses may omit the host.
 std::optional<std::string> take_host_and_port(DeviceAddress& address, std::string_view text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos) return "the port is missing";
   const auto port = base::parse_number<std::uint16_t>(text.substr(colon + 1));
-  if (port.value_or(0) == 0) return "the port is a number from 1 to 65535";
+  if (port.value_or(0) == 0) return "the port must be a number from 1 to 65535";
   std::string_view host = text.substr(0, colon);
   const bool in_brackets = host.starts_with('[') && host.ends_with(']');
   if (in_brackets) host = host.substr(1, host.size() - 2);
   if (!in_brackets && host.find(':') != std::string_view::npos)
-    return "an IPv6 address stands in brackets";
+    return "an IPv6 address must be in brackets";
   if (host.empty() && address.kind == TransportKind::kTcp) return "the host is missing";
   address.place = host;
   address.port = *port;
@@ -145,12 +145,12 @@ std::optional<std::string> problem_of_place(const DeviceAddress& address) {
     case TransportKind::kUsb: {
       const std::string_view ids = std::string_view(place).substr(0, place.find('/'));
       if (ids.size() != 9 || ids[4] != ':' || !is_hex4(ids.substr(0, 4)) || !is_hex4(ids.substr(5)))
-        return "vendor and product are four hex digits each";
+        return "vendor and product must have four hex digits each";
       return std::nullopt;
     }
     case TransportKind::kCan:
       if (place.empty() || place.size() > kInterfaceNameMax || place.find('/') != std::string::npos)
-        return "the name of an interface has 1 to 15 characters";
+        return "the name of an interface must have 1 to 15 characters";
       return std::nullopt;
     default:
       return place.empty() ? std::optional<std::string>("the path is missing") : std::nullopt;
@@ -165,7 +165,8 @@ Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
       colon == std::string_view::npos ? nullptr : find_scheme(text.substr(0, colon));
   if (scheme == nullptr)
     return wrong(
-        text, "begins with none of " + known_schemes() + " as " + std::string(kSchemes[0].example));
+        text, "must begin with one of " + known_schemes() + "; example: " +
+              std::string(kSchemes[0].example));
   std::string_view rest = text.substr(colon + 1);
   auto address = with_options({.kind = scheme->kind}, rest);
   if (!address) return wrong(text, address.error().detail());
@@ -177,7 +178,7 @@ Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
     address->place = rest;
     problem = problem_of_place(*address);
   }
-  if (problem) return wrong(text, *problem + ", as in " + std::string(scheme->example));
+  if (problem) return wrong(text, *problem + "; example: " + std::string(scheme->example));
   return address;
 }
 
@@ -218,8 +219,8 @@ Result<DeviceAddress> serial_device(std::int32_t number) {
   const std::int32_t kind = number / kNumbersOfAKind;
   if (number < 0 || kind >= static_cast<std::int32_t>(kKinds.size()))
     return Error(Errc::kInvalidArgument,
-                 "serial device " + std::to_string(number) +
-                     ": 0 to 99 are ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM");
+                 "unknown serial device " + std::to_string(number) +
+                     ": valid are 0 to 99 (ttyS), 100 to 199 (ttyUSB), 200 to 299 (ttyACM)");
   return DeviceAddress{.kind = TransportKind::kSerial,
                        .place = "/dev/" + std::string(kKinds.at(static_cast<std::size_t>(kind))) +
                                 std::to_string(number % kNumbersOfAKind)};
@@ -228,7 +229,8 @@ Result<DeviceAddress> serial_device(std::int32_t number) {
 Result<DeviceAddress> can_device(std::int32_t number) {
   if (number < 0 || number >= kNumbersOfAKind)
     return Error(Errc::kInvalidArgument,
-                 "CAN device " + std::to_string(number) + ": 0 to 99 are can0 to can99");
+                 "unknown CAN device " + std::to_string(number) +
+                     ": valid are 0 to 99 (can0 to can99)");
   return DeviceAddress{.kind = TransportKind::kCan, .place = "can" + std::to_string(number)};
 }
 

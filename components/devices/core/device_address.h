@@ -1,17 +1,17 @@
-// Where a device is, as text:
+// The address of a device as text:
 //
 //   serial:/dev/serial/by-id/usb-FTDI-if00-port0?baud=500000
 //   tcp:192.168.0.1:2112     tcp:[fe80::1%eth0]:2112
-//   udp::2368                udp:192.168.0.201:2368    (what is sent goes there)
-//   udp:127.0.0.1:2368?local=0                         (from any port of our own)
+//   udp::2368                udp:192.168.0.201:2368    (host: destination of sent datagrams)
+//   udp:127.0.0.1:2368?local=0                         (0: any free local port)
 //   can:can0                 serial:/dev/ttyACM0?can=500000   (a bus behind a USB adapter)
 //   usb:15d1:0000            usb:15d1:0000/H0712345
-//   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30   (the first format that it has)
-//   gpio:/dev/gpiochip0?in=17,27&out=22                     (lines by their offsets)
-//   pty:/tmp/lms             (a terminal that somebody else opens)
-//   play:scans.cap?speed=max (what was recorded; speed: times as fast, "max": without waiting)
+//   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30   (first format the camera supports)
+//   gpio:/dev/gpiochip0?in=17,27&out=22                     (offsets of the lines)
+//   pty:/tmp/lms             (creates a pseudo terminal, which another program opens)
+//   play:scans.cap?speed=max (plays a recording; speed: a factor, or "max": without waiting)
 //
-// The original counts its devices; its numbers become addresses here.
+// The original RACK numbers its devices; this file converts these numbers to addresses.
 #pragma once
 
 #include <cstdint>
@@ -39,27 +39,28 @@ enum class TransportKind : std::uint8_t {
 
 struct DeviceAddress {
   TransportKind kind = TransportKind::kSerial;
-  std::string place{};  // path, interface, vendor:product[/serial number]; of tcp and udp the host
+  std::string place{};  // path, interface, vendor:product[/serial number], or host of tcp and udp
   std::uint16_t port = 0;
   std::map<std::string, std::string, std::less<>> options{};
 
-  // kInvalidArgument says what is wrong, and what may stand there.
+  // The text of kInvalidArgument states what is wrong and gives a valid example.
   static Result<DeviceAddress> parse(std::string_view text);
   [[nodiscard]] std::string to_string() const;
 
-  // "baud": nothing when it is not said.
+  // Option "baud", or `otherwise` if the address has none.
   [[nodiscard]] std::uint32_t baud(std::uint32_t otherwise) const;
-  // "can" of a serial line: of the bus behind an adapter that speaks text (slcan.h); 0: it is none.
+  // Option "can" of a serial line: bit rate of the bus behind an SLCAN adapter (slcan.h); 0: the
+  // line is not an adapter.
   [[nodiscard]] std::uint32_t can_bit_rate() const;
-  // "speed" of what is played: 0 means as fast as it is taken.
+  // Option "speed" of a recording: a factor; 0: as fast as the reader takes the data.
   [[nodiscard]] double speed() const;
 
   bool operator==(const DeviceAddress&) const = default;
 };
 
-// serialDev of the original on Linux: 0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM.
+// Parameter serialDev of the original on Linux: 0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM.
 Result<DeviceAddress> serial_device(std::int32_t number);
-// canDev: canN.
+// Parameter canDev: number N of interface canN.
 Result<DeviceAddress> can_device(std::int32_t number);
 
 }  // namespace rack::device

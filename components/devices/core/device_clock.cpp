@@ -18,13 +18,14 @@ void DeviceClock::reset() {
 
 Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
   if (last_ && counter < *last_) {
-    // Beyond the end, or started anew: a turn is passed forward by less than half of it.
+    // The counter wrapped, or the device was restarted. Between two messages the counter advances
+    // by less than half its range.
     const bool is_turn = *last_ - counter > ticks_of_turn_ / 2;
     if (!is_turn) reset();
     if (is_turn) ++turns_;
   }
   last_ = counter;
-  // Counters may be of any size: only differences count, modulo 2^64.
+  // Counters may have any range: only differences matter, modulo 2^64.
   const auto device =
       static_cast<std::uint64_t>(tick_.count()) * (turns_ * ticks_of_turn_ + counter);
   const auto heard = static_cast<std::uint64_t>(arrival.time_since_epoch().count());
@@ -42,8 +43,8 @@ Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
 }
 
 Time TurnClock::to_host(Time arrival) {
-  constexpr Duration kPause = std::chrono::seconds(2);  // after one it begins anew
-  constexpr std::int64_t kSlow = 200;                   // a two-hundredth
+  constexpr Duration kPause = std::chrono::seconds(2);  // after such a gap the clock is reset
+  constexpr std::int64_t kSlow = 200;                   // 1/200 of the elapsed time
   const Duration since = last_ ? arrival - *last_ : kPause;
   if (since < Duration(0) || since >= kPause) {
     last_ = arrival;

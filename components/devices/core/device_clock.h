@@ -1,10 +1,9 @@
-// When a device measured, in the host's time.
+// Converts the time of a measurement from a device's clock to the host's clock.
 //
-// A device that counts its own time says when it measured without any jitter, but its clock began
-// somewhere and runs a little fast or slow. What it sends arrives late, by some delay that varies
-// and never is negative. So the smallest difference of arrival and counter in the last seconds is
-// the best guess of what lies between the two clocks: the message that was least delayed gave it.
-// Two windows take turns, so that an old guess is forgotten and drift is followed.
+// The counter of a device has no jitter, but an unknown offset and a small drift. Messages arrive
+// with a varying delay that is never negative. The smallest difference of arrival time and counter
+// over the last seconds is therefore the best estimate of the offset: it comes from the message
+// with the least delay. Two alternating windows discard old estimates and so follow the drift.
 #pragma once
 
 #include <cstddef>
@@ -18,32 +17,32 @@ namespace rack::device {
 using tims::Duration;
 using tims::Time;
 
-// Of that many bytes on a serial line with one start and one stop bit.
+// Transmission time of that many bytes on a serial line with one start and one stop bit.
 constexpr Duration line_time(std::size_t bytes, std::uint32_t baud) {
   constexpr std::int64_t kBitsOfByte = 10;
   return Duration(std::chrono::seconds(1)) * (kBitsOfByte * static_cast<std::int64_t>(bytes)) /
          baud;
 }
 
-// The host's time of what the kernel has stamped with the clock on the wall: how long ago that was
-// counts, and at most a second of it, for that clock may have been set meanwhile.
+// Converts a wall-clock stamp of the kernel to the host's monotonic time. Only the age of the stamp
+// is used, limited to 1 s, because the wall clock may have been set in between.
 Time stamped_at(Duration stamp, Duration wall, Time now);
 
 class DeviceClock {
  public:
-  // `tick`: of the counter, which begins anew after `ticks_of_turn`.
+  // `tick`: period of the counter, which wraps to 0 after `ticks_of_turn` ticks.
   DeviceClock(Duration tick, std::uint64_t ticks_of_turn)
       : tick_(tick), ticks_of_turn_(ticks_of_turn) {}
 
-  // When the device's counter stood there: never later than `arrival`, when we heard of it. A
-  // counter that jumps back is a device that was started anew.
+  // The host time at which the counter had this value; never later than `arrival`, the time at
+  // which the message was received. A counter that jumps back means that the device was restarted.
   Time to_host(std::uint64_t counter, Time arrival);
   void reset();
 
  private:
   struct Window {
     Time begin{};
-    std::optional<std::int64_t> least;  // arrival less counter, ns
+    std::optional<std::int64_t> least;  // arrival minus counter, ns
   };
 
   static constexpr Duration kWindow = std::chrono::seconds(5);
@@ -56,15 +55,15 @@ class DeviceClock {
   Window before_;
 };
 
-// The same for a device that counts nothing but sends after each turn of its mirror, or some of
-// them: the turn is the clock. What comes sooner than a whole number of turns after the last was
-// late before, and sets the clock; what comes later is late, or the mirror is a little slow: by
-// half a percent at most.
+// The same for a device without a counter that sends after each turn of its mirror, or after some
+// of them: the turns are the clock. A message that arrives earlier than a whole number of turns
+// after the last one shows that the last one was delayed, and sets the clock. A message that arrives
+// later is delayed, or the mirror is slower than nominal, by at most 0.5 %.
 class TurnClock {
  public:
   explicit TurnClock(Duration turn) : turn_(turn) {}
 
-  // When it would have come without delay: never later than `arrival`.
+  // When the message would have arrived without delay: never later than `arrival`.
   Time to_host(Time arrival);
   void reset() { last_.reset(); }
 

@@ -1,7 +1,8 @@
-// How a driver talks with its device, without the device: bytes or frames and the time come in,
-// bytes to send and times to be woken at go out. It never waits: a pause is a time to be woken at.
-// So each dialogue is tested with every split of a recording, lost answers and a virtual clock, and
-// the same code runs over a serial line, TCP, CAN, or a file.
+// The protocol between a driver and its device, without any I/O. Inputs are received bytes or
+// frames and the current time; outputs are bytes to send and the time of the next timeout. A
+// dialogue never blocks: a pause is a timeout. Each dialogue can therefore be tested with every
+// split of a recording, with lost answers and with a virtual clock, and the same code runs over a
+// serial line, TCP, CAN or a file.
 #pragma once
 
 #include <algorithm>
@@ -20,42 +21,43 @@ namespace rack::device {
 using tims::Duration;
 using tims::Time;
 
-// Some bytes of a stream, a datagram, or a frame, as they came.
+// Received data: some bytes of a stream, one datagram, or one frame.
 struct Arrival {
   std::span<const std::byte> bytes{};
-  Time first{};  // when its first and its last bit were on the line, as near as the transport knows
-  Time last{};
-  // Of a CAN frame, with the flags of SocketCAN; of a datagram the port; of a picture its format.
-  // Of a stream 0.
+  Time first{};  // when the first and the last bit were on the line, as exactly as the transport
+  Time last{};   // can determine it
+  // The identifier of a CAN frame with the flags of SocketCAN, the port of a datagram, the pixel
+  // format of a picture; 0 for a stream.
   std::uint32_t id = 0;
-  bool is_sent = false;  // of a recording: by the program that talked with the device then
+  bool is_sent = false;  // in a recording: sent to the device, not received from it
 };
 
-// Of CAN: the frames with (frame's id & mask) == (id & mask). By default all of them.
+// Accepts the CAN frames with (frame's id & mask) == (id & mask); the default accepts all.
 struct CanFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
 };
 
-// What is sent at once, kept for later.
+// Bytes, or one CAN frame, that are sent later.
 struct Telegram {
   std::vector<std::byte> bytes{};
-  std::uint32_t id = 0;  // of CAN
+  std::uint32_t id = 0;  // identifier of a CAN frame
 };
 
-// What a dialogue can do to its device. Nothing fails here: whether the device is there is told
-// otherwise.
+// Through this interface a dialogue acts on its device. No call fails: the transport reports
+// separately that the device cannot be reached.
 class Output {
  public:
   virtual ~Output() = default;
-  // All of it, in order. Of CAN: one frame.
+  // Sends all bytes, in order of the calls. On CAN, each call sends one frame.
   virtual void send(std::span<const std::byte> bytes, std::uint32_t id = 0) = 0;
-  // The same, of what is worthless later: a motor must not hear yesterday's speed.
+  // Sends, or drops the bytes when they could not be sent before the deadline: a motor must not
+  // receive an outdated speed.
   virtual void send_before(Time /*deadline*/, std::span<const std::byte> bytes,
                            std::uint32_t id = 0) {
     send(bytes, id);
   }
-  // Of serial lines, after what was sent before; elsewhere it does nothing.
+  // For serial lines, in order with send(); other transports ignore these calls.
   virtual void set_baud(std::uint32_t) {}
   virtual void set_dtr(bool) {}
 };
@@ -64,37 +66,41 @@ class Dialogue {
  public:
   virtual ~Dialogue() = default;
 
-  // The device can be reached (again): whatever was known of it is no longer.
+  // The device has been connected (again): discards all state from the previous connection.
   virtual void start(Time now, Output& out) = 0;
   virtual void on_arrival(const Arrival& arrival, Output& out) = 0;
   virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
-  // Of a recording: what was said to the device then, for who cannot tell answers by themselves.
-  virtual void on_sent(const Arrival& /*words*/) {}
-  // Before the device is left: motors stop, lasers sleep.
+  // In a replay: bytes that were sent to the device during the recording. Dialogues whose answers
+  // do not name their request use them to interpret the answers.
+  virtual void on_sent(const Arrival& /*request*/) {}
+  // Called before the device is closed: stops motors, switches lasers off.
   virtual void stop(Time /*now*/, Output& /*out*/) {}
-  // What somebody else tells the device when this program dies without stop(): of those that would
-  // drive on. They mean the same whatever was said before. None: nothing is told.
+  // Stop commands for the device, which the guard process (io/guard.h) sends when this program ends
+  // without stop(). A device that would keep moving needs them. They must not depend on the state of
+  // the protocol. Empty: the guard sends nothing.
   [[nodiscard]] virtual std::vector<Telegram> last_words() const { return {}; }
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
-  // Of CAN: what it wants to hear, for the kernel to leave out the rest of a busy bus; none: it
-  // only speaks. Error frames are heard by the transport. Others may come nevertheless.
+  // Filters for the CAN frames this dialogue needs; the kernel discards all others on a busy bus.
+  // Empty: the dialogue only sends. The transport itself receives error frames. Frames that match
+  // no filter may still arrive.
   [[nodiscard]] virtual std::vector<CanFilter> wanted_frames() const { return {CanFilter{}}; }
 
-  // Why it gives the device up: it does not answer, or is another one. start() tries again.
+  // Why the dialogue has given up the device, for example: it does not answer, or it is a different
+  // device. start() tries again.
   [[nodiscard]] const std::optional<tims::Error>& failure() const { return failure_; }
 
  protected:
   void fail(tims::Errc code, std::string why) { failure_.emplace(code, std::move(why)); }
   void clear_failure() { failure_.reset(); }
-  // kind: "scanner"; wanted: the serial number of the only one that will do, empty: any. False: it
-  // is another one, and is given up.
+  // kind: for example "scanner"; wanted: the required serial number, or empty for any. Returns false
+  // after fail() if the device found has a different serial number.
   bool is_wanted(const std::string& kind, const std::string& found, const std::string& wanted) {
     const auto capital = [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; };
     if (wanted.empty() || std::ranges::equal(found, wanted, {}, capital, capital)) return true;
     fail(tims::Errc::kInvalidArgument,
          found.empty()
-             ? "this " + kind + " tells no serial number, and " + wanted + " is wanted"
-             : "this is the " + kind + " with serial number " + found + ", not " + wanted);
+             ? "this " + kind + " reports no serial number; required: " + wanted
+             : "this " + kind + " has serial number " + found + "; required: " + wanted);
     return false;
   }
 

@@ -12,7 +12,7 @@ constexpr std::uint16_t kVlanOuter = 0x88A8;
 constexpr std::uint8_t kTcp = 6;
 constexpr std::uint8_t kUdp = 17;
 
-// Big-endian words from the front; a packet that is too short has none.
+// Reads big-endian numbers from the front; a read past the end of the packet returns nothing.
 class Words {
  public:
   explicit Words(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -31,7 +31,7 @@ class Words {
     if (count > bytes_.size()) good_ = false;
     bytes_ = bytes_.subspan(std::min(count, bytes_.size()));
   }
-  // No more than that is left.
+  // Limits the rest to `count` bytes.
   void limit(std::size_t count) { bytes_ = bytes_.first(std::min(count, bytes_.size())); }
 
  private:
@@ -55,7 +55,7 @@ std::uint32_t ether_type(PacketLink link, Words& words) {
   return type;
 }
 
-// Leaves what the IP packet carries; returns its protocol, 0 for what cannot be read.
+// Advances to the payload of the IP packet; returns its protocol, 0 if the header is invalid.
 std::uint32_t enter_ip(std::uint32_t type, Words& words) {
   if (type == kIpv4) {
     const std::uint32_t length_word = words.take(1);
@@ -116,7 +116,8 @@ std::span<const std::byte> StreamOrder::take(const Payload& payload) {
   const auto size = static_cast<std::uint32_t>(payload.bytes.size());
   const auto [known, is_new] = next_.try_emplace(stream, payload.sequence + size);
   if (is_new || size == 0) return payload.bytes;
-  // How much of it was there before; a number far behind is that of a connection made anew.
+  // Bytes of this payload that were returned before. A sequence number far away belongs to a new
+  // connection.
   constexpr std::int32_t kFar = 1 << 20;
   const auto old = static_cast<std::int32_t>(known->second - payload.sequence);
   if (old > 0 && old < kFar) {

@@ -1,5 +1,5 @@
-// What a packet capture has recorded of a device: the payload of UDP and TCP, taken out of frames
-// of Ethernet (also with VLAN tags), Linux cooked captures, and bare IP.
+// Extracts UDP and TCP payloads from packet captures with Ethernet frames (also with VLAN tags),
+// Linux cooked frames or bare IP packets.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ struct Payload {
   bool is_tcp = false;
   std::uint16_t from_port = 0;
   std::uint16_t to_port = 0;
-  std::uint32_t sequence = 0;  // of tcp: of the first byte
+  std::uint32_t sequence = 0;  // TCP: sequence number of the first byte
   std::span<const std::byte> bytes{};
 };
 
-// Nothing: something else, a part of a datagram, or cut off.
+// Empty for other protocols, fragments and truncated packets.
 std::optional<Payload> payload_of(PacketLink link, std::span<const std::byte> packet);
 
-// Streams in which each byte comes once, although packets are captured twice or sent again. What is
-// missing is missing.
+// TCP streams without duplicates: bytes that were captured twice or retransmitted are removed.
+// Missing bytes are skipped.
 class StreamOrder {
  public:
-  // What of it is new.
+  // Returns the part of the payload that was not returned before.
   std::span<const std::byte> take(const Payload& payload);
 
  private:
-  std::map<std::uint32_t, std::uint32_t> next_;  // sequence numbers by both ports
+  std::map<std::uint32_t, std::uint32_t> next_;  // next sequence number; key: both ports
 };
 
 }  // namespace rack::device

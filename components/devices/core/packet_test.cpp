@@ -73,7 +73,7 @@ TEST(PacketTest, BytesOfAStreamComeOnce) {
         .size();
   };
   EXPECT_EQ(take(0xFFFFFFFE, 0, 4), 4U);
-  EXPECT_EQ(take(0xFFFFFFFE, 0, 4), 0U);  // sent again
+  EXPECT_EQ(take(0xFFFFFFFE, 0, 4), 0U);  // retransmitted
   EXPECT_EQ(take(0, 2, 4), 2U);           // half of it is new
   EXPECT_EQ(take(4, 6, 2), 2U);
   EXPECT_EQ(take(100, 6, 2), 2U);         // something is missing

@@ -1,4 +1,4 @@
-// A long arrival, a few bytes at a time: a decoder with a small buffer loses nothing of it.
+// Splits a long arrival into pieces, so that a decoder with a small buffer loses no bytes.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace rack::device {
 
-// `take` is called with arrivals of `most` bytes at most, each with its share of the time.
+// Calls `take` with arrivals of at most `most` bytes, each with its share of the time interval.
 template <typename Take>
 void in_pieces(const Arrival& arrival, std::size_t most, Take take) {
   if (arrival.bytes.size() <= most) return take(arrival);

@@ -5,7 +5,7 @@
 namespace rack::device {
 namespace {
 
-// Times of a recording begin at 0, which dialogues take for none.
+// Times of a recording begin at 0, but dialogues use Time{} for "not set".
 constexpr Time kBegin{std::chrono::seconds(1000)};
 
 }  // namespace
@@ -54,7 +54,8 @@ tims::Result<void> Replay::start(const CaptureRecord& record) {
   return {};
 }
 
-// When it was measured may be before the recording began, which it does not say.
+// The measurement may be earlier than the start of the recording; unsigned record times cannot
+// express that.
 void Replay::made(Time measured, std::span<const std::byte> message) {
   made_.push_back(
       {.measured = std::max(Duration(0), measured - kBegin), .checksum = checksum_of(message)});
@@ -68,7 +69,7 @@ void Replay::compare(const CaptureRecord& record) {
     return;
   }
   ++messages_;
-  if (made_.empty()) return differs(record.time, "nothing is made of it any more");
+  if (made_.empty()) return differs(record.time, "the replay produces no data set");
   const Made now = made_.front();
   made_.pop_front();
   if (now.measured != record.time)
@@ -76,14 +77,14 @@ void Replay::compare(const CaptureRecord& record) {
                                     std::to_string((now.measured - record.time).count()) +
                                     " ns later by what is made now");
   if (!std::ranges::equal(now.checksum, record.bytes))
-    differs(record.time, "other data are made of it");
+    differs(record.time, "the data differ");
 }
 
-// What is made now and was not then.
+// Counts data sets that the replay produces but the recording does not have.
 void Replay::count_unmatched(Duration at) {
   for (; !made_.empty(); made_.pop_front()) {
     ++messages_;
-    differs(at, "data are made before that were not then");
+    differs(at, "the replay produces additional data before this time");
   }
 }
 

@@ -1,10 +1,10 @@
-// The recording of a driver (its parameter `record`), made data of again. Pure.
+// Replays the recording of a driver (parameter `record`) and compares the resulting data. Pure.
 //
-// A dialogue knows nothing but what it hears and when it was told which time. A driver records all
-// of that, and for each data set that the dialogue made of it a checksum and when it was measured.
-// So the same dialogue, started with the same settings, makes the same data of a recording again,
-// bit for bit, at once and on any day; the first that are not are kept. What others add to the data
-// before they are sent (the clock on the wall, where Position says it is) is not in the sum.
+// The result of a dialogue depends only on its settings, on the bytes it receives and on the times
+// it is called with. A driver records these bytes and times, and a checksum and a measurement time
+// for each data set. The same dialogue with the same settings must produce the same data from the
+// recording, bit for bit; the first difference is stored. The checksum excludes values that other
+// sources add before the data are sent (wall-clock time, the position from Position).
 #pragma once
 
 #include <array>
@@ -17,19 +17,19 @@
 
 namespace rack::device {
 
-// FNV-1a, big-endian: the bytes of a record of what was made.
+// FNV-1a, big-endian: the content of a record of one data set.
 using Checksum = std::array<std::byte, 8>;
 Checksum checksum_of(std::span<const std::byte> bytes);
 
 class Replay final : private Output {
  public:
   struct Difference {
-    Duration at{};  // in the recording
+    Duration at{};  // time in the recording
     std::string text;
   };
 
-  // Of each opening a dialogue, as the driver made it; it has to be there until the next one, or
-  // the end. What it has ready is told by made().
+  // One dialogue for each opening of the device, created as in the driver. It must exist until the
+  // next opening or the end. Its results are reported with made().
   struct Side {
     Dialogue* dialogue = nullptr;
     Conversation::Take take{};
@@ -37,19 +37,19 @@ class Replay final : private Output {
   using MakeSide = std::function<tims::Result<Side>()>;
   explicit Replay(MakeSide make) : make_(std::move(make)) {}
 
-  // Record by record. An error: no dialogue can be made.
+  // Takes the next record. Fails if the dialogue cannot be created.
   tims::Result<void> take(const CaptureRecord& record);
   void made(Time measured, std::span<const std::byte> message);
 
-  // How often the device was opened.
+  // Number of times the device was opened.
   [[nodiscard]] std::uint64_t openings() const { return openings_; }
   [[nodiscard]] std::uint64_t messages() const { return messages_; }
-  // Of these: not the same, not made any more, or not made then.
+  // Number of data sets that differ, are missing now, or were missing in the recording.
   [[nodiscard]] std::uint64_t different() const { return different_; }
-  // Messages that cannot be made again: records before them are missing.
+  // Number of data sets that cannot be reproduced because records before them are missing.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
   [[nodiscard]] bool is_same() const { return different_ + lost_ == 0; }
-  // For people: the first that is different, and how many there are.
+  // Text for the user: the first difference and the number of differences.
   [[nodiscard]] std::string report() const;
   [[nodiscard]] const std::optional<Difference>& first_difference() const { return first_; }
 
@@ -63,14 +63,14 @@ class Replay final : private Output {
   void compare(const CaptureRecord& record);
   void count_unmatched(Duration at);
   void differs(Duration at, std::string text);
-  // Nobody hears it.
+  // There is no device in a replay: output is discarded.
   void send(std::span<const std::byte> /*bytes*/, std::uint32_t /*id*/) override {}
   void set_baud(std::uint32_t /*baud*/) override { conversation_->drop_rest(); }
 
   MakeSide make_;
-  std::optional<Conversation> conversation_;  // none: something is missing
-  std::uint32_t records_ = 0;                 // that the dialogue has heard, since it was started
-  std::deque<Made> made_;                     // of the last of them
+  std::optional<Conversation> conversation_;  // empty if records are missing
+  std::uint32_t records_ = 0;                 // passed to the dialogue since its start
+  std::deque<Made> made_;                     // results of the last record
   std::uint64_t openings_ = 0;
   std::uint64_t messages_ = 0;
   std::uint64_t different_ = 0;

@@ -1,5 +1,5 @@
-// A toy device: of each byte it makes a number, the sum so far; at a time it had asked for it makes
-// that once more, and at byte FF it changes its rate.
+// A simple test device: each byte produces a data set with the sum of all bytes so far, a timeout
+// produces the sum once more, and byte FF changes the baud rate.
 #include "components/devices/core/replay.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class Adder final : public Dialogue {
   Time began_{};
 };
 
-// What a driver does, on a clock of the test.
+// Records like a driver, with a clock that the test controls.
 class ReplayTest : public testing::Test, private Output {
  protected:
   void open(Duration at) {
@@ -70,7 +70,7 @@ class ReplayTest : public testing::Test, private Output {
     hear(1s + 3ms, 1ms, {std::byte{4}});
   }
 
-  // By a driver with another step.
+  // Replays with a driver that adds `step`.
   void replay(int step = 1) {
     std::optional<Adder> again;
     std::vector<std::byte> sum;
@@ -84,7 +84,7 @@ class ReplayTest : public testing::Test, private Output {
     });
     for (const CaptureRecord& record : recording_) {
       ASSERT_TRUE(replay_->take(record));
-      EXPECT_NE(again->began(), Time{}) << "dialogues take that for none";
+      EXPECT_NE(again->began(), Time{}) << "dialogues use Time{} for 'not set'";
     }
   }
 
@@ -119,7 +119,7 @@ TEST_F(ReplayTest, TheSameIsMadeAgain) {
   drive();
   replay();
   EXPECT_EQ(replay_->openings(), 2U);
-  // 100 bytes come in slices of 16; the two of another rate make none.
+  // 100 bytes arrive in slices of 16; the two received at a different rate produce nothing.
   EXPECT_EQ(replay_->messages(), 1U + 1U + 7U + 1U);
   EXPECT_EQ(replay_->different(), 0U);
   EXPECT_EQ(replay_->lost(), 0U);
@@ -160,14 +160,14 @@ TEST_F(ReplayTest, WhatIsMadeOnlyThenOrOnlyNowIsSeen) {
   EXPECT_EQ(replay_->messages(), 10U);
 }
 
-// Of a disk that was full: what is behind is not judged, until the device is opened anew.
+// When the disk was full: records after the gap are not compared until the device is opened again.
 TEST_F(ReplayTest, WhereRecordsAreMissingNothingIsSaid) {
   drive();
   std::erase_if(recording_,
                 [](const CaptureRecord& record) { return record.direction == Direction::kTime; });
   replay();
   EXPECT_EQ(replay_->different(), 0U);
-  EXPECT_EQ(replay_->messages(), 2U) << "before it, and of the second opening";
+  EXPECT_EQ(replay_->messages(), 2U) << "one before the gap, one after the second opening";
   EXPECT_EQ(replay_->lost(), 8U);
   EXPECT_FALSE(replay_->is_same());
 }

@@ -1,7 +1,7 @@
-// What emulated devices sense around them. Each of them has a small scene of its own, a room or a
-// circle, and takes another one in its place: that of a simulated world, for example. `when` is the
-// time of the measurement, which may lie some turns of a scanner back; what a device does, it does
-// as often as it did without: the scene only says what it would measure.
+// The environment of emulated devices. Each emulator has a small built-in scene, for example a room
+// or a circular course, which can be replaced, for example by a simulated world. `when` is the time
+// of the measurement, which may be some turns of a scanner in the past. The scene determines only
+// the measured values, not the timing of the device.
 #pragma once
 
 #include <array>
@@ -12,12 +12,13 @@
 
 namespace rack::device::emulator {
 
-// Of a range finder: how far it is along a ray, mm; kNothing and more: it meets nothing. The ray:
-// rad clockwise from ahead, and up from its plane, as the device is mounted.
+// For range finders: distance along a ray, mm; kNothing or more if the ray hits nothing. `angle` is
+// clockwise from straight ahead and `elevation` upwards from the scan plane, rad, both relative to
+// the mounted device.
 using Sight = std::function<double(double angle, double elevation, Time when)>;
 inline constexpr double kNothing = 1e9;
 
-// Where a satellite receiver is, and how it moves.
+// Position and velocity of a satellite receiver.
 struct CoursePoint {
   Duration utc{};  // since 1970
   bool is_fixed = false;
@@ -30,7 +31,7 @@ struct CoursePoint {
 };
 using Course = std::function<CoursePoint(Time when, Duration since_start)>;
 
-// What an inertial sensor feels, label up: x ahead, y to the left, z up, all angles right-handed.
+// State of an inertial sensor, label up: x ahead, y to the left, z up, all angles right-handed.
 struct Motion {
   double roll = 0;  // rad
   double pitch = 0;
@@ -40,22 +41,23 @@ struct Motion {
 };
 using Inertia = std::function<Motion(Time when, Duration since_start)>;
 
-// Where a compass points, deg clockwise from north.
+// Heading of a compass, deg clockwise from north.
 using Heading = std::function<double(Time when, Duration since_start)>;
 
-// A base, seen from its wheels: what its motors have turned since it was switched on. Motors run on
-// while nobody talks with it, so this is asked at any time, also of one that is unplugged.
+// The drive train of a vehicle: how far its motors have turned since power-on. Motors keep running
+// without a connection, so this is also called while the vehicle is unplugged.
 class Wheelwork {
  public:
   virtual ~Wheelwork() = default;
   [[nodiscard]] virtual std::size_t motor_count() const = 0;
-  // Of all motors: mm of the rim (left, right), or rad of the shafts where these can have any gear.
+  // For all motors: distance at the rim, mm (left, right), or angle of the shaft, rad, where the gear
+  // ratio is configurable.
   virtual void turned(Time now, std::span<double> ways) = 0;
-  // The second: gears and wheels are those of the vehicle that the motors are built into.
+  // True: turned() returns shaft angles; gears and wheels belong to the vehicle.
   [[nodiscard]] virtual bool tells_shafts() const { return false; }
-  // Motors begin so much later what they are told; what their encoders say is what they do.
+  // Delay until motors execute a command. Encoders report the actual motion.
   virtual void set_lag(Duration lag) = 0;
-  // It drives against something: for its bumpers.
+  // The vehicle touches an obstacle: for its bumpers.
   virtual void touch(bool /*is_touching*/) {}
 };
 

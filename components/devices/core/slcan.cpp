@@ -46,7 +46,7 @@ std::optional<Frame> parse(std::string_view line) {
   Frame frame{.id = *id | (is_extended ? kExtended : 0) | (is_remote ? kRemote : 0),
               .size = is_remote ? 0 : *size};
   const std::string_view data = line.substr(digits + 2);
-  // Some tell the time behind the bytes.
+  // Some adapters append a time stamp to the bytes.
   constexpr std::size_t kTime = 4;
   if (data.size() != 2 * frame.size && data.size() != 2 * frame.size + kTime) return {};
   for (std::size_t i = 0; i < frame.size; ++i) {

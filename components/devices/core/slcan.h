@@ -1,7 +1,7 @@
-// CAN frames as text, as USB adapters with a serial line speak it (Lawicel CAN232, CANable,
-// CANtact): "t1234DEADBEEF" and a carriage return is a frame of identifier 123 with four bytes; T
-// has 29 bits, r and R ask for a frame. "S6" is the bit rate, "O" opens the bus, "C" closes it; 0D
-// is yes, 07 no.
+// SLCAN: CAN frames as text, the protocol of serial USB adapters (Lawicel CAN232, CANable, CANtact).
+// "t1234DEADBEEF" and a carriage return is a frame with identifier 0x123 and four bytes. T has a
+// 29 bit identifier; r and R are remote frames. "S6" sets the bit rate, "O" opens the bus, "C"
+// closes it. The adapter answers 0D for success and 07 for an error.
 #pragma once
 
 #include <array>
@@ -20,12 +20,12 @@ struct Frame {
   [[nodiscard]] std::span<const std::byte> view() const { return std::span(bytes).first(size); }
 };
 
-// Without the carriage return. Nothing: it is no frame.
+// `line` is without the carriage return. Empty if the line is not a frame.
 std::optional<Frame> parse(std::string_view line);
-// With the carriage return.
+// Appends the frame with its carriage return.
 void append(std::string& text, std::uint32_t id, std::span<const std::byte> bytes);
 
-// What closes, sets and opens an adapter. Nothing: no adapter has this bit rate.
+// The commands that close, configure and open an adapter. Empty if SLCAN has no such bit rate.
 std::optional<std::string> opening(std::uint32_t bit_rate);
 
 }  // namespace rack::device::slcan

@@ -1,5 +1,5 @@
-// The end of a stream that no telegram has been made of yet, in one piece, with the times of its
-// bytes on the line.
+// The not yet decoded end of a stream as one contiguous block, with the time of each byte on the
+// line.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,8 @@ namespace rack::device {
 
 class StreamBuffer {
  public:
-  // What it holds at most, bytes: more than the longest telegram. The oldest bytes go.
+  // capacity: bytes, more than the longest telegram. When it is exceeded, the oldest bytes are
+  // dropped.
   explicit StreamBuffer(std::size_t capacity) : bytes_(2 * capacity), capacity_(capacity) {}
 
   void add(const Arrival& arrival) {
@@ -38,7 +39,7 @@ class StreamBuffer {
   void consume(std::size_t count) { begin_ += std::min(count, size()); }
   void clear() { begin_ = end_ = 0; }
 
-  // When the byte at `index` of bytes() began on the line.
+  // When the transmission of the byte at `index` of bytes() began.
   [[nodiscard]] Time time_of(std::size_t index) const {
     return last_ - of_byte_ * static_cast<std::int64_t>(size() - std::min(index, size()));
   }
@@ -52,7 +53,7 @@ class StreamBuffer {
   Duration of_byte_{};
 };
 
-// Numbers within a telegram, whose bytes are known to be there.
+// Reads a number of a telegram. The caller must check the size first.
 template <typename Number>
 Number little_endian(std::span<const std::byte> bytes, std::size_t at = 0) {
   std::make_unsigned_t<Number> number = 0;

@@ -1,4 +1,4 @@
-// For tests of decoders: bytes as texts, files of recordings, and what a dialogue has sent.
+// For tests of decoders: bytes from text, recorded files, and an Output that stores sent bytes.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ inline std::vector<std::byte> bytes_of_hex(std::string_view hex) {
   return tims::base::parse_hex(hex).value_or(std::vector<std::byte>{});
 }
 
-// Of tests/data/devices.
+// Reads a file of tests/data/devices.
 inline std::vector<std::byte> bytes_of_file(const std::string& name) {
   std::ifstream file(std::filesystem::path(DEVICE_DATA) / name, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});

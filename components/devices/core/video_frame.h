@@ -1,5 +1,6 @@
-// What comes from a camera: a head that says how its frames are laid out, then frames, one an
-// arrival, whose id is their format. So a capture of a camera can be played without the camera.
+// The data of a camera: a header that describes the layout of the frames, then one frame per
+// arrival, whose id is the pixel format. A capture of a camera can therefore be played back without
+// the camera.
 #pragma once
 
 #include <array>
@@ -11,7 +12,7 @@
 
 namespace rack::device {
 
-// Four letters of a format, as V4L2 writes them.
+// Four-character code of a pixel format, as in V4L2.
 constexpr std::uint32_t four_letters(std::string_view text) {
   std::uint32_t code = 0;
   for (std::size_t i = 4; i-- > 0;)
@@ -49,13 +50,12 @@ struct VideoHead {
   std::uint32_t format = 0;
   std::uint32_t width = 0;  // pixels
   std::uint32_t height = 0;
-  std::uint32_t line_bytes = 0;  // 0: of compressed frames
+  std::uint32_t line_bytes = 0;  // 0 for compressed frames
 
   bool operator==(const VideoHead&) const = default;
 };
 
-// Something of the camera that can be set: what is sent with its id is its new value (i32,
-// little-endian).
+// A control of the camera. To set it, send the new value with its id (i32, little-endian).
 struct VideoControl {
   std::uint32_t id = 0;  // V4L2_CID_BRIGHTNESS, ...
   std::int32_t min = 0;

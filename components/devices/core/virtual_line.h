@@ -1,5 +1,6 @@
-// Two dialogues and the line between them, on a clock of their own: a driver's and an emulator's
-// talk for minutes in a moment, with bytes that take their time, get lost, or come in pieces.
+// Connects two dialogues, for example of a driver and an emulator, by a simulated line with a
+// virtual clock: minutes of communication run in milliseconds. Bytes have a transmission time and
+// can be lost or split.
 #pragma once
 
 #include <deque>
@@ -12,11 +13,11 @@
 namespace rack::device::emulator {
 
 struct LineSettings {
-  bool has_rate = false;  // a serial line: bytes take time, and are none at another rate
-  bool is_bus = false;    // CAN: frames stay whole
+  bool has_rate = false;  // serial line: bytes take time and are garbled at a different rate
+  bool is_bus = false;    // CAN: frames are not split
   std::uint32_t host_baud = 0;
   std::uint32_t device_baud = 0;
-  std::size_t piece = 0;  // bytes that arrive at once; 0: as they were sent
+  std::size_t piece = 0;  // bytes per arrival; 0: as they were sent
   Duration delay{};
 };
 
@@ -27,7 +28,7 @@ class VirtualLine {
         host_(*this, host, settings.host_baud),
         device_(*this, device, settings.device_baud) {}
 
-  // What is sent and for which it says true is lost. `from_host`: its direction.
+  // Returns true if the bytes are lost. `from_host`: direction.
   using Lose = std::function<bool(bool from_host, std::span<const std::byte> bytes)>;
   void set_lose(Lose lose) { lose_ = std::move(lose); }
 
@@ -37,13 +38,13 @@ class VirtualLine {
   }
   void start_host() { host_.dialogue.start(now_, host_); }
   void stop_host() { host_.dialogue.stop(now_, host_); }
-  // It was switched off and on.
+  // The device was switched off and on.
   void start_device() {
     device_.baud = settings_.device_baud;
     device_.dialogue.start(now_, device_);
   }
-  // Pulled out: what is on its way is gone. Whoever opens the line again finds it at its first
-  // rate.
+  // The cable was unplugged: bytes in transit are lost. When the line is opened again, it has its
+  // initial rate.
   void unplug() {
     for (End* const end : {&host_, &device_}) {
       end->coming.clear();
@@ -52,10 +53,10 @@ class VirtualLine {
     host_.baud = settings_.host_baud;
   }
 
-  // Whatever the device sends comes twice.
+  // Duplicates everything the device sends.
   void set_doubled(bool doubled) { is_doubled_ = doubled; }
 
-  // Until `done` says so, or that much time is gone. Returns what it said last.
+  // Runs until `done` returns true or the time has elapsed. Returns the last result of `done`.
   bool run(Duration at_most, const std::function<bool()>& done) {
     const Time end = now_ + at_most;
     while (!done()) {
@@ -74,7 +75,7 @@ class VirtualLine {
   [[nodiscard]] std::uint32_t host_baud() const { return host_.baud; }
   [[nodiscard]] std::uint32_t device_baud() const { return device_.baud; }
   [[nodiscard]] bool dtr() const { return device_.dtr; }
-  // Bytes to the host that nobody has sent.
+  // Injects bytes to the host that the device has not sent.
   void disturb(std::vector<std::byte> noise) {
     host_.coming.push_back({now_, now_, std::move(noise), 0, host_.baud});
   }
@@ -108,8 +109,8 @@ class VirtualLine {
     VirtualLine& line;
     Dialogue& dialogue;
     std::uint32_t baud;
-    bool dtr = true;  // what the other end has set
-    Time free{};      // when the line has carried what was sent from here
+    bool dtr = true;  // set by the other end
+    Time free{};      // when the line is free to transmit in this direction
     std::deque<Piece> coming{};
   };
 
@@ -136,7 +137,7 @@ class VirtualLine {
       while (!end->coming.empty() && end->coming.front().last <= now_) {
         Piece piece = std::move(end->coming.front());
         end->coming.pop_front();
-        // At the wrong rate something else arrives.
+        // At the wrong rate the bytes are garbled.
         if (settings_.has_rate && piece.baud != end->baud)
           for (std::byte& byte : piece.bytes) byte = (byte << 1 | byte >> 3) ^ std::byte{0x95};
         end->dialogue.on_arrival(

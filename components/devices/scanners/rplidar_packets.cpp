@@ -32,11 +32,11 @@ std::size_t size_of(std::uint8_t type) {
   }
 }
 
-constexpr std::size_t kPointsOfPairs = 32;
-constexpr std::size_t kPointsOfTriples = 96;
-constexpr std::size_t kPointsOfDense = 40;
+constexpr int kPointsOfPairs = 32;
+constexpr int kPointsOfTriples = 96;
+constexpr int kPointsOfDense = 40;
 
-std::size_t points_of(std::uint8_t type) {
+int points_of(std::uint8_t type) {
   return type == rplidar::kPairs     ? kPointsOfPairs
          : type == rplidar::kTriples ? kPointsOfTriples
                                      : kPointsOfDense;

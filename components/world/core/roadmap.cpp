@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kThrows = 6000;
 constexpr double kRoomMax = 400;  // mm: nobody walks further from the line
-constexpr double kLongest = 30000;
+constexpr double kLongestLeg = 30000;
 
 // The room beside the line, or less than 0: a person does not fit. From a point with some clearance
 // on, nothing is nearer for as far as that.
@@ -67,7 +67,7 @@ Roadmap::Links Roadmap::joined(const Scenery& scenery, double radius) const {
     near.clear();
     for (std::size_t to = 0; to < places_.size(); ++to) {
       const double length = distance(places_[from], places_[to]);
-      if (to != from && length < kLongest) near.emplace_back(length, to);
+      if (to != from && length < kLongestLeg) near.emplace_back(length, to);
     }
     std::ranges::sort(near);
     for (const auto& [length, to] : near) {

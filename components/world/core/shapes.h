@@ -85,9 +85,6 @@ double meets(const Ray& ray, const Segment& wall, double height);
 
 double distance(const MapPoint& point, const Segment& segment);
 double distance(const MapPoint& point, const Box& box);  // 0 inside
-inline double distance(const MapPoint& a, const MapPoint& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
-}
 // How far a point is from a solid; 0 inside.
 double distance(const MapPoint& point, const Solid& solid);
 

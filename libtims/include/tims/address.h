@@ -71,7 +71,7 @@ class TIMS_API Address {
 
   constexpr Address() = default;
   constexpr explicit Address(std::uint32_t raw) : raw_(raw) {}
-  // Each field is cut to its width.
+  // Values that exceed the width of their field are truncated.
   static constexpr Address of(const Fields& f, const AddressWidths& w = {}) {
     std::uint32_t raw = f.system & mask(w.system);
     raw = raw << w.class_id | (f.class_id & mask(w.class_id));
@@ -87,12 +87,12 @@ class TIMS_API Address {
             raw_ & mask(w.local)};
   }
 
-  // "Ladar(3/0)", with ":2" behind it when the local id is not 0; an unknown class is
-  // "unknown[ff](3/0)", as the original GUI prints it.
+  // "Ladar(3/0)"; ":2" is appended when the local id is not 0. An unknown class is printed as
+  // "unknown[ff](3/0)", as in the original GUI.
   [[nodiscard]] std::string to_string(const AddressWidths& w = {}) const;
   // "0x03140002"
   [[nodiscard]] std::string to_hex() const;
-  // Accepts both text forms, and decimal numbers. Class names without regard to case.
+  // Accepts both text forms and decimal numbers. Class names are case-insensitive.
   static std::optional<Address> parse(std::string_view text, const AddressWidths& w = {});
 
   auto operator<=>(const Address&) const = default;
@@ -102,12 +102,13 @@ class TIMS_API Address {
   std::uint32_t raw_ = 0;
 };
 
-// Where every component of every robot sends its texts for people, whatever the widths. Each router
-// has its own: it is never told to other routers, so a text ends at the nearest one upwards.
+// Every component of every robot sends its log texts to this address, whatever the widths are. Each
+// host can have its own text sink: routers never advertise this address to each other, so a text is
+// delivered to the nearest sink on its path up the tree.
 inline constexpr Address kTextSink{0x00010000};
 
 // "*", "Ladar(*/*)", "*(3/0)", "Ladar(3/0):*", "0x03140002". A form with parentheses and without
-// ":local" matches every local id: it names the component.
+// ":local" matches every local id, that is, all mailboxes of the component.
 class TIMS_API AddressPattern {
  public:
   AddressPattern() = default;  // matches everything
@@ -119,13 +120,14 @@ class TIMS_API AddressPattern {
   std::uint32_t value_ = 0;
 };
 
-// Printed name of a class id ("Ladar"), empty when it has none.
+// Printed name of a class id ("Ladar"); empty when the class has no name.
 TIMS_API std::string_view class_name(std::uint32_t class_id);
-// Class id of a printed name, without regard to case.
+// Class id of a printed name; case-insensitive.
 TIMS_API std::optional<std::uint32_t> class_id_of(std::string_view name);
-// Names a class of components that is none of RACK's, for all that is read and written as text from
-// now on in this program: "Thermometer(0/0)" instead of "unknown[80](0/0)". Before it has threads;
-// `name` must stay. False: the number or the name is another class's, or there are 64 already.
+// Registers a name for a class of components that RACK does not define. This program then reads and
+// writes "Thermometer(0/0)" instead of "unknown[80](0/0)". Call it before the program starts
+// threads; `name` must remain valid. Returns false when the number or the name belongs to another
+// class, or when 64 names are registered already.
 TIMS_API bool name_class(std::uint32_t class_id, std::string_view name);
 
 }  // namespace tims

@@ -1,21 +1,22 @@
-// A mailbox: the one place where a component sends and receives messages.
+// A mailbox: a component sends and receives all its messages through mailboxes.
 //
-// Threads: every call may be made from any thread. Several threads may receive from one mailbox;
-// each message goes to exactly one of them. Order: higher priority first, then arrival.
+// Threads: any thread may make any call. Several threads may receive from one mailbox; each message
+// goes to exactly one of them. Order: higher priority first, then order of arrival.
 //
-// Cost: a message between two mailboxes of one host is one copy and at most one wake-up; no system
-// call while the receiver is awake.
+// Cost: a message between two mailboxes of one host costs one copy and at most one wake-up; no
+// system call is needed while the receiver is awake.
 //
-// Waiting: the first message to an address, and the first one after its owner has closed or died,
-// asks the router where it is, and waits for the answer: as a rule a fraction of a millisecond, for
-// a router that stands still 5 s, then kNoRouter. Who may not wait sends something to each address
-// before it counts: from then on no send waits for the router, also not while it is away, slow, or
-// was restarted.
+// Waiting: for the first message to an address, and for the first one after its owner closed it or
+// crashed, the session asks the router where the address is and waits for the answer. This usually
+// takes a fraction of a millisecond; if the router does not respond, the call fails with kNoRouter
+// after 5 s. A real-time program should send one message to each address during start-up: later
+// sends never wait for the router, even while it is absent, slow or restarting.
 //
-// A router that dies: messages to this host do not need it. Those to other hosts that it had not
-// taken yet, up to 1024, stay in memory of this program, and the next router gets them within 30 s;
-// after that they are lost, and SessionEvent::kMessagesLost says how many. What it had taken and
-// not sent on dies with it.
+// Router failure: messages between mailboxes of this host do not need the router. Messages to other
+// hosts that the router has not accepted yet, up to 1024, stay in the memory of this program; a new
+// router receives them if it starts within 30 s. After that they are lost, and
+// SessionEvent::kMessagesLost reports their number. Messages that the router has accepted but not
+// forwarded are lost with it.
 #pragma once
 
 #include <cstddef>
@@ -36,25 +37,27 @@ struct MailboxOptions {
   Address address = {};
   std::uint32_t slots = 16;       // messages it can hold, 1 to 65535
   std::uint32_t body_max = 4096;  // largest body it takes, bytes
-  std::uint8_t priority = 0;      // of what is sent from here, unless the envelope says otherwise
-  bool event_fd = false;          // for an event loop of your own: see Mailbox::event_fd
-  // How long a receive looks for the next message, and yields the processor between two looks,
-  // before it sleeps: for streams, where waking costs more than the message. Zero suits real time.
+  // default for messages sent from here; an Envelope may override it
+  std::uint8_t priority = 0;
+  bool event_fd = false;  // for an event loop of the program: see Mailbox::event_fd
+  // How long a receive polls for the next message, yielding the processor between two polls, before
+  // it sleeps. Useful for streams, where a wake-up costs more than the message. Use zero in
+  // real-time programs.
   Duration spin = {};
 };
 
-// What the sender decides of a header.
+// The header fields that the sender chooses.
 struct Envelope {
   Address dest = {};
   std::int8_t type = 0;
   std::optional<std::uint8_t> priority = {};  // default: the mailbox's
   std::uint8_t seq_nr = 0;
   bool stream = false;  // a sample: a newer one may replace it where a link is short of bandwidth
-  bool trace = false;   // every router on the way tells the sender (type::kHopRecord)
-  // NOT_AVAILABLE when nobody owns `dest`, as for commands.
+  bool trace = false;   // every router on the path reports to the sender (type::kHopRecord)
+  // Answer NOT_AVAILABLE when no mailbox has the address `dest`, as for commands.
   bool tell_if_gone = false;
-  bool tell_why = false;  // who refuses this command says why, behind ERROR
-  // Order of the body's numbers: flag::kBodyLittleEndian or 0.
+  bool tell_why = false;  // a receiver that refuses this command adds the reason to its ERROR reply
+  // Byte order of the numbers in the body: flag::kBodyLittleEndian or 0.
   std::uint8_t body_order = flag::kNativeOrder & flag::kBodyLittleEndian;
 };
 
@@ -66,8 +69,8 @@ namespace client {
 struct Target;
 }
 
-// A received message, still in its slot. The slot is free again when the guard goes, which must be
-// before its mailbox goes. The bytes are the sender's: to be trusted as far as the sender is.
+// A received message, still in its slot. The destructor frees the slot; destroy the guard before
+// its mailbox. The memory is shared with the sender: trust the bytes only as far as the sender.
 class TIMS_API PeekGuard {
  public:
   PeekGuard(PeekGuard&& other) noexcept
@@ -82,7 +85,7 @@ class TIMS_API PeekGuard {
 
   [[nodiscard]] const Header& header() const { return header_; }
   [[nodiscard]] std::span<const std::byte> body() const { return body_; }
-  void release();  // ends the peek before the guard goes
+  void release();  // frees the slot before the guard is destroyed
 
  private:
   friend class Mailbox;
@@ -95,7 +98,7 @@ class TIMS_API PeekGuard {
 };
 
 // A message under construction in the receiver's own slot: nothing is copied. Without send() the
-// slot goes back unused. Must go before the mailbox it was asked from.
+// destructor returns the slot unused. Destroy it before the mailbox that created it.
 class TIMS_API Loan {
  public:
   Loan(Loan&& other) noexcept;
@@ -118,61 +121,63 @@ class TIMS_API Loan {
 };
 
 struct MailboxCounters {
-  std::uint64_t received = 0;   // handed to the owner
-  std::uint64_t waiting = 0;    // in the mailbox now
-  std::uint64_t replaced = 0;   // thrown away for a newer message of the same or higher priority
-  std::uint64_t refused = 0;    // not taken: full of more important messages
-  std::uint64_t too_big = 0;    // not taken: larger than a slot
-  std::uint64_t reclaimed = 0;  // half-written by a sender that died
+  std::uint64_t received = 0;  // taken by the owner
+  std::uint64_t waiting = 0;   // in the mailbox now
+  // dropped in favour of a newer message of the same or higher priority
+  std::uint64_t replaced = 0;
+  std::uint64_t refused = 0;    // not accepted: full of more important messages
+  std::uint64_t too_big = 0;    // not accepted: larger than a slot
+  std::uint64_t reclaimed = 0;  // half-written by a sender that crashed
 };
 
 class TIMS_API Mailbox {
  public:
   Mailbox(Mailbox&&) noexcept;
   Mailbox& operator=(Mailbox&&) noexcept;
-  ~Mailbox();  // closes: senders learn it with their next message
+  ~Mailbox();  // closes; a sender notices it with its next message
 
   [[nodiscard]] Address address() const;
   [[nodiscard]] std::uint32_t body_max() const;  // largest body it takes, bytes
-  // Of the addresses of its router's fleet.
+  // Address widths of the fleet that the router belongs to.
   [[nodiscard]] AddressWidths address_widths() const;
 
-  // Sending to a known mailbox of this host never waits. What the router has to deliver may wait
-  // until it has taken earlier messages, at most 0.2 s when it stands still, then kFull; without a
-  // router: kNoRouter, at once. What was sent is delivered also when the mailbox closes, or the
-  // program dies, right afterwards.
-  // kFull: the receiver holds only more important messages. A command
-  // (type > 0) to an address nobody owns is answered by the router with type::kNotAvailable.
+  // Sending to a known mailbox of this host never waits. A message that the router has to deliver
+  // may wait until the router has accepted earlier messages: at most 0.2 s if the router does not
+  // respond, then kFull. Without a router: kNoRouter, immediately. A sent message is delivered even
+  // if the mailbox is closed or the program exits immediately afterwards. kFull: the receiver holds
+  // only more important messages. If no mailbox has the destination address, the router answers a
+  // command (type > 0) with type::kNotAvailable.
   Result<void> send(const Envelope& envelope, std::span<const std::byte> body = {});
-  // The body in several pieces.
+  // As above, with the body in several pieces.
   Result<void> send(const Envelope& envelope, std::span<const std::span<const std::byte>> pieces);
-  // Back to whoever sent `request`, with its priority and sequence number.
+  // Sends to the sender of `request`, with its priority and sequence number.
   Result<void> reply(const Header& request, std::int8_t type, std::span<const std::byte> body = {});
-  // A slot of the receiver for a body of `body_size` bytes; kTooBig, kFull as for send.
+  // Reserves a slot of the receiver for a body of `body_size` bytes; kTooBig, kFull as for send.
   Result<Loan> loan(const Envelope& envelope, std::uint32_t body_size);
 
-  // Copying. The body goes to the front of `buffer`; a message larger than the buffer stays
+  // Copying: the body is written to the front of `buffer`. A message larger than the buffer stays
   // first in the mailbox (kBufferTooSmall).
   Result<MessageView> receive(std::span<std::byte> buffer);
   Result<MessageView> receive_for(std::span<std::byte> buffer, Duration timeout);  // kTimeout
   Result<MessageView> try_receive(std::span<std::byte> buffer);                    // kEmpty
 
-  // In place.
+  // In place, without a copy.
   Result<PeekGuard> peek();
   Result<PeekGuard> peek_for(Duration timeout);  // kTimeout
   Result<PeekGuard> try_peek();                  // kEmpty
 
-  // As Session::flush(), of its session: for who closes, but not before all has gone.
+  // As Session::flush() of its session: call it before closing when all messages must be sent.
   Result<void> flush(Duration timeout = kForever);
 
-  // Throws away every waiting message; peeked and half-written ones stay. Returns how many.
+  // Discards every waiting message, except those that are being read or written. Returns the number
+  // of discarded messages.
   std::size_t clean();
 
   [[nodiscard]] MailboxCounters counters() const;
 
-  // With MailboxOptions::event_fd: a descriptor to poll, and for nothing else, which is readable
-  // when a message has come. Call try_receive or try_peek until kEmpty after each wake-up: that
-  // arms it again. -1 without the option.
+  // With MailboxOptions::event_fd: a descriptor that is readable when a message has arrived. Use it
+  // only for polling. After each wake-up call try_receive or try_peek until kEmpty: that arms it
+  // again. -1 without the option.
   [[nodiscard]] int event_fd() const;
 
  private:
@@ -182,8 +187,8 @@ class TIMS_API Mailbox {
   std::shared_ptr<MailboxCore> core_;
 };
 
-// --- Who watches a thread learns when it waits for a message: a wait that is meant. A detector of
-// threads that are kept waiting where they must not be is told so.
+// --- Observation of waits. A watchdog that detects blocked threads is informed through this
+// interface that a thread waits for a message on purpose.
 
 class WaitObserver {
  public:
@@ -192,11 +197,12 @@ class WaitObserver {
   virtual void ends() = 0;
 };
 
-// Of the calling thread; null: nobody.
+// Sets the observer of the calling thread; null removes it.
 TIMS_API void set_wait_observer(WaitObserver* observer);
 TIMS_API WaitObserver* wait_observer();
 
-// A wait of this thread, from here to the end of the scope. Mailboxes wait like this.
+// Marks a wait of this thread, from here to the end of the scope. Mailboxes mark their waits with
+// it.
 class Waiting {
  public:
   Waiting() : observer_(wait_observer()) {

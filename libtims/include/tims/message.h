@@ -1,5 +1,5 @@
-// The 16 bytes in front of every message, as a value in native byte order, and a view of a whole
-// message. The bytes themselves: libtims/wire/header.h.
+// The 16 header bytes of every message, as a value in native byte order, and a view of a whole
+// message. The byte layout is defined in libtims/wire/header.h.
 #pragma once
 
 #include <bit>
@@ -14,25 +14,26 @@ namespace tims {
 inline constexpr std::size_t kHeaderSize = 16;
 inline constexpr std::uint32_t kMessageMaxDefault = 16U << 20;  // bytes, header included
 
-// Bits of the flags byte (specification, section 1.2; STREAM and TRACE are ours).
+// Bits of the flags byte (specification, section 1.2). kStream and the following bits extend the
+// original protocol.
 namespace flag {
 inline constexpr std::uint8_t kHeaderLittleEndian = 0x01;
 inline constexpr std::uint8_t kBodyLittleEndian = 0x02;
 inline constexpr std::uint8_t kStream = 0x10;  // sample of a continuous stream
-inline constexpr std::uint8_t kTrace = 0x20;   // asks every router on the way for a hop record
-// Whoever finds that nobody owns the destination answers NOT_AVAILABLE, also when this is no
-// command: so a producer learns that a listener has gone.
+inline constexpr std::uint8_t kTrace = 0x20;   // asks every router on the path for a hop record
+// A router that finds no mailbox with the destination address answers NOT_AVAILABLE, also when the
+// message is not a command. A producer learns in this manner that a listener is gone.
 inline constexpr std::uint8_t kTellIfGone = 0x40;
-// The sender of a command takes words behind an ERROR: why it is refused. Programs of the original
-// have no room for them.
+// The sender of a command accepts a text after an ERROR reply: the reason of the refusal. Programs
+// of the original RACK do not expect a body there.
 inline constexpr std::uint8_t kTellWhy = 0x80;
-// What a native program sets: the order of its own machine for header and body.
+// Flags of a native program: header and body are in the byte order of its machine.
 inline constexpr std::uint8_t kNativeOrder =
     std::endian::native == std::endian::little ? kHeaderLittleEndian | kBodyLittleEndian : 0;
 }  // namespace flag
 
-// Message types with a meaning for the framework (specification, section 1.3).
-// Type numbers are signed bytes: > 0 commands, 0 success, < 0 replies and data.
+// Message types with a meaning for the framework (specification, section 1.3). Types are signed
+// bytes: > 0 commands, 0 success, < 0 replies and data.
 namespace type {
 inline constexpr std::int8_t kOk = 0;
 inline constexpr std::int8_t kError = -1;
@@ -52,7 +53,7 @@ inline constexpr std::int8_t kStopContData = 7;
 inline constexpr std::int8_t kGetNextData = 8;
 inline constexpr std::int8_t kGetParam = 9;
 inline constexpr std::int8_t kSetParam = 10;
-// Of our own runtime: programs of the original answer ERROR.
+// Extensions of this runtime: programs of the original RACK answer ERROR.
 inline constexpr std::int8_t kGetParamEffects = 14;
 inline constexpr std::int8_t kGetRuntime = 15;
 inline constexpr std::int8_t kGetListeners = 16;
@@ -62,7 +63,7 @@ inline constexpr std::int8_t kListeners = -16;
 // Router administration: JSON in the body, to dest = src = 0 or to a router's own address.
 inline constexpr std::int8_t kAdminRequest = 64;
 inline constexpr std::int8_t kAdminReply = -64;
-// What a router says to the sender of a message with flag::kTrace: JSON in the body.
+// A router's reply to the sender of a message with flag::kTrace: JSON in the body.
 inline constexpr std::int8_t kHopRecord = -65;
 }  // namespace type
 
@@ -84,7 +85,7 @@ struct Header {
   bool operator==(const Header&) const = default;
 };
 
-// A message that lies somewhere else. `body` is as long as the header says.
+// A message in memory that belongs to somebody else. `body` is as long as the header states.
 struct MessageView {
   Header header;
   std::span<const std::byte> body;

@@ -1,4 +1,4 @@
-// Errors are values: a code from one closed list, what failed, and what to do about it.
+// Errors are values: a code from a closed list and a detail that states what failed and what to do.
 #pragma once
 
 #include <concepts>
@@ -14,27 +14,27 @@
 namespace tims {
 
 enum class Errc : std::uint8_t {
-  kEmpty,            // no message waiting
-  kTimeout,          // the time given has passed
+  kEmpty,            // no message is waiting
+  kTimeout,          // the given time has passed
   kClosed,           // this mailbox or session was closed
   kNoRouter,         // no router at the socket
-  kRefused,          // the router said no; the detail says why
-  kAddressInUse,     // somebody else owns the address; the detail says who
-  kNoMailbox,        // no such mailbox here
-  kFull,             // receiver full of messages more important than this one
+  kRefused,          // the router refused the request; the detail states the reason
+  kAddressInUse,     // another program owns the address; the detail names the owner
+  kNoMailbox,        // no such mailbox on this host
+  kFull,             // the receiver is full of messages more important than this one
   kTooBig,           // larger than the receiver's slot or the configured maximum
-  kBufferTooSmall,   // the caller's buffer; the message stays in the mailbox
-  kReclaimed,        // the slot was taken back: the router had given this writer up
-  kBadLayout,        // shared memory that does not look like a mailbox
-  kVersion,          // client and router share no protocol version
+  kBufferTooSmall,   // the caller's buffer is too small; the message stays in the mailbox
+  kReclaimed,        // the router had declared this writer dead and reclaimed the slot
+  kBadLayout,        // shared memory whose content is not a valid mailbox
+  kVersion,          // client and router have no protocol version in common
   kInvalidArgument,  // the call itself is wrong
-  kSystem,           // the operating system refused; the detail has its words
-  kAnsweredError,    // the component answered ERROR; it says why in its text messages
-  kMalformed,        // bytes that are not the message they should be; the detail names the field
-  kDiskFull,         // no room for a file; the detail names it
+  kSystem,           // the operating system refused; the detail has its message
+  kAnsweredError,    // the component answered ERROR; its text messages state the reason
+  kMalformed,        // bytes that do not form the expected message; the detail names the field
+  kDiskFull,         // no space for a file; the detail names it
 };
 
-// One word for scripts and JSON ("address_in_use") and one sentence for people.
+// An identifier for scripts and JSON ("address_in_use"), and a sentence for people.
 TIMS_API std::string_view name(Errc code);
 TIMS_API std::string_view sentence(Errc code);
 

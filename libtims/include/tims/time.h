@@ -1,4 +1,4 @@
-// Time as everything here sees it: integer nanoseconds on the monotonic clock.
+// Time in the whole project: integer nanoseconds on the monotonic clock.
 #pragma once
 
 #include <chrono>
@@ -18,6 +18,6 @@ struct MonotonicClock {  // CLOCK_MONOTONIC; read only in os/ and io/, passed on
 using Time = MonotonicClock::time_point;
 
 inline constexpr Time kNever = Time::max();
-inline constexpr Duration kForever = Duration::max();  // as a timeout: none
+inline constexpr Duration kForever = Duration::max();  // as a timeout: no limit
 
 }  // namespace tims

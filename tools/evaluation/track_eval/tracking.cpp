@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t kBeamsToBeSeen = 2;
 constexpr double kBelongs = 500;  // mm
-constexpr std::int32_t kNobody = 0;
+constexpr std::int32_t kNoTrack = 0;
 
 // An object as it truly would be, if the robot's frame were right.
 struct Told {
@@ -31,7 +31,7 @@ struct Told {
 
 class People {
  public:
-  People(Score& score, std::size_t count) : score_(score), last_(count, kNobody) {}
+  People(Score& score, std::size_t count) : score_(score), last_(count, kNoTrack) {}
 
   void compare(const Hall& hall, const ObjRecogData& data) {
     tell(hall.robot(), data);
@@ -89,7 +89,7 @@ class People {
       return;
     }
     if (seen) {
-      if (last_[i] != kNobody && last_[i] != told->id) ++score_.switches;
+      if (last_[i] != kNoTrack && last_[i] != told->id) ++score_.switches;
       score_.off.push_back(distance(told->at, person.at));
       score_.speed.push_back(distance(told->velocity, person.velocity));
     }

@@ -1,4 +1,4 @@
-#include "tests/sched/world.h"
+#include "tests/sched/mailbox_fixture.h"
 
 #include <cstring>
 #include <new>
@@ -12,8 +12,8 @@ using std::memory_order_relaxed;
 
 namespace {
 
-constexpr std::uint32_t kLength = kHeaderSize + World::kBodyBytes;
-constexpr std::size_t kHalf = World::kBodyBytes / 2;
+constexpr std::uint32_t kLength = kHeaderSize + MailboxFixture::kBodyBytes;
+constexpr std::size_t kHalf = MailboxFixture::kBodyBytes / 2;
 constexpr std::uint32_t kMessagesMax = 512;  // in one record: their addresses must stay
 constexpr std::uint32_t kStageHand = 1;      // the writer that sets the stage
 
@@ -23,11 +23,11 @@ std::byte pattern(std::uint32_t number, std::size_t at) {
 
 }  // namespace
 
-void World::Releaser::operator()(std::byte* memory) const {
+void MailboxFixture::Releaser::operator()(std::byte* memory) const {
   ::operator delete(memory, std::align_val_t{shm::kMailboxAlign});
 }
 
-void World::reset(std::uint32_t slots) {
+void MailboxFixture::reset(std::uint32_t slots) {
   const std::size_t bytes = shm::Geometry::of(slots, kLength).bytes;
   if (bytes_ != bytes) {
     memory_.reset(
@@ -50,13 +50,13 @@ void World::reset(std::uint32_t slots) {
   accusation_.reset();
 }
 
-shm::Sender& World::sender_of(std::uint32_t writer) {
+shm::Sender& MailboxFixture::sender_of(std::uint32_t writer) {
   while (senders_.size() < writer)
     senders_.emplace_back(view_, static_cast<std::uint32_t>(senders_.size() + 1));
   return senders_[writer - 1];
 }
 
-Message& World::begin(std::uint32_t writer, std::uint8_t priority) {
+Message& MailboxFixture::begin(std::uint32_t writer, std::uint8_t priority) {
   if (messages_.size() == kMessagesMax) std::abort();
   Message& message = messages_.emplace_back();
   message.number = static_cast<std::uint32_t>(messages_.size());
@@ -66,7 +66,7 @@ Message& World::begin(std::uint32_t writer, std::uint8_t priority) {
   return message;
 }
 
-bool World::claim(shm::Sender& sender, Message& message) {
+bool MailboxFixture::claim(shm::Sender& sender, Message& message) {
   claiming_.push_back(&message);
   look_for_room(message);
   message.claim_outcome = message.outcome = sender.claim(kLength, message.priority, message.claim);
@@ -77,7 +77,7 @@ bool World::claim(shm::Sender& sender, Message& message) {
   return shm::taken(message.claim_outcome);
 }
 
-void World::send(std::uint32_t writer, std::uint8_t priority) {
+void MailboxFixture::send(std::uint32_t writer, std::uint8_t priority) {
   shm::Sender& sender = sender_of(writer);
   Message& message = begin(writer, priority);
   if (!claim(sender, message)) return;
@@ -89,11 +89,11 @@ void World::send(std::uint32_t writer, std::uint8_t priority) {
 }
 
 // As the kernel does it for os::futex_clear_and_wake(): one step.
-void World::wake(shm::Sender& sender) {
+void MailboxFixture::wake(shm::Sender& sender) {
   if (sender.sleeper() != 0) view_.header().sleep.fetch_and(~1U, std::memory_order_seq_cst);
 }
 
-void World::loan_and_give_up(std::uint32_t writer) {
+void MailboxFixture::loan_and_give_up(std::uint32_t writer) {
   shm::Sender& sender = sender_of(writer);
   Message& message = begin(writer, 0);
   if (!claim(sender, message)) return;
@@ -102,7 +102,7 @@ void World::loan_and_give_up(std::uint32_t writer) {
 }
 
 // In two pieces: a second writer in the same slot, or a reader too early, is seen by the pattern.
-void World::write(const Message& message) {
+void MailboxFixture::write(const Message& message) {
   std::byte* bytes = message.claim.header;
   std::byte* body = message.claim.body;
   write_bytes(bytes);
@@ -115,7 +115,7 @@ void World::write(const Message& message) {
 }
 
 // The number of the message, if all of it is there.
-std::optional<std::uint32_t> World::read(const shm::Taken& taken) {
+std::optional<std::uint32_t> MailboxFixture::read(const shm::Taken& taken) {
   const std::uint32_t number = taken.header.dest.raw();
   const std::byte* bytes = taken.body.data() - kHeaderSize;
   bool whole = taken.body.size() == kBodyBytes && number >= 1 && number <= messages_.size();
@@ -128,7 +128,7 @@ std::optional<std::uint32_t> World::read(const shm::Taken& taken) {
   return std::nullopt;
 }
 
-std::optional<shm::Taken> World::peek() {
+std::optional<shm::Taken> MailboxFixture::peek() {
   const std::uint64_t begun = ++ticks_;
   const std::vector<const Message*> waiting = certainly_waiting();
   const std::optional<shm::Taken> taken = receiver_->take();
@@ -145,15 +145,15 @@ std::optional<shm::Taken> World::peek() {
   return taken;
 }
 
-void World::release(const shm::Taken& taken) { receiver_->release(taken.hint); }
+void MailboxFixture::release(const shm::Taken& taken) { receiver_->release(taken.hint); }
 
-bool World::receive() {
+bool MailboxFixture::receive() {
   const std::optional<shm::Taken> taken = peek();
   if (taken) release(*taken);
   return taken.has_value();
 }
 
-void World::peek_and_put_back() {
+void MailboxFixture::peek_and_put_back() {
   const std::optional<shm::Taken> taken = peek();
   if (!taken) return;
   messages_[taken->header.dest.raw() - 1].taken = 0;
@@ -161,7 +161,7 @@ void World::peek_and_put_back() {
   receiver_->put_back(*taken);
 }
 
-void World::receive_or_sleep() {
+void MailboxFixture::receive_or_sleep() {
   while (!receive()) {
     const std::uint32_t armed = receiver_->arm();
     if (receiver_->nothing_came()) {
@@ -175,24 +175,24 @@ void World::receive_or_sleep() {
   }
 }
 
-void World::close() {
+void MailboxFixture::close() {
   closed_ = true;
   receiver_->close();
 }
 
-void World::reclaim_after_death(std::uint32_t writer) {
+void MailboxFixture::reclaim_after_death(std::uint32_t writer) {
   const bool& died = scheduler_.died();
   wait_until(&died, [&died] { return died; });
   learn_everything();
   reclaim_slots_of(writer);
 }
 
-void World::reclaim_slots_of(std::uint32_t writer) {
+void MailboxFixture::reclaim_slots_of(std::uint32_t writer) {
   shm::reclaim(view_, [writer](std::uint32_t who) { return who == writer; });
   wake(sender_of(kStageHand));
 }
 
-void World::send_unrecorded() {
+void MailboxFixture::send_unrecorded() {
   shm::Sender& sender = sender_of(kStageHand);
   shm::Claim claim;
   sender.claim(kLength, 0, claim);
@@ -200,7 +200,7 @@ void World::send_unrecorded() {
   sender.commit(claim);
 }
 
-void World::advance(std::uint32_t messages) {
+void MailboxFixture::advance(std::uint32_t messages) {
   for (std::uint32_t i = 0; i < messages; ++i) {
     send_unrecorded();
     const std::optional<shm::Taken> taken = receiver_->take();
@@ -210,7 +210,7 @@ void World::advance(std::uint32_t messages) {
   }
 }
 
-void World::age_slots(std::uint32_t generation) {
+void MailboxFixture::age_slots(std::uint32_t generation) {
   for (std::uint32_t i = 0; i < view_.geometry().slots; ++i) {
     view_.slot(i).word.store(shm::SlotWord{.generation = generation}.pack(), memory_order_relaxed);
     shm::Hint hint = shm::Hint::unpack(view_.free(i).load(memory_order_relaxed));
@@ -220,7 +220,7 @@ void World::age_slots(std::uint32_t generation) {
 }
 
 // The last ones are recorded: they are still there when the run begins.
-void World::overrun(std::uint32_t messages) {
+void MailboxFixture::overrun(std::uint32_t messages) {
   const std::uint32_t slots = view_.geometry().slots;
   for (std::uint32_t i = 0; i + slots < messages; ++i) {
     send_unrecorded();
@@ -229,7 +229,7 @@ void World::overrun(std::uint32_t messages) {
   for (std::uint32_t i = 0; i < slots; ++i) send(kStageHand);
 }
 
-std::string World::name_of(Operation operation) const {
+std::string MailboxFixture::name_of(Operation operation) const {
   const auto at = reinterpret_cast<std::uintptr_t>(operation.where);
   const auto base = reinterpret_cast<std::uintptr_t>(memory_.get());
   const std::string what = operation.waits                     ? "waits for "

@@ -1,4 +1,4 @@
-#include "tests/sim/world.h"
+#include "tests/sim/simulated_network.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -37,7 +37,7 @@ link::LinkSettings sub_link(std::optional<std::uint8_t> system) {
   return {.kind = core::LinkKind::kSub, .connects = false, .system = system};
 }
 
-Node& World::add(const NodeSetup& setup) {
+Node& SimulatedNetwork::add(const NodeSetup& setup) {
   nodes_.push_back(std::make_unique<Node>(*this, setup, nodes_.size(), random()));
   Node& node = *nodes_.back();
   addresses_[node.address_] = addresses_[node.dds_] = &node;
@@ -45,7 +45,7 @@ Node& World::add(const NodeSetup& setup) {
   return node;
 }
 
-void World::tell_of(Node& node, Node& to) {
+void SimulatedNetwork::tell_of(Node& node, Node& to) {
   const link::Announcement said = node.announcement();
   at(now_ + kDiscovery, [this, said, &to] {
     if (!to.alive()) return;
@@ -54,7 +54,7 @@ void World::tell_of(Node& node, Node& to) {
   });
 }
 
-void World::announce(Node& node) {
+void SimulatedNetwork::announce(Node& node) {
   for (const auto& other : nodes_) {
     const bool same = other->setup().fleet == node.setup().fleet;
     if (!other->alive() || other.get() == &node || !same) continue;
@@ -63,7 +63,7 @@ void World::announce(Node& node) {
   }
 }
 
-void World::forget(Node& node) {
+void SimulatedNetwork::forget(Node& node) {
   at(now_ + kLease, [this, dds = node.address(link::PathKind::kDds)] {
     for (const auto& other : nodes_) {
       if (!other->alive() || other->setup().fleet.empty()) continue;
@@ -73,12 +73,12 @@ void World::forget(Node& node) {
   });
 }
 
-NetAddress World::resolve(const std::string& to) const {
+NetAddress SimulatedNetwork::resolve(const std::string& to) const {
   const auto found = targets_.find(to);
   return found == targets_.end() ? NetAddress{} : found->second->address();
 }
 
-void World::move(Node& node, const NetAddress& address, Duration known_after) {
+void SimulatedNetwork::move(Node& node, const NetAddress& address, Duration known_after) {
   node.move_to(address);
   at(now_ + known_after, [this, address, &node] {
     const auto named = std::ranges::find_if(targets_, [&](auto& t) { return t.second == &node; });
@@ -90,21 +90,21 @@ void World::move(Node& node, const NetAddress& address, Duration known_after) {
   });
 }
 
-Node& World::node(const std::string& name) {
+Node& SimulatedNetwork::node(const std::string& name) {
   for (const auto& node : nodes_) {
     if (node->setup().name == name) return *node;
   }
   throw std::out_of_range("no node " + name);
 }
 
-std::uint64_t World::random() { return next_random(random_); }
+std::uint64_t SimulatedNetwork::random() { return next_random(random_); }
 
-void World::at(Time when, std::function<void()> action) {
+void SimulatedNetwork::at(Time when, std::function<void()> action) {
   events_.push({.at = when, .order = ++order_, .action = std::move(action)});
 }
 
-link::FaultInjector& World::between(const NetAddress& from, const NetAddress& to) {
-  std::shared_ptr<link::FaultInjector>& line = network_[{from, to}];
+link::FaultInjector& SimulatedNetwork::between(const NetAddress& from, const NetAddress& to) {
+  std::shared_ptr<link::FaultInjector>& line = lines_[{from, to}];
   if (!line) {
     line = std::make_shared<link::FaultInjector>(random());
     line->set(faults_);
@@ -112,37 +112,38 @@ link::FaultInjector& World::between(const NetAddress& from, const NetAddress& to
   return *line;
 }
 
-void World::share(const std::string& from, const std::string& to, const std::string& other_from,
-                  const std::string& other_to) {
+void SimulatedNetwork::share(const std::string& from, const std::string& to,
+                             const std::string& other_from, const std::string& other_to) {
   between(node(from).address(), node(to).address());
-  network_[{node(other_from).address(), node(other_to).address()}] =
-      network_[{node(from).address(), node(to).address()}];
+  lines_[{node(other_from).address(), node(other_to).address()}] =
+      lines_[{node(from).address(), node(to).address()}];
 }
 
-void World::set_faults(const Faults& faults) {
+void SimulatedNetwork::set_faults(const Faults& faults) {
   faults_ = faults;
-  for (auto& [key, injector] : network_) injector->set(faults);
+  for (auto& [key, injector] : lines_) injector->set(faults);
 }
 
-void World::set_faults(const std::string& from, const std::string& to, const Faults& faults,
-                       link::PathKind kind) {
+void SimulatedNetwork::set_faults(const std::string& from, const std::string& to,
+                                  const Faults& faults, link::PathKind kind) {
   between(node(from).address(kind), node(to).address(kind)).set(faults);
 }
 
-void World::cut_one_way(const std::string& from, const std::string& to, bool blackout,
-                        link::PathKind kind) {
+void SimulatedNetwork::cut_one_way(const std::string& from, const std::string& to, bool blackout,
+                                   link::PathKind kind) {
   link::FaultInjector& line = between(node(from).address(kind), node(to).address(kind));
   Faults faults = line.faults();
   faults.blackout = blackout;
   line.set(faults);
 }
 
-void World::cut(const std::string& a, const std::string& b, bool blackout, link::PathKind kind) {
+void SimulatedNetwork::cut(const std::string& a, const std::string& b, bool blackout,
+                           link::PathKind kind) {
   cut_one_way(a, b, blackout, kind);
   cut_one_way(b, a, blackout, kind);
 }
 
-void World::transmit(Node& from, const link::Burst& burst) {
+void SimulatedNetwork::transmit(Node& from, const link::Burst& burst) {
   std::span<const std::byte> rest = burst.bytes;
   bytes_marked_[burst.dscp] += rest.size();
   while (!rest.empty()) {
@@ -163,7 +164,8 @@ void World::transmit(Node& from, const link::Burst& burst) {
   }
 }
 
-void World::inject(const NetAddress& from, const NetAddress& to, std::span<const std::byte> bytes) {
+void SimulatedNetwork::inject(const NetAddress& from, const NetAddress& to,
+                              std::span<const std::byte> bytes) {
   events_.push({.at = now_,
                 .order = ++order_,
                 .from = from,
@@ -171,7 +173,7 @@ void World::inject(const NetAddress& from, const NetAddress& to, std::span<const
                 .bytes = {bytes.begin(), bytes.end()}});
 }
 
-void World::schedule(Node& node) {
+void SimulatedNetwork::schedule(Node& node) {
   const Time at = node.next_timeout();
   if (at >= node.scheduled_) return;
   node.scheduled_ = at;
@@ -179,7 +181,7 @@ void World::schedule(Node& node) {
 }
 
 // The first of the timeouts, which may have become a later one meanwhile.
-bool World::step_timeout() {
+bool SimulatedNetwork::step_timeout() {
   Node& node = *timeouts_.top().node;
   const Time at = timeouts_.top().at;
   timeouts_.pop();
@@ -195,13 +197,13 @@ bool World::step_timeout() {
   return true;
 }
 
-void World::check_progress() {
+void SimulatedNetwork::check_progress() {
   ++steps_;
   if (++steps_now_ > kStepsAtOnceMax)
-    throw std::runtime_error("the world goes round in a circle, seed " + std::to_string(seed_));
+    throw std::runtime_error("the network goes round in a circle, seed " + std::to_string(seed_));
 }
 
-bool World::step(Time limit) {
+bool SimulatedNetwork::step(Time limit) {
   const Time event_at = events_.empty() ? kNever : events_.top().at;
   const Time timeout_at = timeouts_.empty() ? kNever : timeouts_.top().at;
   const Time next = std::min(event_at, timeout_at);
@@ -226,13 +228,13 @@ bool World::step(Time limit) {
   return true;
 }
 
-void World::run_for(Duration time) {
+void SimulatedNetwork::run_for(Duration time) {
   const Time end = now_ + time;
   while (step(end)) {
   }
 }
 
-bool World::run_until(const std::function<bool()>& condition, Duration limit) {
+bool SimulatedNetwork::run_until(const std::function<bool()>& condition, Duration limit) {
   const Time end = now_ + limit;
   while (!condition()) {
     if (!step(end)) return condition();

@@ -45,7 +45,7 @@ struct Arrival {
   std::uint8_t hops = 0;
 };
 
-class World;
+class SimulatedNetwork;
 
 // Reserved, and taken from the system only as far as it is touched.
 class Memory {
@@ -64,7 +64,7 @@ class Memory {
 // One host: a router, its links and its clients. Killed, it forgets everything.
 class Node final : private core::Port, private core::RouterHooks, private link::DatagramSender {
  public:
-  Node(World& world, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
+  Node(SimulatedNetwork& network, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
 
   [[nodiscard]] bool alive() const { return running_ != nullptr; }
   void start(Time now);
@@ -130,7 +130,7 @@ class Node final : private core::Port, private core::RouterHooks, private link::
     std::map<std::uint32_t, std::vector<Arrival>> arrivals;  // by client
   };
 
-  World& world_;
+  SimulatedNetwork& network_;
   NodeSetup setup_;
   NetAddress address_;
   NetAddress dds_;
@@ -139,13 +139,13 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   std::array<std::uint64_t, core::kClasses> lost_{};  // in earlier lives
   std::unique_ptr<Running> running_;
 
-  friend class World;
-  Time scheduled_ = kNever;  // in the world's list of timeouts
+  friend class SimulatedNetwork;
+  Time scheduled_ = kNever;  // in the network's list of timeouts
 };
 
-class World {
+class SimulatedNetwork {
  public:
-  explicit World(std::uint64_t seed) : seed_(seed), random_(seed) {}
+  explicit SimulatedNetwork(std::uint64_t seed) : seed_(seed), random_(seed) {}
 
   Node& add(const NodeSetup& setup);  // not started
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
@@ -232,7 +232,7 @@ class World {
   std::map<NetAddress, Node*> addresses_;
   std::size_t participants_ = 0;          // of DDS, so far
   std::map<std::string, Node*> targets_;  // by the first address of each
-  std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::FaultInjector>> network_;
+  std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::FaultInjector>> lines_;
   Faults faults_{};
   std::map<std::string, std::uint64_t> bytes_sent_;
   std::map<std::uint8_t, std::uint64_t> bytes_marked_;

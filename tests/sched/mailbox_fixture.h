@@ -34,13 +34,13 @@ struct Message {
   [[nodiscard]] bool has_slot() const { return claimed != 0 && shm::taken(claim_outcome); }
 };
 
-class World {
+class MailboxFixture {
  public:
   static constexpr std::uint32_t kBodyBytes = 40;
 
   // Over weak memory nobody can be blamed for what he could not know yet: order is kept between
   // messages of one writer, and what was full or waiting is not judged.
-  explicit World(Scheduler& scheduler, const WeakMemory* weak = nullptr)
+  explicit MailboxFixture(Scheduler& scheduler, const WeakMemory* weak = nullptr)
       : scheduler_(scheduler), weak_(weak) {}
 
   // A fresh mailbox and an empty record.
