@@ -13,8 +13,8 @@ constexpr std::string_view kInsecure =
     "where every machine of the network is trusted, write \"insecure = true\" under [security] (or "
     "--set security.insecure=true)";
 constexpr std::string_view kNoKeys =
-    "is not a loopback address, and this version has no keys to protect it: everybody who reaches "
-    "the port could command the robot";
+    "is not a loopback address, and this version has no authentication: any program that "
+    "can reach the port could command the robot";
 
 bool fits(std::uint32_t value, std::uint8_t bits) { return std::bit_width(value) <= bits; }
 
@@ -51,9 +51,10 @@ class Checker {
                                                                  : std::string::npos;
       const bool has_host = scheme < origin.size();
       if (has_host && origin.find_first_of("/@?#* ", scheme) == std::string::npos) continue;
-      fail("http.origins", fmt::format("http.origins: \"{}\" is no origin of a page: write "
-                                       "\"http://robot7:3000\", without anything behind the port",
-                                       origin));
+      fail("http.origins",
+           fmt::format("http.origins: \"{}\" is not the origin of a web page: write "
+                       "\"http://robot7:3000\", with nothing after the port",
+                       origin));
     }
   }
 
@@ -86,7 +87,7 @@ class Checker {
     check_paths(i, link);
     if (!has(i, "kind")) {
       if (is_complete(i))
-        fail(item(i), R"(a link wants a kind: write kind = "super", "peer" or "sub")");
+        fail(item(i), R"(a link needs a kind: write kind = "super", "peer" or "sub")");
     } else if (written_.origins.contains(key(i, "kind"))) {
       check_direction(i, link);
       check_role(i, link.kind);
@@ -103,9 +104,10 @@ class Checker {
         Destination{link.host, link.port}.loopback())
       return;
     fail(key(i, "to"),
-         fmt::format("link.to \"{}\" {}, for udp.listen would have to be beyond loopback too. Link "
-                     "to \"127.0.0.1:{}\"; or, {}",
-                     link.to_string(), kNoKeys, link.port, kInsecure));
+         fmt::format(
+             "link.to \"{}\" {}, because udp.listen would have to be beyond loopback too. Link "
+             "to \"127.0.0.1:{}\"; or, {}",
+             link.to_string(), kNoKeys, link.port, kInsecure));
   }
 
   // Who connects, and who accepts.
@@ -118,11 +120,11 @@ class Checker {
     check_reach(i, link);
     if (link.kind == LinkKind::kSuper && !has_to && is_complete(i))
       fail(item(i),
-           "a super link wants the super router's host and port: write "
+           "a super link needs the super router's host and port: write "
            "to = \"10.9.1.1:2010\"");
     if (has(i, "system") && (has_to || link.kind == LinkKind::kSuper))
       fail(key(i, "system"),
-           "link.system says whom this side accepts, but on this link it "
+           "link.system selects the routers this side accepts, but on this link it "
            "connects: remove it");
   }
 
@@ -148,10 +150,11 @@ class Checker {
            "and port, or kind = \"super\"");
     if (link.is_automatic() && !by_name)
       fail(key(i, "to"),
-           R"(link.to "auto" wants to know the fleet: write name = "..." under [fleet])");
+           R"(link.to "auto" needs the name of the fleet: write name = "..." under [fleet])");
     if (link.uses(PathKind::kDds) && !by_name)
-      fail(key(i, "paths"),
-           R"(link.paths with "dds" wants to know the fleet: write name = "..." under [fleet])");
+      fail(
+          key(i, "paths"),
+          R"(link.paths with "dds" needs the name of the fleet: write name = "..." under [fleet])");
     if (link.uses(PathKind::kDds)) check_dds(key(i, "paths"), "link.paths with \"dds\"");
     check_is_found(i, link);
   }
@@ -164,17 +167,16 @@ class Checker {
                             std::ranges::count(config_.links, LinkKind::kSuper, &Link::kind) == 1;
     if (only_super) return;
     fail(key(i, "paths"),
-         fmt::format(
-             R"(link.paths with "dds" alone finds nobody at {}, which is an address of UDP: )"
-             R"(write paths = ["udp", "dds"])",
-             in_quotes(link.to_string())));
+         fmt::format(R"(link.paths with "dds" alone cannot reach {}, which is a UDP address: )"
+                     R"(write paths = ["udp", "dds"])",
+                     in_quotes(link.to_string())));
   }
 
   // --- the fleet
 
   void check_dds(const std::string& key, std::string_view what) {
     if (!kHasDds)
-      fail(key, fmt::format("{} needs DDS, without which this router was built "
+      fail(key, fmt::format("{} needs DDS, but this router was built without it "
                             "(TIMS_WITH_DDS=OFF): remove it, or install a router with DDS",
                             what));
   }
@@ -216,7 +218,7 @@ class Checker {
         if (is_same(before, i)) {
           const bool accepts = config_.links[i].accepts();
           fail(accepts ? item(i) : key(i, "to"),
-               fmt::format("link {} stands already at {}: remove one of them",
+               fmt::format("link {} is already configured at {}: remove one of them",
                            in_quotes(config_.links[i].to_string()),
                            origin(item(before)).to_string()));
           break;
@@ -241,7 +243,7 @@ class Checker {
     const bool complete = !written_.refused.contains(item);
     for (const std::string_view name : {"match", "via"})
       if (complete && !has(fmt::format("{}.{}", item, name)))
-        fail(item, fmt::format("a route wants {0}: write {0} = {1}", name,
+        fail(item, fmt::format("a route needs {0}: write {0} = {1}", name,
                                name == "match" ? "\"Ladar(3/*)\""
                                                : "\"robot2\", the name of the "
                                                  "router to go through"));
@@ -254,7 +256,7 @@ class Checker {
     const auto first = std::ranges::find(config_.routes, route);
     const auto before = static_cast<std::size_t>(first - config_.routes.begin());
     if (read && before != i)
-      fail(item, fmt::format("the same route stands already at {}: remove one of them",
+      fail(item, fmt::format("the same route is already configured at {}: remove one of them",
                              origin(fmt::format("route[{}]", before)).to_string()));
   }
 

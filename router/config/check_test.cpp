@@ -43,45 +43,48 @@ TEST(Check, OriginsOfPages) {
                             "null", "http://evil@robot7"})
     EXPECT_THAT(problems("[http]\norigins = \"http://a, " + std::string(wrong) + "\"\n"),
                 ElementsAre(testing::HasSubstr("\"" + std::string(wrong) +
-                                               "\" is no origin of a page: write")))
+                                               "\" is not the origin of a web page: write")))
         << wrong;
 }
 
 TEST(Check, ALinkHasAKind) {
   EXPECT_THAT(
       problems("[[link]]\nto = \"robot2\"\n"),
-      ElementsAre("r.toml:3:1: a link wants a kind: write kind = \"super\", \"peer\" or \"sub\""));
+      ElementsAre("r.toml:3:1: a link needs a kind: write kind = \"super\", \"peer\" or \"sub\""));
 }
 
 TEST(Check, OneSideConnects) {
   EXPECT_THAT(problems("[[link]]\nkind = \"super\"\n"),
-              ElementsAre("r.toml:3:1: a super link wants the super router's host and port: write "
+              ElementsAre("r.toml:3:1: a super link needs the super router's host and port: write "
                           "to = \"10.9.1.1:2010\""));
   EXPECT_THAT(problems("[[link]]\nkind = \"sub\"\nto = \"robot2\"\n"),
               ElementsAre("r.toml:5:6: link.to does not fit kind = \"sub\": the routers below "
                           "connect, and this side accepts. Remove it, or write kind = \"super\""));
   for (const std::string_view link : {kSuper, kPeer})
     for (const std::string_view system : {"1", "\"*\""})
-      EXPECT_THAT(problems(link + "system = " + system + "\n"),
-                  ElementsAre("r.toml:6:10: link.system says whom this side accepts, but on this "
-                              "link it connects: remove it"))
+      EXPECT_THAT(
+          problems(link + "system = " + system + "\n"),
+          ElementsAre("r.toml:6:10: link.system selects the routers this side accepts, but on this "
+                      "link it connects: remove it"))
           << link;
 }
 
 TEST(Check, DdsWantsAFleet) {
   const std::string automatic = "[[link]]\nkind = \"super\"\nto = \"auto\"\n";
   EXPECT_THAT(problems(automatic),
-              ElementsAre("r.toml:5:6: link.to \"auto\" wants to know the fleet: write name = "
+              ElementsAre("r.toml:5:6: link.to \"auto\" needs the name of the fleet: write name = "
                           "\"...\" under [fleet]"));
   if (!kHasDds) {
-    EXPECT_THAT(problems("[fleet]\nname = \"harbour\"\n"),
-                ElementsAre("r.toml:4:8: fleet.name needs DDS, without which this router was built "
-                            "(TIMS_WITH_DDS=OFF): remove it, or install a router with DDS"));
+    EXPECT_THAT(
+        problems("[fleet]\nname = \"harbour\"\n"),
+        ElementsAre("r.toml:4:8: fleet.name needs DDS, but this router was built without it "
+                    "(TIMS_WITH_DDS=OFF): remove it, or install a router with DDS"));
     return;
   }
-  EXPECT_THAT(problems(kSub + "paths = [\"dds\"]\n"),
-              ElementsAre("r.toml:6:9: link.paths with \"dds\" wants to know the fleet: write name "
-                          "= \"...\" under [fleet]"));
+  EXPECT_THAT(
+      problems(kSub + "paths = [\"dds\"]\n"),
+      ElementsAre("r.toml:6:9: link.paths with \"dds\" needs the name of the fleet: write name "
+                  "= \"...\" under [fleet]"));
   const std::string fleet = "[fleet]\nname = \"harbour\"\n";
   EXPECT_THAT(problems(fleet + automatic + kSub), testing::IsEmpty());
   EXPECT_THAT(problems(fleet + automatic, {"security.insecure=false"}), testing::IsEmpty());
@@ -99,14 +102,14 @@ TEST(Check, AnAddressIsOneOfUdp) {
   const std::string both = "paths = [\"udp\", \"dds\"]\n";
   const std::string other = "[[link]]\nkind = \"super\"\nto = \"10.9.1.2\"\n";
   EXPECT_THAT(problems(fleet + kPeer + dds),
-              ElementsAre("r.toml:8:9: link.paths with \"dds\" alone finds nobody at "
-                          "\"robot2:2010\", which is an address of UDP: write paths = [\"udp\", "
+              ElementsAre("r.toml:8:9: link.paths with \"dds\" alone cannot reach "
+                          "\"robot2:2010\", which is a UDP address: write paths = [\"udp\", "
                           "\"dds\"]"));
   EXPECT_THAT(problems(fleet + kPeer + both), testing::IsEmpty());
   EXPECT_THAT(problems(fleet + "[[link]]\nkind = \"peer\"\n" + dds), testing::IsEmpty());
   EXPECT_THAT(problems(fleet + kSuper + dds + kPeer), testing::IsEmpty());
   EXPECT_THAT(problems(fleet + kSuper + dds + other),
-              ElementsAre(StartsWith("r.toml:8:9: link.paths with \"dds\" alone finds nobody at "
+              ElementsAre(StartsWith("r.toml:8:9: link.paths with \"dds\" alone cannot reach "
                                      "\"10.9.1.1:2010\"")));
   EXPECT_THAT(problems(fleet + kSuper + both + other), testing::IsEmpty());
 }
@@ -137,15 +140,18 @@ TEST(Check, TheRoleFitsTheLinks) {
 }
 
 TEST(Check, TwoLinksToOneRouterAreOneTooMany) {
-  EXPECT_THAT(problems(kSuper + "[[link]]\nkind = \"peer\"\nto = \"10.9.1.1:2010\"\n"),
-              ElementsAre("r.toml:8:6: link \"10.9.1.1:2010\" stands already at r.toml:3: remove "
-                          "one of them"));
-  EXPECT_THAT(problems(std::string(kPeer), {"link=kind=peer,to=ROBOT2"}),
-              ElementsAre(StartsWith("--set 1: link \"robot2:2010\" stands already at r.toml:3")));
+  EXPECT_THAT(
+      problems(kSuper + "[[link]]\nkind = \"peer\"\nto = \"10.9.1.1:2010\"\n"),
+      ElementsAre("r.toml:8:6: link \"10.9.1.1:2010\" is already configured at r.toml:3: remove "
+                  "one of them"));
+  EXPECT_THAT(
+      problems(std::string(kPeer), {"link=kind=peer,to=ROBOT2"}),
+      ElementsAre(StartsWith("--set 1: link \"robot2:2010\" is already configured at r.toml:3")));
   EXPECT_THAT(problems(kPeer + "[[link]]\nkind = \"peer\"\nto = \"robot2:2011\"\n"),
               testing::IsEmpty());
-  EXPECT_THAT(problems(kSub + kSub),
-              ElementsAre(StartsWith("r.toml:6:1: link \"sub of system 1\" stands already")));
+  EXPECT_THAT(
+      problems(kSub + kSub),
+      ElementsAre(StartsWith("r.toml:6:1: link \"sub of system 1\" is already configured")));
   EXPECT_THAT(problems(kSub + "[[link]]\nkind = \"peer\"\nsystem = 1\n"), testing::IsEmpty());
 }
 
@@ -164,11 +170,11 @@ TEST(Check, LinksBeyondLoopbackMustBeWanted) {
   const std::vector<std::string> closed{"security.insecure=false"};
   EXPECT_THAT(problems("[udp]\nlisten = \"0.0.0.0:2010\"\n", closed),
               ElementsAre(StartsWith("r.toml:4:10: udp.listen \"0.0.0.0:2010\" is not a loopback "
-                                     "address, and this version has no keys to protect it: ")));
+                                     "address, and this version has no authentication: ")));
   EXPECT_THAT(problems(kSuper + kPeer, closed),
               ElementsAre("r.toml:5:6: link.to \"10.9.1.1:2010\" is not a loopback address, and "
-                          "this version has no keys to protect it: everybody who reaches the port "
-                          "could command the robot, for udp.listen would have to be beyond "
+                          "this version has no authentication: any program that can reach the port "
+                          "could command the robot, because udp.listen would have to be beyond "
                           "loopback too. Link to \"127.0.0.1:2010\"; or, where every machine of "
                           "the network is trusted, write \"insecure = true\" under [security] (or "
                           "--set security.insecure=true)",
@@ -191,8 +197,8 @@ TEST(Check, NumbersFitIntoTheirBits) {
 TEST(Check, RoutesAreWholeAndTheirPatternsReadable) {
   EXPECT_THAT(problems("[[route]]\nmatch = \"*(2/*)\"\nvia = \"robot2\"\n"), testing::IsEmpty());
   EXPECT_THAT(problems("[[route]]\n"),
-              ElementsAre("r.toml:3:1: a route wants match: write match = \"Ladar(3/*)\"",
-                          "r.toml:3:1: a route wants via: write via = \"robot2\", the name of the "
+              ElementsAre("r.toml:3:1: a route needs match: write match = \"Ladar(3/*)\"",
+                          "r.toml:3:1: a route needs via: write via = \"robot2\", the name of the "
                           "router to go through"));
   EXPECT_THAT(
       problems("[[route]]\nmatch = \"Lader(3/*)\"\nvia = \"robot2\"\n"),
@@ -201,8 +207,9 @@ TEST(Check, RoutesAreWholeAndTheirPatternsReadable) {
   const std::string route = "[[route]]\nmatch = \"Ladar(99/*)\"\nvia = \"robot2\"\n";
   EXPECT_THAT(problems("[address]\nwidths = \"4/12/8/8\"\n" + route),
               ElementsAre(StartsWith("r.toml:6:9: route.match wants an address pattern")));
-  EXPECT_THAT(problems(route + route),
-              ElementsAre(StartsWith("r.toml:6:1: the same route stands already at r.toml:3")));
+  EXPECT_THAT(
+      problems(route + route),
+      ElementsAre(StartsWith("r.toml:6:1: the same route is already configured at r.toml:3")));
 }
 
 TEST(Check, WhatFollowsFromAnotherMistakeIsNotTold) {

@@ -460,7 +460,7 @@ Result<std::string> substitute(std::string_view text, const Environment& environ
     if (text.starts_with("${")) {
       const std::size_t close = text.find('}');
       if (close == std::string_view::npos)
-        return Error(Errc::kInvalidArgument, "has ${ without }; a dollar sign is written $$");
+        return Error(Errc::kInvalidArgument, "has ${ without }; write $$ for a dollar sign");
       const std::string_view name = text.substr(2, close - 2);
       const auto found = environment.find(name);
       if (found == environment.end())

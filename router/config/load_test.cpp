@@ -407,7 +407,7 @@ TEST(Load, ItemsOnTheCommandLineAreWhole) {
   EXPECT_THAT(said("link[0].to=robot2"), testing::ElementsAre(named("link[0].to")));
   EXPECT_THAT(said("links=kind=sub"),
               testing::ElementsAre("--set 1: unknown key links; did you mean link?"));
-  EXPECT_THAT(said("link="), testing::ElementsAre(testing::StartsWith("--set 1: a link wants a")));
+  EXPECT_THAT(said("link="), testing::ElementsAre(testing::StartsWith("--set 1: a link needs a")));
   EXPECT_THAT(said("link=sub"),
               testing::ElementsAre("--set 1: link wants key=value,key=value, such as --set "
                                    "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
@@ -423,7 +423,7 @@ TEST(Load, ListeningBeyondLoopbackMustBeWanted) {
       problems_of(load_text(open)),
       std::vector<std::string>{
           "r.toml:2:10: tcp.listen \"0.0.0.0:2000\" is not a loopback address, and this "
-          "version has no keys to protect it: everybody who reaches the port could command "
+          "version has no authentication: any program that can reach the port could command "
           "the robot. Listen on \"127.0.0.1:2000\"; or, where every machine of the network is "
           "trusted, write \"insecure = true\" under [security] (or --set "
           "security.insecure=true)"});
@@ -516,7 +516,7 @@ TEST(Substitute, RefusesWhatItCannotReplace) {
   EXPECT_EQ(replaced("${ROBOT}"),
             "refused: names the environment variable ROBOT, which is not set");
   EXPECT_EQ(replaced("${}"), "refused: names the environment variable , which is not set");
-  EXPECT_EQ(replaced("x${HOSTNAME"), "refused: has ${ without }; a dollar sign is written $$");
+  EXPECT_EQ(replaced("x${HOSTNAME"), "refused: has ${ without }; write $$ for a dollar sign");
 }
 
 TEST(Unknown, TablesAreThoseOfOptions) {

@@ -74,7 +74,7 @@ Result<Value> parse_measured(Kind kind, std::string_view text, std::span<const U
       return bad(fmt::format("has the unknown unit {} in {}; known are {}", in_quotes(read.unit),
                              in_quotes(text), unit_list(units)));
     case MeasureError::kTooLarge:
-      return bad(fmt::format("{} is too large to be counted", in_quotes(text)));
+      return bad(fmt::format("{} is too large", in_quotes(text)));
   }
   return unreadable(kind, text);
 }
@@ -297,7 +297,7 @@ std::string_view kind_name(Kind kind) {
                                                            "kind",
                                                            "host:port",
                                                            "number or \"*\"",
-                                                           "bytes a second",
+                                                           "bytes per second",
                                                            "bits of system/class/instance/local",
                                                            "list of paths",
                                                            "seven priorities"};
@@ -318,8 +318,8 @@ std::string_view kind_example(Kind kind) {
       R"("super", "peer" or "sub")",
       R"(a host and port such as "10.9.1.1:2010", "robot1:2010" or "[fd00::1]:2010")",
       R"(a system's number or "*" for any)",
-      R"(a rate such as "6MB" (bytes a second) or 0 for no cap)",
-      R"(four numbers of bits such as "8/8/8/8")",
+      R"(a rate such as "6MB" (bytes per second) or 0 for no limit)",
+      R"(four bit widths such as "8/8/8/8")",
       R"(a list of paths such as ["udp", "dds"])",
       R"(seven priorities from 0 to 255 that ascend, such as "0/1/15/25/35/45/100")"};
   return kExamples.at(static_cast<std::size_t>(kind));

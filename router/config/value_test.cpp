@@ -71,10 +71,9 @@ TEST(Value, WhatIsNoNumberIsRefused) {
 }
 
 TEST(Value, NumbersBeyond64BitsAreRefused) {
-  EXPECT_EQ(read(Kind::kSize, "9223372036854775808"),
-            R"("9223372036854775808" is too large to be counted)");
-  EXPECT_EQ(read(Kind::kSize, "8589934592GiB"), R"("8589934592GiB" is too large to be counted)");
-  EXPECT_EQ(read(Kind::kDuration, "9223372037s"), R"("9223372037s" is too large to be counted)");
+  EXPECT_EQ(read(Kind::kSize, "9223372036854775808"), R"("9223372036854775808" is too large)");
+  EXPECT_EQ(read(Kind::kSize, "8589934592GiB"), R"("8589934592GiB" is too large)");
+  EXPECT_EQ(read(Kind::kDuration, "9223372037s"), R"("9223372037s" is too large)");
 }
 
 TEST(Value, BothEndsOfARangeAreInIt) {
@@ -125,7 +124,7 @@ TEST(Value, RatesAreSizesASecondOrNone) {
   EXPECT_EQ(read(Kind::kRate, "9999", kRates), "9999B is out of range (10kB to 100GB, or 0)");
   EXPECT_EQ(read(Kind::kRate, "-1", kRates), "-1B is out of range (10kB to 100GB, or 0)");
   EXPECT_EQ(read(Kind::kRate, "fast", kRates),
-            R"(wants a rate such as "6MB" (bytes a second) or 0 for no cap, not "fast")");
+            R"(wants a rate such as "6MB" (bytes per second) or 0 for no limit, not "fast")");
 }
 
 TEST(Value, SystemsAreNumbersOrAny) {
@@ -143,7 +142,7 @@ TEST(Value, WidthsAddUpTo32) {
     EXPECT_THAT(read(Kind::kWidths, wrong), testing::HasSubstr("does not add up to 32 bits"));
   for (const char* wrong : {"", "8", "8/8/8", "8/8/8/8/0", "8/8/8/", "8/8/8/8 ", "-8/8/8/8",
                             "256/8/8/8", "a/8/8/8", "8,8,8,8"})
-    EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four numbers of bits"));
+    EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four bit widths"));
 }
 
 TEST(Value, ClassesAscend) {

@@ -25,7 +25,7 @@ namespace tims::core {
 
 class MessageQueue {
  public:
-  // KFair: in addition to its own limit, the queue takes at most half of the free space of the
+  // kFair: in addition to its own limit, the queue takes at most half of the free space of the
   // pool (a dynamic threshold). However many receivers are stalled, there is room for the next
   // one.
   enum class Share : std::uint8_t { kAll, kFair };

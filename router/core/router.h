@@ -109,7 +109,7 @@ struct Registration {
   ClientId owner{};  // kAddressInUse: the current owner; kNoClient means the router itself
 };
 
-// KUnknown: the address is not registered.
+// kUnknown: the address is not registered.
 enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
 
 class Router {

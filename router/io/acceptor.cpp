@@ -93,7 +93,7 @@ Acceptor::Next Acceptor::accept_failed(int error) {
       return turn_one_away();
     case ENOBUFS:
     case ENOMEM:
-      log_.warning("no memory for new connections: they wait");
+      log_.warning("no memory for new connections: they must wait");
       return Next::kPause;
     default:
       return Next::kMore;  // that one connection broke before it was accepted
@@ -108,7 +108,7 @@ Acceptor::Next Acceptor::turn_one_away() {
   const bool newcomer_came = static_cast<bool>(newcomer);
   const bool nobody = !newcomer_came && errno == EAGAIN;
   if (newcomer) {
-    log_.warning("no free file descriptor: new connections are turned away");
+    log_.warning("no free file descriptor: new connections are refused");
     on_turned_away_();
   }
   newcomer.reset();  // first: its number is the only one left for the spare

@@ -120,15 +120,13 @@ constexpr Argument kLimit{"limit",
                             return set_integer<&Question::limit>(q, v, 1, kPageItemsMax);
                           },
                           "a number from 1 to 1000"};
-constexpr Argument kAfter{"after", set_text<&Question::after>,
-                          R"(what "next" of the last answer said)"};
+constexpr Argument kAfter{"after", set_text<&Question::after>, R"(the "next" of the last answer)"};
 constexpr Argument kSince{"since",
                           [](Question& q, const json::value& v) {
                             return set_integer<&Question::since>(q, v, 0, INT64_MAX);
                           },
                           "the number of an event"};
-constexpr Argument kEpoch{"epoch", set_text<&Question::epoch>,
-                          R"(what "epoch" of the last answer said)"};
+constexpr Argument kEpoch{"epoch", set_text<&Question::epoch>, R"(the "epoch" of the last answer)"};
 constexpr Argument kWait{"wait_ms", set_wait, "a number from 0 to 30000"};
 constexpr Argument kPad{"pad", set_text<&Question::pad>, "a text"};
 constexpr Argument kLink{"link", set_text<&Question::link>, kLinkWanted};
@@ -202,7 +200,7 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   if (question.ask == Ask::kLinkDo && (question.link.empty() || question.action.empty()))
     return bad_argument("link and do", R"(given: which link, and "up", "down" or "reset")");
   if (acts(question.ask) && question.ask >= Ask::kRouteAdd && question.pattern.empty())
-    return bad_argument("match", "given: the addresses that are meant");
+    return bad_argument("match", "given: the addresses of the route");
   return question;
 }
 

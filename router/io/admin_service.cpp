@@ -454,8 +454,9 @@ std::string_view text_of(const core::Message& request) {
 }
 
 QuestionError denied() {
-  return {"denied", "clients of TCP and of WebSockets may look here, and change nothing",
-          "ask a router by the Unix socket of its host, or set tcp.admin = true where you ask"};
+  return {"denied", "TCP and WebSocket clients have read-only access",
+          "ask over the Unix socket of the router's host, or set tcp.admin = true at the router "
+          "you ask"};
 }
 
 bool has(const std::vector<core::StaticRoute>& routes, const core::StaticRoute& route) {
@@ -489,7 +490,7 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
   auto read = read_question(question, source, clocks.now);
   const auto* checked = std::get_if<Question>(&read);
   if (checked != nullptr && acts(checked->ask))
-    read = QuestionError{"denied", "this way in only looks", "ask with timsctl"};
+    read = QuestionError{"denied", "this interface is read-only", "ask with timsctl"};
   return answer_text(read, source, clocks);
 }
 
@@ -574,9 +575,9 @@ bool AdminService::can_take_more(core::ClientId asker) const {
 
 void AdminService::refuse(const Send& send) {
   if (refused_.empty()) return;
-  const std::string text = json::serialize(
-      error_json({"busy", fmt::format("{} questions of yours are not answered yet", kPerClientMax),
-                  "wait for their answers before you ask more"}));
+  const std::string text = json::serialize(error_json(
+      {"busy", fmt::format("{} questions of this client are not answered yet", kPerClientMax),
+       "wait for their answers before sending more"}));
   auto& bytes = sent_.emplace_back(refused_.size() * (kHeaderSize + text.size()));
   std::span<std::byte> rest(bytes);
   for (const Refused& refused : refused_) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kOriginals =
     "As the original's tims_router_tcp, which this program is called too";
-constexpr const char* kActions = "Action other than to run";
+constexpr const char* kActions = "Actions other than running";
 
 // How the program is called, then what it does; what CLI11 makes of the options follows.
 class Help final : public CLI::Formatter {
@@ -40,23 +40,23 @@ class CommandLine {
     app_.set_help_flag();
     app_.allow_extras();
     app_.footer(
-        "Ends with 0 when asked to (SIGTERM, SIGINT), 1 when it cannot start or the check fails, "
-        "2 when\ncalled wrongly. SIGHUP reads the configuration again.");
+        "Exits with 0 on SIGTERM or SIGINT, 1 when it cannot start or the check fails, "
+        "2 on\nwrong usage. SIGHUP reloads the configuration.");
     option("--config", "FILE",
            "read the configuration from FILE, then from *.toml in the folder FILE.d\n"
            "(router.toml, router.d/*.toml)",
            [this](const std::string& path) { arguments_.config_path = path; });
-    option("--set", "KEY=VALUE", "one value over all files; as often as needed",
+    option("--set", "KEY=VALUE", "override one value of all files; repeatable",
            [this](const std::string& setting) { arguments_.settings.push_back(setting); });
     add_originals();
-    app_.add_subcommand("check", "say whether the configuration is good, and end")
+    app_.add_subcommand("check", "check the configuration and exit")
         ->fallthrough()
         ->group(kActions)
         ->callback([this] { arguments_.action = Arguments::Action::kCheck; });
-    action("--print-config", "print every value and where it comes from, and end",
+    action("--print-config", "print every value with its origin and exit",
            Arguments::Action::kPrintConfig);
-    action("--version", "print the version, and end", Arguments::Action::kVersion);
-    action("-h,--help", "print this, and end", Arguments::Action::kHelp);
+    action("--version", "print the version and exit", Arguments::Action::kVersion);
+    action("-h,--help", "print this help and exit", Arguments::Action::kHelp);
   }
 
   Result<Arguments> parse(std::span<const char* const> words) {
@@ -65,7 +65,7 @@ class CommandLine {
       app_.parse(reversed);
     } catch (const CLI::ArgumentMismatch& error) {
       const std::string what = error.what();  // "--set: 1 required ..."
-      return wrong(fmt::format("{} wants something behind it", what.substr(0, what.find(':'))));
+      return wrong(fmt::format("{} needs a value", what.substr(0, what.find(':'))));
     } catch (const CLI::ParseError& error) {
       return wrong(error.what());
     }
@@ -110,7 +110,7 @@ class CommandLine {
     option("-i", "ADDRESS", "with PORT: --set tcp.listen=ADDRESS:PORT (127.0.0.1)",
            [this](const std::string& address) { address_ = address; })
         ->group(kOriginals);
-    option("-p", "PORT", "where to listen (2000)", [this](const std::string& port) {
+    option("-p", "PORT", "listen on PORT (2000)", [this](const std::string& port) {
       port_ = port;
     })->group(kOriginals);
     option("-m", "KIB", "--set message.max=KIBKiB", setting("message.max={}KiB"))
@@ -138,7 +138,7 @@ class CommandLine {
   std::optional<std::string> address_;
   std::optional<std::string> port_;
   CLI::App app_{
-      "Routes messages between the components of this host and everything that connects over TCP "
+      "Routes messages between the components of this host and all programs that connect over TCP "
       "or\n"
       "WebSocket.",
       "tims-router"};

@@ -36,7 +36,7 @@ TEST(Arguments, TheOriginals) {
   EXPECT_EQ(parse({"-m64"})->settings, Settings{"message.max=64KiB"});
   EXPECT_EQ(parse({"-l", "2"})->settings, Settings{"log.level=debug"});
   for (const char* word : {"-i", "-p", "-m", "-l", "-P"})
-    EXPECT_EQ(parse({word}).error().detail(), fmt::format("{} wants something behind it", word));
+    EXPECT_EQ(parse({word}).error().detail(), fmt::format("{} needs a value", word));
 }
 
 // Later ones win.
@@ -68,8 +68,8 @@ TEST(Arguments, NamesWhatItDoesNotUnderstand) {
   EXPECT_EQ(parse({"chek"}).error().detail(), "\"chek\" is not known here (did you mean check?)");
   EXPECT_EQ(parse({"check", "--sett=x"}).error().detail(),
             "\"--sett=x\" is not known here (did you mean --set?)");
-  EXPECT_EQ(parse({"--set"}).error().detail(), "--set wants something behind it");
-  EXPECT_EQ(parse({"--config"}).error().detail(), "--config wants something behind it");
+  EXPECT_EQ(parse({"--set"}).error().detail(), "--set needs a value");
+  EXPECT_EQ(parse({"--config"}).error().detail(), "--config needs a value");
 }
 
 }  // namespace arguments_test

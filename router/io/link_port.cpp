@@ -129,7 +129,7 @@ Result<void> LinkPort::check_memory() const {
   if (memory_.is_enough()) return {};
   return Error(
       Errc::kSystem,
-      fmt::format("the system gives no {} bytes of address space for messages in parts "
+      fmt::format("cannot reserve {} bytes of address space for messages in parts "
                   "(ulimit -v): lower message.max ({} bytes)",
                   link::MessageMemory::kPlacesMin * std::size_t{message_max}, message_max));
 }
@@ -149,7 +149,7 @@ Result<std::string> LinkPort::listen(const config::Endpoint& where) {
   const std::uint32_t asked = socket_->asked_buffer_bytes();
   if (socket_->receive_buffer_bytes() < asked || socket_->send_buffer_bytes() < asked) {
     log_.info(fmt::format(
-        "udp buffers are {} KiB in, {} KiB out, less than the {} KiB asked for: "
+        "udp buffers are {} KiB in, {} KiB out, less than the {} KiB requested: "
         "bursts may be lost; raise net.core.rmem_max and wmem_max",
         socket_->receive_buffer_bytes() >> 10, socket_->send_buffer_bytes() >> 10, asked >> 10));
   }
@@ -174,7 +174,7 @@ std::vector<link::NetAddress> LinkPort::udp_addresses() const {
 void LinkPort::watch_network() {
   if (std::exchange(watches_network_, true)) return;
   if (const auto watching = interfaces_.start(); !watching)
-    log_.warning("changes of the network are not seen: " + watching.error().detail());
+    log_.warning("cannot watch the network for changes: " + watching.error().detail());
 }
 
 void LinkPort::configure(Time now, const config::Config& config) {

@@ -26,7 +26,7 @@ constexpr Duration kReturnGrace = 10s;
 // offers the next.
 constexpr std::size_t kUnusedSegmentsMax = 16;
 constexpr const char* kNoDescriptor =
-    "is not registered: the router has no file descriptor left for this program, which may use a "
+    "is not registered: the router has no file descriptor left for this program, whose limit is a "
     "quarter of them: open mailboxes together, or raise the router's limit (LimitNOFILE, ulimit "
     "-n)";
 
@@ -225,8 +225,8 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
                       const wire::Hello& hello) {
   if (client.id) return false;
   if (hello.version_min > wire::kLocalVersion || hello.version_max < wire::kLocalVersion) {
-    const std::string text = "this router speaks version " + std::to_string(wire::kLocalVersion) +
-                             " of the local protocol, the client " +
+    const std::string text = "this router supports version " + std::to_string(wire::kLocalVersion) +
+                             " of the local protocol, the client supports " +
                              std::to_string(hello.version_min) + " to " +
                              std::to_string(hello.version_max) + ": update the older one";
     (void)send(client, request, wire::Refused{text});
@@ -243,7 +243,7 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
                                     .name = std::string_view(hello.name)});
   if (!client.id) {
     (void)send(client, request,
-               wire::Refused{"as many clients as limits.clients allows: raise it"});
+               wire::Refused{"as many clients as limits.clients allows: increase it"});
     return false;
   }
   client.writer = writer_for(hello.writer);
@@ -370,7 +370,7 @@ wire::OpenStatus LocalPort::register_one(Time now, LocalClient& client, Address 
     text = "belongs to " + describe(owner == nullptr ? core::Peer{} : owner->peer());
     return wire::OpenStatus::kAddressInUse;
   }
-  text = "is not registered: more mailboxes than limits.mailboxes_per_client allows: raise it";
+  text = "is not registered: more mailboxes than limits.mailboxes_per_client allows: increase it";
   return wire::OpenStatus::kTooMany;
 }
 

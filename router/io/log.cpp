@@ -112,7 +112,7 @@ void Log::put(LogLevel level, std::string_view text) const {
     return;
   }
   const std::string before =
-      left_out_ == 0 ? "" : fmt::format(" ({} lines before this one were left out)", left_out_);
+      left_out_ == 0 ? "" : fmt::format(" ({} lines before this one were dropped)", left_out_);
   left_out_ = 0;
   const std::string line =
       journal_ ? fmt::format("<{}>{}{}{}\n", journal_priority(level), word(level), printable(text),
@@ -201,7 +201,7 @@ void LimitedLog::on_timeout(Time now) {
 
 void LimitedLog::summarise(History& history) {
   if (history.held_back == 0) return;
-  write_(history.level, fmt::format("{} ({} lines like this were held back)", history.text,
+  write_(history.level, fmt::format("{} ({} similar lines were suppressed)", history.text,
                                     std::exchange(history.held_back, 0)));
 }
 

@@ -85,7 +85,7 @@ TEST_F(LogTest, AReaderThatDoesNotReadStopsNobody) {
   EXPECT_EQ(taken.back(), '\n');
   log.always(config::LogLevel::kInfo, "back again");
   EXPECT_THAT(read_all(), HasSubstr("back again (" + std::to_string(1000 - lines) +
-                                    " lines before this one were left out)\n"));
+                                    " lines before this one were dropped)\n"));
   log.always(config::LogLevel::kInfo, "as before");
   EXPECT_THAT(read_all(), EndsWith("as before\n"));
 }
@@ -134,7 +134,7 @@ TEST_F(LimitedLogTest, AFlappingLinkIsOneLineAMinute) {
   pass(1min);
   ASSERT_EQ(lines.size(), 7U);
   EXPECT_THAT(lines[6], HasSubstr("is down"));
-  EXPECT_THAT(lines[6], HasSubstr("(41 lines like this were held back)"));
+  EXPECT_THAT(lines[6], HasSubstr("(41 similar lines were suppressed)"));
   for (int minute = 0; minute < 10; ++minute) {
     flap(5);
     pass(1min);
@@ -172,14 +172,14 @@ TEST_F(LimitedLogTest, RefusalsOfOneKindAreHeldBackWhoeverCausesThem) {
   EXPECT_THAT(lines[6], HasSubstr("is down"));
   pass(1min);
   ASSERT_EQ(lines.size(), 8U);
-  EXPECT_THAT(lines[7], HasSubstr("(994 lines like this were held back)"));
+  EXPECT_THAT(lines[7], HasSubstr("(994 similar lines were suppressed)"));
 }
 
 TEST_F(LimitedLogTest, NamesOfLinksAreNotKeptWithoutEnd) {
   for (int i = 0; i < 1000; ++i) happens(EventKind::kLinkUp, "robot" + std::to_string(i));
   EXPECT_EQ(lines.size(), 256U + 6U);
   pass(1min);
-  EXPECT_THAT(lines.back(), HasSubstr("held back"));
+  EXPECT_THAT(lines.back(), HasSubstr("suppressed"));
 }
 
 TEST(LimitedLog, TellsAtTheEndWhatItHolds) {

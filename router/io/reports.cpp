@@ -34,9 +34,9 @@ std::string refused_text(const core::Event& event, const AddressWidths& widths) 
 // How the next hop was found: in JSON, and why it is the one.
 constexpr std::array kBys{
     core::Label<By>{By::kTable, "table", "it has announced the address"},
-    core::Label<By>{By::kStatic, "static", "a static route says so"},
+    core::Label<By>{By::kStatic, "static", "a static route matches"},
     core::Label<By>{By::kSystem, "system", "it is the router of that system"},
-    core::Label<By>{By::kUp, "up", "what is not known here goes up"},
+    core::Label<By>{By::kUp, "up", "unknown destinations are sent up"},
     core::Label<By>{By::kNone, "none", ""},
 };
 static_assert(core::complete(kBys, By::kNone));
@@ -124,15 +124,14 @@ void add_drops_and_events(MetricsPage& page, const core::Router& router) {
     if (core::is_drop(label.value))
       page.sample(router.messages().total(label.value).messages,
                   {{"reason", std::string(label.name)}});
-  page.family("tims_router_events_total", "counter",
-              "What happened to clients and mailboxes, by kind.");
+  page.family("tims_router_events_total", "counter", "Events of clients and mailboxes, by kind.");
   for (const core::EventCountReport& report : core::report_event_counts(router))
     page.sample(report.count, {{"event", std::string(core::name(report.kind))}});
 }
 
 void add_mailboxes(MetricsPage& page, const shm::Counters& counts) {
   page.family("tims_mailbox_messages_total", "counter",
-              "Messages to mailboxes in shared memory, whoever sent them, by what became of them.");
+              "Messages to mailboxes in shared memory, from all senders, by outcome.");
   for_each_field<shm::Counters>([&](const auto& field) {
     page.sample(std::invoke(field.get, counts), {{"outcome", std::string(field.name)}});
   });
@@ -181,7 +180,7 @@ void add_process(MetricsPage& page, const ProcessReport& process,
         sample(StatusView{status, process});
       },
       [](const StatusView&) { return Labels(); });
-  page.family("tims_router_info", "gauge", "Always 1; who this router is.");
+  page.family("tims_router_info", "gauge", "Always 1; labels identify this router.");
   page.sample(1, {{"name", process.name},
                   {"address", status.address.to_string(status.widths)},
                   {"version", process.version}});
@@ -213,21 +212,21 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kAddressRefused:
       if (event.client.port == core::PortKind::kLink)
         return address + " announced by " + router_text(event.client) +
-               " is not taken: the [[link]] it came over is for another system";
+               " is refused: the [[link]] it arrived on is for another system";
       return refused_text(event, widths);
     case EventKind::kMailboxLimit:
       if (event.client.port == core::PortKind::kLink)
         return router_text(event.client) +
-               " announces more mailboxes than its [[link]] may bring "
+               " announces more mailboxes than its [[link]] allows "
                "(link.mailboxes): " +
-               address + " and what follows are not taken";
+               address + " and following ones are refused";
       return address + " refused to " + client + ": limits.mailboxes_per_client";
     case EventKind::kDeleteRefused:
       return client + " may not delete " + address + ": it belongs to " + peer_text(event.owner);
     case EventKind::kClientRefused:
-      return client + " was turned away: " + reason;
+      return client + " was refused: " + reason;
     case EventKind::kClientWent:
-      return client + " went away" + (reason.empty() ? "" : ": ") + reason;
+      return client + " disconnected" + (reason.empty() ? "" : ": ") + reason;
     case EventKind::kLinkUp:
       return "link to " + router_text(event.client) + " is up";
     case EventKind::kLinkDown:
@@ -236,19 +235,20 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
       return "link with " + router_text(event.client) +
              " refused: " + valid_utf8(event.text.view());
     case EventKind::kLinkPath:
-      return "link to " + router_text(event.client) + " goes from " + valid_utf8(event.text.view());
+      return "link to " + router_text(event.client) + " changed from " +
+             valid_utf8(event.text.view());
     case EventKind::kUplinkChanged:
-      return event.client.id ? "what is not known here goes up to " + router_text(event.client)
-                             : std::string("there is no super router any more");
+      return event.client.id ? "unknown destinations are sent up to " + router_text(event.client)
+                             : std::string("there is no super router now");
     case EventKind::kDuplicateAddress:
       return address + " of " + router_text(event.client) + " is not used: " +
              (event.owner.id ? router_text(event.owner) : std::string("this router")) +
              " has it already";
     case EventKind::kDuplicateRouter:
       return address + " is both " + router_text(event.client) + " and " +
-             router_text(event.owner) + ": give one another system or id";
+             router_text(event.owner) + ": change the system or id of one of them";
     case EventKind::kLoop:
-      return "messages to " + address + " go round in a loop: they come from " +
+      return "messages to " + address + " are in a loop: they come from " +
              router_text(event.client) + " and would go on to " + router_text(event.owner);
     case EventKind::kWatchdogClosed:
     case EventKind::kProtocolError:

@@ -303,7 +303,7 @@ tims_router_drops_total{reason="hop_limit"} 0
 tims_router_drops_total{reason="would_return"} 0
 tims_router_drops_total{reason="link_reset"} 0
 tims_router_drops_total{reason="expired"} 0
-# HELP tims_router_events_total What happened to clients and mailboxes, by kind.
+# HELP tims_router_events_total Events of clients and mailboxes, by kind.
 # TYPE tims_router_events_total counter
 tims_router_events_total{event="client_came"} 3
 tims_router_events_total{event="client_went"} 0
@@ -326,7 +326,7 @@ tims_router_events_total{event="loop"} 0
 tims_router_events_total{event="forged_source_tolerated"} 3
 tims_router_events_total{event="not_available"} 1
 tims_router_events_total{event="lifesign"} 0
-# HELP tims_mailbox_messages_total Messages to mailboxes in shared memory, whoever sent them, by what became of them.
+# HELP tims_mailbox_messages_total Messages to mailboxes in shared memory, from all senders, by outcome.
 # TYPE tims_mailbox_messages_total counter
 tims_mailbox_messages_total{outcome="received"} 50
 tims_mailbox_messages_total{outcome="replaced"} 4
@@ -360,7 +360,7 @@ tims_router_longest_turn_seconds 0.00125
 # HELP process_resident_memory_bytes Memory of the router's process.
 # TYPE process_resident_memory_bytes gauge
 process_resident_memory_bytes 7340032
-# HELP tims_router_info Always 1; who this router is.
+# HELP tims_router_info Always 1; labels identify this router.
 # TYPE tims_router_info gauge
 tims_router_info{name="robot7",address="Tims(3/1)",version="0.1.0"} 1
 )golden";

@@ -40,10 +40,10 @@ std::string systems_text(std::span<const LinkSettings> settings) {
 
 std::optional<Refuse> Admission::version_refusal(const Hello& hello) {
   if (hello.version_min <= kVersionMax && hello.version_max >= kVersionMin) return std::nullopt;
-  const std::string text = "this router speaks version " + std::to_string(kVersionMin) + " to " +
-                           std::to_string(kVersionMax) + " of the protocol, yours " +
-                           std::to_string(hello.version_min) + " to " +
-                           std::to_string(hello.version_max);
+  const std::string text =
+      "this router supports version " + std::to_string(kVersionMin) + " to " +
+      std::to_string(kVersionMax) + " of the protocol, the other router supports " +
+      std::to_string(hello.version_min) + " to " + std::to_string(hello.version_max);
   return Refuse{.echo = hello.token, .text = std::string_view(text)};
 }
 
@@ -85,7 +85,7 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
   if (who.epoch == self.epoch) return no(RefuseCode::kDuplicateId, "this is the router itself");
   if (who.system == self.system && who.id == self.id)
     return no(RefuseCode::kDuplicateId,
-              text_of(self) + " has this system and id already: choose another [router] id");
+              text_of(self) + " already has this system and id: choose another [router] id");
   if (who.widths != self.widths)
     return no(RefuseCode::kWidths,
               text_of(self) + " has other address fields: see [address] widths");
@@ -96,7 +96,7 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
   const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
   if (!fits(hello.kind, who.role, self.role))
     return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +
-                                     " router, which is no " + std::string(name(hello.kind)) +
+                                     " router, which cannot be a " + std::string(name(hello.kind)) +
                                      " router for a " + std::string(name(who.role)) + " router");
   bool any_of_kind = false;
   bool other_path = false;
@@ -115,7 +115,7 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
   }
   if (!any_of_kind && other_path)
     return no(RefuseCode::kNotConfigured,
-              text_of(self) + " takes no link over " + std::string(name(from.kind)) +
+              text_of(self) + " accepts no link over " + std::string(name(from.kind)) +
                   ": see paths of its [[link]] with kind = \"" + std::string(name(ours)) + "\"");
   if (!any_of_kind)
     return no(RefuseCode::kNotConfigured,
@@ -144,7 +144,7 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   if (!first && now <= conflict->second + patience / 2) return Rival::kWait;
   refuse.code = RefuseCode::kDuplicateId;
   refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
-                                 " lives and has this system and id: choose another [router] id");
+                                 " is running with this system and id: choose another [router] id");
   router_.note(
       {.at = now,
        .kind = core::EventKind::kDuplicateRouter,

@@ -45,7 +45,7 @@ class Admission {
                                               const NetAddress& from, const Hello& hello,
                                               const IsCalled& is_called, Refuse& refuse) const;
 
-  // KWait: the linked router is given time to prove that it is running.
+  // kWait: the linked router is given time to prove that it is running.
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
   [[nodiscard]] Rival rival(Time now, const NetAddress& from, const Hello& hello, const Link& link,
                             Refuse& refuse);

@@ -72,11 +72,11 @@ TEST_F(AdmissionTest, TheConfigurationSaysWhoMayConnect) {
   Identity twin = kRobot;
   twin.system = kBase.system;
   EXPECT_EQ(refusal(twin, {sub}),
-            "Tims(0/1)  has this system and id already: choose another [router] id");
+            "Tims(0/1)  already has this system and id: choose another [router] id");
   Identity below = kRobot;
   below.role = Role::kSubsystem;
   EXPECT_EQ(refusal(below, {sub}),
-            "Tims(0/1)  is a top router, which is no super router for a subsystem router");
+            "Tims(0/1)  is a top router, which cannot be a super router for a subsystem router");
 }
 
 // Who tries again and again is not told of each time.

@@ -192,7 +192,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
     touch(*link);
   };
   if (welcome.version < kVersionMin || welcome.version > kVersionMax)
-    return told("it speaks version " + std::to_string(welcome.version) + " of the protocol");
+    return told("it supports version " + std::to_string(welcome.version) + " of the protocol");
   if (welcome.who.widths != setup_.self.widths)
     return told("the widths of its address fields differ: see [address] widths");
   if (welcome.who.classes != setup_.self.classes)
@@ -200,7 +200,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
                 setup_.self.classes.to_string());
   const Link* other = link_to(welcome.who);
   if (other != nullptr && other != link && other->is_up())
-    return told("there is a link to " + std::string(welcome.who.name.view()) + " already, to " +
+    return told("there is already a link to " + std::string(welcome.who.name.view()) + ", at " +
                 other->address().to_string());
   link->on_welcome(now, from, welcome);
 }
@@ -443,8 +443,8 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   }
   if (link == nullptr && settings->connects) link = find(settings->to);
   if (link != nullptr && link->state() == Link::State::kDown)
-    return refuse(
-        admission_.refusal(hello, RefuseCode::kNotConfigured, " has taken this link down by hand"));
+    return refuse(admission_.refusal(hello, RefuseCode::kNotConfigured,
+                                     " has taken this link down manually"));
   if (link != nullptr && link->peer().epoch != 0) {
     switch (admission_.rival(now, from, hello, *link, refusal)) {
       case Admission::Rival::kNone:
@@ -531,7 +531,7 @@ void Links::look_for(Time now, Link& link) {
     slots_[link.slot()].standby = {};
     if (!automatic) return;
     link.set_targets(now, PathKind::kUdp, {});
-    const std::string why = "nobody in the fleet is " + fleet_.looked_for();
+    const std::string why = "the fleet has no router that is " + fleet_.looked_for();
     return link.note_nobody(why);
   }
   const Announcement& one = *candidates[slots_[link.slot()].tries % candidates.size()];

@@ -83,7 +83,7 @@ bool Paths::configure(Time now, std::span<const PathKind> preference, Duration k
   const Path* still = find(used_kind);
   used_ = still == nullptr ? 0 : static_cast<std::size_t>(still - paths_.data());
   if (still != nullptr) return false;
-  use(now, used_, std::string(name(used_kind)) + " is not configured any more");
+  use(now, used_, std::string(name(used_kind)) + " is no longer configured");
   return true;
 }
 
@@ -173,7 +173,7 @@ void Paths::begin_again(Time now) {
     path.since = now;
     path.asked = {};
   }
-  use(now, used_, "the link was heard again");
+  use(now, used_, "the link receives again");
 }
 
 void Paths::fail(Time now, Path& path) {

@@ -1,4 +1,4 @@
-// Routers that find each other by the name of their fleet. Complaints about who finds whom.
+// Routers that discover each other by the name of their fleet; complaints about which routers link.
 #include "tests/sim/story.h"
 
 namespace tims::sim {
@@ -35,7 +35,7 @@ class Fleet : public testing::Test {
                 .system = system,
                 .id = id});
   }
-  // The name of its super router; empty: it has none.
+  // The name of the node's super router; empty: none.
   static std::string super_of(Node& node) {
     const link::Link* up = node.links().uplink();
     return up == nullptr ? "" : std::string(up->peer().name.view());
@@ -44,7 +44,7 @@ class Fleet : public testing::Test {
     return network.run_until([&] { return super_of(node) == super; }, within);
   }
 
-  // A base and its robots, from when all links are up: too early for most ways over DDS.
+  // A base and its robots as soon as all links are up; few DDS paths are prepared by then.
   Node& all_up(std::uint8_t count) {
     Node& ship = base();
     for (std::uint8_t system = 1; system <= count; ++system) robots.push_back(&robot(system));
@@ -52,7 +52,7 @@ class Fleet : public testing::Test {
     return ship;
   }
   Node& fifty_up() { return all_up(50); }
-  // To how many routers a way over DDS has been prepared.
+  // The number of routers to which a DDS path has been prepared.
   static std::size_t prepared(Node& node) {
     std::size_t n = 0;
     node.links().for_each([&](const link::Link& link) {
@@ -90,17 +90,17 @@ TEST_F(Fleet, EachFindsItsSuperRouterByRoleAndSystem) {
   EXPECT_EQ(one.links().uplink()->paths().kind(), PathKind::kUdp);
 }
 
-TEST_F(Fleet, WhoComesFirstWaitsAndSaysForWhom) {
+TEST_F(Fleet, ARouterWithoutSuperRouterWaitsAndReportsIt) {
   Node& below = host(3);
   network.run_for(5s);
   std::string refusal;
   below.links().for_each([&](const link::Link& l) { refusal = l.refusal().view(); });
-  EXPECT_EQ(refusal, "nobody in the fleet is a system router of system 3");
+  EXPECT_EQ(refusal, "the fleet has no router that is a system router of system 3");
   robot(3);
   EXPECT_TRUE(becomes(below, "robot3-1"));
 }
 
-TEST_F(Fleet, TwoFleetsDoNotSeeEachOther) {
+TEST_F(Fleet, TwoFleetsDoNotDiscoverEachOther) {
   add({.name = "base", .role = core::Role::kTop, .id = 0, .fleet = "airport"});
   Node& one = robot(1);
   network.run_for(5s);
@@ -108,7 +108,7 @@ TEST_F(Fleet, TwoFleetsDoNotSeeEachOther) {
   EXPECT_TRUE(one.links().fleet().routers().empty());
 }
 
-TEST_F(Fleet, WhereUdpDoesNotGetThroughDdsDoes) {
+TEST_F(Fleet, DdsIsUsedWhereUdpIsBlocked) {
   Node& ship = base();
   network.set_faults({.blackout = true});
   const auto open = [&](const std::string& from, const std::string& to) {
@@ -122,14 +122,14 @@ TEST_F(Fleet, WhereUdpDoesNotGetThroughDdsDoes) {
   EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 1; }, 1s));
 }
 
-TEST_F(Fleet, WhoDoesNotTakeUsIsNotAskedForEver) {
+TEST_F(Fleet, ARouterThatRefusesTheLinkIsNotAskedForEver) {
   robot(1, 1, false);
   robot(1, 3);
   Node& below = host(1);
   EXPECT_TRUE(becomes(below, "robot1-3", 10s));
 }
 
-TEST_F(Fleet, TwoWithOneIdAreNamedOnBothEnds) {
+TEST_F(Fleet, TwoRoutersWithOneIdAreReportedOnBothEnds) {
   Node& ship = base();
   Node& first = robot(1);
   EXPECT_TRUE(becomes(first, "base"));
@@ -148,7 +148,7 @@ TEST_F(Fleet, TwoWithOneIdAreNamedOnBothEnds) {
   EXPECT_NE(refusal.find("robot1-1"), std::string::npos) << refusal;
 }
 
-TEST_F(Fleet, ASuperRouterThatDiesAndComesBackIsFoundAgain) {
+TEST_F(Fleet, ARestartedSuperRouterIsFoundAgain) {
   Node& ship = base();
   Node& one = robot(1);
   EXPECT_TRUE(becomes(one, "base"));
@@ -160,7 +160,7 @@ TEST_F(Fleet, ASuperRouterThatDiesAndComesBackIsFoundAgain) {
   EXPECT_TRUE(becomes(one, "base"));
 }
 
-TEST_F(Fleet, OneThatIsStartedAnewElsewhereIsFoundWhileItsFormerLifeIsStillHeardOf) {
+TEST_F(Fleet, ARouterRestartedAtAnotherAddressIsFoundBeforeTheLeaseOfTheOldOneEnds) {
   Node& ship = base();
   Node& one = robot(1);
   EXPECT_TRUE(becomes(one, "base"));
@@ -172,13 +172,13 @@ TEST_F(Fleet, OneThatIsStartedAnewElsewhereIsFoundWhileItsFormerLifeIsStillHeard
   EXPECT_EQ(one.links().uplink()->address(), address_of(60));
 }
 
-TEST_F(Fleet, FiftyComeUpTogether) {
+TEST_F(Fleet, FiftyRobotsStartTogether) {
   Node& ship = base();
   for (std::uint8_t system = 1; system < 50; ++system) robot(system);
   EXPECT_TRUE(network.run_until([&] { return Story::links_up(ship) == 49; }, 5s));
 }
 
-TEST_F(Fleet, WaysOverDdsArePreparedAFewASecond) {
+TEST_F(Fleet, AFewDdsPathsArePreparedPerSecond) {
   Node& ship = fifty_up();
   std::size_t before = prepared(ship);
   EXPECT_LT(before, 15U);
@@ -193,7 +193,7 @@ TEST_F(Fleet, WaysOverDdsArePreparedAFewASecond) {
   EXPECT_EQ(robots_by(PathKind::kUdp), 50U);
 }
 
-TEST_F(Fleet, WhoLosesUdpBeforeItsTurnDoesNotWaitForIt) {
+TEST_F(Fleet, ARouterThatLosesUdpDoesNotWaitForItsTurn) {
   Node& ship = fifty_up();
   network.run_for(10s);
   const std::size_t before = prepared(ship);
@@ -211,8 +211,8 @@ TEST_F(Fleet, WhoLosesUdpBeforeItsTurnDoesNotWaitForIt) {
   EXPECT_LT(prepared(ship), before + 20) << "others have their turns";
 }
 
-// Of a hundred others and one, each has this way only when it needs it.
-TEST_F(Fleet, InALargeFleetWaysOverDdsArePreparedWhenTheyAreNeeded) {
+// With more than a hundred routers, a DDS path is prepared only when UDP fails.
+TEST_F(Fleet, InALargeFleetDdsPathsArePreparedOnDemand) {
   Node& ship = all_up(101);
   network.run_for(60s);
   EXPECT_EQ(prepared(ship), 0U);
@@ -227,14 +227,14 @@ TEST_F(Fleet, InALargeFleetWaysOverDdsArePreparedWhenTheyAreNeeded) {
   EXPECT_EQ(prepared_by_robots(), 1U);
 }
 
-TEST_F(Fleet, WhoNeverHadUdpDoesNotWaitForItsTurn) {
+TEST_F(Fleet, ARouterWithoutUdpDoesNotWaitForItsTurn) {
   fifty_up();
   Node& one = robot(60);
   network.cut("base", one.setup().name, true, PathKind::kUdp);
   EXPECT_TRUE(network.run_until([&] { return goes_by(one, PathKind::kDds); }, 11s));
 }
 
-TEST_F(Fleet, WhenAllFallSilentTheirWaysArePreparedInTurnsToo) {
+TEST_F(Fleet, WhenAllLoseUdpTheirDdsPathsArePreparedInTurns) {
   Node& ship = fifty_up();
   for (Node* node : robots) network.cut("base", node->setup().name, true, PathKind::kUdp);
   network.run_for(2 * kKeepAlive);
@@ -243,8 +243,8 @@ TEST_F(Fleet, WhenAllFallSilentTheirWaysArePreparedInTurnsToo) {
       [&] { return robots_by(PathKind::kDds) == 50 && Story::links_up(ship) == 50; }, 40s));
 }
 
-// The base knows them no longer than their lease, and each has a participant of its own now.
-TEST_F(Fleet, AfterAPowerCutOfAllTheBaseTakesTurnsAgain) {
+// Their leases at the base have expired by then, and each has a new DDS participant.
+TEST_F(Fleet, AfterAPowerCutTheBasePreparesPathsInTurnsAgain) {
   Node& ship = fifty_up();
   network.run_for(40s);
   EXPECT_EQ(prepared(ship), 50U);

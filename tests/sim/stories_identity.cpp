@@ -1,11 +1,11 @@
-// Complaints about loops, duplicates and strangers.
+// Complaints about loops, duplicate identities and unknown senders.
 #include "router/link/datagram.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {
 namespace stories_identity {
 
-TEST(Identity, TwoLivingRoutersHaveOneId) {
+TEST(Identity, TwoRunningRoutersHaveOneId) {
   Story s;
   s.begin();
   Node& clone = s.add({.name = "clone",
@@ -25,8 +25,8 @@ TEST(Identity, TwoLivingRoutersHaveOneId) {
   EXPECT_NE(refused->text.view().find("robot"), std::string_view::npos);
 }
 
-// It says seldom that it lives.
-TEST(Identity, TheFirstOfTwoIsGivenTheTimeItNeeds) {
+// The first router has a long keep-alive interval.
+TEST(Identity, TheFirstOfTwoKeepsItsLinkForItsOwnKeepAlive) {
   SimulatedNetwork w(9);
   auto seldom = super_link(address_of(0));
   seldom.keep_alive = 2s;
@@ -43,7 +43,7 @@ TEST(Identity, TheFirstOfTwoIsGivenTheTimeItNeeds) {
   EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
 }
 
-TEST(Identity, WhoIsNotAcceptedIsToldWhy) {
+TEST(Identity, ARefusedRouterReceivesTheReason) {
   Story s;
   s.begin();
   Node& choosy = s.add({.name = "choosy", .role = core::Role::kTop, .links = {sub_link(4)}});
@@ -60,25 +60,26 @@ TEST(Identity, WhoIsNotAcceptedIsToldWhy) {
                      .role = core::Role::kSubsystem,
                      .system = 1,
                      .links = {super_link(s.robot->address())}}),
-            "Tims(1/1) robot has this system and id already: choose another [router] id");
+            "Tims(1/1) robot already has this system and id: choose another [router] id");
   EXPECT_EQ(why_not({.name = "self",
                      .system = 3,
                      .links = {peer_link(address_of(s.nodes().size())),
                                {.kind = core::LinkKind::kPeer, .connects = false}}}),
             "this is the router itself");
-  EXPECT_EQ(why_not({.name = "low",
-                     .role = core::Role::kSubsystem,
-                     .system = 3,
-                     .links = {super_link(s.base->address())}}),
-            "Tims(0/1) base is a top router, which is no super router for a subsystem router");
+  EXPECT_EQ(
+      why_not({.name = "low",
+               .role = core::Role::kSubsystem,
+               .system = 3,
+               .links = {super_link(s.base->address())}}),
+      "Tims(0/1) base is a top router, which cannot be a super router for a subsystem router");
   EXPECT_EQ(why_not({.name = "five", .system = 5, .links = {super_link(choosy.address())}}),
             "Tims(0/1) choosy accepts system 4, not 5");
   EXPECT_EQ(why_not({.name = "beside", .system = 6, .links = {peer_link(choosy.address())}}),
-            "Tims(0/1) choosy is a top router, which is no peer router for a system router");
+            "Tims(0/1) choosy is a top router, which cannot be a peer router for a system router");
 }
 
-// Its link is begun anew while the network is away, and then it has another address.
-TEST(Identity, ARouterIsNotItsOwnRival) {
+// The link is reset while the network is down; after that the router has another address.
+TEST(Identity, ARouterIsNotItsOwnDuplicate) {
   Story s;
   s.begin();
   s.cut("robot", "base");
@@ -100,7 +101,7 @@ TEST(Identity, TwoMailboxesHaveOneAddress) {
   EXPECT_EQ(event->client.name.view(), "other");
   EXPECT_EQ(event->owner.name.view(), "robot");
   EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, first, Address(0x05100000)));
-  // The first goes: the second, which has waited, has it.
+  // The first mailbox is removed: the second, which was waiting, becomes known.
   s.robot->remove_client(s.now(), first);
   s.run_for(100ms);
   EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, second, Address(0x05100000)));
@@ -123,7 +124,7 @@ TEST(Identity, AddressWidthsDiffer) {
   EXPECT_NE(Story::find_event(*s.base, core::EventKind::kLinkRefused), nullptr);
 }
 
-// Both values stand in the refusal.
+// The refusal contains both values.
 TEST(Identity, PriorityClassesDiffer) {
   Story s;
   s.begin();
@@ -143,7 +144,7 @@ TEST(Identity, PriorityClassesDiffer) {
   }
 }
 
-TEST(Identity, AnUnknownVersionIsRefusedByName) {
+TEST(Identity, TheRefusalNamesTheUnknownVersion) {
   Story s;
   s.begin();
   std::vector<std::byte> answer;
@@ -207,8 +208,8 @@ TEST(Identity, StaticRoutesInACircle) {
   EXPECT_EQ(Story::not_available(*nodes[0], client), 1U);
 }
 
-// Somebody repeats what he has overheard, from elsewhere.
-TEST(Identity, ReplayedDatagramsLeadNowhere) {
+// An attacker replays recorded datagrams from another address.
+TEST(Identity, ReplayedDatagramsHaveNoEffect) {
   Story s;
   std::vector<std::vector<std::byte>> heard;
   s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
@@ -247,7 +248,7 @@ TEST(Identity, ForgedDatagramsAreCounted) {
 TEST(Identity, APeerThatAcknowledgesWhatWasNeverSent) {
   Story s;
   s.begin();
-  // Taken for the robot: its next packet with an acknowledgement of the future.
+  // A forged packet of the robot acknowledges packets that were not sent yet.
   bool done = false;
   s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
     if (done || &from != s.robot || to != s.base->address() || bytes[0] != std::byte{1})
@@ -286,7 +287,7 @@ TEST(Identity, APeerThatFloods) {
   EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, s.chassis, kChassis));
 }
 
-TEST(Identity, NoMoreLinksThanThereMayBe) {
+TEST(Identity, TheNumberOfLinksIsLimited) {
   SimulatedNetwork w(5);
   Node& base =
       w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .links_max = 2});
@@ -301,18 +302,18 @@ TEST(Identity, NoMoreLinksThanThereMayBe) {
     EXPECT_EQ(Story::find_event(robot, core::EventKind::kLinkRefused) != nullptr, i > 2);
   }
   EXPECT_EQ(up, 2U);
-  // Those that never come back make room.
+  // Links of routers that do not return are removed, which makes room.
   w.nodes()[1]->kill();
   w.nodes()[2]->kill();
   w.run_for(120s);
   EXPECT_EQ(Story::links_up(base), 2U);
 }
 
-// A base that takes few mailboxes from a link, and a robot that has many.
-TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
+// A base that accepts few mailboxes from a link, and a robot with many.
+TEST(Identity, TheNumberOfMailboxesOfALinkIsLimited) {
   SimulatedNetwork w(5);
   auto few = sub_link();
-  few.mailboxes_max = 101;  // with the router's own
+  few.mailboxes_max = 101;  // including the router's own
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {few}});
   Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
   Node& other = w.add({.name = "other", .system = 2, .links = {super_link(address_of(0))}});
@@ -339,7 +340,7 @@ TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
   std::size_t refused = 0;
   base.links().for_each([&](const link::Link& link) { refused += link.mailboxes_refused(); });
   EXPECT_GE(refused, 200U);
-  // There is room again: those that were not taken come in.
+  // There is room again: the mailboxes refused before are accepted.
   for (std::uint32_t n = 0; n < 200; ++n)
     robot.router().remove_mailbox(w.now(), client, mailbox(n));
   robot.end_turn(w.now());
@@ -347,8 +348,8 @@ TEST(Identity, NoMoreMailboxesOfALinkThanItMayHave) {
   EXPECT_EQ(known(), 100U);
 }
 
-// A link for one system brings mailboxes and messages of that system.
-TEST(Identity, ALinkForOneSystemBringsNothingOfOthers) {
+// A link restricted to one system transfers mailboxes and messages of that system only.
+TEST(Identity, ALinkForOneSystemTransfersNothingOfOthers) {
   SimulatedNetwork w(5);
   Node& base =
       w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link(1), sub_link(2)}});

@@ -1,4 +1,4 @@
-// Links with two ways: UDP, and DDS beside it. Complaints about what happens when one of them dies.
+// Links with two paths, UDP and DDS; complaints about what happens when one of them fails.
 #include "tests/sim/story.h"
 
 namespace tims::sim {
@@ -15,7 +15,7 @@ const link::Link& link_of(Node& node, const std::string& peer) {
   return *found;
 }
 
-// A base and a robot that have both ways to each other; DDS takes five times as long.
+// A base and a robot with both paths between them; DDS has five times the delay.
 class Paths : public testing::Test {
  protected:
   explicit Paths(std::uint64_t seed = 1) : network(seed) {}
@@ -43,7 +43,7 @@ class Paths : public testing::Test {
     gui = client(*base, kGui);
     ladar = client(*robot, kLadar);
     ASSERT_TRUE(network.run_until([&] { return Story::knows(*base, kLadar); }, 2s));
-    network.run_for(3s);  // both ways are known
+    network.run_for(3s);  // both paths are known to work
   }
   core::ClientId client(Node& node, Address address) {
     const auto id = node.add_client(network.now(), address.to_string());
@@ -69,7 +69,7 @@ class Paths : public testing::Test {
   PathKind used(Node& node) {
     return link_of(node, &node == base ? "robot" : "base").paths().kind();
   }
-  // A command every few milliseconds, both ways, for so long.
+  // Sends a command every `each` in both directions, for `time`.
   void talk(Duration time, Duration each = 7ms) {
     const Time end = network.now() + time;
     while (network.now() < end) {
@@ -87,7 +87,7 @@ class Paths : public testing::Test {
                .dest = dest,
                .src = src});
   }
-  // All that was sent has come, once each and in order.
+  // Everything that was sent has arrived once and in order.
   void expect_all() {
     const auto all = [&] {
       return base->arrivals(gui).size() == number && robot->arrivals(ladar).size() == number;
@@ -116,7 +116,7 @@ class Paths : public testing::Test {
   std::size_t number = 0;
 };
 
-TEST_F(Paths, TheFirstIsUsedWhileItWorks) {
+TEST_F(Paths, TheFirstPathIsUsedWhileItWorks) {
   start();
   talk(10s);
   EXPECT_EQ(used(*base), PathKind::kUdp);
@@ -125,7 +125,7 @@ TEST_F(Paths, TheFirstIsUsedWhileItWorks) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 0U);
 }
 
-TEST_F(Paths, WhatADeadWayCarriedGoesOnOverTheOtherWithinThreeKeepAlives) {
+TEST_F(Paths, MessagesOfAFailedPathGoOverTheOtherWithinThreeKeepAlives) {
   start();
   talk(1s);
   cut(PathKind::kUdp);
@@ -141,7 +141,7 @@ TEST_F(Paths, WhatADeadWayCarriedGoesOnOverTheOtherWithinThreeKeepAlives) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 1U);
 }
 
-TEST_F(Paths, TheBetterOneIsTakenBackWhenItHasWorkedForAWhile) {
+TEST_F(Paths, ThePreferredPathIsUsedAgainAfterItHasWorkedForAWhile) {
   start();
   cut(PathKind::kUdp);
   talk(3s);
@@ -156,7 +156,7 @@ TEST_F(Paths, TheBetterOneIsTakenBackWhenItHasWorkedForAWhile) {
   EXPECT_EQ(count(*robot, core::EventKind::kLinkPath), 2U);
 }
 
-TEST_F(Paths, AFilterInOneDirectionSendsThatDirectionTheOtherWay) {
+TEST_F(Paths, AFilterInOneDirectionMovesThatDirectionToTheOtherPath) {
   start();
   network.cut_one_way("robot", "base", true, PathKind::kUdp);
   talk(10s);
@@ -166,7 +166,7 @@ TEST_F(Paths, AFilterInOneDirectionSendsThatDirectionTheOtherWay) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, AFilterOfWhatTheBaseSendsLeavesTheRobotsDirectionAlone) {
+TEST_F(Paths, AFilterOfTheBasesDatagramsDoesNotMoveTheRobotsDirection) {
   start();
   network.cut_one_way("base", "robot", true, PathKind::kUdp);
   talk(10s);
@@ -176,7 +176,7 @@ TEST_F(Paths, AFilterOfWhatTheBaseSendsLeavesTheRobotsDirectionAlone) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, OneWayEachInOppositeDirectionsIsEnough) {
+TEST_F(Paths, OnePathPerDirectionIsEnough) {
   start();
   network.cut_one_way("base", "robot", true, PathKind::kUdp);
   talk(3s);
@@ -188,7 +188,7 @@ TEST_F(Paths, OneWayEachInOppositeDirectionsIsEnough) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, AWayThatComesAndGoesIsNoNews) {
+TEST_F(Paths, AnIntermittentPathIsNotReportedEveryTime) {
   start();
   for (const Duration half : {500ms, 800ms, 4000ms}) {
     const std::size_t before = count(*base, core::EventKind::kLinkPath);
@@ -212,7 +212,7 @@ TEST_F(Paths, ALargeMessageInManyPiecesSurvivesAFailOver) {
   const Faults slow{.delay = kUdpDelay, .rate = 2'000'000};
   network.set_faults("robot", "base", slow);
   for (int i = 0; i < 3; ++i) report(1U << 20, 100);
-  network.run_for(700ms);  // in the midst of the second
+  network.run_for(700ms);  // during the transfer of the second
   ASSERT_EQ(reports().size(), 1U);
   cut(PathKind::kUdp);
   EXPECT_TRUE(network.run_until([&] { return reports().size() == 3; }, 3s));
@@ -220,7 +220,7 @@ TEST_F(Paths, ALargeMessageInManyPiecesSurvivesAFailOver) {
   EXPECT_EQ(used(*robot), PathKind::kDds);
 }
 
-TEST_F(Paths, WhatIsUrgentOvertakesWhatWaitsForTheFailOver) {
+TEST_F(Paths, UrgentMessagesOvertakeThoseWaitingForTheFailOver) {
   start();
   cut(PathKind::kUdp);
   network.run_for(20ms);
@@ -231,7 +231,7 @@ TEST_F(Paths, WhatIsUrgentOvertakesWhatWaitsForTheFailOver) {
   EXPECT_EQ(reports().front().header.priority, 255);
 }
 
-TEST_F(Paths, SamplesGoOnAndNeverBackwards) {
+TEST_F(Paths, SamplesContinueInOrder) {
   start();
   for (int i = 0; i < 300; ++i) {
     if (i == 100) cut(PathKind::kUdp);
@@ -245,7 +245,7 @@ TEST_F(Paths, SamplesGoOnAndNeverBackwards) {
   EXPECT_EQ(reports().back().body.size(), 299U);
 }
 
-TEST_F(Paths, ALongWayRoundIsAWay) {
+TEST_F(Paths, APathWithLongRoundTripsIsUsed) {
   start();
   set_dds({.delay = 100ms});
   network.run_for(3s);
@@ -258,7 +258,7 @@ TEST_F(Paths, ALongWayRoundIsAWay) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkPath), 2U);
 }
 
-TEST_F(Paths, ShortKeepAlivesFindADeadWaySoon) {
+TEST_F(Paths, ShortKeepAlivesDetectAFailedPathSoon) {
   start({PathKind::kUdp, PathKind::kDds}, {PathKind::kUdp, PathKind::kDds}, 50ms);
   talk(1s);
   cut(PathKind::kUdp);
@@ -279,7 +279,7 @@ TEST_F(Paths, LongKeepAlivesTakeTheirTime) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, AWayThatOnlyOneSideHasIsNone) {
+TEST_F(Paths, APathThatOnlyOneSideHasIsNotUsed) {
   start({PathKind::kUdp, PathKind::kDds}, {PathKind::kUdp}, kKeepAlive);
   EXPECT_FALSE(link_of(*robot, "base").paths().find(PathKind::kDds)->works);
   cut(PathKind::kUdp);
@@ -288,20 +288,20 @@ TEST_F(Paths, AWayThatOnlyOneSideHasIsNone) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 1U);
   EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 1U);
   std::string refusal(link_of(*robot, "base").refusal().view());
-  EXPECT_NE(refusal.find("takes no link over dds"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("accepts no link over dds"), std::string::npos) << refusal;
   cut(PathKind::kUdp, false);
   EXPECT_TRUE(network.run_until([&] { return Story::knows(*base, kLadar); }, 4s));
   talk(1s);
   expect_all();
 }
 
-// Its answer is RESET: the token means nothing to it.
-TEST_F(Paths, WhoeverHasTheirOldAddressDoesNotEndTheLink) {
+// Another router at that address answers RESET, because it does not know the token.
+TEST_F(Paths, ARouterAtTheOldAddressDoesNotEndTheLink) {
   start();
   talk(1s);
   const NetAddress old = base->address();
-  network.move(*base, address_of(77), 1h);  // nobody tells the robot
-  cut(PathKind::kUdp);                      // nor does it get there
+  network.move(*base, address_of(77), 1h);  // the robot does not learn this
+  cut(PathKind::kUdp);                      // and UDP is cut
   talk(2s);
   Node& stranger = network.add({.name = "stranger", .system = 9});
   stranger.move_to(old);
@@ -312,7 +312,7 @@ TEST_F(Paths, WhoeverHasTheirOldAddressDoesNotEndTheLink) {
   EXPECT_EQ(count(*robot, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, WhenBothAreDeadTheLinkIs) {
+TEST_F(Paths, WhenBothPathsFailTheLinkIsDown) {
   start();
   talk(1s);
   cut(PathKind::kUdp);
@@ -329,10 +329,10 @@ TEST_F(Paths, WhenBothAreDeadTheLinkIs) {
   EXPECT_EQ(used(*base), PathKind::kUdp);
 }
 
-TEST_F(Paths, ARouterThatMovesIsFoundAgainOverTheOtherWay) {
+TEST_F(Paths, ARouterThatMovesIsFoundAgainOverTheOtherPath) {
   start();
   talk(1s);
-  network.move(*base, address_of(77), 1h);  // nobody tells the robot
+  network.move(*base, address_of(77), 1h);  // the robot does not learn this
   network.announce(*base);
   talk(8s);
   EXPECT_EQ(used(*robot), PathKind::kUdp);
@@ -350,7 +350,7 @@ TEST_F(Paths, WithoutUdpALinkComesUpOverDds) {
   expect_all();
 }
 
-// Cut at random, one way and the other, in one direction or both: nothing reliable is lost.
+// Random cuts of either path, in one direction or both, lose no reliable message.
 TEST_F(Paths, AThousandRandomCutsLoseNothing) {
   start();
   for (int cuts = 0; cuts < 1000; ++cuts) {
@@ -361,7 +361,7 @@ TEST_F(Paths, AThousandRandomCutsLoseNothing) {
     talk(std::chrono::milliseconds(network.random(2500)), 23ms);
     cut(kind, false);
     talk(std::chrono::milliseconds(1200 + network.random(4000)), 23ms);
-    // Enough to compare, not enough to fill the memory.
+    // Compared from time to time, so that the records do not fill the memory.
     ASSERT_NO_FATAL_FAILURE(expect_all()) << "cut " << cuts;
     base->forget_arrivals(gui);
     robot->forget_arrivals(ladar);
@@ -370,14 +370,14 @@ TEST_F(Paths, AThousandRandomCutsLoseNothing) {
   EXPECT_EQ(count(*base, core::EventKind::kLinkDown), 0U);
 }
 
-TEST_F(Paths, ADeadWayIsNoLoss) {
+TEST_F(Paths, AFailedPathDoesNotCountAsLoss) {
   start();
   cut(PathKind::kUdp);
   network.run_for(30s);
   EXPECT_EQ(link_of(*base, "robot").session().loss_permille(), 0);
   EXPECT_EQ(link_of(*robot, "base").session().loss_permille(), 0);
   set_dds({.loss = 0.2, .delay = kDdsDelay});
-  // What it says follows the last few datagrams: their share of a minute counts.
+  // The value covers only the last few datagrams, so it is averaged over a minute.
   int sum = 0;
   for (int second = 0; second < 60; ++second) {
     network.run_for(1s);
@@ -386,7 +386,7 @@ TEST_F(Paths, ADeadWayIsNoLoss) {
   EXPECT_NEAR(sum / 60, 200, 100);
 }
 
-TEST_F(Paths, ASlowWayWithLossesIsStillOne) {
+TEST_F(Paths, ASlowPathWithLossesIsStillUsed) {
   start();
   set_dds({.loss = 0.1, .delay = 80ms, .jitter = 20ms});
   cut(PathKind::kUdp);

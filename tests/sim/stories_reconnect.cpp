@@ -5,7 +5,7 @@
 namespace tims::sim {
 namespace stories_reconnect {
 
-TEST(Reconnect, EverybodyReachesEverybody) {
+TEST(Reconnect, AllNodesReachEachOther) {
   Story s;
   s.begin();
   EXPECT_TRUE(s.gui_reaches_camera());
@@ -23,12 +23,13 @@ TEST(Reconnect, TheUpperRouterWasRestarted) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// They say it anew; who took it for a lost command would answer itself.
-TEST(Reconnect, WhatRoutersTellEachOtherIsNobodysLoss) {
+// Routers repeat their registrations. A router that took these for lost commands would answer
+// itself.
+TEST(Reconnect, MessagesBetweenRoutersAreNotCountedAsLost) {
   Story s;
   s.begin();
   s.cut("robot", "base");
-  s.client(*s.robot, Address(0x01140001));  // to be told
+  s.client(*s.robot, Address(0x01140001));  // must be reported to the base
   s.run_for(20ms);
   s.base->kill();
   s.base->start(s.now());
@@ -52,8 +53,8 @@ TEST(Reconnect, TheLowerRouterWasRestarted) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// It ends when what waits at its local readers is written: up to 2 s later.
-TEST(Reconnect, WhoSaidGoodbyeDoesNotComeBack) {
+// It exits after it has written what its local readers wait for, up to 2 s later.
+TEST(Reconnect, ARouterThatSentCloseDoesNotReconnect) {
   Story s;
   s.begin();
   EXPECT_EQ(Story::links_up(*s.base), 2U);
@@ -66,7 +67,7 @@ TEST(Reconnect, WhoSaidGoodbyeDoesNotComeBack) {
   EXPECT_FALSE(Story::knows(*s.base, kLadar));
 }
 
-// One side has forgotten the session, the other has not.
+// One side has lost the session, the other has not.
 TEST(Reconnect, AHalfOpenSession) {
   Story s;
   s.begin();
@@ -74,7 +75,7 @@ TEST(Reconnect, AHalfOpenSession) {
   s.base->kill();
   s.base->start(s.now());
   s.gui = s.client(*s.base, kGui);
-  s.run_for(500ms);  // the robot still thinks that it is linked
+  s.run_for(500ms);  // the robot still takes the link for up
   s.cut("robot", "base", false);
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
 }
@@ -93,15 +94,15 @@ TEST(Reconnect, TheRobotGetsAnotherAddress) {
 TEST(Reconnect, TheUpperRouterGetsAnotherAddress) {
   Story s;
   s.begin();
-  s.move(*s.base, address_of(501), 10s);  // long before names lead there
+  s.move(*s.base, address_of(501), 10s);  // long before its name resolves to it
   EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, s.ladar, kLadar));
   EXPECT_TRUE(s.run_until(
       [&] { return s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui, 100ms); }, 1s));
 }
 
-// UDP's checksum finds nearly all damage, not all. A byte stream that is damaged stays so: the
-// table that stays wrong tells.
-TEST(Reconnect, DamagedLanesAreBegunAnew) {
+// UDP's checksum detects nearly all damage, but not all. A damaged byte stream stays damaged, which
+// is detected by a table that stays wrong.
+TEST(Reconnect, DamagedLanesAreRestarted) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     Story s(seed);
     std::uint64_t state = seed;
@@ -133,7 +134,7 @@ TEST(Reconnect, DamagedLanesAreBegunAnew) {
   }
 }
 
-// The network comes up after the router: its target has no address yet.
+// The network comes up after the router; until then its target has no address.
 TEST(Reconnect, AnInterfaceComesLate) {
   Story s;
   Node& late = s.add({.name = "late",
@@ -166,13 +167,13 @@ TEST(Reconnect, AWiFiBlackoutOfMinutes) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// The robot hears the base, and not the other way round.
+// The robot receives from the base, but not the base from the robot.
 TEST(Reconnect, AsymmetricLoss) {
   Story s;
   s.begin();
   s.cut_one_way("robot", "base");
   EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kCamera); }, 3 * kKeepAlive + 100ms));
-  // The robot learns that it is not heard, and says so to those who command.
+  // The robot learns that the base does not receive it, and answers commands with NOT_AVAILABLE.
   EXPECT_TRUE(s.run_until([&] { return s.robot->router().uplink() == core::kNoClient; }, 500ms));
   s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
   EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
@@ -180,7 +181,7 @@ TEST(Reconnect, AsymmetricLoss) {
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
 }
 
-// One side says often that it lives, the other seldom.
+// One side sends keep-alives often, the other seldom.
 TEST(Reconnect, EachSideHasItsOwnKeepAlive) {
   SimulatedNetwork w(6);
   auto sub = sub_link();
@@ -203,7 +204,7 @@ TEST(Reconnect, EachSideHasItsOwnKeepAlive) {
   EXPECT_EQ(Story::links_up(base), 0U);
 }
 
-// What was agreed on holds for the session: the other side waits as long as it was told.
+// Keep-alive intervals are negotiated per session: the other side keeps the agreed timeout.
 TEST(Reconnect, AnotherKeepAliveDoesNotTearALinkDown) {
   for (const bool above : {false, true}) {
     Story s;
@@ -215,7 +216,7 @@ TEST(Reconnect, AnotherKeepAliveDoesNotTearALinkDown) {
     node.end_turn(s.now());
     s.run_for(20s);
     EXPECT_EQ(Story::find_event(*s.base, core::EventKind::kLinkDown), nullptr);
-    // The next session has it.
+    // The next session uses the new interval.
     s.cut("robot", "base");
     s.run_for(10s);
     s.cut("robot", "base", false);
@@ -245,7 +246,7 @@ TEST(Reconnect, AnMtuBlackHole) {
   EXPECT_EQ(s.robot->links().uplink()->session().mtu(), link::kDatagramBase);
 }
 
-// Nothing follows that would tell that it is lost: it goes again in small datagrams.
+// No later message reveals the loss; the message is retransmitted in small datagrams.
 TEST(Reconnect, OneMessageInAnMtuBlackHole) {
   Story s;
   s.begin();
@@ -269,8 +270,8 @@ TEST(Reconnect, TheWallClockJumps) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// By hand: a link that was taken down stays down until it is brought up.
-TEST(Reconnect, ALinkTakenDownByHandStaysDown) {
+// A link taken down by command stays down until it is brought up.
+TEST(Reconnect, ALinkTakenDownByCommandStaysDown) {
   Story s;
   s.begin();
   EXPECT_TRUE(s.base->links().act(s.now(), "robot", link::Links::Action::kDown));
@@ -279,7 +280,7 @@ TEST(Reconnect, ALinkTakenDownByHandStaysDown) {
   EXPECT_FALSE(Story::knows(*s.base, kLadar));
   const core::Event* refused = Story::find_event(*s.robot, core::EventKind::kLinkRefused);
   ASSERT_NE(refused, nullptr);
-  EXPECT_NE(refused->text.view().find("by hand"), std::string_view::npos);
+  EXPECT_NE(refused->text.view().find("manually"), std::string_view::npos);
   EXPECT_TRUE(s.base->links().act(s.now(), "robot", link::Links::Action::kUp));
   s.base->end_turn(s.now());
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 5s));

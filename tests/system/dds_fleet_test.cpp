@@ -41,7 +41,7 @@ TEST_F(DdsFleet, EachFindsItsSuperRouter) {
   EXPECT_TRUE(goes_by(*arm, "robot", "udp"));
   EXPECT_TRUE(eventually([&] { return base->knows(Address(0x03000200)); }, "arm is known above"));
   EXPECT_THAT(stranger->timsctl({"link", "show"}),
-              HasSubstr("nobody in the fleet is a system router of system 4"));
+              HasSubstr("the fleet has no router that is a system router of system 4"));
   EXPECT_THAT(arm->timsctl({"fleet", "show"}), HasSubstr("robot"));
 }
 

@@ -148,7 +148,7 @@ TEST_F(DdsPaths, UdpDiesAndComesBack) {
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
   EXPECT_TRUE(traffic.goes_on());
-  EXPECT_THAT(base_->log(), HasSubstr("goes from udp to dds: udp has not answered for"));
+  EXPECT_THAT(base_->log(), HasSubstr("changed from udp to dds: udp has not answered for"));
   heal();
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
   EXPECT_TRUE(goes_by(*robot_, "base", "udp"));

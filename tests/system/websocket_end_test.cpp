@@ -54,7 +54,7 @@ TEST_F(WebSocketTest, AnEndingRouterSaysSo) {
   start();
   WebSocketClient browser = page(kPage);
   router_->process().signal(SIGTERM);
-  EXPECT_EQ(browser.wait_for_close(), (Closed{1001, "the router ends"}));
+  EXPECT_EQ(browser.wait_for_close(), (Closed{1001, "the router is shutting down"}));
   const auto status = router_->process().wait();
   ASSERT_TRUE(status.ok());
   EXPECT_TRUE(status->success());

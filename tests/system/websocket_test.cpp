@@ -144,10 +144,10 @@ TEST_F(WebSocketTest, LengthsMustAgree) {
   };
   const std::string message = WebSocketClient::bytes_of_message({}, "body");
   EXPECT_EQ(close_of(binary(message + "x")),
-            (Closed{1007, "the header says 20 bytes, the WebSocket message has 21"}));
+            (Closed{1007, "the header states 20 bytes, the WebSocket message has 21"}));
   EXPECT_EQ(close_of(binary(message.substr(0, 19))).code, 1007);
   EXPECT_EQ(close_of(binary(message.substr(0, 15))),
-            (Closed{1007, "15 bytes are no TiMS message: its header has 16"}));
+            (Closed{1007, "15 bytes are not a TiMS message: its header has 16"}));
   EXPECT_EQ(close_of(binary("")).code, 1007);
   EXPECT_EQ(close_of(binary(std::string(65537, 'x'))).code, 1009);
   EXPECT_TRUE(eventually([&] { return metric("tims_router_clients{port=\"websocket\"}") == 0; },

@@ -129,7 +129,7 @@ class DdsEngine::Running {
     if (commands_->wait_for_end(kEndLimit)) {
       thread_.join();
     } else {
-      engine_.log_.error("dds: Fast DDS does not end; it is left behind");
+      engine_.log_.error("dds: Fast DDS does not shut down; it is left running");
       thread_.detach();
     }
   }

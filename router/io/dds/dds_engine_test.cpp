@@ -544,7 +544,7 @@ TEST_F(DdsProfiles, ButNotOneThatWaits) {
   Host a(loop_, "a", {.profiles = write(profiles_with_transport("TCPv4"))});
   const auto started = a.start();
   ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml: TCP is no transport for routers"));
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml: TCP is not a transport for routers"));
 }
 
 TEST_F(DdsProfiles, WithoutOneForUs) {
@@ -558,7 +558,7 @@ TEST_F(DdsProfiles, ThatAreNone) {
   Host a(loop_, "a", {.profiles = write("<dds><profiles><participant")});
   const auto started = a.start();
   ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml is no file of Fast DDS profiles"));
+  EXPECT_THAT(started.error().message(), HasSubstr("dds.xml is not a file of Fast DDS profiles"));
 }
 
 }  // namespace dds_engine_test

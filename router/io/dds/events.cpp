@@ -59,7 +59,7 @@ void DdsEvents::post_line(Line line) {
     const std::lock_guard lock(mutex_);
     if (!lines_limiter_.take(os::now())) return;
     if (const auto n = lines_limiter_.take_held_back(); n > 0)
-      all_.lines.push_back({false, std::to_string(n) + " more lines held back"});
+      all_.lines.push_back({false, std::to_string(n) + " more lines suppressed"});
     all_.lines.push_back(std::move(line));
   }
   notify();

@@ -75,7 +75,7 @@ Result<fast::DomainParticipantQos> participant_profile(const std::string& file) 
   // The library keeps what it has read for the whole process, and refuses a second "tims".
   eprosima::fastrtps::xmlparser::XMLProfileManager::DeleteInstance();
   if (factory->load_XML_profiles_file(file) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
-    return invalid(file + " is no file of Fast DDS profiles");
+    return invalid(file + " is not a file of Fast DDS profiles");
   fast::DomainParticipantQos qos;
   if (factory->get_participant_qos_from_profile(kDdsProfile, qos) !=
       eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
@@ -120,8 +120,8 @@ Result<void> set_transport(fast::DomainParticipantQos& qos, const DdsSettings& s
   for (const auto& descriptor : transport.user_transports) {
     if (dynamic_cast<const TcpDescriptor*>(descriptor.get()) != nullptr)
       return invalid(settings.profiles +
-                     ": TCP is no transport for routers: they would wait for "
-                     "one that does not read");
+                     ": TCP is not a transport for routers: they would wait for "
+                     "a router that does not read");
     if (auto* udp = dynamic_cast<UdpDescriptor*>(descriptor.get())) udp->non_blocking_send = true;
   }
   return {};

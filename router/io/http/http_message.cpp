@@ -63,9 +63,9 @@ HttpResponse refusal_for(boost::beast::error_code error) {
   if (error == http::error::header_limit)
     return http_error(431, "the head of a request has at most 8192 bytes here");
   if (error == http::error::body_limit)
-    return http_error(413, "nothing here takes a body of more than 4096 bytes");
+    return http_error(413, "the body of a request has at most 4096 bytes here");
   if (error == http::error::bad_version) return http_error(505, "this is not HTTP/1.0 or HTTP/1.1");
-  return http_error(400, "this is no HTTP request: " + error.message());
+  return http_error(400, "this is not an HTTP request: " + error.message());
 }
 
 }  // namespace

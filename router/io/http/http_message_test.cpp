@@ -151,7 +151,7 @@ TEST(HttpReader, ARefusalIsTheEnd) {
   HttpReader reader;
   EXPECT_EQ(read(kGet + "nonsense\r\n\r\n", 1000, reader), (Story{"GET /metrics?x=1", "400"}));
   EXPECT_EQ(reader.next(), Status::kRefused);
-  EXPECT_NE(reader.refusal().body.find("no HTTP request"), std::string::npos);
+  EXPECT_NE(reader.refusal().body.find("not an HTTP request"), std::string::npos);
 }
 
 }  // namespace http_message_test

@@ -44,10 +44,11 @@ std::optional<HttpResponse> host_refusal(const HttpRequest& request,
                                          std::span<const std::string> origins) {
   const std::string_view host = only_field(request, "Host");
   if (is_safe_host(host, origins)) return std::nullopt;
-  return http_error(403, "host " + quoted(host) +
-                             ": only a number such as 127.0.0.1, localhost and the names in "
-                             "http.origins are taken here, since any web site can point a name of "
-                             "its own at this machine");
+  return http_error(403,
+                    "host " + quoted(host) +
+                        ": only numeric addresses such as 127.0.0.1, localhost and the names in "
+                        "http.origins are accepted, because any web site can point a name of "
+                        "its own at this machine");
 }
 
 HttpResponse answer_api(const HttpRequest& request, const HttpPages& pages) {
@@ -146,7 +147,7 @@ bool is_for_websocket(const HttpRequest& request) { return request.path() == kWe
 std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
                                               std::span<const std::string> origins) {
   if (request.method != "GET" || !request.wants_websocket)
-    return http_error(426, "here is a WebSocket: one binary message is one TiMS message",
+    return http_error(426, "this is a WebSocket: one binary message is one TiMS message",
                       "Upgrade: websocket\r\nConnection: Upgrade\r\n");
   if (auto refusal = host_refusal(request, origins)) return refusal;
   // Browsers always say where a page comes from; other programs need not.
@@ -164,7 +165,7 @@ HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages) {
   if (!is_api && path != "/metrics" && path != "/healthz" && path != "/readyz")
     return not_found(request);
   if (request.method != "GET" && request.method != "HEAD")
-    return http_error(405, quoted(request.method) + ": this port is for reading, with GET",
+    return http_error(405, quoted(request.method) + ": this port is read-only: use GET",
                       "Allow: GET, HEAD\r\n");
   if (is_api) return answer_api(request, pages);
   if (path == "/metrics") return {.type = kMetricsType, .body = pages.metrics()};

@@ -58,9 +58,9 @@ TEST_F(HttpPagesTest, Pages) {
 
 TEST_F(HttpPagesTest, ReadyUntilThereIsAReason) {
   EXPECT_EQ(answer(get("/readyz")).status, 200);
-  not_ready_ = "the router ends";
+  not_ready_ = "the router is shutting down";
   EXPECT_EQ(answer(get("/readyz")).status, 503);
-  EXPECT_EQ(answer(get("/readyz")).body, "the router ends\n");
+  EXPECT_EQ(answer(get("/readyz")).body, "the router is shutting down\n");
   EXPECT_EQ(answer(get("/healthz")).status, 200);
 }
 

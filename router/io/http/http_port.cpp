@@ -52,13 +52,14 @@ HttpPort::~HttpPort() {
 }
 
 HttpPages HttpPort::pages(const AdminSource& source) const {
-  return {.metrics = [&source] { return metrics_text(source, os::now()); },
-          .not_ready = [this] { return std::string(stopping_ ? "the router ends" : ""); },
-          .ask =
-              [&source](const std::string& question) {
-                return answer_admin(question, source, read_clocks());
-              },
-          .origins = [this] { return std::span<const std::string>(settings_.origins); }};
+  return {
+      .metrics = [&source] { return metrics_text(source, os::now()); },
+      .not_ready = [this] { return std::string(stopping_ ? "the router is shutting down" : ""); },
+      .ask =
+          [&source](const std::string& question) {
+            return answer_admin(question, source, read_clocks());
+          },
+      .origins = [this] { return std::span<const std::string>(settings_.origins); }};
 }
 
 void HttpPort::set_queue_bytes_max(std::uint64_t bytes) {
@@ -180,9 +181,9 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kBadLength, header.priority, size);
   forget(now, client, has_header ? CloseReason::kBadRecord : CloseReason::kTooShort);
   say_goodbye(client, WebSocketClose::kBadData,
-              has_header ? fmt::format("the header says {} bytes, the WebSocket message has {}",
+              has_header ? fmt::format("the header states {} bytes, the WebSocket message has {}",
                                        header.length, size)
-                         : fmt::format("{} bytes are no TiMS message: its header has 16", size));
+                         : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
 }
 
 // Its memory goes with the session: there is no time for a closing handshake.
@@ -205,7 +206,7 @@ void HttpPort::refuse_text(Client& client) {
   if (!client.closing) {
     forget(now, client, CloseReason::kBadRecord);
     say_goodbye(client, WebSocketClose::kUnsupportedData,
-                "one binary message is one TiMS message; text means nothing here");
+                "one binary message is one TiMS message; text messages are not supported");
   }
   loop_.end_turn(now);
 }
@@ -227,7 +228,7 @@ void HttpPort::write_next(Time now, Client& client) {
     client.session->write(frame->pieces, frame->last);
   } else if (stopping_) {
     forget(now, client, CloseReason::kShutdown);
-    say_goodbye(client, WebSocketClose::kGoingAway, "the router ends");
+    say_goodbye(client, WebSocketClose::kGoingAway, "the router is shutting down");
   }
 }
 

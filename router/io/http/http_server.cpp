@@ -135,7 +135,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     if (const auto refusal = websocket_refusal(request, server_.pages_.origins()))
       return answer(now, *refusal, framing);
     if (reader_.pending() > 0)
-      return answer(now, http_error(400, "a WebSocket begins with the answer: wait for it"),
+      return answer(now, http_error(400, "wait for the answer before sending WebSocket data"),
                     {.keep_alive = false});
     server_.upgrade(*this);
   }

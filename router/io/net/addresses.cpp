@@ -136,12 +136,12 @@ InterfaceWatch::InterfaceWatch(Loop& loop, std::function<void()> on_change)
 
 Result<void> InterfaceWatch::start() {
   os::File file(::socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE));
-  if (!file) return os::system_error("watching interfaces: netlink socket");
+  if (!file) return os::system_error("cannot watch interfaces: netlink socket");
   sockaddr_nl address{};
   address.nl_family = AF_NETLINK;
   address.nl_groups = kGroups;
   if (::bind(file.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    return os::system_error("watching interfaces: netlink groups");
+    return os::system_error("cannot watch interfaces: netlink groups");
   file_ = std::move(file);
   watch_.emplace(loop_, file_.get(), [this](Ready) {
     if (take()) put_off();

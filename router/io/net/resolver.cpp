@@ -55,8 +55,9 @@ Result<Resolver::Addresses> look_up(const std::string& host, std::uint16_t port)
 std::optional<Error> refusal(const std::string& host) {
   if (host.empty()) return Error(Errc::kInvalidArgument, "host name: empty");
   if (host.find_first_of(":%") != std::string::npos) {
-    return Error(Errc::kInvalidArgument,
-                 "host name " + host + ": neither a name nor an address; is its interface there?");
+    return Error(
+        Errc::kInvalidArgument,
+        "host name " + host + ": neither a name nor an address; does its interface exist?");
   }
   return std::nullopt;
 }
@@ -108,7 +109,8 @@ Result<void> Resolver::start_thread() {
   try {
     thread_ = std::thread([this] { work(); });
   } catch (const std::system_error& error) {
-    started = Error(Errc::kSystem, std::string("a thread for host names: ") + error.what());
+    started = Error(Errc::kSystem,
+                    std::string("cannot start the thread for host names: ") + error.what());
   }
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   return started;
