@@ -1,5 +1,5 @@
-// Each sequence at its limit: one less, as many as allowed, one more; in both byte orders, written
-// and read. And the lengths that follow from other fields.
+// Every sequence at its limit: one element less, the maximum, one more; encoded and decoded in both
+// byte orders. Also the lengths that follow from other fields.
 #include <limits>
 #include <string>
 #include <vector>
@@ -41,7 +41,7 @@ Errc refusal(const T& value) {
   return size ? Errc::kEmpty : size.error().code();
 }
 
-// A message with one sequence, which begins right behind its count.
+// A message with one sequence, which begins directly after its count.
 template <typename T>
 struct WithSequence {
   using Message = T;
@@ -83,7 +83,7 @@ TYPED_TEST(BoundsTest, ACountThatLiesIsRefused) {
   for (const std::int64_t lie : {std::int64_t{With::kMax} + 1, std::int64_t{-1},
                                  std::int64_t{std::numeric_limits<i32>::max()},
                                  std::int64_t{std::numeric_limits<i32>::min()}}) {
-    // With all the bytes that such a count would need, as far as that is possible.
+    // With all bytes that such a count would need, up to the size of the buffer.
     std::vector<std::byte> body(body_max<TypeParam>() + 1000);
     bytes::write(&body[kCountAt], std::endian::big, static_cast<i32>(lie));
     const auto again = decode<TypeParam>(body, std::endian::big);

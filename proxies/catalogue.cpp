@@ -214,13 +214,13 @@ constexpr MessageInfo kNavigation[] = {
     {kPosition, PositionType::kUtm, "UTM", kBody<PositionUtmData>},
 };
 
-// Those of others; they are made known before there are threads.
+// Classes that RACK does not define; they are added before the program starts threads.
 std::vector<ClassInfo>& classes() {
   static std::vector<ClassInfo> added;
   return added;
 }
 
-// Of the class, else of the framework.
+// Searches the messages of the class, then those of the framework.
 template <typename Fits>
 const MessageInfo* find(u32 class_id, const Fits& fits) {
   for (const u32 of_class : {class_id, kEveryClass}) {
@@ -257,7 +257,7 @@ Result<void> add_class(const ClassInfo& own) {
                            ": number or name is that of " + std::string(by));
   };
   for (const ClassInfo& other : classes())
-    if (other.class_id == own.class_id && other.name == own.name) return {};  // made known before
+    if (other.class_id == own.class_id && other.name == own.name) return {};  // added before
   if (!tims::name_class(own.class_id, own.name)) {
     const auto by = tims::class_name(own.class_id);
     return taken(by.empty() ? own.name : by);
@@ -311,7 +311,7 @@ void append_field(std::string& out, const SchemaField& field) {
   out += '}';
 }
 
-// Those that it is made of come first.
+// Structs contained in it come first.
 Result<void> append_struct(std::string& out, std::vector<const Schema*>& there,
                            const Schema& schema) {
   if (std::ranges::find(there, &schema) != there.end()) return {};
@@ -351,7 +351,7 @@ Result<std::string> message_file(const ClassInfo& own) {
     if (message.body == nullptr) continue;
     if (const auto good = append_struct(out, there, *message.body); !good) return good.error();
   }
-  if (there.empty()) out.resize(out.rfind(",\n"));  // no list of nothing
+  if (there.empty()) out.resize(out.rfind(",\n"));  // no empty list
   out += there.empty() ? ",\n  \"messages\": [" : "],\n  \"messages\": [";
   for (const MessageInfo& message : own.messages) {
     out += &message == own.messages.data() ? "\n    {\"type\": " : ",\n    {\"type\": ";

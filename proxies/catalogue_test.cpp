@@ -105,7 +105,7 @@ TEST(Catalogue, MakesABodyOfFieldsByName) {
             "ChassisMoveData has no field \"vz\"");
 }
 
-// What every class can be sent and echoed as: its data, made of nothing, told on one line.
+// The data of every class with default values can be created and printed on one line.
 TEST(Catalogue, EveryMessageCanBeMadeAndTold) {
   for (const auto table : message_tables()) {
     for (const MessageInfo& message : table) {

@@ -12,13 +12,13 @@
 namespace rack::gdos {
 namespace {
 
-// A conversion in a format, or a run of plain characters.
+// A conversion of a format, or a run of plain characters.
 struct Part {
   std::string_view text;  // without the %
   char conversion = 0;    // 0: plain
 };
 
-// Walks a format. A width or precision is stepped over, as the original's own formatter does.
+// Iterates over a format. Width and precision are skipped, as in the original formatter.
 class Format {
  public:
   explicit Format(std::string_view format) : left_(format) {}
@@ -46,7 +46,7 @@ class Format {
   std::string_view left_;
 };
 
-// Bytes of an argument; a text: 0. No conversion of ours: nothing.
+// Bytes of an argument; 0 for a text. Nothing: the conversion is not supported.
 std::optional<std::size_t> size_of(char conversion, std::size_t pointer) {
   switch (conversion) {
     case 'd':
@@ -97,7 +97,7 @@ class Writer {
     std::memcpy(&body_[size_], &value, sizeof value);
     size_ += sizeof value;
   }
-  // With its NUL, and at most `max` bytes.
+  // Including its NUL, at most `max` bytes.
   void put_text(std::string_view text, std::size_t max) {
     max = std::min(max, room());
     if (max == 0) return;
@@ -129,7 +129,7 @@ void put_argument(Writer& out, char conversion, const Argument::Value& value, st
   }
 }
 
-// What the conversions of a format need at least: a text its NUL.
+// Minimum size of the arguments of a format; a text needs its NUL.
 std::size_t least_size(Format format) {
   std::size_t size = 0;
   while (const auto part = format.next()) {
@@ -145,7 +145,8 @@ std::size_t least_size(Format format) {
 // How a sender may have laid out the arguments.
 struct Layout {
   std::size_t pointer = 8;
-  bool texts_without_end = false;  // C of the original: the next argument overwrites the NUL
+  // C programs of the original: the next argument overwrites the NUL
+  bool texts_without_end = false;
 };
 
 class Reader {
@@ -154,7 +155,7 @@ class Reader {
          const Layout& layout)
       : left_(left), order_(order), widths_(widths), layout_(layout) {}
 
-  // False: the arguments are not what the format says. The text is what there was.
+  // False: the arguments do not match the format. The text then contains what could be read.
   bool run(std::string_view format) {
     Format rest(format);
     while (const auto part = rest.next()) {
@@ -218,7 +219,7 @@ class Reader {
     std::size_t used = size + 1;
     const std::size_t behind = fixed_size(rest);
     if (layout_.texts_without_end && behind > 0) {
-      // One byte is left over at the end, where the NUL was counted.
+      // One byte is left over at the end, because the sender counted the NUL.
       if (behind + 1 > all.size()) return false;
       used = size = all.size() - behind - 1;
       stray_ = true;
@@ -229,7 +230,7 @@ class Reader {
     left_ = left_.subspan(used);
     return true;
   }
-  // Of all arguments to come; 0 when there are none, or one of them is a text.
+  // Total size of the remaining arguments; 0 when there are none, or one of them is a text.
   [[nodiscard]] std::size_t fixed_size(Format rest) const {
     std::size_t size = 0;
     while (const auto part = rest.next()) {
@@ -257,7 +258,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// By the number that the parameter gdosLevel has for them.
+// Index: the value of the parameter gdosLevel.
 constexpr std::array<std::string_view, 5> kLevels = {"print", "error", "warning", "info", "detail"};
 constexpr Layout kLayouts[] = {{8, false}, {4, false}, {8, true}, {4, true}};
 
@@ -282,7 +283,7 @@ std::optional<Level> level_of(std::string_view text) {
 
 std::size_t encode(Body& body, std::string_view format, std::span<const Argument> arguments) {
   Writer out(body);
-  // The arguments have their room before a long format.
+  // Room for the arguments takes precedence over a long format.
   const std::size_t least = least_size(Format(format));
   out.put_text(format, kBodyMax > least ? kBodyMax - least : 1);
   Format rest(format);

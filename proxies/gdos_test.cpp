@@ -13,7 +13,7 @@ namespace gdos_test {
 
 using namespace std::string_literals;
 
-// A body as a sender of that byte order writes it.
+// A body as written by a sender with the given byte order.
 class Made {
  public:
   explicit Made(const std::string& format, std::endian order = std::endian::native)
@@ -78,7 +78,8 @@ TEST(Gdos, PointersOf32And64Bits) {
             "at 0x7f0000001000, 7");
 }
 
-// C programs of the original write what follows a text over its end, and one byte too many.
+// C programs of the original overwrite the NUL of a text with the next argument and send one byte
+// too many.
 TEST(Gdos, TextsWithoutTheirEnd) {
   EXPECT_EQ(Made("file %s: error %d").raw("map.dxf").number<std::int32_t>(-2).raw("\x7F").text(),
             "file map.dxf: error -2");

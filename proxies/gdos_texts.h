@@ -1,4 +1,4 @@
-// A text as it is kept: one line of JSON in a file, for grep, jq and people.
+// The stored form of a log text: one line of JSON in a file, for grep, jq and human readers.
 //
 //   {"time":"2026-11-22T03:00:00.123Z","address":"0x00110000","component":"Chassis(0/0)",
 //    "level":"warning","text":"Listener GUI(0/0) is gone"}
@@ -21,36 +21,36 @@ using RecordTime = std::chrono::sys_time<std::chrono::milliseconds>;
 struct Record {
   RecordTime time{};
   tims::Address address{};  // of the sender
-  std::string component{};  // the same as people read it, with the widths of its fleet
+  std::string component{};  // text form of the address, with the widths of its fleet
   Level level = Level::kPrint;
   std::string text{};
 
   bool operator==(const Record&) const = default;
 };
 
-// With its line end. Whatever the text holds, the line is valid JSON in UTF-8 and has no control
-// character.
+// With its line end. The line is always valid JSON in UTF-8 without control characters, whatever
+// the text contains.
 std::string to_line(const Record& record);
-// Nothing: the line is not of this kind. Keys that are not known here are passed over.
+// Nothing: the line does not have this form. Unknown keys are ignored.
 std::optional<Record> record_of(std::string_view line);
 
-// "2026-11-22T03:00:00.123Z"; with or without the fraction when read.
+// "2026-11-22T03:00:00.123Z"; the fraction is optional in input.
 std::string to_text(RecordTime time);
 std::optional<RecordTime> record_time(std::string_view text);
 
-// At most kTextMax bytes, in UTF-8. Bytes that are none are taken for the ISO 8859-1 that programs
-// of the original were written in.
+// UTF-8 of at most kTextMax bytes. Bytes that are not valid UTF-8 are interpreted as ISO 8859-1,
+// the encoding of the original programs.
 std::string to_utf8(std::string_view text);
 
-// --- The texts of a file, piece by piece: a line may end in the next piece, and what is no text is
-// counted and passed over.
+// --- Splits a file into texts, chunk by chunk: a line may end in the next chunk. Invalid lines are
+// counted and skipped.
 
 class RecordReader {
  public:
-  // No line of ours is longer. What is, is no text.
+  // We never write a longer line; a longer one is invalid.
   static constexpr std::size_t kLineMax = 16384;
 
-  template <typename Take>  // (Record&&)
+  template <typename Take>  // take(Record&&)
   void read(std::string_view piece, Take take) {
     while (!piece.empty()) {
       const std::size_t end = piece.find('\n');
@@ -60,9 +60,9 @@ class RecordReader {
       piece.remove_prefix(end + 1);
     }
   }
-  // The last line may still be written to: without its end it is not looked at.
+  // The last line may be incomplete: without its line end it is not parsed.
 
-  [[nodiscard]] std::uint64_t strange() const { return strange_; }  // lines that are no texts
+  [[nodiscard]] std::uint64_t strange() const { return strange_; }  // number of invalid lines
 
  private:
   void add(std::string_view part) {
@@ -82,16 +82,16 @@ class RecordReader {
   std::uint64_t strange_ = 0;
 };
 
-// --- Where the texts of a robot are kept: what writes them and what reads them agree here.
+// --- Location of the log files of a robot, shared by the writer and the readers.
 
-// The file that grows; what it held before is in texts.000001.jsonl and so on, the newest with the
-// highest number.
+// The file that is written to. Its earlier content is in texts.000001.jsonl and so on; the newest
+// has the highest number.
 inline constexpr std::string_view kCurrentFile = "texts.jsonl";
 std::string numbered_file(std::uint32_t number);
 std::optional<std::uint32_t> file_number(std::string_view name);
 
 struct LogFiles {
-  std::vector<std::uint32_t> numbers;  // rising
+  std::vector<std::uint32_t> numbers;  // ascending
   bool current = false;
   [[nodiscard]] std::uint32_t next_number() const {
     return numbers.empty() ? 1 : numbers.back() + 1;
@@ -101,11 +101,10 @@ LogFiles log_files(const std::filesystem::path& folder);
 // Oldest first.
 std::vector<std::filesystem::path> log_paths(const std::filesystem::path& folder);
 
-// $LOGS_DIRECTORY (what a systemd unit has); else /var/log/tims for root, and $XDG_STATE_HOME/tims
-// or
-// ~/.local/state/tims for others.
+// $LOGS_DIRECTORY (set by systemd for a unit); else /var/log/tims for root, and
+// $XDG_STATE_HOME/tims or ~/.local/state/tims for other users.
 std::filesystem::path folder_to_write();
-// The same where texts are there; else /var/log/tims.
+// The same directory if it contains texts; else /var/log/tims.
 std::filesystem::path folder_to_read();
 
 }  // namespace rack::gdos

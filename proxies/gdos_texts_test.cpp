@@ -23,7 +23,7 @@ Record record(const std::string& text) {
           .level = Level::kWarning,
           .text = text};
 }
-// As it is read again.
+// The text after writing and reading the record.
 std::string kept(const std::string& text) {
   const auto read = record_of(to_line(record(text)));
   return read ? read->text : "not a record";

@@ -1,4 +1,4 @@
-// The bodies of our own runtime, byte for byte: programs of other versions must understand them.
+// The bodies of our extensions, byte for byte: programs of other versions must decode them.
 #include "rack/proxies/generic.h"
 
 #include <gtest/gtest.h>

@@ -27,7 +27,7 @@ constexpr std::size_t kStructsMax = 256;
 constexpr std::size_t kFixedMax = 64 << 10;  // bytes of a struct without its sequences
 constexpr std::size_t kBodyMax = 16 << 20;
 
-// The place in the file, for who has to mend it: "structs[2].fields[0].type".
+// The position in the file, so that its author can correct it: "structs[2].fields[0].type".
 struct Wrong {
   std::string text;
 };
@@ -49,7 +49,7 @@ bool is_unit(std::string_view text) {
 
 const json::object& object_in(const json::value& value, const std::string& where) {
   const json::object* object = value.if_object();
-  if (object == nullptr) wrong(where, "is no object");
+  if (object == nullptr) wrong(where, "is not an object");
   return *object;
 }
 
@@ -58,7 +58,7 @@ const json::array& list_in(const json::object& object, std::string_view key,
   const json::value* value = object.if_contains(key);
   const json::array* list = value == nullptr ? nullptr : value->if_array();
   if (list == nullptr || list->empty() || list->size() > max)
-    wrong(where + std::string(key), "is no list of 1 to " + std::to_string(max));
+    wrong(where + std::string(key), "is not a list of 1 to " + std::to_string(max));
   return *list;
 }
 
@@ -68,7 +68,7 @@ std::string_view word_in(const json::object& object, std::string_view key,
   const json::string* text = value == nullptr ? nullptr : value->if_string();
   if (text == nullptr || !is_identifier(*text))
     wrong(where + std::string(key),
-          "is no name of letters, digits and _, at most " + std::to_string(kNameMax));
+          "is not a name of letters, digits and _, at most " + std::to_string(kNameMax));
   return *text;
 }
 
@@ -77,7 +77,7 @@ std::optional<i64> number_in(const json::object& object, std::string_view key,
   const json::value* value = object.if_contains(key);
   if (value == nullptr) return std::nullopt;
   const auto range =
-      "is no whole number from " + std::to_string(min) + " to " + std::to_string(max);
+      "is not a whole number from " + std::to_string(min) + " to " + std::to_string(max);
   const i64* number = value->if_int64();
   if (number == nullptr || *number < min || *number > max) wrong(where + std::string(key), range);
   return *number;
@@ -88,7 +88,7 @@ std::vector<std::byte> bytes_in(const json::object& object, std::string_view key
   const json::value* value = object.if_contains(key);
   const json::string* digits = value == nullptr ? nullptr : value->if_string();
   auto bytes = digits == nullptr ? std::nullopt : tims::base::parse_hex(*digits);
-  if (!bytes) wrong(where + std::string(key), "is no text of pairs of hex digits");
+  if (!bytes) wrong(where + std::string(key), "is not a text of pairs of hex digits");
   return *std::move(bytes);
 }
 
@@ -110,7 +110,7 @@ class MessageFileReader {
   void read(const json::value& root) {
     const json::object& object = object_in(root, "the file");
     if (number_in(object, "rack_messages", "", 1, 1) != 1)
-      wrong("rack_messages", "is missing: is this a file of messages?");
+      wrong("rack_messages", "is missing: this is not a message file");
     read_class(object);
     if (object.if_contains("structs") != nullptr) {
       const json::array& structs = list_in(object, "structs", "", kStructsMax);
@@ -129,11 +129,11 @@ class MessageFileReader {
     const auto id = number_in(object, "class_id", "", 0, 0xFFFFFF);
     if (!id) wrong("class_id", "is missing");
     file_.class_.class_id = static_cast<u32>(*id);
-    for (const ClassInfo& other : added_classes())  // the same once more
+    for (const ClassInfo& other : added_classes())  // the same class again
       if (other.class_id == file_.class_.class_id && other.name == file_.class_.name) return;
     if (const auto known = tims::class_name(file_.class_.class_id); !known.empty())
-      wrong("class_id",
-            std::to_string(*id) + " is that of " + std::string(known) + ": take one from 128 on");
+      wrong("class_id", std::to_string(*id) + " is the number of " + std::string(known) +
+                            ": use a number from 128 on");
     if (tims::class_id_of(file_.class_.name))
       wrong("class", std::string(file_.class_.name) + " is a class of RACK itself");
   }
@@ -156,7 +156,8 @@ class MessageFileReader {
     if (object.if_contains("body") != nullptr) {
       const std::string_view body = word_in(object, "body", where);
       message.body = find_struct(body);
-      if (message.body == nullptr) wrong(where + "body", std::string(body) + " is no struct here");
+      if (message.body == nullptr)
+        wrong(where + "body", std::string(body) + " is not a struct in this file");
     }
     file_.messages_.push_back(message);
   }
@@ -170,7 +171,7 @@ class MessageFileReader {
     const json::object& object = object_in(value, where);
     Schema schema{.name = keep(word_in(object, "name", where))};
     if (find_struct(schema.name) != nullptr)
-      wrong(where + "name", std::string(schema.name) + " is there twice");
+      wrong(where + "name", std::string(schema.name) + " is defined twice");
     auto& fields = file_.fields_.emplace_back();
     const json::array& list = list_in(object, "fields", where, kFieldsMax);
     for (std::size_t i = 0; i < list.size(); ++i)
@@ -181,7 +182,7 @@ class MessageFileReader {
     schema.size_max += schema.size_min;
     read_sizes(schema, object, where);
     file_.structs_.push_back(schema);
-    // Last: it is read as a message of this kind is.
+    // Last, because it is decoded with the finished schema.
     auto& made = file_.made_.emplace_back(bytes_in(object, "made", where));
     if (const auto good = read_value(schema, made, std::endian::little); !good)
       wrong(where + "made", "does not fit: " + good.error().detail());
@@ -207,12 +208,12 @@ class MessageFileReader {
       field.times = static_cast<std::size_t>(*times);
     }
     if (const auto most = number_in(object, "at_most", where, 1, kBodyMax)) {
-      if (field.repeat != Repeat::kNot) wrong(where + "at_most", "and times: only one of them");
+      if (field.repeat != Repeat::kNot) wrong(where + "at_most", "and times exclude each other");
       field.repeat = Repeat::kSequence;
       field.times = static_cast<std::size_t>(*most);
     }
     if (field.type == FieldType::kChar && field.repeat != Repeat::kSequence)
-      wrong(where + "type", "char is for sequences: text is of a fixed size");
+      wrong(where + "type", "char requires at_most: a text of fixed size has the type text");
     if (field.type == FieldType::kCount && field.repeat != Repeat::kNot)
       wrong(where + "type", "count cannot repeat");
     read_unit(field, object, where);
@@ -224,7 +225,7 @@ class MessageFileReader {
     if (type == "text") {
       field.type = FieldType::kText;
       const auto bytes = number_in(object, "bytes", where, 2, kFixedMax);
-      if (!bytes) wrong(where + "bytes", "is missing: how long is the text at most?");
+      if (!bytes) wrong(where + "bytes", "is missing: give the size of the text");
       field.size = static_cast<std::size_t>(*bytes);
     } else if (type == "char") {
       field.type = FieldType::kChar;
@@ -238,7 +239,8 @@ class MessageFileReader {
       field.type = FieldType::kStruct;
       field.inner = find_struct(type);
       if (field.inner == nullptr)
-        wrong(where + "type", std::string(type) + " is no type, and no struct before this one");
+        wrong(where + "type",
+              std::string(type) + " is neither a type nor a struct defined before this one");
       field.size = field.inner->size_min;
     }
   }
@@ -248,7 +250,7 @@ class MessageFileReader {
       const json::value* value = object.if_contains(key);
       if (value == nullptr) continue;
       const json::string* text = value->if_string();
-      if (text == nullptr || !is_unit(*text)) wrong(where + key, "is no unit, as \"mm/s\"");
+      if (text == nullptr || !is_unit(*text)) wrong(where + key, "is not a unit such as \"mm/s\"");
       *to = keep(*text);
     }
     if (field.unit.empty()) return;
@@ -257,17 +259,17 @@ class MessageFileReader {
     if (!measures) wrong(where + "unit", "is for numbers");
     if (field.si_unit.empty()) field.si_unit = field.unit;
     if (const json::value* si = object.if_contains("si")) {
-      if (!si->is_number()) wrong(where + "si", "is no number");
+      if (!si->is_number()) wrong(where + "si", "is not a number");
       field.si = si->to_number<f64>();
-      if (!(field.si > 1e-30 && field.si < 1e30)) wrong(where + "si", "is no size of a unit");
+      if (!(field.si > 1e-30 && field.si < 1e30)) wrong(where + "si", "is out of range");
     }
   }
 
-  // Structs within others, and arrays, are of a fixed size; sequences come last.
+  // Inner structs and arrays must have a fixed size; sequences must be the last fields.
   static void add_field(Schema& schema, std::vector<SchemaField>& fields, const SchemaField& field,
                         const std::string& where) {
     if (std::ranges::find(fields, field.name, &SchemaField::name) != fields.end())
-      wrong(where + "name", std::string(field.name) + " is there twice");
+      wrong(where + "name", std::string(field.name) + " is defined twice");
     if (field.inner != nullptr &&
         std::ranges::any_of(field.inner->fields, [](const SchemaField& inner) {
           return inner.repeat == Repeat::kSequence || inner.type == FieldType::kCount;
@@ -276,11 +278,12 @@ class MessageFileReader {
             std::string(field.inner->name) + " has a sequence: only a whole message may");
     const bool behind = !fields.empty() && fields.back().repeat == Repeat::kSequence;
     if (behind && field.repeat != Repeat::kSequence)
-      wrong(where + "name", std::string(field.name) + " stands behind a sequence: they come last");
+      wrong(where + "name",
+            std::string(field.name) + " follows a sequence: sequences must be last");
     std::size_t& size = field.repeat == Repeat::kSequence ? schema.size_max : schema.size_min;
     const std::size_t max = field.repeat == Repeat::kSequence ? kBodyMax : kFixedMax;
     if (field.times > max / field.size || size + field.times * field.size > max)
-      wrong(where + "name", "makes it larger than " + std::to_string(max) + " bytes");
+      wrong(where + "name", "makes the struct larger than " + std::to_string(max) + " bytes");
     size += field.times * field.size;
     fields.push_back(field);
   }
@@ -289,7 +292,7 @@ class MessageFileReader {
     const auto counts = std::ranges::count(fields, FieldType::kCount, &SchemaField::type);
     const auto sequences = std::ranges::count(fields, Repeat::kSequence, &SchemaField::repeat);
     if (counts > 1 || (counts == 1) != (sequences > 0))
-      wrong(where + "fields", "have a count without a sequence, or the other way round");
+      wrong(where + "fields", "have a count without a sequence or a sequence without a count");
   }
 
   MessageFile& file_;
@@ -298,7 +301,7 @@ class MessageFileReader {
 Result<std::unique_ptr<MessageFile>> MessageFile::parse(std::string_view text) {
   boost::system::error_code error;
   const json::value root = json::parse(text, error);
-  if (error) return tims::Error(tims::Errc::kMalformed, "no JSON: " + error.message());
+  if (error) return tims::Error(tims::Errc::kMalformed, "not JSON: " + error.message());
   std::unique_ptr<MessageFile> file(new MessageFile);
   try {
     MessageFileReader(*file).read(root);
@@ -310,22 +313,22 @@ Result<std::unique_ptr<MessageFile>> MessageFile::parse(std::string_view text) {
 
 namespace {
 
-// Kept as long as the program runs: the catalogue refers to them.
+// Kept until the program ends, because the catalogue refers to them.
 std::deque<std::unique_ptr<MessageFile>>& loaded() {
   static std::deque<std::unique_ptr<MessageFile>> files;
   return files;
 }
 
-// What is wrong; empty: nothing.
+// Returns the problem; empty: none.
 std::string load(const fs::path& path) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) return "is no file";
+  if (!fs::is_regular_file(path, error)) return "is not a file";
   if (fs::file_size(path, error) > kFileMax) return "is larger than 1 MiB";
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return "cannot be read";
   auto file = MessageFile::parse(std::string(std::istreambuf_iterator<char>(stream), {}));
   if (!file) return file.error().detail();
-  // When another one has described this class before, that is it.
+  // If another file has described this class before, that file has priority.
   if (const auto added = add_class((*file)->class_info()); !added) return added.error().detail();
   loaded().push_back(*std::move(file));
   return {};

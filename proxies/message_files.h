@@ -1,11 +1,12 @@
-// Messages of classes that are none of RACK's, out of files: whoever makes a component installs
-// what its messages look like beside it, and timsctl and DatalogRec know their fields like ours.
+// Messages of classes that RACK does not define, described in files. The author of a component
+// installs a description of its messages with it, and timsctl and DatalogRec can decode them like
+// the messages of RACK.
 //
-// A file is JSON, made by the build of the component from its structs (message_file() of
-// rack/proxies/catalogue.h), so that nothing is said twice. It is looked for
-//   in $RACK_MESSAGES, files and folders separated by colons;
-//   in share/rack/messages beside the program's bin, of /usr/local and of /usr.
-// The first that speaks of a class is the one.
+// A file is JSON and is generated from the structs when the component is built (message_file() of
+// rack/proxies/catalogue.h). Files are looked for
+//   in $RACK_MESSAGES, files and directories separated by colons;
+//   in share/rack/messages next to the program's bin, of /usr/local and of /usr.
+// The first file that describes a class has priority.
 #pragma once
 
 #include <deque>
@@ -18,11 +19,11 @@
 
 namespace rack {
 
-// Everything a file says, checked; what it is told of refers to it.
+// The checked content of a file; the data that it returns refers to it.
 class MessageFile {
  public:
-  // kMalformed says where what was wrong. Whatever the text holds, what comes out can be used: all
-  // sizes are bounded, and no struct holds itself.
+  // kMalformed states the position and the problem. The result is safe to use, whatever the text
+  // contains: all sizes are bounded, and no struct contains itself.
   static Result<std::unique_ptr<MessageFile>> parse(std::string_view text);
 
   [[nodiscard]] const ClassInfo& class_info() const { return class_; }
@@ -39,8 +40,8 @@ class MessageFile {
   ClassInfo class_;
 };
 
-// Makes all that are found known to find_message(), for as long as the program runs; before its
-// first thread. Returns what was wrong with the others.
+// Adds all files found to the catalogue, until the program ends. Call it before the program starts
+// threads. Returns the problems of the invalid files.
 std::vector<std::string> load_message_files();
 
 }  // namespace rack

@@ -102,43 +102,44 @@ TEST(MessageFiles, BodiesAreReadAndMadeLikeThoseOfTheStruct) {
 }
 
 TEST(MessageFiles, SayWhereTheyAreWrong) {
-  EXPECT_TRUE(refusal("{").starts_with("no JSON: "));
-  EXPECT_EQ(refusal("[]"), "the file is no object");
-  EXPECT_EQ(refusal("{}"), "rack_messages is missing: is this a file of messages?");
+  EXPECT_TRUE(refusal("{").starts_with("not JSON: "));
+  EXPECT_EQ(refusal("[]"), "the file is not an object");
+  EXPECT_EQ(refusal("{}"), "rack_messages is missing: this is not a message file");
   EXPECT_EQ(refusal(replaced("_messages\": 1", "_messages\": 2")),
-            "rack_messages is no whole number from 1 to 1");
+            "rack_messages is not a whole number from 1 to 1");
   EXPECT_EQ(refusal(replaced("\"class_id\": 144", "\"class_id\": 20")),
-            "class_id 20 is that of Ladar: take one from 128 on");
+            "class_id 20 is the number of Ladar: use a number from 128 on");
   EXPECT_EQ(refusal(replaced("\"class\": \"Heat\"", "\"class\": \"Ladar\"")),
             "class Ladar is a class of RACK itself");
   EXPECT_EQ(refusal(replaced("\"class\": \"Heat\"", "\"class\": \"\\u001b[31m\"")),
-            "class is no name of letters, digits and _, at most 64");
+            "class is not a name of letters, digits and _, at most 64");
   EXPECT_EQ(refusal(replaced("\"type\": -6", "\"type\": 300")),
-            "messages[0].type is no whole number from -128 to 127");
+            "messages[0].type is not a whole number from -128 to 127");
   EXPECT_EQ(refusal(replaced("\"type\": 22", "\"type\": 1")),
             "messages[2].type 1 is a message of every class: commands begin at 21, answers at -21");
   EXPECT_EQ(refusal(replaced("\"type\": 22", "\"type\": 21")),
             "messages[2].type or name is taken by NOTE");
   EXPECT_EQ(refusal(replaced("\"body\": \"HeatNote\"", "\"body\": \"Heat\"")),
-            "messages[1].body Heat is no struct here");
-  EXPECT_EQ(refusal(replaced("\"type\": \"f64\"", "\"type\": \"HeatData\"")),
-            "structs[1].fields[5].type HeatData is no type, and no struct before this one");
+            "messages[1].body Heat is not a struct in this file");
+  EXPECT_EQ(
+      refusal(replaced("\"type\": \"f64\"", "\"type\": \"HeatData\"")),
+      "structs[1].fields[5].type HeatData is neither a type nor a struct defined before this one");
   EXPECT_EQ(refusal(replaced("\"at_most\": 4", "\"at_most\": 99999999")),
-            "structs[1].fields[7].at_most is no whole number from 1 to 16777216");
+            "structs[1].fields[7].at_most is not a whole number from 1 to 16777216");
   EXPECT_EQ(refusal(replaced("\"times\": 2", "\"times\": 65536")),
-            "structs[0].fields[1].name makes it larger than 65536 bytes");
+            "structs[0].fields[1].name makes the struct larger than 65536 bytes");
   EXPECT_EQ(refusal(replaced("\"spotNum\", \"type\": \"count\"", "\"spotNum\", \"type\": \"i32\"")),
-            "structs[1].fields have a count without a sequence, or the other way round");
+            "structs[1].fields have a count without a sequence or a sequence without a count");
   EXPECT_EQ(refusal(replaced("\"made\": \"07", "\"made\": \"zz")),
-            "structs[0].made is no text of pairs of hex digits");
+            "structs[0].made is not a text of pairs of hex digits");
   EXPECT_TRUE(refusal(replaced("\"made\": \"07", "\"made\": \"0707"))
                   .starts_with("structs[0].made does not fit: Spot is 6 bytes long"));
   EXPECT_EQ(refusal(replaced("\"unit\": \"mm\"", "\"unit\": \"\\n\"")),
-            "structs[0].fields[0].unit is no unit, as \"mm/s\"");
+            "structs[0].fields[0].unit is not a unit such as \"mm/s\"");
 }
 
 TEST(MessageFiles, DeepTextsEndInAnErrorToo) {
-  EXPECT_TRUE(refusal(std::string(100000, '[')).starts_with("no JSON: "));
+  EXPECT_TRUE(refusal(std::string(100000, '[')).starts_with("not JSON: "));
 }
 
 struct Image {
@@ -155,7 +156,7 @@ TEST(MessageFiles, AreNotMadeOfWhatOnlyAProgramKnows) {
             "Image.bytes is a Tail, whose length only a program knows: make it a Sequence");
 }
 
-// In one test: what is found stays.
+// One test, because loaded files cannot be removed.
 TEST(MessageFiles, AreFoundInTheFoldersOfTheEnvironment) {
   tims::test::TemporaryFolder folder;
   std::ofstream(folder.path() / "heat.json") << text();
@@ -166,8 +167,8 @@ TEST(MessageFiles, AreFoundInTheFoldersOfTheEnvironment) {
   const auto problems = load_message_files();
   ASSERT_EQ(problems.size(), 2U);
   EXPECT_TRUE(
-      problems[0].ends_with("broken.json: rack_messages is missing: is this a file of messages?"));
-  EXPECT_EQ(problems[1], "/nowhere: is no file");
+      problems[0].ends_with("broken.json: rack_messages is missing: this is not a message file"));
+  EXPECT_EQ(problems[1], "/nowhere: is not a file");
   const MessageInfo* found = find_message(kHeat, "note");
   ASSERT_NE(found, nullptr);
   EXPECT_EQ(found->body->name, "HeatNote");

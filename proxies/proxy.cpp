@@ -21,9 +21,9 @@ Error error_of(Verdict verdict) {
     case Verdict::kNotAvailable:
       return {Errc::kNoMailbox, "is it running, and is there a route to it?"};
     case Verdict::kTimeout:
-      return {Errc::kAnsweredError, "it waited for another component in vain"};
+      return {Errc::kAnsweredError, "it waited for another component, which did not answer"};
     default:
-      return {Errc::kAnsweredError, "its text messages say why"};
+      return {Errc::kAnsweredError, "see its log texts for the reason"};
   }
 }
 
@@ -86,7 +86,7 @@ Result<tims::Loan> Proxy::begin(Request request) {
                      static_cast<u32>(request.body_size));
 }
 
-// One deadline for the whole call, whatever arrives in between.
+// One deadline for the whole call, independent of other messages that arrive.
 Result<tims::PeekGuard> Proxy::finish(Result<tims::Loan> loan, i8 type, std::span<const i8> answers,
                                       tims::Duration timeout) {
   if (auto sent = send(std::move(loan), type); !sent) return sent.error();
@@ -164,7 +164,7 @@ Result<void> check_data(const tims::Header& header, tims::Address producer) {
   }
   if (header.type != tims::type::kData) {
     return Error(Errc::kInvalidArgument, "type " + std::to_string(header.type) + " of " +
-                                             producer.to_string() + " is no data: throw it away");
+                                             producer.to_string() + " is not data: discard it");
   }
   return {};
 }

@@ -12,7 +12,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::size_t kPointBytes = 20;
-constexpr std::size_t kHead = 14;  // of each stage
+constexpr std::size_t kHead = 14;  // header size of each stage
 constexpr u32 kMagic1 = 0x4D31;
 constexpr u32 kMagic2 = 0x4D32;
 constexpr u32 kMagic3 = 0x4D43;
@@ -22,8 +22,8 @@ constexpr u32 kHuffman = 0x31;
 constexpr u32 kMethod = 0xFF;
 constexpr u32 kWithoutInvalid = 0xFF000000;
 
-constexpr u32 kFar = 255;   // instead of a way: the value itself follows
-constexpr u32 kHere = 128;  // no way at all
+constexpr u32 kFar = 255;   // instead of a difference: the value itself follows
+constexpr u32 kHere = 128;  // difference 0
 constexpr u32 kRunMax = 255;
 constexpr std::size_t kFieldsHead = 22;  // minima and widths
 
@@ -33,7 +33,7 @@ tims::Error malformed(std::string text) {
 
 u32 bytes_for(u32 largest) { return (static_cast<u32>(std::bit_width(largest)) + 7) / 8; }
 
-// --- numbers, the high byte first
+// --- big-endian numbers
 
 class Writer {
  public:
@@ -77,7 +77,7 @@ class Reader {
   bool is_short_ = false;
 };
 
-// --- stage 1: fields of the points, each as a number without sign, and back
+// --- stage 1: the fields of the points as unsigned numbers, and back
 
 struct Range {
   i32 min = std::numeric_limits<i32>::max();
@@ -87,11 +87,12 @@ struct Range {
     min = std::min(min, value);
     max = std::max(max, value);
   }
-  // Of a value less the minimum.
+  // Bytes needed for a value after the minimum is subtracted.
   [[nodiscard]] u32 width() const {
     return bytes_for(static_cast<u32>(max) - static_cast<u32>(min));
   }
-  // Of values as they are, cut to `most` bytes. The original reads none as 0, whatever the minimum.
+  // Bytes needed for the values themselves, at most `most`. With width 0 the original decoder
+  // returns 0, whatever the minimum is.
   [[nodiscard]] u32 raw_width(u32 most) const {
     return min < 0 ? most : bytes_for(static_cast<u32>(max));
   }
@@ -188,17 +189,17 @@ void get_ways(std::span<ScanPoint> points, const Field& field, Set set, Reader& 
   }
 }
 
-// False: a run is longer than there are points.
+// False: a run extends beyond the last point.
 template <typename Set>
 bool get_runs(std::span<ScanPoint> points, const Field& field, Set set, Reader& in) {
-  if (field.width == 0) {  // all of them the same
+  if (field.width == 0) {  // all values are equal
     for (ScanPoint& point : points) set(point, static_cast<i32>(0U - field.negated_min));
     return true;
   }
   for (std::size_t i = 0; i < points.size() && !in.is_short();) {
     const u32 value = in.get(field.width);
     const u32 told = in.get(1);
-    const std::size_t count = told == 0 ? 256 : told;  // as the original writes 256
+    const std::size_t count = told == 0 ? 256 : told;  // the original encoder writes 256 as 0
     if (count > points.size() - i) return false;
     for (ScanPoint& point : points.subspan(i, count)) set(point, static_cast<i32>(value));
     i += count;
@@ -213,7 +214,7 @@ tims::Result<void> get_ways_and_runs(Reader& in, std::span<ScanPoint> points) {
   constexpr std::array<u32, 6> kShifts = {13, 10, 7, 4, 2, 0};
   for (std::size_t i = 0; i < fields.size(); ++i) {
     fields[i].width = widths >> kShifts[i] & (i < 4 ? 7U : 3U);
-    if (fields[i].width > (i < 4 ? 4U : 2U)) return malformed("a field is wider than it can be");
+    if (fields[i].width > (i < 4 ? 4U : 2U)) return malformed("a field is too wide");
   }
   get_ways(
       points, fields[0], [](ScanPoint& p, i32 value) { p.x = value; }, in);
@@ -245,7 +246,7 @@ void get_plain(Reader& in, std::span<ScanPoint> points) {
 
 // --- stage 3: Huffman
 
-constexpr std::size_t kEnd = 256;  // a symbol behind the last byte
+constexpr std::size_t kEnd = 256;  // end symbol, after all byte values
 
 class Tree {
  public:
@@ -272,7 +273,7 @@ class Tree {
   static constexpr std::size_t kNodes = 513;
   static constexpr std::size_t kNone = kNodes;
 
-  // Of equal ones those that come first.
+  // Of equal counts, the first nodes are taken.
   [[nodiscard]] std::array<std::size_t, 2> two_rarest() const {
     std::size_t rarest = kNone;
     std::size_t second = kNone;
@@ -339,7 +340,7 @@ void put_huffman(Bytes bytes, Writer& out) {
   if (count > 0) out.put(static_cast<u32>(kept << (8 - count)) & 0xFF, 1);
 }
 
-// What the next bits lead to: a symbol after so many of them, or a node that is not one yet.
+// Table for the next bits: either a symbol and the length of its code, or an inner node.
 constexpr u32 kAtOnce = 11;
 struct Step {
   u16 node = 0;
@@ -358,7 +359,7 @@ std::array<Step, 1U << kAtOnce> steps_of(const Tree& tree) {
   return steps;
 }
 
-// kMalformed: there is no end of it, or more than `to` has room for.
+// kMalformed: there is no end symbol, or `to` is too small.
 tims::Result<void> get_huffman(Bytes from, std::span<std::byte> to) {
   if (from.size() < kEnd) return malformed("it ends within the Huffman counts");
   Tree::Counts counts{};
@@ -369,7 +370,7 @@ tims::Result<void> get_huffman(Bytes from, std::span<std::byte> to) {
   const auto steps = steps_of(tree);
   const Bytes data = from.subspan(kEnd);
   std::uint64_t kept = 0;
-  u32 count = 0;  // bits of kept
+  u32 count = 0;  // number of bits in kept
   std::size_t at = 0;
   const std::size_t bits_all = 8 * data.size();
   std::size_t bits_used = 0;
@@ -387,20 +388,22 @@ tims::Result<void> get_huffman(Bytes from, std::span<std::byte> to) {
     bits_used += used;
     if (bits_used > bits_all) return malformed("it ends within the Huffman code");
     if (node == kEnd) {
-      if (size != to.size()) return malformed("the Huffman code has fewer bytes than it says");
+      if (size != to.size())
+        return malformed("the Huffman code has fewer bytes than its header states");
       return {};
     }
-    if (size == to.size()) return malformed("the Huffman code has more bytes than it says");
+    if (size == to.size())
+      return malformed("the Huffman code has more bytes than its header states");
     to[size++] = static_cast<std::byte>(node);
   }
 }
 
-// --- the three stages, one in the other
+// --- the three nested stages
 
 struct Head {
   u32 flags = 0;
-  u32 before = 0;  // bytes, without this stage
-  u32 after = 0;   // with it, this head included
+  u32 before = 0;  // bytes before this stage
+  u32 after = 0;   // bytes after it, including this header
 };
 
 void put_head(u32 magic, const Head& head, std::span<std::byte> to) {
@@ -417,21 +420,22 @@ bool begins_with(Bytes bytes, u32 magic) {
 
 tims::Result<Head> get_head(Bytes bytes, u32 magic, const char* stage) {
   if (bytes.size() < kHead || !begins_with(bytes, magic))
-    return malformed(std::string("the head of stage ") + stage + " is missing");
+    return malformed(std::string("the header of stage ") + stage + " is missing");
   Reader in(bytes.subspan(2, kHead - 2));
   const Head head{.flags = in.get(4), .before = in.get(4), .after = in.get(4)};
   if (head.after < kHead || head.after > bytes.size())
-    return malformed(std::string("stage ") + stage + " says that it has " +
-                     std::to_string(head.after) + " bytes, of " + std::to_string(bytes.size()));
+    return malformed(std::string("the header of stage ") + stage + " states " +
+                     std::to_string(head.after) + " bytes, but there are " +
+                     std::to_string(bytes.size()));
   return head;
 }
 
 tims::Error unknown(const char* stage, u32 method) {
   return malformed(std::string("method ") + std::to_string(method) + " of stage " + stage +
-                   " is not understood");
+                   " is not supported");
 }
 
-// The bytes of stage 2, in `to` when they had to be decoded.
+// The output of stage 2; stored in `to` if it had to be decoded.
 tims::Result<Bytes> within_stage3(Bytes bytes, std::size_t bytes_max, std::vector<std::byte>& to) {
   const auto head = get_head(bytes, kMagic3, "3");
   if (!head) return head.error();
@@ -449,10 +453,10 @@ tims::Result<void> get_points(Bytes stage1, std::span<ScanPoint> points) {
   const auto head = get_head(stage1, kMagic1, "1");
   if (!head) return head.error();
   if ((head->flags & kWithoutInvalid) != 0)
-    return malformed("its invalid points were left out, which is not understood");
+    return malformed("invalid points were left out, which is not supported");
   if (head->before != points.size() * kPointBytes)
     return malformed("it has " + std::to_string(head->before / kPointBytes) +
-                     " points, the scan says " + std::to_string(points.size()));
+                     " points, but the scan header states " + std::to_string(points.size()));
   Reader in(stage1.subspan(kHead, head->after - kHead));
   const u32 method = head->flags & kMethod;
   if (method == kDeltaRuns) {
@@ -471,7 +475,7 @@ tims::Result<void> get_points(Bytes stage1, std::span<ScanPoint> points) {
 bool Scan3dCompression::compress(Scan3dData& scan) {
   const std::size_t plain = scan.points.size() * kPointBytes;
   if (scan.compressed != 0 || plain == 0 || plain > kScan3dPointsMax * kPointBytes) return false;
-  // Who reads it has no more room than the points take, and the heads.
+  // A decoder has memory only for the size of the points and the headers.
   if (stages_.size() < plain + 2 * kHead) stages_.resize(plain + 2 * kHead);
   const auto stages = std::span(stages_).first(plain + 2 * kHead);
   Writer fields(stages.subspan(2 * kHead));
@@ -503,7 +507,7 @@ tims::Result<void> Scan3dCompression::decompress(Scan3dData& scan) {
   if (scan.pointNum < 0 || static_cast<std::size_t>(scan.pointNum) > kScan3dPointsMax)
     return malformed("it cannot have " + std::to_string(scan.pointNum) + " points");
   const auto count = static_cast<std::size_t>(scan.pointNum);
-  // Far values take five bytes a coordinate, single ones of a run five and three.
+  // Large differences need five bytes per coordinate; runs of length one need five and three bytes.
   const std::size_t bytes_max = 25 * count + kFieldsHead + 2 * kHead;
   Bytes bytes(scan.compressedPoints);
   if (!begins_with(bytes, kMagic1)) {

@@ -93,7 +93,8 @@ TEST(Scan3dCompression, LosesNothingOfExtremes) {
     points[count / 2] = extremes[(count + 1) % 3];
     expect_back(scan_of(points));
   }
-  for (unsigned seed = 0; seed < 300; ++seed) {  // ways of all lengths around those of one byte
+  for (unsigned seed = 0; seed < 300;
+       ++seed) {  // differences around the largest that fits into one byte
     std::mt19937 random(seed);
     std::vector<ScanPoint> points(1 + random() % 600);
     i32 last = 0;
@@ -107,7 +108,7 @@ TEST(Scan3dCompression, LosesNothingOfExtremes) {
   }
 }
 
-// A scan that is noise only would become larger: it stays as it is.
+// A scan of noise would become larger: it remains uncompressed.
 TEST(Scan3dCompression, LeavesWhatWouldNotBecomeSmaller) {
   std::mt19937 random(3);
   std::vector<ScanPoint> points(300);
@@ -139,7 +140,7 @@ Scan3dData compressed(std::vector<std::byte> data, i32 points) {
   return scan;
 }
 
-// By hand, after the specification: stage 1 alone, method 5.
+// Written by hand from the specification: stage 1 alone, method 5.
 TEST(Scan3dCompression, ReadsWhatTheSpecificationSays) {
   auto scan = compressed(
       bytes({0x4D, 0x31, 0,    0,    0,    5,    0,    0,    0, 60, 0, 0, 0, 55,  // head
@@ -170,8 +171,8 @@ TEST(Scan3dCompression, RefusesWithWords) {
     const auto read = compression.decompress(scan);
     return read ? std::string("understood") : read.error().message();
   };
-  EXPECT_THAT(why(bytes({1}), 1), HasSubstr("head of stage 3 is missing"));
-  EXPECT_THAT(why(bytes({0x4D, 0x31}), 1), HasSubstr("head of stage 1 is missing"));
+  EXPECT_THAT(why(bytes({1}), 1), HasSubstr("header of stage 3 is missing"));
+  EXPECT_THAT(why(bytes({0x4D, 0x31}), 1), HasSubstr("header of stage 1 is missing"));
   EXPECT_THAT(why(bytes({0x4D, 0x43, 0, 0, 0, 0x32, 0, 0, 0, 14, 0, 0, 0, 14}), 1),
               HasSubstr("method 50 of stage 3"));
   EXPECT_THAT(why(bytes({0x4D, 0x31, 1, 0, 0, 5, 0, 0, 0, 20, 0, 0, 0, 14}), 1),
@@ -179,16 +180,16 @@ TEST(Scan3dCompression, RefusesWithWords) {
   EXPECT_THAT(why(bytes({0x4D, 0x31, 0, 0, 0, 5, 0, 0, 0, 20, 0, 0, 0, 14}), 1),
               HasSubstr("ends within the points"));
   EXPECT_THAT(why(bytes({0x4D, 0x31, 0, 0, 0, 5, 0, 0, 0, 40, 0, 0, 0, 14}), 1),
-              HasSubstr("2 points, the scan says 1"));
+              HasSubstr("2 points, but the scan header states 1"));
   EXPECT_THAT(why(bytes({0x4D, 0x31, 0, 0, 0, 4, 0, 0, 0, 20, 0, 0, 0, 14}), 1),
               HasSubstr("method 4 of stage 1"));
   EXPECT_THAT(why(bytes({0x4D, 0x31, 0, 0, 0, 5, 0, 0, 0, 20, 0, 0, 0, 99}), 1),
-              HasSubstr("99 bytes, of 14"));
+              HasSubstr("99 bytes, but there are 14"));
   EXPECT_THAT(why({}, -1), HasSubstr("understood")) << "not compressed at all";
   EXPECT_THAT(why(bytes({0}), -1), HasSubstr("-1 points"));
 }
 
-// Whatever is damaged, it is refused or becomes as many points as it says.
+// Damaged input is refused or decodes to the number of points that its header states.
 TEST(Scan3dCompression, SurvivesDamage) {
   Scan3dCompression compression;
   Scan3dData good = room(10, 91);

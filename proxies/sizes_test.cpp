@@ -40,7 +40,7 @@ static_assert(wire_size<DestinationPoint>() == 28);
 static_assert(wire_size<Waypoint2d>() == 48);
 static_assert(wire_size<PolarSpline>() == 124);
 static_assert(wire_size<ScanPoint>() == 20);
-// What is sent by the thousand is copied as a whole.
+// Structs that are sent in large numbers must be copyable as a block.
 static_assert(is_plain<PolarSpline>() && is_plain<ScanPoint>() && is_plain<LadarPoint>());
 
 static_assert(wire_size<GetDataRequest>() == 4);

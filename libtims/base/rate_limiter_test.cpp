@@ -54,7 +54,7 @@ TEST(LineLimiter, BurstAndRateCanBeOthers) {
   EXPECT_TRUE(limiter.take(now));
   EXPECT_TRUE(limiter.take(now));
   EXPECT_FALSE(limiter.take(now));
-  EXPECT_FALSE(limiter.is_idle(now + 1h)) << "one is to be told";
+  EXPECT_FALSE(limiter.is_idle(now + 1h)) << "one suppressed line is to be reported";
   (void)limiter.take_held_back();
   EXPECT_FALSE(limiter.is_idle(now + 1s));
   EXPECT_TRUE(limiter.is_idle(now + 2s));

@@ -21,7 +21,7 @@ namespace router_command = wire::router_command;
 
 Time soon() { return os::deadline_after(test::kPatience); }
 
-// The other end of a client: what a router would say.
+// The peer of a client: sends what a router would send.
 class TcpClientTest : public testing::Test {
  protected:
   static constexpr std::uint32_t kReceivedMax = 1 << 20;
@@ -56,7 +56,7 @@ TEST_F(TcpClientTest, LoggingInLearnsHowTheFleetDividesAddresses) {
   EXPECT_EQ(client_->protocol().widths(), AddressWidths());
   const AddressWidths widths{6, 8, 10, 8};
   router_sends({.type = router_command::kAddressWidths}, router_command::encode_widths(widths));
-  router_sends({.type = type::kError});  // nobody has the mailbox it asks for
+  router_sends({.type = type::kError});  // no client has the mailbox
   ASSERT_TRUE(client_->log_in(soon()));
   EXPECT_EQ(client_->protocol().widths(), widths);
 }
@@ -94,7 +94,7 @@ TEST_F(TcpClientTest, MoreThanItTakes) {
   EXPECT_NE(received.error().detail().find("Ladar(3/0)"), std::string::npos);
 }
 
-// Larger than what the system takes at once: the rest goes out before what comes next.
+// Larger than the socket buffer: the rest is sent before later messages.
 TEST_F(TcpClientTest, LargeBodiesArriveWhole) {
   std::vector<std::byte> body(8U << 20);
   for (std::size_t i = 0; i < body.size(); ++i) body[i] = static_cast<std::byte>(i * 7 / 5);

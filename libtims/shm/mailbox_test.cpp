@@ -17,7 +17,7 @@
 namespace tims::shm {
 namespace mailbox_test {
 
-// A mailbox in private memory, with the vocabulary of the tests below.
+// A mailbox in private memory, with helpers for the tests below.
 class MailboxTest : public testing::Test {
  protected:
   void make(std::uint32_t slots, std::uint32_t body_max = 64, std::uint32_t long_places = 0) {
@@ -81,7 +81,7 @@ TEST_F(MailboxTest, FullReplacesTheOldestOfTheLowestPriority) {
   EXPECT_EQ(view_.header().refused.load(std::memory_order_relaxed), 1U);
 }
 
-// Of a mailbox with many slots what goes next is remembered: the rule is the same.
+// In a mailbox of many slots the sender remembers the next slots to replace: the rule is the same.
 TEST_F(MailboxTest, AFullMailboxOfManySlotsKeepsToTheRule) {
   constexpr std::uint32_t kSlots = 1024;
   make(kSlots);

@@ -202,7 +202,7 @@ TEST(AddressPattern, FollowsOtherWidths) {
   EXPECT_FALSE(pattern->matches(*Address::parse("Ladar(7/4094):3", kWideInstances)));
 }
 
-// Last, and in one test: what is named stays so.
+// Last test, because a registered name cannot be removed.
 TEST(AddressNames, ClassesOfOthersAreNamed) {
   EXPECT_EQ(Address(0x00800000).to_string(), "unknown[80](0/0)");
   EXPECT_FALSE(name_class(0x14, "Radar")) << "that is Ladar's number";

@@ -63,7 +63,7 @@ TEST(Header, EncodesInTheMachinesOrderUnlessToldOtherwise) {
   EXPECT_EQ(decode_header(bytes).flags, flag::kNativeOrder & flag::kHeaderLittleEndian);
 }
 
-// Whatever 16 bytes came: read and written again in their own order they are the same.
+// Any 16 bytes are the same after decoding and encoding in their own order.
 TEST(Header, EverySixteenBytesSurviveARoundTrip) {
   std::mt19937 random(1);
   for (int round = 0; round < 20000; ++round) {

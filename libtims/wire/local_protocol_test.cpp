@@ -15,7 +15,7 @@ Bytes bytes_of(const Packet& packet) {
   return bytes;
 }
 
-// One of each, with a different value in every field.
+// One record of each kind, with a different value in every field.
 std::vector<Packet> one_of_each() {
   const MailboxPlace place{0x1122334455667788, 0x8877665544332211};
   return {

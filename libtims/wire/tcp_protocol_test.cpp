@@ -39,7 +39,7 @@ Bytes join(const std::vector<Bytes>& parts) {
   return all;
 }
 
-// Feeds one chunk; appends what comes out. Returns the status that ended it.
+// Feeds one chunk; appends the messages. Returns the status that ended it.
 Status feed(StreamReader& reader, std::span<const std::byte> bytes, std::vector<Bytes>& out) {
   Bytes copy(bytes.begin(), bytes.end());
   std::span<std::byte> chunk = copy;
@@ -73,7 +73,7 @@ TEST(StreamReader, ByteByByte) {
   EXPECT_EQ(out, messages);
 }
 
-// Reads as a router does: into room() while it offers some, else in chunks.
+// Reads as a router does: into room() while it is not empty, else in chunks.
 std::vector<Bytes> read_all(StreamReader& reader, const Bytes& all, std::mt19937& random,
                             std::size_t piece_max) {
   std::vector<Bytes> out;
@@ -133,7 +133,7 @@ TEST(StreamReader, InPlaceUpToTheLastByteOfTheChunk) {
   EXPECT_TRUE(chunk.empty());
 }
 
-// Once its header is there, a large message is read straight to where it is handed out.
+// After its header has arrived, a large message is read directly into its final buffer.
 TEST(StreamReader, LargeMessageIsNotCopiedTwice) {
   const Bytes big = message(kMax, 7);
   StreamReader reader(kMax);
@@ -201,7 +201,7 @@ TEST(StreamReader, LostStreamStaysLost) {
   std::span<std::byte> chunk = good;
   const StreamReader::Item item = reader.next(chunk);
   EXPECT_EQ(item.status, Status::kTooShort);
-  EXPECT_EQ(item.header.length, 3U) << "the refused length can still be told";
+  EXPECT_EQ(item.header.length, 3U) << "the refused length can still be reported";
   EXPECT_TRUE(item.message.empty());
 }
 
@@ -217,7 +217,7 @@ Bytes unsent(const TcpClientProtocol& client) {
   return {client.unsent().begin(), client.unsent().end()};
 }
 
-// From the router itself: dest = src = 0.
+// A message of the router itself: dest = src = 0.
 Bytes router_message(std::int8_t type, std::uint8_t seq_nr, const Bytes& body = {}) {
   Bytes bytes(kHeaderSize);
   encode_header({.type = type,

@@ -6,7 +6,7 @@ namespace rack::codec {
 
 namespace {
 
-// Whoever reads it is not who can mend it.
+// The reader of the message is usually not able to correct the sender.
 constexpr std::string_view kAdvice =
     "; its sender is broken, or has another version of this message";
 
@@ -37,7 +37,7 @@ tims::Error bad_count(FieldName field_name, std::int64_t count, std::size_t max)
 }
 
 tims::Error elements_missing(FieldName field_name, std::size_t needed, std::size_t there) {
-  return malformed(name(field_name) + " promises " + bytes(needed) + ", only " + bytes(there) +
+  return malformed(name(field_name) + " needs " + bytes(needed) + ", only " + bytes(there) +
                    " follow");
 }
 
@@ -49,8 +49,8 @@ tims::Error too_many(FieldName field_name, std::size_t count, std::size_t max) {
 
 tims::Error wrong_tail(FieldName field_name, std::size_t count, std::int64_t stated) {
   return {tims::Errc::kInvalidArgument, name(field_name) + " has " + std::to_string(count) +
-                                            " elements, the other fields say " +
-                                            std::to_string(stated) + ": make them agree"};
+                                            " elements, but the other fields give " +
+                                            std::to_string(stated) + ": correct one of them"};
 }
 
 tims::Error buffer_too_small(std::string_view type, std::size_t needed, std::size_t there) {

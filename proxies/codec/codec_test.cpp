@@ -175,7 +175,7 @@ TEST(Codec, RefusesCountsByName) {
   EXPECT_EQ(refused<Scan>(bytes), "Scan.pointNum is -16777212, allowed are 0 to 3");
   bytes[20] = std::byte{3};
   bytes[23] = std::byte{0};
-  EXPECT_EQ(refused<Scan>(bytes), "Scan.pointNum promises 24 bytes, only 16 bytes follow");
+  EXPECT_EQ(refused<Scan>(bytes), "Scan.pointNum needs 24 bytes, only 16 bytes follow");
 }
 
 TEST(Codec, RefusesBodiesThatAreTooShortOrTooLong) {
@@ -203,11 +203,11 @@ TEST(Codec, RefusesTailsThatDoNotFit) {
   EXPECT_EQ(refused<Image>(bytes_of({1, 0, 1, 0, 255, 255, 255, 255, 7})),
             "Image.marks is -1, allowed are 0 to 2");
   EXPECT_EQ(refused<Image>(bytes_of({2, 0, 1, 0, 0, 0, 0, 0, 7})),
-            "Image.pixels promises 2 bytes, only 1 bytes follow");
+            "Image.pixels needs 2 bytes, only 1 bytes follow");
   const Image image{.width = 2, .height = 3};
   std::vector<std::byte> bytes(100);
   EXPECT_EQ(encode(image, bytes).error().detail(),
-            "Image.pixels has 0 elements, the other fields say 6: make them agree");
+            "Image.pixels has 0 elements, but the other fields give 6: correct one of them");
 }
 
 TEST(Codec, WholeTablesOfOriginalsAreAccepted) {

@@ -44,7 +44,7 @@ void append_leaf(std::string& out, const SchemaField& field, const MessageValue&
   if (field.type == FieldType::kAddress)
     return append_quoted(out, value.address().to_string(style.widths));
   if (!style.si || field.si == 1) return append_number(out, value);
-  // Divided where that is exact: 1001 mm are 1.001 m, and not 1.0009999999999999.
+  // Divides where the result is exact: 1001 mm is 1.001 m, not 1.0009999999999999.
   const auto raw = value.number<f64>();
   const f64 si = field.si < 1 ? raw / (1 / field.si) : raw * field.si;
   field.type == FieldType::kF32 ? append(out, static_cast<f32>(si)) : append(out, si);
@@ -57,7 +57,7 @@ void append_blob(std::string& out, const SchemaField& field, const MessageValue&
   out.append("\"").append(tims::base::to_hex(std::as_bytes(std::span(first)))).append("\"");
 }
 
-// Whether JSON has no other word for it than null.
+// Whether JSON can express the value only as null.
 bool is_null(const SchemaField& field, const MessageValue& value) {
   if (field.type == FieldType::kAddress) return value.address() == kNobody;
   if (const auto* number = std::get_if<f32>(&value.is)) return !std::isfinite(*number);
@@ -114,7 +114,7 @@ void append_json(std::string& out, const Schema& schema, const Values& values,
 
 // --- text
 
-// "x 100 mm, y 0 mm" of an element, and "100 mm" of a single number.
+// Of an element "x 100 mm, y 0 mm", of a single number "100 mm".
 void append_inline(std::string& out, const SchemaField& field, const MessageValue& value,
                    const PrintStyle& style);
 
@@ -244,7 +244,7 @@ void append_numbers(std::string& out, const Schema& schema, const Values& values
   }
 }
 
-// --- what people write
+// --- input
 
 tims::Error invalid(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
 
@@ -257,7 +257,7 @@ tims::Error no_field(std::string_view type, std::string_view path) {
 
 tims::Error bad_value(const Assignment& a, std::string_view wanted) {
   return invalid(
-      std::string(a.field).append("=").append(a.value).append(": wanted is ").append(wanted));
+      std::string(a.field).append("=").append(a.value).append(": expected ").append(wanted));
 }
 
 template <typename T>
@@ -271,14 +271,14 @@ tims::Error bad_number(const Assignment& a, std::string_view unit = {}) {
   }
 }
 
-// "pos" of "pos.x" and "points[3]", which leaves ".x" and "[3]".
+// Removes and returns "pos" of "pos.x" and "points[3]"; the path becomes ".x" and "[3]".
 std::string_view take_name(std::string_view& path) {
   const std::string_view name = path.substr(0, path.find_first_of(".["));
   path.remove_prefix(name.size());
   return name;
 }
 
-// 3 of "[3].x", which leaves ".x".
+// Removes and returns 3 of "[3].x"; the path becomes ".x".
 std::optional<std::size_t> take_index(std::string_view& path) {
   const std::size_t end = path.find(']');
   if (!path.starts_with('[') || end == std::string_view::npos) return std::nullopt;
@@ -287,7 +287,7 @@ std::optional<std::size_t> take_index(std::string_view& path) {
   return index;
 }
 
-// "200", "200mm/s", "0.2 m/s": the number, and whether it is one in SI units.
+// "200", "200mm/s", "0.2 m/s": the number, and whether it is in SI units.
 struct Measure {
   std::string_view number;
   bool si = false;
@@ -327,7 +327,7 @@ Result<void> set_quantity(const SchemaField& field, MessageValue& value, const A
     using Limits = std::numeric_limits<T>;
     if (!(raw >= static_cast<f64>(Limits::min()) && raw <= static_cast<f64>(Limits::max())))
       return bad_number<T>(a);
-    // The largest i64 is no double; 2^63 is.
+    // The largest i64 cannot be represented as a double; 2^63 can.
     value = MessageValue::of_number(
         raw >= static_cast<f64>(Limits::max()) ? Limits::max() : static_cast<T>(std::round(raw)));
   } else {
@@ -379,7 +379,7 @@ Result<void> set_one(const SchemaField& field, MessageValue& value, std::string_
     if (!path.empty()) return no_field(name(wraps ? FieldType::kU32 : field.type), path);
     return set_leaf(field, value, a, style);
   }
-  if (path.empty()) return bad_value(a, "not given as a whole, but field by field");
+  if (path.empty()) return bad_value(a, "a value for each field, not for the whole");
   return set_in(*field.inner, value.list(), path.substr(path.starts_with('.') ? 1 : 0), a, style);
 }
 
@@ -390,8 +390,8 @@ Result<void> set_element(const SchemaField& field, Values& list, std::string_vie
   if (!index || *index >= std::min(behind, field.times)) {
     const std::size_t last =
         std::min(field.is_variable() ? list.size() : field.times - 1, field.times - 1);
-    return invalid(std::string(a.field) + ": an index is wanted, here up to " +
-                   std::to_string(last) + "; elements are set in their order");
+    return invalid(std::string(a.field) + ": expected an index up to " + std::to_string(last) +
+                   "; elements are set in their order");
   }
   if (*index < list.size()) return set_one(field, list[*index], path, a, style);
   MessageValue made = made_value(field);
@@ -406,7 +406,7 @@ Result<void> set_in(const Schema& schema, Values& values, std::string_view path,
   const auto field = std::ranges::find(schema.fields, name, &SchemaField::name);
   if (field == schema.fields.end()) return no_field(schema.name, name);
   MessageValue& value = values[static_cast<std::size_t>(field - schema.fields.begin())];
-  if (field->type == FieldType::kCount) return bad_value(a, "not given: it is counted");
+  if (field->type == FieldType::kCount) return bad_value(a, "no value: the elements are counted");
   if (field->repeat == Repeat::kNot) return set_one(*field, value, path, a, style);
   if (!field->is_blob()) return set_element(*field, value.list(), path, a, style);
   if (!path.empty()) return no_field("a text or bytes", path);
@@ -441,7 +441,7 @@ void append_columns(std::vector<Column>& out, const std::string& prefix, const S
 
 }  // namespace
 
-// --- what others call
+// --- public functions
 
 Result<void> assign(const Schema& schema, MessageValue& value, const Assignment& assignment,
                     const PrintStyle& style) {

@@ -13,7 +13,7 @@ using test::Sample;
 using test::to_json;
 using test::to_text;
 
-// --- telling
+// --- output
 
 Sample sample() {
   return {.recordingTime = 7,
@@ -144,7 +144,7 @@ TEST(Print, NumbersOfARecording) {
       "\"0aff\"");
 }
 
-// --- making
+// --- input
 
 std::string set(Sample& order, std::string_view field, std::string_view value, bool si = false) {
   auto made = read_value(kSchema<Sample>, test::body_of(order), std::endian::native);
@@ -216,19 +216,19 @@ TEST(Parse, RefusesWhatIsNotMeantAndLeavesTheMessageAlone) {
   EXPECT_EQ(set(order, "vz", "1"), "Sample has no field \"vz\"");
   EXPECT_EQ(set(order, "pos.z", "1"), "Pose has no field \"z\"");
   EXPECT_EQ(set(order, "pos.x.y", "1"), "i32 has no field \".y\"");
-  EXPECT_EQ(set(order, "pos.x", "fast"), "pos.x=fast: wanted is a number in mm");
+  EXPECT_EQ(set(order, "pos.x", "fast"), "pos.x=fast: expected a number in mm");
   EXPECT_EQ(set(order, "pos.x", ""),
-            "pos.x=: wanted is a whole number from -2147483648 to 2147483647");
+            "pos.x=: expected a whole number from -2147483648 to 2147483647");
   EXPECT_EQ(set(order, "pos.x", "1.5"),
-            "pos.x=1.5: wanted is a whole number from -2147483648 to 2147483647");
-  EXPECT_EQ(set(order, "pos.x", "1rad"), "pos.x=1rad: wanted is a number in mm");
+            "pos.x=1.5: expected a whole number from -2147483648 to 2147483647");
+  EXPECT_EQ(set(order, "pos.x", "1rad"), "pos.x=1rad: expected a number in mm");
   EXPECT_EQ(set(order, "pos.x", "2147483647"), "");
   EXPECT_EQ(set(order, "pos.x", "2147483648"),
-            "pos.x=2147483648: wanted is a whole number from -2147483648 to 2147483647");
+            "pos.x=2147483648: expected a whole number from -2147483648 to 2147483647");
   EXPECT_EQ(set(order, "pos.x", "2147484m"),
-            "pos.x=2147484m: wanted is a whole number from -2147483648 to 2147483647");
+            "pos.x=2147484m: expected a whole number from -2147483648 to 2147483647");
   EXPECT_EQ(set(order, "levels[0]", "128"),
-            "levels[0]=128: wanted is a whole number from -128 to 127");
+            "levels[0]=128: expected a whole number from -128 to 127");
   EXPECT_NE(set(order, "levels[2]", "1"), "");
   EXPECT_NE(set(order, "levels", "1"), "");
   EXPECT_NE(set(order, "pos", "1"), "");

@@ -1,4 +1,4 @@
-// A message with one of everything, for the tests of what is printed and read.
+// A message with a field of every type, for the tests of text output and input.
 #pragma once
 
 #include <array>

@@ -52,7 +52,7 @@ MessageValue read_struct(const Schema& schema, const std::byte*& from, std::endi
   return {std::move(values)};
 }
 
-// A whole body; whatever lengths it states, nothing behind its end is read.
+// Reads a whole body. It never reads beyond the end, whatever lengths the body states.
 class Reader {
  public:
   Reader(const Schema& schema, Bytes body, std::endian order)
@@ -87,7 +87,7 @@ class Reader {
         break;
       case Repeat::kArray:
         return read_many(field, field.times, from_, order_);
-      case Repeat::kSequence:  // refused by the name of its count, which is what stands on the wire
+      case Repeat::kSequence:  // an error names its count, which is the field on the wire
         return read_elements(field, count_, count_name_.empty() ? field.name : count_name_);
       case Repeat::kTail:
         return read_elements(field, schema_.tail_size(body_, order_, tails_++), field.name);
@@ -183,7 +183,7 @@ class Writer {
 
 }  // namespace
 
-// --- what others call
+// --- public functions
 
 std::size_t counted(const Schema& schema, const std::vector<MessageValue>& values,
                     std::size_t field) {

@@ -54,7 +54,7 @@ TEST(Schema, WritesNoTailOfAnotherLength) {
   const auto body = write_value(kSchema<Sample>, made, std::endian::native);
   ASSERT_FALSE(body);
   EXPECT_EQ(body.error().detail(),
-            "Sample.image has 0 elements, the other fields say 3: make them agree");
+            "Sample.image has 0 elements, but the other fields give 3: correct one of them");
 }
 
 }  // namespace schema_test

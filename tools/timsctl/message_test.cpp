@@ -263,7 +263,7 @@ TEST(MessageFields, BodiesAreRefusedWithWhatIsMeant) {
   EXPECT_EQ(refusal([] { made({"z=1"}); }),
             "ChassisMoveData has no field \"z\" -> there are vx, vy, omega");
   EXPECT_EQ(refusal([] { made({"vx=fast"}); }),
-            "vx=fast: wanted is a number in mm/s -> timsctl msg show Chassis move");
+            "vx=fast: expected a number in mm/s -> timsctl msg show Chassis move");
   EXPECT_EQ(refusal([] { made({"activePilot=Pilt/0/1"}, "set_active_pilot"); }),
             "\"Pilt/0/1\" is no address -> did you mean Pilot/0/1?");
   EXPECT_EQ(refusal([] { made({"vx=1"}, "get_parameter"); }),

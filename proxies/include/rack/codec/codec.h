@@ -1,15 +1,15 @@
-// Message structs to and from the body of a message, in either byte order. A struct's fields are
-// its description: nothing else says what stands where on the wire.
+// Converts message structs to and from the body of a message, in either byte order. The fields of a
+// struct are the only description of the wire format.
 //
-// Besides its fields a struct may have
-//   tail_sizes()          lengths of its Tail fields (sequence.h)
-//   kWholeSize            originals also send it this long: the whole table of a C program, used or
-//                         not. With kPads = true we send it so, too.
-//   kSurplus              originals also send this many bytes behind it
-//   kBodyMax              its largest size, where not all tails can be long at once
+// In addition to its fields a struct may have
+//   tail_sizes()          lengths of its Tail fields (fields.h)
+//   kWholeSize            original programs also send it with this length: the whole table of a C
+//                         program, used or not. With kPads = true we send this length, too.
+//   kSurplus              original programs also append this number of bytes
+//   kBodyMax              its largest size, where not all tails can be long at the same time
 //
-// Any length in a body may be a lie: a field is named when it is refused, and no memory is taken
-// for elements that are not there.
+// Lengths in a body are not trusted: the error names the field, and no memory is allocated for
+// elements that are not there.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
-// --- numbers and structs of fixed size between memory and bytes of either order. Nobody looks at
-// the end of the bytes here: callers have made sure.
+// --- Numbers and structs of fixed size in memory and as bytes of either order. The end of the
+// bytes is not checked here: the callers have checked it.
 namespace rack::bytes {
 
 template <typename T>
@@ -41,7 +41,7 @@ constexpr T swapped(T value) {
   }
 }
 
-// Both return the place behind the value.
+// Both return the position after the value.
 template <typename T>
 const std::byte* read(const std::byte* from, std::endian order, T& value);
 template <typename T>
@@ -115,7 +115,7 @@ std::byte* write(std::byte* to, std::endian order, const T& value) {
   return write_as_is(to, order, value);
 }
 
-// All elements of a vector, at once where nothing is to be swapped.
+// All elements of a vector, copied as one block if no bytes have to be swapped.
 template <typename T>
 const std::byte* read_all(const std::byte* from, std::endian order, std::vector<T>& elements) {
   if constexpr (is_plain<T>()) {
@@ -144,14 +144,14 @@ std::byte* write_all(std::byte* to, std::endian order, const std::vector<T>& ele
 
 }  // namespace rack::bytes
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
 using tims::Result;
 
 namespace codec {
 
-// Where something was wrong; texts are made of it only then.
+// The field of a problem; its text is built only for an error.
 struct FieldName {
   std::string_view type;
   std::string_view field;
@@ -187,7 +187,7 @@ constexpr bool surplus_is_known(std::size_t used, std::size_t there) {
   return false;
 }
 
-// Reads one struct, field by field. `left` is what was not read yet.
+// Reads one struct, field by field. `left`: bytes not read yet.
 template <typename T>
 class Decoder {
   static_assert(variable_fields_last<T>());
@@ -240,7 +240,7 @@ class Decoder {
     return {};
   }
 
-  // A sequence is refused by the name of its count, which is what stands on the wire.
+  // An error in a sequence names its count, which is the field on the wire.
   template <std::size_t I>
   static consteval std::string_view sequence_name() {
     return count_name<I>(std::make_index_sequence<I>());
@@ -278,7 +278,7 @@ Result<void> check_field(const T& value, const Field& field) {
   return {};
 }
 
-// Says why a struct cannot be sent; nothing is written yet.
+// Checks whether a struct can be sent, before anything is written.
 template <typename T>
 Result<void> check(const T& value) {
   Result<void> result;
@@ -303,7 +303,7 @@ std::byte* write_field(std::byte* to, std::endian order, const T& value, const F
 
 }  // namespace codec
 
-// Bytes that encode() will write.
+// Number of bytes that encode() will write.
 template <Struct T>
 std::size_t encoded_size(const T& value) {
   std::size_t size = wire_size<T>();
@@ -315,8 +315,8 @@ std::size_t encoded_size(const T& value) {
   return std::max(size, codec::padded_size<T>());
 }
 
-// Writes to the front of `body`; returns how many bytes. kInvalidArgument: the struct cannot be
-// sent as it is; kBufferTooSmall.
+// Writes to the front of `body`; returns the number of bytes. kInvalidArgument: the content of the
+// struct cannot be sent; kBufferTooSmall.
 template <Struct T>
 Result<std::size_t> encode(const T& value, std::span<std::byte> body,
                            std::endian order = std::endian::native) {
@@ -334,8 +334,8 @@ Result<std::size_t> encode(const T& value, std::span<std::byte> body,
   return size;
 }
 
-// Into an existing object: allocates nothing when its sequences have the room. kMalformed; the
-// object then holds what was read before the damage.
+// Decodes into an existing object: allocates nothing when its sequences have enough capacity.
+// kMalformed; the object then contains the values read before the error.
 template <Struct T>
 Result<void> decode(std::span<const std::byte> body, std::endian order, T& value) {
   return codec::Decoder<T>(body, order).run(value);
@@ -348,7 +348,7 @@ Result<T> decode(std::span<const std::byte> body, std::endian order = std::endia
   return value;
 }
 
-// A message's body, in the order its header states.
+// A message's body, in the byte order that its header states.
 template <Struct T>
 Result<void> decode(const tims::MessageView& message, T& value) {
   return decode(message.body, message.header.body_order(), value);
@@ -359,8 +359,8 @@ Result<T> decode(const tims::MessageView& message) {
   return decode<T>(message.body, message.header.body_order());
 }
 
-// Room for the longest message: decoding into `value`, or filling it, allocates nothing from now
-// on.
+// Reserves memory for the longest message: afterwards, decoding into `value` or filling it
+// allocates nothing.
 template <Struct T>
 void reserve_all(T& value) {
   reflect::all_fields(value, [](auto& field, auto) {

@@ -1,5 +1,5 @@
-// What fields a message struct may have, beside numbers and structs of them, and how many bytes
-// they take on the wire.
+// Field types of message structs, in addition to numbers and structs of numbers, and their size on
+// the wire.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@
 
 namespace rack {
 
-// --- the parts of a message whose length differs from message to message
+// --- fields of variable length
 
-// In a message struct, the number (i32) of elements of the sequence that follows it, right behind
-// or some fields later. It holds nothing: the sequence knows its size.
+// In a message struct, the number (i32) of elements of the next sequence, which follows immediately
+// or some fields later. It has no value in memory: the sequence knows its size.
 //
 //   struct LadarData {
 //     ...
@@ -29,8 +29,8 @@ struct Count {
   bool operator==(const Count&) const = default;
 };
 
-// At most Max elements when encoded or decoded; in between it is a vector. A sequence that was
-// reserved once never allocates again, also not when a message is decoded into it.
+// A vector that may have at most Max elements when it is encoded or decoded. After reserve_all() it
+// never allocates again, also not when a message is decoded into it.
 template <typename T, std::size_t Max>
 struct Sequence : std::vector<T> {
   using Element = T;
@@ -41,7 +41,8 @@ struct Sequence : std::vector<T> {
 };
 
 // A sequence whose length follows from other fields, such as the pixels of an image. Its struct
-// says so in a member function, one length a tail in their order, negative for what cannot be:
+// computes the lengths in a member function, one for each tail in their order; negative means
+// invalid:
 //
 //   [[nodiscard]] std::array<std::int64_t, 1> tail_sizes() const { return {width * height}; }
 template <typename T, std::size_t Max>
@@ -53,10 +54,10 @@ struct Tail : std::vector<T> {
   void reserve_all() { this->reserve(Max); }
 };
 
-// --- A text in a fixed number of bytes of a message, such as a file name.
+// --- A text in a fixed number of bytes, such as a file name.
 
-// At most Bytes - 1 characters; always ends in NUL, and what follows is zero. Programs of the
-// original fill all bytes at times: reading cuts the last character then.
+// At most Bytes - 1 characters; always ends in NUL, and the bytes after it are zero. Original
+// programs sometimes fill all bytes: decoding then drops the last character.
 template <std::size_t Bytes>
 class Text {
  public:
@@ -69,7 +70,7 @@ class Text {
     (void)assign(literal);
   }
 
-  // False: only the beginning fitted. Ends at the first NUL.
+  // False: the text was truncated. It ends at the first NUL.
   constexpr bool assign(std::string_view text) {
     text = text.substr(0, text.find('\0'));
     const std::size_t size = std::min(text.size(), Bytes - 1);
@@ -91,13 +92,13 @@ class Text {
   std::array<char, Bytes> bytes_{};
 };
 
-// --- what there is on the wire
+// --- kinds of fields
 
-// A plain number; a byte is one without order and sign.
+// A plain number; a byte is a number without byte order and sign.
 template <typename T>
 concept Number = std::is_arithmetic_v<T> || std::same_as<T, std::byte>;
 
-// A value around one number: Quantity, TimeStamp, tims::Address.
+// A class with a single number: Quantity, TimeStamp, tims::Address.
 template <typename T>
 concept WrappedNumber = !Number<T> && requires(const T value) {
   { value.raw() } -> Number;
@@ -139,7 +140,7 @@ inline constexpr bool kIsVariable = kIsSequence<T> || kIsTail<T>;
 template <typename T>
 concept Struct = std::is_aggregate_v<T> && !kIsArray<T> && !kIsCount<T> && !kIsVariable<T>;
 
-// Bytes without the elements of sequences and tails: what every such message has at least.
+// Size without the elements of sequences and tails: the minimum size of such a message.
 template <typename T>
 consteval std::size_t wire_size() {
   if constexpr (Number<T>) {
@@ -162,7 +163,7 @@ consteval std::size_t wire_size() {
   }
 }
 
-// Bytes of the elements of all sequences and tails at their largest.
+// Largest number of bytes of the elements of all sequences and tails.
 template <Struct T>
 consteval std::size_t elements_max() {
   return reflect::sum_over_fields<T>([]<typename Field, std::size_t>() -> std::size_t {
@@ -174,7 +175,7 @@ consteval std::size_t elements_max() {
   });
 }
 
-// The largest body of this message: what a mailbox must hold to get any of them.
+// The largest body of this message: the body_max that a mailbox needs to receive it.
 template <Struct T>
 consteval std::size_t body_max() {
   if constexpr (requires { T::kBodyMax; }) {
@@ -188,7 +189,7 @@ consteval std::size_t body_max() {
   }
 }
 
-// In memory exactly as on the wire (in native order), so that it may be copied as a whole.
+// Memory layout and wire layout (in native order) are identical, so it can be copied as a block.
 template <typename T>
 consteval bool is_plain() {
   if constexpr (Number<T> || WrappedNumber<T>) {
@@ -215,7 +216,8 @@ consteval std::size_t sequence_of_count() {
   }
 }
 
-// Sequences and tails stand last: so every other field is there when the body has wire_size bytes.
+// Sequences and tails must be the last fields: a body of at least wire_size bytes then contains all
+// other fields.
 template <typename T>
 consteval bool variable_fields_last() {
   bool variable = false;
@@ -228,7 +230,7 @@ consteval bool variable_fields_last() {
   return last;
 }
 
-// How many tails stand before field I.
+// Number of tails before field I.
 template <typename T, std::size_t I>
 consteval std::size_t tails_before() {
   return reflect::sum_over_fields<T>([]<typename Field, std::size_t J>() -> std::size_t {

@@ -1,5 +1,5 @@
 // Numbers of the wire with their unit in the type. A quantity converts from and to the number that
-// is sent, so `move.vx = 200` means 200 mm/s; .si() and from_si() speak metres, seconds, radians.
+// is sent, so `move.vx = 200` means 200 mm/s; .si() and from_si() use metres, seconds, radians.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace rack {
 
-// Names of the wire's numbers as in the tables of the specification.
+// Names of the number types as in the tables of the specification.
 using i8 = std::int8_t;
 using u8 = std::uint8_t;
 using i16 = std::int16_t;
@@ -25,9 +25,9 @@ using i64 = std::int64_t;
 using f32 = float;
 using f64 = double;
 
-// A unit: how people write it, what it is called in SI units, and what one of it is there, as a
-// power of ten. A unit of one's own is a struct with these three members; without kSiName the unit
-// itself is that of the SI.
+// A unit: its printed name, the name of the SI unit, and its size in that SI unit as a power of
+// ten. A new unit is a struct with these three members; without kSiName the unit is an SI unit
+// itself.
 namespace unit {
 
 template <std::size_t N>
@@ -86,7 +86,7 @@ class Quantity {
   [[nodiscard]] constexpr Raw raw() const { return raw_; }
 
   [[nodiscard]] constexpr double si() const { return static_cast<double>(raw_) * Unit::kSi; }
-  // Integers: the nearest; what is out of range becomes the smallest or largest, NaN becomes 0.
+  // Integers: rounded to the nearest value; saturates when out of range; NaN becomes 0.
   static Quantity from_si(double value) { return Quantity(to_raw(value / Unit::kSi)); }
 
  private:
@@ -96,7 +96,7 @@ class Quantity {
     } else {
       using Limits = std::numeric_limits<Raw>;
       if (std::isnan(value)) return 0;
-      // The largest i64 is no double; 2^63 is.
+      // The largest i64 cannot be represented as a double; 2^63 can.
       if (value >= static_cast<double>(Limits::max())) return Limits::max();
       if (value <= static_cast<double>(Limits::min())) return Limits::min();
       return static_cast<Raw>(std::round(value));
@@ -127,17 +127,18 @@ using Seconds = Quantity<Raw, unit::Second>;
 template <typename Raw>
 using Pixels = Quantity<Raw, unit::Pixel>;
 
-// --- The 32-bit time stamps of messages: milliseconds that start again at 0 every 49.7 days.
+// --- The 32-bit time stamps of messages: milliseconds that wrap to 0 every 49.7 days.
 
-// Comparison and difference go the short way round: they are right for two stamps less than
-// 24.8 days apart, also when the counter wrapped between them. So no sorting key for a container.
+// Comparison and difference are modulo 2^32: they are correct for two stamps less than 24.8 days
+// apart, also across a wrap of the counter. The order is not transitive, so do not use stamps as
+// keys of a sorted container.
 class TimeStamp {
  public:
   constexpr TimeStamp() = default;
   constexpr TimeStamp(std::uint32_t ms) : ms_(ms) {}  // NOLINT(google-explicit-constructor)
   [[nodiscard]] constexpr std::uint32_t raw() const { return ms_; }
 
-  // Of a clock that counts from 1970, as the originals on Linux have it.
+  // From a clock that counts from 1970, as the original programs use on Linux.
   static constexpr TimeStamp of(std::chrono::milliseconds since_1970) {
     return static_cast<std::uint32_t>(since_1970.count());
   }

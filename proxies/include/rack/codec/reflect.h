@@ -1,5 +1,5 @@
-// What a message struct looks like, asked of the compiler: its fields, their names, its own name.
-// Works for aggregates of up to 200 fields without C arrays (use std::array).
+// Compile-time reflection of a message struct: its fields, their names, its own name. Works for
+// aggregates of up to 200 fields without C arrays (use std::array).
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,8 @@ using Field = boost::pfr::tuple_element_t<I, T>;
 template <std::size_t I>
 using Index = std::integral_constant<std::size_t, I>;
 
-// Clang's path analyser loses the references that Boost.PFR passes on, and takes what they refer to
-// for uninitialised: it is shown no more than that there is a field.
+// Clang's path analyser loses the references that Boost.PFR passes on and reports the fields as
+// uninitialised. For the analyser, the function therefore only shows that a field exists.
 template <std::size_t I, typename T>
 using FieldReference =
     std::conditional_t<std::is_const_v<T>, const Field<std::remove_const_t<T>, I>&,
@@ -37,7 +37,8 @@ constexpr FieldReference<I, T> field_of(T& value) {
 }
 #endif
 
-// visit(field, Index<I>) for each field in order, until one returns false. True: all were visited.
+// Calls visit(field, Index<I>) for each field in order, until one returns false. True: all were
+// visited.
 template <typename T, typename Visit>
 constexpr bool all_fields(T& value, Visit&& visit) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
@@ -45,7 +46,8 @@ constexpr bool all_fields(T& value, Visit&& visit) {
   }(std::make_index_sequence<kFieldCount<std::remove_const_t<T>>>());
 }
 
-// visit.operator()<Field, I>() for each field's type, without an object; the sum of the answers.
+// Calls visit.operator()<Field, I>() for each field's type, without an object; returns the sum of
+// the results.
 template <typename T, typename Visit>
 constexpr std::size_t sum_over_fields(Visit&& visit) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) -> std::size_t {
@@ -53,8 +55,8 @@ constexpr std::size_t sum_over_fields(Visit&& visit) {
   }(std::make_index_sequence<kFieldCount<T>>());
 }
 
-// --- names, taken from the text that compilers have for a function with the field as argument:
-// "... ::vx)}]" (g++), "... value.vx}]" (clang)
+// --- Names are extracted from the compiler's text for a function with the field as template
+// argument: "... ::vx)}]" (g++), "... value.vx}]" (clang)
 
 namespace detail {
 
@@ -62,7 +64,7 @@ template <typename T>
 struct Held {
   T value;
 };
-// Only its address is spoken of: nobody defines it, which clang would like to be told.
+// Only its address is used: it is never defined, which clang would warn about.
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wundefined-internal"
@@ -78,7 +80,7 @@ struct PointerTo {
 template <typename T>
 PointerTo(const T*) -> PointerTo<T>;
 
-// Not a string_view: g++ appends what that alias means.
+// The parameter is not a string_view, because g++ appends the definition of that alias.
 template <auto P>
 constexpr const char* text_of_value() {
   return __PRETTY_FUNCTION__;
@@ -92,7 +94,7 @@ constexpr bool in_identifier(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
 }
 
-// The last identifier of a text.
+// The last identifier in a text.
 constexpr std::string_view last_identifier(std::string_view text) {
   while (!text.empty() && !in_identifier(text.back())) text.remove_suffix(1);
   std::size_t first = text.size();

@@ -1,10 +1,10 @@
-// What a message consists of, as data: names, types and units of its fields in the order of the
-// wire. With it any body can be read and written by a program that was never compiled with its
-// struct, and told as text (message_text.h).
+// Schema: the fields of a message as data, with names, types and units, in the order of the wire.
+// With it a program can read and write any body, and print it as text (message_text.h), although it
+// was compiled without the struct.
 //
-// There are two sources of schemas. kSchema<T> is what the compiler knows of a struct; a message
-// file (catalogue.h) holds what another compiler knew. One walk over the schema serves both, so
-// that own messages of a component are seen as RACK's are.
+// A schema has one of two sources: kSchema<T> is derived from a struct by the compiler; a message
+// file (catalogue.h) contains a schema from another build. The same code processes both, so
+// messages that a component defines itself are handled like those of RACK.
 #pragma once
 
 #include <bit>
@@ -21,7 +21,7 @@
 #include "tims/address.h"
 #include "tims/result.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
 enum class FieldType : u8 {
@@ -40,7 +40,7 @@ enum class FieldType : u8 {
   kTime,  // milliseconds that wrap (TimeStamp)
   kAddress,
   kText,   // in a fixed number of bytes
-  kCount,  // of the sequence behind it
+  kCount,  // number of elements of the next sequence
   kStruct,
 };
 enum class Repeat : u8 { kNot, kArray, kSequence, kTail };
@@ -51,17 +51,17 @@ struct SchemaField {
   std::string_view name{};
   FieldType type = FieldType::kI32;  // of one element
   Repeat repeat = Repeat::kNot;
-  std::size_t times = 1;       // elements: of an array; of a sequence or tail at most
+  std::size_t times = 1;       // elements of an array; maximum of a sequence or tail
   std::size_t size = 0;        // bytes of one element
   std::string_view unit{};     // "mm"; empty: none
   std::string_view si_unit{};  // "m"
-  f64 si = 1;                  // what one unit is in SI units
+  f64 si = 1;                  // one unit in SI units
   const Schema* inner = nullptr;
 
   [[nodiscard]] bool is_variable() const {
     return repeat == Repeat::kSequence || repeat == Repeat::kTail;
   }
-  // Sequences of characters and bytes are told as a whole.
+  // Sequences of characters and bytes are printed as a whole.
   [[nodiscard]] bool is_blob() const {
     return is_variable() && (type == FieldType::kChar || type == FieldType::kByte);
   }
@@ -77,15 +77,15 @@ struct Schema {
   std::size_t whole_size = 0;  // see codec.h; 0: none
   bool pads = false;
   std::size_t surplus = 0;
-  // Lengths of the tails follow from the fields before them: of the tail with that number.
+  // Length of the tail with the given index, computed from the fields before it.
   std::int64_t (*tail_size)(Bytes body, std::endian order, std::size_t tail) = nullptr;
-  // As its struct is made, little endian: of this program, or else as a message file has it.
+  // Default value of the struct, little endian; from this program, or from the message file.
   std::vector<std::byte> (*made)() = nullptr;
   Bytes made_bytes{};
 };
 
-// A body by names, as any part of it is: a number or an address, a text or bytes, or a list of the
-// fields of a struct or the elements of what repeats.
+// The value of a body or of a part of it: a number or an address, a text or bytes, or a list of the
+// fields of a struct or of the elements of an array or sequence.
 struct MessageValue {
   std::variant<std::int64_t, std::uint64_t, f32, f64, std::string, std::vector<MessageValue>> is;
 
@@ -99,7 +99,7 @@ struct MessageValue {
       return {std::uint64_t{number}};
     }
   }
-  // 0: it is none.
+  // 0 if it is not a number.
   template <typename T>
   [[nodiscard]] T number() const {
     return std::visit(
@@ -109,7 +109,7 @@ struct MessageValue {
         },
         is);
   }
-  // What is asked for as one of these is one.
+  // Precondition: the value has the requested type.
   [[nodiscard]] tims::Address address() const { return tims::Address(number<u32>()); }
   [[nodiscard]] const std::string& text() const { return std::get<std::string>(is); }
   [[nodiscard]] const std::vector<MessageValue>& list() const {
@@ -120,27 +120,28 @@ struct MessageValue {
   }
 };
 
-// What stands in an address field that names nobody, such as the active pilot when there is none.
+// Value of an address field that refers to no component, such as the active pilot when there is
+// none.
 inline constexpr tims::Address kNobody{0xFFFFFF00};
 
-// Read and written as decode() and encode() do, with their errors.
+// As decode() and encode(), with the same errors.
 Result<MessageValue> read_value(const Schema& schema, std::span<const std::byte> body,
                                 std::endian order);
 Result<std::vector<std::byte>> write_value(const Schema& schema, const MessageValue& value,
                                            std::endian order);
-// Read and written again, in `to`.
+// Converts a body to the byte order `to`.
 Result<std::vector<std::byte>> recode(const Schema& schema, std::span<const std::byte> body,
                                       std::endian from, std::endian to);
-// A message as its struct has it before anything is set.
+// A message with the default values of its struct.
 MessageValue made_value(const Schema& schema);
-// One element of what repeats.
+// Default value of one element of an array or sequence.
 MessageValue made_value(const SchemaField& field);
 
-// How many elements follow the count at that field of a message with these values.
+// Number of elements that follow the count at the given field, in a message with these values.
 std::size_t counted(const Schema& schema, const std::vector<MessageValue>& values,
                     std::size_t field);
 
-// Calls use(T{}) with the number that stands on the wire for this type.
+// Calls use(T{}) with the number type that represents this field type on the wire.
 template <typename Use>
 auto with_number(FieldType type, const Use& use) {
   switch (type) {
@@ -171,7 +172,7 @@ auto with_number(FieldType type, const Use& use) {
 }
 
 std::string_view name(FieldType type);  // "i32"
-// Bytes of a number of this type; 0: of a text or a struct.
+// Size of a number of this type; 0 for a text or a struct.
 std::size_t size_of(FieldType type);
 // --- schemas of structs
 
@@ -248,7 +249,7 @@ inline constexpr auto kFields = []<std::size_t... I>(std::index_sequence<I...>) 
       field_of<reflect::Field<T, I>>(reflect::kFieldName<T, I>)...};
 }(std::make_index_sequence<reflect::kFieldCount<T>>());
 
-// The fields of fixed size are enough for it.
+// The fields of fixed size are sufficient for it.
 template <typename T>
 std::int64_t tail_size(std::span<const std::byte> body, std::endian order, std::size_t tail) {
   T value{};

@@ -1,4 +1,4 @@
-// Pictures (specification, section 9.1).
+// Camera images (specification, section 9.1).
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct CameraType {
     kGetParameter = 21,  // answered by kParameter
     kSetFormat = 22,     // CameraFormatData
     kParameter = -21,    // CameraParamData
-    kFormat = -22,       // CameraFormatData; nobody sends it
+    kFormat = -22,       // CameraFormatData; no known program sends it
   };
 };
 
@@ -25,7 +25,7 @@ inline constexpr u16 kMono24 = 4;
 inline constexpr u16 kRgb24 = 11;
 inline constexpr u16 kRgb565 = 12;
 inline constexpr u16 kYuv422 = 21;  // U Y0 V Y1
-inline constexpr u16 kRaw8 = 31;    // one colour a pixel: colorFilterId
+inline constexpr u16 kRaw8 = 31;    // one colour per pixel: colorFilterId
 inline constexpr u16 kRaw12 = 32;
 inline constexpr u16 kRaw16 = 33;
 inline constexpr u16 kJpeg = 41;
@@ -51,12 +51,13 @@ inline constexpr std::size_t kCameraBytesMax = 3932160;  // 1280 * 1024 pixels o
 
 struct CameraData {
   TimeStamp recordingTime = 0;
-  Pixels<u16> width = 0;                        // originals: up to 1280
-  Pixels<u16> height = 0;                       // originals: up to 1024
-  Quantity<u16, unit::BitPerPixel> depth = 0;   // originals: up to 24
-  u16 mode = 0;                                 // of camera_mode
-  u32 colorFilterId = 0;                        // of bayer; kJpeg: the number of bytes of the image
-  Tail<std::byte, kCameraBytesMax> image = {};  // words of pixels are never swapped
+  Pixels<u16> width = 0;                       // originals: up to 1280
+  Pixels<u16> height = 0;                      // originals: up to 1024
+  Quantity<u16, unit::BitPerPixel> depth = 0;  // originals: up to 24
+  u16 mode = 0;                                // a camera_mode
+  // a bayer value; for kJpeg the number of bytes of the image
+  u32 colorFilterId = 0;
+  Tail<std::byte, kCameraBytesMax> image = {};  // 16-bit pixels are never byte-swapped
 
   [[nodiscard]] std::array<std::int64_t, 1> tail_sizes() const {
     if (mode == camera_mode::kJpeg) return {std::int64_t{colorFilterId}};
@@ -88,7 +89,7 @@ struct CameraFormatData {
   Pixels<i32> width = 0;
   Pixels<i32> height = 0;
   Quantity<i32, unit::BitPerPixel> depth = 0;
-  i32 mode = 0;  // of camera_mode
+  i32 mode = 0;  // a camera_mode
 };
 
 class CameraProxy : public DataProxy<CameraData> {

@@ -1,7 +1,7 @@
-// What any message of any class means: names, and bodies for people and programs. For tools that
-// look at messages of which they know nothing but the bytes, and for errors that name commands.
+// Catalogue of all messages of all classes: their names and the schemas of their bodies. For tools
+// that process messages without being compiled for them, and for errors that name commands.
 //
-// A class of one's own is a table like ours, beside its structs:
+// A new class needs a table like those of RACK, next to its structs:
 //
 //   inline constexpr rack::MessageInfo kThermometerMessages[] = {
 //       {kThermometer, tims::type::kData, "DATA", rack::kBody<ThermometerData>},
@@ -19,43 +19,44 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
 struct MessageInfo {
-  u32 class_id = 0;  // kEveryClass: of the framework
+  u32 class_id = 0;  // kEveryClass: a message of the framework
   i8 type = 0;
   std::string_view name{};       // "MOVE"
-  const Schema* body = nullptr;  // null: the message has none
+  const Schema* body = nullptr;  // null: the message has no body
 };
 inline constexpr u32 kEveryClass = 0xFFFFFFFF;
 
 template <Struct T>
 inline constexpr const Schema* kBody = &kSchema<T>;
 
-// A class that is none of RACK's; its number is 128 or more.
+// A class that RACK does not define; its number must be 128 or more.
 struct ClassInfo {
   u32 class_id = 0;
   std::string_view name{};  // "Thermometer"
   std::span<const MessageInfo> messages{};
 };
-// From now on its messages are found like all others. What it refers to must stay; before the
-// program has threads. kAddressInUse: the number, or the name, is another class's.
+// Adds the messages of a class to the catalogue. Call it before the program starts threads; the
+// data that `own` refers to must remain valid. kAddressInUse: the number or the name belongs to
+// another class.
 Result<void> add_class(const ClassInfo& own);
 std::span<const ClassInfo> added_classes();
 // The same as a file for other programs (JSON; described in proxies/README.md), to be installed in
-// share/rack/messages. kInvalidArgument: a struct that cannot be said in a file (a Tail).
+// share/rack/messages. kInvalidArgument: a struct that the file format cannot express (a Tail).
 Result<std::string> message_file(const ClassInfo& own);
 
-// All that are known: first those of the framework, then class by class.
+// All known messages: first those of the framework, then class by class.
 std::vector<std::span<const MessageInfo>> message_tables();
 
-// Of a class, or of the framework; null when unknown.
+// A message of a class, or of the framework; null when unknown.
 const MessageInfo* find_message(u32 class_id, i8 type);
-// By its name, without regard to case: "MOVE".
+// By its name, case-insensitive: "MOVE".
 const MessageInfo* find_message(u32 class_id, std::string_view name);
-// Commands are told by the class of the receiver, all others by that of the sender. Null also for
-// what a router is told (dest = src = 0).
+// Commands are identified by the class of the receiver, all other messages by that of the sender.
+// Null also for messages to a router (dest = src = 0).
 const MessageInfo* find_message(const tims::Header& header, const tims::AddressWidths& widths = {});
 
 }  // namespace rack

@@ -15,7 +15,7 @@ struct ChassisType {
   };
 };
 
-// Who is sent as active pilot when there is none.
+// Active pilot in ChassisData when there is none.
 inline constexpr tims::Address kNoPilot{0xFFFFFF00};
 
 struct ChassisData {
@@ -37,23 +37,25 @@ struct ChassisMoveData {
 };
 
 struct ChassisSetActivePilotData {
-  tims::Address activePilot = {};  // its local id does not matter
+  tims::Address activePilot = {};  // its local id is ignored
 };
 
 struct ChassisParamData {
   MillimetresPerSecond<i32> vxMax = 0;
   MillimetresPerSecond<i32> vyMax = 0;
-  MillimetresPerSecond<i32> vxMin = 0;  // smallest that is not 0
+  MillimetresPerSecond<i32> vxMin = 0;  // smallest speed other than 0
   MillimetresPerSecond<i32> vyMin = 0;
   MillimetresPerSecond2<i32> accMax = 0;
   MillimetresPerSecond2<i32> decMax = 0;
   RadiansPerSecond<f32> omegaMax = 0;
   Millimetres<i32> minTurningRadius = 0;
-  Quantity<f32, unit::MillimetrePerSpeed> breakConstant = 0;  // way to stop before an obstacle
-  Millimetres<i32> safetyMargin = 0;                          // around the hull
-  Millimetres<i32> safetyMarginMove = 0;                      // more of it where the vehicle goes
+  // distance needed to stop before an obstacle
+  Quantity<f32, unit::MillimetrePerSpeed> breakConstant = 0;
+  Millimetres<i32> safetyMargin = 0;  // around the hull
+  // additional margin in the direction of movement
+  Millimetres<i32> safetyMarginMove = 0;
   Millimetres<i32> comfortMargin = 0;
-  Millimetres<i32> boundaryFront = 0;  // of the hull, from the reference point
+  Millimetres<i32> boundaryFront = 0;  // from the reference point to the hull
   Millimetres<i32> boundaryBack = 0;
   Millimetres<i32> boundaryLeft = 0;
   Millimetres<i32> boundaryRight = 0;

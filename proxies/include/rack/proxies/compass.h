@@ -1,4 +1,4 @@
-// Where north is (specification, section 9.4).
+// Direction of north (specification, section 9.4).
 #pragma once
 
 #include "rack/proxies/proxy.h"

@@ -1,4 +1,4 @@
-// The recorder, and what it shall record (specification, section 9.23).
+// The recorder, and the list of messages to record (specification, section 9.23).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -7,8 +7,8 @@ namespace rack {
 
 struct DatalogType {
   enum : i8 {
-    kInitLog = 21,       // the list is made anew when the recorder is off
-    kSetLog = 22,        // DatalogData; ERROR when logNum is not that of the list
+    kInitLog = 21,       // builds a new list when the recorder is off
+    kSetLog = 22,        // DatalogData; ERROR when logNum differs from that of the list
     kGetLogStatus = 23,  // answered by kLogStatus
     kLogStatus = -23,    // DatalogData
   };
@@ -18,7 +18,7 @@ struct DatalogLogInfo {
   i32 logEnable = 0;                         // 1: record it
   tims::Address moduleMbx = {};              // of the producer
   Milliseconds<u32> periodTime = 0;          // 0: everything
-  Quantity<i32, unit::Byte> maxDataLen = 0;  // of the largest body expected
+  Quantity<i32, unit::Byte> maxDataLen = 0;  // of the largest expected body
   Text<40> filename = {};
   Quantity<u32, unit::Byte> bytesLogged = 0;
   u32 setsLogged = 0;
@@ -26,7 +26,7 @@ struct DatalogLogInfo {
 
 struct DatalogData {
   TimeStamp recordingTime = 0;
-  Text<40> logPathName = {};  // in front of each file name, with its slash
+  Text<40> logPathName = {};  // directory of the files, with its trailing slash
   Count logNum = {};
   Sequence<DatalogLogInfo, 100> logInfo = {};
 
@@ -40,7 +40,8 @@ class DatalogProxy : public DataProxy<DatalogData> {
 
   Result<void> init_log() { return command(DatalogType::kInitLog); }
   Result<void> set_log(const DatalogData& log) { return command(DatalogType::kSetLog, log); }
-  // The original asks every module on its list first, and waits 1 s for each that does not answer.
+  // The original program first queries every module on its list, and waits 1 s for each that does
+  // not answer.
   Result<DatalogData> get_log_status(tims::Duration timeout = std::chrono::seconds(5)) {
     return query<DatalogData>(DatalogType::kGetLogStatus, DatalogType::kLogStatus, timeout);
   }

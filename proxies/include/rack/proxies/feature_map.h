@@ -1,4 +1,4 @@
-// A map made of lines (specification, section 9.13).
+// A map of lines (specification, section 9.13).
 #pragma once
 
 #include "rack/proxies/generic.h"
@@ -17,7 +17,7 @@ struct FeatureMapType {
     kDisplaceLine = 26,  // FeatureMapFeature
     kGetLayer = 27,      // answered by kLayer
     kSetLayer = 28,      // FeatureMapLayerData
-    kLayer = 19,         // FeatureMapLayerData; a reply, against the rule that these are < 0
+    kLayer = 19,         // FeatureMapLayerData; a reply, although replies are normally < 0
   };
 };
 

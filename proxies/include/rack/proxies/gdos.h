@@ -1,5 +1,5 @@
-// Texts of components for people: a format and its arguments, in one message to the sink
-// (specification, section 8). Nobody answers them.
+// Log texts of components: a format and its arguments, in one message to the sink (specification,
+// section 8). They are not answered.
 #pragma once
 
 #include <array>
@@ -17,10 +17,10 @@
 #include "tims/message.h"
 #include "tims/result.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack::gdos {
 
-// The message types of texts; what is more important has a higher number.
+// The message types of log texts; a more important text has a higher number.
 enum class Level : std::int8_t {
   kPrint = -124,
   kError = -125,
@@ -31,17 +31,17 @@ enum class Level : std::int8_t {
 std::string_view name(Level level);  // "print", "error", ...
 std::optional<Level> level_of(std::int8_t message_type);
 std::optional<Level> level_of(std::string_view name);
-// As the parameter gdosLevel counts: 0 print to 4 detail.
+// From the value of the parameter gdosLevel: 0 print to 4 detail.
 constexpr Level level_of_parameter(int value) { return static_cast<Level>(-124 - value); }
 
 inline constexpr std::size_t kBodyMax = 256;
-inline constexpr std::size_t kTextMax = 1024;  // of its words; numbers can become longer than that
+inline constexpr std::size_t kTextMax = 1024;  // of the format; the formatted numbers may exceed it
 inline constexpr tims::Address kSink = tims::kTextSink;
 
-// What a conversion is filled with:
+// Arguments of the conversions:
 //   %d %i %u %x %X %b   an integer of 32 bits      %L   one of 64 bits
-//   %f                  a number                   %a   radians, shown as degrees
-//   %n                  an address, shown as name  %s   a text
+//   %f                  a number                   %a   radians, printed as degrees
+//   %n                  an address, printed as name  %s   a text
 class Argument {
  public:
   using Value = std::variant<std::int32_t, std::int64_t, double, tims::Address, std::string_view>;
@@ -71,14 +71,15 @@ class Argument {
 
 using Body = std::array<std::byte, kBodyMax>;
 
-// Writes the message's body in this machine's byte order; returns its length. Allocates nothing. A
-// text argument is shortened when it does not fit. An argument that does not suit its conversion,
-// or is missing, becomes 0 or nothing: a text must never stop a component.
+// Writes the message's body in native byte order; returns its length. Allocates nothing. A text
+// argument is shortened when it does not fit. An argument that does not match its conversion or is
+// missing is replaced by 0 or an empty text, because logging must never stop a component.
 std::size_t encode(Body& body, std::string_view format, std::span<const Argument> arguments);
 
-// The text of a message of whatever sender: programs of 32 and 64 bits, of either byte order, with
-// the arguments behind a text where originals put them. Line ends become blanks.
-// kMalformed when the body does not hold what its format says; the error's text is what there was.
+// The formatted text of a message from any sender: programs of 32 and 64 bits, of either byte
+// order, with the arguments after a text at the positions that original programs use. Line ends
+// become blanks. kMalformed when the body does not match its format; the error's detail is the text
+// that could be read.
 tims::Result<std::string> decode(std::span<const std::byte> body, std::endian order,
                                  const tims::AddressWidths& widths = {});
 

@@ -1,5 +1,5 @@
-// The log of a robot: it owns the sink of texts, keeps them, and passes them on to whoever
-// subscribes, here or at the other end of the fleet.
+// The log of a robot: it owns the text sink, stores the texts, and forwards them to its subscribers
+// on this host or anywhere in the fleet.
 #pragma once
 
 #include <string_view>
@@ -11,17 +11,18 @@ namespace rack {
 
 struct GdosLogType {
   enum : i8 {
-    kGetLog = 21,  // to the sink: who keeps the texts; answered by kLog
+    kGetLog = 21,  // sent to the sink: requests the address of the log; answered by kLog
     kLog = -21,    // GdosLogAddress
   };
 };
 
 struct GdosLogAddress {
-  tims::Address log = {};  // of the component whose data are texts
-  u32 version = 1;         // of those data
+  tims::Address log = {};  // the component that publishes the texts as data
+  u32 version = 1;         // format version of those data
 };
 
-// One text. A listener gets each; now and then one of level 0, which says that nothing was said.
+// One text. A listener receives each of them, and from time to time one with level 0, which only
+// shows that the log is running.
 struct GdosData {
   TimeStamp recordingTime = 0;
   tims::Address sender = {};

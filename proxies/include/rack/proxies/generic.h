@@ -1,5 +1,5 @@
-// The bodies that every component understands (specification, section 1.4), and its states. Their
-// message types are tims::type.
+// The message bodies that every component supports (specification, section 1.4), and the states of
+// a component. The message types are in tims::type.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 #include "tims/address.h"
 #include "tims/message.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
 // Class-specific message types begin here: commands 20 + n, replies -20 - n.
@@ -24,7 +24,7 @@ struct GetDataRequest {
 
 struct GetContDataRequest {
   Milliseconds<u32> periodTime = 0;  // 0: as fast as possible
-  tims::Address dataMbxAdr = {};     // where the data shall go
+  tims::Address dataMbxAdr = {};     // the mailbox that receives the data
 };
 
 struct ContDataReply {
@@ -35,8 +35,8 @@ struct StopContDataRequest {
   tims::Address dataMbxAdr = {};
 };
 
-// Only the value that `type` selects has a meaning; programs of the original send whatever was in
-// memory in the others.
+// Only the value selected by `type` is valid; original programs send arbitrary memory in the
+// others.
 struct Parameter {
   Text<80> name = {};
   i32 type = 0;
@@ -49,30 +49,31 @@ struct Parameter {
   static constexpr i32 kFloat = 2;
 };
 
-// Original modules take messages with one parameter; their answers hold 30 to 40.
+// Original modules accept messages with one parameter; their answers contain 30 to 40.
 struct ParameterList {
   Count count = {};
   Sequence<Parameter, 128> parameters = {};
 };
 
-// --- of our own runtime, which programs of the original do not know
+// --- extensions of this runtime, which original programs do not support
 
-// Who refuses a command with tims::flag::kTellWhy says why, in at most so many bytes of words
-// behind its ERROR. Others get none: programs of the original have no room for them.
+// A component that refuses a command with tims::flag::kTellWhy appends the reason to its ERROR, in
+// at most this number of bytes. Without the flag no reason is sent, because original programs do
+// not expect a body there.
 inline constexpr std::size_t kReasonMax = 240;
-// In an ON, where the original has no body: the same for a program at a TCP port, which has no
-// flags.
+// Body of an ON, which has no body in the original protocol: requests the reason for a program at a
+// TCP port, which cannot set flags.
 struct OnRequest {
   i32 reasonMax = kReasonMax;
 };
-// Of the body of an ERROR; empty: it says nothing.
+// The reason in the body of an ERROR; empty: none was sent.
 std::string_view reason_of(std::span<const std::byte> body);
 
 // When a new value of a parameter takes effect.
 enum class TakesEffect : u8 {
   kNow,
-  kAtOn,     // the next one
-  kAtStart,  // of its program
+  kAtOn,     // at the next ON
+  kAtStart,  // when the program is started
 };
 std::string_view name(TakesEffect when);
 
@@ -81,25 +82,25 @@ struct ParameterEffect {
   i32 takesEffect = 0;  // TakesEffect
 };
 
-// Of all parameters, in the order of ParameterList.
+// For all parameters, in the order of ParameterList.
 struct ParameterEffects {
   Count count = {};
   Sequence<ParameterEffect, 128> effects = {};
 };
 
-// What a component can see of its own real-time behaviour.
+// How much a component records about its own real-time behaviour.
 enum class WatchDepth : u8 {
   kOff,
-  kCounts,       // how often
-  kFaultPlaces,  // also where page faults are
-  kAllPlaces,    // also where it gives its CPU away
+  kCounts,       // number of events
+  kFaultPlaces,  // also the places of page faults
+  kAllPlaces,    // also the places where it yields the CPU
 };
 std::string_view name(WatchDepth depth);
 
-// Where the loop of a component was not in real time.
+// A place where the loop of a component violated real-time behaviour.
 struct RuntimePlace {
   i32 kind = 0;
-  i64 count = 0;         // as far as places were looked up
+  i64 count = 0;         // only events whose place was looked up
   Text<200> where = {};  // functions, the innermost first
 
   static constexpr i32 kBlocked = 0;
@@ -108,18 +109,18 @@ struct RuntimePlace {
 };
 
 struct RuntimeData {
-  TimeStamp since = 0;  // when its state became what it is
+  TimeStamp since = 0;  // when the present state began
   i32 watch = 0;        // WatchDepth
-  i64 loops = 0;        // that were watched
-  i64 blocked = 0;      // gave its CPU away in the middle of a loop
-  i64 preempted = 0;    // lost it to somebody more important
+  i64 loops = 0;        // number of watched loops
+  i64 blocked = 0;      // the thread gave up the CPU within a loop
+  i64 preempted = 0;    // the CPU was taken by a thread of higher priority
   i64 pageFaults = 0;
-  i64 lost = 0;  // came faster than they were counted
+  i64 lost = 0;  // events that arrived faster than they could be counted
   Count placeNum = {};
-  Sequence<RuntimePlace, 16> places = {};  // the worst first
+  Sequence<RuntimePlace, 16> places = {};  // the most frequent first
 };
 
-// Who gets the data of a component.
+// A receiver of the data of a component.
 struct ListenerInfo {
   tims::Address mailbox = {};
   Milliseconds<u32> periodTime = 0;  // as granted
@@ -128,14 +129,14 @@ struct ListenerInfo {
 
 struct ListenersData {
   Milliseconds<u32> periodTime = 0;  // of the data
-  i64 dataSets = 0;                  // since it was started
+  i64 dataSets = 0;                  // since the component was started
   Count listenerNum = {};
   Sequence<ListenerInfo, 256> listeners = {};
 };
 
 // ---
 
-// What GET_STATUS is answered with: the type of the reply.
+// The type of the reply to GET_STATUS.
 enum class Status : i8 {
   kEnabled = tims::type::kEnabled,
   kDisabled = tims::type::kDisabled,
@@ -143,9 +144,10 @@ enum class Status : i8 {
 };
 std::string_view name(Status status);
 
-// --- A file name for a component, which opens it on its own host (specification, section 9.13).
+// --- The name of a file that a component opens on its own host (specification, section 9.13).
 
-// C programs send and expect 132 bytes, with NUL behind the name; Java sends the used bytes only.
+// C programs send and expect 132 bytes, with a NUL after the name; Java programs send the used
+// bytes only.
 struct FileName {
   Count length = {};
   Sequence<char, 127> name = {};

@@ -1,9 +1,9 @@
-// Points, positions and splines that several classes send (specification, section 9.0).
+// Points, positions and splines that several classes use (specification, section 9.0).
 //
-// Robot frame: x forward, y to the right, z down. Angles clockwise seen from above: phi about x,
-// psi about y, rho (heading) about z. World frame: x north, y east, z down. rho lies in 0 to 2 pi,
-// the other angles in -pi to pi. Field names are the original's in all message structs: recordings
-// and other programs call them so.
+// Robot frame: x forward, y to the right, z down. Angles are clockwise seen from above: phi about
+// x, psi about y, rho (heading) about z. World frame: x north, y east, z down. rho is in the range
+// 0 to 2 pi, the other angles in -pi to pi. All message structs keep the field names of the
+// original, because recordings and other programs use them.
 #pragma once
 
 #include "rack/codec/quantity.h"
@@ -61,7 +61,7 @@ struct Waypoint2d {
   Millimetres<i32> x = 0;
   Millimetres<i32> y = 0;
   MillimetresPerSecond<i32> speed = 0;
-  Millimetres<i32> maxRadius = 0;  // largest turning radius allowed, absolute
+  Millimetres<i32> maxRadius = 0;  // largest allowed turning radius, absolute
   i32 type = 0;
   i32 request = 0;           // flags
   Millimetres<i32> lbo = 0;  // lateral boundary offset
@@ -73,12 +73,12 @@ struct Waypoint2d {
 };
 
 struct PolarSpline {
-  Waypoint2d basepoint = {};  // where this spline leads to
+  Waypoint2d basepoint = {};  // end of this spline
   Position2d startPos = {};
   Position2d endPos = {};
   Position2d centerPos = {};           // centre and frame of the spline
   Millimetres<i32> length = 0;         // signed
-  Millimetres<i32> radius = 0;         // 0: straight line; the sign is the side
+  Millimetres<i32> radius = 0;         // 0: straight line; the sign gives the side
   MillimetresPerSecond<i32> vMax = 0;  // speeds are absolute
   MillimetresPerSecond<i32> vStart = 0;
   MillimetresPerSecond<i32> vEnd = 0;
@@ -89,7 +89,7 @@ struct PolarSpline {
   Millimetres<i32> lbo = 0;
 };
 
-// A point of a 2D or 3D scan; `type` is made of the bits below.
+// A point of a 2D or 3D scan; `type` is a combination of the bits below.
 struct ScanPoint {
   Millimetres<i32> x = 0;  // robot frame
   Millimetres<i32> y = 0;
@@ -106,8 +106,8 @@ inline constexpr i32 kReduce = 0x40;
 inline constexpr i32 kReflector = 0x80;
 inline constexpr i32 kHorizontalEdge = 0x08;  // 3D
 inline constexpr i32 kEdge = 0x04;            // 3D: vertical edge
-inline constexpr i32 kClassMask = 0x03;       // 2D: 1 landmark, 2 obstacle, 3 dynamic obstacle;
-                                              // 3D: 1 object, 2 ground, 3 ceiling; 0 unknown
+// 2D: 1 landmark, 2 obstacle, 3 dynamic obstacle; 3D: 1 object, 2 ground, 3 ceiling; 0 unknown
+inline constexpr i32 kClassMask = 0x03;
 }  // namespace scan_point
 
 }  // namespace rack

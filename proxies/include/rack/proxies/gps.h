@@ -1,4 +1,4 @@
-// A receiver of satellite positions (specification, section 9.5).
+// A satellite navigation receiver (specification, section 9.5).
 #pragma once
 
 #include "rack/proxies/geometry.h"

@@ -1,4 +1,4 @@
-// A map made of cells (specification, section 9.14).
+// A map of grid cells (specification, section 9.14).
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace rack {
 
 struct GridMapData {
   TimeStamp recordingTime = 0;
-  Millimetres<i32> offsetX = 0;  // of cell (0, 0)
+  Millimetres<i32> offsetX = 0;  // position of cell (0, 0)
   Millimetres<i32> offsetY = 0;
   Quantity<i32, unit::MillimetrePerCell> scale = 0;
   i32 gridNumX = 0;  // cells

@@ -1,4 +1,5 @@
-// Inputs and outputs, as bytes that mean what the component says (specification, section 9.7).
+// Digital and analogue inputs and outputs as bytes, whose meaning depends on the component
+// (specification, section 9.7).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -14,7 +15,7 @@ struct IoType {
 struct IoData {
   TimeStamp recordingTime = 0;
   Count valueNum = {};
-  // Original programs take up to 128, those built for the Velodyne laser 800000.
+  // Original programs accept up to 128 values, those built for the Velodyne laser 800000.
   Sequence<u8, 800000> values = {};
 };
 

@@ -1,4 +1,4 @@
-// A stick and its buttons (specification, section 9.8).
+// A joystick with buttons (specification, section 9.8).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -18,11 +18,11 @@ struct JoystickAxes {
 struct JoystickData {
   TimeStamp recordingTime = 0;  // 0 from the original's software joystick
   JoystickAxes position = {};
-  i32 buttons = 0;  // bit n: button n is down
+  i32 buttons = 0;  // bit n: button n is pressed
 };
 
-// The original's software joystick streams messages of type 0 (OK) instead of DATA until it was
-// asked with get_data() once: do that before get_cont_data().
+// The original's software joystick sends messages of type 0 (OK) instead of DATA until get_data()
+// was called once: call it before get_cont_data().
 class JoystickProxy : public DataProxy<JoystickData> {
  public:
   JoystickProxy(tims::Mailbox& work, tims::Address component)

@@ -1,4 +1,4 @@
-// A laser range finder as it measures, in polar form (specification, section 9.9).
+// Raw data of a laser range finder in polar coordinates (specification, section 9.9).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -8,7 +8,7 @@ namespace rack {
 struct LadarPoint {
   Radians<f32> angle = 0;  // clockwise
   Millimetres<i32> distance = 0;
-  i32 type = 0;  // of ladar_point
+  i32 type = 0;  // a ladar_point value
   i32 intensity = 0;
 };
 

@@ -17,7 +17,7 @@ struct MclDataPoint {
   Millimetres<i32> x = 0;
   Millimetres<i32> y = 0;
   Millimetres<i32> z = 0;  // 2D: the measured range
-  i32 type = 0;            // of mcl_point
+  i32 type = 0;            // a mcl_point value
   i32 layer = 0;
 };
 

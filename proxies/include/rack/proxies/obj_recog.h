@@ -1,4 +1,4 @@
-// Objects that were recognised and are followed (specification, section 9.20).
+// Recognised and tracked objects (specification, section 9.20).
 #pragma once
 
 #include "rack/proxies/geometry.h"
@@ -30,8 +30,8 @@ struct ObjRecogObject {
   Position3d varPos = {};  // standard deviations
   Velocity3d vel = {};
   Velocity3d varVel = {};
-  Point3d dim = {};  // of the box around it
-  f32 prob = 0;      // that it is there, 0 to 1
+  Point3d dim = {};  // of the bounding box
+  f32 prob = 0;      // probability of existence, 0 to 1
   ImageRect imageArea = {};
 };
 
@@ -40,7 +40,7 @@ struct ObjRecogData {
   Position3d refPos = {};  // of the objects
   Position3d varRefPos = {};
   Count objectNum = {};
-  // Original programs take up to 100, those built for the Velodyne laser 300.
+  // Original programs accept up to 100 objects, those built for the Velodyne laser 300.
   Sequence<ObjRecogObject, 300> objects = {};
 };
 

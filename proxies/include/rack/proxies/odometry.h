@@ -1,4 +1,4 @@
-// Where the wheels say the robot is (specification, section 9.16).
+// Position from odometry (specification, section 9.16).
 #pragma once
 
 #include "rack/proxies/geometry.h"

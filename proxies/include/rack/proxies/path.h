@@ -12,12 +12,13 @@ struct PathType {
     kReplan = 22,          // PathReplanData
     kSetDestination = 23,  // PathDestData
     kSetRddf = 24,         // PathRddfData
-    kGetDbgGridmap = 25,   // nobody answers it
+    kGetDbgGridmap = 25,   // no known program answers it
     kGetLayer = 26,        // answered by kLayer or kLayerOfC
     kSetLayer = 27,        // PathLayerData
-    kDbgGridmap = -21,     // nobody sends it
-    kLayer = -22,          // PathLayerData, as Java programs number it, and we
-    kLayerOfC = 18,        // the same of C programs, against the rule that replies are < 0
+    kDbgGridmap = -21,     // no known program sends it
+    kLayer = -22,          // PathLayerData, with the number of Java programs, which we use
+    // the same with the number of C programs, although replies are normally < 0
+    kLayerOfC = 18,
   };
 };
 
@@ -35,28 +36,29 @@ struct PathMakeData {
 };
 
 struct PathReplanData {
-  i32 currSpline = 0;         // index of the first spline to plan anew
-  Position2d splinePos = {};  // of the robot, seen from that spline
+  i32 currSpline = 0;         // index of the first spline to plan again
+  Position2d splinePos = {};  // of the robot, relative to that spline
   Millimetres<i32> distToObstacle = 0;
-  Millimetres<i32> pathLength = 0;  // what is left
+  Millimetres<i32> pathLength = 0;  // remaining length
 };
 
 struct PathDestData {
   Position2d pos = {};
-  MillimetresPerSecond<i32> speed = 0;  // Java programs put a float here
+  MillimetresPerSecond<i32> speed = 0;  // Java programs send a float here
   i32 layer = 0;
 };
 
 struct PathRddfData {
   Count waypointNum = {};
-  Sequence<Waypoint2d, 6000> waypoints = {};  // our bound; the original states none
+  Sequence<Waypoint2d, 6000> waypoints = {};  // our limit; the original specifies none
 };
 
 struct PathLayerData {
   i32 layer = 0;
 };
 
-// For who sends a path or its pilot somewhere: it looks at the whole map before it answers.
+// For commands that send a path or its pilot to a destination: planning searches the whole map
+// before the answer.
 inline constexpr ProxyTimeouts kPlanningTimeouts{.data = std::chrono::seconds(3)};
 
 class PathProxy : public DataProxy<PathData> {
@@ -68,7 +70,7 @@ class PathProxy : public DataProxy<PathData> {
   Result<void> set_destination(const PathDestData& destination) {
     return command(PathType::kSetDestination, destination);
   }
-  // Without waiting: take_answer().
+  // Does not wait for the answer: see take_answer().
   Result<void> post_replan(const PathReplanData& from) { return post(PathType::kReplan, from); }
   Result<void> post_destination(const PathDestData& destination) {
     return post(PathType::kSetDestination, destination);

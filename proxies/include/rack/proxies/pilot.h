@@ -1,4 +1,4 @@
-// Who drives (specification, section 9.18).
+// The component that controls the chassis (specification, section 9.18).
 #pragma once
 
 #include "rack/proxies/geometry.h"
@@ -11,8 +11,8 @@ struct PilotType {
     kSetDestination = 21,       // PilotDestData; ERROR when off or not supported
     kHoldCommand = 22,          // PilotHoldData
     kRevertCommand = 23,        // PilotRevertData
-    kGetStatus = 24,            // answered by kStatus; not the framework's GET_STATUS
-    kStatus = 25,               // PilotStatusData; a reply, against the rule that these are < 0
+    kGetStatus = 24,            // answered by kStatus; differs from the framework's GET_STATUS
+    kStatus = 25,               // PilotStatusData; a reply, although replies are normally < 0
     kSetMultiDestination = 26,  // PilotMultiDestData
   };
 };
@@ -28,8 +28,8 @@ struct PilotData {
   TimeStamp recordingTime = 0;
   Position3d pos = {};
   Position3d dest = {};
-  MillimetresPerSecond<i32> speed = 0;           // set value
-  Quantity<f32, unit::PerMillimetre> curve = 0;  // set value
+  MillimetresPerSecond<i32> speed = 0;           // setpoint
+  Quantity<f32, unit::PerMillimetre> curve = 0;  // setpoint
   Millimetres<i32> distanceToDest = 0;           // -1: no destination; 0: reached
   u32 pilotState = pilot_state::kIdle;
   Count splineNum = {};
@@ -63,7 +63,7 @@ struct PilotRevertData {
 
 struct PilotMultiDestData {
   Count pointNum = {};
-  Sequence<DestinationPoint, 1000> points = {};  // our bound; the original states none
+  Sequence<DestinationPoint, 1000> points = {};  // our limit; the original specifies none
 };
 
 class PilotProxy : public DataProxy<PilotData> {
@@ -82,7 +82,7 @@ class PilotProxy : public DataProxy<PilotData> {
   Result<void> revert_command(Milliseconds<u32> revert_time) {
     return command(PilotType::kRevertCommand, PilotRevertData{revert_time});
   }
-  // What PilotData says, without its splines; status() tells whether the pilot is on.
+  // The content of PilotData without its splines; status() reports whether the pilot is on.
   Result<PilotStatusData> get_status() {
     return query<PilotStatusData>(PilotType::kGetStatus, PilotType::kStatus);
   }

@@ -1,4 +1,4 @@
-// Tasks as texts (specification, section 9.24).
+// Tasks in text form (specification, section 9.24).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -16,7 +16,7 @@ struct PlannerString {
   i32 stringLen = 0;
   Text<80> text = {};
 
-  // What does not fit is cut off.
+  // A text that is too long is truncated.
   static PlannerString of(std::string_view text) {
     PlannerString string;
     (void)string.text.assign(text);

@@ -1,4 +1,5 @@
-// Where the robot is in the world, and other ways to say so (specification, section 9.19).
+// Position of the robot in the world, and its conversion to other coordinate systems
+// (specification, section 9.19).
 #pragma once
 
 #include "rack/proxies/geometry.h"
@@ -8,7 +9,7 @@ namespace rack {
 
 struct PositionType {
   enum : i8 {
-    kUpdate = 21,      // PositionData; ERROR when odometry knows nothing of its time
+    kUpdate = 21,      // PositionData; ERROR when there is no odometry for its time
     kWgs84ToPos = 22,  // PositionWgs84Data; answered by kPos
     kPosToWgs84 = 23,  // PositionData; answered by kWgs84
     kGkToPos = 24,     // PositionGkData; answered by kPos

@@ -1,20 +1,20 @@
-// A component as its users see it: calls that send a command and wait for the answer.
+// A proxy of a component: its methods send a command and wait for the answer.
 //
 //   rack::ChassisProxy chassis(work_mailbox, *tims::Address::parse("Chassis(0/0)"));
 //   if (auto moved = chassis.move(200, 0, 0.1F); !moved) log(moved.error().message());
 //
-// A proxy sends from a *work mailbox*, which is for answers only: whatever else arrives there
-// during a call is thrown away. Several proxies may share one, but only one may be called at a
-// time. It needs slots as large as the largest answer (body_max<Data>()), else the answer cannot be
-// delivered and the call ends with kTimeout. With 240 bytes or more, who refuses a command can say
-// why (kReasonMax).
+// A proxy sends from a *work mailbox*, which is for answers only: all other messages that arrive
+// there during a call are discarded. Several proxies may share one, but only one may be called at a
+// time. Its slots must have room for the largest answer (body_max<Data>()), else the answer cannot
+// be delivered and the call ends with kTimeout. With 240 bytes or more, a component that refuses a
+// command can add the reason (kReasonMax).
 //
 // Errors of every call, with the component and the command in their text:
 //   kAnsweredError    the component answered ERROR, with its reason; or TIMEOUT
 //   kTimeout          no answer in time
-//   kNoMailbox        nobody owns the address (NOT_AVAILABLE)
-//   kMalformed        the answer is not what it should be
-//   kInvalidArgument  the request cannot be sent as it is
+//   kNoMailbox        no mailbox has the address (NOT_AVAILABLE)
+//   kMalformed        the answer is not valid
+//   kInvalidArgument  the content of the request cannot be sent
 //   others            of Mailbox::loan: the request could not be sent
 #pragma once
 
@@ -30,10 +30,10 @@
 #include "tims/mailbox.h"
 #include "tims/message.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
-// How long a call waits, all in all.
+// Timeouts of a call as a whole.
 struct ProxyTimeouts {
   tims::Duration on = std::chrono::seconds(5);
   tims::Duration off = std::chrono::seconds(1);
@@ -50,41 +50,41 @@ class Proxy {
 
   [[nodiscard]] tims::Address component() const { return component_; }
 
-  Result<void> on();  // a data module answers when it has data
+  Result<void> on();  // a data module answers when it has its first data
   Result<void> off();
   Result<Status> status();
   Result<ParameterList> get_param();
-  // One at a time: more do not fit into the mailbox of an original module.
+  // One at a time, because the mailbox of an original module has no room for more.
   Result<void> set_param(const Parameter& parameter);
 
-  // Asks for a stream to `data_mailbox`; returns the period granted. 0: as fast as possible.
+  // Subscribes `data_mailbox` to the data; returns the granted period. 0: as fast as possible.
   Result<Milliseconds<u32>> get_cont_data(Milliseconds<u32> period, tims::Address data_mailbox);
   Result<void> stop_cont_data(tims::Address data_mailbox);
 
-  // Of a command that was posted, once: that it was done, or why not. Nothing: the answer is on its
-  // way still, or was taken. Does not wait.
+  // The result of a command sent with post(), returned once: success, or the error. Nothing: the
+  // answer has not arrived yet, or was taken. Does not wait.
   std::optional<Result<void>> take_answer();
 
  protected:
-  // The component's answer, of one of the types in `answers`.
+  // Returns the component's answer if it has one of the types in `answers`.
   Result<tims::PeekGuard> ask(i8 type, std::span<const i8> answers, tims::Duration timeout);
   template <Struct Body>
   Result<tims::PeekGuard> ask(i8 type, const Body& body, std::span<const i8> answers,
                               tims::Duration timeout);
 
-  // Answered by OK.
+  // Commands that are answered by OK.
   Result<void> command(i8 type) { return command(type, timeouts_.data); }
   Result<void> command(i8 type, tims::Duration timeout);
   template <Struct Body>
   Result<void> command(i8 type, const Body& body);
 
-  // The same for who may not wait: take_answer(). Until that has come the proxy is not called
-  // otherwise, and no other one has its work mailbox; a command that is posted later takes its
-  // place.
+  // Sends a command without waiting for its answer: see take_answer(). Until the answer has
+  // arrived, do not make another call with this proxy, nor with another proxy on the same work
+  // mailbox. A later post() replaces the pending command.
   template <Struct Body>
   Result<void> post(i8 type, const Body& body);
 
-  // Answered by `Answer`, as a message of type `answer`.
+  // Requests that are answered by `Answer`, as a message of type `answer`.
   template <Struct Answer>
   Result<Answer> query(i8 type, i8 answer) {
     return query<Answer>(type, answer, timeouts_.data);
@@ -132,7 +132,7 @@ class Proxy {
   tims::Mailbox* work_;
   tims::Address component_;
   ProxyTimeouts timeouts_;
-  u8 seq_nr_ = 0;  // of the newest request: answers to earlier ones are told by it
+  u8 seq_nr_ = 0;  // of the newest request; identifies answers to earlier ones
   std::optional<Posted> posted_;
 };
 
@@ -171,7 +171,7 @@ Result<void> Proxy::read(const Result<tims::PeekGuard>& message, Answer& answer)
   return good ? good : named(good.error(), message->header().type);
 }
 
-// --- Proxies of components that produce data: asked for, or as a stream.
+// --- Proxies of components that publish data, on request or as a stream.
 
 template <Struct DataType>
 class DataProxy : public Proxy {
@@ -179,7 +179,7 @@ class DataProxy : public Proxy {
   using Data = DataType;
   using Proxy::Proxy;
 
-  // The data of that time, as near as there is; 0: the newest.
+  // The data recorded nearest to that time; 0: the newest.
   Result<void> get_data(Data& data, TimeStamp time = 0) {
     static constexpr i8 kAnswers[] = {tims::type::kData};
     return read(ask(tims::type::kGetData, GetDataRequest{time}, kAnswers, data_timeout()), data);
@@ -188,7 +188,7 @@ class DataProxy : public Proxy {
     return filled([&](Data& data) { return get_data(data, time); });
   }
 
-  // The next that will be produced: `timeout` should be longer than the component's period.
+  // The next data set that is produced: `timeout` should be longer than the component's period.
   Result<void> get_next_data(Data& data, tims::Duration timeout) {
     static constexpr i8 kAnswers[] = {tims::type::kData};
     return read(ask(tims::type::kGetNextData, kAnswers, timeout), data);
@@ -198,7 +198,7 @@ class DataProxy : public Proxy {
   }
   Result<Data> get_next_data() { return get_next_data(data_timeout()); }
 
-  // A message of the stream that get_cont_data() has asked for: see stream.h.
+  // Decodes a message of the stream that get_cont_data() has subscribed to.
   Result<void> decode_stream(const tims::PeekGuard& message, Data& data) const {
     return decode_data({message.header(), message.body()}, component(), data);
   }
@@ -212,27 +212,27 @@ class DataProxy : public Proxy {
   }
 };
 
-// --- Which message is the answer a call waits for: pure, so that every case can be tested.
+// --- Matching of answers to a call: pure functions, so that every case can be tested.
 
 struct Question {
-  tims::Address component;      // who was asked
-  u8 seq_nr = 0;                // of the request; everybody sends it back
-  std::span<const i8> answers;  // types of good answers
+  tims::Address component;      // the component that received the request
+  u8 seq_nr = 0;                // of the request; repeated in the answer
+  std::span<const i8> answers;  // types of valid answers
 };
 
 enum class Verdict : u8 {
-  kUnrelated,  // from somebody else, or late: the answer to an earlier request
+  kUnrelated,  // from another sender, or the late answer to an earlier request
   kAnswer,
   kError,
-  kTimeout,       // the component itself waited in vain
-  kNotAvailable,  // nobody owns the address; the router says so
+  kTimeout,       // the component itself waited for another one without success
+  kNotAvailable,  // no mailbox has the address; sent by the router
 };
 
 constexpr Verdict judge(const Question& question, const tims::Header& message) {
   if (message.src != question.component || message.seq_nr != question.seq_nr) {
     return Verdict::kUnrelated;
   }
-  // First: the answer to GET_STATUS may be ERROR.
+  // Checked first: the answer to GET_STATUS may be ERROR.
   if (std::ranges::find(question.answers, message.type) != question.answers.end()) {
     return Verdict::kAnswer;
   }
@@ -250,12 +250,14 @@ constexpr Verdict judge(const Question& question, const tims::Header& message) {
 
 // --- Messages of a data stream, as they arrive in the data mailbox.
 
-// Whether this is data of `producer`, and if not, why:
-//   kAnsweredError    the producer went off or failed, and has forgotten its listeners: ask again
-//   kInvalidArgument  a message of somebody else, or no data
+// Checks whether this is data of `producer`:
+//   kAnsweredError    the producer was turned off or failed, and has removed its listeners:
+//                     subscribe again
+//   kInvalidArgument  a message of another sender, or not data
 Result<void> check_data(const tims::Header& header, tims::Address producer);
 
-// check_data(), and the data itself (kMalformed). Allocates nothing when `data` has the room.
+// check_data(), then decodes the data (kMalformed). Allocates nothing when `data` has enough
+// capacity.
 template <Struct Data>
 Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data) {
   if (auto good = check_data(message.header, producer); !good) return good;

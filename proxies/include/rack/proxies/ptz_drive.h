@@ -1,4 +1,4 @@
-// A camera mount that pans and tilts, with zoom (specification, section 9.10).
+// A pan-tilt-zoom drive of a camera (specification, section 9.10).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -26,13 +26,13 @@ struct PtzDriveMovePosData {
   Radians<f32> posPan = 0;
   Radians<f32> posTilt = 0;
   Percent<f32> posZoom = 0;
-  RadiansPerSecond<f32> velPan = 0;  // speeds and accelerations are limits
+  RadiansPerSecond<f32> velPan = 0;  // limits of speed and acceleration
   RadiansPerSecond<f32> velTilt = 0;
   Quantity<f32, unit::PercentPerSecond> velZoom = 0;
   RadiansPerSecond2<f32> accPan = 0;
   RadiansPerSecond2<f32> accTilt = 0;
   Quantity<f32, unit::PercentPerSecond2> accZoom = 0;
-  i32 replyPosReached = 0;  // 1: tell when it is there
+  i32 replyPosReached = 0;  // 1: report when the position is reached
 };
 
 struct PtzDriveMoveVelData {

@@ -1,4 +1,4 @@
-// A flat scan as points in the robot's frame (specification, section 9.21).
+// A planar scan as points in the robot frame (specification, section 9.21).
 #pragma once
 
 #include "rack/proxies/geometry.h"
@@ -10,9 +10,9 @@ struct Scan2dData {
   TimeStamp recordingTime = 0;
   Milliseconds<u32> duration = 0;
   Millimetres<i32> maxRange = 0;
-  i32 sectorNum = 1;  // 1: the scan comes as a whole
+  i32 sectorNum = 1;  // 1: the scan is sent as a whole
   i32 sectorIndex = 0;
-  Position3d refPos = {};  // of the points; all zero: the robot's frame
+  Position3d refPos = {};  // frame of the points; all zero: the robot frame
   Count pointNum = {};
   Sequence<ScanPoint, 8000> points = {};
 };

@@ -1,4 +1,4 @@
-// A scan of space (specification, section 9.22).
+// A three-dimensional scan (specification, section 9.22).
 #pragma once
 
 #include <array>
@@ -28,22 +28,22 @@ inline constexpr i32 kSquareGrid = 0x200;
 inline constexpr i32 kStartAt180 = 0x400;
 }  // namespace scan_mode
 
-// Original programs take up to 72400 points, those built for the Kinect 307200.
+// Original programs accept up to 72400 points, those built for the Kinect 307200.
 inline constexpr std::size_t kScan3dPointsMax = 307200;
 
 struct Scan3dData {
   TimeStamp recordingTime = 0;
   Milliseconds<u32> duration = 0;
   Millimetres<i32> maxRange = 0;
-  i32 scanNum = 0;       // flat scans that it is made of
+  i32 scanNum = 0;       // number of planar scans in it
   i32 scanPointNum = 0;  // points of each
-  i32 scanMode = 0;      // of scan_mode
+  i32 scanMode = 0;      // a scan_mode
   i32 scanHardware = 0;
   i32 sectorNum = 1;
   i32 sectorIndex = 0;
   Position3d refPos = {};
   i32 pointNum = 0;
-  i32 compressed = 0;  // 0: points follow; else the number of bytes that follow instead
+  i32 compressed = 0;  // 0: points follow; else the number of compressed bytes that follow
   Tail<ScanPoint, kScan3dPointsMax> points = {};
   Tail<std::byte, kScan3dPointsMax* 20> compressedPoints = {};  // specification, section 13
 
@@ -68,7 +68,7 @@ struct Scan3dRangeImageData {
   i16 scanPointNum = 0;  // pixels of each
   Tail<RangePixel, kScan3dPointsMax> points = {};
 
-  static constexpr std::size_t kSurplus = 24;  // behind what Java programs send
+  static constexpr std::size_t kSurplus = 24;  // appended by Java programs
 
   [[nodiscard]] std::array<std::int64_t, 1> tail_sizes() const {
     if (scanNum < 0 || scanPointNum < 0) return {-1};
@@ -80,7 +80,7 @@ class Scan3dProxy : public DataProxy<Scan3dData> {
  public:
   using DataProxy::DataProxy;
 
-  // The scanner may have to turn first.
+  // The scanner may have to rotate first.
   Result<Scan3dRangeImageData> get_range_image(tims::Duration timeout = std::chrono::seconds(10)) {
     return query<Scan3dRangeImageData>(Scan3dType::kGetRangeImage, Scan3dType::kRangeImage,
                                        timeout);

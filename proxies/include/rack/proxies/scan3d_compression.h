@@ -1,11 +1,11 @@
-// The compressed form of a scan of space, as the original's library makes and its graphical
-// interface reads it (specification, section 13). Nothing is lost.
+// Lossless compressed form of a three-dimensional scan, compatible with the original library and
+// its graphical interface (specification, section 13).
 //
-// Neighbours in a scan are near to each other: of x, y and z only the way from point to point is
-// kept, a byte where it is short; types and segments become a value and how often it follows, and
-// intensities take as many bytes as they need (stage 1, method 5). Stage 2 does nothing. Stage 3
-// is a Huffman code over these bytes: frequent ones get few bits. Its tree is made on both sides of
-// the counts that come first: again and again the two rarest nodes are joined.
+// Stage 1 (method 5) uses that neighbouring points are close to each other: x, y and z are stored
+// as differences from point to point, in one byte where they are small; types and segments are
+// run-length coded; intensities use as many bytes as they need. Stage 2 does nothing. Stage 3 is a
+// Huffman code over these bytes. Both sides build its tree from the symbol counts, which are sent
+// first: the two rarest nodes are joined repeatedly.
 #pragma once
 
 #include <array>
@@ -17,21 +17,21 @@
 #include "rack/proxies/scan3d.h"
 #include "tims/result.h"
 
-#pragma GCC visibility push(default)  // what librack.so shows
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
-// Keeps its memory: scans of the same size allocate once. Scans with reserve_all() never do.
+// Keeps its memory: scans of the same size allocate only once, and scans after reserve_all() never.
 class Scan3dCompression {
  public:
-  // The points become compressed ones. False: they would not be smaller, or there are none; all
-  // stays as it is.
+  // Replaces the points by compressed ones. False: they would not be smaller, or there are no
+  // points; the scan is unchanged.
   bool compress(Scan3dData& scan);
-  // The compressed points become points; others stay as they are. Understands methods 0 and 5, with
-  // Huffman or without. kMalformed says what is wrong; what was in the scan then is not changed.
+  // Replaces the compressed points by points; an uncompressed scan is unchanged. Supports methods 0
+  // and 5, with and without Huffman. kMalformed states the problem; the scan is then unchanged.
   tims::Result<void> decompress(Scan3dData& scan);
 
  private:
-  std::vector<std::byte> stages_;  // 1 and 2
+  std::vector<std::byte> stages_;  // output of stages 1 and 2
   std::vector<ScanPoint> points_;
 };
 

@@ -1,5 +1,4 @@
-// One axis that can be positioned; rad where it turns, mm where it slides (specification, section
-// 9.11).
+// One servo axis; rad for rotary axes, mm for linear ones (specification, section 9.11).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -25,7 +24,7 @@ struct ServoDriveMovePosData {
   f32 position = 0;              // rad or mm
   f32 vel = 0;                   // limit, rad/s or mm/s
   f32 acc = 0;                   // limit, rad/s2 or mm/s2
-  i32 replyPositionReached = 0;  // 1: tell when it is there
+  i32 replyPositionReached = 0;  // 1: report when the position is reached
 };
 
 struct ServoDriveMoveVelData {

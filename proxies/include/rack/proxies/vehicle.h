@@ -1,4 +1,4 @@
-// A car by its pedals and its steering wheel (specification, section 9.12).
+// A car, controlled by its pedals and steering wheel (specification, section 9.12).
 #pragma once
 
 #include "rack/proxies/proxy.h"
@@ -22,7 +22,7 @@ struct VehicleData {
   Percent<f32> clutch = 0;    // 0 to 100
   Percent<f32> steering = 0;  // -100 to 100
   i32 gear = 0;               // below 0: reverse; 0: neutral; kInvalidGear
-  i32 engine = 0;             // 1: runs
+  i32 engine = 0;             // 1: running
   i32 parkBrake = 0;          // 1: on
   i32 vehicleProtect = 0;     // 1: on
   u32 activeController = 0;

@@ -1,5 +1,5 @@
-// A simulated world: what is true in it, and commands to change it (components/world). Only its own
-// programs have this class; the original has none like it.
+// A simulated world: its true state, and commands to change it (components/world). The original
+// RACK has no such class.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace rack {
 
-// Of the class in addresses: beside those of the original, below those of others.
+// Class number in addresses: above those of the original, below those of user-defined classes.
 inline constexpr u32 kWorld = 0x7F;
 
 struct WorldType {
@@ -31,37 +31,37 @@ using WorldName = Text<32>;
 namespace world_thing {
 inline constexpr i32 kRobot = 0;
 inline constexpr i32 kPerson = 1;
-inline constexpr i32 kObstacle = 2;  // that was put there
+inline constexpr i32 kObstacle = 2;  // put there by a command
 }  // namespace world_thing
 
-// One that moves, or was put there. x to the north, y to the east.
+// A robot, a person or an obstacle. x points north, y east.
 struct WorldThing {
   i32 kind = world_thing::kRobot;
-  i32 id = 0;  // of robots and people from 0 on; numbers of obstacles are never given again
+  i32 id = 0;           // robots and people count from 0; obstacle numbers are never reused
   WorldName name = {};  // of robots
   Position2d pos = {};
-  // Over ground: of robots forward and to the right, of people to the north and to the east.
+  // Speed over ground: of robots forward and to the right, of people to the north and to the east.
   MillimetresPerSecond<i32> vx = 0;
   MillimetresPerSecond<i32> vy = 0;
   RadiansPerSecond<f32> omega = 0;
   Millimetres<i32> radius = 0;  // of obstacles
-  Millimetres<i32> way = 0;     // of robots: over ground, since the world was turned on
-  i32 isBlocked = 0;            // 1: it drives against something
-  // How often a robot has touched what; `bumped`: people who walked against it.
+  Millimetres<i32> way = 0;     // of robots: distance driven since the world was turned on
+  i32 isBlocked = 0;            // 1: it is pushing against something
+  // Number of contacts of a robot, by what it touched; `bumped`: people who walked into it.
   u32 walls = 0;
   u32 obstacles = 0;
   u32 people = 0;
   u32 robots = 0;
   u32 bumped = 0;
 
-  // Of its own doing.
+  // Contacts that the robot caused.
   [[nodiscard]] u32 contacts() const { return walls + obstacles + people + robots; }
 };
 
-// The truth of one moment: robots, then people, then obstacles.
+// The true state at one moment: robots, then people, then obstacles.
 struct WorldData {
   TimeStamp recordingTime = 0;
-  i32 peopleMove = 1;  // 0: they stand still
+  i32 peopleMove = 1;  // 0: they do not move
   Count thingNum = {};
   Sequence<WorldThing, 512> things = {};
 
@@ -77,9 +77,9 @@ struct WorldPlace {
   Position2d pos = {};
 };
 
-// A post.
+// A cylindrical obstacle.
 struct WorldObstacle {
-  i32 id = 0;  // of the answer
+  i32 id = 0;  // valid in the answer
   Point2d pos = {};
   Millimetres<i32> radius = 250;
   Millimetres<i32> height = 1000;
@@ -90,20 +90,20 @@ struct WorldRemove {
 };
 
 struct WorldPeople {
-  i32 move = 1;  // 0: they stand still until they are told to go on
+  i32 move = 1;  // 0: they stop until the next command
 };
 
 struct WorldPlug {
   WorldName robot = {};
-  WorldName sensor = {};  // "base": what drives it
-  i32 isPlugged = 1;      // 0: pulled out
+  WorldName sensor = {};  // "base": its drive
+  i32 isPlugged = 1;      // 0: disconnected
 };
 
-// A device of a robot, and where its driver finds it.
+// A device of a robot, and the port where its driver finds it.
 struct WorldLine {
   WorldName robot = {};
   WorldName sensor = {};
-  WorldName device = {};  // as rack-emulate calls it
+  WorldName device = {};  // as named by rack-emulate
   Text<128> line = {};
   i32 isPlugged = 0;
 };
@@ -122,7 +122,7 @@ class WorldProxy : public DataProxy<WorldData> {
     if (!wish.robot.assign(robot)) return nobody(robot);
     return command(WorldType::kPlace, wish);
   }
-  // With its number.
+  // The answer contains its number.
   Result<WorldObstacle> put(const WorldObstacle& obstacle) {
     return query<WorldObstacle>(WorldType::kPut, obstacle, WorldType::kObstacle);
   }
@@ -143,7 +143,7 @@ class WorldProxy : public DataProxy<WorldData> {
  private:
   static tims::Error nobody(std::string_view name) {
     return {tims::Errc::kInvalidArgument,
-            "\"" + std::string(name) + "\": no name in a world is so long"};
+            "\"" + std::string(name) + "\" is too long for a name in a world"};
   }
 };
 
