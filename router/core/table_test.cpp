@@ -48,7 +48,8 @@ TEST(Table, VisitsEveryEntryOnce) {
   EXPECT_EQ(seen, std::vector<int>(1000, 1));
 }
 
-// With the list of the owner (clients.h: at most twice 8 bytes) this stays below 64 bytes.
+// With the owner's entry (OwnedMailbox in registrations.h: 8 bytes, at most twice that in a vector
+// that has grown) a mailbox needs less than 64 bytes.
 TEST(Table, NeedsAtMost43BytesAMailboxOnceItHasGrown) {
   Table table(kSeed);
   for (std::uint32_t i = 0; i < 100'000; ++i) {
